@@ -1,0 +1,1 @@
+"""What a technician, the night and CI run: cell, cycle, recording, estimate, report."""

@@ -1,0 +1,1 @@
+"""One cycle on one axis: preflight, gate, interlock, sequence, teardown. No bus library."""

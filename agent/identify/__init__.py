@@ -1,0 +1,1 @@
+"""From signals to an honest estimate. Pure functions on arrays: no file, no bus, no plot."""

@@ -1,0 +1,224 @@
+"""What an estimate says: frozen, honest, and written out as `stribeck.estimate/1`.
+
+A parameter that the data do not carry has no interval and a reason; an estimate that the data do
+not carry has reasons and no numbers at all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+SCHEMA = "stribeck.estimate/1"
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One identified number.
+
+    Parameters
+    ----------
+    value : float
+        In the unit that its name carries; NaN where it was not identified at all.
+    ci95 : tuple of float or None
+        Lower and upper end of the 95 % interval; None when not identified.
+    identified : bool
+        Whether the data carry it.
+    reason : str
+        Why not, in plain words; empty when identified.
+    """
+
+    value: float
+    ci95: tuple[float, float] | None
+    identified: bool = True
+    reason: str = ""
+
+    @classmethod
+    def not_identified(cls, reason: str, value: float = math.nan) -> Parameter:
+        """Return a parameter that the data do not carry, with the reason."""
+        return cls(value=value, ci95=None, identified=False, reason=reason)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the contract's form; a value that is not a number is null."""
+        out: dict[str, Any] = {
+            "value": _number(self.value),
+            "identified": self.identified,
+        }
+        if self.identified and self.ci95 is not None:
+            out["ci95"] = [float(self.ci95[0]), float(self.ci95[1])]
+        if self.reason:
+            out["reason"] = self.reason
+        return out
+
+
+@dataclass(frozen=True)
+class FrictionCurve:
+    """Friction torque at each steady speed, gravity removed (thesis 4.21).
+
+    All arrays have shape (n,) and run with rising speed; `ci95_nm` has shape (n, 2).
+    """
+
+    velocity_rad_s: Floats
+    friction_nm: Floats
+    ci95_nm: Floats
+    gravity_nm: Floats
+    samples: NDArray[np.int64]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the contract's form: parallel lists; `ci95_nm` as [lower, upper] pairs."""
+        return {
+            "velocity_rad_s": self.velocity_rad_s.tolist(),
+            "friction_nm": self.friction_nm.tolist(),
+            "ci95_nm": self.ci95_nm.tolist(),
+            "gravity_nm": [_number(x) for x in self.gravity_nm],
+            "samples": self.samples.tolist(),
+        }
+
+
+@dataclass(frozen=True)
+class FrictionModelFit:
+    """One friction law fitted to the friction curve.
+
+    `rmse_nm` and `fit_percent` are over the curve's points; `reason` says why it was, or was not,
+    selected.
+    """
+
+    model: str
+    selected: bool
+    rmse_nm: float
+    fit_percent: float
+    bic: float
+    parameters: Mapping[str, Parameter]
+    reason: str = ""
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the contract's form."""
+        return {
+            "model": self.model,
+            "selected": self.selected,
+            "rmse_nm": _number(self.rmse_nm),
+            "fit_percent": _number(self.fit_percent),
+            "bic": _number(self.bic),
+            "reason": self.reason,
+            "parameters": {name: p.to_json() for name, p in self.parameters.items()},
+        }
+
+
+@dataclass(frozen=True)
+class RigidBodyFit:
+    """The rigid-body regression of thesis (4.5) over all moving samples."""
+
+    parameters: Mapping[str, Parameter]
+    condition_number: float
+    rmse_nm: float
+    fit_percent: float
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the contract's form."""
+        return {
+            "parameters": {name: p.to_json() for name, p in self.parameters.items()},
+            "condition_number": _number(self.condition_number),
+            "rmse_nm": _number(self.rmse_nm),
+            "fit_percent": _number(self.fit_percent),
+        }
+
+
+@dataclass(frozen=True)
+class Validation:
+    """How well the rigid body, as identified, predicts a run that it has not seen.
+
+    `relative_torque_error_percent` = 100 ||y - yhat|| / ||y||, `fit_percent` as in the contract.
+    """
+
+    recording: str
+    rmse_nm: float
+    fit_percent: float
+    relative_torque_error_percent: float
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        return {
+            "recording": self.recording,
+            "rmse_nm": _number(self.rmse_nm),
+            "fit_percent": _number(self.fit_percent),
+            "relative_torque_error_percent": _number(self.relative_torque_error_percent),
+        }
+
+
+@dataclass(frozen=True)
+class Quality:
+    """What the estimate stands on."""
+
+    samples: int
+    samples_lost: int
+    masked: int
+    sample_rate_hz: float
+    jitter_s: float
+    temperature_degc: tuple[float, float] | None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the contract's form."""
+        return {
+            "samples": self.samples,
+            "samples_lost": self.samples_lost,
+            "masked": self.masked,
+            "sample_rate_hz": _number(self.sample_rate_hz),
+            "jitter_s": _number(self.jitter_s),
+            "temperature_degc": (
+                None
+                if self.temperature_degc is None
+                else [_number(t) for t in self.temperature_degc]
+            ),
+        }
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Everything that was learned from one axis's recordings."""
+
+    recordings: tuple[str, ...]
+    decidable: bool
+    reasons: tuple[str, ...]
+    quality: Quality
+    friction_curve: FrictionCurve | None = None
+    friction_models: tuple[FrictionModelFit, ...] = ()
+    rigid_body: RigidBodyFit | None = None
+    validation: Validation | None = None
+    sentence: str = ""
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def selected_model(self) -> FrictionModelFit | None:
+        """Return the friction law that was selected, if any."""
+        return next((m for m in self.friction_models if m.selected), None)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the `stribeck.estimate/1` document (contract section 7)."""
+        return {
+            "schema": SCHEMA,
+            "recordings": list(self.recordings),
+            "decidable": self.decidable,
+            "reasons": list(self.reasons),
+            "sentence": self.sentence,
+            "notes": list(self.notes),
+            "friction_curve": None
+            if self.friction_curve is None
+            else self.friction_curve.to_json(),
+            "friction_models": [m.to_json() for m in self.friction_models],
+            "rigid_body": None if self.rigid_body is None else self.rigid_body.to_json(),
+            "validation": None if self.validation is None else self.validation.to_json(),
+            "quality": self.quality.to_json(),
+        }
+
+
+def _number(value: float | np.floating[Any]) -> float | None:
+    """Return a JSON number, or None where there is none to give."""
+    number = float(value)
+    return number if math.isfinite(number) else None

@@ -1,0 +1,1 @@
+"""CAN: one owner per bus, stamps, loss accounting. No drive profile knowledge."""

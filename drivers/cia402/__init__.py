@@ -1,0 +1,1 @@
+"""CiA 402 drives over CANopen: words, states, PDO mapping, SDO access, the axis."""

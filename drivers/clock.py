@@ -1,0 +1,86 @@
+"""The one home of time: every deadline and every dt comes from a clock that is handed in.
+
+Wall time is only a label (`wall_time_utc`); nothing is ever computed from it.
+"""
+
+from __future__ import annotations
+
+import datetime
+import time
+from collections.abc import Callable
+from typing import Protocol
+
+
+class Clock(Protocol):
+    """Monotonic time and the only way to wait."""
+
+    def now(self) -> float:
+        """Return monotonic seconds; the origin is arbitrary, the value never falls."""
+        ...
+
+    def sleep_until(self, deadline_s: float) -> None:
+        """Return when `now()` has reached `deadline_s`; at once when it has passed."""
+        ...
+
+    def settle(self) -> None:
+        """Let everything that lives on this clock catch up with `now()`; time does not move."""
+        ...
+
+
+class MonotonicClock:
+    """The machine's monotonic clock: real time, nothing to settle."""
+
+    def now(self) -> float:
+        """Return the machine's monotonic time in seconds."""
+        return time.monotonic()
+
+    def sleep_until(self, deadline_s: float) -> None:
+        """Sleep until the monotonic clock has reached `deadline_s`."""
+        remaining_s = deadline_s - time.monotonic()
+        if remaining_s > 0.0:
+            time.sleep(remaining_s)  # noqa: TID251 - this is the clock
+
+    def settle(self) -> None:
+        """Do nothing: the world outside moves by itself."""
+
+
+class SteppedClock:
+    """Simulated time for one thread: sleeping *is* what moves the attached devices.
+
+    A device attaches its `step_to(now_s)`; it is called on every `sleep_until` and `settle`, in
+    order of attachment, so that a run is deterministic and as fast as the machine allows.
+    """
+
+    def __init__(self, start_s: float = 0.0) -> None:
+        self._now_s = start_s
+        self._devices: list[Callable[[float], None]] = []
+
+    def attach(self, step_to: Callable[[float], None]) -> None:
+        """Let `step_to(now_s)` be called whenever time moves or must settle."""
+        self._devices.append(step_to)
+
+    def now(self) -> float:
+        """Return simulated seconds."""
+        return self._now_s
+
+    def sleep_until(self, deadline_s: float) -> None:
+        """Jump to `deadline_s` and step every attached device to it."""
+        self._now_s = max(self._now_s, deadline_s)
+        self.settle()
+
+    def settle(self) -> None:
+        """Step every attached device to the present time."""
+        for step_to in self._devices:
+            step_to(self._now_s)
+
+
+def wall_time_utc() -> str:
+    """Return the wall time as ISO 8601 in UTC: a label for files, never a number to compute with.
+
+    Returns
+    -------
+    str
+        For example ``2026-03-01T02:03:04.567Z``.
+    """
+    now = datetime.datetime.now(tz=datetime.UTC)
+    return now.isoformat(timespec="milliseconds").replace("+00:00", "Z")

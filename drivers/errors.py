@@ -1,0 +1,100 @@
+"""What can go wrong with a device or a bus: one tree, each leaf saying what to do now.
+
+::
+
+    DriverError                     exit code 4
+    |-- BusError                    the bus cannot be opened, or has stopped working
+    |   |-- BusOverflowError        frames came faster than they were taken away
+    |   `-- WorkerDiedError         the bus's owner thread has ended
+    |-- NodeMissingError            nobody answers under this node id
+    |-- SdoError                    an object could not be read or written (abort code, time-out)
+    |-- IdentityError               another device than the one that the cell describes
+    |-- ConfigurationError          something that was set does not read back as set
+    |-- DriveFaultError             the drive reports a fault or sent an EMCY
+    |-- DriveStateError             the drive did not reach a state in time, or left it unasked
+    |-- HeartbeatLostError          the node's heartbeat has stopped
+    `-- SyncUnansweredError         the node no longer answers SYNC
+"""
+
+from __future__ import annotations
+
+
+class DriverError(Exception):
+    """Root of all device and bus errors.
+
+    Parameters
+    ----------
+    what : str
+        What happened, where, in one sentence.
+    do : str, optional
+        What a technician should do now, in one sentence.
+    """
+
+    retryable = False
+
+    def __init__(self, what: str, do: str = "") -> None:
+        super().__init__(f"{what} {do}".strip())
+        self.what = what
+        self.do = do
+
+
+class BusError(DriverError):
+    """The bus cannot be opened, or has stopped working."""
+
+    retryable = True
+
+
+class BusOverflowError(BusError):
+    """Frames came faster than they were taken away; some are lost."""
+
+
+class WorkerDiedError(BusError):
+    """The thread that owns the bus has ended."""
+
+
+class NodeMissingError(DriverError):
+    """Nobody answers under this node id."""
+
+    retryable = True
+
+
+class SdoError(DriverError):
+    """An object could not be read or written.
+
+    `abort_code` is CiA 301's code, or None for a time-out.
+    """
+
+    def __init__(self, what: str, do: str = "", abort_code: int | None = None) -> None:
+        super().__init__(what, do)
+        self.abort_code = abort_code
+
+
+class IdentityError(DriverError):
+    """The device on the bus is not the one that the cell describes."""
+
+
+class ConfigurationError(DriverError):
+    """Something that was set does not read back as it was set."""
+
+
+class DriveFaultError(DriverError):
+    """The drive reports a fault or sent an emergency message.
+
+    `error_code` is the EMCY or 0x603F code.
+    """
+
+    def __init__(self, what: str, do: str = "", error_code: int = 0) -> None:
+        super().__init__(what, do)
+        self.error_code = error_code
+
+
+class DriveStateError(DriverError):
+    """The drive did not reach a state in time, or left it unasked."""
+
+
+class HeartbeatLostError(DriverError):
+    """The node's heartbeat has stopped."""
+
+
+class SyncUnansweredError(DriverError):
+    """The node no longer answers SYNC."""

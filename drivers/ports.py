@@ -1,0 +1,136 @@
+"""What the agent asks of a device. A port has at most five methods; SI units, motor side.
+
+Implementations live in the other rooms of `drivers`; fakes speak bytes, never these classes.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol
+
+
+class Goal(enum.Enum):
+    """The state that the agent wants the drive to be in."""
+
+    OFF = "off"
+    ON = "on"
+    QUICK_STOP = "quick-stop"
+
+
+class DriveState(enum.Enum):
+    """The state that the drive says it is in, reduced to what decisions need."""
+
+    OFF = "off"  # power stage off, no fault
+    ON = "on"  # operation enabled: set-points are followed
+    QUICK_STOP = "quick-stop"
+    FAULT = "fault"
+
+
+class Command(NamedTuple):
+    """One tick's order to an axis."""
+
+    goal: Goal
+    velocity_rad_s: float  # motor side; ignored unless the goal is ON
+
+
+class Sample(NamedTuple):
+    """One answer of the drive to one SYNC."""
+
+    time_s: float  # when the SYNC was sent, on the injected clock
+    received_s: float  # when the answer was taken from the bus, same clock
+    position_rad: float
+    velocity_rad_s: float
+    torque_nm: float
+    gearbox_temperature_degc: float  # NaN: no sensor, or its value is a sentinel
+    state: DriveState
+    internal_limit_active: bool
+
+
+@dataclass(frozen=True)
+class AxisEvidence:
+    """What `open` found and set, kept with the recording.
+
+    Parameters
+    ----------
+    identity : mapping
+        `vendor_id`, `product_code`, `revision`, `serial`, `name` as read.
+    settings : mapping
+        Every object that was read back after it was set, "0x6007:00" -> value.
+    found : mapping
+        The same objects as they were found, so that they can be restored.
+    """
+
+    identity: Mapping[str, int | str]
+    settings: Mapping[str, int] = field(default_factory=dict)
+    found: Mapping[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class SyncAccount:
+    """How many samples were asked for and what became of them.
+
+    `jitter_s` is the standard deviation of the answers' delay; `late` counts answers that came
+    after the next SYNC had been sent.
+    """
+
+    expected: int = 0
+    received: int = 0
+    lost: int = 0
+    late: int = 0
+    jitter_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class StopReport:
+    """How a stop ended. `at_rest` is True only when standstill was measured."""
+
+    at_rest: bool
+    samples: tuple[Sample, ...]
+    reason: str
+
+
+class Axis(Protocol):
+    """One drive under test. Not thread-safe: called from the control tick alone."""
+
+    def open(self) -> AxisEvidence:
+        """Identify, snapshot, map and arm the drive; it stays without torque.
+
+        Raises
+        ------
+        drivers.errors.DriverError
+            With the reason; whatever had been written is restored by `close`.
+        """
+        ...
+
+    def send(self, command: Command) -> None:
+        """Send set-point, SYNC and (when due) the heartbeat; never waits for an answer."""
+        ...
+
+    def receive(self) -> tuple[Sample, ...]:
+        """Return all samples that have arrived since the last call, oldest first; never waits.
+
+        Raises
+        ------
+        drivers.errors.DriverError
+            EMCY, fault, heartbeat lost, SYNC unanswered, bus or worker dead.
+        """
+        ...
+
+    def stop(self, deadline_s: float) -> StopReport:
+        """Quick-stop and wait, up to the clock's `deadline_s`, for a measured standstill.
+
+        Never raises: whatever fails is in the report, and the other means are still tried.
+        """
+        ...
+
+    def close(self) -> SyncAccount:
+        """Take torque away, restore what `open` changed, let go of the node. May be repeated.
+
+        Raises
+        ------
+        drivers.errors.ConfigurationError
+            Naming every object that could not be restored.
+        """
+        ...

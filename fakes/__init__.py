@@ -1,0 +1,1 @@
+"""Devices that are not there: real bytes, own physics, injected time. No product code."""

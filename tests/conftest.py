@@ -1,0 +1,33 @@
+"""What every test shares: real recordings, seeds, and the check that no thread is left behind."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(autouse=True)
+def no_thread_left_behind() -> Iterator[None]:
+    """Fail the test that leaves a thread of its own running."""
+    before = set(threading.enumerate())
+    yield
+    leaked = [t for t in threading.enumerate() if t not in before and t.is_alive()]
+    for thread in leaked:
+        thread.join(timeout=1.0)
+    leaked = [t for t in leaked if t.is_alive()]
+    assert not leaked, f"threads left behind: {[t.name for t in leaked]}"
+
+
+@pytest.fixture(scope="session")
+def real_recordings() -> Path:
+    """Return the folder of real recordings, or skip, saying so."""
+    folder = Path(os.environ.get("STRIBECK_DATA", REPOSITORY.parent / "shared" / "data"))
+    if not folder.is_dir():
+        pytest.skip(f"real recordings are not here ({folder}); set STRIBECK_DATA")
+    return folder
