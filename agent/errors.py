@@ -6,7 +6,7 @@
     |-- InputError        exit 3   a file, a cell description or an argument cannot be used
     |-- StorageError      exit 3   a result cannot be written (disk full, no permission)
     |-- RefusedError      exit 5   nothing has moved, and nothing will: the reasons are listed
-    `-- StoppedError      exit 5   the joint was stopped by the agent; what had been recorded is kept
+    `-- StoppedError      exit 5   the joint was stopped by the agent; the recording so far is kept
 
 Device and bus errors are `drivers.errors.DriverError` (exit 4). `agent.cli.exits` holds the one
 table from errors to exit codes.
