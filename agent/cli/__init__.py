@@ -1,1 +1,32 @@
 """Typer commands: parse, call, print. No logic of their own."""
+
+from __future__ import annotations
+
+import sys
+
+
+def main() -> None:
+    """Run the command line: one sentence for an error, the exit code of the contract.
+
+    A traceback is shown with `--debug` only.
+    """
+    from agent.cli.app import app
+    from agent.cli.exits import OUR_FAULT, exit_code
+
+    try:
+        app()
+    except Exception as error:
+        if "--debug" in sys.argv:
+            raise
+        code = exit_code(error)
+        if code == OUR_FAULT:
+            sentence = (
+                f"This is a fault of stribeck's own ({type(error).__name__}: {error}). "
+                "Run the command again with --debug and report what it shows."
+            )
+        else:
+            sentence = str(error)
+        print(sentence, file=sys.stderr)  # noqa: T201 - talk belongs on stderr
+        for note in getattr(error, "__notes__", ()):
+            print(note, file=sys.stderr)  # noqa: T201 - as above
+        sys.exit(code)

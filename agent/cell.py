@@ -1,0 +1,320 @@
+"""CELL.toml: one robot cell, its bus and its axes, as a frozen and validated description.
+
+Units are in the names. Unknown keys are refused, and every mistake is reported at once. Angles of
+the arm are in degrees here, because that is what a technician reads from the robot's pendant; they
+are converted to motor-side radians once, in this module.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    model_validator,
+)
+
+from agent.errors import InputError
+from trajectories import AxisLimits, TorqueModel
+
+SCHEMA = "stribeck.cell/1"
+
+
+def _a_name(text: str) -> str:
+    """Return `text` when it can stand in a file name on every system."""
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}", text):
+        raise ValueError(
+            "expected letters, digits, '.', '_' or '-', starting with a letter or digit"
+        )
+    return text
+
+
+Name = Annotated[str, AfterValidator(_a_name)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class _Part(BaseModel):
+    """A part of the cell: frozen, strict about keys and about what is a number."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
+
+
+class Bus(_Part):
+    """How the CAN bus is reached; names as python-can has them."""
+
+    interface: str = Field(min_length=1)
+    channel: str | int
+    bitrate: int = Field(default=1_000_000, gt=0)
+    options: dict[str, str | int | float | bool] = {}
+
+
+class TemperatureObject(_Part):
+    """A gearbox temperature that the drive passes on as a 16-bit object."""
+
+    object: Annotated[str, Field(pattern=r"^0x[0-9A-Fa-f]{4}:[0-9A-Fa-f]{2}$")]
+    degc_per_count: Positive = 0.1
+    offset_degc: Finite = 0.0
+    no_sensor_counts: tuple[int, ...] = Field(default=(-32768,), strict=False)
+
+    @property
+    def index(self) -> int:
+        """Return the object's index."""
+        return int(self.object[2:6], 16)
+
+    @property
+    def subindex(self) -> int:
+        """Return the object's sub-index."""
+        return int(self.object[7:9], 16)
+
+
+class Drive(_Part):
+    """The servo drive: who it must be, and what its numbers mean."""
+
+    node_id: int = Field(ge=1, le=126)
+    vendor_id: int = Field(ge=0, le=0xFFFFFFFF)
+    product_code: int = Field(ge=0, le=0xFFFFFFFF)
+    serial: int | None = Field(default=None, ge=0, le=0xFFFFFFFF)
+    rated_torque_nm: Positive
+    encoder_counts_per_motor_rev: int = Field(gt=0)
+    velocity_unit: Literal["counts_per_s", "rpm", "milli_rpm"] = "counts_per_s"
+    direction: Literal[1, -1] = 1
+    zero_position_counts: int = 0
+    gearbox_temperature: TemperatureObject | None = None
+
+
+class Limits(_Part):
+    """What this axis may never exceed; the gate refuses what would."""
+
+    arm_position_min_deg: Finite
+    arm_position_max_deg: Finite
+    motor_velocity_max_rad_s: Positive
+    motor_acceleration_max_rad_s2: Positive
+    motor_jerk_max_rad_s3: Positive
+    motor_torque_max_nm: Positive
+    stopping_deceleration_rad_s2: Positive
+    velocity_error_max_rad_s: Positive
+    following_error_max_arm_deg: Positive
+    gearbox_temperature_min_degc: Finite = 0.0
+    gearbox_temperature_max_degc: Finite = 80.0
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.arm_position_min_deg >= self.arm_position_max_deg:
+            raise ValueError("arm_position_min_deg must be below arm_position_max_deg")
+        if self.gearbox_temperature_min_degc >= self.gearbox_temperature_max_degc:
+            raise ValueError(
+                "gearbox_temperature_min_degc must be below gearbox_temperature_max_degc"
+            )
+        return self
+
+
+class Supervision(_Part):
+    """How quickly silence is noticed, by us and by the drive."""
+
+    agent_node_id: int = Field(default=127, ge=1, le=127)
+    heartbeat_period_s: Positive = 0.02
+    heartbeat_timeout_s: Positive = 0.15
+    drive_heartbeat_period_s: Positive = 0.1
+    sample_age_max_s: Positive = 0.1
+    samples_lost_in_a_row_max: int = Field(default=3, ge=1)
+
+    @property
+    def reaction_time_s(self) -> float:
+        """Return how long the joint may go on before anything brakes it, in seconds."""
+        return max(self.heartbeat_timeout_s + self.heartbeat_period_s, self.sample_age_max_s)
+
+    @model_validator(mode="after")
+    def _heartbeats_fit(self) -> Self:
+        if self.heartbeat_timeout_s < 3.0 * self.heartbeat_period_s:
+            raise ValueError("heartbeat_timeout_s must be at least three heartbeat_period_s")
+        return self
+
+
+class Stair(_Part):
+    """The identification cycle: each speed forward and backward, between two arm positions."""
+
+    kind: Literal["paired", "between"] = "paired"
+    arm_from_deg: Finite = -50.0
+    arm_to_deg: Finite = 50.0
+    speeds: int = Field(default=11, ge=2, le=60)
+    motor_velocity_min_rad_s: Positive
+    motor_velocity_max_rad_s: Positive
+    motor_acceleration_rad_s2: Positive
+    motor_jerk_rad_s3: Positive
+    duration_s: Positive = 40.0
+    approach_velocity_rad_s: Positive
+    start_tolerance_arm_deg: Positive = 0.5
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.motor_velocity_min_rad_s >= self.motor_velocity_max_rad_s:
+            raise ValueError("motor_velocity_min_rad_s must be below motor_velocity_max_rad_s")
+        if self.arm_from_deg >= self.arm_to_deg:
+            raise ValueError("arm_from_deg must be below arm_to_deg")
+        return self
+
+
+class Expected(_Part):
+    """A rough idea of the joint, for the torque estimate of the dry run; motor side."""
+
+    inertia_kg_m2: NonNegative = 0.0
+    coulomb_nm: NonNegative = 0.0
+    viscous_nm_s_per_rad: NonNegative = 0.0
+    gravity_peak_nm: NonNegative = 0.0
+
+
+class Axis(_Part):
+    """One joint: its drive, its limits, its cycle, and who has commissioned it."""
+
+    number: int = Field(ge=1, le=99)
+    commissioned: bool = False
+    commissioned_by: str = ""
+    gear_ratio: Annotated[float, Field(ge=1.0, allow_inf_nan=False)]
+    gearbox_serial: str = ""
+    payload_kg: NonNegative | None = None
+    drive: Drive
+    limits: Limits
+    stair: Stair
+    supervision: Supervision = Supervision()
+    expected: Expected | None = None
+
+    def motor_rad(self, arm_deg: float) -> float:
+        """Return the motor angle, in radians, of an arm angle in degrees."""
+        return math.radians(arm_deg) * self.gear_ratio
+
+    @property
+    def motor_limits(self) -> AxisLimits:
+        """Return the limits on the motor side, in radians."""
+        return AxisLimits(
+            position_min_rad=self.motor_rad(self.limits.arm_position_min_deg),
+            position_max_rad=self.motor_rad(self.limits.arm_position_max_deg),
+            velocity_max_rad_s=self.limits.motor_velocity_max_rad_s,
+            acceleration_max_rad_s2=self.limits.motor_acceleration_max_rad_s2,
+            jerk_max_rad_s3=self.limits.motor_jerk_max_rad_s3,
+            torque_max_nm=self.limits.motor_torque_max_nm,
+            stopping_deceleration_rad_s2=self.limits.stopping_deceleration_rad_s2,
+            reaction_time_s=self.supervision.reaction_time_s,
+        )
+
+    @property
+    def torque_model(self) -> TorqueModel | None:
+        """Return the rough torque model of the dry run, where the cell gives one."""
+        if self.expected is None:
+            return None
+        return TorqueModel(
+            inertia_kg_m2=self.expected.inertia_kg_m2,
+            coulomb_nm=self.expected.coulomb_nm,
+            viscous_nm_s_per_rad=self.expected.viscous_nm_s_per_rad,
+            gravity_nm=self.expected.gravity_peak_nm,
+        )
+
+    @model_validator(mode="after")
+    def _someone_answers_for_it(self) -> Self:
+        if self.commissioned and not self.commissioned_by.strip():
+            raise ValueError("commissioned = true needs commissioned_by: who, and when")
+        return self
+
+
+class Recording(_Part):
+    """Where and how often samples are kept."""
+
+    folder: str = "recordings"
+    sample_rate_hz: Annotated[float, Field(ge=50.0, le=1000.0)] = 500.0
+    disk_reserve_mb: Annotated[float, Field(ge=0.0)] = 200.0
+
+
+class Cell(_Part):
+    """One robot cell."""
+
+    schema_: Literal["stribeck.cell/1"] = Field(alias="schema")
+    robot: Name
+    bus: Bus
+    recording: Recording = Recording()
+    axis: tuple[Axis, ...] = Field(min_length=1, strict=False)
+
+    @model_validator(mode="after")
+    def _axes_are_distinct(self) -> Self:
+        for what in ("number", "node_id"):
+            values = [a.number if what == "number" else a.drive.node_id for a in self.axis]
+            twice = sorted({v for v in values if values.count(v) > 1})
+            if twice:
+                raise ValueError(f"{what} {twice[0]} is given to more than one axis")
+        for axis in self.axis:
+            if axis.supervision.agent_node_id == axis.drive.node_id:
+                raise ValueError(f"axis {axis.number}: agent_node_id is the drive's own node_id")
+        return self
+
+    def axis_numbered(self, number: int) -> Axis:
+        """Return the axis with this number, or refuse, naming those there are."""
+        for axis in self.axis:
+            if axis.number == number:
+                return axis
+        known = ", ".join(str(a.number) for a in self.axis)
+        raise InputError(f"The cell {self.robot} has no axis {number}; it has {known}.")
+
+
+def parse_cell(text: str, source: str = "CELL.toml") -> Cell:
+    """Parse and validate a cell description.
+
+    Parameters
+    ----------
+    text : str
+        TOML.
+    source : str
+        What to call it in messages.
+
+    Raises
+    ------
+    agent.errors.InputError
+        With every mistake on a line of its own.
+    """
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"{source} is not TOML: {error}.") from error
+    try:
+        return Cell.model_validate(data)
+    except ValidationError as error:
+        mistakes = [_mistake(e) for e in error.errors()]
+        head = f"{source} has {len(mistakes)} mistake{'s' if len(mistakes) > 1 else ''}:"
+        raise InputError("\n  - ".join([head, *mistakes])) from error
+
+
+def read_cell(path: Path) -> Cell:
+    """Read and validate CELL.toml.
+
+    Raises
+    ------
+    agent.errors.InputError
+        Where the file cannot be read, or with every mistake in it.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"The cell description {path} cannot be read: {error}.") from error
+    return parse_cell(text, source=str(path))
+
+
+def _mistake(error: Any) -> str:
+    """Return one of pydantic's errors as a line that names the key as TOML has it."""
+    where = ""
+    for part in error["loc"]:
+        where += f"[{part + 1}]" if isinstance(part, int) else f".{part}" if where else str(part)
+    if error["type"] == "extra_forbidden":
+        return f"{where}: unknown key"
+    message = error["msg"].removeprefix("Value error, ")
+    given = error.get("input")
+    shown = "" if isinstance(given, dict | list | tuple) else f" (given: {given!r})"
+    if error["type"] == "missing":
+        return f"{where}: is missing"
+    return f"{where or 'the cell'}: {message}{shown}"

@@ -1,0 +1,133 @@
+"""The commands. Heavy imports are inside them, so that `--help` is instant."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(
+    name="stribeck",
+    help="Friction of industrial robot joints: drive the stair, record, estimate, explain.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    add_completion=False,
+    rich_markup_mode=None,
+)
+
+Json = Annotated[bool, typer.Option("--json", help="Write the result to stdout as JSON.")]
+Recordings = Annotated[
+    list[str], typer.Argument(metavar="RECORDING...", help="Files, folders or globs.")
+]
+
+
+@app.callback()
+def options(
+    debug: Annotated[bool, typer.Option("--debug", help="Show a traceback on errors.")] = False,
+) -> None:
+    """Friction of industrial robot joints: drive the stair, record, estimate, explain."""
+
+
+@app.command()
+def demo(
+    out: Annotated[Path, typer.Option(help="Where the files go.")] = Path("stribeck-demo"),
+    seed: Annotated[int, typer.Option(help="Seed of the simulated robot.")] = 1,
+) -> None:
+    """Show the whole story on a simulated robot joint on a virtual CAN bus; no hardware."""
+    from agent.cli.demo import run_demo
+
+    run_demo(out, seed)
+
+
+@app.command()
+def run(
+    cell: Annotated[Path, typer.Argument(metavar="CELL.toml", help="The cell's description.")],
+    axis: Annotated[int, typer.Option(help="Number of the axis.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Where the files go; else the cell's folder.")
+    ] = None,
+    reverse: Annotated[
+        bool, typer.Option("--reverse", help="Drive the reversed stair (validation run).")
+    ] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Say what would be driven; open no bus.")
+    ] = False,
+    json: Json = False,
+) -> None:
+    """Drive one cycle on a real axis: preflight, stair, recording, estimate, verdict."""
+    from agent.cli.run import dry_run_axis, run_axis
+
+    if dry_run:
+        dry_run_axis(cell, axis, reverse=reverse)
+    else:
+        run_axis(cell, axis, out, reverse=reverse, as_json=json)
+
+
+@app.command()
+def estimate(
+    recordings: Recordings,
+    validation: Annotated[
+        str | None, typer.Option(help="A run of its own (reversed stair) to predict.")
+    ] = None,
+    report: Annotated[
+        Path | None, typer.Option(help="Write the offline HTML report to this file.")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Estimate friction curve, friction models and rigid body from anybody's recordings."""
+    from agent.cli.estimate import run_estimate
+
+    run_estimate(recordings, validation, report, as_json=json)
+
+
+@app.command()
+def twin(
+    recordings: Recordings,
+    out: Annotated[Path, typer.Option(help="The twin to write (TOML).")],
+) -> None:
+    """Identify the plain twin (rigid body, gravity, Coulomb, viscous) from recordings."""
+    from agent.cli.estimate import run_twin
+
+    run_twin(recordings, out)
+
+
+@app.command()
+def fake(
+    interface: Annotated[
+        str, typer.Option(help="python-can interface: udp_multicast, socketcan, ...")
+    ] = "udp_multicast",
+    channel: Annotated[str, typer.Option(help="Channel of that interface.")] = "239.74.163.2",
+    node: Annotated[int, typer.Option(help="CANopen node id.")] = 1,
+    seed: Annotated[int, typer.Option(help="Seed of its noise.")] = 1,
+    write_cell: Annotated[
+        Path | None, typer.Option(help="Write a CELL.toml that drives this very joint.")
+    ] = None,
+    short: Annotated[
+        bool, typer.Option("--short", help="Let that cell ask for a stair of 12 s, not 40 s.")
+    ] = False,
+) -> None:
+    """Start a simulated servo drive with its joint, in real time, as a process of its own."""
+    from agent.cli.fake import run_fake
+
+    run_fake(interface, channel, node, seed, write_cell, short=short)
+
+
+@app.command()
+def recover(
+    recordings: Annotated[
+        list[Path], typer.Argument(metavar="FOLDER|FILE...", help="Where a run was cut off.")
+    ],
+) -> None:
+    """Finish the recordings that a kill or a power cut has left behind."""
+    from agent.cli.recover import run_recover
+
+    run_recover(recordings)
+
+
+@app.command("example-cell")
+def example_cell() -> None:
+    """Print an example CELL.toml with every key explained; it is not commissioned."""
+    from importlib.resources import files
+
+    typer.echo(files("agent.examples").joinpath("cell.toml").read_text(encoding="utf-8"), nl=False)

@@ -1,0 +1,70 @@
+"""How the commands talk: stdout carries data, stderr talk and progress."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from types import FrameType
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+STAGES = {
+    "enable": "switching the drive on",
+    "approach": "going to the start",
+    "stair": "driving the stair",
+    "return": "returning",
+    "disable": "switching the drive off",
+    "done": "done",
+}
+
+
+def talker() -> Console:
+    """Return the console for talk: stderr, no highlighting of numbers."""
+    return Console(stderr=True, highlight=False, soft_wrap=True)
+
+
+@contextlib.contextmanager
+def progress_bar(title: str) -> Iterator[Callable[[str, float], None]]:
+    """Show a progress bar on stderr; yield the function that moves it (stage, share 0 to 1)."""
+    with Progress(
+        TextColumn("{task.description}"),
+        BarColumn(bar_width=30),
+        TextColumn("{task.percentage:>3.0f} %"),
+        TimeRemainingColumn(),
+        console=talker(),
+        transient=False,
+    ) as progress:
+        task = progress.add_task(title, total=1.0)
+
+        def update(stage: str, share: float) -> None:
+            words = STAGES.get(stage, stage)
+            progress.update(task, completed=share, description=f"{title}: {words:<22}")
+
+        yield update
+
+
+@contextlib.contextmanager
+def stop_on_signal() -> Iterator[Callable[[], str | None]]:
+    """Turn Ctrl-C and SIGTERM into a request to stop that the control loop asks for.
+
+    The joint is then stopped by the one clean-up path, in order, instead of the program being torn
+    out of it. A second Ctrl-C changes nothing: the clean-up is already on its way.
+    """
+    asked = threading.Event()
+    reason = ["the operator asked for it"]
+
+    def ask(number: int, _frame: FrameType | None) -> None:
+        if number == signal.SIGTERM:
+            reason[0] = "the program was asked to end (SIGTERM)"
+        asked.set()
+
+    kinds = (signal.SIGINT, signal.SIGTERM)
+    previous = {kind: signal.signal(kind, ask) for kind in kinds}
+    try:
+        yield lambda: reason[0] if asked.is_set() else None
+    finally:
+        for kind, handler in previous.items():
+            signal.signal(kind, handler)

@@ -1,0 +1,116 @@
+"""What one cycle will do: a frozen value made from the cell before any bus is opened."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from agent.cell import Axis, Cell
+from agent.cycle.gate import GateLimits
+from trajectories import Trajectory, stair_between, stair_paired
+
+
+@dataclass(frozen=True)
+class Approach:
+    """How the joint gets to the start of its trajectory and back; motor side."""
+
+    velocity_rad_s: float
+    acceleration_rad_s2: float
+    jerk_rad_s3: float
+    tolerance_rad: float
+    settle_s: float = 0.3
+    attempts: int = 3
+
+
+@dataclass(frozen=True)
+class CyclePlan:
+    """One cycle on one axis.
+
+    Parameters
+    ----------
+    robot, axis : str, int
+        Whose joint moves.
+    gear_ratio : float
+        Motor turns per arm turn.
+    trajectory : trajectories.Trajectory
+        The stair.
+    approach : Approach
+        How to get to its start and back.
+    limits : GateLimits
+        What every set-point must satisfy.
+    tick_s : float
+        Control and sample period.
+    transition_timeout_s : float
+        How long the drive may take to be on, or off.
+    """
+
+    robot: str
+    axis: int
+    gear_ratio: float
+    trajectory: Trajectory
+    approach: Approach
+    limits: GateLimits
+    tick_s: float
+    transition_timeout_s: float = 3.0
+
+
+def stair_of(axis: Axis, *, reverse: bool = False) -> Trajectory:
+    """Return the stair that the cell asks for on this axis.
+
+    Parameters
+    ----------
+    axis : agent.cell.Axis
+        Its stair and its gear ratio.
+    reverse : bool
+        Whether to return the validation run: the same passes in reverse order.
+
+    Raises
+    ------
+    trajectories.TrajectoryError
+        Where no stair fits: says what would.
+    """
+    stair = axis.stair
+    build = stair_paired if stair.kind == "paired" else stair_between
+    trajectory = build(
+        from_rad=axis.motor_rad(stair.arm_from_deg),
+        to_rad=axis.motor_rad(stair.arm_to_deg),
+        speeds=stair.speeds,
+        velocity_min_rad_s=stair.motor_velocity_min_rad_s,
+        velocity_max_rad_s=stair.motor_velocity_max_rad_s,
+        duration_s=stair.duration_s,
+        acceleration_rad_s2=stair.motor_acceleration_rad_s2,
+        jerk_rad_s3=stair.motor_jerk_rad_s3,
+    )
+    return trajectory.reversed() if reverse else trajectory
+
+
+def plan_cycle(cell: Cell, axis: Axis, *, reverse: bool = False) -> CyclePlan:
+    """Return the plan of one cycle: the trajectory and the limits that will be enforced."""
+    limits, stair, motor = axis.limits, axis.stair, axis.motor_limits
+    return CyclePlan(
+        robot=cell.robot,
+        axis=axis.number,
+        gear_ratio=axis.gear_ratio,
+        trajectory=stair_of(axis, reverse=reverse),
+        approach=Approach(
+            velocity_rad_s=stair.approach_velocity_rad_s,
+            acceleration_rad_s2=stair.motor_acceleration_rad_s2,
+            jerk_rad_s3=stair.motor_jerk_rad_s3,
+            tolerance_rad=axis.motor_rad(stair.start_tolerance_arm_deg),
+        ),
+        limits=GateLimits(
+            velocity_max_rad_s=limits.motor_velocity_max_rad_s,
+            acceleration_max_rad_s2=limits.motor_acceleration_max_rad_s2,
+            position_min_rad=motor.position_min_rad,
+            position_max_rad=motor.position_max_rad,
+            stopping_deceleration_rad_s2=limits.stopping_deceleration_rad_s2,
+            reaction_time_s=axis.supervision.reaction_time_s,
+            velocity_error_max_rad_s=limits.velocity_error_max_rad_s,
+            following_error_max_rad=axis.motor_rad(limits.following_error_max_arm_deg),
+            torque_max_nm=limits.motor_torque_max_nm,
+            temperature_min_degc=limits.gearbox_temperature_min_degc,
+            temperature_max_degc=limits.gearbox_temperature_max_degc,
+            temperature_required=axis.drive.gearbox_temperature is not None,
+            sample_age_max_s=axis.supervision.sample_age_max_s,
+        ),
+        tick_s=1.0 / cell.recording.sample_rate_hz,
+    )

@@ -1,0 +1,92 @@
+"""The one clean-up path: taken once on every way out of a cycle, and it never gives up halfway.
+
+Stop the joint, take torque away and restore the drive, finish the recording. Each step is tried
+whatever became of the one before; what failed is in the `Aftermath`, in words.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from agent.errors import AgentError
+from drivers.clock import Clock
+from drivers.errors import DriverError
+from drivers.ports import Axis, Sample, SyncAccount
+
+STOP_TIMEOUT_S = 5.0
+
+
+@dataclass(frozen=True)
+class Aftermath:
+    """How the clean-up went.
+
+    Parameters
+    ----------
+    at_rest : bool
+        Whether standstill was measured, or nothing had been enabled.
+    restored : bool
+        Whether every register is as it was found.
+    account : SyncAccount or None
+        Samples asked for and received.
+    recording : pathlib.Path or None
+        The recording, as far as it got.
+    problems : tuple of str
+        What failed, in words.
+    """
+
+    at_rest: bool
+    restored: bool
+    account: SyncAccount | None
+    recording: Path | None
+    problems: tuple[str, ...]
+
+
+def tear_down(
+    axis: Axis,
+    clock: Clock,
+    *,
+    has_torque: bool,
+    keep: Callable[[tuple[Sample, ...]], None],
+    finish: Callable[[SyncAccount | None], Path | None],
+) -> Aftermath:
+    """Bring the joint to rest, the drive to how it was found, the recording to the disk.
+
+    Parameters
+    ----------
+    axis : Axis
+        Opened or half opened.
+    clock : Clock
+        For the deadline of the stop.
+    has_torque : bool
+        Whether the drive may be enabled; False skips the stop.
+    keep : callable
+        Records the samples that arrive during the stop.
+    finish : callable
+        Finishes the recording, given the account of samples; returns its path.
+    """
+    problems: list[str] = []
+    at_rest = not has_torque
+    if has_torque:
+        report = axis.stop(clock.now() + STOP_TIMEOUT_S)
+        at_rest = report.at_rest
+        if not at_rest:
+            problems.append(f"standstill was not seen: {report.reason}")
+        try:
+            keep(report.samples)
+        except AgentError as error:
+            problems.append(str(error))
+    account: SyncAccount | None = None
+    restored = True
+    try:
+        account = axis.close()
+    except DriverError as error:
+        restored = False
+        problems.append(str(error))
+    recording: Path | None = None
+    try:
+        recording = finish(account)
+    except AgentError as error:
+        problems.append(str(error))
+    return Aftermath(at_rest, restored, account, recording, tuple(problems))

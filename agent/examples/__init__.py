@@ -1,0 +1,1 @@
+"""Example files that ship with the product. No code."""

@@ -1,0 +1,223 @@
+"""The gate passes what is shown to be safe, up to each limit exactly, and nothing else."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from agent.cycle.gate import GateLimits, SetPoint, refusals
+from drivers.ports import DriveState, Sample
+
+LIMITS = GateLimits(
+    velocity_max_rad_s=200.0,
+    acceleration_max_rad_s2=1000.0,
+    position_min_rad=-300.0,
+    position_max_rad=300.0,
+    stopping_deceleration_rad_s2=1000.0,
+    reaction_time_s=0.1,
+    velocity_error_max_rad_s=20.0,
+    following_error_max_rad=5.0,
+    torque_max_nm=10.0,
+    temperature_min_degc=5.0,
+    temperature_max_degc=70.0,
+    temperature_required=True,
+    sample_age_max_s=0.05,
+)
+NOW_S = 100.0
+WANTED = SetPoint(velocity_rad_s=50.0, position_rad=0.0, previous_velocity_rad_s=50.0, step_s=0.002)
+SAMPLE = Sample(
+    time_s=NOW_S - 0.002,
+    received_s=NOW_S - 0.001,
+    position_rad=0.0,
+    velocity_rad_s=50.0,
+    torque_nm=1.0,
+    gearbox_temperature_degc=30.0,
+    state=DriveState.ON,
+    internal_limit_active=False,
+)
+
+
+def wanted(**changes: float) -> SetPoint:
+    return dataclasses.replace(WANTED, **changes)
+
+
+def sample(**changes: object) -> Sample:
+    return SAMPLE._replace(**changes)  # type: ignore[arg-type]  # the names are checked below
+
+
+def test_an_ordinary_set_point_passes() -> None:
+    assert refusals(LIMITS, WANTED, SAMPLE, NOW_S) == ()
+
+
+def test_nothing_passes_before_something_was_measured() -> None:
+    assert refusals(LIMITS, WANTED, None, NOW_S) == ("nothing has been measured yet",)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(
+    ("build", "limit", "word"),
+    [
+        pytest.param(
+            lambda x: (
+                wanted(velocity_rad_s=x, previous_velocity_rad_s=x),
+                sample(velocity_rad_s=x),
+            ),
+            200.0,
+            "exceeds the limit",
+            id="velocity",
+        ),
+        pytest.param(
+            lambda x: (wanted(velocity_rad_s=50.0 + x), sample()),
+            1000.0 * 0.002,
+            "would jump",
+            id="rate",
+        ),
+        pytest.param(
+            lambda x: (wanted(), sample(velocity_rad_s=50.0 + x)),
+            20.0,
+            "from its set-point",
+            id="velocity error",
+        ),
+        pytest.param(
+            lambda x: (wanted(position_rad=x), sample()),
+            5.0,
+            "measured position is",
+            id="following error",
+        ),
+        pytest.param(
+            lambda x: (wanted(), sample(torque_nm=x)), 10.0, "measured torque", id="torque"
+        ),
+    ],
+)
+def test_each_limit_is_exact(build, limit: float, word: str, sign: float) -> None:  # type: ignore[no-untyped-def]  # a lambda per row
+    for inside in (0.0, 0.5, 0.999, 1.0):
+        assert refusals(LIMITS, *build(sign * limit * inside), NOW_S) == (), inside
+    for outside in (1.0 + 1e-6, 1.01, 2.0, 1e6):
+        found = refusals(LIMITS, *build(sign * limit * outside), NOW_S)
+        assert any(word in reason for reason in found), (outside, found)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("speed", [1.0, 20.0, 200.0])
+@pytest.mark.parametrize("who", ["command", "measured"])
+def test_the_window_holds_the_stopping_distance(speed: float, sign: float, who: str) -> None:
+    """Command or measurement, whichever is faster, must be stoppable inside the window."""
+    limits = dataclasses.replace(LIMITS, velocity_error_max_rad_s=math.inf)
+    reach = speed * 0.1 + speed**2 / 2000.0
+    velocity = sign * speed
+    asked = velocity if who == "command" else 0.0
+    measured = velocity if who == "measured" else 0.0
+    for offset, safe in ((-1e-6, True), (1e-6, False), (50.0, False)):
+        position = sign * (300.0 - reach + offset)
+        found = refusals(
+            limits,
+            wanted(velocity_rad_s=asked, previous_velocity_rad_s=asked, position_rad=position),
+            sample(velocity_rad_s=measured, position_rad=position),
+            NOW_S,
+        )
+        assert (found == ()) is safe, found
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_joint_outside_its_window_may_come_back_but_not_go_on(sign: float) -> None:
+    outside = sign * 310.0
+    back = refusals(
+        LIMITS,
+        wanted(velocity_rad_s=-sign, previous_velocity_rad_s=-sign, position_rad=outside),
+        sample(velocity_rad_s=0.0, position_rad=outside),
+        NOW_S,
+    )
+    onwards = refusals(
+        LIMITS,
+        wanted(velocity_rad_s=sign, previous_velocity_rad_s=sign, position_rad=outside),
+        sample(velocity_rad_s=0.0, position_rad=outside),
+        NOW_S,
+    )
+    assert back == ()
+    assert any("outside" in reason for reason in onwards)
+
+
+@pytest.mark.parametrize(
+    ("age_s", "fresh"), [(0.0, True), (0.05, True), (0.0501, False), (10.0, False), (-0.01, False)]
+)
+def test_a_stale_sample_or_one_from_the_future_refuses(age_s: float, fresh: bool) -> None:
+    found = refusals(LIMITS, WANTED, sample(time_s=NOW_S - age_s), NOW_S)
+    assert (found == ()) is fresh, found
+
+
+@pytest.mark.parametrize(
+    ("degc", "fine"),
+    [(5.0, True), (70.0, True), (4.99, False), (70.01, False), (math.nan, False), (-999.0, False)],
+)
+def test_gearbox_temperature(degc: float, fine: bool) -> None:
+    found = refusals(LIMITS, WANTED, sample(gearbox_temperature_degc=degc), NOW_S)
+    assert (found == ()) is fine, found
+
+
+def test_a_missing_temperature_passes_only_where_none_is_required() -> None:
+    without = dataclasses.replace(LIMITS, temperature_required=False)
+    missing = sample(gearbox_temperature_degc=math.nan)
+    assert refusals(without, WANTED, missing, NOW_S) == ()
+
+
+@pytest.mark.parametrize("state", [s for s in DriveState if s is not DriveState.ON])
+def test_only_an_enabled_drive_moves(state: DriveState) -> None:
+    assert refusals(LIMITS, WANTED, sample(state=state), NOW_S)
+
+
+def test_a_drive_at_its_own_limit_does_not_move() -> None:
+    assert refusals(LIMITS, WANTED, sample(internal_limit_active=True), NOW_S)
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_what_is_not_a_number_never_passes(bad: float) -> None:
+    for name in ("velocity_rad_s", "position_rad", "previous_velocity_rad_s", "step_s"):
+        assert refusals(LIMITS, wanted(**{name: bad}), SAMPLE, NOW_S), name
+    for name in ("time_s", "position_rad", "velocity_rad_s", "torque_nm"):
+        assert refusals(LIMITS, WANTED, sample(**{name: bad}), NOW_S), name
+    assert refusals(LIMITS, WANTED, SAMPLE, bad)
+
+
+numbers = st.floats(min_value=-500.0, max_value=500.0)
+
+
+@given(
+    velocity=numbers,
+    previous=numbers,
+    step_s=st.floats(min_value=-0.1, max_value=0.5),
+    measured=numbers,
+    position=numbers,
+    planned=numbers,
+    torque=st.floats(min_value=-20.0, max_value=20.0),
+)
+def test_whatever_passes_satisfies_every_limit(
+    velocity: float,
+    previous: float,
+    step_s: float,
+    measured: float,
+    position: float,
+    planned: float,
+    torque: float,
+) -> None:
+    """The law of the gate, recomputed without it: passing implies every inequality."""
+    found = refusals(
+        LIMITS,
+        SetPoint(velocity, planned, previous, step_s),
+        sample(velocity_rad_s=measured, position_rad=position, torque_nm=torque),
+        NOW_S,
+    )
+    if found:
+        return
+    slack = 1e-6
+    assert abs(velocity) <= 200.0 + slack
+    assert abs(velocity - previous) <= 1000.0 * step_s + slack
+    assert abs(velocity - measured) <= 20.0 + slack
+    assert abs(position - planned) <= 5.0 + slack
+    assert abs(torque) <= 10.0 + slack
+    for v in (velocity, measured):
+        end = position + math.copysign(abs(v) * 0.1 + v * v / 2000.0, v)
+        assert v == 0.0 or (end <= 300.0 + slack if v > 0 else end >= -300.0 - slack)
