@@ -1,1 +1,49 @@
 """What to drive: frozen, validated, serialisable motion on the motor side. NumPy only."""
+
+from trajectories.arm import arm_deg, motor_rad
+from trajectories.checks import TrajectoryError
+from trajectories.document import SCHEMA
+from trajectories.extrema import TorqueModel
+from trajectories.limits import AxisLimits, Excess, Margin, check, margins
+from trajectories.paired_stair import stair_paired
+from trajectories.point_to_point import point_to_point
+from trajectories.segment import Phase, Segment
+from trajectories.speeds import Spacing, spaced_speeds
+from trajectories.stair import stair_between
+from trajectories.summary import Summary, summarise
+from trajectories.trajectory import (
+    PositionWindow,
+    SetPoint,
+    SetPoints,
+    SteadyWindow,
+    Trajectory,
+)
+from trajectories.warm_up import warm_up
+
+__all__ = [
+    "SCHEMA",
+    "AxisLimits",
+    "Excess",
+    "Margin",
+    "Phase",
+    "PositionWindow",
+    "Segment",
+    "SetPoint",
+    "SetPoints",
+    "Spacing",
+    "SteadyWindow",
+    "Summary",
+    "TorqueModel",
+    "Trajectory",
+    "TrajectoryError",
+    "arm_deg",
+    "check",
+    "margins",
+    "motor_rad",
+    "point_to_point",
+    "spaced_speeds",
+    "stair_between",
+    "stair_paired",
+    "summarise",
+    "warm_up",
+]

@@ -1,0 +1,141 @@
+"""The dry run: what a trajectory would do, in numbers and in words, before anything moves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from trajectories.arm import arm_deg
+from trajectories.checks import positive
+from trajectories.extrema import TorqueModel, largest, states
+from trajectories.limits import AxisLimits, Excess, Margin, check, margins
+from trajectories.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a trajectory would do; motor side unless the name says arm.
+
+    `steady_velocities` counts distinct signed velocities. Speeds and dwell of the steady windows
+    are None where there is no window, the arm's angles without a gear ratio, the torque without a
+    model; `margins` is empty without limits.
+    """
+
+    name: str
+    duration_s: float
+    start_position_rad: float
+    end_position_rad: float
+    position_min_rad: float
+    position_max_rad: float
+    arm_min_deg: float | None
+    arm_max_deg: float | None
+    peak_speed_rad_s: float
+    peak_acceleration_rad_s2: float
+    peak_jerk_rad_s3: float
+    peak_torque_nm: float | None
+    steady_velocities: int
+    steady_speed_min_rad_s: float | None
+    steady_speed_max_rad_s: float | None
+    shortest_dwell_s: float | None
+    margins: tuple[Margin, ...]
+    excesses: tuple[Excess, ...]
+
+    @property
+    def stopping_margin_rad(self) -> float | None:
+        """What is left between the position limits and the farthest end of a stop."""
+        return min((m.remaining for m in self.margins if m.quantity == "position"), default=None)
+
+    def lines(self) -> tuple[str, ...]:
+        """Return the dry run as sentences for a technician, one a line."""
+        return (*self._motion_lines(), *self._limit_lines())
+
+    def _motion_lines(self) -> list[str]:
+        out = [
+            f"{self.name}: {self.duration_s:.2f} s, from {self.start_position_rad:.1f} to "
+            f"{self.end_position_rad:.1f} rad (motor)",
+            f"positions {self.position_min_rad:.1f} to {self.position_max_rad:.1f} rad (motor)",
+        ]
+        if self.arm_min_deg is not None and self.arm_max_deg is not None:
+            out[-1] += f", {self.arm_min_deg:.2f} to {self.arm_max_deg:.2f} degrees (arm)"
+        out.append(
+            f"peak speed {self.peak_speed_rad_s:.1f} rad/s, acceleration "
+            f"{self.peak_acceleration_rad_s2:.0f} rad/s^2, jerk {self.peak_jerk_rad_s3:.0f} rad/s^3"
+        )
+        if self.shortest_dwell_s is None:
+            out.append("no steady velocity")
+        else:
+            noun = "velocity" if self.steady_velocities == 1 else "velocities"
+            out.append(
+                f"{self.steady_velocities} steady {noun}, speeds "
+                f"{self.steady_speed_min_rad_s:.2f} to {self.steady_speed_max_rad_s:.2f} rad/s, "
+                f"held for at least {self.shortest_dwell_s:.2f} s"
+            )
+        if self.peak_torque_nm is not None:
+            out.append(f"estimated torque at most {self.peak_torque_nm:.2f} N m")
+        return out
+
+    def _limit_lines(self) -> list[str]:
+        if not self.margins:
+            return ["not checked against limits"]
+        out = [
+            f"{m.quantity}: {m.remaining:.3g} {m.unit} left before the "
+            + ("lower limit " if m.is_lower else "limit ")
+            + f"of {m.limit:g} {m.unit}"
+            + (" (stopping distance included)" if m.quantity == "position" else "")
+            for m in self.margins
+            if not m.exceeded
+        ]
+        out += [f"REFUSED: {excess.sentence}" for excess in self.excesses]
+        if not self.excesses:
+            out.append("within all limits")
+        return out
+
+
+def summarise(
+    trajectory: Trajectory,
+    limits: AxisLimits | None = None,
+    torque_model: TorqueModel | None = None,
+    gear_ratio: float | None = None,
+) -> Summary:
+    """Return the dry run of a trajectory.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+    limits : AxisLimits, optional
+        For the margins.
+    torque_model : TorqueModel, optional
+        For the torque estimate.
+    gear_ratio : float, optional
+        Motor turns per arm turn, for the arm's angles.
+    """
+    ratio = None if gear_ratio is None else positive("gear_ratio", gear_ratio)
+    instants = states(trajectory, None, torque_model)
+    windows = trajectory.steady_windows()
+    speeds = [abs(w.velocity_rad_s) for w in windows]
+    low = -largest(instants, lambda s: -s.position_rad).value
+    high = largest(instants, lambda s: s.position_rad).value
+    return Summary(
+        name=trajectory.name,
+        duration_s=trajectory.duration_s,
+        start_position_rad=trajectory.start_position_rad,
+        end_position_rad=trajectory.end_position_rad,
+        position_min_rad=low,
+        position_max_rad=high,
+        arm_min_deg=None if ratio is None else arm_deg(low, ratio),
+        arm_max_deg=None if ratio is None else arm_deg(high, ratio),
+        peak_speed_rad_s=largest(instants, lambda s: abs(s.velocity_rad_s)).value,
+        peak_acceleration_rad_s2=largest(instants, lambda s: abs(s.acceleration_rad_s2)).value,
+        peak_jerk_rad_s3=largest(instants, lambda s: abs(s.jerk_rad_s3)).value,
+        peak_torque_nm=None
+        if torque_model is None
+        else largest(
+            instants,
+            lambda s: torque_model.magnitude_nm(s.velocity_rad_s, s.acceleration_rad_s2),
+        ).value,
+        steady_velocities=len({w.velocity_rad_s for w in windows}),
+        steady_speed_min_rad_s=min(speeds, default=None),
+        steady_speed_max_rad_s=max(speeds, default=None),
+        shortest_dwell_s=min((w.end_s - w.start_s for w in windows), default=None),
+        margins=() if limits is None else margins(trajectory, limits, torque_model),
+        excesses=() if limits is None else check(trajectory, limits, torque_model),
+    )
