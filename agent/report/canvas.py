@@ -1,0 +1,175 @@
+"""How every picture looks, and how it becomes part of the page.
+
+Matplotlib is imported late and used through its objects alone: no pyplot, so nothing is left
+behind in a figure manager. The style is set for the time of drawing and put back after it.
+"""
+
+from __future__ import annotations
+
+import base64
+import functools
+import io
+import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.identify.result import Floats
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Okabe and Ito's palette, two of its colours darkened until a thin line has 3:1 on white.
+INK = "#1c2733"
+MUTED = "#5c6975"
+GRID = "#e3e8ec"
+SHADE = "#dfe9f2"
+MEASURED = "#0072b2"
+COMMAND = "#d55e00"
+PREDICTED = "#d55e00"
+POSITION = "#00795a"
+TEMPERATURE = "#a0447c"
+RIVALS = ("#00795a", "#a0447c", "#8a6d00", "#5c6975")
+
+WIDE_IN = 9.6
+NARROW_IN = 4.3
+SVG_LIMIT_BYTES = 400_000
+_PNG_DPI = 170
+
+_PAGE_FONTS = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
+
+_STYLE = {
+    "font.family": "DejaVu Sans",  # comes with matplotlib: the layout is the same everywhere
+    "font.size": 9.0,
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.titlecolor": INK,
+    "axes.labelsize": 9.0,
+    "axes.labelcolor": MUTED,
+    "axes.edgecolor": "#b4bec7",
+    "axes.linewidth": 0.8,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.unicode_minus": True,
+    "axes.formatter.useoffset": False,
+    "axes.formatter.limits": (-5, 6),
+    "grid.color": GRID,
+    "grid.linewidth": 0.6,
+    "lines.linewidth": 1.2,
+    "lines.solid_joinstyle": "round",
+    "text.color": INK,
+    "text.usetex": False,
+    "text.parse_math": False,  # names come from outside: a dollar sign is a dollar sign
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "xtick.major.size": 3.0,
+    "ytick.major.size": 0.0,
+    "xtick.minor.size": 0.0,
+    "legend.frameon": False,
+    "legend.fontsize": 9.0,
+    "legend.handlelength": 1.4,
+    "legend.borderaxespad": 0.0,
+    "legend.columnspacing": 1.4,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+    "svg.fonttype": "none",  # text stays text, in the page's own type face
+    "svg.hashsalt": "stribeck",  # ids do not differ from run to run
+}
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def styled(draw: Callable[P, R]) -> Callable[P, R]:
+    """Run `draw` under the house style; whatever the caller had set is back afterwards."""
+
+    @functools.wraps(draw)
+    def drawn(*args: P.args, **kwargs: P.kwargs) -> R:
+        import matplotlib as mpl
+
+        with mpl.rc_context(_STYLE):
+            return draw(*args, **kwargs)
+
+    return drawn
+
+
+def new_figure(height_in: float, *, narrow: bool) -> Figure:
+    """Return an empty figure: as wide as the page's column, or (narrow) as a phone."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(NARROW_IN if narrow else WIDE_IN, height_in), layout="constrained")
+
+
+def key_in_header(axes: Axes, *, columns: int) -> None:
+    """Put the key to the lines above the panel, right-aligned, where it covers no data."""
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.01), ncols=columns)
+
+
+def extremes(values: Floats, bins: int) -> NDArray[np.intp]:
+    """Return the indices that keep a line's look when only so many points can be drawn.
+
+    Each of `bins` equal stretches of the array gives its smallest and its largest sample, in the
+    order in which they occur, so that no peak is lost; first and last sample are always kept. A
+    stretch without a finite sample gives one that is not finite: a gap stays a gap.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        The line's ordinates, in any unit.
+    bins : int
+        Number of stretches; at most 2 bins + 2 indices come back.
+    """
+    count = values.shape[0]
+    if count <= 2 * bins:
+        return np.arange(count)
+    edges = np.linspace(0, count, bins + 1).astype(np.intp)
+    width = int(np.diff(edges).max())
+    # Rows of equal width: a short stretch repeats its last sample, which changes no extreme.
+    index = np.minimum(edges[:-1, None] + np.arange(width), edges[1:, None] - 1)
+    stretch = values[index]
+    finite = np.isfinite(stretch)
+    row = np.arange(bins)
+    lowest = index[row, np.argmin(np.where(finite, stretch, np.inf), axis=1)]
+    highest = index[row, np.argmax(np.where(finite, stretch, -np.inf), axis=1)]
+    return np.unique(np.concatenate((lowest, highest, [0, count - 1])))
+
+
+def bins_for(figure: Figure) -> int:
+    """Return the stretches that a line needs in this figure: some 75 to the inch."""
+    return int(75 * figure.get_figwidth())
+
+
+def data_uri(figure: Figure, *, svg_limit_bytes: int = SVG_LIMIT_BYTES) -> str:
+    """Return the figure as a ``data:`` address: SVG, or PNG where SVG would be too large.
+
+    The same figure gives the same bytes: no date, no random ids.
+    """
+    svg = _svg(figure)
+    if len(svg) <= svg_limit_bytes:
+        return "data:image/svg+xml;base64," + base64.b64encode(svg).decode("ascii")
+    return "data:image/png;base64," + base64.b64encode(_png(figure)).decode("ascii")
+
+
+@styled
+def _svg(figure: Figure) -> bytes:
+    buffer = io.BytesIO()
+    no_metadata = dict.fromkeys(("Creator", "Date", "Format", "Type"))
+    figure.savefig(buffer, format="svg", metadata=no_metadata)
+    text = buffer.getvalue().decode("utf-8")
+    # A hundredth of a point is finer than any screen; matplotlib writes a millionth.
+    text = re.sub(r'(?<= d=")[^"]*', lambda d: re.sub(r"(\.\d\d)\d+", r"\1", d[0]), text)
+    text = text.replace("'DejaVu Sans'", _PAGE_FONTS)
+    return text.encode("utf-8")
+
+
+@styled
+def _png(figure: Figure) -> bytes:
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=_PNG_DPI, metadata={"Software": None})
+    return buffer.getvalue()

@@ -1,0 +1,194 @@
+"""The friction curve (thesis 4.21): its points with intervals, and the laws fitted to them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from agent.identify.result import Floats, FrictionCurve, FrictionModelFit
+from agent.report.canvas import INK, MEASURED, RIVALS, new_figure, styled
+from agent.report.laws import friction_of_fit_nm, model_label
+from agent.report.numbers import Scale, scale_for
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_POINTS = 240
+_RIVAL_DASHES: tuple[tuple[float, ...], ...] = ((5, 2), (1.5, 1.5), (5, 1.5, 1.2, 1.5), (9, 3))
+
+
+@styled
+def figure_friction_curve(
+    curve: FrictionCurve, models: Sequence[FrictionModelFit] = (), *, narrow: bool = False
+) -> Figure:
+    """Draw friction over speed twice: over the whole range, and with low speeds spread out.
+
+    The second panel has a logarithmic axis of speed without direction; passes in the negative
+    direction are hollow there and have their sign turned.
+
+    Parameters
+    ----------
+    curve : FrictionCurve
+        n points, motor side; velocities may be of one sign (directions already combined) or two.
+    models : sequence of FrictionModelFit
+        Drawn as lines; the selected one is bold.
+    narrow : bool
+        Draw for a phone's width, the panels below each other.
+
+    Raises
+    ------
+    ValueError
+        If the curve has no point.
+    """
+    if curve.velocity_rad_s.size == 0:
+        raise ValueError("expected a friction curve with points, got none")
+    shape = (2, 1) if narrow else (1, 2)
+    figure = new_figure(6.6 if narrow else 3.9, narrow=narrow)
+    whole, low = figure.subplots(*shape, sharey=_one_direction(curve)).flat
+    scale = scale_for("N m", [float(np.max(np.abs(curve.friction_nm)))])
+    _whole_range(whole, curve, models, scale)
+    _low_speeds(low, curve, models, scale)
+    low.tick_params(labelleft=True)
+    for axes in (whole, low) if narrow else (whole,):
+        axes.set_ylabel(f"friction torque, {scale.unit}")
+    handles, labels = whole.get_legend_handles_labels()
+    figure.legend(
+        handles, labels, loc="outside upper left", ncols=1 if narrow else len(labels), fontsize=9.0
+    )
+    return figure
+
+
+def friction_curve_in_words(curve: FrictionCurve, models: Sequence[FrictionModelFit] = ()) -> str:
+    """Say in words what `figure_friction_curve` shows, for those who do not see it."""
+    low, high = float(curve.velocity_rad_s.min()), float(curve.velocity_rad_s.max())
+    scale = scale_for("N m", [float(np.max(np.abs(curve.friction_nm)))])
+    least, most = curve.friction_nm.min() * scale.factor, curve.friction_nm.max() * scale.factor
+    laws = ", ".join(model_label(m.model) + (" (selected)" if m.selected else "") for m in models)
+    drawn = f" Lines: {laws}." if laws else ""
+    return (
+        f"Friction torque at {curve.velocity_rad_s.size} steady motor velocities from {low:.3g} to "
+        f"{high:.3g} rad/s, between {least:.3g} and {most:.3g} {scale.unit}, with 95 % intervals; "
+        f"once over the whole range, once with a logarithmic axis of speed.{drawn}"
+    )
+
+
+def _one_direction(curve: FrictionCurve) -> bool:
+    velocity = curve.velocity_rad_s
+    return bool((velocity > 0).all() or (velocity < 0).all())
+
+
+def _whole_range(
+    axes: Axes, curve: FrictionCurve, models: Sequence[FrictionModelFit], scale: Scale
+) -> None:
+    velocity = curve.velocity_rad_s
+    _points(
+        axes, velocity, curve.friction_nm, curve.ci95_nm, scale, label="measured, 95 % interval"
+    )
+    for stretch, first in _stretches(velocity):
+        _laws(axes, stretch, models, scale, labelled=first)
+    axes.set_title("Whole range")
+    axes.set_xlabel("motor velocity, rad/s")
+    if _one_direction(curve):
+        axes.set_xlim(left=0.0) if velocity.min() > 0 else axes.set_xlim(right=0.0)
+    else:
+        axes.axhline(0.0, color=INK, lw=0.6)
+
+
+def _low_speeds(
+    axes: Axes, curve: FrictionCurve, models: Sequence[FrictionModelFit], scale: Scale
+) -> None:
+    axes.set_xscale("log")
+    for direction in (1.0, -1.0):
+        passed = curve.velocity_rad_s * direction > 0
+        if not passed.any():
+            continue
+        _points(
+            axes,
+            np.abs(curve.velocity_rad_s[passed]),
+            direction * curve.friction_nm[passed],
+            np.sort(direction * curve.ci95_nm[passed], axis=1),
+            scale,
+            hollow=direction < 0 and not _one_direction(curve),
+        )
+        speed = np.abs(curve.velocity_rad_s[passed])
+        ladder = np.geomspace(speed.min() * 0.8, speed.max() * 1.1, _POINTS)
+        _laws(axes, ladder, models, scale, direction=direction)
+    axes.set_title("Low speeds spread out (logarithmic)")
+    axes.set_xlabel("motor speed, rad/s")
+    _plain_ticks(axes)
+
+
+def _points(
+    axes: Axes,
+    velocity: Floats,
+    friction_nm: Floats,
+    ci95_nm: Floats,
+    scale: Scale,
+    *,
+    label: str = "",
+    hollow: bool = False,
+) -> None:
+    below, above = friction_nm - ci95_nm[:, 0], ci95_nm[:, 1] - friction_nm
+    # An interval need not enclose its own point by rounding alone; a bar cannot be negative.
+    bars = np.maximum(np.stack((below, above)), 0.0) * scale.factor
+    axes.errorbar(
+        velocity, friction_nm * scale.factor, yerr=bars, fmt="o", ms=4.2, mew=1.0, color=INK,
+        mfc="white" if hollow else INK, ecolor=INK, elinewidth=1.0, capsize=2.6, capthick=1.0,
+        zorder=4, label=label or "_points",
+    )  # fmt: skip
+
+
+def _laws(
+    axes: Axes,
+    velocity: Floats,
+    models: Sequence[FrictionModelFit],
+    scale: Scale,
+    *,
+    direction: float = 1.0,
+    labelled: bool = False,
+) -> None:
+    rivals = 0
+    for fit in models:
+        friction = friction_of_fit_nm(fit, direction * velocity)
+        if friction is None:
+            continue
+        friction = direction * friction
+        label = model_label(fit.model)
+        if fit.selected:
+            axes.plot(
+                velocity, friction * scale.factor, color=MEASURED, lw=2.6, zorder=3,
+                label=f"{label} (selected)" if labelled else "_law",
+            )  # fmt: skip
+            continue
+        axes.plot(
+            velocity, friction * scale.factor, color=RIVALS[rivals % len(RIVALS)], lw=1.2,
+            ls=(0, _RIVAL_DASHES[rivals % len(_RIVAL_DASHES)]), zorder=3.5,
+            label=label if labelled else "_law",
+        )  # fmt: skip
+        rivals += 1
+
+
+def _stretches(velocity: Floats) -> list[tuple[Floats, bool]]:
+    """Return dense velocities for each direction passed (a law jumps at zero), first one marked."""
+    stretches: list[tuple[Floats, bool]] = []
+    for direction in (1.0, -1.0):
+        speed = velocity[velocity * direction > 0] * direction
+        if speed.size:
+            # Half a decade below the slowest point: the law's rise towards standstill is seen.
+            dense = np.geomspace(0.3 * speed.min(), 1.02 * speed.max(), _POINTS)
+            stretches.append((direction * dense, not stretches))
+    return stretches
+
+
+def _plain_ticks(axes: Axes) -> None:
+    """Write 1, 2, 5, 10 on a logarithmic axis rather than powers of ten."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    low, high = axes.get_xlim()
+    wide = high / low > 300.0
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0,) if wide else (1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())

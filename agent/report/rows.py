@@ -1,0 +1,332 @@
+"""The report's tables, row by row: what is written in which cell."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from agent.identify.result import Estimate, FrictionCurve, FrictionModelFit, Parameter, Quality
+from agent.report.laws import model_label
+from agent.report.numbers import (
+    Scale,
+    fixed,
+    parameter_label,
+    parameter_unit,
+    scale_for,
+    scales_for,
+    significant,
+    written,
+)
+from agent.report.views import RecordingView
+
+_LONGEST_TEXT = 320
+
+# In this order on the page; what is not here follows by its own name.
+_METADATA_LABELS = {
+    "started_at": "Started",
+    "drive": "Drive",
+    "trajectory": "Trajectory",
+    "gear_ratio": "Gear ratio (motor turns per arm turn)",
+    "payload_kg": "Payload, kg",
+    "ambient_degc": "Ambient temperature, °C",
+    "notes": "Notes",
+    "software": "Software",
+}
+# Said elsewhere on the page, or of use to a program only.
+_METADATA_UNSHOWN = frozenset({"schema", "robot", "axis", "samples_lost"})
+
+
+@dataclass(frozen=True)
+class ParameterRow:
+    """One parameter as written; `value` is empty and `reason` says why when not identified."""
+
+    label: str
+    value: str
+    interval: str
+    half_width: str
+    unit: str
+    identified: bool
+    reason: str
+
+
+@dataclass(frozen=True)
+class ParameterGroup:
+    """Parameters of one fit, under one heading."""
+
+    title: str
+    basis: str
+    rows: tuple[ParameterRow, ...]
+
+
+@dataclass(frozen=True)
+class ModelRow:
+    """One friction law in the table of models."""
+
+    name: str
+    selected: bool
+    bic: str
+    bic_above_best: str
+    rmse: str
+    fit_percent: str
+    reason: str
+    parameters: ParameterGroup
+
+
+@dataclass(frozen=True)
+class RecordingRow:
+    """One recording in the table of recordings."""
+
+    name: str
+    role: str
+    started_at: str
+    duration: str
+    samples: str
+    windows: str
+    temperature: str
+
+
+@dataclass(frozen=True)
+class PointTable:
+    """The friction curve's points: velocity, friction, interval, gravity, samples."""
+
+    unit: str
+    rows: tuple[tuple[str, str, str, str, str], ...]
+
+
+@dataclass(frozen=True)
+class Tile:
+    """One key number above the table."""
+
+    label: str
+    value: str
+    unit: str
+    detail: str
+
+
+def parameter_groups(estimate: Estimate) -> tuple[ParameterGroup, ...]:
+    """Return the selected law's and the rigid body's parameters in common units."""
+    selected, rigid = estimate.selected_model, estimate.rigid_body
+    scales = _common_scales(estimate)
+    groups = []
+    if selected is not None:
+        groups.append(
+            _group(
+                f"Friction curve: {model_label(selected.model)}",
+                "from the means of the steady windows",
+                selected.parameters,
+                scales,
+            )
+        )
+    if rigid is not None:
+        groups.append(
+            _group("Rigid body", "from all moving samples (4.5)", rigid.parameters, scales)
+        )
+    return tuple(groups)
+
+
+def tiles(estimate: Estimate) -> tuple[Tile, ...]:
+    """Return the few numbers that a technician looks for first."""
+    selected, rigid = estimate.selected_model, estimate.rigid_body
+    own = dict(rigid.parameters) if rigid else {}
+    own |= dict(selected.parameters) if selected else {}
+    scales = _common_scales(estimate)
+    found = []
+    for name in ("coulomb_nm", "viscous_nm_s_per_rad", "inertia_kg_m2"):
+        parameter = own.get(name)
+        if parameter is not None and parameter.identified:
+            row = _row(name, parameter, scales)
+            found.append(
+                Tile(
+                    row.label, row.value, row.unit, f"± {row.half_width}" if row.half_width else ""
+                )
+            )
+    if rigid is not None and math.isfinite(rigid.fit_percent):
+        found.append(
+            Tile(
+                "Torque explained", significant(rigid.fit_percent, 3), "%", "fit of the rigid body"
+            )
+        )
+    return tuple(found)
+
+
+def model_rows(models: Sequence[FrictionModelFit]) -> tuple[ModelRow, ...]:
+    """Return the friction laws, best (lowest BIC) first, the errors in one unit."""
+    scale = model_error_scale(models)
+    finite = [m.bic for m in models if math.isfinite(m.bic)]
+    best = min(finite, default=math.nan)
+    ordered = sorted(models, key=lambda m: m.bic if math.isfinite(m.bic) else math.inf)
+    scales = scales_for(item for m in models for item in m.parameters.items())
+    return tuple(
+        ModelRow(
+            name=model_label(m.model),
+            selected=m.selected,
+            bic=fixed(m.bic, 1),
+            bic_above_best=fixed(m.bic - best, 1),
+            rmse=significant(m.rmse_nm * scale.factor, 3),
+            fit_percent=fixed(m.fit_percent, 1),
+            reason=m.reason,
+            parameters=_group(model_label(m.model), "", m.parameters, scales),
+        )
+        for m in ordered
+    )
+
+
+def model_error_scale(models: Sequence[FrictionModelFit]) -> Scale:
+    """Return the unit in which all laws' errors are written."""
+    return scale_for("N m", [m.rmse_nm for m in models])
+
+
+def rigid_rows(estimate: Estimate) -> tuple[tuple[str, str], ...]:
+    """Return how well the rigid body fits and predicts, as label and text."""
+    rigid, validation = estimate.rigid_body, estimate.validation
+    rows: list[tuple[str, str]] = []
+    if rigid is not None:
+        error = scale_for("N m", [rigid.rmse_nm])
+        rows += [
+            ("Residual, rms", f"{significant(rigid.rmse_nm * error.factor, 3)} {error.unit}"),
+            ("Fit", f"{fixed(rigid.fit_percent, 1)} %"),
+            ("Condition number (4.11)", significant(rigid.condition_number, 3)),
+        ]
+    if validation is not None:
+        error = scale_for("N m", [validation.rmse_nm])
+        rows += [
+            ("Validation run", validation.recording),
+            (
+                "Validation residual, rms",
+                f"{significant(validation.rmse_nm * error.factor, 3)} {error.unit}",
+            ),
+            ("Validation fit", f"{fixed(validation.fit_percent, 1)} %"),
+            (
+                "Validation torque error",
+                f"{fixed(validation.relative_torque_error_percent, 2)} %",
+            ),
+        ]
+    return tuple(rows)
+
+
+def curve_points(curve: FrictionCurve | None) -> PointTable | None:
+    """Return the friction curve's points as a table, each number by the digits rule."""
+    if curve is None or curve.velocity_rad_s.size == 0:
+        return None
+    scale = scale_for("N m", curve.friction_nm.tolist())
+    rows = []
+    for k, velocity in enumerate(curve.velocity_rad_s.tolist()):
+        low, high = curve.ci95_nm[k].tolist()
+        friction = Parameter(float(curve.friction_nm[k]), (low, high))
+        value, interval, half_width = written(friction, scale.factor)
+        places = len(half_width.partition(".")[2]) if half_width else 3
+        gravity = fixed(float(curve.gravity_nm[k]) * scale.factor, places)
+        rows.append((significant(velocity), value, interval, gravity, str(curve.samples[k])))
+    return PointTable(scale.unit, tuple(rows))
+
+
+def quality_rows(quality: Quality) -> tuple[tuple[str, str], ...]:
+    """Return what the estimate stands on, as label and text."""
+    jitter = scale_for("s", [quality.jitter_s])
+    asked = quality.samples + quality.samples_lost
+    rows = [
+        ("Samples", f"{quality.samples:,}".replace(",", "\u202f")),
+        ("Samples lost", _share(quality.samples_lost, asked)),
+        ("Samples masked (not a number)", _share(quality.masked, quality.samples)),
+        ("Sample rate", f"{significant(quality.sample_rate_hz)} Hz"),
+        ("Jitter", f"{significant(quality.jitter_s * jitter.factor, 2)} {jitter.unit}"),
+    ]
+    if quality.temperature_degc is None:
+        rows.append(("Gearbox temperature", "not recorded"))
+    else:
+        low, high = quality.temperature_degc
+        rows.append(("Gearbox temperature", f"{fixed(low, 1)} to {fixed(high, 1)} °C"))
+    return tuple(rows)
+
+
+def recording_rows(views: Sequence[RecordingView]) -> tuple[RecordingRow, ...]:
+    """Return the recordings with what each of them contributes."""
+    rows = []
+    for view in views:
+        signals = view.signals
+        lasted_s = float(np.nanmax(signals.time_s) - np.nanmin(signals.time_s))
+        temperature = signals.gearbox_temperature_degc
+        warm = (
+            f"{fixed(float(np.nanmin(temperature)), 1)} to {fixed(float(np.nanmax(temperature)), 1)} °C"
+            if temperature is not None and np.isfinite(temperature).any()
+            else "not recorded"
+        )
+        rows.append(
+            RecordingRow(
+                name=signals.name,
+                role="validation" if view.validation else "estimate",
+                started_at=view.started_at,
+                duration=f"{fixed(lasted_s, 1)} s",
+                samples=f"{signals.time_s.size:,}".replace(",", "\u202f"),
+                windows=str(len(view.windows)),
+                temperature=warm,
+            )
+        )
+    return tuple(rows)
+
+
+def metadata_rows(metadata: Mapping[str, object]) -> tuple[tuple[str, str], ...]:
+    """Return a recording's metadata as label and text, known keys first, none dropped."""
+    known = [key for key in _METADATA_LABELS if key in metadata]
+    others = sorted(set(metadata) - set(known) - _METADATA_UNSHOWN)
+    rows = []
+    for key in (*known, *others):
+        text = in_words(metadata[key])
+        if text:
+            rows.append((_METADATA_LABELS.get(key, key.replace("_", " ").capitalize()), text))
+    return tuple(rows)
+
+
+def in_words(value: object) -> str:
+    """Write nested metadata on one line, cut where it becomes a listing."""
+    if value is None:
+        return ""
+    if isinstance(value, Mapping):
+        text = ", ".join(
+            f"{str(key).replace('_', ' ')} {in_words(inner)}" for key, inner in value.items()
+        )
+    elif isinstance(value, (list, tuple)):
+        text = ", ".join(in_words(inner) for inner in value)
+    elif isinstance(value, bool):
+        text = "yes" if value else "no"
+    elif isinstance(value, float):
+        text = f"{value:.10g}"
+    else:
+        text = str(value)
+    return text if len(text) <= _LONGEST_TEXT else text[: _LONGEST_TEXT - 1].rstrip() + "…"
+
+
+def _common_scales(estimate: Estimate) -> dict[str, Scale]:
+    """One unit for each kind of parameter in the table, so that its numbers can be compared."""
+    selected, rigid = estimate.selected_model, estimate.rigid_body
+    items = list(selected.parameters.items()) if selected else []
+    items += list(rigid.parameters.items()) if rigid else []
+    return scales_for(items)
+
+
+def _group(
+    title: str, basis: str, parameters: Mapping[str, Parameter], scales: Mapping[str, Scale]
+) -> ParameterGroup:
+    rows = tuple(_row(name, parameter, scales) for name, parameter in parameters.items())
+    return ParameterGroup(title, basis, rows)
+
+
+def _row(name: str, parameter: Parameter, scales: Mapping[str, Scale]) -> ParameterRow:
+    unit = parameter_unit(name)
+    if not parameter.identified:
+        return ParameterRow(
+            parameter_label(name), "", "", "", "", False, parameter.reason or "no reason given"
+        )
+    scale = scales.get(unit, Scale(1.0, unit))
+    value, interval, half_width = written(parameter, scale.factor)
+    return ParameterRow(parameter_label(name), value, interval, half_width, scale.unit, True, "")
+
+
+def _share(count: int, of: int) -> str:
+    if count == 0:
+        return "0"
+    share = f" ({significant(100.0 * count / of, 2)} %)" if of else ""
+    return f"{count:,}".replace(",", "\u202f") + share
