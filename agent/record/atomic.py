@@ -1,0 +1,145 @@
+"""Files that are there whole or not at all: write beside, fsync, rename.
+
+Nothing is overwritten unless that was asked for, not even in a race: a new name is made with a
+hard link, which fails when the name is taken (where the file system has no links, by a check
+just before the rename).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import secrets
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from agent.errors import StorageError
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
+
+TEMPORARY = ".tmp"
+
+
+def publish(contents: Mapping[Path, ReadableBuffer], *, overwrite: bool = False) -> None:
+    """Write all files, or none of them.
+
+    Parameters
+    ----------
+    contents : mapping of Path to bytes
+        What each file shall hold; they appear in this order.
+    overwrite : bool
+        Whether files that exist may be replaced.
+
+    Raises
+    ------
+    StorageError
+        A name that is taken, a disk that is full or refuses; no temporary file stays behind.
+    """
+    for path in contents:
+        if not overwrite and path.exists():
+            raise _taken(path)
+    temporary: dict[Path, Path] = {}
+    made: list[Path] = []
+    path = Path()
+    try:
+        for path, content in contents.items():
+            temporary[path] = path.with_name(f".{path.name}.{secrets.token_hex(4)}{TEMPORARY}")
+            _write_new(temporary[path], content)
+        for path, beside in temporary.items():
+            _give_name(beside, path, overwrite=overwrite)
+            made.append(path)
+        for folder in {path.parent for path in contents}:
+            sync_folder(folder)
+    except OSError as error:
+        for done in made if not overwrite else ():
+            done.unlink(missing_ok=True)
+        if isinstance(error, FileExistsError):
+            raise _taken(path) from error
+        raise storage_error(error, f"{path} cannot be written") from error
+    finally:
+        for beside in temporary.values():
+            with contextlib.suppress(OSError):
+                beside.unlink(missing_ok=True)
+
+
+def write_all(descriptor: int, content: ReadableBuffer) -> None:
+    """Write every byte to an open file; OSError when the system takes no more."""
+    rest = memoryview(content).cast("B")
+    while len(rest):
+        rest = rest[os.write(descriptor, rest) :]
+
+
+def sync_folder(folder: Path) -> None:
+    """Make the names in `folder` survive a power cut, where the system can do that."""
+    if os.name != "posix":
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        if error.errno not in (errno.EINVAL, errno.ENOTSUP):  # not every file system can
+            raise
+    finally:
+        os.close(descriptor)
+
+
+def storage_error(error: OSError, what: str) -> StorageError:
+    """Return the error above the drivers for what the file system said.
+
+    Parameters
+    ----------
+    error : OSError
+        As the system raised it.
+    what : str
+        Which file could not be written, without a full stop.
+    """
+    reasons = {
+        errno.ENOSPC: ("the disk is full", "Free some space and try again."),
+        errno.EDQUOT: ("the disk quota is used up", "Free some space and try again."),
+        errno.EIO: ("the disk reports an input/output error", "Write to another disk."),
+        errno.EROFS: ("the file system is read-only", "Write to another folder."),
+        errno.EACCES: ("permission is denied", "Write to another folder."),
+        errno.EPERM: ("permission is denied", "Write to another folder."),
+        errno.ENOENT: ("the folder does not exist", "Make the folder first."),
+        errno.ENOTDIR: ("the folder is a file", "Write to another folder."),
+        errno.EFBIG: ("the file would be larger than allowed", "Raise the limit on file sizes."),
+    }
+    reason, do = reasons.get(error.errno or 0, (error.strerror or str(error), ""))
+    return StorageError(f"{what}: {reason}.", do)
+
+
+def _write_new(path: Path, content: ReadableBuffer) -> None:
+    """Make a file that was not there, with its bytes on the disk."""
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+    descriptor = os.open(path, flags, 0o666)
+    try:
+        write_all(descriptor, content)
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _give_name(beside: Path, path: Path, *, overwrite: bool) -> None:
+    """Let the finished file appear under its name; FileExistsError when that is taken."""
+    if overwrite:
+        beside.replace(path)
+        return
+    try:
+        path.hardlink_to(beside)
+    except FileExistsError:
+        raise
+    except OSError as error:
+        if error.errno not in (errno.EPERM, errno.ENOTSUP, errno.ENOSYS, errno.EMLINK):
+            raise
+        if path.exists():
+            raise FileExistsError(errno.EEXIST, "file exists", str(path)) from error
+        beside.rename(path)
+
+
+def _taken(path: Path) -> StorageError:
+    return StorageError(
+        f"{path} exists already and is not overwritten.", "Choose another name, or say overwrite."
+    )

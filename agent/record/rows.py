@@ -1,0 +1,143 @@
+"""Rows in, Arrow batches out: one buffer, allocated once, so that a tick costs a microsecond."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+import pyarrow as pa
+
+from agent.record.recording import NEEDED_COLUMNS, TEXT_COLUMNS
+
+Kind = Literal["float", "integer", "boolean", "text"]
+
+CAPACITY_ROWS = 8192  # half a second at 16 kHz
+
+
+class _Form(NamedTuple):
+    """How a kind of value is packed, seen by NumPy, and written by Arrow."""
+
+    code: str
+    dtype: str
+    arrow: pa.DataType
+
+
+_FORMS: Mapping[Kind, _Form] = {
+    "float": _Form("d", "<f8", pa.float64()),
+    "integer": _Form("q", "<i8", pa.int64()),
+    "boolean": _Form("?", "?", pa.bool_()),
+    "text": _Form("I", "<u4", pa.string()),  # packed as the number of the word
+}
+
+
+class RowBuffer:
+    """Packs rows until they are taken as one batch.
+
+    Parameters
+    ----------
+    columns : sequence of str
+        Names in the order of a row's values.
+    kinds : mapping of str to str
+        "float", "integer", "boolean" or "text"; what is not named is text where the contract
+        says so (`phase`), and float otherwise.
+
+    Raises
+    ------
+    ValueError
+        When names or kinds cannot make a recording.
+    """
+
+    def __init__(self, columns: Sequence[str], kinds: Mapping[str, Kind]) -> None:
+        _check(columns, kinds)
+        self.kinds: dict[str, Kind] = {
+            name: kinds.get(name, "text" if name in TEXT_COLUMNS else "float") for name in columns
+        }
+        forms = {name: _FORMS[kind] for name, kind in self.kinds.items()}
+        layout = struct.Struct("<" + "".join(form.code for form in forms.values()))
+        self.schema = pa.schema([(name, form.arrow) for name, form in forms.items()])
+        self._pack_into = layout.pack_into
+        self._row_bytes = layout.size
+        self._dtype = np.dtype([(name, form.dtype) for name, form in forms.items()])
+        self._texts = tuple(i for i, kind in enumerate(self.kinds.values()) if kind == "text")
+        self._words: dict[str, int] = {}
+        self._bytes = bytearray(CAPACITY_ROWS * self._row_bytes)
+        self._fill = 0
+
+    def __len__(self) -> int:
+        """Return how many rows wait to be taken."""
+        return self._fill // self._row_bytes
+
+    @property
+    def full(self) -> bool:
+        """Tell whether the next row would find no room."""
+        return self._fill == len(self._bytes)
+
+    def append(self, row: Sequence[Any]) -> None:
+        """Pack one row; there must be room for it.
+
+        Raises
+        ------
+        ValueError
+            When the row has another length, or a value is of another kind than its column.
+        """
+        values = list(row)
+        try:
+            for i in self._texts:
+                values[i] = self._words[values[i]]
+            self._pack_into(self._bytes, self._fill, *values)
+        except (KeyError, IndexError, TypeError, struct.error) as error:
+            self._append_slowly(row, error)
+        self._fill += self._row_bytes
+
+    def take(self) -> pa.RecordBatch:
+        """Return all rows as one batch, and start again with none."""
+        packed = np.frombuffer(bytes(memoryview(self._bytes)[: self._fill]), dtype=self._dtype)
+        self._fill = 0
+        words = pa.array(list(self._words), type=pa.string())
+        arrays: list[pa.Array[Any]] = []
+        for name, kind in self.kinds.items():
+            values = np.ascontiguousarray(packed[name])
+            if kind == "text":
+                arrays.append(words.take(pa.array(values)))
+            else:
+                arrays.append(pa.array(values))
+        return pa.RecordBatch.from_arrays(arrays, schema=self.schema)
+
+    def discard(self) -> None:
+        """Forget all rows."""
+        self._fill = 0
+
+    def _append_slowly(self, row: Sequence[Any], cause: Exception) -> None:
+        """Pack a row in which a word is new, or say what is wrong with it."""
+        if len(row) != len(self.kinds):
+            raise ValueError(f"expected a row of {len(self.kinds)} values, got {len(row)}")
+        values = list(row)
+        for i in self._texts:
+            if not isinstance(values[i], str):
+                break
+            values[i] = self._words.setdefault(values[i], len(self._words))
+        else:
+            try:
+                self._pack_into(self._bytes, self._fill, *values)
+            except struct.error as error:
+                cause = error
+            else:
+                return
+        got = ", ".join(f"{name}={value!r}" for name, value in zip(self.kinds, row, strict=True))
+        raise ValueError(f"a value is not of its column's kind: {got} ({cause})") from cause
+
+
+def _check(columns: Sequence[str], kinds: Mapping[str, Kind]) -> None:
+    """Refuse names and kinds that cannot make a recording."""
+    if len(set(columns)) != len(columns):
+        raise ValueError(f"expected every column once, got {list(columns)}")
+    missing = [name for name in NEEDED_COLUMNS if name not in columns]
+    if missing:
+        raise ValueError(f"expected columns {', '.join(missing)}, got {list(columns)}")
+    unknown = sorted(set(kinds) - set(columns))
+    if unknown:
+        raise ValueError(f"kinds are given for columns that are not there: {unknown}")
+    if kinds.get("time_s", "float") != "float":
+        raise ValueError(f"time_s must be float, got {kinds['time_s']}")
