@@ -1,0 +1,382 @@
+"""A CiA 402 drive that is not there: real frames on a real bus, around a simulated joint."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Callable, Iterable
+from functools import partial
+
+import can
+
+from fakes import faults as script
+from fakes.breakage import Breakage
+from fakes.drive_loop import DriveLoop, Runaway
+from fakes.emergency import COMMUNICATION, HEARTBEAT_LOST, PDO_LENGTH, Emergency
+from fakes.heartbeat import HeartbeatConsumer, HeartbeatProducer
+from fakes.live_values import LiveValues
+from fakes.object_dictionary import Entry, ObjectDictionary, SdoAbortError
+from fakes.pdo import PdoConfiguration, ReceivePdo, TransmitPdo
+from fakes.plant import Plant
+from fakes.sdo_server import SdoServer
+from fakes.specification import FakeSpecification, Truth
+from fakes.state_machine import State, StateMachine
+
+COMMUNICATION_OBJECTS = (0x1000, 0x1FFF)
+ALL_OBJECTS = (0x1000, 0x9FFF)
+
+
+class Nmt(enum.IntEnum):
+    """NMT states as the heartbeat carries them."""
+
+    BOOT_UP = 0x00
+    STOPPED = 0x04
+    OPERATIONAL = 0x05
+    PRE_OPERATIONAL = 0x7F
+
+
+class FakeDrive:
+    """One simulated joint behind a CiA 402 drive, on the bus that is handed in.
+
+    Nothing runs by itself: `step_to` moves time. The same seed, script and sequence of calls
+    and frames give the same bytes.
+
+    Parameters
+    ----------
+    bus : can.BusABC
+        Where the drive listens and speaks; it belongs to the caller.
+    node_id : int
+        1 to 127.
+    specification : FakeSpecification, optional
+        Joint, servo, gearbox and drive; the default resembles the seed thesis' robot.
+    faults : iterable of faults.Fault
+        What goes wrong, and when.
+    seed : int
+        Of the noise on the reported torque.
+    """
+
+    def __init__(
+        self,
+        bus: can.BusABC,
+        *,
+        node_id: int = 1,
+        specification: FakeSpecification | None = None,
+        faults: Iterable[script.Fault] = (),
+        seed: int = 0,
+    ) -> None:
+        if not 1 <= node_id <= 127:
+            raise ValueError(f"node_id: expected 1 to 127, got {node_id}")
+        self._bus = bus
+        self.node_id = node_id
+        self.specification = specification or FakeSpecification()
+        self.dictionary = ObjectDictionary(node_id)
+        self._set_factory_values()
+        self.plant = Plant(
+            self.specification.joint, self.specification.servo, self.specification.thermal
+        )
+        self.machine = StateMachine(self.dictionary.number, self._may_reset, self._on_fault_reset)
+        self.loop = DriveLoop(self.plant, self.dictionary, self.machine)
+        self.emergency = Emergency(self.dictionary, self._send_emergency)
+        self._sdo = SdoServer(self.dictionary)
+        self._pdo = PdoConfiguration(self.dictionary, lambda: self.nmt is Nmt.PRE_OPERATIONAL)
+        self._producer, self._consumer = HeartbeatProducer(), HeartbeatConsumer()
+        self._faults = script.FaultPlayer(faults)
+        self._breakage = Breakage()
+        self._live = LiveValues(self.dictionary, self.loop, self.machine, self._breakage, seed)
+        self.nmt = Nmt.BOOT_UP
+        self.syncs = 0
+        self._origin_s: float | None = None
+        self._elapsed_s = 0.0
+        self._steps = 0
+        self._supplied = True
+        self._heartbeat_fault_sticks = False
+        self._handlers: dict[int, Callable[[can.Message], None]] = {}
+        self._receive: list[ReceivePdo] = []
+        self._transmit: list[TransmitPdo] = []
+        self._event_driven: list[TransmitPdo] = []
+        self._connect_objects()
+
+    # ---- what a test looks at -------------------------------------------------------------
+
+    @property
+    def motor_velocity_rad_s(self) -> float:
+        """Return the motor's true velocity."""
+        return self.plant.motor_velocity_rad_s
+
+    @property
+    def motor_position_rad(self) -> float:
+        """Return the motor's true angle."""
+        return self.plant.motor_position_rad
+
+    @property
+    def gearbox_temperature_degc(self) -> float:
+        """Return the gearbox's true temperature."""
+        return self.plant.gearbox.temperature_degc
+
+    @property
+    def truth(self) -> Truth:
+        """Return what an estimator should find at the present temperature."""
+        joint, friction = self.specification.joint, self.plant.friction
+        return Truth(
+            inertia_kg_m2=joint.inertia_kg_m2,
+            coulomb_nm=friction.coulomb_nm,
+            viscous_nm_s_per_rad=friction.viscous_nm_s_per_rad,
+            static_extra_nm=friction.static_extra_nm,
+            stribeck_velocity_rad_s=friction.stribeck_velocity_rad_s,
+            exponent=friction.exponent,
+            gravity_sin_nm=joint.gravity_sin_nm,
+            gravity_cos_nm=joint.gravity_cos_nm,
+            gear_ratio=joint.gear_ratio,
+            gearbox_temperature_degc=self.gearbox_temperature_degc,
+        )
+
+    # ---- time -----------------------------------------------------------------------------
+
+    def step_to(self, now_s: float, message: can.Message | None = None) -> None:
+        """Move the joint to `now_s`, then handle every waiting frame, then what is due.
+
+        Parameters
+        ----------
+        now_s : float
+            Seconds on the caller's monotonic clock. The first call is the moment of switching
+            on; a time before the last one moves nothing.
+        message : can.Message, optional
+            A frame that the caller has already taken from the bus; handled first.
+        """
+        if self._origin_s is None:
+            self._origin_s = now_s
+            self._boot()
+        self._elapsed_s = max(self._elapsed_s, now_s - self._origin_s)
+        self._begin_faults()
+        # The small share keeps a multiple of the step from being rounded down.
+        steps = int(self._elapsed_s / self.specification.servo.step_s + 1e-6)
+        if steps > self._steps:
+            self.loop.advance(steps - self._steps)
+            self._steps = steps
+        while message is not None or (message := self._bus.recv(0.0)) is not None:
+            if self._breakage.connected:
+                handler = self._handlers.get(message.arbitration_id)
+                if handler is not None and _is_data_frame(message):
+                    handler(message)
+            message = None
+        self._watch_time()
+
+    def _watch_time(self) -> None:
+        """Do what is due by the clock: own heartbeat, the other's, event-driven PDOs."""
+        if not self._supplied:
+            return
+        now_s = self._elapsed_s
+        if self._producer.is_due(now_s) and self._breakage.beats:
+            self._send(0x700 + self.node_id, bytes([self.nmt]))
+        if self._consumer.has_expired(now_s):
+            self._on_heartbeat_lost()
+        if self._event_driven and self.nmt is Nmt.OPERATIONAL:
+            self._live.publish(self._steps)
+            for pdo in self._event_driven:
+                data = pdo.on_event(self.dictionary.values, now_s)
+                if data is not None:
+                    self._send(pdo.cob_id, data)
+
+    # ---- NMT ------------------------------------------------------------------------------
+
+    def _boot(self) -> None:
+        """Announce the node and wait in PRE-OPERATIONAL."""
+        self._sdo.reset()
+        self.emergency.forget()
+        self._set_heartbeat_producer(self.dictionary.number(0x1017))
+        self._set_heartbeat_consumer(self.dictionary.number(0x1016, 1))
+        self.loop.refresh()
+        self.nmt = Nmt.PRE_OPERATIONAL
+        self._send(0x700 + self.node_id, bytes([Nmt.BOOT_UP]))
+        self._route()
+
+    def _on_nmt(self, message: can.Message) -> None:
+        data = message.data
+        if len(data) < 2 or data[1] not in (0, self.node_id):
+            return
+        if data[0] == 0x01:
+            self._enter(Nmt.OPERATIONAL)
+        elif data[0] == 0x02:
+            self._abort_connection()
+            self._enter(Nmt.STOPPED)
+        elif data[0] == 0x80:
+            self._enter(Nmt.PRE_OPERATIONAL)
+        elif data[0] == 0x81:
+            self.machine.reset()
+            self.dictionary.reset(*ALL_OBJECTS)
+            self._heartbeat_fault_sticks = False
+            self._boot()
+        elif data[0] == 0x82:
+            self._abort_connection()
+            self._heartbeat_fault_sticks = False
+            self.dictionary.reset(*COMMUNICATION_OBJECTS)
+            self._boot()
+
+    def _enter(self, state: Nmt) -> None:
+        if state is not self.nmt:
+            self.nmt = state
+            self._route()
+
+    def _route(self) -> None:
+        """Decide which identifier goes where in this NMT state, and compile the PDOs."""
+        self._handlers = {0x000: self._on_nmt}
+        if self._consumer.node_id:
+            self._handlers[0x700 + self._consumer.node_id] = self._on_heartbeat
+        self._receive, self._transmit, self._event_driven = [], [], []
+        if self.nmt in (Nmt.PRE_OPERATIONAL, Nmt.OPERATIONAL):
+            self._handlers[0x600 + self.node_id] = self._on_sdo
+        if self.nmt is not Nmt.OPERATIONAL:
+            return
+        self._receive, transmit = self._pdo.compile()
+        self._transmit = [p for p in transmit if p.synchronous]
+        self._event_driven = [p for p in transmit if not p.synchronous]
+        for pdo in self._receive:
+            self._handlers[pdo.cob_id] = partial(self._on_rpdo, pdo)
+        self._handlers[self.dictionary.number(0x1005) & 0x7FF] = self._on_sync
+
+    # ---- cyclic data ----------------------------------------------------------------------
+
+    def _on_sync(self, _message: can.Message) -> None:
+        """Sample and answer, then let the waiting set-points act."""
+        self.syncs += 1
+        self._begin_faults()
+        if not self._breakage.swallows_sync():
+            self._live.publish(self._steps)
+            for transmit in self._transmit:
+                data = transmit.on_sync(self.dictionary.values)
+                if data is not None:
+                    self._send(transmit.cob_id, data)
+        for receive in self._receive:
+            if receive.waiting is not None:
+                waiting, receive.waiting = receive.waiting, None
+                self._apply(receive, waiting)
+
+    def _on_rpdo(self, pdo: ReceivePdo, message: can.Message) -> None:
+        if len(message.data) < pdo.layout.size:
+            self.emergency.report(PDO_LENGTH, COMMUNICATION)
+        elif pdo.synchronous:
+            pdo.waiting = message.data
+        else:
+            self._apply(pdo, message.data)
+
+    def _apply(self, pdo: ReceivePdo, data: bytes | bytearray) -> None:
+        for entry, value in zip(pdo.layout.entries, pdo.layout.unpack(data), strict=True):
+            try:
+                self.dictionary.write_number(entry, value)
+            except SdoAbortError:
+                continue  # a PDO has no answer: a value out of range is not taken over
+
+    # ---- SDO ------------------------------------------------------------------------------
+
+    def _on_sdo(self, message: can.Message) -> None:
+        request = bytes(message.data)
+        answer = self._breakage.sdo_fate(request)
+        if answer is None:
+            answer = self._sdo.handle(request)
+        else:
+            self._sdo.reset()
+        if answer:
+            self._send(0x580 + self.node_id, answer)
+
+    def _before_read(self, entry: Entry) -> None:
+        self._live.publish(self._steps)
+        self.emergency.check_read(entry)
+
+    # ---- errors ---------------------------------------------------------------------------
+
+    def _on_heartbeat(self, _message: can.Message) -> None:
+        self._consumer.seen(self._elapsed_s)
+        if HEARTBEAT_LOST in self.emergency.active and self.machine.state not in (
+            State.FAULT,
+            State.FAULT_REACTION_ACTIVE,
+        ):
+            self.emergency.clear(HEARTBEAT_LOST)
+
+    def _on_heartbeat_lost(self) -> None:
+        self.emergency.report(HEARTBEAT_LOST, COMMUNICATION)
+        self._abort_connection()
+        behaviour = self.dictionary.number(0x1029, 1)
+        if behaviour == 0 and self.nmt is Nmt.OPERATIONAL:
+            self._enter(Nmt.PRE_OPERATIONAL)
+        elif behaviour == 2:
+            self._enter(Nmt.STOPPED)
+
+    def _abort_connection(self) -> None:
+        """React as object 0x6007 says; 0 goes on as if nothing had happened."""
+        reaction = self.dictionary.number(0x6007)
+        if reaction == 1:
+            self._heartbeat_fault_sticks = self.specification.drive.heartbeat_fault_sticks
+            self.machine.fault()
+        elif reaction == 2:
+            self.machine.disable_voltage()
+        elif reaction == 3:
+            self.machine.quick_stop()
+
+    def _may_reset(self) -> bool:
+        return not self._heartbeat_fault_sticks
+
+    def _on_fault_reset(self) -> None:
+        self.emergency.clear()
+
+    def _begin_faults(self) -> None:
+        for fault in self._faults.begin(self._elapsed_s, self.syncs):
+            self._breakage.begin(fault)
+            self._begin(fault)
+
+    def _begin(self, fault: script.Fault) -> None:
+        """Let happen what a fault does to the drive itself."""
+        match fault:
+            case script.DriveFault():
+                self.emergency.report(fault.code, fault.register)
+                self.machine.fault()
+            case script.PowerCut():
+                self._supplied = False
+                self.machine.reset()
+            case script.WrongIdentity():
+                self.dictionary.set_factory(0x1018, 1, fault.vendor_id)
+                self.dictionary.set_factory(0x1018, 2, fault.product_code)
+            case script.VelocityRunaway():
+                self.loop.runaway = Runaway(fault.velocity_rad_s, obeys_ramps=fault.obeys_ramps)
+            case _:
+                return
+
+    # ---- wiring ---------------------------------------------------------------------------
+
+    def _set_factory_values(self) -> None:
+        drive, od = self.specification.drive, self.dictionary
+        od.set_factory(0x1018, 1, drive.vendor_id)
+        od.set_factory(0x1018, 2, drive.product_code)
+        od.set_factory(0x1018, 3, drive.revision)
+        od.set_factory(0x1018, 4, drive.serial)
+        od.set_factory(0x6076, 0, drive.rated_torque_mnm)
+        od.set_factory(0x6072, 0, drive.max_torque_permille)
+        od.set_factory(0x6007, 0, drive.abort_connection_option)
+        od.set_factory(0x608F, 1, self.specification.servo.encoder_counts_per_rev)
+
+    def _connect_objects(self) -> None:
+        od = self.dictionary
+        od.before_read = self._before_read
+        od.keeps = self._breakage.keeps
+        od.on_write(0x6040, 0, self.machine.command)
+        od.on_write(0x1005, 0, lambda _value: self._route())
+        od.on_write(0x1016, 1, self._set_heartbeat_consumer)
+        od.on_write(0x1017, 0, self._set_heartbeat_producer)
+
+    def _set_heartbeat_producer(self, milliseconds: int) -> None:
+        self._producer.configure(milliseconds, self._elapsed_s)
+
+    def _set_heartbeat_consumer(self, raw: int) -> None:
+        self._consumer.configure(raw)
+        self._route()
+
+    def _send_emergency(self, data: bytes) -> None:
+        raw = self.dictionary.number(0x1014)
+        if not raw & 0x80000000 and self.nmt is not Nmt.STOPPED:
+            self._send(raw & 0x7FF, data)
+
+    def _send(self, cob_id: int, data: bytes) -> None:
+        if self._breakage.connected:
+            self._bus.send(can.Message(arbitration_id=cob_id, is_extended_id=False, data=data))
+
+
+def _is_data_frame(message: can.Message) -> bool:
+    return not (message.is_extended_id or message.is_remote_frame or message.is_error_frame)

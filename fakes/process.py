@@ -1,0 +1,130 @@
+"""The fake drive as a process of its own: real time on a real bus."""
+
+from __future__ import annotations
+
+import gc
+import time
+from collections.abc import Iterable, Mapping
+from typing import Any, Protocol
+
+import can
+
+from fakes.can_drive import FakeDrive
+from fakes.faults import Fault
+from fakes.specification import FakeSpecification
+
+POLL_S = 0.001
+LONGEST_CATCH_UP_S = 0.5
+
+
+class StopFlag(Protocol):
+    """What ends the process: a `threading.Event`, or anything like it."""
+
+    def is_set(self) -> bool:
+        """Return whether to end now."""
+        ...
+
+
+class LateClock:
+    """Real time for a simulation that may be held up: what is too much to catch up is skipped.
+
+    A process that was stopped for an hour must not integrate that hour before it answers
+    again; it loses the time instead, as if the joint had been frozen with it.
+
+    Parameters
+    ----------
+    longest_s : float
+        The most that one step makes up for.
+    """
+
+    def __init__(self, longest_s: float = LONGEST_CATCH_UP_S) -> None:
+        self._longest_s = longest_s
+        self._last_s: float | None = None
+        self._now_s = 0.0
+        self.skipped_s = 0.0
+
+    def now(self, real_s: float) -> float:
+        """Return simulated seconds for a reading of the real monotonic clock."""
+        if self._last_s is not None:
+            passed = real_s - self._last_s
+            made_up = min(passed, self._longest_s)
+            self.skipped_s += passed - made_up
+            self._now_s += made_up
+        self._last_s = real_s
+        return self._now_s
+
+
+def open_bus(
+    interface: str,
+    channel: str,
+    *,
+    bitrate: int | None = None,
+    options: Mapping[str, Any] | None = None,
+) -> can.BusABC:
+    """Open a bus by its description alone, whatever configuration files the machine has.
+
+    Parameters
+    ----------
+    interface, channel : str
+        As python-can names them: ``udp_multicast``, ``socketcan``, ``virtual``.
+    bitrate : int, optional
+        Bit/s, for interfaces that set it.
+    options : mapping, optional
+        Further keywords of the interface, such as ``hop_limit`` and ``port``. Multicast stays
+        on this machine (``hop_limit`` 0) unless they say otherwise.
+    """
+    settings: dict[str, Any] = {"hop_limit": 0} if interface == "udp_multicast" else {}
+    if bitrate is not None:
+        settings["bitrate"] = bitrate
+    settings |= dict(options or {})
+    return can.Bus(interface=interface, channel=channel, ignore_config=True, **settings)
+
+
+def run_process(
+    interface: str,
+    channel: str,
+    *,
+    stop: StopFlag,
+    bitrate: int | None = None,
+    node_id: int = 1,
+    seed: int = 0,
+    specification: FakeSpecification | None = None,
+    faults: Iterable[Fault] = (),
+    options: Mapping[str, Any] | None = None,
+) -> None:
+    """Be a drive in real time until `stop` is set.
+
+    Frames are waited for, at most a millisecond at a time, and every one is handled at the
+    moment at which it was taken. Where the bus echoes a node's own frames (udp_multicast
+    does), they go nowhere: the drive listens only to identifiers that it never sends.
+
+    Parameters
+    ----------
+    interface, channel, bitrate, options
+        See `open_bus`.
+    stop : StopFlag
+        Looked at a thousand times a second.
+    node_id, seed, specification, faults
+        See `FakeDrive`.
+
+    Raises
+    ------
+    can.CanError, OSError
+        When the bus cannot be opened or stops working.
+    """
+    bus = open_bus(interface, channel, bitrate=bitrate, options=options)
+    try:
+        drive = FakeDrive(
+            bus, node_id=node_id, specification=specification, faults=faults, seed=seed
+        )
+        clock = LateClock()
+        # What has been built stays: a collector that walks it again would hold up answers.
+        gc.collect()
+        gc.freeze()
+        drive.step_to(clock.now(time.monotonic()))
+        while not stop.is_set():
+            message = bus.recv(POLL_S)
+            drive.step_to(clock.now(time.monotonic()), message)
+    finally:
+        gc.unfreeze()
+        bus.shutdown()
