@@ -1,0 +1,70 @@
+"""The one command that checks everything: ``python -m tests.check [--no-tests]``.
+
+Every check runs, also after one has failed, so that one call tells all. The exit code is 0 only
+when all of them passed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import time
+from collections.abc import Iterable
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).resolve().parents[1]
+SCRIPTS = Path(sys.executable).parent
+
+
+class Check(NamedTuple):
+    """One tool and how it is called from the repository's root."""
+
+    name: str
+    command: tuple[str, ...]
+
+
+PYTHON_M = (sys.executable, "-m")
+STATIC = (
+    Check("ruff check", (*PYTHON_M, "ruff", "check", ".")),
+    Check("ruff format", (*PYTHON_M, "ruff", "format", "--check", ".")),
+    Check("mypy", (*PYTHON_M, "mypy")),
+    Check("lint-imports", (str(SCRIPTS / "lint-imports"), "--no-logo")),
+)
+TESTS = Check("pytest", (*PYTHON_M, "pytest"))
+
+
+def run(checks: Iterable[Check], root: Path = ROOT) -> list[str]:
+    """Run `checks` one after another, showing their output; return the names of the failed."""
+    failed = []
+    for check in checks:
+        say(f"== {check.name}")
+        started_s = time.monotonic()
+        done = subprocess.run(check.command, cwd=root, stdin=subprocess.DEVNULL, check=False)
+        exit_code = done.returncode
+        verdict = "passed" if exit_code == 0 else f"FAILED with exit code {exit_code}"
+        say(f"== {check.name} {verdict} in {time.monotonic() - started_s:.1f} s")
+        if exit_code != 0:
+            failed.append(check.name)
+    return failed
+
+
+def say(line: str) -> None:
+    """Write one line at once, so that it stands before what the next tool writes."""
+    sys.stdout.write(line + "\n")
+    sys.stdout.flush()
+
+
+def main() -> int:
+    """Run the checks that were asked for and name those that failed."""
+    parser = argparse.ArgumentParser(prog="python -m tests.check", description=__doc__)
+    parser.add_argument("--no-tests", action="store_true", help="all but pytest")
+    arguments = parser.parse_args()
+    failed = run(STATIC if arguments.no_tests else (*STATIC, TESTS))
+    say(f"failed: {', '.join(failed)}" if failed else "every check passed")
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
