@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from trajectories.checks import not_negative
+from trajectories.checks import TrajectoryError, not_negative
 from trajectories.segment import Piece
 from trajectories.trajectory import Trajectory
 
@@ -205,11 +205,18 @@ def _roots(coefficients: tuple[float, ...], duration_s: float) -> list[float]:
 
     The real part of a complex root is kept too: a double root that rounding has split stays found.
     """
-    powers = range(len(coefficients) - 1, -1, -1)
+    if not any(coefficients):
+        return []
     # In units of the duration, so that what is negligible can be told without units.
-    scaled = np.array([c * duration_s**n for c, n in zip(coefficients, powers, strict=True)])
+    factor, terms = 1.0, []
+    for coefficient in reversed(coefficients):
+        terms.append(coefficient * factor if coefficient != 0.0 else 0.0)
+        factor *= duration_s
+    scaled = np.array(terms[::-1])
     size = float(np.max(np.abs(scaled)))
-    if size == 0.0 or not math.isfinite(size):
+    if not math.isfinite(size):
+        raise TrajectoryError(f"a piece of {duration_s:g} s is beyond floating point to check")
+    if size == 0.0:
         return []
     scaled = np.where(np.abs(scaled) < 1e-13 * size, 0.0, scaled) / size
     found = np.roots(scaled).real
