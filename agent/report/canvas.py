@@ -11,7 +11,7 @@ import functools
 import io
 import re
 from collections.abc import Callable
-from typing import TYPE_CHECKING, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,15 +21,18 @@ from agent.identify.result import Floats
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.typing import RcKeyType
 
 # Okabe and Ito's palette, two of its colours darkened until a thin line has 3:1 on white.
 INK = "#1c2733"
 MUTED = "#5c6975"
 GRID = "#e3e8ec"
-SHADE = "#dfe9f2"
+SHADE = "#e8eff5"
+NOISE = "#bcc7d1"
+MEASURED_PALE = "#a6cbe5"
+COMMAND_PALE = "#f3b57e"
 MEASURED = "#0072b2"
-COMMAND = "#d55e00"
-PREDICTED = "#d55e00"
+PREDICTED = "#c45200"
 POSITION = "#00795a"
 TEMPERATURE = "#a0447c"
 RIVALS = ("#00795a", "#a0447c", "#8a6d00", "#5c6975")
@@ -41,7 +44,7 @@ _PNG_DPI = 170
 
 _PAGE_FONTS = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 
-_STYLE = {
+_STYLE: dict[RcKeyType, Any] = {
     "font.family": "DejaVu Sans",  # comes with matplotlib: the layout is the same everywhere
     "font.size": 9.0,
     "axes.titlesize": 9.5,
@@ -138,6 +141,42 @@ def extremes(values: Floats, bins: int) -> NDArray[np.intp]:
     lowest = index[row, np.argmin(np.where(finite, stretch, np.inf), axis=1)]
     highest = index[row, np.argmax(np.where(finite, stretch, -np.inf), axis=1)]
     return np.unique(np.concatenate((lowest, highest, [0, count - 1])))
+
+
+def envelope(time_s: Floats, values: Floats, bins: int) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return time, smallest, mean and largest value of equal stretches of a noisy line.
+
+    Parameters
+    ----------
+    time_s, values : ndarray, shape (n,)
+        `values` may have gaps (not finite).
+    bins : int
+        Number of stretches, at most n.
+
+    Returns
+    -------
+    tuple of ndarray, shape (m,)
+        Each stretch's mean time, minimum, mean and maximum; all NaN where a stretch has no value,
+        so that a gap stays a gap.
+    """
+    edges = np.unique(np.linspace(0, values.shape[0], min(bins, values.shape[0]) + 1).astype(int))
+    starts, widths = edges[:-1], np.diff(edges)
+    finite = np.isfinite(values)
+    count = np.add.reduceat(finite.astype(np.float64), starts)
+    total = np.add.reduceat(np.where(finite, values, 0.0), starts)
+    mean = np.divide(total, count, out=np.full(count.shape, np.nan), where=count > 0)
+    low = np.minimum.reduceat(np.where(finite, values, np.inf), starts)
+    high = np.maximum.reduceat(np.where(finite, values, -np.inf), starts)
+    empty = count == 0
+    low[empty] = high[empty] = np.nan
+    return np.add.reduceat(time_s, starts) / widths, low, mean, high
+
+
+def time_span_s(time_s: Floats) -> tuple[float, float]:
+    """Return where a time axis begins and ends: the last sample has a stretch of its own."""
+    finite = time_s[np.isfinite(time_s)]
+    first, last = float(finite[0]), float(finite[-1])
+    return first, last + (last - first) / max(finite.size - 1, 1)
 
 
 def bins_for(figure: Figure) -> int:

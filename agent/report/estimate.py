@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-import contextlib
-import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from agent.errors import StorageError
 from agent.identify.result import Estimate
+from agent.record.atomic import publish
 from agent.report import rows
 from agent.report.advice import next_steps
 from agent.report.canvas import data_uri
-from agent.report.laws import model_label
 from agent.report.figure_curve import figure_friction_curve, friction_curve_in_words
 from agent.report.figure_cycle import cycle_in_words, figure_cycle
 from agent.report.figure_prediction import figure_prediction, prediction_in_words
+from agent.report.laws import model_label
 from agent.report.views import EstimateViews, RecordingView
 
 if TYPE_CHECKING:
@@ -79,7 +76,7 @@ def write_estimate_report(
     html = estimate_html(
         estimate, views, title=title, robot=robot, axis=axis, metadata=metadata or {}
     )
-    _write_whole(path, html.encode("utf-8"))
+    publish({path: html.encode("utf-8")}, overwrite=True)
     return path
 
 
@@ -183,32 +180,3 @@ def _heading(view: RecordingView, drawn: Sequence[RecordingView]) -> str:
 
 def _picture(wide: Figure, narrow: Figure, alt: str, heading: str = "") -> Picture:
     return Picture(data_uri(wide), data_uri(narrow), alt, heading)
-
-
-def _write_whole(path: Path, content: bytes) -> None:
-    """Write beside the target and rename, so that nobody ever opens half a report."""
-    try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
-    except OSError as error:
-        raise _not_written(path, error) from error
-    part = Path(name)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        part.chmod(0o644)  # mkstemp's 0600 would keep the report from the shift's other users
-        part.replace(path)
-    except OSError as error:
-        raise _not_written(path, error) from error
-    finally:
-        with contextlib.suppress(OSError):
-            part.unlink(missing_ok=True)
-
-
-def _not_written(path: Path, error: OSError) -> StorageError:
-    reason = error.strerror or type(error).__name__
-    return StorageError(
-        f"The report {path} cannot be written: {reason}.",
-        "Choose another place, or make room, and write it again; the estimate is not lost.",
-    )

@@ -8,15 +8,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent.identify.result import Floats, FrictionCurve, FrictionModelFit
-from agent.report.canvas import INK, MEASURED, RIVALS, new_figure, styled
+from agent.report.canvas import INK, MEASURED, MUTED, RIVALS, new_figure, styled
 from agent.report.laws import friction_of_fit_nm, model_label
 from agent.report.numbers import Scale, scale_for
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _POINTS = 240
+_LEAST_SLOW = 4
+_MEASURED = "measured, 95 % interval"
+_SELECTED = " (selected)"
 _RIVAL_DASHES: tuple[tuple[float, ...], ...] = ((5, 2), (1.5, 1.5), (5, 1.5, 1.2, 1.5), (9, 3))
 
 
@@ -24,10 +28,10 @@ _RIVAL_DASHES: tuple[tuple[float, ...], ...] = ((5, 2), (1.5, 1.5), (5, 1.5, 1.2
 def figure_friction_curve(
     curve: FrictionCurve, models: Sequence[FrictionModelFit] = (), *, narrow: bool = False
 ) -> Figure:
-    """Draw friction over speed twice: over the whole range, and with low speeds spread out.
+    """Draw friction over velocity twice: over the whole range, and enlarged at low speeds.
 
     The second panel has a logarithmic axis of speed without direction; passes in the negative
-    direction are hollow there and have their sign turned.
+    direction are hollow there and have their sign turned. Its range is framed in the first.
 
     Parameters
     ----------
@@ -47,14 +51,14 @@ def figure_friction_curve(
         raise ValueError("expected a friction curve with points, got none")
     shape = (2, 1) if narrow else (1, 2)
     figure = new_figure(6.6 if narrow else 3.9, narrow=narrow)
-    whole, low = figure.subplots(*shape, sharey=_one_direction(curve)).flat
+    whole, low = figure.subplots(*shape).flat
     scale = scale_for("N m", [float(np.max(np.abs(curve.friction_nm)))])
     _whole_range(whole, curve, models, scale)
     _low_speeds(low, curve, models, scale)
-    low.tick_params(labelleft=True)
-    for axes in (whole, low) if narrow else (whole,):
+    for axes in (whole, low):
         axes.set_ylabel(f"friction torque, {scale.unit}")
-    handles, labels = whole.get_legend_handles_labels()
+    _mark_enlarged(whole, low)
+    handles, labels = _key(whole)
     figure.legend(
         handles, labels, loc="outside upper left", ncols=1 if narrow else len(labels), fontsize=9.0
     )
@@ -71,8 +75,28 @@ def friction_curve_in_words(curve: FrictionCurve, models: Sequence[FrictionModel
     return (
         f"Friction torque at {curve.velocity_rad_s.size} steady motor velocities from {low:.3g} to "
         f"{high:.3g} rad/s, between {least:.3g} and {most:.3g} {scale.unit}, with 95 % intervals; "
-        f"once over the whole range, once with a logarithmic axis of speed.{drawn}"
+        f"once over the whole range, once enlarged at low speeds.{drawn}"
     )
+
+
+def _key(axes: Axes) -> tuple[list[Artist], list[str]]:
+    """Return the key's entries: the points, then the law selected, then its rivals."""
+    entries = list(zip(*axes.get_legend_handles_labels(), strict=True))
+    entries.sort(key=lambda entry: (entry[1] != _MEASURED, not entry[1].endswith(_SELECTED)))
+    return [handle for handle, _ in entries], [label for _, label in entries]
+
+
+def _mark_enlarged(whole: Axes, low: Axes) -> None:
+    """Frame in the first panel what the second one shows."""
+    from matplotlib.patches import Rectangle
+
+    (left, right), (bottom, top) = low.get_xlim(), low.get_ylim()
+    low.set_xlim(left, right)
+    low.set_ylim(bottom, top)
+    frame = Rectangle(
+        (0.0, bottom), right, top - bottom, fill=False, ec=MUTED, lw=0.8, ls=(0, (2, 2)), zorder=2
+    )
+    whole.add_patch(frame)
 
 
 def _one_direction(curve: FrictionCurve) -> bool:
@@ -84,9 +108,7 @@ def _whole_range(
     axes: Axes, curve: FrictionCurve, models: Sequence[FrictionModelFit], scale: Scale
 ) -> None:
     velocity = curve.velocity_rad_s
-    _points(
-        axes, velocity, curve.friction_nm, curve.ci95_nm, scale, label="measured, 95 % interval"
-    )
+    _points(axes, velocity, curve.friction_nm, curve.ci95_nm, scale, label=_MEASURED)
     for stretch, first in _stretches(velocity):
         _laws(axes, stretch, models, scale, labelled=first)
     axes.set_title("Whole range")
@@ -101,24 +123,39 @@ def _low_speeds(
     axes: Axes, curve: FrictionCurve, models: Sequence[FrictionModelFit], scale: Scale
 ) -> None:
     axes.set_xscale("log")
+    limit = slow_limit_rad_s(np.abs(curve.velocity_rad_s))
     for direction in (1.0, -1.0):
-        passed = curve.velocity_rad_s * direction > 0
+        speed = curve.velocity_rad_s * direction
+        passed = (speed > 0) & (speed <= limit)
         if not passed.any():
             continue
         _points(
             axes,
-            np.abs(curve.velocity_rad_s[passed]),
+            speed[passed],
             direction * curve.friction_nm[passed],
             np.sort(direction * curve.ci95_nm[passed], axis=1),
             scale,
             hollow=direction < 0 and not _one_direction(curve),
         )
-        speed = np.abs(curve.velocity_rad_s[passed])
-        ladder = np.geomspace(speed.min() * 0.8, speed.max() * 1.1, _POINTS)
+        ladder = np.geomspace(speed[passed].min() * 0.8, limit * 1.15, _POINTS)
         _laws(axes, ladder, models, scale, direction=direction)
-    axes.set_title("Low speeds spread out (logarithmic)")
-    axes.set_xlabel("motor speed, rad/s")
+    axes.set_title("Low speeds, enlarged")
+    axes.set_xlabel("motor speed, rad/s (logarithmic)")
     _plain_ticks(axes)
+
+
+def slow_limit_rad_s(speed_rad_s: Floats) -> float:
+    """Return up to which speed the enlarged panel reaches: a quarter of the fastest.
+
+    At least the four slowest speeds are in it, so that a few points still make a picture.
+
+    Parameters
+    ----------
+    speed_rad_s : ndarray, shape (n,)
+        Speeds without direction, n > 0.
+    """
+    slowest = np.unique(speed_rad_s)[:_LEAST_SLOW]
+    return float(max(slowest[-1], speed_rad_s.max() / 4.0))
 
 
 def _points(
@@ -160,7 +197,7 @@ def _laws(
         if fit.selected:
             axes.plot(
                 velocity, friction * scale.factor, color=MEASURED, lw=2.6, zorder=3,
-                label=f"{label} (selected)" if labelled else "_law",
+                label=label + _SELECTED if labelled else "_law",
             )  # fmt: skip
             continue
         axes.plot(

@@ -9,7 +9,7 @@ import numpy as np
 
 from agent.identify.result import Floats
 from agent.report.canvas import (
-    COMMAND,
+    COMMAND_PALE,
     MEASURED,
     POSITION,
     SHADE,
@@ -19,6 +19,7 @@ from agent.report.canvas import (
     key_in_header,
     new_figure,
     styled,
+    time_span_s,
 )
 from agent.report.numbers import scale_for
 from agent.report.views import RecordingView
@@ -51,9 +52,8 @@ def figure_cycle(view: RecordingView, *, narrow: bool = False) -> Figure:
     for axes, (_, draw) in zip(grid[:, 0], panels, strict=True):
         _shade(axes, view)
         draw(axes, view, bins)
-    time_s = view.signals.time_s[np.isfinite(view.signals.time_s)]
     grid[-1, 0].set_xlabel("time, s")
-    grid[-1, 0].set_xlim(time_s[0], time_s[-1])
+    grid[-1, 0].set_xlim(*time_span_s(view.signals.time_s))
     figure.align_ylabels(list(grid[:, 0]))
     return figure
 
@@ -95,12 +95,12 @@ def _panels(view: RecordingView) -> list[tuple[float, _Draw]]:
 def _velocity(axes: Axes, view: RecordingView, bins: int) -> None:
     measured, command = view.drawn_velocity_rad_s, view.signals.velocity_command_rad_s
     axes.set_title("Motor velocity")
+    if command is not None and _recorded(command):
+        # Broad and pale beneath the measured line: a perfect follower still shows both.
+        _line(axes, view, command, bins, color=COMMAND_PALE, lw=3.2, label="command")
     if measured is not None:
         _line(axes, view, measured, bins, color=MEASURED, label="measured")
-    if command is not None and _recorded(command):
-        # The command lies on top, thin and dashed, so that a perfect follower shows both.
-        _line(axes, view, command, bins, color=COMMAND, label="command", lw=0.9, ls=(0, (4, 2)))
-        key_in_header(axes, columns=2)
+    key_in_header(axes, columns=2)
     axes.set_ylabel("rad/s")
 
 
@@ -143,10 +143,9 @@ def _line(
     color: str,
     label: str = "",
     lw: float = 1.2,
-    ls: str | tuple[float, tuple[float, ...]] = "-",
 ) -> None:
     kept = extremes(values, bins)
-    axes.plot(view.signals.time_s[kept], values[kept], color=color, label=label, lw=lw, ls=ls)
+    axes.plot(view.signals.time_s[kept], values[kept], color=color, label=label, lw=lw)
 
 
 def _shade(axes: Axes, view: RecordingView) -> None:

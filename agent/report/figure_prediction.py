@@ -9,15 +9,18 @@ import numpy as np
 from agent.identify.result import Floats
 from agent.report.canvas import (
     INK,
-    MEASURED,
+    MEASURED_PALE,
     MUTED,
+    NOISE,
     PREDICTED,
     SHADE,
     bins_for,
+    envelope,
     extremes,
     key_in_header,
     new_figure,
     styled,
+    time_span_s,
 )
 from agent.report.numbers import Scale, scale_for, significant
 from agent.report.views import RecordingView
@@ -26,9 +29,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_MARKS = 1500
-_VELOCITY_BINS = 24
-_LEAST_PER_BIN = 20
+_MARKS = 900
+_STRETCHES = 12
+_LEAST_SAMPLES = 20
 
 
 @styled
@@ -62,7 +65,7 @@ def figure_prediction(view: RecordingView, *, narrow: bool = False) -> Figure:
     over_time.tick_params(labelbottom=False)
     bins = bins_for(figure)
     _torque(over_time, view, predicted_nm, bins)
-    scale = scale_for("N m", [_largest(residual_nm)])
+    scale = scale_for("N m", [rms(residual_nm)])
     _residual_over_time(residual_axes, view, residual_nm, scale, bins)
     if velocity is not None:
         _residual_over_velocity(grid[2, 0], velocity, residual_nm, scale)
@@ -94,8 +97,8 @@ def _torque(axes: Axes, view: RecordingView, predicted_nm: Floats, bins: int) ->
     measured_nm = view.signals.torque_nm
     scale = scale_for("N m", [_largest(measured_nm)])
     for values, color, width, label in (
-        (measured_nm, MEASURED, 0.9, "measured"),
-        (predicted_nm, PREDICTED, 1.1, "predicted"),
+        (measured_nm, MEASURED_PALE, 2.6, "measured"),
+        (predicted_nm, PREDICTED, 0.9, "predicted"),
     ):
         kept = extremes(values, bins)
         axes.plot(
@@ -114,17 +117,23 @@ def _residual_over_time(
     axes: Axes, view: RecordingView, residual_nm: Floats, scale: Scale, bins: int
 ) -> None:
     time_s = view.signals.time_s
-    kept = extremes(residual_nm, bins)
     band = rms(residual_nm) * scale.factor
-    axes.axhspan(
-        -band, band, color=SHADE, lw=0, zorder=0, label=f"± rms {significant(band, 3)} {scale.unit}"
-    )
-    axes.plot(time_s[kept], residual_nm[kept] * scale.factor, color=INK, lw=0.6)
-    axes.set_xlim(np.nanmin(time_s), np.nanmax(time_s))
+    _band(axes, band, label=f"± rms {significant(band, 3)} {scale.unit}")
+    centre_s, low, mean, high = envelope(time_s, residual_nm * scale.factor, bins // 2)
+    axes.fill_between(centre_s, low, high, color=NOISE, lw=0, label="range")
+    axes.plot(centre_s, mean, color=INK, lw=0.9, label="mean")
+    axes.set_xlim(*time_span_s(time_s))
     axes.set_title("Measured less predicted")
     axes.set_ylabel(scale.unit)
     axes.set_xlabel("time, s")
-    key_in_header(axes, columns=1)
+    key_in_header(axes, columns=3)
+
+
+def _band(axes: Axes, band: float, *, label: str = "_band") -> None:
+    """Shade plus and minus the root mean square; its edges stay visible above the data."""
+    axes.axhspan(-band, band, color=SHADE, lw=0, zorder=0, label=label)
+    for edge in (-band, band):
+        axes.axhline(edge, color=MUTED, lw=0.7, ls=(0, (4, 3)), zorder=3)
 
 
 def _residual_over_velocity(
@@ -140,15 +149,18 @@ def _residual_over_velocity(
         residual[shown],
         ls="",
         marker=".",
-        ms=2.2,
+        ms=3.2,
         mew=0,
         color=MUTED,
-        alpha=0.55,
+        alpha=0.4,
     )
-    band = rms(residual)
-    axes.axhspan(-band, band, color=SHADE, lw=0, zorder=0)
-    middle, median = medians_by_velocity(velocity_rad_s[compared], residual[compared])
-    axes.plot(middle, median, color=PREDICTED, lw=1.6, marker="o", ms=3.2, label="median")
+    _band(axes, rms(residual))
+    label = "median"
+    for direction in (velocity_rad_s < 0, velocity_rad_s > 0):  # friction jumps at zero
+        passed = compared[direction[compared]]
+        middle, median = medians_by_velocity(velocity_rad_s[passed], residual[passed])
+        axes.plot(middle, median, color=PREDICTED, lw=1.6, marker="o", ms=3.4, label=label)
+        label = "_median"
     key_in_header(axes, columns=1)
     axes.set_title("Measured less predicted, by velocity")
     axes.set_xlabel("motor velocity, rad/s")
@@ -156,26 +168,26 @@ def _residual_over_velocity(
 
 
 def medians_by_velocity(velocity_rad_s: Floats, residual: Floats) -> tuple[Floats, Floats]:
-    """Return the residual's median in equal steps of velocity.
+    """Return the residual's median over stretches of velocity that hold equally many samples.
 
     Parameters
     ----------
     velocity_rad_s, residual : ndarray, shape (n,)
-        Finite.
+        Finite, of one direction of motion.
 
     Returns
     -------
     tuple of ndarray, shape (m,)
-        Each step's mean velocity and median residual; steps with few samples are left out.
+        Each stretch's median velocity and median residual, with rising velocity; fewer stretches
+        where there are few samples.
     """
-    if velocity_rad_s.size == 0:
+    stretches = min(_STRETCHES, velocity_rad_s.size // _LEAST_SAMPLES)
+    if stretches == 0:
         return np.empty(0), np.empty(0)
-    edges = np.linspace(velocity_rad_s.min(), velocity_rad_s.max(), _VELOCITY_BINS + 1)
-    step = np.clip(np.searchsorted(edges, velocity_rad_s, side="right") - 1, 0, _VELOCITY_BINS - 1)
-    filled = [k for k in range(_VELOCITY_BINS) if np.count_nonzero(step == k) >= _LEAST_PER_BIN]
+    parts = np.array_split(np.argsort(velocity_rad_s, kind="stable"), stretches)
     return (
-        np.array([velocity_rad_s[step == k].mean() for k in filled]),
-        np.array([np.median(residual[step == k]) for k in filled]),
+        np.array([np.median(velocity_rad_s[part]) for part in parts]),
+        np.array([np.median(residual[part]) for part in parts]),
     )
 
 

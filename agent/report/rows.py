@@ -238,7 +238,7 @@ def quality_rows(quality: Quality) -> tuple[tuple[str, str], ...]:
         rows.append(("Gearbox temperature", "not recorded"))
     else:
         low, high = quality.temperature_degc
-        rows.append(("Gearbox temperature", f"{fixed(low, 1)} to {fixed(high, 1)} °C"))
+        rows.append(("Gearbox temperature", _range_degc(low, high)))
     return tuple(rows)
 
 
@@ -249,11 +249,9 @@ def recording_rows(views: Sequence[RecordingView]) -> tuple[RecordingRow, ...]:
         signals = view.signals
         lasted_s = float(np.nanmax(signals.time_s) - np.nanmin(signals.time_s))
         temperature = signals.gearbox_temperature_degc
-        warm = (
-            f"{fixed(float(np.nanmin(temperature)), 1)} to {fixed(float(np.nanmax(temperature)), 1)} °C"
-            if temperature is not None and np.isfinite(temperature).any()
-            else "not recorded"
-        )
+        warm = "not recorded"
+        if temperature is not None and np.isfinite(temperature).any():
+            warm = _range_degc(float(np.nanmin(temperature)), float(np.nanmax(temperature)))
         rows.append(
             RecordingRow(
                 name=signals.name,
@@ -323,6 +321,10 @@ def _row(name: str, parameter: Parameter, scales: Mapping[str, Scale]) -> Parame
     scale = scales.get(unit, Scale(1.0, unit))
     value, interval, half_width = written(parameter, scale.factor)
     return ParameterRow(parameter_label(name), value, interval, half_width, scale.unit, True, "")
+
+
+def _range_degc(low: float, high: float) -> str:
+    return f"{fixed(low, 1)} to {fixed(high, 1)} °C"
 
 
 def _share(count: int, of: int) -> str:

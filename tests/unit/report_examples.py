@@ -204,7 +204,7 @@ def estimate(*, gravity_nm: float = 0.0, gravity_known: bool = True) -> Estimate
         friction_models=friction_models(),
         rigid_body=rigid,
         sentence=(
-            "The joint's Coulomb friction is 0.604 ± 0.005 N m and its viscous friction "
+            "The joint's Coulomb friction is 0.6042 ± 0.0049 N m and its viscous friction "
             "10.70 ± 0.13 mN m s/rad; below 14 rad/s friction rises (Stribeck)."
         ),
     )
