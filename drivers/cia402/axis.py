@@ -1,0 +1,275 @@
+"""One CiA 402 drive in profile velocity mode, as the port `Axis`.
+
+Everything that moves or feeds the drive's watchdog leaves from `send` and `stop`, on the caller's
+thread: if the caller hangs, SYNC, set-points and heartbeat end together and the drive stops by
+itself. Faults latch here and are never reset.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+from drivers.can.owner import CanBusOwner
+from drivers.cia402 import objects
+from drivers.cia402.config import Cia402Config
+from drivers.cia402.exchange import Exchange
+from drivers.cia402.handing_back import hand_back, not_restored
+from drivers.cia402.network import CanopenNode, NmtOrder, NmtState
+from drivers.cia402.opening import identify, refuse_unable, refuse_unhealthy
+from drivers.cia402.sdo import SdoAccess
+from drivers.cia402.settings import apply, snapshot
+from drivers.cia402.stopping import stop_axis
+from drivers.cia402.supervision import judge
+from drivers.cia402.words import Mode
+from drivers.clock import Clock
+from drivers.errors import (
+    ConfigurationError,
+    DriverError,
+    DriveStateError,
+    HeartbeatLostError,
+    SyncUnansweredError,
+)
+from drivers.ports import (
+    AxisEvidence,
+    Command,
+    Goal,
+    Sample,
+    StopReport,
+    SyncAccount,
+)
+
+_PROOF_SYNCS = 5
+_POLL_S = 0.002
+
+Journal = Callable[[Mapping[str, int]], None]
+"""Told what a drive was set to, before the first of it is overwritten."""
+
+
+class Cia402Axis:
+    """A CiA 402 drive on a CAN bus; one object serves one session, from `open` to `close`.
+
+    Parameters
+    ----------
+    owner : CanBusOwner
+        The bus; it stays open when the axis is closed.
+    config : Cia402Config
+        How the drive is reached, armed, supervised and read.
+    clock : Clock
+        The one that the owner stamps with.
+    journal : callable, optional
+        Given every object that is about to be overwritten, with its value, so that a next start
+        can `restore` what a crash left.
+    """
+
+    def __init__(
+        self,
+        owner: CanBusOwner,
+        config: Cia402Config,
+        clock: Clock,
+        journal: Journal | None = None,
+    ) -> None:
+        self._owner = owner
+        self._config = config
+        self._clock = clock
+        self._journal = journal
+        self._node: CanopenNode | None = None
+        self._exchange: Exchange | None = None
+        self._found: dict[str, int] = {}
+        self._found_state = NmtState.PRE_OPERATIONAL
+        self._ready: list[Sample] = []
+        self._failure: DriverError | None = None
+        self._account = SyncAccount()
+        self._closed = False
+        self._opened = False
+
+    def open(self) -> AxisEvidence:
+        """Identify, snapshot, map and arm the drive; it stays without torque.
+
+        The drive begins to watch our heartbeat when it first hears it, with the first `send`.
+
+        Raises
+        ------
+        NodeMissingError, IdentityError, DriveFaultError, DriveStateError, ConfigurationError
+            As `drivers.cia402.opening` refuses; nothing has been written then.
+        SdoError, SyncUnansweredError, HeartbeatLostError, BusError
+            What the drive did not take or answer; `close` restores what had been written.
+        """
+        if self._node is not None or self._closed:
+            raise DriveStateError("This axis object has been opened before.", "Make a new one.")
+        config = self._config
+        node = CanopenNode(self._owner, self._clock, config.node_id, config.sdo_timeout_s)
+        self._node = node
+        sdo = SdoAccess(node, config.sdo_attempts)
+        identity = identify(sdo, config, self._owner.name)
+        refuse_unhealthy(sdo, config.node_id)
+        refuse_unable(sdo, config)
+        found = {
+            objects.HEARTBEAT_PRODUCER.key: sdo.read(objects.HEARTBEAT_PRODUCER),
+            **snapshot(sdo, config),
+        }
+        if self._journal is not None:
+            self._journal(found)
+        self._found = found
+        settings = {
+            objects.HEARTBEAT_PRODUCER.key: sdo.set(
+                objects.HEARTBEAT_PRODUCER, config.drive_heartbeat_period_ms
+            )
+        }
+        self._found_state = self._state_found(node)
+        self._bring(node, NmtOrder.PRE_OPERATIONAL, NmtState.PRE_OPERATIONAL)
+        settings.update(apply(sdo, config, found))
+        sdo.write(objects.TARGET_VELOCITY, 0)
+        settings[objects.MODE_DISPLAY.key] = self._mode_taken(sdo)
+        self._exchange = Exchange(self._owner, self._clock, config, node)
+        self._bring(node, NmtOrder.START, NmtState.OPERATIONAL)
+        self._prove_answers(self._exchange)
+        self._opened = True
+        return AxisEvidence(identity=identity, settings=settings, found=dict(found))
+
+    def send(self, command: Command) -> None:
+        """Send set-point, SYNC and (when due) the heartbeat; never waits for an answer.
+
+        Raises
+        ------
+        ValueError
+            A velocity that is not finite, or beyond the drive's integer, with the goal ON.
+        DriveStateError
+            The axis is not open.
+        BusError
+            The frame does not go out.
+        """
+        if command.goal is Goal.ON and not math.isfinite(command.velocity_rad_s):
+            raise ValueError(f"velocity must be finite, got {command.velocity_rad_s} rad/s")
+        self._running().transmit(command.goal, command.velocity_rad_s)
+
+    def receive(self) -> tuple[Sample, ...]:
+        """Return all samples that have arrived since the last call, oldest first; never waits.
+
+        What had arrived before a failure is kept: `stop` hands it out.
+
+        Raises
+        ------
+        DriverError
+            EMCY, fault, heartbeat lost, SYNC unanswered, bus or worker dead. The first failure
+            is raised again by every later call.
+        """
+        exchange = self._running()
+        if self._failure is None:
+            try:
+                self._ready.extend(exchange.collect())
+                self._failure = judge(exchange)
+            except DriverError as error:
+                self._failure = error
+        if self._failure is not None:
+            raise self._failure
+        ready, self._ready = self._ready, []
+        return tuple(ready)
+
+    def stop(self, deadline_s: float) -> StopReport:
+        """Quick-stop and wait, up to the clock's `deadline_s`, for a measured standstill.
+
+        Never raises: whatever fails is in the report, and the other means are still tried.
+        """
+        if self._exchange is None or self._closed:
+            return StopReport(at_rest=False, samples=(), reason="the axis is not open")
+        ready, self._ready = self._ready, []
+        return stop_axis(self._exchange, ready, deadline_s)
+
+    def close(self) -> SyncAccount:
+        """Take torque away, restore what `open` changed, let go of the node. May be repeated.
+
+        Raises
+        ------
+        ConfigurationError
+            Naming every object that could not be restored.
+        """
+        if self._closed:
+            return self._account
+        self._closed = True
+        troubles: list[str] = []
+        try:
+            if self._found and self._node is not None:
+                self._take_torque_away()
+                troubles = hand_back(self._node, self._config, self._found, self._found_state)
+        finally:
+            if self._exchange is not None:
+                self._account = self._exchange.ledger.account()
+                self._exchange.release()
+            if self._node is not None:
+                self._node.release()
+        if troubles:
+            raise not_restored(self._config.node_id, troubles)
+        return self._account
+
+    def _running(self) -> Exchange:
+        """Return the exchange of an open axis."""
+        if not self._opened or self._closed or self._exchange is None:
+            raise DriveStateError("The axis is not open.", "Open it first.")
+        return self._exchange
+
+    def _state_found(self, node: CanopenNode) -> NmtState:
+        """Return the NMT state in which the drive was found, from its first heartbeat."""
+        deadline_s = self._clock.now() + self._config.state_timeout_s
+        while node.nmt_state is None and node.wait(deadline_s):
+            pass
+        if node.nmt_state is None:
+            raise HeartbeatLostError(
+                f"Node {self._config.node_id} gives no heartbeat although 0x1017 is set.",
+                "Check that the drive supports a heartbeat producer.",
+            )
+        if node.nmt_state == NmtState.OPERATIONAL:
+            return NmtState.OPERATIONAL
+        return NmtState.PRE_OPERATIONAL
+
+    def _bring(self, node: CanopenNode, order: NmtOrder, state: NmtState) -> None:
+        """Order an NMT state and wait for the heartbeat that says so."""
+        node.command(order)
+        if not node.reach(state, self._clock.now() + self._config.state_timeout_s):
+            raise DriveStateError(
+                f"Node {self._config.node_id} did not go {state.name.replace('_', '-')} within "
+                f"{self._config.state_timeout_s} s.",
+                "Look for another NMT master on the bus.",
+            )
+
+    def _mode_taken(self, sdo: SdoAccess) -> int:
+        """Wait for the drive to report profile velocity as its mode and return it."""
+        deadline_s = self._clock.now() + self._config.state_timeout_s
+        while (mode := sdo.read(objects.MODE_DISPLAY)) != Mode.PROFILE_VELOCITY:
+            now_s = self._clock.now()
+            if now_s >= deadline_s:
+                raise ConfigurationError(
+                    f"Node {self._config.node_id} was set to profile velocity (3) but reports "
+                    f"mode {mode} (0x6061).",
+                    "Check that the drive offers this mode without torque.",
+                )
+            self._clock.sleep_until(min(deadline_s, now_s + _POLL_S))
+        return mode
+
+    def _prove_answers(self, exchange: Exchange) -> None:
+        """Send a few SYNCs without a heartbeat and see every one answered, by a drive at rest."""
+        for _ in range(_PROOF_SYNCS):
+            exchange.transmit(Goal.OFF, 0.0, heartbeat=False)
+            deadline_s = self._clock.now() + self._config.sync_timeout_s
+            while not exchange.collect() and self._clock.now() < deadline_s:
+                self._clock.sleep_until(min(deadline_s, self._clock.now() + _POLL_S))
+        failure = judge(exchange)
+        if failure is not None:
+            raise failure
+        if exchange.ledger.received < _PROOF_SYNCS:
+            raise SyncUnansweredError(
+                f"Node {self._config.node_id} answered {exchange.ledger.received} of "
+                f"{_PROOF_SYNCS} SYNCs with both TPDOs.",
+                "Check that its TPDO1 and TPDO2 answer SYNC 0x80.",
+            )
+        exchange.forget()
+
+    def _take_torque_away(self) -> None:
+        """Send disable voltage by RPDO, at once; `hand_back` repeats it by SDO and looks."""
+        if self._exchange is None:
+            return
+        try:
+            self._exchange.disable_voltage()
+            self._exchange.collect()
+        except DriverError:
+            return  # the bus says the same to the SDOs that follow, where it is reported

@@ -1,0 +1,82 @@
+"""How a drive is given back as it was found: after a run, or at the start after a crash."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from drivers.can.owner import CanBusOwner
+from drivers.cia402 import objects
+from drivers.cia402.config import Cia402Config
+from drivers.cia402.network import CanopenNode, NmtOrder, NmtState
+from drivers.cia402.opening import identify
+from drivers.cia402.sdo import SdoAccess
+from drivers.cia402.settings import give_back
+from drivers.cia402.words import Controlword, State, state_of
+from drivers.clock import Clock
+from drivers.errors import ConfigurationError, DriverError
+
+
+def restore(
+    owner: CanBusOwner, config: Cia402Config, clock: Clock, found: Mapping[str, int]
+) -> None:
+    """Give back to a drive what a crashed run had found in it; it ends PRE-OPERATIONAL.
+
+    Parameters
+    ----------
+    owner : CanBusOwner
+        The bus; no axis of this node may be open.
+    config : Cia402Config
+        Node id, expected identity and time-outs.
+    clock : Clock
+        The one that the owner stamps with.
+    found : mapping
+        `AxisEvidence.found`, or what the journal was given.
+
+    Raises
+    ------
+    NodeMissingError, IdentityError
+        Nobody, or somebody else, answers: nothing is written.
+    ConfigurationError
+        Naming every object that could not be restored.
+    """
+    node = CanopenNode(owner, clock, config.node_id, config.sdo_timeout_s)
+    try:
+        identify(SdoAccess(node, config.sdo_attempts), config, owner.name)
+        troubles = hand_back(node, config, found, NmtState.PRE_OPERATIONAL)
+    finally:
+        node.release()
+    if troubles:
+        raise not_restored(config.node_id, troubles)
+
+
+def hand_back(
+    node: CanopenNode,
+    config: Cia402Config,
+    found: Mapping[str, int],
+    state: NmtState,
+) -> list[str]:
+    """Take torque away, restore `found` and the NMT `state`; return everything that failed."""
+    sdo = SdoAccess(node, config.sdo_attempts)
+    troubles: list[str] = []
+    try:
+        node.command(NmtOrder.PRE_OPERATIONAL)
+        sdo.order(objects.CONTROLWORD, Controlword.DISABLE_VOLTAGE)
+        if state_of(sdo.read(objects.STATUSWORD)) in (State.ENABLED, State.QUICK_STOP):
+            troubles.append(f"{objects.CONTROLWORD}: the drive keeps its torque")
+    except DriverError as error:
+        troubles.append(error.what)
+    troubles.extend(give_back(sdo, found))
+    if state is NmtState.OPERATIONAL:
+        try:
+            node.command(NmtOrder.START)
+        except DriverError as error:
+            troubles.append(error.what)
+    return troubles
+
+
+def not_restored(node_id: int, troubles: list[str]) -> ConfigurationError:
+    """Return the error that names everything that was not restored."""
+    return ConfigurationError(
+        f"Node {node_id} could not be given back as it was found: {'; '.join(troubles)}.",
+        "Switch the drive off and on, then compare these objects with its parameter file.",
+    )

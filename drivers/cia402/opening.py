@@ -1,0 +1,141 @@
+"""The checks of `open` that change nothing: who is there, is it healthy, can it do the job."""
+
+from __future__ import annotations
+
+from drivers.cia402 import objects
+from drivers.cia402.config import Cia402Config
+from drivers.cia402.sdo import SdoAccess
+from drivers.cia402.words import Mode, State, error_words, state_of, supported_mode_names
+from drivers.cia402.words import supports_mode as _supports
+from drivers.errors import (
+    ConfigurationError,
+    DriveFaultError,
+    DriveStateError,
+    IdentityError,
+    NodeMissingError,
+    SdoError,
+)
+
+_RATED_TORQUE_TOLERANCE = 0.001
+"""0x6076 is whole mN m: a configured value may differ by its rounding, not by more."""
+
+
+def identify(sdo: SdoAccess, config: Cia402Config, bus: str) -> dict[str, int | str]:
+    """Return who answers under the node id, refusing anybody else than expected.
+
+    Raises
+    ------
+    NodeMissingError
+        Nobody answers.
+    IdentityError
+        Somebody else answers; expected and found are named.
+    """
+    try:
+        sdo.read(objects.DEVICE_TYPE)
+    except SdoError as error:
+        if error.abort_code is None:
+            raise NodeMissingError(
+                f"Nobody answers under node id {config.node_id} on {bus}.",
+                "Check the drive's power, its node id, the bitrate and the cable.",
+            ) from error
+    identity: dict[str, int | str] = {"vendor_id": sdo.read(objects.VENDOR_ID)}
+    optional = {
+        "product_code": objects.PRODUCT_CODE,
+        "revision": objects.REVISION,
+        "serial": objects.SERIAL_NUMBER,
+    }
+    for name, item in optional.items():
+        value = sdo.read_optional(item)
+        if value is not None:
+            identity[name] = value
+    text = sdo.read_text(*objects.DEVICE_NAME, "device name")
+    if text is not None:
+        identity["name"] = text
+    _compare_identity(identity, config, bus)
+    return identity
+
+
+def refuse_unhealthy(sdo: SdoAccess, node_id: int) -> None:
+    """Refuse a drive that is in fault, or that somebody has already given torque.
+
+    Raises
+    ------
+    DriveFaultError
+        Naming the fault; nobody but a person clears it.
+    DriveStateError
+        Operation is enabled, or the statusword spells no state.
+    """
+    statusword = sdo.read(objects.STATUSWORD)
+    state = state_of(statusword)
+    if state in (State.FAULT, State.FAULT_REACTION):
+        code = sdo.read_optional(objects.ERROR_CODE) or 0
+        why = error_words(code) if code else "no error code given"
+        raise DriveFaultError(
+            f"The drive at node {node_id} is in fault: {why}.",
+            "A person must find the cause and clear the fault at the drive; the agent never does.",
+            error_code=code,
+        )
+    if state is None:
+        raise DriveStateError(
+            f"The drive at node {node_id} gives statusword 0x{statusword:04X}, "
+            "which is no state of CiA 402.",
+            "Check that this node is a CiA 402 drive.",
+        )
+    if state is State.ENABLED:
+        raise DriveStateError(
+            f"The drive at node {node_id} already has operation enabled.",
+            "Another program may be driving it: end that first.",
+        )
+
+
+def refuse_unable(sdo: SdoAccess, config: Cia402Config) -> None:
+    """Refuse a drive without profile velocity, or with another rated torque than configured.
+
+    Raises
+    ------
+    ConfigurationError
+        Naming what was expected and what the drive says.
+    """
+    modes = sdo.read_optional(objects.SUPPORTED_MODES)
+    if modes is not None and not _supports(modes, Mode.PROFILE_VELOCITY):
+        raise ConfigurationError(
+            f"The drive at node {config.node_id} has no profile velocity mode; it offers "
+            f"{supported_mode_names(modes)} (0x6502 reads 0x{modes:08X}).",
+            "This axis cannot be driven in velocity by this driver.",
+        )
+    rated_mnm = sdo.read_optional(objects.RATED_TORQUE)
+    if not rated_mnm:
+        return  # absent or 0 in most drives: the configuration stands
+    configured_mnm = 1000.0 * config.scaling.rated_torque_nm
+    if abs(rated_mnm - configured_mnm) > max(0.5, _RATED_TORQUE_TOLERANCE * configured_mnm):
+        raise ConfigurationError(
+            f"The drive at node {config.node_id} has a rated torque of {rated_mnm / 1000.0} N m "
+            f"(0x6076), the configuration says {config.scaling.rated_torque_nm} N m.",
+            "Every torque would be scaled wrongly: find out which of the two is right.",
+        )
+
+
+def _compare_identity(identity: dict[str, int | str], config: Cia402Config, bus: str) -> None:
+    """Refuse an identity that differs from the expected one."""
+    expected = {
+        "vendor_id": config.expected.vendor_id,
+        "product_code": config.expected.product_code,
+        "serial": config.expected.serial,
+    }
+    wrong = [
+        f"{name.replace('_', ' ')} expected {_hexadecimal(value)}, "
+        f"found {_hexadecimal(identity.get(name))}"
+        for name, value in expected.items()
+        if value is not None and identity.get(name) != value
+    ]
+    if wrong:
+        raise IdentityError(
+            f"Another device than expected answers under node id {config.node_id} on {bus}"
+            f" (it calls itself {identity.get('name', 'nothing')!r}): {'; '.join(wrong)}.",
+            "Check which drive is plugged in, and the cell description.",
+        )
+
+
+def _hexadecimal(value: int | str | None) -> str:
+    """Return an identity's number as manuals print it."""
+    return f"0x{value:X}" if isinstance(value, int) else "none"

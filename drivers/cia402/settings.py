@@ -1,0 +1,200 @@
+"""What a drive is set to for a run, found before, read back after, and given back at the end.
+
+The order matters. Set: limits and ramps first, then who watches whom, then the PDOs, the mode
+last. Given back: our heartbeat is no longer watched first of all, then everything backwards, the
+drive's own heartbeat last.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from drivers.cia402 import objects
+from drivers.cia402.config import Cia402Config
+from drivers.cia402.objects import DriveObject, setting_of
+from drivers.cia402.pdo import AT_ONCE, EVERY_SYNC, MAPPING_OFFSET, PdoMap, snapshot_pdo, write_pdo
+from drivers.cia402.sdo import SdoAccess
+from drivers.cia402.words import Mode
+from drivers.errors import BusError, DriverError, SdoError
+
+_Step = tuple[str, Callable[[], dict[str, int]]]
+
+_LIMITS = (objects.SOFTWARE_LIMIT_MIN, objects.SOFTWARE_LIMIT_MAX)
+
+
+@dataclass(frozen=True)
+class ProcessData:
+    """The PDOs of one axis: one order in, one or two answers to every SYNC out."""
+
+    orders: PdoMap
+    answers: tuple[PdoMap, ...]
+
+    @classmethod
+    def of(cls, config: Cia402Config) -> ProcessData:
+        """Return the PDOs for a configuration.
+
+        RPDO1: controlword, target velocity, at once. TPDO1: statusword, torque, position, and
+        TPDO2: velocity and, where there is one, a temperature; both answer every SYNC.
+        """
+        second: tuple[DriveObject, ...] = (objects.VELOCITY,)
+        if config.temperature is not None:
+            second = (objects.VELOCITY, config.temperature.mapped)
+        node = config.node_id
+        return cls(
+            orders=PdoMap(
+                0x1400, 0x200 + node, AT_ONCE, (objects.CONTROLWORD, objects.TARGET_VELOCITY)
+            ),
+            answers=(
+                PdoMap(
+                    0x1800,
+                    0x180 + node,
+                    EVERY_SYNC,
+                    (objects.STATUSWORD, objects.TORQUE, objects.POSITION),
+                ),
+                PdoMap(0x1801, 0x280 + node, EVERY_SYNC, second),
+            ),
+        )
+
+
+def wanted_settings(config: Cia402Config) -> dict[DriveObject, int]:
+    """Return every setting but PDOs and mode, in the order in which it is written."""
+    scaling = config.scaling
+    settings = {
+        objects.PROFILE_ACCELERATION: scaling.acceleration_units(config.acceleration_rad_s2),
+        objects.PROFILE_DECELERATION: scaling.acceleration_units(config.deceleration_rad_s2),
+        objects.QUICK_STOP_DECELERATION: scaling.acceleration_units(
+            config.quick_stop_deceleration_rad_s2
+        ),
+    }
+    limits = config.software_limits_counts
+    if limits is not None:
+        settings.update(zip(_LIMITS, limits, strict=True))
+    if config.quick_stop_option is not None:
+        settings[objects.QUICK_STOP_OPTION] = config.quick_stop_option
+    if config.abort_connection_option is not None:
+        settings[objects.ABORT_CONNECTION] = config.abort_connection_option
+    settings[objects.heartbeat_consumer(config.heartbeat_consumer_subindex)] = (
+        config.agent_node_id << 16 | config.agent_heartbeat_timeout_ms
+    )
+    return settings
+
+
+def snapshot(sdo: SdoAccess, config: Cia402Config) -> dict[str, int]:
+    """Return everything that `apply` will write, as it is now; nothing is written."""
+    items = (*wanted_settings(config), objects.MODE)
+    found = {item.key: sdo.read(item) for item in items}
+    pdos = ProcessData.of(config)
+    for pdo in (pdos.orders, *pdos.answers):
+        found.update(snapshot_pdo(sdo, pdo))
+    return found
+
+
+def apply(sdo: SdoAccess, config: Cia402Config, found: Mapping[str, int]) -> dict[str, int]:
+    """Set everything for a run and return what was read back.
+
+    Parameters
+    ----------
+    sdo : SdoAccess
+        Of a node in PRE-OPERATIONAL, without torque.
+    config : Cia402Config
+        What to set.
+    found : mapping
+        The snapshot taken before.
+
+    Raises
+    ------
+    ConfigurationError
+        Naming the object that does not hold its value.
+    SdoError
+        Naming the object that the drive refuses.
+    """
+    settings = wanted_settings(config)
+    read: dict[str, int] = {}
+    for _, step in _setters(sdo, settings):
+        read.update(step())
+    pdos = ProcessData.of(config)
+    for pdo in (pdos.orders, *pdos.answers):
+        read.update(write_pdo(sdo, pdo.communication_index, pdo.wanted(found)))
+    read[objects.MODE.key] = sdo.set(objects.MODE, Mode.PROFILE_VELOCITY)
+    return read
+
+
+def give_back(sdo: SdoAccess, found: Mapping[str, int]) -> list[str]:
+    """Bring every object of a snapshot back, in PRE-OPERATIONAL; return what could not be.
+
+    When the drive no longer answers, the rest is not tried but listed.
+
+    Parameters
+    ----------
+    sdo : SdoAccess
+        Of a node in PRE-OPERATIONAL, without torque.
+    found : mapping
+        A snapshot, perhaps from a journal of a run that crashed.
+    """
+    pdos = sorted({int(key[2:6], 16) for key in found if _is_pdo(key) and key.endswith(":00")})
+    plain = {setting_of(key): value for key, value in found.items() if not _is_pdo(key)}
+    watch = {item: value for item, value in plain.items() if item.index == 0x1016}
+    last = {item: plain[item] for item in plain if item == objects.HEARTBEAT_PRODUCER}
+    rest = {item: plain[item] for item in reversed(plain) if item not in watch | last}
+    steps = [
+        *_setters(sdo, watch),
+        *(_remapper(sdo, index - MAPPING_OFFSET, found) for index in pdos),
+        *_setters(sdo, rest),
+        *_setters(sdo, last),
+    ]
+    failures: list[str] = []
+    for number, (name, step) in enumerate(steps):
+        try:
+            step()
+        except DriverError as error:
+            failures.append(f"{name}: {error.what}")
+            if _is_silence(error):
+                failures.extend(f"{left}: not tried" for left, _ in steps[number + 1 :])
+                break
+    return failures
+
+
+def _setters(sdo: SdoAccess, values: Mapping[DriveObject, int]) -> list[_Step]:
+    """Return one step for each setting; the two software limits make one step together."""
+    steps: list[_Step] = []
+    for item, value in values.items():
+        if item not in _LIMITS:
+            steps.append((str(item), _setter(sdo, item, value)))
+        elif item == _LIMITS[0] and _LIMITS[1] in values:
+            steps.append((str(item), _limits_setter(sdo, value, values[_LIMITS[1]])))
+    return steps
+
+
+def _setter(sdo: SdoAccess, item: DriveObject, value: int) -> Callable[[], dict[str, int]]:
+    return lambda: {item.key: sdo.set(item, value)}
+
+
+def _limits_setter(sdo: SdoAccess, low: int, high: int) -> Callable[[], dict[str, int]]:
+    """Return a step that never lets the minimum exceed the maximum, which drives refuse."""
+
+    def step() -> dict[str, int]:
+        new = dict(zip(_LIMITS, (low, high), strict=True))
+        upwards = low > sdo.read(objects.SOFTWARE_LIMIT_MAX)
+        return {
+            item.key: sdo.set(item, new[item]) for item in (_LIMITS[::-1] if upwards else _LIMITS)
+        }
+
+    return step
+
+
+def _remapper(sdo: SdoAccess, communication_index: int, found: Mapping[str, int]) -> _Step:
+    return (
+        f"PDO 0x{communication_index:04X}",
+        lambda: write_pdo(sdo, communication_index, found),
+    )
+
+
+def _is_pdo(key: str) -> bool:
+    """Return whether a snapshot's key belongs to a PDO."""
+    return 0x1400 <= int(key[2:6], 16) < 0x1C00
+
+
+def _is_silence(error: DriverError) -> bool:
+    """Return whether an error means that the drive cannot be reached at all."""
+    return isinstance(error, BusError) or (isinstance(error, SdoError) and error.abort_code is None)

@@ -1,0 +1,132 @@
+"""How an axis is brought to rest: every means in turn, and an honest report.
+
+1. Quick stop by RPDO at every SYNC, heartbeat kept, until samples show standstill.
+2. No samples come: quick stop by SDO, standstill read by SDO.
+3. That fails too, or the deadline has passed: NMT stop, and our heartbeat ends, so that the
+   drive's own watchdog does what we could not.
+"""
+
+from __future__ import annotations
+
+from drivers.cia402 import objects
+from drivers.cia402.exchange import Exchange
+from drivers.cia402.network import NmtOrder
+from drivers.cia402.sdo import SdoAccess
+from drivers.cia402.words import Controlword, State, state_of
+from drivers.errors import DriverError
+from drivers.ports import DriveState, Goal, Sample, StopReport
+
+_SILENCE_TIMEOUTS = 2.0
+"""So many SYNC time-outs without a sample, and the PDO way is given up."""
+
+
+class _Stop:
+    """One stop in progress."""
+
+    def __init__(self, exchange: Exchange, deadline_s: float) -> None:
+        self.exchange = exchange
+        self.deadline_s = deadline_s
+        self.started_s = exchange.clock.now()
+        self.heard_s = self.started_s
+        self.samples: list[Sample] = []
+        self.troubles: list[str] = []
+        self.still = 0
+
+    def by_pdo(self) -> bool:
+        """Return whether samples have shown standstill; ends when none come any more."""
+        config, clock = self.exchange.config, self.exchange.clock
+        patience_s = _SILENCE_TIMEOUTS * config.sync_timeout_s
+        while True:
+            try:
+                self.exchange.transmit(Goal.QUICK_STOP, 0.0)
+                clock.sleep_until(clock.now() + config.stop_period_s)
+                self._take(self.exchange.collect())
+            except DriverError as error:
+                self._note(error)
+            if self.still >= config.rest_samples:
+                return True
+            now_s = clock.now()
+            if now_s >= self.deadline_s:
+                return False
+            if now_s - self.heard_s > patience_s or self._bus_is_dead():
+                self.troubles.append("no samples came while stopping")
+                return False
+
+    def by_sdo(self) -> bool:
+        """Return whether the drive, asked object by object, has come to rest."""
+        exchange = self.exchange
+        config, clock = exchange.config, exchange.clock
+        sdo = SdoAccess(exchange.node, attempts=1)
+        exchange.node.sdo.give_up_s = self.deadline_s
+        still = 0
+        try:
+            sdo.order(objects.CONTROLWORD, Controlword.QUICK_STOP)
+            while still < config.rest_samples and clock.now() < self.deadline_s:
+                exchange.keep_alive()
+                velocity_rad_s = config.scaling.velocity_rad_s(sdo.read(objects.VELOCITY))
+                released = state_of(sdo.read(objects.STATUSWORD)) is not State.ENABLED
+                slow = abs(velocity_rad_s) <= config.rest_velocity_rad_s
+                still = still + 1 if slow and released else 0
+                clock.sleep_until(clock.now() + config.stop_period_s)
+        except DriverError as error:
+            self._note(error)
+        return still >= config.rest_samples
+
+    def by_silence(self) -> None:
+        """Stop the node by NMT and let the drive's own watchdog miss us."""
+        self.exchange.muted = True
+        try:
+            self.exchange.node.command(NmtOrder.STOP)
+        except DriverError as error:
+            self._note(error)
+
+    def report(self, at_rest: bool, how: str) -> StopReport:
+        """Return what was achieved, with every trouble on the way."""
+        reason = "; ".join([how, *dict.fromkeys(self.troubles)])
+        return StopReport(at_rest=at_rest, samples=tuple(self.samples), reason=reason)
+
+    def _take(self, samples: list[Sample]) -> None:
+        """Count samples at rest, taken since the stop began; torque must have been taken back."""
+        self.samples.extend(samples)
+        for sample in samples:
+            if sample.time_s < self.started_s:
+                continue
+            self.heard_s = self.exchange.clock.now()
+            slow = abs(sample.velocity_rad_s) <= self.exchange.config.rest_velocity_rad_s
+            self.still = self.still + 1 if slow and sample.state is not DriveState.ON else 0
+
+    def _note(self, error: DriverError) -> None:
+        self.troubles.append(error.what.rstrip("."))
+
+    def _bus_is_dead(self) -> bool:
+        """Return whether the owner says that nothing more will come."""
+        try:
+            self.exchange.owner.check()
+        except DriverError as error:
+            self._note(error)
+            return True
+        return False
+
+
+def stop_axis(exchange: Exchange, samples: list[Sample], deadline_s: float) -> StopReport:
+    """Bring the axis to rest by every means, up to the clock's `deadline_s`; never raises.
+
+    Parameters
+    ----------
+    exchange : Exchange
+        Of the axis.
+    samples : list of Sample
+        Taken before and not yet handed out: the report begins with them.
+    deadline_s : float
+        On the exchange's clock.
+    """
+    stop = _Stop(exchange, deadline_s)
+    stop.samples.extend(samples)
+    if stop.by_pdo():
+        return stop.report(True, "quick stop, standstill measured")
+    if exchange.clock.now() < deadline_s and stop.by_sdo():
+        return stop.report(True, "quick stop by SDO, standstill read by SDO")
+    stop.by_silence()
+    return stop.report(
+        False, "standstill was not measured; the node was stopped by NMT and our heartbeat ended"
+    )
