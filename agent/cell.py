@@ -7,7 +7,6 @@ are converted to motor-side radians once, in this module.
 
 from __future__ import annotations
 
-import math
 import re
 import tomllib
 from pathlib import Path
@@ -23,7 +22,7 @@ from pydantic import (
 )
 
 from agent.errors import InputError
-from trajectories import AxisLimits, TorqueModel
+from trajectories import AxisLimits, TorqueModel, motor_rad
 
 SCHEMA = "stribeck.cell/1"
 
@@ -190,7 +189,7 @@ class Axis(_Part):
 
     def motor_rad(self, arm_deg: float) -> float:
         """Return the motor angle, in radians, of an arm angle in degrees."""
-        return math.radians(arm_deg) * self.gear_ratio
+        return motor_rad(arm_deg, self.gear_ratio)
 
     @property
     def motor_limits(self) -> AxisLimits:
@@ -240,10 +239,12 @@ class Cell(_Part):
     robot: Name
     bus: Bus
     recording: Recording = Recording()
-    axis: tuple[Axis, ...] = Field(min_length=1, strict=False)
+    axis: tuple[Axis, ...] = Field(strict=False)
 
     @model_validator(mode="after")
     def _axes_are_distinct(self) -> Self:
+        if not self.axis:
+            raise ValueError("a cell needs at least one [[axis]]")
         for what in ("number", "node_id"):
             values = [a.number if what == "number" else a.drive.node_id for a in self.axis]
             twice = sorted({v for v in values if values.count(v) > 1})

@@ -11,18 +11,19 @@ def main() -> None:
     A traceback is shown with `--debug` only.
     """
     from agent.cli.app import app
-    from agent.cli.exits import OUR_FAULT, exit_code
 
     try:
         app()
     except Exception as error:
         if "--debug" in sys.argv:
             raise
+        from agent.cli.exits import OUR_FAULT, exit_code
+
         code = exit_code(error)
         if code == OUR_FAULT:
             sentence = (
                 f"This is a fault of stribeck's own ({type(error).__name__}: {error}). "
-                "Run the command again with --debug and report what it shows."
+                "Run `stribeck --debug ...` and report what it shows."
             )
         else:
             sentence = str(error)

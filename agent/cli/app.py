@@ -29,7 +29,7 @@ def options(
     """Friction of industrial robot joints: drive the stair, record, estimate, explain."""
 
 
-@app.command()
+@app.command(short_help="the whole story on a simulated joint, no hardware")
 def demo(
     out: Annotated[Path, typer.Option(help="Where the files go.")] = Path("stribeck-demo"),
     seed: Annotated[int, typer.Option(help="Seed of the simulated robot.")] = 1,
@@ -40,7 +40,7 @@ def demo(
     run_demo(out, seed)
 
 
-@app.command()
+@app.command(short_help="one cycle on a real axis, up to the verdict")
 def run(
     cell: Annotated[Path, typer.Argument(metavar="CELL.toml", help="The cell's description.")],
     axis: Annotated[int, typer.Option(help="Number of the axis.")],
@@ -64,7 +64,7 @@ def run(
         run_axis(cell, axis, out, reverse=reverse, as_json=json)
 
 
-@app.command()
+@app.command(short_help="friction and rigid body from recordings")
 def estimate(
     recordings: Recordings,
     validation: Annotated[
@@ -81,7 +81,7 @@ def estimate(
     run_estimate(recordings, validation, report, as_json=json)
 
 
-@app.command()
+@app.command(short_help="the plain twin from recordings")
 def twin(
     recordings: Recordings,
     out: Annotated[Path, typer.Option(help="The twin to write (TOML).")],
@@ -92,7 +92,7 @@ def twin(
     run_twin(recordings, out)
 
 
-@app.command()
+@app.command(short_help="a simulated servo drive as a process")
 def fake(
     interface: Annotated[
         str, typer.Option(help="python-can interface: udp_multicast, socketcan, ...")
@@ -100,6 +100,9 @@ def fake(
     channel: Annotated[str, typer.Option(help="Channel of that interface.")] = "239.74.163.2",
     node: Annotated[int, typer.Option(help="CANopen node id.")] = 1,
     seed: Annotated[int, typer.Option(help="Seed of its noise.")] = 1,
+    joint: Annotated[
+        Path | None, typer.Option(help="Description of the joint (TOML or JSON); else the default.")
+    ] = None,
     write_cell: Annotated[
         Path | None, typer.Option(help="Write a CELL.toml that drives this very joint.")
     ] = None,
@@ -110,10 +113,10 @@ def fake(
     """Start a simulated servo drive with its joint, in real time, as a process of its own."""
     from agent.cli.fake import run_fake
 
-    run_fake(interface, channel, node, seed, write_cell, short=short)
+    run_fake(interface, channel, node, seed, joint=joint, write_cell=write_cell, short=short)
 
 
-@app.command()
+@app.command(short_help="finish what a kill or power cut left")
 def recover(
     recordings: Annotated[
         list[Path], typer.Argument(metavar="FOLDER|FILE...", help="Where a run was cut off.")
@@ -125,7 +128,7 @@ def recover(
     run_recover(recordings)
 
 
-@app.command("example-cell")
+@app.command("example-cell", short_help="an example CELL.toml, every key explained")
 def example_cell() -> None:
     """Print an example CELL.toml with every key explained; it is not commissioned."""
     from importlib.resources import files

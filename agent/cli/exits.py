@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from agent.errors import AgentError, InputError, RefusedError, StoppedError, StorageError
 from drivers.errors import DriverError
+from trajectories import TrajectoryError
 
 DONE = 0
 BAD_NEWS = 1
@@ -18,6 +19,7 @@ EXIT_CODES: tuple[tuple[type[BaseException], int], ...] = (
     (StoppedError, SAFETY),
     (InputError, BAD_INPUT),
     (StorageError, BAD_INPUT),
+    (TrajectoryError, BAD_INPUT),
     (AgentError, OUR_FAULT),
     (DriverError, DEVICE),
 )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from agent.cell import Axis, Cell
 from agent.cycle.gate import GateLimits
-from trajectories import Trajectory, stair_between, stair_paired
+from trajectories import Trajectory, spaced_speeds, stair_between, stair_paired
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,9 @@ class CyclePlan:
 def stair_of(axis: Axis, *, reverse: bool = False) -> Trajectory:
     """Return the stair that the cell asks for on this axis.
 
+    Speeds are spaced geometrically, so that the falling part of the friction curve is as well
+    covered as the viscous one.
+
     Parameters
     ----------
     axis : agent.cell.Axis
@@ -71,11 +74,11 @@ def stair_of(axis: Axis, *, reverse: bool = False) -> Trajectory:
     stair = axis.stair
     build = stair_paired if stair.kind == "paired" else stair_between
     trajectory = build(
-        from_rad=axis.motor_rad(stair.arm_from_deg),
-        to_rad=axis.motor_rad(stair.arm_to_deg),
-        speeds=stair.speeds,
-        velocity_min_rad_s=stair.motor_velocity_min_rad_s,
-        velocity_max_rad_s=stair.motor_velocity_max_rad_s,
+        axis.motor_rad(stair.arm_from_deg),
+        axis.motor_rad(stair.arm_to_deg),
+        speeds_rad_s=spaced_speeds(
+            stair.motor_velocity_min_rad_s, stair.motor_velocity_max_rad_s, stair.speeds
+        ),
         duration_s=stair.duration_s,
         acceleration_rad_s2=stair.motor_acceleration_rad_s2,
         jerk_rad_s3=stair.motor_jerk_rad_s3,

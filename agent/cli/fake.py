@@ -1,0 +1,79 @@
+"""`stribeck fake`: the simulated servo drive as a process of its own."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from pathlib import Path
+from types import FrameType
+
+from agent.cli.fake_cell import fake_cell_text
+from agent.cli.talk import talker
+from agent.errors import InputError
+from agent.record.atomic import publish
+from drivers.errors import BusError
+from fakes.process import run_process
+from fakes.specification import FakeSpecification
+
+
+def run_fake(
+    interface: str,
+    channel: str,
+    node: int,
+    seed: int,
+    *,
+    joint: Path | None,
+    write_cell: Path | None,
+    short: bool,
+) -> None:
+    """Be a drive until Ctrl-C or SIGTERM.
+
+    Raises
+    ------
+    agent.errors.InputError
+        Where the joint's description cannot be used.
+    drivers.errors.BusError
+        Where the bus cannot be opened or stops working.
+    """
+    specification = _specification(joint)
+    if write_cell is not None:
+        text = fake_cell_text(
+            specification, interface=interface, channel=channel, node_id=node, short=short
+        )
+        publish({write_cell: text.encode()}, overwrite=True)
+        talker().print(f"Drive it with: stribeck run {write_cell} --axis 1")
+    stop = threading.Event()
+
+    def end(_number: int, _frame: FrameType | None) -> None:
+        stop.set()
+
+    for kind in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(kind, end)
+    talker().print(
+        f"ready: simulated drive, node {node}, on {interface} {channel} (Ctrl-C ends it)"
+    )
+    try:
+        run_process(
+            interface, channel, node_id=node, seed=seed, specification=specification, stop=stop
+        )
+    except Exception as error:
+        if not _is_bus_trouble(error):
+            raise
+        raise BusError(
+            f"The bus {interface} {channel} cannot be used: {error}.",
+            "Is the interface there and up?",
+        ) from error
+
+
+def _specification(joint: Path | None) -> FakeSpecification:
+    if joint is None:
+        return FakeSpecification()
+    try:
+        return FakeSpecification.load(joint)
+    except (OSError, ValueError) as error:
+        raise InputError(f"The joint's description {joint} cannot be used: {error}.") from error
+
+
+def _is_bus_trouble(error: Exception) -> bool:
+    """Tell whether `error` comes from the bus; python-can stays in the fakes' room."""
+    return isinstance(error, OSError) or type(error).__module__.startswith("can")
