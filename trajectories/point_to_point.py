@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from trajectories.checks import TrajectoryError, finite, not_negative, positive
+from trajectories.checks import finite, not_negative, positive
 from trajectories.segment import Segment, ramp_times_s
 from trajectories.trajectory import Trajectory
 
@@ -18,9 +18,10 @@ def peak_speed_for_distance(
     ``(d/2)^(2/3) J^(1/3)`` where the acceleration bound is not reached (``d <= 2 A^3/J^2``), else
     the positive root of ``v^2/A + v A/J = d``.
     """
-    if distance_rad <= 2.0 * acceleration_rad_s2 * (acceleration_rad_s2 / jerk_rad_s3) ** 2:
+    full_jerk_time_s = acceleration_rad_s2 / jerk_rad_s3
+    if distance_rad <= 2.0 * acceleration_rad_s2 * full_jerk_time_s * full_jerk_time_s:
         return float((0.5 * distance_rad) ** (2.0 / 3.0) * jerk_rad_s3 ** (1.0 / 3.0))
-    half_b = 0.5 * acceleration_rad_s2 * (acceleration_rad_s2 / jerk_rad_s3)
+    half_b = 0.5 * acceleration_rad_s2 * full_jerk_time_s
     product = acceleration_rad_s2 * distance_rad
     return product / (half_b + math.sqrt(half_b * half_b + product))
 
@@ -80,6 +81,8 @@ def move(
     else:
         short = peak_speed_for_distance(distance, acceleration_rad_s2, jerk_rad_s3)
         peak = math.copysign(min(short, velocity_rad_s), displacement_rad)
+        if peak == 0.0:  # closer than floating point can tell a motion
+            return ()
         middle = None
     up = Segment.ramp(0.0, peak, acceleration_rad_s2, jerk_rad_s3)
     down = Segment.ramp(peak, 0.0, acceleration_rad_s2, jerk_rad_s3)
@@ -118,13 +121,7 @@ def point_to_point(
         positive("jerk_rad_s3", jerk_rad_s3),
     )
     rest = (Segment.rest(rest_s),) if not_negative("rest_s", rest_s) > 0.0 else ()
-    try:
-        segments = move(end - start, *bounds, evaluated=True)
-    except (OverflowError, ZeroDivisionError) as error:
-        raise TrajectoryError(
-            f"a move of {end - start:g} rad within {bounds[0]:g} rad/s, {bounds[1]:g} rad/s^2 and "
-            f"{bounds[2]:g} rad/s^3 is beyond floating point"
-        ) from error
+    segments = move(end - start, *bounds, evaluated=True)
     return Trajectory(
         "point-to-point",
         {

@@ -42,8 +42,8 @@ def spaced_speeds(
         return (slowest,)
     if number == 1 or slowest >= fastest:
         raise TrajectoryError(
-            f"{number} speeds need slowest_rad_s below fastest_rad_s (equal for one speed), "
-            f"got {slowest:g} and {fastest:g}"
+            f"slowest_rad_s must lie below fastest_rad_s, and equal it for a single speed; "
+            f"got {slowest:g} and {fastest:g} for {number}"
         )
     space = np.geomspace if spacing == "geometric" else np.linspace
     inner = space(slowest, fastest, number)[1:-1]

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from trajectories import Segment, TrajectoryError
@@ -24,6 +24,7 @@ def ramps(draw: st.DrawFn) -> tuple[Segment, float, float]:
 
 
 @given(ramps())
+@settings(deadline=None)
 def test_a_ramp_respects_its_bounds_and_uses_one_of_them_up(
     case: tuple[Segment, float, float],
 ) -> None:
@@ -40,6 +41,7 @@ def test_a_ramp_respects_its_bounds_and_uses_one_of_them_up(
 
 
 @given(ramps())
+@settings(deadline=None)
 def test_a_ramp_integrates_exactly(case: tuple[Segment, float, float]) -> None:
     ramp, _, _ = case
     # Three-point Gauss is exact for the polynomials of one piece: an independent integral.
@@ -62,6 +64,7 @@ def test_a_ramp_integrates_exactly(case: tuple[Segment, float, float]) -> None:
 
 
 @given(ramps(), st.floats(0.0, 1.0))
+@settings(deadline=None)
 def test_velocity_between_the_ends_is_monotone_and_symmetric_about_the_middle(
     case: tuple[Segment, float, float], share: float
 ) -> None:
@@ -75,6 +78,7 @@ def test_velocity_between_the_ends_is_monotone_and_symmetric_about_the_middle(
 
 
 @given(ramps())
+@settings(deadline=None)
 def test_reversing_twice_gives_the_same_segment_and_once_the_opposite_path(
     case: tuple[Segment, float, float],
 ) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from trajectories import Segment, SetPoint, Trajectory, TrajectoryError
@@ -55,6 +55,7 @@ def walk() -> Trajectory:
 
 
 @given(trajectories())
+@settings(deadline=None)
 def test_json_round_trip_is_the_identity(trajectory: Trajectory) -> None:
     text = json.dumps(trajectory.to_json(), allow_nan=False)
     back = Trajectory.from_json(json.loads(text))
@@ -64,6 +65,7 @@ def test_json_round_trip_is_the_identity(trajectory: Trajectory) -> None:
 
 
 @given(trajectories())
+@settings(deadline=None)
 def test_position_and_velocity_are_continuous_everywhere(trajectory: Trajectory) -> None:
     for piece in trajectory.pieces:
         for instant in (piece.start_s, piece.start_s + piece.duration_s):
@@ -76,6 +78,7 @@ def test_position_and_velocity_are_continuous_everywhere(trajectory: Trajectory)
 
 
 @given(trajectories())
+@settings(deadline=None)
 def test_sampling_says_the_same_as_asking_one_by_one(trajectory: Trajectory) -> None:
     times = np.linspace(-1.0, trajectory.duration_s + 1.0, 97)
     sampled = trajectory.sample(times)
@@ -91,6 +94,7 @@ def test_sampling_says_the_same_as_asking_one_by_one(trajectory: Trajectory) -> 
 
 
 @given(trajectories())
+@settings(deadline=None)
 def test_reversing_runs_the_path_backward_in_time(trajectory: Trajectory) -> None:
     back = trajectory.reversed()
     total = trajectory.duration_s
@@ -109,6 +113,7 @@ def test_reversing_runs_the_path_backward_in_time(trajectory: Trajectory) -> Non
 
 
 @given(trajectories())
+@settings(deadline=None)
 def test_reversing_keeps_every_steady_window_at_its_positions(trajectory: Trajectory) -> None:
     windows = trajectory.position_windows()
     mirrored = trajectory.reversed().position_windows()
