@@ -198,9 +198,7 @@ def format_twin(twin: Twin) -> str:
     return tomli_w.dumps(document)
 
 
-def _number(
-    table: dict[str, Any], prefix: str, name: str, default: float | None = None
-) -> float:
+def _number(table: dict[str, Any], prefix: str, name: str, default: float | None = None) -> float:
     """Take a number out of a table, or refuse with the key's full name."""
     value = table.pop(name, default)
     if isinstance(value, bool) or not isinstance(value, (int, float)):

@@ -1,0 +1,137 @@
+"""Reasons, in plain words, why recordings do not carry an estimate; and warnings about them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from agent.identify.preprocess import Motion
+from agent.identify.windows import SteadyWindow
+
+_SAMPLES = 100
+_MOVING = 100
+_KEPT = 0.5
+_MEMORY = 0.8
+_SATURATED = 0.2
+_FACTOR = 0.1
+
+
+def refusals(motions: Sequence[Motion]) -> tuple[str, ...]:
+    """Return why the recordings cannot be used at all; empty where they can.
+
+    Every reason is returned, not only the first.
+    """
+    reasons: list[str] = []
+    for motion in motions:
+        reasons += _of_recording(motion)
+    ratios = {motion.signals.gear_ratio for motion in motions}
+    if len(ratios) > 1:
+        shown = ", ".join(f"{r:g}" for r in sorted(ratios))
+        reasons.append(f"the recordings have different gear ratios ({shown}): not one axis")
+    return tuple(reasons)
+
+
+def _of_recording(motion: Motion) -> list[str]:
+    """Return what speaks against one recording."""
+    signals, name = motion.signals, motion.signals.name
+    valid = int(np.count_nonzero(signals.valid))
+    if valid < _SAMPLES:
+        return [f"{name}: only {valid} valid samples; at least {_SAMPLES} are needed"]
+    reasons = []
+    total = signals.valid.shape[0] + signals.samples_lost
+    if valid < _KEPT * total:
+        reasons.append(f"{name}: only {valid} of {total} samples are left; too many frames lost")
+    velocity = np.concatenate(motion.velocity_rad_s) if motion.velocity_rad_s else np.zeros(0)
+    fastest = float(np.max(np.abs(velocity), initial=0.0))
+    moving = int(np.count_nonzero(np.abs(velocity) > 0.02 * fastest)) if fastest > 0.0 else 0
+    if fastest <= 4.0 * motion.velocity_noise_rad_s or moving == 0:
+        return [*reasons, f"{name}: the joint does not move"]
+    if moving < _MOVING:
+        reasons.append(f"{name}: only {moving} samples of motion; at least {_MOVING} are needed")
+    reasons += _of_torque(motion)
+    reasons += _of_rate(motion)
+    reasons += _of_units(motion)
+    return reasons
+
+
+def _of_torque(motion: Motion) -> list[str]:
+    """Return what is wrong with the torque: frozen, or cut off."""
+    name = motion.signals.name
+    torque = motion.signals.torque_nm[motion.signals.valid]
+    low, high = float(torque.min()), float(torque.max())
+    if high - low <= 1e-9 * max(abs(high), abs(low), 1e-300):
+        return [f"{name}: the torque never changes ({high:g} N m); is it the right object?"]
+    moved = np.diff(torque) != 0.0
+    still = np.diff(np.flatnonzero(np.concatenate(([True], moved, [True]))))
+    if still.size and still.max() > 0.5 * torque.size:
+        return [f"{name}: the torque is frozen during more than half of the recording"]
+    if np.unique(torque).size < 50:
+        return []
+    share = max(float(np.mean(torque == high)), float(np.mean(torque == low)))
+    if share > _SATURATED:
+        return [f"{name}: the torque is cut off at a limit during {100 * share:.0f} % of the time"]
+    return []
+
+
+def _of_rate(motion: Motion) -> list[str]:
+    """Refuse a rate at which the velocity has changed altogether by the next sample."""
+    now = np.concatenate([v[:-1] for v in motion.velocity_rad_s])
+    then = np.concatenate([v[1:] for v in motion.velocity_rad_s])
+    power = float(np.sqrt((now @ now) * (then @ then)))
+    memory = float(now @ then) / power if power > 0.0 else 0.0
+    if memory >= _MEMORY:
+        return []
+    return [
+        f"{motion.signals.name}: sampled at {motion.timing.sample_rate_hz:.3g} Hz, too slow for "
+        "this motion: the velocity is another one at every sample"
+    ]
+
+
+def _of_units(motion: Motion) -> list[str]:
+    """Refuse a velocity that is not the derivative of the position."""
+    signals = motion.signals
+    if signals.velocity_rad_s is None or signals.position_rad is None:
+        return []
+    covered, driven = [], []
+    for stretch, velocity in zip(motion.timing.stretches, motion.velocity_rad_s, strict=True):
+        position = stretch.on_grid(signals, signals.position_rad)
+        step = max(position.shape[0] // 200, 1)
+        integral = np.concatenate(([0.0], np.cumsum((velocity[1:] + velocity[:-1]) / 2.0)))
+        covered.append(np.diff(position[::step]))
+        driven.append(np.diff(integral[::step]) * stretch.period_s)
+    x, y = np.concatenate(driven), np.concatenate(covered)
+    size = float(x @ x)
+    if size == 0.0 or float(y @ y) == 0.0:
+        return [f"{signals.name}: position and velocity do not move together"]
+    # Both slopes: a factor shows in both, a position that jumps (wraps) shows in one only.
+    forward, backward = float(x @ y) / size, float(x @ y) / float(y @ y)
+    median = float(
+        np.median(y[np.abs(x) > 0.3 * np.abs(x).max()] / x[np.abs(x) > 0.3 * np.abs(x).max()])
+    )
+    if abs(median - 1.0) <= _FACTOR:
+        return []
+    if abs(forward * backward - 1.0) > 0.5:
+        return [f"{signals.name}: position and velocity do not belong to the same motion"]
+    return [
+        f"{signals.name}: the position moves {median:.4g} times as far as the velocity says; "
+        "one of the two is in another unit, or on the other side of the gear"
+    ]
+
+
+def no_curve(windows: Sequence[SteadyWindow]) -> str:
+    """Say why steady windows make no friction law: none, one direction, one speed."""
+    speeds = np.array([w.velocity_rad_s for w in windows])
+    if not speeds.size:
+        return "no steady velocity was found"
+    if np.all(speeds > 0.0) or np.all(speeds < 0.0):
+        return (
+            "the joint moves at steady velocity in one direction only: friction cannot be told "
+            "from gravity and offset"
+        )
+    if np.ptp(np.abs(speeds)) <= 0.1 * float(np.abs(speeds).max()):
+        return (
+            f"there is one steady speed only ({np.abs(speeds).mean():.3g} rad/s): Coulomb cannot "
+            "be told from viscous friction"
+        )
+    return "too few steady speeds are passed in both directions"

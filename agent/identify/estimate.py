@@ -1,0 +1,288 @@
+"""The whole chain: signals of one axis in, an honest estimate out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.identify import diagnosis
+from agent.identify.friction_curve import CurveFit, PositionTorque, friction_curve
+from agent.identify.friction_models import fit_friction_models
+from agent.identify.preprocess import Motion, filter_motion, read_motion, shared_cutoff
+from agent.identify.result import Estimate, Floats, FrictionModelFit, Quality, RigidBodyFit
+from agent.identify.rigid_body import (
+    Rows,
+    collect_rows,
+    fit_rigid_body,
+    validate,
+    weights,
+)
+from agent.identify.sentence import verdict
+from agent.identify.signals import Signals
+from agent.identify.windows import SteadyWindow, find_windows
+from agent.physics.rigid_body import PARAMETERS
+from agent.physics.twin import Twin
+
+
+@dataclass(frozen=True)
+class RecordingDetail:
+    """What a picture of one recording needs, on the recording's own n samples.
+
+    Parameters
+    ----------
+    windows : tuple of SteadyWindow
+        The steady windows that were found.
+    velocity_rad_s : ndarray, shape (n,)
+        The velocity that was worked with, low-passed; NaN where a sample is in no stretch.
+    torque_nm, torque_predicted_nm : ndarray, shape (n,)
+        Measured torque, low-passed, and what the rigid body predicts for it; NaN likewise.
+    compared : ndarray of bool, shape (n,)
+        The samples over which the two are compared.
+    """
+
+    windows: tuple[SteadyWindow, ...]
+    velocity_rad_s: Floats
+    torque_nm: Floats
+    torque_predicted_nm: Floats | None
+    compared: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Identification:
+    """An estimate together with the arrays that it came from.
+
+    `details` belong to the recordings in order; `validation_detail` to the unseen run.
+    """
+
+    estimate: Estimate
+    details: tuple[RecordingDetail, ...]
+    validation_detail: RecordingDetail | None = None
+    cutoff_hz: float = float("nan")
+
+
+def estimate(
+    signals: Sequence[Signals],
+    *,
+    validation: Signals | None = None,
+    cutoff_hz: float | None = None,
+) -> Estimate:
+    """Estimate friction curve, friction law and rigid body of one axis.
+
+    Parameters
+    ----------
+    signals : sequence of Signals
+        One or more recordings of the same axis.
+    validation : Signals, optional
+        A run that is predicted, never fitted.
+    cutoff_hz : float, optional
+        Of the low-pass; chosen from the data without it (`lowpass.choose_cutoff`).
+
+    Raises
+    ------
+    ValueError
+        There is no recording, or the cutoff is not above zero.
+    """
+    return identify(signals, validation=validation, cutoff_hz=cutoff_hz).estimate
+
+
+def identify(
+    signals: Sequence[Signals],
+    *,
+    validation: Signals | None = None,
+    cutoff_hz: float | None = None,
+) -> Identification:
+    """Do what `estimate` does, and keep the arrays for pictures. Same parameters and errors."""
+    if not signals:
+        raise ValueError("expected at least one recording, got none")
+    if cutoff_hz is not None and not cutoff_hz > 0.0:
+        raise ValueError(f"expected a cutoff above 0 Hz, got {cutoff_hz}")
+    motions = [read_motion(s) for s in signals]
+    windows = [w for i, motion in enumerate(motions) for w in find_windows(motion, i)]
+    refused = diagnosis.refusals(motions)
+    if refused:
+        return _undecided(motions, windows, refused)
+    chosen_hz = shared_cutoff(motions).frequency_hz if cutoff_hz is None else cutoff_hz
+    rows = _rows(motions, chosen_hz)
+    body = fit_rigid_body(rows)
+    curve = friction_curve(motions, windows, _position_torque(body))
+    models = () if curve is None else fit_friction_models(curve)
+    reasons = _undecidable(curve, models, body, windows)
+    if reasons:
+        return _undecided(motions, windows, reasons)
+    notes = [note for motion in motions for note in motion.notes]
+    notes += [] if curve is None else list(curve.notes)
+    notes.append(f"signals and regressors were low-passed alike at {chosen_hz:.3g} Hz")
+    if not models:
+        notes.append(f"no friction curve: {diagnosis.no_curve(windows)}")
+    unseen = None
+    if validation is not None and body is not None:
+        unseen = read_motion(validation)
+    result = Estimate(
+        recordings=tuple(s.name for s in signals),
+        decidable=True,
+        reasons=(),
+        quality=_quality(motions),
+        friction_curve=curve.curve if curve is not None and models else None,
+        friction_models=models,
+        rigid_body=body,
+        validation=(
+            validate(body, _rows([unseen], chosen_hz), unseen.signals.name)
+            if unseen is not None and body is not None
+            else None
+        ),
+        sentence=verdict(models, body),
+        notes=tuple(notes),
+    )
+    return Identification(
+        result,
+        tuple(
+            _detail(m, [w for w in windows if w.recording == i], chosen_hz, body)
+            for i, m in enumerate(motions)
+        ),
+        None if unseen is None else _detail(unseen, find_windows(unseen), chosen_hz, body),
+        chosen_hz,
+    )
+
+
+def twin_from_estimate(result: Estimate, *, robot: str, axis: int, gear_ratio: float) -> Twin:
+    """Return the plain twin (rigid body, gravity, Coulomb, viscous) of an estimate.
+
+    What was not identified is zero in the twin, and listed under `not_identified`.
+
+    Raises
+    ------
+    ValueError
+        The estimate is not decidable, or its friction is not physical.
+    """
+    if not result.decidable:
+        raise ValueError(f"no twin can be made: {'; '.join(result.reasons)}")
+    source = dict(result.rigid_body.parameters) if result.rigid_body is not None else {}
+    friction_names = ("coulomb_nm", "viscous_nm_s_per_rad")
+    if not all(name in source and source[name].identified for name in friction_names):
+        plain = next((m for m in result.friction_models if m.model == "coulomb-viscous"), None)
+        source |= dict(plain.parameters) if plain is not None else {}
+    names = (*friction_names, "inertia_kg_m2", "gravity_sin_nm", "gravity_cos_nm")
+    missing = [n for n in names if n not in source or not source[n].identified]
+    values = {n: 0.0 if n in missing else float(source[n].value) for n in names}
+    return Twin(
+        robot=robot,
+        axis=axis,
+        gear_ratio=gear_ratio,
+        extra={"not_identified": missing} if missing else {},
+        **values,
+    )
+
+
+def _rows(motions: Sequence[Motion], cutoff_hz: float) -> Rows:
+    """Filter all recordings and collect their usable rows."""
+    stretches = [s for motion in motions for s in filter_motion(motion, cutoff_hz)]
+    ends = [
+        (float(q.min()), float(q.max()))
+        for m in motions
+        if m.signals.position_rad is not None
+        for q in [m.signals.position_rad[m.signals.valid] / m.signals.gear_ratio]
+    ]
+    # Gravity needs the position of every row; one recording without it takes the columns away.
+    complete = len(ends) == len(motions)
+    stroke = max(e[1] for e in ends) - min(e[0] for e in ends) if complete else float("nan")
+    return collect_rows(stretches, stroke)
+
+
+def _position_torque(body: RigidBodyFit | None) -> PositionTorque | None:
+    """Return gravity and offset for speeds whose passes do not meet."""
+    if body is None or not body.parameters["torque_offset_nm"].identified:
+        return None
+    if not body.parameters["coulomb_nm"].identified:
+        return None
+    values = dict(zip(PARAMETERS, weights(body).tolist(), strict=True))
+    return PositionTorque(
+        values["gravity_sin_nm"], values["gravity_cos_nm"], values["torque_offset_nm"]
+    )
+
+
+def _undecidable(
+    curve: CurveFit | None,
+    models: Sequence[FrictionModelFit],
+    body: RigidBodyFit | None,
+    windows: Sequence[SteadyWindow],
+) -> tuple[str, ...]:
+    """Return why neither the curve nor the regression carries the friction."""
+    if models:
+        plain = models[0].parameters["coulomb_nm"]
+        if plain.value <= 0.0 and curve is not None and np.all(curve.curve.friction_nm < 0.0):
+            return ("friction comes out negative: torque and velocity have opposite signs",)
+        return ()
+    if body is not None:
+        names = ("coulomb_nm", "viscous_nm_s_per_rad", "torque_offset_nm")
+        if all(body.parameters[n].identified for n in names):
+            if body.parameters["coulomb_nm"].value < 0.0 and body.fit_percent > 20.0:
+                return ("friction comes out negative: torque and velocity have opposite signs",)
+            if body.fit_percent > 30.0:
+                return ()
+    return (diagnosis.no_curve(windows),)
+
+
+def _undecided(
+    motions: Sequence[Motion], windows: Sequence[SteadyWindow], reasons: tuple[str, ...]
+) -> Identification:
+    """Return an estimate that says why there is none."""
+    result = Estimate(
+        recordings=tuple(m.signals.name for m in motions),
+        decidable=False,
+        reasons=reasons,
+        quality=_quality(motions),
+        sentence=f"Not decidable: {'; '.join(reasons)}.",
+        notes=tuple(note for motion in motions for note in motion.notes),
+    )
+    details = tuple(
+        _detail(m, [w for w in windows if w.recording == i], None, None)
+        for i, m in enumerate(motions)
+    )
+    return Identification(result, details)
+
+
+def _quality(motions: Sequence[Motion]) -> Quality:
+    """Return what all recordings together stand on."""
+    rates = [m.timing.sample_rate_hz for m in motions]
+    temperatures = [
+        t[np.isfinite(t)]
+        for t in (m.signals.gearbox_temperature_degc for m in motions)
+        if t is not None
+    ]
+    known = np.concatenate(temperatures) if temperatures else np.zeros(0)
+    return Quality(
+        samples=sum(m.signals.time_s.shape[0] for m in motions),
+        samples_lost=sum(m.signals.samples_lost for m in motions),
+        masked=sum(int(np.count_nonzero(~m.signals.valid)) for m in motions),
+        sample_rate_hz=float(np.median(rates)),
+        jitter_s=max(m.timing.jitter_s for m in motions),
+        temperature_degc=(float(known.min()), float(known.max())) if known.size else None,
+    )
+
+
+def _detail(
+    motion: Motion,
+    windows: Sequence[SteadyWindow],
+    cutoff_hz: float | None,
+    body: RigidBodyFit | None,
+) -> RecordingDetail:
+    """Bring the filtered arrays back onto the recording's own samples."""
+    signals = motion.signals
+    shape = signals.time_s.shape
+    velocity, torque = np.full(shape, np.nan), np.full(shape, np.nan)
+    predicted = None if body is None else np.full(shape, np.nan)
+    compared = np.zeros(shape, dtype=np.bool_)
+    for s, v in zip(motion.timing.stretches, motion.velocity_rad_s, strict=True):
+        velocity[s.index] = s.off_grid(signals, v)
+        torque[s.index] = signals.torque_nm[s.index]
+    for f in filter_motion(motion, cutoff_hz) if cutoff_hz is not None else ():
+        index, stretch = f.stretch.index, f.stretch
+        velocity[index] = stretch.off_grid(signals, f.velocity_rad_s)
+        torque[index] = stretch.off_grid(signals, f.torque_nm)
+        compared[index] = stretch.off_grid(signals, f.usable.astype(np.float64)) > 0.5
+        if predicted is not None and body is not None:
+            predicted[index] = stretch.off_grid(signals, f.regressor @ weights(body))
+    return RecordingDetail(tuple(windows), velocity, torque, predicted, compared)

@@ -1,0 +1,374 @@
+"""The friction curve: friction torque at each steady speed, with gravity removed (thesis 4.21).
+
+Half the difference between a forward and a backward pass at one speed over one range of arm
+positions is friction; half their sum is gravity and offset. Only the positions that both passes
+cover are used. Where passes do not meet, gravity comes from the rigid-body fit, or the speed is
+left out; either way a note says so. Without a recorded position the passes are taken to cover the
+same range.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.identify.preprocess import Motion
+from agent.identify.result import Floats, FrictionCurve
+from agent.identify.uncertainty import student_975, variance_of_mean
+from agent.identify.windows import SteadyWindow
+from agent.physics.rigid_body import gravity_columns
+
+_SAME_SPEED = 0.03  # two passes of one step of the stair may differ by this much
+_OVERLAP = 0.3  # of the shorter pass: less common range is not the same place
+_SAMPLES = 8
+
+
+@dataclass(frozen=True)
+class PositionTorque:
+    """The torque that depends on position only, as the rigid body found it.
+
+    ``gravity_sin_nm sin(q/N) + gravity_cos_nm cos(q/N) + torque_offset_nm``.
+    """
+
+    gravity_sin_nm: float
+    gravity_cos_nm: float
+    torque_offset_nm: float
+
+    def at(self, position_rad: Floats | None, gear_ratio: float) -> Floats | float:
+        """Return the torque in N m at motor angles of shape (n,); the offset without them."""
+        if position_rad is None:
+            return self.torque_offset_nm
+        weights = np.array([self.gravity_sin_nm, self.gravity_cos_nm])
+        torque = gravity_columns(position_rad, gear_ratio) @ weights + self.torque_offset_nm
+        return np.asarray(torque, dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class SteadyMeans:
+    """The mean torque of every speed and direction: what the curve was made of.
+
+    Parameters
+    ----------
+    velocity_rad_s : ndarray, shape (k,)
+        Signed.
+    friction_nm : ndarray, shape (k,)
+        Signed torque less gravity (position recorded) or less one common offset (not recorded).
+    """
+
+    velocity_rad_s: Floats
+    friction_nm: Floats
+
+
+@dataclass(frozen=True)
+class CurveFit:
+    """The friction curve and how it came about.
+
+    `standard_error_nm`, shape (n,), belongs to the curve's points; `dof`, shape (n,), are its
+    degrees of freedom; `directions` counts how many ways (1 or 2) the windows go.
+    """
+
+    curve: FrictionCurve
+    standard_error_nm: Floats
+    dof: Floats
+    means: SteadyMeans
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Pass:
+    """One steady window's samples: signed velocity, torque, motor position (or None)."""
+
+    velocity_rad_s: float
+    torque_nm: Floats
+    position_rad: Floats | None
+    gear_ratio: float
+
+    @property
+    def range_rad(self) -> tuple[float, float]:
+        assert self.position_rad is not None
+        return float(self.position_rad.min()), float(self.position_rad.max())
+
+    def within(self, lower: float, upper: float) -> _Pass:
+        """Return the part of the pass between two motor positions."""
+        assert self.position_rad is not None
+        inside = (self.position_rad >= lower) & (self.position_rad <= upper)
+        return _Pass(
+            self.velocity_rad_s,
+            self.torque_nm[inside],
+            self.position_rad[inside],
+            self.gear_ratio,
+        )
+
+
+@dataclass(frozen=True)
+class _Mean:
+    """A mean with its variance, degrees of freedom and count of samples."""
+
+    value: float
+    variance: float
+    dof: float
+    samples: int
+
+
+@dataclass(frozen=True)
+class _Point:
+    """One speed of the curve."""
+
+    speed_rad_s: float
+    friction: _Mean
+    gravity_nm: float
+    forward: tuple[float, float] | None  # velocity and torque less nothing
+    backward: tuple[float, float] | None
+    paired: bool
+
+
+def friction_curve(
+    motions: Sequence[Motion],
+    windows: Sequence[SteadyWindow],
+    position_torque: PositionTorque | None = None,
+) -> CurveFit | None:
+    """Return the friction curve of one axis, or None where no speed carries a point.
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+        The recordings; `SteadyWindow.recording` counts into them.
+    windows : sequence of SteadyWindow
+        All their steady windows.
+    position_torque : PositionTorque, optional
+        For speeds whose passes do not meet.
+    """
+    points: list[_Point] = []
+    notes: list[str] = []
+    left_out: list[float] = []
+    modelled: list[float] = []
+    passes = [_pass(motions[w.recording], w) for w in windows]
+    for group in _by_speed([p for p in passes if p.torque_nm.size >= _SAMPLES]):
+        point = _paired(group)
+        if point is None and position_torque is not None:
+            point = _modelled(group, position_torque)
+            modelled += [] if point is None else [point.speed_rad_s]
+        if point is None:
+            left_out.append(float(np.mean([abs(p.velocity_rad_s) for p in group])))
+        else:
+            points.append(point)
+    if modelled:
+        notes.append(
+            f"at {_speeds(modelled)} no forward and backward pass cover the same positions; "
+            "gravity and offset there come from the rigid-body fit"
+        )
+    if left_out:
+        notes.append(
+            f"{_speeds(left_out)} was left out of the friction curve: no partner in the other "
+            "direction, and gravity is not known"
+        )
+    if not points:
+        return None
+    return _assemble(points, notes, with_position=passes[0].position_rad is not None)
+
+
+def _pass(motion: Motion, window: SteadyWindow) -> _Pass:
+    """Take a window's valid samples out of its recording."""
+    signals = motion.signals
+    index = np.arange(window.start, window.stop)
+    index = index[signals.valid[window.start : window.stop]]
+    position = signals.position_rad
+    return _Pass(
+        window.velocity_rad_s,
+        signals.torque_nm[index],
+        None if position is None else position[index],
+        signals.gear_ratio,
+    )
+
+
+def _by_speed(passes: Sequence[_Pass]) -> list[list[_Pass]]:
+    """Group passes whose speeds agree within 3 %, slowest group first."""
+    groups: list[list[_Pass]] = []
+    for p in sorted(passes, key=lambda p: abs(p.velocity_rad_s)):
+        if groups:
+            first = abs(groups[-1][0].velocity_rad_s)
+            if abs(p.velocity_rad_s) - first <= _SAME_SPEED * 1.2 * first:
+                groups[-1].append(p)
+                continue
+        groups.append([p])
+    return groups
+
+
+def _paired(group: Sequence[_Pass]) -> _Point | None:
+    """Return the point that forward and backward passes of one speed make, if they meet."""
+    forward = [p for p in group if p.velocity_rad_s > 0.0]
+    backward = [p for p in group if p.velocity_rad_s < 0.0]
+    if not forward or not backward:
+        return None
+    if any(p.position_rad is None for p in group):
+        return _point(group, [(forward, backward)])
+    lower = max(p.range_rad[0] for p in group)
+    upper = min(p.range_rad[1] for p in group)
+    if upper - lower >= _OVERLAP * min(p.range_rad[1] - p.range_rad[0] for p in group):
+        cut = [[p.within(lower, upper) for p in side] for side in (forward, backward)]
+        return _point(group, [(cut[0], cut[1])])
+    return _point(group, _meeting(forward, backward))
+
+
+def _meeting(
+    forward: Sequence[_Pass], backward: Sequence[_Pass]
+) -> list[tuple[list[_Pass], list[_Pass]]]:
+    """Pair off passes that cover the same place, longest common range first."""
+    options = []
+    for i, f in enumerate(forward):
+        for j, b in enumerate(backward):
+            lower = max(f.range_rad[0], b.range_rad[0])
+            upper = min(f.range_rad[1], b.range_rad[1])
+            shorter = min(np.ptp(f.range_rad), np.ptp(b.range_rad))
+            if upper - lower >= _OVERLAP * shorter > 0.0:
+                options.append((upper - lower, i, j, lower, upper))
+    taken_f: set[int] = set()
+    taken_b: set[int] = set()
+    pairs = []
+    for _, i, j, lower, upper in sorted(options, reverse=True):
+        if i not in taken_f and j not in taken_b:
+            taken_f.add(i)
+            taken_b.add(j)
+            pairs.append(([forward[i].within(lower, upper)], [backward[j].within(lower, upper)]))
+    return pairs
+
+
+def _point(
+    group: Sequence[_Pass], pairs: Sequence[tuple[Sequence[_Pass], Sequence[_Pass]]]
+) -> _Point | None:
+    """Average (4.21) over places, each with forward and backward passes."""
+    halves, gravities, forwards, backwards = [], [], [], []
+    for forward, backward in pairs:
+        ahead = _pool([_mean(p) for p in forward if p.torque_nm.size >= _SAMPLES])
+        back = _pool([_mean(p) for p in backward if p.torque_nm.size >= _SAMPLES])
+        if ahead is None or back is None:
+            continue
+        variance = (ahead.variance + back.variance) / 4.0
+        dof = _satterthwaite([(ahead.variance, ahead.dof), (back.variance, back.dof)])
+        halves.append(
+            _Mean((ahead.value - back.value) / 2.0, variance, dof, ahead.samples + back.samples)
+        )
+        gravities.append((ahead.value + back.value) / 2.0)
+        forwards.append(ahead.value)
+        backwards.append(back.value)
+    friction = _pool(halves)
+    if friction is None:
+        return None
+    v_forward = float(np.mean([p.velocity_rad_s for p in group if p.velocity_rad_s > 0.0]))
+    v_backward = float(np.mean([p.velocity_rad_s for p in group if p.velocity_rad_s < 0.0]))
+    return _Point(
+        speed_rad_s=(v_forward - v_backward) / 2.0,
+        friction=friction,
+        gravity_nm=float(np.mean(gravities)),
+        forward=(v_forward, float(np.mean(forwards))),
+        backward=(v_backward, float(np.mean(backwards))),
+        paired=True,
+    )
+
+
+def _modelled(group: Sequence[_Pass], position_torque: PositionTorque) -> _Point | None:
+    """Return a point whose gravity comes from the model, from passes that do not meet."""
+    means, gravities = [], []
+    for p in group:
+        gravity = position_torque.at(p.position_rad, p.gear_ratio)
+        sign = float(np.sign(p.velocity_rad_s))
+        values = np.asarray(sign * (p.torque_nm - gravity), dtype=np.float64)
+        variance, dof = variance_of_mean(values)
+        means.append(_Mean(float(values.mean()), variance, dof, values.size))
+        gravities.append(float(np.mean(gravity)))
+    friction = _pool(means)
+    if friction is None:
+        return None
+    speed = float(np.mean([abs(p.velocity_rad_s) for p in group]))
+    gravity_nm = float(np.mean(gravities))
+    sides = {float(np.sign(p.velocity_rad_s)) for p in group}
+    return _Point(
+        speed_rad_s=speed,
+        friction=friction,
+        gravity_nm=gravity_nm,
+        forward=(speed, gravity_nm + friction.value) if 1.0 in sides else None,
+        backward=(-speed, gravity_nm - friction.value) if -1.0 in sides else None,
+        paired=False,
+    )
+
+
+def _mean(p: _Pass) -> _Mean:
+    """Return a pass's mean torque, the slope along its positions not counted as noise.
+
+    Gravity changes along a pass; both passes of a pair see the same change, so it cancels.
+    """
+    values = p.torque_nm
+    x = np.linspace(-1.0, 1.0, values.shape[0])
+    if p.position_rad is not None and np.ptp(p.position_rad) > 0.0:
+        x = p.position_rad - p.position_rad.mean()
+        slope = float(x @ (values - values.mean()) / (x @ x))
+        variance, dof = variance_of_mean(values - slope * x)
+        # Weighted to the middle of the range, so that passes of uneven sampling compare.
+        middle = (p.range_rad[0] + p.range_rad[1]) / 2.0 - float(p.position_rad.mean())
+        return _Mean(float(values.mean() + slope * middle), variance, dof, values.size)
+    variance, dof = variance_of_mean(values)
+    return _Mean(float(values.mean()), variance, dof, values.size)
+
+
+def _pool(means: Sequence[_Mean]) -> _Mean | None:
+    """Average means of equal weight; scatter between them counts where it is the larger."""
+    if not means:
+        return None
+    count = len(means)
+    values = np.array([m.value for m in means])
+    inside = float(sum(m.variance for m in means)) / count**2
+    dof = _satterthwaite([(m.variance, m.dof) for m in means])
+    if count > 1:
+        between = float(np.var(values, ddof=1)) / count
+        if between > inside:
+            inside, dof = between, count - 1.0
+    return _Mean(float(values.mean()), inside, dof, sum(m.samples for m in means))
+
+
+def _satterthwaite(parts: Sequence[tuple[float, float]]) -> float:
+    """Return the degrees of freedom of a sum of variances (Welch and Satterthwaite)."""
+    total = sum(variance for variance, _ in parts)
+    below = sum(variance**2 / max(dof, 1.0) for variance, dof in parts)
+    return total**2 / below if below > 0.0 else float(sum(dof for _, dof in parts))
+
+
+def _assemble(points: Sequence[_Point], notes: list[str], *, with_position: bool) -> CurveFit:
+    """Put the points side by side, slowest first."""
+    if not with_position:
+        notes.append(
+            "no position was recorded: forward and backward passes are taken to cover the same "
+            "range of the arm"
+        )
+    common = float(np.mean([p.gravity_nm for p in points]))
+    velocity, friction = [], []
+    for p in points:
+        gravity = p.gravity_nm if with_position else common
+        for side in (p.forward, p.backward):
+            if side is not None:
+                velocity.append(side[0])
+                friction.append(side[1] - gravity)
+    order = np.argsort(velocity)
+    error = np.sqrt([p.friction.variance for p in points])
+    dof = np.array([p.friction.dof for p in points])
+    value = np.array([p.friction.value for p in points])
+    reach = error * np.array([student_975(d) for d in dof])
+    samples: NDArray[np.int64] = np.array([p.friction.samples for p in points], dtype=np.int64)
+    curve = FrictionCurve(
+        velocity_rad_s=np.array([p.speed_rad_s for p in points]),
+        friction_nm=value,
+        ci95_nm=np.stack((value - reach, value + reach), axis=-1),
+        gravity_nm=np.array([p.gravity_nm for p in points]),
+        samples=samples,
+    )
+    means = SteadyMeans(np.array(velocity)[order], np.array(friction)[order])
+    return CurveFit(curve, error, dof, means, tuple(notes))
+
+
+def _speeds(values: Sequence[float]) -> str:
+    """Return speeds in words: at most four, then a count."""
+    shown = ", ".join(f"{v:.3g}" for v in values[:4])
+    more = f" and {len(values) - 4} more" if len(values) > 4 else ""
+    return f"{shown}{more} rad/s"

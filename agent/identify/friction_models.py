@@ -1,0 +1,249 @@
+"""Which friction law the curve carries, with which numbers, and how sure that is.
+
+All laws of `physics.friction` are fitted to the curve's points. The simplest, Coulomb + viscous,
+stays unless a richer law beats it beyond its noise in three ways at once: in the error at speeds
+that it has not seen (leave one speed out, by more than one standard error), in the Bayesian
+information criterion (by more than 6, strong evidence), and with parameters that physics allows.
+Between Stribeck and Feeny-Moon, which draw the same fall, Stribeck is reported unless Feeny-Moon
+predicts unseen speeds better by more than one standard error: its parameters are the twin's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.identify import separable
+from agent.identify.friction_curve import CurveFit
+from agent.identify.result import Floats, FrictionModelFit, Parameter
+from agent.identify.uncertainty import student_975
+from agent.physics import friction
+from agent.physics.friction import FrictionLaw
+
+_STRONG_BIC = 6.0
+_ENOUGH_FREEDOM = 4
+_NOT_NEGATIVE = ("coulomb_nm", "static_extra_nm")
+
+
+@dataclass(frozen=True)
+class _LawFit:
+    """A fit with what selection needs: unseen-speed errors, shape (n,), in N m."""
+
+    fit: FrictionModelFit
+    unseen_nm: Floats
+    allowed: str
+
+
+def fit_friction_models(curve_fit: CurveFit) -> tuple[FrictionModelFit, ...]:
+    """Fit every law that the number of speeds allows, and select one.
+
+    Parameters
+    ----------
+    curve_fit : CurveFit
+        The curve with its points' standard errors.
+
+    Returns
+    -------
+    tuple of FrictionModelFit
+        Simplest first; at most one is selected, none with fewer than two speeds.
+    """
+    fits: list[_LawFit] = []
+    speeds = curve_fit.curve.velocity_rad_s.shape[0]
+    for law in friction.LAWS.values():
+        needed = len(law.parameters) + (1 if law.ranges else 0)
+        if speeds >= needed:
+            fits.append(_fit_law(law, curve_fit))
+    return _select(fits, _weights(curve_fit))
+
+
+def _weights(curve_fit: CurveFit) -> Floats:
+    """Return the square roots of the points' weights, shape (n,), median near 1.
+
+    A point's variance has the median variance added: laws are never exact, and a very quiet speed
+    must not rule the others.
+    """
+    variance = curve_fit.standard_error_nm**2
+    typical = float(np.median(variance))
+    if not np.all(np.isfinite(variance)) or typical <= 0.0:
+        return np.ones(variance.shape[0])
+    return np.asarray(np.sqrt(2.0 * typical / (variance + typical)), dtype=np.float64)
+
+
+def _fit_law(law: FrictionLaw, curve_fit: CurveFit) -> _LawFit:
+    """Fit one law by variable projection, with profile intervals and unseen-speed errors."""
+    curve = curve_fit.curve
+    speed, value = curve.velocity_rad_s, curve.friction_nm
+    weight = _weights(curve_fit)
+    coarse, fine = separable.search(law, speed, value, weight)
+    best = fine.best
+    numbers = dict(zip(law.linear, fine.linear[best].tolist(), strict=True))
+    numbers |= dict(zip(law.nonlinear, fine.nonlinear[best].tolist(), strict=True))
+    parameters, region = _intervals(law, curve_fit, weight, coarse, fine, numbers)
+    unseen = _unseen(coarse, region) / weight
+    predicted = law.torque(curve_fit.means.velocity_rad_s, numbers)
+    measured = curve_fit.means.friction_nm
+    error = measured - predicted
+    count = speed.shape[0]
+    # Numerical dust keeps the logarithm finite where a law runs through every point.
+    sse = max(float(fine.sse[best]), 1e-20 * float(np.sum((weight * value) ** 2)), 1e-300)
+    bic = count * np.log(sse / count) + len(law.parameters) * np.log(count)
+    fit = FrictionModelFit(
+        model=law.name,
+        selected=False,
+        rmse_nm=float(np.sqrt(np.mean(error**2))),
+        fit_percent=fit_percent(measured, predicted),
+        bic=float(bic),
+        parameters=parameters,
+    )
+    return _LawFit(fit, unseen, _objection(law, numbers))
+
+
+def _intervals(
+    law: FrictionLaw,
+    curve_fit: CurveFit,
+    weight: Floats,
+    coarse: separable.GridFit,
+    fine: separable.GridFit,
+    numbers: dict[str, float],
+) -> tuple[dict[str, Parameter], separable.GridFit]:
+    """Return parameters with profile-likelihood intervals, and the grid that they come from.
+
+    The variance is that of the residuals: it holds the points' noise and the law's misfit. With
+    too few speeds to tell it, the points' own variance takes its place where it is larger.
+    """
+    curve = curve_fit.curve
+    speed, value = curve.velocity_rad_s, curve.friction_nm
+    least = float(fine.sse[fine.best])
+    freedom = speed.shape[0] - len(law.parameters)
+    of_points = float(np.mean((weight * curve_fit.standard_error_nm) ** 2))
+    of_residuals = least / freedom if freedom > 0 else 0.0
+    if freedom >= _ENOUGH_FREEDOM or of_residuals > of_points:
+        variance, dof = of_residuals, float(freedom)
+    else:
+        variance, dof = of_points, float(np.sum(curve_fit.dof))
+    limit = least + variance * student_975(dof) ** 2
+    region, at_bound = separable.profile_region(law, speed, value, weight, coarse, fine, limit)
+    inside = region.sse <= limit
+    reach = region.spread[inside] * np.sqrt(limit - region.sse[inside])[:, np.newaxis]
+    lower = (region.linear[inside] - reach).min(axis=0)
+    upper = (region.linear[inside] + reach).max(axis=0)
+    ends = {n: (float(a), float(b)) for n, a, b in zip(law.linear, lower, upper, strict=True)}
+    for i, name in enumerate(law.nonlinear):
+        column = region.nonlinear[inside, i]
+        ends[name] = (float(column.min()), float(column.max()))
+    reasons = _not_carried(law, at_bound)
+    parameters = {}
+    for name in law.parameters:
+        if name in reasons:
+            parameters[name] = Parameter.not_identified(reasons[name], numbers[name])
+        elif not np.all(np.isfinite(ends[name])):
+            parameters[name] = Parameter.not_identified(
+                "too few speeds for an interval", numbers[name]
+            )
+        else:
+            parameters[name] = Parameter(numbers[name], ends[name])
+    return parameters, region
+
+
+def _not_carried(law: FrictionLaw, at_bound: NDArray[np.bool_]) -> dict[str, str]:
+    """Return the parameters whose interval reaches the end of what these speeds can tell."""
+    reasons: dict[str, str] = {}
+    for i, name in enumerate(law.nonlinear):
+        low, high = bool(at_bound[i, 0]), bool(at_bound[i, 1])
+        if name == "mu" and high:
+            low = True
+        if not (low or high):
+            continue
+        side = "both ends" if low and high else ("the lower end" if low else "the upper end")
+        reasons[name] = f"its interval reaches {side} of what these speeds can tell"
+        if name in ("stribeck_velocity_rad_s", "beta_s_per_rad"):
+            too_slow = low if name == "stribeck_velocity_rad_s" else high
+            too_fast = high if name == "stribeck_velocity_rad_s" else low
+            if too_slow and "static_extra_nm" in law.linear:
+                reasons["static_extra_nm"] = (
+                    "the fall may be over below the slowest speed: slower speeds would tell"
+                )
+            if too_fast:
+                for other in law.linear:
+                    reasons[other] = (
+                        "the fall may go on beyond the fastest speed: faster speeds would tell"
+                    )
+    return reasons
+
+
+def _unseen(coarse: separable.GridFit, region: separable.GridFit) -> Floats:
+    """Return the weighted error at every speed when that speed is left out, shape (n,).
+
+    Exact on the grids: leaving point j out lowers the squared error by ``r_j^2/(1 - h_j)``, and
+    the non-linear parameters are searched anew for every point that is left out.
+    """
+    sse = np.concatenate((coarse.sse, region.sse))[:, np.newaxis]
+    residual = np.vstack((coarse.residual, region.residual))
+    free = np.maximum(1.0 - np.vstack((coarse.leverage, region.leverage)), 1e-9)
+    without = sse - residual**2 / free
+    choice = np.argmin(without, axis=0)
+    column = np.arange(residual.shape[1])
+    return np.asarray((residual / free)[choice, column], dtype=np.float64)
+
+
+def _objection(law: FrictionLaw, numbers: dict[str, float]) -> str:
+    """Return why physics does not allow these numbers; empty where it does."""
+    negative = [n for n in _NOT_NEGATIVE if numbers.get(n, 0.0) < 0.0]
+    if law.ranges and negative:
+        return f"{negative[0]} comes out negative, which friction cannot be"
+    return ""
+
+
+def _select(fits: Sequence[_LawFit], weight: Floats) -> tuple[FrictionModelFit, ...]:
+    """Mark the law that is selected, and say of each why or why not."""
+    if not fits:
+        return ()
+    simple = fits[0]
+    chosen = simple
+    reasons = {simple.fit.model: "the simplest law; no richer one beats it beyond its noise"}
+    for rich in fits[1:]:
+        refusal = rich.allowed or _not_better(simple, rich, weight)
+        if refusal:
+            reasons[rich.fit.model] = refusal
+            continue
+        reasons[simple.fit.model] = "a richer law predicts unseen speeds better"
+        if chosen is simple:
+            chosen = rich
+            reasons[rich.fit.model] = "predicts unseen speeds better than Coulomb + viscous"
+        elif _gain(chosen, rich, weight) > 0.0:
+            reasons[chosen.fit.model] = f"{rich.fit.model} predicts unseen speeds better"
+            chosen = rich
+            reasons[rich.fit.model] = "predicts unseen speeds best"
+        else:
+            reasons[rich.fit.model] = f"no better at unseen speeds than {chosen.fit.model}"
+    return tuple(replace(f.fit, selected=f is chosen, reason=reasons[f.fit.model]) for f in fits)
+
+
+def _not_better(simple: _LawFit, rich: _LawFit, weight: Floats) -> str:
+    """Return why the richer law does not replace the simple one; empty where it does."""
+    if simple.fit.bic - rich.fit.bic <= _STRONG_BIC:
+        return (
+            f"its gain does not pay for its parameters (BIC {rich.fit.bic - simple.fit.bic:+.1f} "
+            f"against {simple.fit.model})"
+        )
+    if _gain(simple, rich, weight) <= 0.0:
+        return "it does not predict unseen speeds better beyond one standard error"
+    return ""
+
+
+def _gain(worse: _LawFit, better: _LawFit, weight: Floats) -> float:
+    """Return the mean fall in squared unseen-speed error, less one standard error."""
+    fall = (weight * worse.unseen_nm) ** 2 - (weight * better.unseen_nm) ** 2
+    error = float(np.std(fall, ddof=1)) / np.sqrt(fall.shape[0])
+    return float(np.mean(fall)) - error
+
+
+def fit_percent(measured: Floats, predicted: Floats) -> float:
+    """Return ``100 (1 - ||y - yhat|| / ||y - mean y||)``; NaN where the measured is constant."""
+    spread = float(np.linalg.norm(measured - np.mean(measured)))
+    if spread == 0.0:
+        return float("nan")
+    return 100.0 * (1.0 - float(np.linalg.norm(measured - predicted)) / spread)

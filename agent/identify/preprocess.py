@@ -1,0 +1,207 @@
+"""From recorded columns to filtered regressors: velocity, acceleration, direction, torque.
+
+Order of operations, for every stretch on its own (thesis section 4.1.1):
+
+1. velocity is the drive's own, or the central difference of the position;
+2. acceleration is the central difference of the velocity (4.9);
+3. direction is the thresholded sign (4.10) of a lightly low-passed velocity, with the threshold
+   at four standard deviations of the noise that is left in it;
+4. torque, acceleration, velocity, direction, gravity's sine and cosine and the constant pass the
+   same zero-phase low-pass.
+
+Where the direction is unknown (standstill), friction is indeterminate: the share of such samples
+is filtered alike, and what it touches is not used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.identify.lowpass import Cutoff, choose_cutoff, lowpass
+from agent.identify.result import Floats
+from agent.identify.sampling import Stretch, Timing, find_stretches
+from agent.identify.signals import Signals
+from agent.physics.rigid_body import PARAMETERS, regressor
+
+_SIGN_BAND = 4.0  # the sign is taken from a velocity that keeps four times the cutoff
+_SIGN_SIGMAS = 4.0
+_UNKNOWN_SHARE = 0.05
+
+
+@dataclass(frozen=True)
+class FilteredStretch:
+    """One stretch, filtered: all arrays on its even grid of n samples.
+
+    Parameters
+    ----------
+    stretch : Stretch
+        Where it stands in the recording.
+    regressor : ndarray, shape (n, 6)
+        The columns of thesis (4.5), in the order of `physics.rigid_body.PARAMETERS`.
+    torque_nm, velocity_rad_s : ndarray, shape (n,)
+        Filtered alike.
+    usable : ndarray of bool, shape (n,)
+        False where the direction of motion is unknown.
+    """
+
+    stretch: Stretch
+    regressor: Floats
+    torque_nm: Floats
+    velocity_rad_s: Floats
+    usable: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A recording's motion before filtering, on its stretches' grids.
+
+    Parameters
+    ----------
+    signals : Signals
+        As recorded.
+    timing : Timing
+        Its stretches.
+    velocity_rad_s : tuple of ndarray
+        One array per stretch, on its grid; derived where the drive gave none.
+    velocity_noise_rad_s : float
+        Standard deviation of the velocity's white noise.
+    velocity_derived : bool
+        Whether the velocity was derived from the position.
+    notes : tuple of str
+        What was done to the data.
+    """
+
+    signals: Signals
+    timing: Timing
+    velocity_rad_s: tuple[Floats, ...]
+    velocity_noise_rad_s: float
+    velocity_derived: bool
+    notes: tuple[str, ...]
+
+
+def read_motion(signals: Signals) -> Motion:
+    """Find the stretches and the velocity of one recording."""
+    timing = find_stretches(signals)
+    derived = signals.velocity_rad_s is None
+    velocities = []
+    for stretch in timing.stretches:
+        if signals.velocity_rad_s is not None:
+            velocities.append(stretch.on_grid(signals, signals.velocity_rad_s))
+        else:
+            assert signals.position_rad is not None
+            position = stretch.on_grid(signals, signals.position_rad)
+            velocities.append(np.gradient(position, stretch.period_s))
+    notes = []
+    if derived:
+        notes.append(f"{signals.name}: velocity was derived from position by central differences")
+    resampled = sum(s.resampled for s in timing.stretches)
+    if resampled:
+        notes.append(
+            f"{signals.name}: time is uneven (jitter {1e3 * timing.jitter_s:.3g} ms); "
+            "the signals were interpolated onto an even grid"
+        )
+    return Motion(signals, timing, tuple(velocities), _noise(velocities), derived, tuple(notes))
+
+
+def shared_cutoff(motions: Sequence[Motion]) -> Cutoff:
+    """Choose one cutoff for all recordings of an axis."""
+    derived = all(motion.velocity_derived for motion in motions)
+    channels: list[tuple[Floats, float]] = []
+    for motion in motions:
+        for stretch, velocity in zip(motion.timing.stretches, motion.velocity_rad_s, strict=True):
+            position = motion.signals.position_rad
+            if derived and position is not None:
+                channels.append((stretch.on_grid(motion.signals, position), stretch.period_s))
+            else:
+                channels.append((velocity, stretch.period_s))
+    return choose_cutoff(channels, differences=2 if derived else 1)
+
+
+def filter_motion(motion: Motion, cutoff_hz: float) -> tuple[FilteredStretch, ...]:
+    """Return every stretch that is long enough to be filtered, filtered.
+
+    Parameters
+    ----------
+    motion : Motion
+        One recording.
+    cutoff_hz : float
+        The low-pass's cutoff.
+    """
+    out = []
+    for stretch, velocity in zip(motion.timing.stretches, motion.velocity_rad_s, strict=True):
+        if velocity.shape[0] * stretch.period_s * cutoff_hz >= 1.0:
+            out.append(_filter_stretch(motion, stretch, velocity, cutoff_hz))
+    return tuple(out)
+
+
+def _filter_stretch(
+    motion: Motion, stretch: Stretch, velocity: Floats, cutoff_hz: float
+) -> FilteredStretch:
+    """Build the regressor of one stretch and pass everything through the same filter."""
+    signals = motion.signals
+    direction = direction_of(velocity, stretch.period_s, cutoff_hz, motion.velocity_noise_rad_s)
+    position = signals.position_rad
+    columns = regressor(
+        None if position is None else stretch.on_grid(signals, position),
+        velocity,
+        np.gradient(velocity, stretch.period_s),
+        direction,
+        signals.gear_ratio,
+    )
+    torque = stretch.on_grid(signals, signals.torque_nm)
+    unknown = (direction == 0.0).astype(np.float64)
+    rows = np.vstack((columns.T, torque, unknown))
+    filtered = lowpass(rows, stretch.period_s, cutoff_hz)
+    regressor_filtered = filtered[: len(PARAMETERS)].T
+    return FilteredStretch(
+        stretch=stretch,
+        regressor=regressor_filtered,
+        torque_nm=filtered[-2],
+        velocity_rad_s=regressor_filtered[:, PARAMETERS.index("viscous_nm_s_per_rad")],
+        usable=(filtered[-1] < _UNKNOWN_SHARE) & (direction != 0.0),
+    )
+
+
+def direction_of(velocity: Floats, period_s: float, cutoff_hz: float, noise_rad_s: float) -> Floats:
+    """Return the thresholded sign of the velocity, -1, 0 or 1, shape (n,) (thesis 4.10).
+
+    Parameters
+    ----------
+    velocity : ndarray, shape (n,)
+        Unfiltered velocity, rad/s.
+    period_s, cutoff_hz : float
+        Sampling period, and cutoff of the filter to come.
+    noise_rad_s : float
+        Standard deviation of the unfiltered velocity's white noise.
+    """
+    band_hz = _SIGN_BAND * cutoff_hz
+    smooth = lowpass(velocity, period_s, band_hz)
+    left = noise_rad_s * np.sqrt(min(2.0 * band_hz * period_s, 1.0))
+    # Without noise, numerical dust around standstill must not look like motion.
+    threshold = max(_SIGN_SIGMAS * left, 1e-6 * float(np.max(np.abs(velocity), initial=0.0)))
+    return np.where(np.abs(smooth) > threshold, np.sign(smooth), 0.0)
+
+
+def _noise(velocities: Sequence[Floats]) -> float:
+    """Return the standard deviation of white noise in the velocity, from second differences.
+
+    The median makes it blind to the ramps. Quantised velocity can have a median of zero: then the
+    uniform error of its smallest step, step/sqrt(12), stands in.
+    """
+    curvature = [np.diff(v, n=2) for v in velocities if v.size > 2]
+    if not curvature:
+        return 0.0
+    robust = float(np.median(np.abs(np.concatenate(curvature)))) / (0.6745 * np.sqrt(6.0))
+    if robust > 0.0:
+        return robust
+    steps = np.concatenate([np.abs(np.diff(v)) for v in velocities])
+    steps = steps[steps > 0.0]
+    if not steps.size:
+        return 0.0
+    # A set-point in the velocity's place has steps, but they are the stair's, not a resolution.
+    fastest = max(float(np.max(np.abs(v), initial=0.0)) for v in velocities)
+    return min(float(steps.min()), 0.01 * fastest) / float(np.sqrt(12.0))

@@ -1,0 +1,211 @@
+"""The rigid-body regression of thesis (4.5): inertia, friction, gravity and offset in one fit.
+
+Columns that this motion cannot tell apart are left out and reported with the reason; they are
+never given a number. Intervals come from leaving out blocks of time, because the residuals are
+coloured by ripple, control and the filter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.identify.friction_models import fit_percent
+from agent.identify.preprocess import FilteredStretch
+from agent.identify.result import Floats, Parameter, RigidBodyFit, Validation
+from agent.identify.uncertainty import block_jackknife, student_975
+from agent.physics.rigid_body import PARAMETERS
+
+_INFLATION = 1000.0  # a parameter's variance against that with all other columns orthogonal
+_BLOCKS = 40
+_FEWEST_BLOCKS = 12
+_GRAVITY = ("gravity_sin_nm", "gravity_cos_nm")
+_SPEED_CHANGE = 0.2  # of the fastest: less, inside every stretch, excites no inertia
+_DROP_FIRST = (*_GRAVITY, "inertia_kg_m2", "torque_offset_nm", "viscous_nm_s_per_rad")
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Filtered, usable samples of all recordings: N rows.
+
+    Parameters
+    ----------
+    columns : ndarray, shape (N, 6)
+        In the order of `PARAMETERS`.
+    torque_nm : ndarray, shape (N,)
+        Filtered alike.
+    time_s : ndarray, shape (N,)
+        Time of filtering units, rising without gaps or overlaps over stretches and recordings.
+    excited : bool
+        Whether velocity changes inside a stretch by enough to feel the inertia.
+    arm_stroke_rad : float
+        How far the arm moved; NaN without a position.
+    """
+
+    columns: Floats
+    torque_nm: Floats
+    time_s: Floats
+    excited: bool
+    arm_stroke_rad: float
+
+
+def collect_rows(stretches: Sequence[FilteredStretch], arm_stroke_rad: float) -> Rows:
+    """Put the usable samples of all filtered stretches under each other."""
+    columns, torques, times = [], [], []
+    clock_s = 0.0
+    for s in stretches:
+        time_s = s.stretch.time_s - s.stretch.time_s[0] + clock_s
+        clock_s = float(time_s[-1]) + s.stretch.period_s
+        columns.append(s.regressor[s.usable])
+        torques.append(s.torque_nm[s.usable])
+        times.append(time_s[s.usable])
+    fastest = max((float(np.abs(s.velocity_rad_s).max()) for s in stretches), default=0.0)
+    change = max((float(np.ptp(s.velocity_rad_s)) for s in stretches), default=0.0)
+    return Rows(
+        np.concatenate(columns) if columns else np.zeros((0, len(PARAMETERS))),
+        np.concatenate(torques) if torques else np.zeros(0),
+        np.concatenate(times) if times else np.zeros(0),
+        excited=change > _SPEED_CHANGE * fastest > 0.0,
+        arm_stroke_rad=arm_stroke_rad,
+    )
+
+
+def fit_rigid_body(rows: Rows) -> RigidBodyFit | None:
+    """Regress the torque on the motion, shape (N, 6), as far as the motion carries it.
+
+    Returns
+    -------
+    RigidBodyFit or None
+        `condition_number` is (4.11), the ratio of the singular values of the regressor as it is
+        (unscaled columns, as in the thesis), over the columns that were kept. None with too few
+        samples to say anything.
+    """
+    if rows.torque_nm.shape[0] < 10 * len(PARAMETERS):
+        return None
+    reasons = _left_out(rows)
+    kept = [i for i, name in enumerate(PARAMETERS) if name not in reasons]
+    columns = rows.columns[:, kept]
+    blocks = _blocks(rows.time_s)
+    if int(blocks[-1]) + 1 < _FEWEST_BLOCKS or not kept:
+        return None
+    theta, covariance, dof = block_jackknife(columns, rows.torque_nm, blocks)
+    reach = student_975(dof) * np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    parameters: dict[str, Parameter] = {}
+    for name in PARAMETERS:
+        if name in reasons:
+            parameters[name] = Parameter.not_identified(reasons[name])
+        else:
+            k = kept.index(PARAMETERS.index(name))
+            value, half = float(theta[k]), float(reach[k])
+            parameters[name] = Parameter(value, (value - half, value + half))
+    predicted = columns @ theta
+    singular = np.linalg.svd(columns.T @ columns, compute_uv=False)
+    condition = float(np.sqrt(singular[0] / singular[-1])) if singular[-1] > 0.0 else np.inf
+    return RigidBodyFit(
+        parameters=parameters,
+        condition_number=condition,
+        rmse_nm=float(np.sqrt(np.mean((rows.torque_nm - predicted) ** 2))),
+        fit_percent=fit_percent(rows.torque_nm, predicted),
+    )
+
+
+def weights(fit: RigidBodyFit) -> Floats:
+    """Return the fitted parameters, shape (6,), with zero where one was not identified."""
+    values = [fit.parameters[name] for name in PARAMETERS]
+    return np.array([p.value if p.identified else 0.0 for p in values])
+
+
+def validate(fit: RigidBodyFit, rows: Rows, name: str) -> Validation:
+    """Predict a run that the fit has not seen.
+
+    Parameters
+    ----------
+    fit : RigidBodyFit
+        From other recordings.
+    rows : Rows
+        The unseen run, filtered with the fit's own cutoff.
+    name : str
+        What the run is called.
+    """
+    predicted = rows.columns @ weights(fit)
+    error = rows.torque_nm - predicted
+    size = float(np.linalg.norm(rows.torque_nm))
+    return Validation(
+        recording=name,
+        rmse_nm=float(np.sqrt(np.mean(error**2))) if error.size else float("nan"),
+        fit_percent=fit_percent(rows.torque_nm, predicted) if error.size else float("nan"),
+        relative_torque_error_percent=(
+            100.0 * float(np.linalg.norm(error)) / size if size > 0.0 else float("nan")
+        ),
+    )
+
+
+def variance_inflation(columns: Floats) -> Floats:
+    """Return how much each parameter's variance grows because the columns are not orthogonal.
+
+    Diagonal of the inverse of the columns' Gram matrix, columns scaled to unit length: 1 for an
+    orthogonal column, infinite for one that the others make up. No mean is taken away: the
+    constant is one of the columns.
+
+    Parameters
+    ----------
+    columns : ndarray, shape (N, p)
+    """
+    length = np.sqrt(np.einsum("ij,ij->j", columns, columns))
+    out = np.full(columns.shape[1], np.inf)
+    alive = length > 0.0
+    unit = columns[:, alive] / length[alive]
+    values, vectors = np.linalg.eigh(unit.T @ unit)
+    usable = np.maximum(values, 1e-13)
+    out[alive] = np.einsum("ij,j->i", vectors**2, 1.0 / usable)
+    return out
+
+
+def _left_out(rows: Rows) -> dict[str, str]:
+    """Return the columns that this motion does not carry, with the reason for each."""
+    reasons: dict[str, str] = {}
+    if not np.isfinite(rows.arm_stroke_rad):
+        for name in _GRAVITY:
+            reasons[name] = "no position was recorded"
+    if not rows.excited:
+        reasons["inertia_kg_m2"] = "the velocity hardly changes inside any stretch of data"
+    while True:
+        kept = [i for i, name in enumerate(PARAMETERS) if name not in reasons]
+        inflation = dict(
+            zip(
+                [PARAMETERS[i] for i in kept],
+                variance_inflation(rows.columns[:, kept]).tolist(),
+                strict=True,
+            )
+        )
+        mixed = [name for name in _DROP_FIRST if inflation.get(name, 0.0) > _INFLATION]
+        if not mixed:
+            return reasons
+        for name in _GRAVITY if mixed[0] in _GRAVITY else mixed[:1]:
+            reasons[name] = _mixed_reason(name, rows)
+
+
+def _mixed_reason(name: str, rows: Rows) -> str:
+    """Say why a column cannot be told from the others."""
+    if name in _GRAVITY:
+        degrees = np.degrees(rows.arm_stroke_rad)
+        return (
+            f"on a stroke of {degrees:.3g} degrees of the arm, gravity cannot be told from a "
+            "constant torque"
+        )
+    return {
+        "inertia_kg_m2": "the acceleration cannot be told from the other columns",
+        "torque_offset_nm": "moving one way, a constant torque cannot be told from friction",
+        "viscous_nm_s_per_rad": "at one speed, viscous friction cannot be told from Coulomb",
+    }[name]
+
+
+def _blocks(time_s: Floats) -> NDArray[np.int64]:
+    """Return the block of time of every row, about 40 of equal length, rising from 0."""
+    span = float(time_s[-1] - time_s[0])
+    number = np.floor((time_s - time_s[0]) / span * _BLOCKS * (1.0 - 1e-12)).astype(np.int64)
+    # Blocks that hold no usable sample leave no number behind.
+    return np.cumsum(np.diff(number, prepend=number[0]) > 0).astype(np.int64)
