@@ -137,6 +137,9 @@ class CanBusOwner:
             In one sentence why it does not open, and what to do.
         """
         arguments: dict[str, Any] = dict(config.options)
+        if config.interface == "udp_multicast":
+            # What moves a machine does not leave this computer unless the cell says so.
+            arguments.setdefault("hop_limit", 0)
         if config.bitrate is not None:
             arguments["bitrate"] = config.bitrate
         try:

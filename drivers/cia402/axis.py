@@ -138,9 +138,13 @@ class Cia402Axis:
             The axis is not open.
         BusError
             The frame does not go out.
+        DriverError
+            With the goal ON after a failure: that failure again.
         """
         if command.goal is Goal.ON and not math.isfinite(command.velocity_rad_s):
             raise ValueError(f"velocity must be finite, got {command.velocity_rad_s} rad/s")
+        if command.goal is Goal.ON and self._failure is not None:
+            raise self._failure
         self._running().transmit(command.goal, command.velocity_rad_s)
 
     def receive(self) -> tuple[Sample, ...]:
@@ -264,12 +268,21 @@ class Cia402Axis:
             )
         exchange.forget()
 
+    def _await_answers(self, exchange: Exchange) -> None:
+        """Take in what still comes, so that every SYNC is booked as answered or as lost."""
+        while True:
+            exchange.collect()
+            since_s = exchange.ledger.waiting_since_s
+            if since_s is None:
+                return
+            self._clock.sleep_until(self._clock.now() + _POLL_S)
+
     def _take_torque_away(self) -> None:
         """Send disable voltage by RPDO, at once; `hand_back` repeats it by SDO and looks."""
         if self._exchange is None:
             return
         try:
             self._exchange.disable_voltage()
-            self._exchange.collect()
+            self._await_answers(self._exchange)
         except DriverError:
             return  # the bus says the same to the SDOs that follow, where it is reported

@@ -75,7 +75,7 @@ class Cia402Config:
     agent_heartbeat_timeout_s: float = 0.25
     heartbeat_consumer_subindex: int = 1
     drive_heartbeat_period_s: float = 0.1
-    drive_heartbeat_timeout_s: float = 0.35
+    drive_heartbeat_timeout_s: float = 0.5
     sync_timeout_s: float = 0.05
     consecutive_lost_limit: int = 5
     sdo_timeout_s: float = 0.3

@@ -8,11 +8,13 @@
 
 from __future__ import annotations
 
+import math
+
 from drivers.cia402 import objects
 from drivers.cia402.exchange import Exchange
 from drivers.cia402.network import NmtOrder
 from drivers.cia402.sdo import SdoAccess
-from drivers.cia402.words import Controlword, State, state_of
+from drivers.cia402.words import Controlword, State, error_words, state_of
 from drivers.errors import DriverError
 from drivers.ports import DriveState, Goal, Sample, StopReport
 
@@ -70,6 +72,8 @@ class _Stop:
                 clock.sleep_until(clock.now() + config.stop_period_s)
         except DriverError as error:
             self._note(error)
+        finally:
+            exchange.node.sdo.give_up_s = math.inf
         return still >= config.rest_samples
 
     def by_silence(self) -> None:
@@ -82,7 +86,12 @@ class _Stop:
 
     def report(self, at_rest: bool, how: str) -> StopReport:
         """Return what was achieved, with every trouble on the way."""
-        reason = "; ".join([how, *dict.fromkeys(self.troubles)])
+        emergencies = [
+            f"the drive sent the emergency {error_words(emergency.code)}"
+            for emergency in self.exchange.node.emergencies
+            if emergency.code & 0xFF00
+        ]
+        reason = "; ".join(dict.fromkeys([how, *self.troubles, *emergencies]))
         return StopReport(at_rest=at_rest, samples=tuple(self.samples), reason=reason)
 
     def _take(self, samples: list[Sample]) -> None:
