@@ -108,11 +108,6 @@ def metadata_of(table: pa.Table, where: str) -> Metadata:
     return Metadata.loads(text, where)
 
 
-def first_row(flags: pa.ChunkedArray[Any]) -> int:
-    """Return the number of the first row, counted from 1, for which a boolean column is true."""
-    return int(flags.index(True).as_py()) + 1
-
-
 def _decoded(values: pa.ChunkedArray[Any]) -> pa.ChunkedArray[Any]:
     """Return a dictionary-encoded column as what its dictionary holds, others as they are."""
     if not pa.types.is_dictionary(values.type):
@@ -189,7 +184,7 @@ def _wrong_type(values: pa.ChunkedArray[Any], name: str, where: str, expected: s
         return InputError(
             f"{where}: column {name} must hold {expected}, its type is {values.type}."
         )
-    row = first_row(values.is_valid())
+    row = values.is_valid().index(True).as_py() + 1
     return InputError(
         f"{where}: column {name} must hold {expected}, but row {row} holds "
         f"{str(values[row - 1])[:40]!r} of type {values.type}."

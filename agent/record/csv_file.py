@@ -8,6 +8,7 @@ columns are always numbers (`phase`: text), quoted or not.
 
 from __future__ import annotations
 
+import bisect
 import csv
 import io
 from pathlib import Path
@@ -18,12 +19,10 @@ import pyarrow.compute as pc
 import pyarrow.csv as pacsv
 
 from agent.errors import InputError
-from agent.record.arrow import first_row
 from agent.record.recording import FLOAT_COLUMNS, TEXT_COLUMNS
 
 _PREFIX_BYTES = 1 << 16  # the header and the first row are looked for in this much of the file
 _GAPS = ("", "nan", "na", "n/a", "null", "none")
-_NUMBER = r"^[+-]?((\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[iI][nN][fF]([iI][nN][iI][tT][yY])?)$"
 
 
 def read_table(path: Path, where: str) -> pa.Table:
@@ -139,14 +138,9 @@ def _numbers(values: pa.ChunkedArray[Any], name: str, where: str) -> pa.ChunkedA
     floats = _as_floats(values)
     if floats is not None:
         return floats
-    cells: Any = values
-    trimmed = pc.utf8_trim_whitespace(cells.fill_null(""))
-    fine: Any = pc.or_(
-        pc.match_substring_regex(trimmed, _NUMBER),
-        pc.is_in(pc.utf8_lower(trimmed), value_set=pa.array(_GAPS)),
-    )
-    row = first_row(pc.invert(fine))
-    cell = values[row - 1].as_py()
+    prefixes = range(len(values) + 1)
+    row = bisect.bisect_left(prefixes, True, key=lambda n: _as_floats(values.slice(0, n)) is None)
+    cell = str(values[row - 1].as_py())
     hint = " (the decimal mark must be a point)" if "," in cell else ""
     raise InputError(
         f"{where}: column {name} must hold numbers ({FLOAT_COLUMNS[name]}), but row {row} holds "

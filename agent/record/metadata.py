@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import datetime
 import json
-import math
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
@@ -155,9 +155,11 @@ class Metadata:
 
     def dumps(self, indent: int | None = None) -> bytes:
         """Return the document as UTF-8 JSON."""
-        return json.dumps(
-            self.to_json(), ensure_ascii=False, allow_nan=False, indent=indent
-        ).encode()
+        document = self.to_json()
+        try:
+            return json.dumps(document, ensure_ascii=False, allow_nan=False, indent=indent).encode()
+        except UnicodeEncodeError:  # half a surrogate pair, which only an escape can carry
+            return json.dumps(document, allow_nan=False, indent=indent).encode()
 
     def updated(self, changes: Mapping[str, Any]) -> Metadata:
         """Return metadata with some keys, known or not, set anew.
@@ -186,7 +188,9 @@ def _same_major(schema: object) -> bool:
 
 
 def _number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return False
+    return abs(value) <= sys.float_info.max  # False for NaN, too
 
 
 def _whole(value: object) -> bool:
