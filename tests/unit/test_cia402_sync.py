@@ -1,0 +1,141 @@
+"""Which answer belongs to which SYNC: late, lost, shared over two streams, and conserved."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from drivers.cia402.sync import SyncLedger
+from drivers.ports import Goal
+
+PERIOD_S = 0.002
+TIMEOUT_S = 0.02
+
+
+def ledger(streams: int = 1) -> SyncLedger:
+    return SyncLedger(streams, TIMEOUT_S)
+
+
+def test_an_answer_belongs_to_its_sync() -> None:
+    book = ledger()
+    book.sent(1.0, Goal.ON)
+    book.answered(0, 1.0005, b"a")
+    (answer,) = book.settle(1.001)
+    assert (answer.sent_s, answer.received_s, answer.goal) == (1.0, 1.0005, Goal.ON)
+    assert answer.answers == [b"a"]
+    assert book.account().received == 1
+
+
+def test_a_late_answer_belongs_to_its_own_sync_and_is_counted_late() -> None:
+    book = ledger()
+    book.sent(0.000, Goal.ON)
+    book.sent(0.002, Goal.ON)
+    book.answered(0, 0.0025, b"first")
+    assert book.settle(0.0025) == []  # late, or the second's: nobody can know yet
+    book.answered(0, 0.0030, b"second")
+    answers = book.settle(0.0030)
+    assert [(a.sent_s, a.answers[0]) for a in answers] == [(0.0, b"first"), (0.002, b"second")]
+    account = book.account()
+    assert (account.late, account.lost) == (1, 0)
+
+
+def test_after_a_loss_no_answer_is_booked_under_its_neighbours_time() -> None:
+    book = ledger()
+    got = []
+    for k in range(50):
+        now_s = k * PERIOD_S
+        book.sent(now_s, Goal.ON)
+        if k != 10:
+            book.answered(0, now_s + 0.0003, bytes([k]))
+        got += book.settle(now_s + 0.0004)
+    got += book.settle(1.0)
+    assert [(round(a.sent_s / PERIOD_S), a.answers[0][0]) for a in got] == [
+        (k, k) for k in range(50) if k != 10
+    ]
+    account = book.account()
+    assert (account.expected, account.received, account.lost, account.late) == (50, 49, 1, 0)
+
+
+def test_silence_is_lost_after_the_timeout_and_not_before() -> None:
+    book = ledger()
+    for k in range(3):
+        book.sent(k * PERIOD_S, Goal.OFF)
+    book.settle(TIMEOUT_S)
+    assert book.account().lost == 0
+    book.settle(TIMEOUT_S + 2 * PERIOD_S + 1e-6)
+    assert book.consecutive_lost == 3
+    book.sent(0.1, Goal.OFF)
+    book.answered(0, 0.1, b"")
+    book.settle(0.1)
+    assert book.consecutive_lost == 0
+
+
+def test_an_answer_without_a_sync_is_counted_and_dropped() -> None:
+    book = ledger()
+    book.answered(0, 0.0, b"stray")
+    assert book.settle(0.0) == []
+    assert book.unasked == 1
+    book.sent(0.1, Goal.OFF)
+    book.answered(0, 0.05, b"older than the SYNC")
+    assert book.settle(0.1) == []
+    assert book.unasked == 2
+
+
+def test_a_sample_needs_both_streams() -> None:
+    book = ledger(streams=2)
+    book.sent(0.0, Goal.ON)
+    book.answered(0, 0.0004, b"one")
+    assert book.settle(0.0005) == []
+    book.answered(1, 0.0006, b"two")
+    (answer,) = book.settle(0.0007)
+    assert answer.answers == [b"one", b"two"]
+    assert answer.received_s == 0.0006
+
+
+def test_a_sync_with_one_of_two_answers_is_lost() -> None:
+    book = ledger(streams=2)
+    for k in range(3):
+        book.sent(k * PERIOD_S, Goal.ON)
+        book.answered(0, k * PERIOD_S, bytes([k]))
+        if k != 1:
+            book.answered(1, k * PERIOD_S, bytes([k]))
+    got = book.settle(0.005) + book.settle(1.0)
+    assert [a.answers for a in got] == [[b"\x00", b"\x00"], [b"\x02", b"\x02"]]
+    assert book.account().lost == 1
+
+
+def test_jitter_is_the_standard_deviation_of_the_delay() -> None:
+    book = ledger()
+    for k, delay_s in enumerate((0.0001, 0.0003)):
+        book.sent(k * PERIOD_S, Goal.ON)
+        book.answered(0, k * PERIOD_S + delay_s, b"")
+        book.settle(k * PERIOD_S + delay_s)
+    assert book.account().jitter_s == pytest.approx(0.0001 * 2**0.5)
+
+
+@given(seed=st.integers(0, 10_000), streams=st.integers(1, 2))
+def test_nothing_is_invented_and_nothing_disappears(seed: int, streams: int) -> None:
+    chance = random.Random(seed)
+    book = ledger(streams)
+    in_flight: list[tuple[float, int, bytes]] = []
+    got: list[tuple[int, int]] = []
+    for k in range(200):
+        now_s = k * PERIOD_S
+        for arrival_s, stream, data in [x for x in in_flight if x[0] <= now_s]:
+            book.answered(stream, arrival_s, data)
+        in_flight = [x for x in in_flight if x[0] > now_s]
+        got += [(round(a.sent_s / PERIOD_S), a.answers[0][0]) for a in book.settle(now_s)]
+        book.sent(now_s, Goal.ON)
+        delay_s = chance.choice([0.0003, 0.0015, 0.0019])
+        in_flight += [
+            (now_s + delay_s, s, bytes([k])) for s in range(streams) if chance.random() > 0.02
+        ]
+    got += [(round(a.sent_s / PERIOD_S), a.answers[0][0]) for a in book.settle(10.0)]
+    account = book.account()
+    assert account.expected == 200
+    assert account.received + account.lost == 200
+    assert len(got) == account.received
+    assert all(sync == told for sync, told in got)
