@@ -6,7 +6,8 @@ Alone in importing the drivers' classes. Nothing is built before `drive_cycle` i
 from __future__ import annotations
 
 import importlib.metadata
-from collections.abc import Callable
+import json
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,14 +15,20 @@ from agent.cell import Axis, Bus, Cell
 from agent.cycle.plan import CyclePlan, plan_cycle
 from agent.cycle.preflight import before_the_bus, insist
 from agent.cycle.runner import CycleResult, CycleRunner, Progress, columns
+from agent.errors import InputError
+from agent.record.atomic import publish
 from agent.record.recording import Metadata
 from agent.record.stream import StreamWriter
 from drivers.can.owner import CanBusConfig, CanBusOwner
 from drivers.cia402.axis import Cia402Axis
 from drivers.cia402.config import Cia402Config, ExpectedIdentity
+from drivers.cia402.handing_back import restore
 from drivers.cia402.scaling import Scaling, TemperatureSource
 from drivers.clock import Clock, wall_time_utc
 from drivers.ports import AxisEvidence
+
+REST_S = 0.2
+"""How long a joint must stand before it is believed: two periods of a soft arm's ringing."""
 
 
 @dataclass(frozen=True)
@@ -61,16 +68,27 @@ def drive_cycle(
     cell, axis = request.cell, request.axis
     plan = plan_cycle(cell, axis, reverse=request.reverse)
     insist(before_the_bus(cell, axis, plan, request.folder))
+    config = drive_config(cell, axis)
+    journal = _Journal(request.folder / f".{cell.robot}-axis{axis.number}.found.json")
     owner = CanBusOwner.open(bus_config(cell.bus), clock)
     try:
-        return CycleRunner(
+        left_behind = journal.read()
+        if left_behind:
+            restore(owner, config, clock, left_behind)
+            journal.clear()
+        runner = CycleRunner(
             plan,
-            Cia402Axis(owner, drive_config(cell, axis), clock),
+            Cia402Axis(owner, config, clock, journal.write),
             clock,
             open_recording=lambda evidence: _RunWriter(request, plan, evidence),
             stop_requested=stop_requested,
             progress=progress,
-        ).run()
+        )
+        try:
+            return runner.run()
+        finally:
+            if runner.aftermath is not None and runner.aftermath.restored:
+                journal.clear()
     finally:
         owner.close()
 
@@ -113,8 +131,10 @@ def drive_config(cell: Cell, axis: Axis) -> Cia402Config:
         agent_heartbeat_timeout_s=supervision.heartbeat_timeout_s,
         drive_heartbeat_period_s=supervision.drive_heartbeat_period_s,
         drive_heartbeat_timeout_s=3.5 * supervision.drive_heartbeat_period_s,
-        sync_timeout_s=supervision.sample_age_max_s,
+        # Lost must be said before the gate finds the newest sample too old.
+        sync_timeout_s=0.5 * supervision.sample_age_max_s,
         consecutive_lost_limit=supervision.samples_lost_in_a_row_max,
+        rest_samples=max(5, round(REST_S * cell.recording.sample_rate_hz)),
         stop_period_s=1.0 / cell.recording.sample_rate_hz,
     )
 
@@ -122,6 +142,35 @@ def drive_config(cell: Cell, axis: Axis) -> Cia402Config:
 def software() -> str:
     """Return name and version of this product, as recordings carry it."""
     return f"stribeck {importlib.metadata.version('stribeck')}"
+
+
+class _Journal:
+    """What a drive was set to before it was overwritten, kept until it has been given back.
+
+    A run that is killed leaves this file; the next one on the axis restores the drive from it.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def write(self, found: Mapping[str, int]) -> None:
+        publish({self._path: json.dumps(dict(found), indent=1).encode()}, overwrite=True)
+
+    def read(self) -> dict[str, int]:
+        try:
+            found = json.loads(self._path.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            return {}
+        except (OSError, ValueError) as error:
+            raise InputError(
+                f"{self._path} should say how a killed run had found the drive, and cannot be "
+                f"read: {error}.",
+                "Compare the drive with its parameter file, then remove this file.",
+            ) from error
+        return {str(key): int(value) for key, value in found.items()}
+
+    def clear(self) -> None:
+        self._path.unlink(missing_ok=True)
 
 
 class _RunWriter:

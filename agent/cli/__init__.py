@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 
 
@@ -12,6 +13,10 @@ def main() -> None:
     """
     from agent.cli.app import app
 
+    if "--debug" in sys.argv:
+        logging.basicConfig(level=logging.DEBUG)
+    else:  # libraries talk to their developers; what matters to a user comes as a sentence
+        logging.getLogger().addHandler(logging.NullHandler())
     try:
         app()
     except Exception as error:

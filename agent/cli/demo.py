@@ -56,13 +56,15 @@ def run_demo(out: Path, seed: int) -> None:
     finally:
         bus.shutdown()
     stair, reverse_run = (read(path) for path in paths)
-    outcome = conclude([stair], out / "demo", validation=reverse_run)
-    typer.echo(summary(outcome.estimate))
+    conclusion = conclude([stair], reverse_run)
+    json_path = conclusion.write_json(out / "demo.estimate.json")
+    report_path = conclusion.write_report(out / "demo.report.html")
+    typer.echo(summary(conclusion.estimate))
     typer.echo("\nOpen these files:")
     for what, path in (
         ("recording", paths[0]),
         ("reversed run", paths[1]),
-        ("estimate", outcome.json_path),
-        ("report", outcome.report_path),
+        ("estimate", json_path),
+        ("report", report_path),
     ):
         typer.echo(f"  {what:<13} {path}")

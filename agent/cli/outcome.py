@@ -6,21 +6,93 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from agent.identify.estimate import estimate
+from agent.errors import InputError
+from agent.identify.estimate import Identification, RecordingDetail, identify
 from agent.identify.result import Estimate
 from agent.identify.signals import Signals
 from agent.record.atomic import publish
 from agent.record.recording import Recording
 
+if TYPE_CHECKING:
+    from agent.report.views import RecordingView
+
 
 @dataclass(frozen=True)
-class Outcome:
-    """The estimate and the files that hold it."""
+class Conclusion:
+    """What was identified from which recordings.
 
-    estimate: Estimate
-    json_path: Path
-    report_path: Path
+    Parameters
+    ----------
+    recordings : tuple of Recording
+        All of one axis.
+    validation : Recording or None
+        A run of its own that was predicted.
+    identification : Identification
+        The estimate, and the arrays that it came from.
+    """
+
+    recordings: tuple[Recording, ...]
+    validation: Recording | None
+    identification: Identification
+
+    @property
+    def estimate(self) -> Estimate:
+        """Return the estimate."""
+        return self.identification.estimate
+
+    def json(self) -> str:
+        """Return the `stribeck.estimate/1` document."""
+        return json.dumps(self.estimate.to_json(), indent=2)
+
+    def write_json(self, path: Path) -> Path:
+        """Write the document, whole or not at all."""
+        publish({path: f"{self.json()}\n".encode()}, overwrite=True)
+        return path
+
+    def write_report(self, path: Path) -> Path:
+        """Write the offline report, whole or not at all."""
+        from agent.report.estimate import write_estimate_report
+        from agent.report.views import EstimateViews
+
+        found = self.identification
+        views = [_view(r, d) for r, d in zip(self.recordings, found.details, strict=True)]
+        if self.validation is not None and found.validation_detail is not None:
+            views.append(_view(self.validation, found.validation_detail, validation=True))
+        metadata = self.recordings[0].metadata
+        return write_estimate_report(
+            path,
+            self.estimate,
+            EstimateViews(tuple(views)),
+            robot=metadata.robot,
+            axis=metadata.axis,
+            metadata=metadata.to_json(),
+        )
+
+
+def conclude(recordings: Sequence[Recording], validation: Recording | None = None) -> Conclusion:
+    """Identify one axis from its recordings.
+
+    Raises
+    ------
+    agent.errors.InputError
+        Where the recordings are not all of one axis.
+    """
+    everything = [*recordings, *([] if validation is None else [validation])]
+    joints = {(r.metadata.robot, r.metadata.axis, r.metadata.gear_ratio) for r in everything}
+    if len(joints) > 1:
+        names = "; ".join(
+            f"{robot} axis {axis} (gear {gear:g})" for robot, axis, gear in sorted(joints)
+        )
+        raise InputError(
+            f"These recordings are not all of one axis: {names}.", "Estimate each axis by itself."
+        )
+    found = identify(
+        [signals_of(r) for r in recordings],
+        validation=None if validation is None else signals_of(validation),
+    )
+    return Conclusion(tuple(recordings), validation, found)
 
 
 def signals_of(recording: Recording) -> Signals:
@@ -33,26 +105,17 @@ def signals_of(recording: Recording) -> Signals:
     )
 
 
-def conclude(
-    recordings: Sequence[Recording], stem: Path, *, validation: Recording | None = None
-) -> Outcome:
-    """Estimate, and write STEM.estimate.json and STEM.report.html.
+def _view(
+    recording: Recording, detail: RecordingDetail, *, validation: bool = False
+) -> RecordingView:
+    from agent.report.views import RecordingView, SteadyWindow
 
-    Parameters
-    ----------
-    recordings : sequence of Recording
-        Of one axis.
-    stem : pathlib.Path
-        Folder and name that the files get.
-    validation : Recording, optional
-        A run of its own that the rigid body must predict.
-    """
-    signals = [signals_of(r) for r in recordings]
-    unseen = None if validation is None else signals_of(validation)
-    result = estimate(signals, validation=unseen)
-    json_path = stem.with_name(f"{stem.name}.estimate.json")
-    text = json.dumps(result.to_json(), indent=2) + "\n"
-    publish({json_path: text.encode()}, overwrite=True)
-    report_path = stem.with_name(f"{stem.name}.report.html")
-    write_report(report_path, result, recordings, validation=validation)
-    return Outcome(result, json_path, report_path)
+    return RecordingView(
+        signals=signals_of(recording),
+        windows=tuple(SteadyWindow(w.start, w.stop, w.velocity_rad_s) for w in detail.windows),
+        velocity_rad_s=detail.velocity_rad_s,
+        torque_predicted_nm=detail.torque_predicted_nm,
+        compared=detail.compared,
+        validation=validation,
+        started_at=recording.metadata.started_at,
+    )

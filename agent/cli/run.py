@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import typer
@@ -55,12 +54,17 @@ def run_axis(
         f"Recorded {account.received} of {account.expected} samples, {account.lost} lost, "
         f"{account.late} late, jitter {account.jitter_s * 1e3:.2f} ms."
     )
-    recording = read(result.recording)
-    outcome = conclude([recording], result.recording.with_suffix(""))
+    conclusion = conclude([read(result.recording)])
+    json_path = conclusion.write_json(result.recording.with_suffix(".estimate.json"))
+    report_path = conclusion.write_report(result.recording.with_suffix(".report.html"))
     if as_json:
-        typer.echo(json.dumps(outcome.estimate.to_json(), indent=2))
+        typer.echo(conclusion.json())
         return
-    typer.echo(summary(outcome.estimate))
-    typer.echo(f"recording  {result.recording}")
-    typer.echo(f"estimate   {outcome.json_path}")
-    typer.echo(f"report     {outcome.report_path}")
+    typer.echo(summary(conclusion.estimate))
+    typer.echo("\nFiles:")
+    for what, path in (
+        ("recording", result.recording),
+        ("estimate", json_path),
+        ("report", report_path),
+    ):
+        typer.echo(f"  {what:<10} {path}")

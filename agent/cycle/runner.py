@@ -127,6 +127,11 @@ class CycleRunner:
         Asked every tick; returns a reason to stop, or None.
     progress : callable
         Told the stage and the share of the stair, about ten times a second.
+
+    Attributes
+    ----------
+    aftermath : Aftermath or None
+        How the clean-up went; None before `run` has ended.
     """
 
     def __init__(
@@ -149,6 +154,7 @@ class CycleRunner:
         self._recorder: _Recorder | None = None
         self._torque_asked = False
         self._stopped_because = ""
+        self.aftermath: Aftermath | None = None
 
     def run(self) -> CycleResult:
         """Run the cycle.
@@ -168,7 +174,7 @@ class CycleRunner:
         except BaseException as error:  # noqa: BLE001 - re-raised below, after the clean-up
             failure = error
             self._stopped_because = str(error) or type(error).__name__
-        aftermath = tear_down(
+        self.aftermath = aftermath = tear_down(
             self._axis,
             self._clock,
             has_torque=self._torque_asked and failure is not None,
@@ -191,9 +197,10 @@ class CycleRunner:
     # -- the loop ----------------------------------------------------------------------------
 
     def _drive(self, evidence: AxisEvidence) -> None:
-        insist(at_standstill(self.plan, self._observe()))
+        seen = self._observe()
+        insist(at_standstill(self.plan, seen))
         interlock = Interlock().after(Event.PREFLIGHT_PASSED)
-        sequence = CycleSequence(self.plan, interlock)
+        sequence = CycleSequence(self.plan, interlock, seen[-1])
         self._writer = self._open_recording(evidence)
         self._recorder = _Recorder(
             self._writer, with_temperature=self.plan.limits.temperature_required

@@ -71,15 +71,17 @@ class Sequence:
         What to do.
     interlock : Interlock
         In state READY.
+    newest : Sample
+        The last one that the preflight saw.
     """
 
-    def __init__(self, plan: CyclePlan, interlock: Interlock) -> None:
+    def __init__(self, plan: CyclePlan, interlock: Interlock, newest: Sample) -> None:
         self.plan = plan
         self.interlock = interlock.after(Event.ENABLE_ASKED)
         self.stage = Stage.ENABLE
-        self._newest: Sample | None = None
+        self._newest = newest
         self._motion: _Motion | None = None
-        self._home_rad: float | None = None
+        self._home_rad = newest.position_rad
         self._attempts = 0
         self._settled_since_s: float | None = None
         self._stage_since_s: float | None = None
@@ -138,7 +140,7 @@ class Sequence:
 
     def _enable(self, now_s: float, _step_s: float) -> Step:
         newest = self._newest
-        if newest is not None and newest.state is DriveState.ON:
+        if newest.state is DriveState.ON:
             self.interlock = self.interlock.after(Event.DRIVE_ON)
             self._home_rad = newest.position_rad
             self._set_out(
@@ -154,7 +156,7 @@ class Sequence:
             return step
         target = self.plan.trajectory.start_position_rad
         if self._settled(now_s):
-            position = self._measured().position_rad
+            position = self._newest.position_rad
             if abs(position - target) <= self.plan.approach.tolerance_rad:
                 self._motion = _Motion(self.plan.trajectory, position, self.plan.tick_s)
                 self._next(Stage.STAIR, now_s)
@@ -173,8 +175,7 @@ class Sequence:
         if step is not None:
             return step
         if self._settled(now_s):
-            home = self._home_rad if self._home_rad is not None else 0.0
-            self._set_out(Stage.RETURN, now_s, home, self._measured().position_rad)
+            self._set_out(Stage.RETURN, now_s, self._home_rad, self._newest.position_rad)
         return self._rest("rest")
 
     def _return(self, now_s: float, step_s: float) -> Step:
@@ -189,7 +190,7 @@ class Sequence:
 
     def _disable(self, now_s: float, _step_s: float) -> Step:
         newest = self._newest
-        if newest is not None and newest.state is DriveState.OFF:
+        if newest.state is DriveState.OFF:
             self.interlock = self.interlock.after(Event.DRIVE_OFF)
             self._next(Stage.DONE, now_s)
         else:
@@ -257,18 +258,14 @@ class Sequence:
         if now_s - since > self.plan.transition_timeout_s:
             raise self.trip(f"{what} within {self.plan.transition_timeout_s:.1f} s")
 
-    def _measured(self) -> Sample:
-        if self._newest is None:
-            raise self.trip("nothing has been measured yet")
-        return self._newest
-
     def _rest(self, phase: str) -> Step:
-        """Hold at standstill; where nothing has been measured the commanded position is unknown."""
-        self._sent_velocity_rad_s = 0.0
-        position = self._newest.position_rad if self._newest is not None else float("nan")
-        return Step(AT_REST, phase, position)
+        """Hold at standstill."""
+        return self._still(AT_REST, phase)
 
     def _off(self) -> Step:
+        """Take torque away."""
+        return self._still(OFF, Stage.DISABLE.value)
+
+    def _still(self, command: Command, phase: str) -> Step:
         self._sent_velocity_rad_s = 0.0
-        position = self._newest.position_rad if self._newest is not None else float("nan")
-        return Step(OFF, Stage.DISABLE.value, position)
+        return Step(command, phase, self._newest.position_rad)
