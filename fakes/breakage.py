@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from fakes import faults as script
-from fakes.object_dictionary import Entry
 from fakes.sdo_server import abort_frame
 
 _DOWNLOAD, _UPLOAD = 1, 2
@@ -18,7 +17,6 @@ class Breakage:
         self.sensor_lost = False
         self.position_frozen = False
         self._unanswered_syncs = 0
-        self._maps_not_kept: set[int] = set()
         self._sdo_aborts: dict[int, int] = {}
         self._sdo_silent: dict[int, int] = {}
 
@@ -31,8 +29,6 @@ class Breakage:
                 self.beats = False
             case script.Unplugged() | script.PowerCut():
                 self.connected = False
-            case script.MapNotKept():
-                self._maps_not_kept.add(fault.index)
             case script.SdoAborts():
                 self._sdo_aborts[fault.index << 8 | fault.subindex] = fault.code
             case script.SdoSilent():
@@ -50,10 +46,6 @@ class Breakage:
             return False
         self._unanswered_syncs -= 1
         return True
-
-    def keeps(self, entry: Entry) -> bool:
-        """Return whether an accepted write is stored."""
-        return entry.index not in self._maps_not_kept
 
     def sdo_fate(self, request: bytes) -> bytes | None:
         """Return what a broken object answers to an initiate request.

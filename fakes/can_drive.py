@@ -334,10 +334,17 @@ class FakeDrive:
             case script.WrongIdentity():
                 self.dictionary.set_factory(0x1018, 1, fault.vendor_id)
                 self.dictionary.set_factory(0x1018, 2, fault.product_code)
+            case script.MapNotKept():
+                self.dictionary.on_write(fault.index, 0, partial(self._forget_map, fault.index))
             case script.VelocityRunaway():
                 self.loop.runaway = Runaway(fault.velocity_rad_s, obeys_ramps=fault.obeys_ramps)
             case _:
                 return
+
+    def _forget_map(self, index: int, count: int) -> None:
+        """Fall back to the factory's mapping as soon as a new one is complete."""
+        if count:
+            self.dictionary.reset(index, index)
 
     # ---- wiring ---------------------------------------------------------------------------
 
@@ -355,7 +362,6 @@ class FakeDrive:
     def _connect_objects(self) -> None:
         od = self.dictionary
         od.before_read = self._before_read
-        od.keeps = self._breakage.keeps
         od.on_write(0x6040, 0, self.machine.command)
         od.on_write(0x1005, 0, lambda _value: self._route())
         od.on_write(0x1016, 1, self._set_heartbeat_consumer)

@@ -9,7 +9,9 @@ from fakes.plant import Plant
 from fakes.state_machine import Motion, State, StateMachine
 
 AT_REST_RAD_S = 1.0
-LIMIT_LEAD_S = 0.005  # how far the motor runs on behind its reference, in time
+# How far the motor may run on behind its reference: with speed (filter and current loop), and at
+# any speed (the integrator unwinds the friction torque).
+LIMIT_LEAD_S, LIMIT_MARGIN_RAD = 0.005, 0.4
 INSTANT_RAD_S2 = 1e6
 
 OBJECTS = (0x6072, 0x6076, 0x607F, 0x6083, 0x6084, 0x6085, 0x60FF)
@@ -131,6 +133,7 @@ class DriveLoop:
         plant = self.plant
         velocity = plant.reference_rad_s
         way = velocity * velocity / (2.0 * self._decelerate) + abs(velocity) * LIMIT_LEAD_S
+        way += LIMIT_MARGIN_RAD
         position = plant.motor_position_rad
         heading = velocity if velocity != 0.0 else target
         if self._blocked * target <= 0.0:

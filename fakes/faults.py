@@ -78,7 +78,7 @@ class PowerCut(Fault):
 
 @dataclass(frozen=True, kw_only=True)
 class MapNotKept(Fault):
-    """Accept writes to a mapping object (0x1600.. or 0x1A00..) and keep nothing of them."""
+    """Accept a new mapping (0x1600.. or 0x1A00..), and fall back to the factory's unasked."""
 
     kind: ClassVar[str] = "map-not-kept"
     index: int = 0x1A00

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+ROUNDING_S = 1e-9  # differences of times that a caller has added up
+
 
 class HeartbeatProducer:
     """Says when the next heartbeat is due; a late caller gets one, never a burst."""
@@ -47,7 +49,7 @@ class HeartbeatConsumer:
         """Return True once when the heartbeat has stayed away for too long."""
         if self._last_s is None or not self._period_s:
             return False
-        if now_s - self._last_s <= self._period_s:
+        if now_s - self._last_s <= self._period_s + ROUNDING_S:
             return False
         self._last_s = None
         return True

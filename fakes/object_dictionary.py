@@ -93,8 +93,6 @@ class ObjectDictionary:
         (index << 8 | sub-index) -> number or bytes.
     before_read : callable
         Called with the entry ahead of every upload: brings live values up to date, or refuses.
-    keeps : callable
-        Whether a number that was accepted is stored at all.
     """
 
     def __init__(self, node_id: int) -> None:
@@ -106,7 +104,6 @@ class ObjectDictionary:
         self._guards: list[Callable[[Entry, Value], None]] = []
         self._listeners: dict[int, Callable[[int], None]] = {}
         self.before_read: Callable[[Entry], None] = lambda _entry: None
-        self.keeps: Callable[[Entry], bool] = lambda _entry: True
 
     def __iter__(self) -> Iterator[Entry]:
         return iter(self._entries.values())
@@ -182,8 +179,6 @@ class ObjectDictionary:
         if not entry.low <= value <= entry.high:
             raise SdoAbortError(VALUE_RANGE)
         self._guard(entry, value)
-        if not self.keeps(entry):
-            return  # a scripted fault: said yes, and forgot
         self.values[entry.key] = value
         listener = self._listeners.get(entry.key)
         if listener is not None:
