@@ -2,7 +2,7 @@
 
 ::
 
-    CanInterfaceNotImplementedError, ImportError   this adapter's software is not there
+    NotImplementedError (also as CanError), ImportError  this adapter's software is not there
     OSError ENODEV / ENETDOWN / EAFNOSUPPORT ...   the operating system's side of SocketCAN
     CanInitializationError, ValueError, TypeError  the adapter refuses what the cell asks for
     CanOperationError, CanTimeoutError, OSError    the bus has stopped working
@@ -20,10 +20,15 @@ OPENING_FAILURES: tuple[type[Exception], ...] = (
     can.CanError,
     OSError,
     ImportError,
+    RuntimeError,
     ValueError,
     TypeError,
 )
-"""What `can.Bus(...)` may raise: the two last for options that an adapter does not take."""
+"""What `can.Bus(...)` may raise.
+
+`RuntimeError` covers the bare `NotImplementedError` for an interface that does not exist; the two
+last stand for options that an adapter does not take.
+"""
 
 WORKING_FAILURES: tuple[type[Exception], ...] = (can.CanError, OSError, ValueError)
 """What `send` and `recv` may raise on a bus that was opened."""
@@ -42,7 +47,7 @@ def opening_failed(
         As the cell describes the bus.
     """
     name = bus_name(interface, channel)
-    if isinstance(error, (can.CanInterfaceNotImplementedError, ImportError)):
+    if isinstance(error, (NotImplementedError, ImportError)):
         return BusError(
             f"The CAN interface {interface!r} is not available here: {_words(error)}.",
             "Check its name, and install the adapter's driver and Python package.",
