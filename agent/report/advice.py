@@ -7,11 +7,11 @@ from collections.abc import Iterable
 # Words that a reason may contain, and what a technician does about it.
 _STEPS: tuple[tuple[tuple[str, ...], str], ...] = (
     (
-        ("rate", "slow"),
+        ("rate", "too slow", "too slowly", "hz"),
         "Record faster: at least 100 samples a second, better 500, with every sample's own time.",
     ),
     (
-        ("revers", "direction", "sign"),
+        ("revers", "one direction", "both directions", "one way"),
         "Drive both directions: every speed forward and backward over the same arm positions.",
     ),
     (
@@ -27,7 +27,7 @@ _STEPS: tuple[tuple[tuple[str, ...], str], ...] = (
         "Find out why samples were lost (bus load, wiring, another program) and record again.",
     ),
     (
-        ("torque",),
+        ("no torque", "torque is constant", "torque does not"),
         "Check the torque channel: its source, its scale, and that the drive reports it at all.",
     ),
 )

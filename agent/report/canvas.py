@@ -109,6 +109,21 @@ def new_figure(height_in: float, *, narrow: bool) -> Figure:
     return Figure(figsize=(NARROW_IN if narrow else WIDE_IN, height_in), layout="constrained")
 
 
+def dots(axes: Axes, x: Floats, y: Floats, *, color: str, size_pt: float, alpha: float) -> None:
+    """Draw many dots as one path: a tenth of the bytes that as many markers take.
+
+    A dot is a line of no length with round ends.
+    """
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    vertices = np.repeat(np.column_stack((x, y)), 2, axis=0)
+    path = Path(vertices, np.tile([Path.MOVETO, Path.LINETO], x.size))
+    path.should_simplify = False  # it would take lines of no length for superfluous
+    axes.add_patch(PathPatch(path, fill=False, ec=color, lw=size_pt, alpha=alpha, capstyle="round"))
+    axes.autoscale_view()
+
+
 def key_in_header(axes: Axes, *, columns: int) -> None:
     """Put the key to the lines above the panel, right-aligned, where it covers no data."""
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.01), ncols=columns)
@@ -180,8 +195,8 @@ def time_span_s(time_s: Floats) -> tuple[float, float]:
 
 
 def bins_for(figure: Figure) -> int:
-    """Return the stretches that a line needs in this figure: some 75 to the inch."""
-    return int(75 * figure.get_figwidth())
+    """Return the stretches that a line needs in this figure: some 50 to the inch."""
+    return int(50 * figure.get_figwidth())
 
 
 def data_uri(figure: Figure, *, svg_limit_bytes: int = SVG_LIMIT_BYTES) -> str:
@@ -201,10 +216,15 @@ def _svg(figure: Figure) -> bytes:
     no_metadata = dict.fromkeys(("Creator", "Date", "Format", "Type"))
     figure.savefig(buffer, format="svg", metadata=no_metadata)
     text = buffer.getvalue().decode("utf-8")
-    # A hundredth of a point is finer than any screen; matplotlib writes a millionth.
-    text = re.sub(r'(?<= d=")[^"]*', lambda d: re.sub(r"(\.\d\d)\d+", r"\1", d[0]), text)
+    text = re.sub(r'(?<= d=")[^"]*', lambda path: _shorter(path[0]), text)
     text = text.replace("'DejaVu Sans'", _PAGE_FONTS)
     return text.encode("utf-8")
+
+
+def _shorter(path: str) -> str:
+    """Write a path's coordinates to a hundredth of a point, finer than any screen."""
+    rounded = re.sub(r"(\.\d\d)\d+", r"\1", path)
+    return re.sub(r"\s*([A-Za-z])\s*", r"\1", rounded)
 
 
 @styled

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 
 from agent.identify.result import Estimate
 from agent.record.atomic import publish
-from agent.report import rows
+from agent.report import provenance, rows
 from agent.report.advice import next_steps
 from agent.report.canvas import data_uri
 from agent.report.figure_curve import figure_friction_curve, friction_curve_in_words
 from agent.report.figure_cycle import cycle_in_words, figure_cycle
 from agent.report.figure_prediction import figure_prediction, prediction_in_words
 from agent.report.laws import model_label
+from agent.report.numbers import units_unbroken
 from agent.report.views import EstimateViews, RecordingView
 
 if TYPE_CHECKING:
@@ -108,7 +109,7 @@ def estimate_html(
         axis=str(axis),
         estimate=estimate,
         decidable=decided,
-        sentence=estimate.sentence or _sentence(estimate),
+        sentence=units_unbroken(estimate.sentence or _sentence(estimate)),
         next_steps=() if decided else next_steps(estimate.reasons),
         tiles=rows.tiles(estimate) if decided else (),
         groups=rows.parameter_groups(estimate) if decided else (),
@@ -120,9 +121,9 @@ def estimate_html(
         prediction_pictures=_prediction_pictures(drawn) if decided else [],
         recordings_undrawn=len(views.recordings) - len(drawn),
         rigid=rows.rigid_rows(estimate) if decided else (),
-        quality=rows.quality_rows(estimate.quality),
-        recordings=rows.recording_rows(views.recordings),
-        about=rows.metadata_rows(metadata or {}),
+        quality=provenance.quality_rows(estimate.quality),
+        recordings=provenance.recording_rows(views.recordings),
+        about=provenance.metadata_rows(metadata or {}),
     )
 
 
@@ -136,9 +137,8 @@ def _sentence(estimate: Estimate) -> str:
     )
     selected = estimate.selected_model
     law = f"the {model_label(selected.model)} law fits best" if selected else ""
-    return (
-        ", ".join(part for part in (numbers, law) if part) or "The estimate is made"
-    ).strip() + "."
+    sentence = ", ".join(part for part in (numbers, law) if part) or "the estimate is made"
+    return f"{sentence[0].upper()}{sentence[1:]}."
 
 
 def _curve_picture(estimate: Estimate) -> Picture | None:

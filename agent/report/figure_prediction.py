@@ -15,6 +15,7 @@ from agent.report.canvas import (
     PREDICTED,
     SHADE,
     bins_for,
+    dots,
     envelope,
     extremes,
     key_in_header,
@@ -120,13 +121,13 @@ def _residual_over_time(
     band = rms(residual_nm) * scale.factor
     _band(axes, band, label=f"± rms {significant(band, 3)} {scale.unit}")
     centre_s, low, mean, high = envelope(time_s, residual_nm * scale.factor, bins // 2)
-    axes.fill_between(centre_s, low, high, color=NOISE, lw=0, label="range")
+    axes.fill_between(centre_s, low, high, color=NOISE, lw=0)
     axes.plot(centre_s, mean, color=INK, lw=0.9, label="mean")
     axes.set_xlim(*time_span_s(time_s))
-    axes.set_title("Measured less predicted")
+    axes.set_title("Residual")
     axes.set_ylabel(scale.unit)
     axes.set_xlabel("time, s")
-    key_in_header(axes, columns=3)
+    key_in_header(axes, columns=2)
 
 
 def _band(axes: Axes, band: float, *, label: str = "_band") -> None:
@@ -144,16 +145,7 @@ def _residual_over_velocity(
     # An even choice in order of velocity shows every velocity, however briefly it was passed.
     ordered = compared[np.argsort(velocity_rad_s[compared], kind="stable")]
     shown = ordered[np.linspace(0, ordered.size - 1, min(_MARKS, ordered.size)).astype(np.intp)]
-    axes.plot(
-        velocity_rad_s[shown],
-        residual[shown],
-        ls="",
-        marker=".",
-        ms=3.2,
-        mew=0,
-        color=MUTED,
-        alpha=0.4,
-    )
+    dots(axes, velocity_rad_s[shown], residual[shown], color=MUTED, size_pt=1.7, alpha=0.45)
     _band(axes, rms(residual))
     label = "median"
     for direction in (velocity_rad_s < 0, velocity_rad_s > 0):  # friction jumps at zero
@@ -162,7 +154,7 @@ def _residual_over_velocity(
         axes.plot(middle, median, color=PREDICTED, lw=1.6, marker="o", ms=3.4, label=label)
         label = "_median"
     key_in_header(axes, columns=1)
-    axes.set_title("Measured less predicted, by velocity")
+    axes.set_title("Residual by velocity")
     axes.set_xlabel("motor velocity, rad/s")
     axes.set_ylabel(scale.unit)
 

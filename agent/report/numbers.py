@@ -7,6 +7,7 @@ same decimal place. A number without an interval has four significant digits.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
@@ -168,6 +169,13 @@ def written(parameter: Parameter, factor: float = 1.0) -> tuple[str, str, str]:
         f"{fixed(low, places)} to {fixed(high, places)}",
         fixed(half_width, places),
     )
+
+
+def units_unbroken(sentence: str) -> str:
+    """Keep each number, its ``±`` and its unit on one line of a sentence."""
+    unit = r"[mµ]?N m s/rad|[mµ]?N m|rad/s|kg|°C|Hz|%|s\b"
+    glued = re.sub(rf"(?<=\d) (?={unit})|(?<=±) | (?=±)", "\u00a0", sentence)
+    return re.sub(r"(?<=N) (?=m\b)|(?<=N m|N\u00a0m) (?=s/rad)", "\u00a0", glued)
 
 
 def _suffix(name: str) -> str:
