@@ -12,7 +12,14 @@ from agent.identify import diagnosis
 from agent.identify.friction_curve import CurveFit, PositionTorque, friction_curve
 from agent.identify.friction_models import fit_friction_models
 from agent.identify.preprocess import Motion, filter_motion, read_motion, shared_cutoff
-from agent.identify.result import Estimate, Floats, FrictionModelFit, Quality, RigidBodyFit
+from agent.identify.result import (
+    Estimate,
+    Floats,
+    FrictionModelFit,
+    Parameter,
+    Quality,
+    RigidBodyFit,
+)
 from agent.identify.rigid_body import (
     Rows,
     collect_rows,
@@ -25,6 +32,8 @@ from agent.identify.signals import Signals
 from agent.identify.windows import SteadyWindow, find_windows
 from agent.physics.rigid_body import PARAMETERS
 from agent.physics.twin import Twin
+
+_MOSTLY_STEADY = 0.2  # of the moving samples
 
 
 @dataclass(frozen=True)
@@ -104,12 +113,13 @@ def identify(
     refused = diagnosis.refusals(motions)
     if refused:
         return _undecided(motions, windows, refused)
-    chosen_hz = shared_cutoff(motions).frequency_hz if cutoff_hz is None else cutoff_hz
-    rows = _rows(motions, chosen_hz)
+    cutoff = shared_cutoff(motions)
+    chosen_hz = cutoff.frequency_hz if cutoff_hz is None else cutoff_hz
+    rows = _rows(motions, chosen_hz, cutoff.noise_share if cutoff_hz is None else 0.0)
     body = fit_rigid_body(rows)
     curve = friction_curve(motions, windows, _position_torque(body))
     models = () if curve is None else fit_friction_models(curve)
-    reasons = _undecidable(curve, models, body, windows)
+    reasons = _undecidable(curve, models, rows, body, windows)
     if reasons:
         return _undecided(motions, windows, reasons)
     notes = [note for motion in motions for note in motion.notes]
@@ -171,12 +181,16 @@ def twin_from_estimate(result: Estimate, *, robot: str, axis: int, gear_ratio: f
         robot=robot,
         axis=axis,
         gear_ratio=gear_ratio,
+        inertia_kg_m2=values["inertia_kg_m2"],
+        coulomb_nm=values["coulomb_nm"],
+        viscous_nm_s_per_rad=values["viscous_nm_s_per_rad"],
+        gravity_sin_nm=values["gravity_sin_nm"],
+        gravity_cos_nm=values["gravity_cos_nm"],
         extra={"not_identified": missing} if missing else {},
-        **values,
     )
 
 
-def _rows(motions: Sequence[Motion], cutoff_hz: float) -> Rows:
+def _rows(motions: Sequence[Motion], cutoff_hz: float, noise_share: float = 0.0) -> Rows:
     """Filter all recordings and collect their usable rows."""
     stretches = [s for motion in motions for s in filter_motion(motion, cutoff_hz)]
     ends = [
@@ -188,7 +202,7 @@ def _rows(motions: Sequence[Motion], cutoff_hz: float) -> Rows:
     # Gravity needs the position of every row; one recording without it takes the columns away.
     complete = len(ends) == len(motions)
     stroke = max(e[1] for e in ends) - min(e[0] for e in ends) if complete else float("nan")
-    return collect_rows(stretches, stroke)
+    return collect_rows(stretches, stroke, noise_share)
 
 
 def _position_torque(body: RigidBodyFit | None) -> PositionTorque | None:
@@ -206,23 +220,37 @@ def _position_torque(body: RigidBodyFit | None) -> PositionTorque | None:
 def _undecidable(
     curve: CurveFit | None,
     models: Sequence[FrictionModelFit],
+    rows: Rows,
     body: RigidBodyFit | None,
     windows: Sequence[SteadyWindow],
 ) -> tuple[str, ...]:
-    """Return why neither the curve nor the regression carries the friction."""
+    """Return why neither the curve nor the regression carries the friction.
+
+    Motion that is steady, but at too few speeds or in one direction, is refused: what little its
+    ramps say about friction depends on the law being right there. Motion without steady speeds
+    is regressed as a whole.
+    """
+    backwards = ("friction comes out negative: torque and velocity have opposite signs",)
     if models:
-        plain = models[0].parameters["coulomb_nm"]
-        if plain.value <= 0.0 and curve is not None and np.all(curve.curve.friction_nm < 0.0):
-            return ("friction comes out negative: torque and velocity have opposite signs",)
-        return ()
-    if body is not None:
-        names = ("coulomb_nm", "viscous_nm_s_per_rad", "torque_offset_nm")
-        if all(body.parameters[n].identified for n in names):
-            if body.parameters["coulomb_nm"].value < 0.0 and body.fit_percent > 20.0:
-                return ("friction comes out negative: torque and velocity have opposite signs",)
-            if body.fit_percent > 30.0:
-                return ()
-    return (diagnosis.no_curve(windows),)
+        assert curve is not None
+        return backwards if np.all(curve.curve.friction_nm < 0.0) else ()
+    steady = sum(w.stop - w.start for w in windows) > _MOSTLY_STEADY * rows.torque_nm.shape[0]
+    if body is None or steady:
+        return (diagnosis.no_curve(windows),)
+    coulomb = body.parameters["coulomb_nm"]
+    if not _is_firm(coulomb):
+        return (
+            diagnosis.no_curve(windows),
+            "the motion as a whole does not carry the Coulomb friction either",
+        )
+    return backwards if coulomb.value < 0.0 else ()
+
+
+def _is_firm(parameter: Parameter) -> bool:
+    """Whether a parameter's interval is narrower than half of its value, to either side."""
+    if not parameter.identified or parameter.ci95 is None:
+        return False
+    return (parameter.ci95[1] - parameter.ci95[0]) / 2.0 < 0.5 * abs(parameter.value)
 
 
 def _undecided(

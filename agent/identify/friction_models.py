@@ -238,7 +238,7 @@ def _gain(worse: _LawFit, better: _LawFit, weight: Floats) -> float:
     """Return the mean fall in squared unseen-speed error, less one standard error."""
     fall = (weight * worse.unseen_nm) ** 2 - (weight * better.unseen_nm) ** 2
     error = float(np.std(fall, ddof=1)) / np.sqrt(fall.shape[0])
-    return float(np.mean(fall)) - error
+    return float(np.mean(fall) - error)
 
 
 def fit_percent(measured: Floats, predicted: Floats) -> float:

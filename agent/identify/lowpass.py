@@ -18,6 +18,7 @@ from agent.identify.result import Floats
 
 ORDER = 4
 _ENERGY_KEPT = 0.90
+_HARMONICS = 4.0
 _NOISE_SHARE = 0.01  # of the acceleration's energy: biases the inertia low by as much
 
 
@@ -87,16 +88,25 @@ class Cutoff:
     acceleration_rad_s2: float
     noise_rad_s2: float
 
+    @property
+    def noise_share(self) -> float:
+        """Return the noise as a share of the motion; 0 for a joint that does not accelerate."""
+        if self.acceleration_rad_s2 <= 0.0:
+            return 0.0
+        return self.noise_rad_s2 / self.acceleration_rad_s2
+
 
 def choose_cutoff(channels: Sequence[tuple[Floats, float]], *, differences: int) -> Cutoff:
     """Choose the cutoff from the excitation and the noise of the measured motion.
 
     The spectrum of the acceleration is taken from the measured channel. Measuring noise is white
     in that channel; its level is read where the motion has least power, in the upper half of the
-    band, and its share is taken away. The cutoff is the frequency below which 90 % of the
-    remaining energy lies, lowered where the noise that passes would exceed 1 % of that energy
-    (an inertia is biased low by that share). Above lie the arm's resonances, which a rigid body
-    does not have, and noise.
+    band; frequencies at which noise prevails are no motion, and its share is taken away from the
+    others. The cutoff is the frequency below which 90 % of the remaining energy lies, or four
+    times the one below which half of it lies, if that is more: a narrow motion must keep the
+    harmonics of its sign. It is lowered where the noise that passes would exceed 1 % of the
+    energy, by which share an inertia would be biased low. Above lie the arm's resonances, which
+    a rigid body does not have, and noise.
 
     Parameters
     ----------
@@ -113,24 +123,48 @@ def choose_cutoff(channels: Sequence[tuple[Floats, float]], *, differences: int)
         return Cutoff(0.2 * fastest_hz, 0.0, 0.0)
     frequency, power, noise = (np.concatenate(part) for part in zip(*spectra, strict=True))
     order = np.argsort(frequency, kind="stable")
-    frequency = frequency[order]
-    noise_sum = np.cumsum(noise[order])
-    motion_sum = np.cumsum(power[order]) - noise_sum
-    motion = float(motion_sum.max(initial=0.0))
+    frequency, power, noise = frequency[order], power[order], noise[order]
+    end = _drowned(power, noise)
+    noise_sum = np.cumsum(noise[:end])
+    motion_sum = np.maximum.accumulate(np.cumsum(power[:end]) - noise_sum)
+    motion = float(motion_sum[-1])
     if motion <= 0.0:
-        return Cutoff(0.2 * fastest_hz, 0.0, float(np.sqrt(max(noise_sum[-1], 0.0) / samples)))
-    index = int(np.argmax(motion_sum >= _ENERGY_KEPT * motion))
+        return Cutoff(0.2 * fastest_hz, 0.0, float(np.sqrt(noise_sum[-1] / samples)))
     half = int(np.argmax(motion_sum >= 0.5 * motion))
+    most = int(np.argmax(motion_sum >= _ENERGY_KEPT * motion))
+    wanted_hz = max(float(frequency[most]), _HARMONICS * float(frequency[half]))
+    index = min(int(np.searchsorted(frequency, wanted_hz)), end - 1)
     too_noisy = np.flatnonzero(noise_sum[half : index + 1] > _NOISE_SHARE * motion)
     if too_noisy.size:
         index = half + int(too_noisy[0])
-    longest_s = max(len(x) * period_s for x, period_s in channels)
-    cutoff_hz = float(np.clip(frequency[index], 4.0 / longest_s, 0.2 * fastest_hz))
+        wanted_hz = float(frequency[index])
+    # Passes recorded one by one must each be long enough for the filter.
+    length_s = float(np.median([len(x) * period_s for x, period_s in channels]))
     return Cutoff(
-        cutoff_hz,
+        float(np.clip(wanted_hz, min(4.0 / length_s, 0.2 * fastest_hz), 0.2 * fastest_hz)),
         float(np.sqrt(motion / samples)),
-        float(np.sqrt(max(noise_sum[index], 0.0) / samples)),
+        float(np.sqrt(noise_sum[index] / samples)),
     )
+
+
+def _drowned(power: Floats, noise: Floats) -> int:
+    """Return how many bins, from the lowest frequency up, rise above the noise.
+
+    Judged in bands of an eighth of their frequency or 16 bins: the last band whose power is at
+    least twice its noise ends the motion's part of the spectrum.
+    """
+    count = power.shape[0]
+    edges = [0]
+    while edges[-1] < count:
+        edges.append(min(edges[-1] + max(16, edges[-1] // 8), count))
+    starts = np.array(edges[:-1])
+    clear = np.add.reduceat(power, starts) > 2.0 * np.add.reduceat(noise, starts)
+    drowned = np.flatnonzero(~clear)
+    # One noisy band may lie in a hole of the motion's spectrum; two in a row are the end.
+    ends = drowned[:-1][np.diff(drowned) == 1] if drowned.size > 1 else drowned[:0]
+    if ends.size:
+        return max(edges[int(ends[0])], 1)
+    return edges[int(drowned[-1])] if drowned.size and drowned[-1] == len(clear) - 1 else count
 
 
 def _spectrum(x: Floats, period_s: float, differences: int) -> tuple[Floats, Floats, Floats]:
@@ -147,7 +181,8 @@ def _spectrum(x: Floats, period_s: float, differences: int) -> tuple[Floats, Flo
     # The mean of an exponentially distributed power is its median over log 2; the median does
     # not see a resonance line in the band.
     level = float(np.median(power[upper] / np.maximum(shape[upper], 1e-12))) / np.log(2.0)
-    return frequency, power, np.minimum(level * shape, power.max(initial=0.0))
+    power = np.asarray(power, dtype=np.float64)
+    return frequency.astype(np.float64), power, np.asarray(level * shape, dtype=np.float64)
 
 
 def _fast_length(samples: int) -> int:

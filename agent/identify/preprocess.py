@@ -15,6 +15,7 @@ is filtered alike, and what it touches is not used.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -27,6 +28,7 @@ from agent.identify.sampling import Stretch, Timing, find_stretches
 from agent.identify.signals import Signals
 from agent.physics.rigid_body import PARAMETERS, regressor
 
+SPEED_CHANGE = 0.2  # of the fastest: less, inside every stretch, excites no inertia
 _SIGN_BAND = 4.0  # the sign is taken from a velocity that keeps four times the cutoff
 _SIGN_SIGMAS = 4.0
 _UNKNOWN_SHARE = 0.05
@@ -108,7 +110,16 @@ def read_motion(signals: Signals) -> Motion:
 
 
 def shared_cutoff(motions: Sequence[Motion]) -> Cutoff:
-    """Choose one cutoff for all recordings of an axis."""
+    """Choose one cutoff for all recordings of an axis.
+
+    Where the velocity never changes inside a stretch there is no acceleration to choose from, and
+    a fifth of the slowest sampling rate is taken.
+    """
+    velocities = [v for motion in motions for v in motion.velocity_rad_s]
+    fastest = max((float(np.abs(v).max()) for v in velocities), default=0.0)
+    if not any(float(np.ptp(v)) > SPEED_CHANGE * fastest for v in velocities):
+        periods = [s.period_s for motion in motions for s in motion.timing.stretches]
+        return Cutoff(0.2 / max(periods, default=1.0), 0.0, 0.0)
     derived = all(motion.velocity_derived for motion in motions)
     channels: list[tuple[Floats, float]] = []
     for motion in motions:
@@ -204,4 +215,4 @@ def _noise(velocities: Sequence[Floats]) -> float:
         return 0.0
     # A set-point in the velocity's place has steps, but they are the stair's, not a resolution.
     fastest = max(float(np.max(np.abs(v), initial=0.0)) for v in velocities)
-    return min(float(steps.min()), 0.01 * fastest) / float(np.sqrt(12.0))
+    return min(float(steps.min()), 0.01 * fastest) / math.sqrt(12.0)

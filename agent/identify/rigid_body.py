@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify.friction_models import fit_percent
-from agent.identify.preprocess import FilteredStretch
+from agent.identify.preprocess import SPEED_CHANGE, FilteredStretch
 from agent.identify.result import Floats, Parameter, RigidBodyFit, Validation
 from agent.identify.uncertainty import block_jackknife, student_975
 from agent.physics.rigid_body import PARAMETERS
@@ -23,7 +23,7 @@ _INFLATION = 1000.0  # a parameter's variance against that with all other column
 _BLOCKS = 40
 _FEWEST_BLOCKS = 12
 _GRAVITY = ("gravity_sin_nm", "gravity_cos_nm")
-_SPEED_CHANGE = 0.2  # of the fastest: less, inside every stretch, excites no inertia
+_NOISE_SHARE = 0.3  # of the acceleration's root mean square: the inertia is 9 % too low
 _DROP_FIRST = (*_GRAVITY, "inertia_kg_m2", "torque_offset_nm", "viscous_nm_s_per_rad")
 
 
@@ -39,8 +39,8 @@ class Rows:
         Filtered alike.
     time_s : ndarray, shape (N,)
         Time of filtering units, rising without gaps or overlaps over stretches and recordings.
-    excited : bool
-        Whether velocity changes inside a stretch by enough to feel the inertia.
+    inertia_hidden : str
+        Why the inertia is not felt: velocity that hardly changes, noise; empty where it is.
     arm_stroke_rad : float
         How far the arm moved; NaN without a position.
     """
@@ -48,12 +48,24 @@ class Rows:
     columns: Floats
     torque_nm: Floats
     time_s: Floats
-    excited: bool
+    inertia_hidden: str
     arm_stroke_rad: float
 
 
-def collect_rows(stretches: Sequence[FilteredStretch], arm_stroke_rad: float) -> Rows:
-    """Put the usable samples of all filtered stretches under each other."""
+def collect_rows(
+    stretches: Sequence[FilteredStretch], arm_stroke_rad: float, noise_share: float = 0.0
+) -> Rows:
+    """Put the usable samples of all filtered stretches under each other.
+
+    Parameters
+    ----------
+    stretches : sequence of FilteredStretch
+        Of all recordings.
+    arm_stroke_rad : float
+        How far the arm moved; NaN without a position.
+    noise_share : float
+        Measuring noise in the filtered acceleration, as a share of its root mean square.
+    """
     columns, torques, times = [], [], []
     clock_s = 0.0
     for s in stretches:
@@ -64,11 +76,16 @@ def collect_rows(stretches: Sequence[FilteredStretch], arm_stroke_rad: float) ->
         times.append(time_s[s.usable])
     fastest = max((float(np.abs(s.velocity_rad_s).max()) for s in stretches), default=0.0)
     change = max((float(np.ptp(s.velocity_rad_s)) for s in stretches), default=0.0)
+    hidden = ""
+    if change <= SPEED_CHANGE * fastest:
+        hidden = "the velocity hardly changes inside any stretch of data"
+    elif noise_share > _NOISE_SHARE:
+        hidden = "the acceleration is drowned in measuring noise"
     return Rows(
         np.concatenate(columns) if columns else np.zeros((0, len(PARAMETERS))),
         np.concatenate(torques) if torques else np.zeros(0),
         np.concatenate(times) if times else np.zeros(0),
-        excited=change > _SPEED_CHANGE * fastest > 0.0,
+        inertia_hidden=hidden,
         arm_stroke_rad=arm_stroke_rad,
     )
 
@@ -170,8 +187,8 @@ def _left_out(rows: Rows) -> dict[str, str]:
     if not np.isfinite(rows.arm_stroke_rad):
         for name in _GRAVITY:
             reasons[name] = "no position was recorded"
-    if not rows.excited:
-        reasons["inertia_kg_m2"] = "the velocity hardly changes inside any stretch of data"
+    if rows.inertia_hidden:
+        reasons["inertia_kg_m2"] = rows.inertia_hidden
     while True:
         kept = [i for i, name in enumerate(PARAMETERS) if name not in reasons]
         inflation = dict(

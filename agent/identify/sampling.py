@@ -104,7 +104,7 @@ def _stretch(index: NDArray[np.int64], time_s: Floats) -> Stretch:
     uneven = float(np.std(step_s)) > _EVEN * period_s or abs(mean_s - period_s) > _EVEN * period_s
     if not uneven:
         return Stretch(index, time_s, mean_s, resampled=False)
-    count = max(int(round((time_s[-1] - time_s[0]) / period_s)), 1) + 1
+    count = max(round(float(time_s[-1] - time_s[0]) / period_s), 1) + 1
     grid_s = np.linspace(time_s[0], time_s[-1], count)
     return Stretch(index, grid_s, float(grid_s[1] - grid_s[0]), resampled=True)
 

@@ -28,7 +28,7 @@ def student_975(dof: float) -> float:
     if math.isinf(dof):
         return 1.959963984540054
     if dof < 1.0:
-        return math.tan(0.475 * math.pi) ** (1.0 / dof)
+        return float(math.tan(0.475 * math.pi) ** (1.0 / dof))
     if dof < 2.0:
         low, high = math.log(math.tan(0.475 * math.pi)), math.log(4.302652729911275)
         # Between the closed forms, the quantile's logarithm is nearly straight in 1/dof.

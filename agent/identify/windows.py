@@ -132,7 +132,7 @@ def _moves(blocks: Floats, fastest: float) -> bool:
     level = abs(float(np.mean(blocks)))
     # A third of the blocks counts as independent: stick-slip and ripple are coloured.
     doubt = float(np.std(blocks)) / np.sqrt(max(blocks.shape[0] / 3.0, 1.0))
-    return level > max(_SLOWEST * fastest, 4.0 * doubt)
+    return bool(level > max(_SLOWEST * fastest, 4.0 * doubt))
 
 
 def _resolution(velocity: Floats, fastest: float) -> float:
