@@ -21,11 +21,13 @@ _LOOKS_LIKE: Mapping[str, re.Pattern[str]] = {
     for name, pattern in {
         "time_s": r"(^|_)(time|t|timestamp|stamp|seconds|millis|micros)(_|$)|^time",
         "torque_nm": r"torque|moment|effort|current|(^|_)(tau|iq|trq|mnm|ncm)(_|$)",
-        "position_rad": r"position|angle|(^|_)(pos|theta|phi|deg|counts|revs?|turns)(_|$)",
+        "position_rad": r"position|angle|(^|_)(pos|q|theta|phi|deg|counts|revs?|turns)(_|$)",
         "velocity_rad_s": r"velocity|speed|omega|(^|_)(vel|rpm|rps|qd|dps)(_|$)",
     }.items()
 }
-_NOT_MEASURED = re.compile(r"command|target|setpoint|demand|simulated|arm|temperature|limit")
+_NOT_MEASURED = re.compile(
+    r"command|target|setpoint|demand|simulated|(^|_)arm(_|$)|temperature|limit"
+)
 
 
 def check(columns: Mapping[str, Column], where: str) -> None:

@@ -21,7 +21,7 @@ import pyarrow.csv as pacsv
 from agent.errors import InputError
 from agent.record.recording import FLOAT_COLUMNS, TEXT_COLUMNS
 
-_PREFIX_BYTES = 1 << 16  # the header and the first row are looked for in this much of the file
+_PREFIX_LETTERS = 1 << 16  # the header and the first row are looked for in this much of the file
 _GAPS = ("", "nan", "na", "n/a", "null", "none")
 
 
@@ -33,8 +33,9 @@ def read_table(path: Path, where: str) -> pa.Table:
     InputError
         Another separator, a ragged row, a cell that is not a number: with row and column.
     """
-    names, quoted = _head(path, where)
-    text = _read_text(path, names, where)
+    content = path.read_bytes()
+    names, quoted = _head(_decoded(content, where), where)
+    text = _read_text(content, names, where)
     columns = []
     for name, values, is_quoted in zip(names, text.columns, quoted, strict=True):
         if name in FLOAT_COLUMNS:
@@ -62,10 +63,17 @@ def to_bytes(table: pa.Table) -> bytes:
     return sink.getvalue().to_pybytes()
 
 
-def _head(path: Path, where: str) -> tuple[list[str], list[bool]]:
+def _decoded(content: bytes, where: str) -> str:
+    """Return the beginning of the file as text, when all of it is text."""
+    try:
+        return content.decode("utf-8-sig")[:_PREFIX_LETTERS]
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise InputError(f"{where}: line {line} is not text in UTF-8.") from error
+
+
+def _head(prefix: str, where: str) -> tuple[list[str], list[bool]]:
     """Return the header's names, and which of the first row's cells are quoted."""
-    with path.open("rb") as file:
-        prefix = file.read(_PREFIX_BYTES).decode("utf-8-sig", errors="replace")
     header = next(csv.reader(io.StringIO(prefix)), [])
     names = [name.strip() for name in header]
     for separator, word in ((";", "semicolons"), ("\t", "tabs")):
@@ -100,7 +108,7 @@ def _first_row_quoted(prefix: str) -> list[bool]:
     return rows[1] if len(rows) > 1 else []
 
 
-def _read_text(path: Path, names: list[str], where: str) -> pa.Table:
+def _read_text(content: bytes, names: list[str], where: str) -> pa.Table:
     """Return every cell as text; an empty cell that is not quoted is a gap."""
     ragged: list[pacsv.InvalidRow] = []
 
@@ -110,7 +118,7 @@ def _read_text(path: Path, names: list[str], where: str) -> pa.Table:
 
     try:
         return pacsv.read_csv(
-            str(path),
+            io.BytesIO(content),
             # one thread: only then does Arrow know the number of a row that it cannot read
             read_options=pacsv.ReadOptions(use_threads=False, column_names=names, skip_rows=1),
             parse_options=pacsv.ParseOptions(newlines_in_values=True, invalid_row_handler=remember),
@@ -130,7 +138,8 @@ def _read_text(path: Path, names: list[str], where: str) -> pa.Table:
             ) from error
         if "Empty CSV" in str(error):  # a header, and nothing behind it
             return pa.table({name: pa.array([], pa.string()) for name in names})
-        raise InputError(f"{where}: cannot be read as UTF-8 CSV ({error}).") from error
+        reason = " ".join(str(error).split())[:160]
+        raise InputError(f"{where}: cannot be read as CSV ({reason}).") from error
 
 
 def _numbers(values: pa.ChunkedArray[Any], name: str, where: str) -> pa.ChunkedArray[Any]:

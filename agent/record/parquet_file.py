@@ -37,10 +37,12 @@ def read_table(path: Path, where: str) -> pa.Table:
         )
     try:
         with pq.ParquetFile(path, page_checksum_verification=True) as parquet:
-            return parquet.read()
-    except (pa.ArrowException, OSError) as error:
+            table = parquet.read()
+        table.schema.names  # noqa: B018 - a name that is no text shows only when it is asked for
+    except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         reason = " ".join(str(error).split())[:160]
         raise InputError(f"{where}: is a damaged Parquet file ({reason}).") from error
+    return table
 
 
 def to_bytes(table: pa.Table) -> memoryview:

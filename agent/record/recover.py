@@ -1,8 +1,10 @@
 """What a kill left behind: unfinished streams become recordings that say so.
 
-A stream is removed only after its Parquet file is on the disk under its name. A stream that a
-living process is writing is left alone, and so is one that cannot be read. Doing it twice does
-nothing more than doing it once.
+A stream is removed only after its Parquet file is on the disk under its name, and what of it
+could not be read is not thrown away: with a torn tail it is renamed to ``.arrows.torn``. A stream
+that a living process is writing is left alone, and so is one that cannot be read; one that holds
+no sample is removed, because it would only stand in the way. Doing it twice does nothing more
+than doing it once.
 """
 
 from __future__ import annotations
@@ -28,6 +30,8 @@ from agent.record.stream import FLUSH_PERIOD_S
 from agent.record.stream_file import SUFFIX, StreamContent, read_stream
 from agent.record.writing import write_table
 
+TORN = ".torn"  # added to the name of a stream whose tail could not be read
+
 Outcome = Literal["recovered", "finished before", "in use", "empty", "unreadable", "name taken"]
 
 
@@ -38,7 +42,8 @@ class Recovered:
     Parameters
     ----------
     stream : Path
-        The stream; it is gone when the outcome is "recovered" or "finished before".
+        The stream; it is gone (or renamed, if `bytes_cut`) when the outcome is "recovered",
+        "finished before" or "empty".
     outcome : str
         "recovered", "finished before", "in use", "empty", "unreadable" or "name taken".
     sentence : str
@@ -106,12 +111,22 @@ def _recover_one(stream: Path) -> Recovered | None:
         result = _finish(stream)
     finally:
         os.close(descriptor)
-    if result.outcome in ("recovered", "finished before"):
-        try:
-            stream.unlink(missing_ok=True)
-        except OSError as error:
-            raise storage_error(error, f"{stream} is finished but cannot be removed") from error
+    if result.outcome in ("recovered", "finished before", "empty"):
+        _put_away(result)
     return result
+
+
+def _put_away(result: Recovered) -> None:
+    """Remove a stream of which everything was read; one with a torn tail is renamed instead."""
+    try:
+        if result.bytes_cut:
+            result.stream.replace(result.stream.with_name(result.stream.name + TORN))
+        else:
+            result.stream.unlink(missing_ok=True)
+    except OSError as error:
+        raise storage_error(
+            error, f"{result.stream} is done with, but cannot be removed"
+        ) from error
 
 
 def _finish(stream: Path) -> Recovered:
@@ -120,6 +135,8 @@ def _finish(stream: Path) -> Recovered:
     for left in stream.parent.glob(f".{glob.escape(recording.name)}.*{TEMPORARY}"):
         with contextlib.suppress(OSError):
             left.unlink()
+    if stream.stat().st_size == 0:  # killed before its header
+        return Recovered(stream, "empty", f"{stream}: held nothing at all.")
     try:
         content = read_stream(stream)
         metadata = metadata_of(content.table, str(stream))
@@ -127,9 +144,7 @@ def _finish(stream: Path) -> Recovered:
         return Recovered(stream, "unreadable", f"{error.what} It is left alone.")
     samples, cut = content.table.num_rows, content.bytes_cut
     if not samples:
-        return Recovered(
-            stream, "empty", f"{stream}: holds no whole sample, left alone.", bytes_cut=cut
-        )
+        return Recovered(stream, "empty", f"{stream}: held no whole sample.", bytes_cut=cut)
     if recording.exists():
         return _meet(stream, recording, content)
     sentence = _what_was_saved(content)
@@ -147,7 +162,7 @@ def _meet(stream: Path, recording: Path, content: StreamContent) -> Recovered:
         return Recovered(
             stream,
             "finished before",
-            f"{recording}: held all {samples} samples already, the stream is removed.",
+            f"{recording}: held all {samples} samples already.",
             recording,
             samples=samples,
             bytes_cut=content.bytes_cut,

@@ -17,7 +17,7 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from agent.errors import StorageError
 from agent.record.atomic import storage_error, sync_folder, write_all
@@ -26,6 +26,9 @@ from agent.record.metadata import KEY, Metadata
 from agent.record.rows import Kind, RowBuffer
 from agent.record.stream_file import END_OF_STREAM, SUFFIX, read_stream
 from agent.record.writing import write_table
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 FLUSH_PERIOD_S = 0.5
 
@@ -127,9 +130,10 @@ class StreamWriter:
         if not count or self._failed:
             return
         try:
-            self._write(self._rows.take().serialize())
+            self._write(self._rows.batch().serialize())
         except OSError as error:
             self._failed = True
+            self._rows.clear()
             self._samples_unsaved += count
             raise storage_error(
                 error,
@@ -216,7 +220,7 @@ class StreamWriter:
                 f"{self.recording_path} exists already and is not overwritten.",
                 "Choose another name.",
             )
-        flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+        flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
         try:
             descriptor = os.open(self.path, flags, 0o666)
         except FileExistsError as error:
@@ -243,19 +247,23 @@ class StreamWriter:
         self._good_bytes = len(header)
         return descriptor
 
-    def _write(self, content: Any) -> None:
-        """Write one whole message, or leave the stream as it was and raise OSError."""
+    def _write(self, content: pa.Buffer) -> None:
+        """Write the rows as one whole message, or leave stream and rows as they were.
+
+        That holds for an interrupt, too: after Ctrl-C the rows are still there to be flushed.
+        """
         if self._descriptor is None:
             raise ValueError(f"{self.path}: the writer is closed")
         try:
             write_all(self._descriptor, content)
             if self._sync_every_flush:
                 os.fsync(self._descriptor)
-        except OSError:
+            self._rows.clear()
+            self._good_bytes += len(content)
+        except BaseException:
             with contextlib.suppress(OSError):  # what cannot be cut now is cut by the reader
                 os.ftruncate(self._descriptor, self._good_bytes)
             raise
-        self._good_bytes += len(content)
 
     def _refuse(self) -> None:
         """Count a row that cannot be taken; a closed writer takes none at all."""
@@ -281,6 +289,7 @@ class StreamWriter:
         if descriptor is None:
             return
         with contextlib.suppress(OSError):  # without the mark it reads as killed, no worse
-            write_all(descriptor, END_OF_STREAM)
+            if os.fstat(descriptor).st_size == self._good_bytes:  # else it could pass for a batch
+                write_all(descriptor, END_OF_STREAM)
             os.fsync(descriptor)
         os.close(descriptor)

@@ -40,14 +40,17 @@ def read_stream(path: Path) -> StreamContent:
     Raises
     ------
     InputError
-        When not even the header is there, or the file is no Arrow stream.
+        When not even the header is there, the file is no Arrow stream, or a batch is damaged in
+        such a way that it does not fit into memory.
     """
     size = path.stat().st_size
     with pa.OSFile(str(path), "rb") as file:
         try:
             reader = ipc.open_stream(file)
-        except (pa.ArrowInvalid, OSError) as error:
-            reason = "is empty" if size == 0 else f"has no readable Arrow stream header ({error})"
+            reader.schema.names  # noqa: B018 - a name that is no text shows only when asked for
+        except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
+            why = " ".join(str(error).split())[:160]
+            reason = "is empty" if size == 0 else f"has no readable Arrow stream header ({why})"
             raise InputError(f"{path}: {reason}.") from error
         batches: list[pa.RecordBatch] = []
         whole = file.tell()
@@ -55,7 +58,9 @@ def read_stream(path: Path) -> StreamContent:
             try:
                 batch = reader.read_next_batch()
                 batch.validate(full=True)
-            except (StopIteration, pa.ArrowInvalid, OSError):
+            except MemoryError as error:  # no reason to call what follows a torn tail
+                raise InputError(f"{path}: a batch asks for more memory than there is.") from error
+            except (StopIteration, pa.ArrowException, OSError):
                 break  # the end, or a tail that the writer did not live to complete
             batches.append(batch)
             whole = file.tell()

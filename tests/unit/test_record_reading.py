@@ -139,4 +139,6 @@ def test_importing_the_reader_does_not_load_the_file_library() -> None:
         "import sys, agent.record.reading, agent.record.writing, agent.record.recording;"
         "sys.exit(any(m.split('.')[0] == 'pyarrow' for m in sys.modules))"
     )
-    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0
+    repository = Path(__file__).resolve().parents[2]
+    result = subprocess.run([sys.executable, "-c", program], cwd=repository, check=False)
+    assert result.returncode == 0

@@ -5,12 +5,16 @@ from __future__ import annotations
 import os
 import shutil
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.ipc as ipc
 import pyarrow.parquet as pq
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from agent.errors import InputError, StorageError
 from agent.record import recover as module
@@ -75,20 +79,30 @@ def test_a_tail_torn_at_any_byte_is_cut_at_the_last_whole_batch(tmp_path: Path) 
         assert result.bytes_cut == (0 if length == ends[-1] else length - ends[-2])
         table = pq.read_table(tmp_path / "run.parquet")
         assert table["time_s"].to_pylist() == [i / 5.0 for i in range(expected)]
+        torn = tmp_path / "run.arrows.torn"
+        assert torn.exists() is (ends[-2] < length < ends[-1])
+        if torn.exists():
+            assert torn.read_bytes() == whole[:length]
+            torn.unlink()
         (tmp_path / "run.parquet").unlink()
 
 
-def test_a_stream_torn_before_its_first_batch_is_left_alone(tmp_path: Path) -> None:
+def test_a_stream_torn_before_its_first_batch_holds_nothing(tmp_path: Path) -> None:
     stream = killed(tmp_path, 6, rate_hz=5.0)
     whole = stream.read_bytes()
     header, first = (end for end, _ in _batches(whole)[:2])
     for length in range(first):
         stream.write_bytes(whole[:length])
         (result,) = recover(tmp_path)
-        assert result.outcome == ("unreadable" if length < header else "empty"), length
-        assert "left alone" in result.sentence
-        assert [p.name for p in tmp_path.iterdir()] == ["run.arrows"]
-        assert stream.read_bytes() == whole[:length]
+        if 0 < length < header:  # not even known to be ours
+            assert result.outcome == "unreadable", length
+            assert result.sentence.endswith("It is left alone.")
+            assert stream.read_bytes() == whole[:length]
+        else:
+            assert result.outcome == "empty", length
+            left = [] if length in (0, header) else ["run.arrows.torn"]
+            assert [p.name for p in tmp_path.iterdir()] == left
+            stream.with_name("run.arrows.torn").unlink(missing_ok=True)
 
 
 def test_garbage_behind_the_last_batch_is_cut(tmp_path: Path) -> None:
@@ -196,12 +210,48 @@ def test_folders_below_are_searched_and_old_temporaries_removed(tmp_path: Path) 
         assert left == {"run.parquet", ".other.parquet.0a1b2c3d.tmp"}
 
 
+@settings(max_examples=30, deadline=None)
+@given(steps=st.lists(st.floats(1e-4, 0.7), min_size=1, max_size=30), torn=st.floats(0.0, 1.0))
+def test_whatever_is_recovered_is_where_the_run_began(steps: list[float], torn: float) -> None:
+    times = np.cumsum(steps)
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        with StreamWriter(folder, "run", metadata(), STREAM_COLUMNS) as writer:
+            for time_s in times:
+                writer.append((time_s, 1.0, 2.0, time_s * 3.0, f"{time_s:.1f}"))
+        size = int(torn * writer.path.stat().st_size)
+        os.truncate(writer.path, size)
+        results = recover(folder)
+        if results[0].outcome == "recovered":
+            table = pq.read_table(folder / "run.parquet")
+            count = table.num_rows
+            assert count >= 1
+            assert table["time_s"].to_pylist() == times[:count].tolist()
+            assert table["torque_nm"].to_pylist() == (times[:count] * 3.0).tolist()
+            assert table["phase"].to_pylist() == [f"{t:.1f}" for t in times[:count]]
+        assert torn < 1.0 or results[0].samples == len(times)
+
+
 def test_what_is_no_stream_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="does not exist"):
         recover(tmp_path / "none")
     (tmp_path / "run.parquet").touch()
     with pytest.raises(InputError, match="is not an unfinished stream"):
         recover(tmp_path / "run.parquet")
+
+
+def test_a_batch_that_asks_for_too_much_is_no_torn_tail(tmp_path: Path) -> None:
+    stream = killed(tmp_path, 1200)
+    whole = bytearray(stream.read_bytes())
+    (header, _), (first, _) = _batches(bytes(whole))[:2]
+    metadata_bytes = int.from_bytes(whole[header + 4 : header + 8], "little")
+    body_bytes = first - header - 8 - metadata_bytes
+    at = whole.index(body_bytes.to_bytes(8, "little"), header)
+    whole[at : at + 8] = (2**61).to_bytes(8, "little")
+    stream.write_bytes(whole)
+    (result,) = recover(tmp_path)
+    assert result.outcome == "unreadable"
+    assert stream.read_bytes() == whole
 
 
 def test_dictionaries_of_other_writers_are_read(tmp_path: Path) -> None:

@@ -272,7 +272,7 @@ def test_a_flipped_bit_in_our_own_files_is_seen(tmp_path: Path) -> None:
         ("0.007,", "0.005,", "column time_s must increase, but row 8 holds 0.005 after 0.006."),
         ("time_s", "time_ms", "time_ms looks like time_s in another unit"),
         ("position_rad", "time_s", "column time_s occurs more than once."),
-        ("ramp", "\x00\xffr", "cannot be read as UTF-8 CSV"),
+        ("ramp", "\x00\xffr", "line 2 is not text in UTF-8."),
     ],
 )
 def test_a_csv_file_that_cannot_be_used(old: str, new: str, expected: str, tmp_path: Path) -> None:
@@ -281,6 +281,16 @@ def test_a_csv_file_that_cannot_be_used(old: str, new: str, expected: str, tmp_p
     text = path.read_bytes().replace(b'"', b"").decode()
     path.write_bytes(text.replace(old, new, count).encode("latin-1"))
     refuses(path, expected)
+
+
+def test_column_names_that_are_no_text(tmp_path: Path) -> None:
+    path = save(tmp_path, good())
+    path.write_bytes(path.read_bytes().replace(b"velocity_rad_s", b"velocity_rad_\xff"))
+    refuses(path, "is a damaged Parquet file")
+    batch = pa.record_batch({"velocity": [1.0]})
+    content = batch.schema.serialize().to_pybytes() + batch.serialize().to_pybytes()
+    (tmp_path / "bad.arrows").write_bytes(content.replace(b"velocity", b"\xffelocity"))
+    refuses(tmp_path / "bad.arrows", "has no readable Arrow stream header")
 
 
 def test_a_csv_file_without_header(tmp_path: Path) -> None:

@@ -252,7 +252,52 @@ def test_a_write_that_ends_in_the_middle_is_taken_back(
         append(writer, map(row, range(1, 600)))
     assert writer.path.stat().st_size == whole
     monkeypatch.setattr(stream, "write_all", atomic.write_all)
-    assert pq.read_metadata(writer.finish()).num_rows == 1
+    assert read_stream(_abandoned(writer)).closed
+    (result,) = recover(tmp_path)
+    assert (result.samples, result.bytes_cut) == (1, 0)
+
+
+def test_an_interrupt_in_the_middle_of_a_write_loses_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    writer = begin(tmp_path)
+    writer.append(row(0))
+
+    def interrupted(descriptor: int, content: Any) -> None:
+        atomic.write_all(descriptor, memoryview(content)[: len(content) // 2])
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(stream, "write_all", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            append(writer, map(row, range(1, 600)))
+    content = read_stream(_abandoned(writer))
+    assert content.table["time_s"].to_pylist() == [i / 1000.0 for i in range(501)]
+    assert (content.closed, content.bytes_cut) == (True, 0)
+
+
+def test_a_tail_that_cannot_be_cut_gets_no_end_mark(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    writer = begin(tmp_path)
+    writer.append(row(0))
+
+    def all_but_the_mark(descriptor: int, content: Any) -> None:
+        atomic.write_all(descriptor, memoryview(content)[:-8])
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    def fails(*_: object) -> None:
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    with monkeypatch.context() as patched:
+        patched.setattr(stream, "write_all", all_but_the_mark)
+        patched.setattr(os, "ftruncate", fails)
+        with pytest.raises(StorageError, match="input/output error"):
+            append(writer, map(row, range(1, 600)))
+    content = read_stream(_abandoned(writer))
+    assert content.table.num_rows == 1
+    assert not content.closed
+    assert content.bytes_cut > 0
 
 
 @needs_dev_full

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
 import stat
@@ -18,8 +19,13 @@ from agent.errors import InputError, StorageError
 from agent.record import atomic
 from agent.record.atomic import publish, storage_error
 from agent.record.reading import read
+from agent.record.recover import recover
+from agent.record.stream import StreamWriter
+from agent.record.stream_file import read_stream
 from agent.record.writing import write
-from tests.unit.record_samples import metadata, recording
+from tests.unit.record_samples import STREAM_COLUMNS, metadata, recording, row
+
+REPOSITORY = Path(__file__).resolve().parents[2]
 
 
 @pytest.mark.parametrize("suffix", ["parquet", "csv"])
@@ -101,7 +107,9 @@ from tests.unit.record_samples import recording
 os.link = os.replace = os.rename = lambda *a, **k: os._exit(9)
 write(recording(), Path({str(tmp_path)!r}) / "run.parquet")
 """
-    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 9
+    assert (
+        subprocess.run([sys.executable, "-c", program], cwd=REPOSITORY, check=False).returncode == 9
+    )
     (left,) = tmp_path.iterdir()
     assert left.name.startswith(".run.parquet.")
     assert left.suffix == ".tmp"
@@ -113,6 +121,31 @@ def test_a_full_disk_leaves_nothing(small_disk: Path, name: str) -> None:
     with pytest.raises(StorageError, match=r"cannot be written: the disk is full\. Free some"):
         write(recording(50_000), small_disk / name)
     assert list(small_disk.iterdir()) == []
+
+
+def test_a_recorder_on_a_disk_that_fills_up_keeps_what_went_in(small_disk: Path) -> None:
+    writer = StreamWriter(small_disk, "run", metadata(), STREAM_COLUMNS)
+    with pytest.raises(StorageError, match=r"samples are saved in it: the disk is full\.") as told:
+        append_until_full(writer)
+    saved = read_stream(writer.path).table.num_rows
+    assert f"{saved} samples are saved" in str(told.value)
+    assert saved > 1000
+    filler = small_disk / "filler"
+    with contextlib.suppress(OSError), filler.open("wb", buffering=0) as file:
+        while file.write(bytes(512)):
+            pass
+    with pytest.raises(StorageError, match=f"The {saved} samples are kept in"):
+        writer.finish()
+    filler.unlink()
+    subprocess.run(["mount", "-o", "remount,size=4m", str(small_disk)], check=True)
+    (result,) = recover(small_disk)
+    assert (result.outcome, result.samples) == ("recovered", saved)
+    assert [p.name for p in small_disk.iterdir()] == ["run.parquet"]
+
+
+def append_until_full(writer: StreamWriter) -> None:
+    for i in range(100_000):
+        writer.append(row(i))
 
 
 def test_a_folder_that_is_missing_or_a_file(tmp_path: Path) -> None:
