@@ -1,0 +1,179 @@
+"""A drive and an axis on one bus, stepped or in real time, for tests that hold for both."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import socket
+import threading
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Any
+
+import can
+import pytest
+
+from drivers.can.owner import CanBusConfig, CanBusOwner
+from drivers.cia402.axis import Cia402Axis
+from drivers.cia402.config import Cia402Config
+from drivers.cia402.network import CanopenNode
+from drivers.cia402.objects import setting_of
+from drivers.cia402.scaling import Scaling, TemperatureSource
+from drivers.cia402.sdo import SdoAccess
+from drivers.clock import Clock, MonotonicClock, SteppedClock
+from drivers.ports import Command, Goal, Sample
+from fakes.can_drive import FakeDrive
+from fakes.faults import Fault
+from fakes.process import run_process
+from fakes.specification import FakeSpecification
+
+NODE = 5
+VIRTUAL, MULTICAST, SOCKETCAN = "virtual", "udp_multicast", "socketcan"
+CHANNEL_VARIABLE = "STRIBECK_CAN_CHANNEL"
+_CHANNELS = itertools.count()
+
+CONFIG = Cia402Config(
+    node_id=NODE,
+    scaling=Scaling(encoder_counts_per_motor_rev=65536, rated_torque_nm=5.0),
+    acceleration_rad_s2=500.0,
+    deceleration_rad_s2=500.0,
+    quick_stop_deceleration_rad_s2=2000.0,
+    software_limits_rad=(-4000.0, 4000.0),
+    temperature=TemperatureSource(0x2100, 1, sentinels=(-32768,)),
+)
+PATIENT = replace(
+    CONFIG,
+    sync_timeout_s=0.25,
+    agent_heartbeat_timeout_s=0.5,
+    drive_heartbeat_timeout_s=1.0,
+)
+"""For real time on a machine that has other things to do."""
+
+
+@dataclass
+class Rig:
+    """One fake drive on a bus; `axis` makes the product's side of it."""
+
+    bus: CanBusConfig
+    clock: Clock
+    owner: CanBusOwner
+    config: Cia402Config
+    drive: FakeDrive | None  # None where it runs in a thread of its own
+
+    def axis(self, **changes: Any) -> Cia402Axis:
+        """Return an axis on this bus, its configuration changed as asked."""
+        return Cia402Axis(self.owner, replace(self.config, **changes), self.clock)
+
+    def run(
+        self, axis: Cia402Axis, duration_s: float, command: Command, period_s: float = 0.004
+    ) -> list[Sample]:
+        """Tick for a while and return the samples; errors of `receive` pass."""
+        samples: list[Sample] = []
+        end_s = self.clock.now() + duration_s
+        while (now_s := self.clock.now()) < end_s:
+            axis.send(command)
+            self.clock.sleep_until(now_s + period_s)
+            samples += axis.receive()
+        return samples
+
+    def enable(self, axis: Cia402Axis, velocity_rad_s: float, duration_s: float = 0.4) -> Sample:
+        """Drive at a speed and return the last sample."""
+        return self.run(axis, duration_s, Command(Goal.ON, velocity_rad_s))[-1]
+
+    def inject(self, cob_id: int, data: bytes) -> None:
+        """Say something on the bus as somebody else."""
+        with open_bus(self.bus) as bus:
+            bus.send(can.Message(arbitration_id=cob_id, data=data, is_extended_id=False))
+            self.clock.sleep_until(self.clock.now() + 0.01)
+
+    @contextmanager
+    def sdo(self) -> Iterator[SdoAccess]:
+        """Look into the drive while no axis is open."""
+        node = CanopenNode(self.owner, self.clock, NODE, 0.3)
+        try:
+            yield SdoAccess(node, attempts=3)
+        finally:
+            node.release()
+
+    def values(self, keys: Iterable[str]) -> dict[str, int]:
+        """Read a snapshot's objects from the drive."""
+        with self.sdo() as sdo:
+            return {key: sdo.read(setting_of(key)) for key in keys}
+
+
+@contextmanager
+def open_bus(config: CanBusConfig) -> Iterator[can.BusABC]:
+    """Open a second end of the bus."""
+    options = {"hop_limit": 0} if config.interface == MULTICAST else {}
+    bus = can.Bus(
+        interface=config.interface,
+        channel=config.channel,
+        ignore_config=True,
+        **{**options, **config.options},
+    )
+    try:
+        yield bus
+    finally:
+        bus.shutdown()
+
+
+def describe_bus(interface: str) -> CanBusConfig:
+    """Return a bus that no other test uses, or skip, saying why there is none."""
+    if interface == VIRTUAL:
+        return CanBusConfig(VIRTUAL, f"axis-{next(_CHANNELS)}")
+    if interface == MULTICAST:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            probe.bind(("127.0.0.1", 0))
+            port = probe.getsockname()[1]
+        return CanBusConfig(MULTICAST, "239.74.163.2", options={"port": port})
+    channel = os.environ.get(CHANNEL_VARIABLE)
+    if not channel:
+        pytest.skip(f"no real CAN bus here: {CHANNEL_VARIABLE} names none")
+    return CanBusConfig(SOCKETCAN, channel)
+
+
+@contextmanager
+def open_rig(
+    interface: str,
+    faults: Iterable[Fault] = (),
+    specification: FakeSpecification | None = None,
+) -> Iterator[Rig]:
+    """Yield a rig whose drive is in process (stepped) or in a thread (real time)."""
+    config = describe_bus(interface)
+    if interface == VIRTUAL:
+        with open_bus(config) as bus:
+            clock = SteppedClock()
+            drive = FakeDrive(bus, node_id=NODE, faults=faults, specification=specification)
+            clock.attach(drive.step_to)
+            yield from _owned(config, clock, CONFIG, drive)
+        return
+    stop = threading.Event()
+    thread = threading.Thread(
+        target=run_process,
+        args=(config.interface, str(config.channel)),
+        kwargs={
+            "stop": stop,
+            "node_id": NODE,
+            "faults": faults,
+            "specification": specification,
+            "options": config.options,
+        },
+    )
+    thread.start()
+    try:
+        yield from _owned(config, MonotonicClock(), PATIENT, None)
+    finally:
+        stop.set()
+        thread.join()
+
+
+def _owned(
+    bus: CanBusConfig, clock: Clock, config: Cia402Config, drive: FakeDrive | None
+) -> Iterator[Rig]:
+    """Yield the rig and let go of the bus, whatever the test left open."""
+    owner = CanBusOwner.open(bus, clock)
+    try:
+        yield Rig(bus, clock, owner, config, drive)
+    finally:
+        owner.close()
