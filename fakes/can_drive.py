@@ -10,16 +10,17 @@ import can
 
 from fakes import faults as script
 from fakes.breakage import Breakage
+from fakes.connection import Connection
 from fakes.drive_loop import DriveLoop, Runaway
-from fakes.emergency import COMMUNICATION, HEARTBEAT_LOST, PDO_LENGTH, Emergency
-from fakes.heartbeat import HeartbeatConsumer, HeartbeatProducer
+from fakes.emergency import COMMUNICATION, PDO_LENGTH, Emergency
+from fakes.heartbeat import HeartbeatProducer
 from fakes.live_values import LiveValues
-from fakes.object_dictionary import Entry, ObjectDictionary, SdoAbortError
-from fakes.pdo import PdoConfiguration, ReceivePdo, TransmitPdo
+from fakes.object_dictionary import VALUE_RANGE, Entry, ObjectDictionary, SdoAbortError, Value
+from fakes.pdo import INVALID, PdoConfiguration, ReceivePdo, TransmitPdo
 from fakes.plant import Plant
 from fakes.sdo_server import SdoServer
 from fakes.specification import FakeSpecification, Truth
-from fakes.state_machine import State, StateMachine
+from fakes.state_machine import StateMachine
 
 COMMUNICATION_OBJECTS = (0x1000, 0x1FFF)
 ALL_OBJECTS = (0x1000, 0x9FFF)
@@ -69,16 +70,27 @@ class FakeDrive:
         self.node_id = node_id
         self.specification = specification or FakeSpecification()
         self.dictionary = ObjectDictionary(node_id)
-        self._set_factory_values()
+        for (index, subindex), value in self.specification.factory_values().items():
+            self.dictionary.set_factory(index, subindex, value)
         self.plant = Plant(
             self.specification.joint, self.specification.servo, self.specification.thermal
         )
-        self.machine = StateMachine(self.dictionary.number, self._may_reset, self._on_fault_reset)
-        self.loop = DriveLoop(self.plant, self.dictionary, self.machine)
         self.emergency = Emergency(self.dictionary, self._send_emergency)
+        self.machine = StateMachine(
+            self.dictionary.number,
+            may_reset=lambda: not self._connection.blocks_fault_reset,
+            on_reset=self.emergency.clear,
+        )
+        self.loop = DriveLoop(self.plant, self.dictionary, self.machine)
+        self._connection = Connection(
+            self.dictionary,
+            self.machine,
+            self.emergency,
+            fault_sticks=self.specification.drive.heartbeat_fault_sticks,
+        )
         self._sdo = SdoServer(self.dictionary)
         self._pdo = PdoConfiguration(self.dictionary, lambda: self.nmt is Nmt.PRE_OPERATIONAL)
-        self._producer, self._consumer = HeartbeatProducer(), HeartbeatConsumer()
+        self._producer = HeartbeatProducer()
         self._faults = script.FaultPlayer(faults)
         self._breakage = Breakage()
         self._live = LiveValues(self.dictionary, self.loop, self.machine, self._breakage, seed)
@@ -88,7 +100,6 @@ class FakeDrive:
         self._elapsed_s = 0.0
         self._steps = 0
         self._supplied = True
-        self._heartbeat_fault_sticks = False
         self._handlers: dict[int, Callable[[can.Message], None]] = {}
         self._receive: list[ReceivePdo] = []
         self._transmit: list[TransmitPdo] = []
@@ -167,8 +178,8 @@ class FakeDrive:
         now_s = self._elapsed_s
         if self._producer.is_due(now_s) and self._breakage.beats:
             self._send(0x700 + self.node_id, bytes([self.nmt]))
-        if self._consumer.has_expired(now_s):
-            self._on_heartbeat_lost()
+        if self._connection.is_lost(now_s):
+            self._behave_as_on_error()
         if self._event_driven and self.nmt is Nmt.OPERATIONAL:
             self._live.publish(self._steps)
             for pdo in self._event_driven:
@@ -181,13 +192,11 @@ class FakeDrive:
     def _boot(self) -> None:
         """Announce the node and wait in PRE-OPERATIONAL."""
         self._sdo.reset()
-        self.emergency.forget()
         self._set_heartbeat_producer(self.dictionary.number(0x1017))
-        self._set_heartbeat_consumer(self.dictionary.number(0x1016, 1))
+        self._connection.renew()
         self.loop.refresh()
-        self.nmt = Nmt.PRE_OPERATIONAL
         self._send(0x700 + self.node_id, bytes([Nmt.BOOT_UP]))
-        self._route()
+        self._enter(Nmt.PRE_OPERATIONAL)
 
     def _on_nmt(self, message: can.Message) -> None:
         data = message.data
@@ -196,42 +205,54 @@ class FakeDrive:
         if data[0] == 0x01:
             self._enter(Nmt.OPERATIONAL)
         elif data[0] == 0x02:
-            self._abort_connection()
+            self._connection.end()
             self._enter(Nmt.STOPPED)
         elif data[0] == 0x80:
             self._enter(Nmt.PRE_OPERATIONAL)
         elif data[0] == 0x81:
+            self.nmt = Nmt.BOOT_UP
             self.machine.reset()
             self.dictionary.reset(*ALL_OBJECTS)
-            self._heartbeat_fault_sticks = False
+            self.emergency.forget()
             self._boot()
         elif data[0] == 0x82:
-            self._abort_connection()
-            self._heartbeat_fault_sticks = False
+            self._connection.end()
+            self.nmt = Nmt.BOOT_UP
             self.dictionary.reset(*COMMUNICATION_OBJECTS)
+            self.emergency.restore()
             self._boot()
 
     def _enter(self, state: Nmt) -> None:
-        if state is not self.nmt:
-            self.nmt = state
-            self._route()
+        """Change the NMT state; the PDOs are compiled on the way to OPERATIONAL."""
+        if state is self.nmt:
+            return
+        self.nmt = state
+        self._receive, self._transmit, self._event_driven = [], [], []
+        if state is Nmt.OPERATIONAL:
+            self._receive, transmit = self._pdo.compile()
+            self._transmit = [p for p in transmit if p.synchronous]
+            self._event_driven = [p for p in transmit if not p.synchronous]
+        self._route()
+
+    def _behave_as_on_error(self) -> None:
+        """Change the NMT state as object 0x1029:1 wants it after a lost heartbeat."""
+        behaviour = self.dictionary.number(0x1029, 1)
+        if behaviour == 0 and self.nmt is Nmt.OPERATIONAL:
+            self._enter(Nmt.PRE_OPERATIONAL)
+        elif behaviour == 2:
+            self._enter(Nmt.STOPPED)
 
     def _route(self) -> None:
-        """Decide which identifier goes where in this NMT state, and compile the PDOs."""
+        """Decide which identifier goes where in this NMT state."""
         self._handlers = {0x000: self._on_nmt}
-        if self._consumer.node_id:
-            self._handlers[0x700 + self._consumer.node_id] = self._on_heartbeat
-        self._receive, self._transmit, self._event_driven = [], [], []
+        if self._connection.master:
+            self._handlers[0x700 + self._connection.master] = self._on_heartbeat
         if self.nmt in (Nmt.PRE_OPERATIONAL, Nmt.OPERATIONAL):
             self._handlers[0x600 + self.node_id] = self._on_sdo
-        if self.nmt is not Nmt.OPERATIONAL:
-            return
-        self._receive, transmit = self._pdo.compile()
-        self._transmit = [p for p in transmit if p.synchronous]
-        self._event_driven = [p for p in transmit if not p.synchronous]
         for pdo in self._receive:
             self._handlers[pdo.cob_id] = partial(self._on_rpdo, pdo)
-        self._handlers[self.dictionary.number(0x1005) & 0x7FF] = self._on_sync
+        if self.nmt is Nmt.OPERATIONAL:
+            self._handlers[self.dictionary.number(0x1005) & 0x7FF] = self._on_sync
 
     # ---- cyclic data ----------------------------------------------------------------------
 
@@ -281,41 +302,7 @@ class FakeDrive:
         self._live.publish(self._steps)
         self.emergency.check_read(entry)
 
-    # ---- errors ---------------------------------------------------------------------------
-
-    def _on_heartbeat(self, _message: can.Message) -> None:
-        self._consumer.seen(self._elapsed_s)
-        if HEARTBEAT_LOST in self.emergency.active and self.machine.state not in (
-            State.FAULT,
-            State.FAULT_REACTION_ACTIVE,
-        ):
-            self.emergency.clear(HEARTBEAT_LOST)
-
-    def _on_heartbeat_lost(self) -> None:
-        self.emergency.report(HEARTBEAT_LOST, COMMUNICATION)
-        self._abort_connection()
-        behaviour = self.dictionary.number(0x1029, 1)
-        if behaviour == 0 and self.nmt is Nmt.OPERATIONAL:
-            self._enter(Nmt.PRE_OPERATIONAL)
-        elif behaviour == 2:
-            self._enter(Nmt.STOPPED)
-
-    def _abort_connection(self) -> None:
-        """React as object 0x6007 says; 0 goes on as if nothing had happened."""
-        reaction = self.dictionary.number(0x6007)
-        if reaction == 1:
-            self._heartbeat_fault_sticks = self.specification.drive.heartbeat_fault_sticks
-            self.machine.fault()
-        elif reaction == 2:
-            self.machine.disable_voltage()
-        elif reaction == 3:
-            self.machine.quick_stop()
-
-    def _may_reset(self) -> bool:
-        return not self._heartbeat_fault_sticks
-
-    def _on_fault_reset(self) -> None:
-        self.emergency.clear()
+    # ---- scripted faults ------------------------------------------------------------------
 
     def _begin_faults(self) -> None:
         for fault in self._faults.begin(self._elapsed_s, self.syncs):
@@ -348,35 +335,28 @@ class FakeDrive:
 
     # ---- wiring ---------------------------------------------------------------------------
 
-    def _set_factory_values(self) -> None:
-        drive, od = self.specification.drive, self.dictionary
-        od.set_factory(0x1018, 1, drive.vendor_id)
-        od.set_factory(0x1018, 2, drive.product_code)
-        od.set_factory(0x1018, 3, drive.revision)
-        od.set_factory(0x1018, 4, drive.serial)
-        od.set_factory(0x6076, 0, drive.rated_torque_mnm)
-        od.set_factory(0x6072, 0, drive.max_torque_permille)
-        od.set_factory(0x6007, 0, drive.abort_connection_option)
-        od.set_factory(0x608F, 1, self.specification.servo.encoder_counts_per_rev)
-
     def _connect_objects(self) -> None:
         od = self.dictionary
         od.before_read = self._before_read
         od.on_write(0x6040, 0, self.machine.command)
         od.on_write(0x1005, 0, lambda _value: self._route())
         od.on_write(0x1016, 1, self._set_heartbeat_consumer)
+        od.guard(_check_identifier)
         od.on_write(0x1017, 0, self._set_heartbeat_producer)
 
     def _set_heartbeat_producer(self, milliseconds: int) -> None:
         self._producer.configure(milliseconds, self._elapsed_s)
 
-    def _set_heartbeat_consumer(self, raw: int) -> None:
-        self._consumer.configure(raw)
+    def _set_heartbeat_consumer(self, _raw: int) -> None:
+        self._connection.configure()
         self._route()
+
+    def _on_heartbeat(self, _message: can.Message) -> None:
+        self._connection.seen(self._elapsed_s)
 
     def _send_emergency(self, data: bytes) -> None:
         raw = self.dictionary.number(0x1014)
-        if not raw & 0x80000000 and self.nmt is not Nmt.STOPPED:
+        if not raw & INVALID and self.nmt not in (Nmt.STOPPED, Nmt.BOOT_UP):
             self._send(raw & 0x7FF, data)
 
     def _send(self, cob_id: int, data: bytes) -> None:
@@ -386,3 +366,9 @@ class FakeDrive:
 
 def _is_data_frame(message: can.Message) -> bool:
     return not (message.is_extended_id or message.is_remote_frame or message.is_error_frame)
+
+
+def _check_identifier(entry: Entry, value: Value) -> None:
+    """Refuse an identifier of 29 bits for SYNC and EMCY."""
+    if entry.index in (0x1005, 0x1014) and int(value) & 0x7FFFF800:
+        raise SdoAbortError(VALUE_RANGE)

@@ -15,7 +15,8 @@ from fakes.object_dictionary import (
 )
 
 GENERIC, COMMUNICATION = 0x01, 0x10
-HEARTBEAT_LOST, PDO_LENGTH, NO_ERROR = 0x8130, 0x8210, 0x0000
+CONNECTION_ABORTED, HEARTBEAT_LOST, PDO_LENGTH = 0x8100, 0x8130, 0x8210
+NO_ERROR = 0x0000
 HISTORY, HISTORY_LENGTH = 0x1003, 8
 _FRAME = struct.Struct("<HB5x")
 
@@ -70,12 +71,16 @@ class Emergency:
         self._od.set(0x1001, 0, 0)
         self._od.set(0x603F, 0, 0)
 
-    def _publish(self, code: int) -> None:
+    def restore(self) -> int:
+        """Write the error register anew from the errors that are there, and return it."""
         register = 0
         for bits in self._active.values():
             register |= bits
         self._od.set(0x1001, 0, register)
-        self._send(_FRAME.pack(code, register))
+        return register
+
+    def _publish(self, code: int) -> None:
+        self._send(_FRAME.pack(code, self.restore()))
 
     @staticmethod
     def _check_history(entry: Entry, value: Value) -> None:

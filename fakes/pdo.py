@@ -24,6 +24,19 @@ INVALID = 0x80000000
 RPDO_RANGE, TPDO_RANGE = range(0x1400, 0x1800), range(0x1800, 0x1C00)
 LARGEST_SYNC_TYPE = 240
 EVENT_TYPES = (254, 255)
+# Identifiers that CiA 301 keeps for NMT, SDO and error control: no PDO may take them.
+RESTRICTED = (
+    range(0x081),
+    range(0x101, 0x181),
+    range(0x581, 0x600),
+    range(0x601, 0x680),
+    range(0x6E0, 0x800),
+)
+
+
+def is_restricted(cob_id: int) -> bool:
+    """Return whether a PDO may not have this 11-bit identifier."""
+    return any(cob_id in ids for ids in RESTRICTED)
 
 
 class Layout:
@@ -163,7 +176,8 @@ class PdoConfiguration:
         if entry.subindex == 1:
             moved = (value ^ self._od.number(entry.index, 1)) & 0x1FFFFFFF
             stays_valid = now_valid and not value & INVALID
-            if value & 0x3FFFF800 or (stays_valid and moved):
+            usable = bool(value & INVALID) or not is_restricted(value & 0x7FF)
+            if value & 0x3FFFF800 or (stays_valid and moved) or not usable:
                 raise SdoAbortError(VALUE_RANGE)
         elif entry.subindex == 2:
             if value > LARGEST_SYNC_TYPE and value not in EVENT_TYPES:

@@ -77,6 +77,20 @@ class FakeSpecification:
         text = path.read_text(encoding="utf-8")
         return cls.from_mapping(json.loads(text) if path.suffix == ".json" else tomllib.loads(text))
 
+    def factory_values(self) -> dict[tuple[int, int], int]:
+        """Return the objects, by index and sub-index, that differ from drive to drive."""
+        drive = self.drive
+        return {
+            (0x1018, 1): drive.vendor_id,
+            (0x1018, 2): drive.product_code,
+            (0x1018, 3): drive.revision,
+            (0x1018, 4): drive.serial,
+            (0x6007, 0): drive.abort_connection_option,
+            (0x6072, 0): drive.max_torque_permille,
+            (0x6076, 0): drive.rated_torque_mnm,
+            (0x608F, 1): self.servo.encoder_counts_per_rev,
+        }
+
     def to_mapping(self) -> dict[str, Any]:
         """Return plain numbers that `from_mapping` reads back equal."""
         return asdict(self)

@@ -10,6 +10,8 @@ from dataclasses import replace
 import can
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from fakes.can_drive import FakeDrive
 from fakes.faults import DriveFault, PowerCut
@@ -252,6 +254,30 @@ def test_the_same_seed_and_calls_give_the_same_bytes() -> None:
 
     assert heard(7) == heard(7)
     assert heard(7) != heard(8)
+
+
+@given(
+    frames=st.lists(
+        st.tuples(
+            st.sampled_from([0x000, 0x080, 0x201, 0x301, 0x601, 0x77E, 0x123]),
+            st.binary(max_size=8),
+            st.floats(0.0, 0.02),
+        ),
+        max_size=25,
+    )
+)
+@settings(deadline=None)
+def test_no_frames_bring_it_down(frames: list[tuple[int, bytes, float]]) -> None:
+    with fake_bench() as bench:
+        bench.write(0x1016, 1, 0x7E << 16 | 10, 4)
+        bench.operate()
+        bench.enable()
+        for cob_id, data, dt_s in frames:
+            bench.send(cob_id, data)
+            for answer in bench.step(dt_s):
+                assert answer.cob_id in (0x081, 0x181, 0x281, 0x381, 0x581, 0x701)
+        bench.nmt(0x81)
+        assert bench.read(0x1000) == 0x00020192
 
 
 def test_time_before_the_last_moves_nothing(bench: Bench) -> None:

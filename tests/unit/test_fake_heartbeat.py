@@ -144,6 +144,13 @@ def test_node_stop_counts_as_a_lost_connection() -> None:
         bench.nmt(0x02)
         bench.run(1.0)
         assert bench.drive.motor_velocity_rad_s == 0.0
+        assert bench.emergencies() == []
+    with moving(1) as bench:
+        bench.nmt(0x02)
+        bench.run(1.0)
+        bench.nmt(0x80)
+        assert bench.read(0x6041) & 0x4F == 0x08
+        assert bench.emergencies() == [(0x8100, 0x11)]
 
 
 def test_error_behaviour_zero_leaves_operational() -> None:

@@ -79,6 +79,10 @@ def test_more_than_eight_bytes_do_not_fit(bench: Bench) -> None:
 def test_communication_parameters_are_checked(bench: Bench) -> None:
     assert bench.write(0x1800, 1, 0x40000182, 4) == 0x06090030  # moves while it is valid
     assert bench.write(0x1800, 1, 0xA0000181, 4) == 0x06090030  # 29-bit identifier
+    assert bench.write(0x1801, 1, 0x601, 4) == 0x06090030  # kept for SDO
+    assert bench.write(0x1401, 1, 0x000, 4) == 0x06090030  # kept for NMT
+    assert bench.write(0x1801, 1, 0x40000300, 4) == 0
+    assert bench.write(0x1005, 0, 0x20000080, 4) == 0x06090030
     assert bench.write(0x1800, 2, 241, 1) == 0x06090030
     assert bench.write(0x1800, 2, 253, 1) == 0x06090030
     assert bench.write(0x1800, 2, 240, 1) == 0
