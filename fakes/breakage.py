@@ -2,16 +2,39 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from fakes import faults as script
+from fakes.drive_loop import DriveLoop, Runaway
+from fakes.emergency import Emergency
+from fakes.object_dictionary import ObjectDictionary
 from fakes.sdo_server import abort_frame
+from fakes.state_machine import StateMachine
 
 _DOWNLOAD, _UPLOAD = 1, 2
 
 
 class Breakage:
-    """Flags and counters that the drive asks on its way; nothing is broken at first."""
+    """Flags and counters that the drive asks on its way; nothing is broken at first.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    dictionary, loop, machine, emergency
+        The parts of the drive that a fault acts on when it begins.
+    """
+
+    def __init__(
+        self,
+        dictionary: ObjectDictionary,
+        loop: DriveLoop,
+        machine: StateMachine,
+        emergency: Emergency,
+    ) -> None:
+        self._od = dictionary
+        self._loop = loop
+        self._machine = machine
+        self._emergency = emergency
+        self.supplied = True
         self.connected = True  # the bus cable
         self.beats = True  # the drive's own heartbeat
         self.sensor_lost = False
@@ -21,7 +44,11 @@ class Breakage:
         self._sdo_silent: dict[int, int] = {}
 
     def begin(self, fault: script.Fault) -> None:
-        """Take over what a fault breaks here; a fault of the drive itself breaks nothing here."""
+        """Let a fault happen, or begin to last."""
+        self._begin_on_the_bus(fault)
+        self._begin_in_the_drive(fault)
+
+    def _begin_on_the_bus(self, fault: script.Fault) -> None:
         match fault:
             case script.SwallowSync():
                 self._unanswered_syncs += fault.count
@@ -33,12 +60,35 @@ class Breakage:
                 self._sdo_aborts[fault.index << 8 | fault.subindex] = fault.code
             case script.SdoSilent():
                 self._sdo_silent[fault.index << 8 | fault.subindex] = fault.count
+            case _:
+                return
+
+    def _begin_in_the_drive(self, fault: script.Fault) -> None:
+        match fault:
+            case script.DriveFault():
+                self._emergency.report(fault.code, fault.register)
+                self._machine.fault()
+            case script.PowerCut():
+                self.supplied = False
+                self._machine.reset()
+            case script.WrongIdentity():
+                self._od.set_factory(0x1018, 1, fault.vendor_id)
+                self._od.set_factory(0x1018, 2, fault.product_code)
+            case script.MapNotKept():
+                self._od.on_write(fault.index, 0, partial(self._forget_map, fault.index))
+            case script.VelocityRunaway():
+                self._loop.runaway = Runaway(fault.velocity_rad_s, obeys_ramps=fault.obeys_ramps)
             case script.FrozenPosition():
                 self.position_frozen = True
             case script.TemperatureSentinel():
                 self.sensor_lost = True
             case _:
                 return
+
+    def _forget_map(self, index: int, count: int) -> None:
+        """Fall back to the factory's mapping as soon as a new one is complete."""
+        if count:
+            self._od.reset(index, index)
 
     def swallows_sync(self) -> bool:
         """Return whether this SYNC stays unanswered; call it once a SYNC."""

@@ -11,7 +11,7 @@ import can
 from fakes import faults as script
 from fakes.breakage import Breakage
 from fakes.connection import Connection
-from fakes.drive_loop import DriveLoop, Runaway
+from fakes.drive_loop import DriveLoop
 from fakes.emergency import COMMUNICATION, PDO_LENGTH, Emergency
 from fakes.heartbeat import HeartbeatProducer
 from fakes.live_values import LiveValues
@@ -92,14 +92,13 @@ class FakeDrive:
         self._pdo = PdoConfiguration(self.dictionary, lambda: self.nmt is Nmt.PRE_OPERATIONAL)
         self._producer = HeartbeatProducer()
         self._faults = script.FaultPlayer(faults)
-        self._breakage = Breakage()
+        self._breakage = Breakage(self.dictionary, self.loop, self.machine, self.emergency)
         self._live = LiveValues(self.dictionary, self.loop, self.machine, self._breakage, seed)
         self.nmt = Nmt.BOOT_UP
         self.syncs = 0
         self._origin_s: float | None = None
         self._elapsed_s = 0.0
         self._steps = 0
-        self._supplied = True
         self._handlers: dict[int, Callable[[can.Message], None]] = {}
         self._receive: list[ReceivePdo] = []
         self._transmit: list[TransmitPdo] = []
@@ -126,18 +125,8 @@ class FakeDrive:
     @property
     def truth(self) -> Truth:
         """Return what an estimator should find at the present temperature."""
-        joint, friction = self.specification.joint, self.plant.friction
-        return Truth(
-            inertia_kg_m2=joint.inertia_kg_m2,
-            coulomb_nm=friction.coulomb_nm,
-            viscous_nm_s_per_rad=friction.viscous_nm_s_per_rad,
-            static_extra_nm=friction.static_extra_nm,
-            stribeck_velocity_rad_s=friction.stribeck_velocity_rad_s,
-            exponent=friction.exponent,
-            gravity_sin_nm=joint.gravity_sin_nm,
-            gravity_cos_nm=joint.gravity_cos_nm,
-            gear_ratio=joint.gear_ratio,
-            gearbox_temperature_degc=self.gearbox_temperature_degc,
+        return Truth.of(
+            self.specification.joint, self.plant.friction, self.gearbox_temperature_degc
         )
 
     # ---- time -----------------------------------------------------------------------------
@@ -173,7 +162,7 @@ class FakeDrive:
 
     def _watch_time(self) -> None:
         """Do what is due by the clock: own heartbeat, the other's, event-driven PDOs."""
-        if not self._supplied:
+        if not self._breakage.supplied:
             return
         now_s = self._elapsed_s
         if self._producer.is_due(now_s) and self._breakage.beats:
@@ -307,31 +296,6 @@ class FakeDrive:
     def _begin_faults(self) -> None:
         for fault in self._faults.begin(self._elapsed_s, self.syncs):
             self._breakage.begin(fault)
-            self._begin(fault)
-
-    def _begin(self, fault: script.Fault) -> None:
-        """Let happen what a fault does to the drive itself."""
-        match fault:
-            case script.DriveFault():
-                self.emergency.report(fault.code, fault.register)
-                self.machine.fault()
-            case script.PowerCut():
-                self._supplied = False
-                self.machine.reset()
-            case script.WrongIdentity():
-                self.dictionary.set_factory(0x1018, 1, fault.vendor_id)
-                self.dictionary.set_factory(0x1018, 2, fault.product_code)
-            case script.MapNotKept():
-                self.dictionary.on_write(fault.index, 0, partial(self._forget_map, fault.index))
-            case script.VelocityRunaway():
-                self.loop.runaway = Runaway(fault.velocity_rad_s, obeys_ramps=fault.obeys_ramps)
-            case _:
-                return
-
-    def _forget_map(self, index: int, count: int) -> None:
-        """Fall back to the factory's mapping as soon as a new one is complete."""
-        if count:
-            self.dictionary.reset(index, index)
 
     # ---- wiring ---------------------------------------------------------------------------
 

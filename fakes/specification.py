@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, TypeVar, get_type_hints
 
 from fakes.checks import require_positive
+from fakes.friction import FrictionTruth
 from fakes.joint import JointParameters
 from fakes.plant import ServoParameters
 from fakes.thermal import ThermalParameters
@@ -137,3 +138,15 @@ class Truth:
     gravity_cos_nm: float
     gear_ratio: float
     gearbox_temperature_degc: float
+
+    @classmethod
+    def of(cls, joint: JointParameters, friction: FrictionTruth, temperature_degc: float) -> Truth:
+        """Return the truth of a joint whose friction law is `friction` at a temperature."""
+        return cls(
+            inertia_kg_m2=joint.inertia_kg_m2,
+            gravity_sin_nm=joint.gravity_sin_nm,
+            gravity_cos_nm=joint.gravity_cos_nm,
+            gear_ratio=joint.gear_ratio,
+            gearbox_temperature_degc=temperature_degc,
+            **asdict(friction),
+        )
