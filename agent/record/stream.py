@@ -85,6 +85,7 @@ class StreamWriter:
         self._samples_saved = 0
         self._samples_unsaved = 0
         self._failed = False
+        self._header_bytes = 0
         self._good_bytes = 0
         self._descriptor: int | None = self._begin()
 
@@ -114,8 +115,10 @@ class StreamWriter:
             return
         self._rows.append(row)
         time_s = row[self._time_at]
-        if time_s >= self._flush_at_s or self._rows.full:
+        if self._flush_at_s <= time_s < math.inf:
             self._flush_at_s = time_s + FLUSH_PERIOD_S
+            self.flush()
+        elif self._rows.full:
             self.flush()
 
     def flush(self) -> None:
@@ -165,19 +168,13 @@ class StreamWriter:
         """
         if self._descriptor is None:
             raise ValueError(f"{self.path}: the writer is closed")
-        try:
+        try:  # the lock is held to the end, or a `recover` next door could be faster
             metadata = self._final_metadata(samples_lost, dict(extra_metadata or {}))
             self.flush()
+            self._end()
+            self._publish(metadata)
         finally:
             self._close()
-        table = read_stream(self.path).table.replace_schema_metadata({KEY: metadata.dumps()})
-        try:
-            write_table(table, self.recording_path)
-        except StorageError as error:
-            raise StorageError(
-                f"{error.what} The {table.num_rows} samples are kept in {self.path}.",
-                f"{error.do} Then finish it with `stribeck recover`.".strip(),
-            ) from error
         self.path.unlink(missing_ok=True)
         return self.recording_path
 
@@ -196,8 +193,9 @@ class StreamWriter:
         try:
             self.flush()
         finally:
+            self._end()
             self._close()
-            if self._samples_saved == 0:
+            if self._good_bytes == self._header_bytes:
                 self.path.unlink(missing_ok=True)
 
     def __enter__(self) -> Self:
@@ -244,7 +242,7 @@ class StreamWriter:
             if isinstance(error, OSError):
                 raise storage_error(error, f"{self.path} cannot be written") from error
             raise
-        self._good_bytes = len(header)
+        self._good_bytes = self._header_bytes = len(header)
         return descriptor
 
     def _write(self, content: pa.Buffer) -> None:
@@ -283,13 +281,33 @@ class StreamWriter:
             )
         return metadata
 
-    def _close(self) -> None:
-        """End the stream as far as the disk allows, and let go of the file and its lock."""
-        descriptor, self._descriptor = self._descriptor, None
-        if descriptor is None:
+    def _publish(self, metadata: Metadata) -> None:
+        """Write the Parquet file from the stream, or say where the samples are kept."""
+        table = read_stream(self.path).table.replace_schema_metadata({KEY: metadata.dumps()})
+        try:
+            if table.num_rows < self._samples_saved:
+                raise StorageError(
+                    f"{self.path}: the disk gives back {table.num_rows} of the "
+                    f"{self._samples_saved} samples that it took."
+                )
+            write_table(table, self.recording_path)
+        except StorageError as error:
+            raise StorageError(
+                f"{error.what} The {table.num_rows} samples are kept in {self.path}.",
+                f"{error.do} Finish it later with `stribeck recover`.".strip(),
+            ) from error
+
+    def _end(self) -> None:
+        """Mark the stream as ended and wait for the disk, as far as the disk allows."""
+        if self._descriptor is None:
             return
         with contextlib.suppress(OSError):  # without the mark it reads as killed, no worse
-            if os.fstat(descriptor).st_size == self._good_bytes:  # else it could pass for a batch
-                write_all(descriptor, END_OF_STREAM)
-            os.fsync(descriptor)
-        os.close(descriptor)
+            if os.fstat(self._descriptor).st_size == self._good_bytes:  # else: passes for a batch
+                write_all(self._descriptor, END_OF_STREAM)
+            os.fsync(self._descriptor)
+
+    def _close(self) -> None:
+        """Let go of the file and its lock."""
+        descriptor, self._descriptor = self._descriptor, None
+        if descriptor is not None:
+            os.close(descriptor)

@@ -22,6 +22,7 @@ from agent.record.recover import recover
 from agent.record.rows import CAPACITY_ROWS
 from agent.record.stream import FLUSH_PERIOD_S, StreamWriter
 from agent.record.stream_file import read_stream
+from agent.record.writing import write_table
 from tests.unit.record_samples import STREAM_COLUMNS, metadata, row
 
 FULL = Path("/dev/full")
@@ -84,6 +85,39 @@ def test_time_that_does_not_pass_cannot_overrun_the_buffer(tmp_path: Path) -> No
     assert on_disk(writer) == 2 * CAPACITY_ROWS
     writer.abandon()
     assert on_disk(writer) == 2 * CAPACITY_ROWS + 5
+
+
+def test_one_row_without_a_time_does_not_stop_the_flushes(tmp_path: Path) -> None:
+    writer = begin(tmp_path)
+    append(writer, [(time_s, 1.0, 2.0, 3.0, "") for time_s in [math.nan] * CAPACITY_ROWS])
+    append(writer, [(time_s, 1.0, 2.0, 3.0, "") for time_s in (0.0, math.inf, math.nan, 0.6)])
+    assert on_disk(writer) == CAPACITY_ROWS + 4
+    writer.abandon()
+
+
+def test_nobody_can_recover_a_stream_that_is_being_finished(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    writer = begin(tmp_path)
+    append(writer, map(row, range(150)))
+    outcomes: list[str] = []
+
+    def recovered_meanwhile(*arguments: Any) -> None:
+        outcomes.extend(result.outcome for result in recover(tmp_path))
+        write_table(*arguments)
+
+    monkeypatch.setattr(stream, "write_table", recovered_meanwhile)
+    assert pq.read_metadata(writer.finish()).num_rows == 150
+    assert outcomes == ["in use"]
+
+
+def test_a_disk_that_gives_back_less_than_it_took_is_found_out(tmp_path: Path) -> None:
+    writer = begin(tmp_path)
+    append(writer, map(row, range(1100)))
+    os.truncate(writer.path, writer.path.stat().st_size - 100)
+    with pytest.raises(StorageError, match="gives back 501 of the 1100 samples"):
+        writer.finish()
+    assert not writer.recording_path.exists()
 
 
 def test_all_kinds_of_columns(tmp_path: Path) -> None:
