@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -241,6 +242,26 @@ def test_a_caller_that_hangs_is_missed_by_the_drive(rig: Rig) -> None:
     axis.close()
     assert report.at_rest, report.reason
     assert statusword(rig) is not State.ENABLED
+
+
+def test_a_drive_found_operational_is_left_operational(rig: Rig) -> None:
+    rig.inject(0x000, bytes([0x01, NODE]))
+    axis = rig.axis()
+    found = dict(axis.open().found)
+    axis.close()
+    rig.inject(0x200 + NODE, b"\x06\x00")  # its own factory RPDO1: acts in OPERATIONAL only
+    assert statusword(rig) is State.READY
+    assert rig.values(found) == found
+
+
+def test_nothing_is_restored_into_another_device(rig: Rig) -> None:
+    axis = rig.axis()
+    found = axis.open().found
+    axis.close()
+    other = replace(rig.config, expected=ExpectedIdentity(serial=99))
+    with pytest.raises(IdentityError):
+        restore(rig.owner, other, rig.clock, {**found, "0x6007:00": 2})
+    assert rig.values(["0x6007:00"]) == {"0x6007:00": 1}
 
 
 def test_what_a_crash_left_can_be_restored(rig: Rig) -> None:
