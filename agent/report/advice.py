@@ -7,31 +7,43 @@ from collections.abc import Iterable
 # Words that a reason may contain, and what a technician does about it.
 _STEPS: tuple[tuple[tuple[str, ...], str], ...] = (
     (
-        ("rate", "too slow", "too slowly", "hz"),
+        ("too slow", "sample rate", "sampled at"),
         "Record faster: at least 100 samples a second, better 500, with every sample's own time.",
     ),
     (
-        ("revers", "one direction", "both directions", "one way"),
+        ("does not move", "samples of motion"),
+        "Check that this axis was driven: released, enabled, and the right one.",
+    ),
+    (
+        ("torque never changes", "torque is frozen", "no torque"),
+        "Check the torque channel: which object of the drive it is, its scale, its rate.",
+    ),
+    (
+        ("cut off at a limit", "saturat"),
+        "Drive gentler, so that the torque stays below the drive's limit: less acceleration first.",
+    ),
+    (
+        ("gear", "another unit", "position and velocity"),
+        "Check units, gear ratio and encoder counts: positions are radians on the motor side.",
+    ),
+    (
+        ("one direction", "both directions", "revers"),
         "Drive both directions: every speed forward and backward over the same arm positions.",
     ),
     (
-        ("window", "steady", "speeds", "velocities", "stair"),
+        ("steady",),
         "Drive the stair: some twenty velocities, each held until torque and velocity are steady.",
     ),
     (
-        ("cold", "temperature", "warm"),
+        ("cold", "warm", "temperature"),
         "Bring the gearbox to its working temperature first; the warm-up trajectory does that.",
     ),
     (
-        ("lost", "frame", "missing", "gap"),
-        "Find out why samples were lost (bus load, wiring, another program) and record again.",
-    ),
-    (
-        ("no torque", "torque is constant", "torque does not"),
-        "Check the torque channel: its source, its scale, and that the drive reports it at all.",
+        ("lost", "frames", "valid samples"),
+        "Find out why samples were lost (bus load, wiring, another program).",
     ),
 )
-_ALWAYS = "Record the stair again on this axis, then estimate again. Nothing needs to be deleted."
+_ALWAYS = "Then record this axis again and estimate again. The present recording can stay."
 
 
 def next_steps(reasons: Iterable[str]) -> tuple[str, ...]:

@@ -23,7 +23,7 @@ from agent.report.views import EstimateViews, RecordingView
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-RECORDINGS_DRAWN = 4
+RECORDINGS_DRAWN = 3
 
 
 @dataclass(frozen=True)

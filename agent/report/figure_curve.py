@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent.identify.result import Floats, FrictionCurve, FrictionModelFit
-from agent.report.canvas import INK, MEASURED, MUTED, RIVALS, new_figure, styled
+from agent.report.canvas import (
+    INK,
+    MEASURED,
+    MUTED,
+    RIVALS,
+    WITH_LABELS_IN,
+    Panel,
+    figure_of,
+    side_by_side,
+    stacked,
+    styled,
+)
 from agent.report.laws import friction_of_fit_nm, model_label
 from agent.report.numbers import Scale, scale_for
 
@@ -19,6 +30,7 @@ if TYPE_CHECKING:
 
 _POINTS = 240
 _LEAST_SLOW = 4
+_KEY_LINE_IN = 0.2
 _MEASURED = "measured, 95 % interval"
 _SELECTED = " (selected)"
 _RIVAL_DASHES: tuple[tuple[float, ...], ...] = ((5, 2), (1.5, 1.5), (5, 1.5, 1.2, 1.5), (9, 3))
@@ -49,9 +61,13 @@ def figure_friction_curve(
     """
     if curve.velocity_rad_s.size == 0:
         raise ValueError("expected a friction curve with points, got none")
-    shape = (2, 1) if narrow else (1, 2)
-    figure = new_figure(6.6 if narrow else 3.9, narrow=narrow)
-    whole, low = figure.subplots(*shape).flat
+    if narrow:
+        panel = Panel(2.2, WITH_LABELS_IN)
+        whole, low = stacked(
+            [panel, panel], narrow=True, header_in=_KEY_LINE_IN * (1 + len(models))
+        )
+    else:
+        whole, low = side_by_side(2.75, header_in=1.4 * _KEY_LINE_IN)
     scale = scale_for("N m", [float(np.max(np.abs(curve.friction_nm)))])
     _whole_range(whole, curve, models, scale)
     _low_speeds(low, curve, models, scale)
@@ -59,9 +75,8 @@ def figure_friction_curve(
         axes.set_ylabel(f"friction torque, {scale.unit}")
     _mark_enlarged(whole, low)
     handles, labels = _key(whole)
-    figure.legend(
-        handles, labels, loc="outside upper left", ncols=1 if narrow else len(labels), fontsize=9.0
-    )
+    figure = figure_of(whole)
+    figure.legend(handles, labels, loc="upper left", ncols=1 if narrow else len(labels))
     return figure
 
 

@@ -14,10 +14,14 @@ from agent.report.canvas import (
     POSITION,
     SHADE,
     TEMPERATURE,
+    WITH_LABELS_IN,
+    WITHOUT_LABELS_IN,
+    Panel,
     bins_for,
     extremes,
+    figure_of,
     key_in_header,
-    new_figure,
+    stacked,
     styled,
     time_span_s,
 )
@@ -45,16 +49,16 @@ def figure_cycle(view: RecordingView, *, narrow: bool = False) -> Figure:
         Draw for a phone's width.
     """
     panels = _panels(view)
-    heights = [height for height, _ in panels]
-    figure = new_figure(0.75 + 0.95 * sum(heights), narrow=narrow)
-    grid = figure.subplots(len(panels), 1, sharex=True, squeeze=False, height_ratios=heights)
+    sizes = [Panel(height, WITHOUT_LABELS_IN) for height, _ in panels[:-1]]
+    column = stacked([*sizes, Panel(panels[-1][0], WITH_LABELS_IN)], narrow=narrow)
+    figure = figure_of(column[0])
     bins = bins_for(figure)
-    for axes, (_, draw) in zip(grid[:, 0], panels, strict=True):
+    for axes, (_, draw) in zip(column, panels, strict=True):
         _shade(axes, view)
         draw(axes, view, bins)
-    grid[-1, 0].set_xlabel("time, s")
-    grid[-1, 0].set_xlim(*time_span_s(view.signals.time_s))
-    figure.align_ylabels(list(grid[:, 0]))
+        axes.set_xlim(*time_span_s(view.signals.time_s))
+        axes.tick_params(labelbottom=axes is column[-1])
+    column[-1].set_xlabel("time, s")
     return figure
 
 
@@ -79,16 +83,16 @@ def cycle_in_words(view: RecordingView) -> str:
 
 
 def _panels(view: RecordingView) -> list[tuple[float, _Draw]]:
-    """Return the panels that the recording can fill, with their relative heights."""
+    """Return the panels that the recording can fill, with their heights in inches."""
     panels: list[tuple[float, _Draw]] = []
     signals = view.signals
     if view.drawn_velocity_rad_s is not None or _recorded(signals.velocity_command_rad_s):
-        panels.append((1.5, _velocity))
-    panels.append((1.5, _torque))
+        panels.append((1.2, _velocity))
+    panels.append((1.2, _torque))
     if view.arm_position_deg is not None:
-        panels.append((1.0, _position))
+        panels.append((0.85, _position))
     if _recorded(signals.gearbox_temperature_degc):
-        panels.append((0.8, _temperature))
+        panels.append((0.65, _temperature))
     return panels
 
 

@@ -14,12 +14,16 @@ from agent.report.canvas import (
     NOISE,
     PREDICTED,
     SHADE,
+    WITH_LABELS_IN,
+    WITHOUT_LABELS_IN,
+    Panel,
     bins_for,
     dots,
     envelope,
     extremes,
+    figure_of,
     key_in_header,
-    new_figure,
+    stacked,
     styled,
     time_span_s,
 )
@@ -58,19 +62,19 @@ def figure_prediction(view: RecordingView, *, narrow: bool = False) -> Figure:
     if residual_nm is None or predicted_nm is None:
         raise ValueError(f"{view.signals.name}: expected a predicted torque, found none")
     velocity = view.drawn_velocity_rad_s
-    rows = 2 if velocity is None else 3
-    figure = new_figure(1.0 + 1.75 * rows, narrow=narrow)
-    grid = figure.subplots(rows, 1, squeeze=False, height_ratios=[1.5, 1.0, 1.3][:rows])
-    over_time, residual_axes = grid[0, 0], grid[1, 0]
-    residual_axes.sharex(over_time)
-    over_time.tick_params(labelbottom=False)
+    panels = [
+        Panel(1.75, WITHOUT_LABELS_IN),
+        Panel(1.2, WITH_LABELS_IN),
+        Panel(1.5, WITH_LABELS_IN),
+    ]
+    column = stacked(panels if velocity is not None else panels[:2], narrow=narrow)
+    figure = figure_of(column[0])
     bins = bins_for(figure)
-    _torque(over_time, view, predicted_nm, bins)
+    _torque(column[0], view, predicted_nm, bins)
     scale = scale_for("N m", [rms(residual_nm)])
-    _residual_over_time(residual_axes, view, residual_nm, scale, bins)
+    _residual_over_time(column[1], view, residual_nm, scale, bins)
     if velocity is not None:
-        _residual_over_velocity(grid[2, 0], velocity, residual_nm, scale)
-    figure.align_ylabels(list(grid[:, 0]))
+        _residual_over_velocity(column[2], velocity, residual_nm, scale)
     return figure
 
 
@@ -110,6 +114,8 @@ def _torque(axes: Axes, view: RecordingView, predicted_nm: Floats, bins: int) ->
             label=label,
         )
     key_in_header(axes, columns=2)
+    axes.set_xlim(*time_span_s(view.signals.time_s))
+    axes.tick_params(labelbottom=False)
     axes.set_title("Motor torque")
     axes.set_ylabel(scale.unit)
 
