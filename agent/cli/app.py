@@ -100,6 +100,10 @@ def fake(
     channel: Annotated[str, typer.Option(help="Channel of that interface.")] = "239.74.163.2",
     node: Annotated[int, typer.Option(help="CANopen node id.")] = 1,
     seed: Annotated[int, typer.Option(help="Seed of its noise.")] = 1,
+    bus_option: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=VALUE", help="Option of the interface; repeatable."),
+    ] = None,
     joint: Annotated[
         Path | None, typer.Option(help="Description of the joint (TOML or JSON); else the default.")
     ] = None,
@@ -111,9 +115,10 @@ def fake(
     ] = False,
 ) -> None:
     """Start a simulated servo drive with its joint, in real time, as a process of its own."""
-    from agent.cli.fake import run_fake
+    from agent.cli.fake import FakeRequest, run_fake
 
-    run_fake(interface, channel, node, seed, joint=joint, write_cell=write_cell, short=short)
+    request = FakeRequest(interface, channel, tuple(bus_option or ()), node, seed, joint)
+    run_fake(request, write_cell, short=short)
 
 
 @app.command(short_help="finish what a kill or power cut left")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
+from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 
@@ -16,29 +17,51 @@ from fakes.process import run_process
 from fakes.specification import FakeSpecification
 
 
-def run_fake(
-    interface: str,
-    channel: str,
-    node: int,
-    seed: int,
-    *,
-    joint: Path | None,
-    write_cell: Path | None,
-    short: bool,
-) -> None:
+@dataclass(frozen=True)
+class FakeRequest:
+    """Which drive is asked for, and where.
+
+    Parameters
+    ----------
+    interface, channel : str
+        Python-can's words.
+    options : tuple of str
+        Options of the interface as KEY=VALUE.
+    node, seed : int
+        CANopen node id; seed of the noise.
+    joint : pathlib.Path or None
+        Description of the joint; None is the default one.
+    """
+
+    interface: str
+    channel: str
+    options: tuple[str, ...]
+    node: int
+    seed: int
+    joint: Path | None
+
+
+def run_fake(request: FakeRequest, write_cell: Path | None, *, short: bool) -> None:
     """Be a drive until Ctrl-C or SIGTERM.
 
     Raises
     ------
     agent.errors.InputError
-        Where the joint's description cannot be used.
+        Where the joint's description or an option cannot be used.
     drivers.errors.BusError
         Where the bus cannot be opened or stops working.
     """
-    specification = _specification(joint)
+    interface, channel, node = request.interface, request.channel, request.node
+    specification = _specification(request.joint)
+    options = _options(request.options)
     if write_cell is not None:
         text = fake_cell_text(
-            specification, interface=interface, channel=channel, node_id=node, short=short
+            specification,
+            interface=interface,
+            channel=channel,
+            options=options,
+            node_id=node,
+            short=short,
         )
         publish({write_cell: text.encode()}, overwrite=True)
         talker().print(f"Drive it with: stribeck run {write_cell} --axis 1")
@@ -54,7 +77,13 @@ def run_fake(
     )
     try:
         run_process(
-            interface, channel, node_id=node, seed=seed, specification=specification, stop=stop
+            interface,
+            channel,
+            node_id=node,
+            seed=request.seed,
+            specification=specification,
+            options=options,
+            stop=stop,
         )
     except Exception as error:
         if not _is_bus_trouble(error):
@@ -63,6 +92,16 @@ def run_fake(
             f"The bus {interface} {channel} cannot be used: {error}.",
             "Is the interface there and up?",
         ) from error
+
+
+def _options(pairs: tuple[str, ...]) -> dict[str, str | int]:
+    options: dict[str, str | int] = {}
+    for pair in pairs:
+        key, equals, value = pair.partition("=")
+        if not equals or not key:
+            raise InputError(f"--bus-option expects KEY=VALUE, got {pair!r}.")
+        options[key] = int(value) if value.lstrip("-").isdigit() else value
+    return options
 
 
 def _specification(joint: Path | None) -> FakeSpecification:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
 from importlib.resources import files
 from typing import Any
 
@@ -19,6 +20,7 @@ def fake_cell_text(
     *,
     interface: str,
     channel: str,
+    options: Mapping[str, str | int] | None = None,
     node_id: int = 1,
     short: bool = False,
 ) -> str:
@@ -30,6 +32,8 @@ def fake_cell_text(
         Drive and joint.
     interface, channel : str
         Where the drive listens; python-can's words.
+    options : mapping, optional
+        Options of the interface; multicast frames stay on this machine unless they say otherwise.
     node_id : int
         The drive's CANopen node.
     short : bool
@@ -39,8 +43,8 @@ def fake_cell_text(
     cell: dict[str, Any] = tomllib.loads(example)
     cell["robot"] = "simulated-joint"
     cell["bus"] = {"interface": interface, "channel": channel}
-    if interface == "udp_multicast":
-        cell["bus"]["options"] = {"hop_limit": 0}  # frames stay on this machine
+    stays_here = {"hop_limit": 0} if interface == "udp_multicast" else {}
+    cell["bus"]["options"] = {**stays_here, **(options or {})}
     axis = cell["axis"][0]
     axis["commissioned"] = True
     axis["commissioned_by"] = "nobody: the joint is simulated and can hurt no one"

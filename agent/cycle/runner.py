@@ -197,11 +197,12 @@ class CycleRunner:
     # -- the loop ----------------------------------------------------------------------------
 
     def _drive(self, evidence: AxisEvidence) -> None:
+        # First, because it is slow: from the first SYNC on, the drive watches our heartbeat.
+        self._writer = self._open_recording(evidence)
         seen = self._observe()
         insist(at_standstill(self.plan, seen))
         interlock = Interlock().after(Event.PREFLIGHT_PASSED)
         sequence = CycleSequence(self.plan, interlock, seen[-1])
-        self._writer = self._open_recording(evidence)
         self._recorder = _Recorder(
             self._writer, with_temperature=self.plan.limits.temperature_required
         )

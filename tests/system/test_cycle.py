@@ -11,7 +11,9 @@ import pytest
 
 from agent.errors import RefusedError, StoppedError
 from agent.record.reading import read
+from drivers.cia402.axis import Cia402Axis
 from drivers.errors import DriverError
+from drivers.ports import SyncAccount
 from fakes import faults
 from fakes.faults import Fault
 from fakes.specification import FakeSpecification
@@ -140,6 +142,23 @@ def test_the_operator_stops_the_cycle(tmp_path: Path) -> None:
         assert abs(bench.drive.motor_velocity_rad_s) < REST_RAD_S
         assert registers(bench) == found
     assert "The joint is at rest (measured)." in caught.value.__notes__
+
+
+def test_what_a_killed_run_left_is_given_back_by_the_next(tmp_path: Path) -> None:
+    """The journal of a killed run says how the drive had been found; the next run restores it."""
+    with rig(tmp_path) as bench:
+        bench.later(0.1)
+        found = registers(bench)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(Cia402Axis, "close", lambda _axis: SyncAccount())  # as after kill -9
+            patch.setattr(Path, "unlink", lambda *_args, **_kwargs: None)
+            bench.run()
+        assert registers(bench) != found
+        assert (tmp_path / ".simulated-joint-axis1.found.json").exists()
+        bench.later(1.0)
+        bench.run()
+        assert registers(bench) == found
+    assert not (tmp_path / ".simulated-joint-axis1.found.json").exists()
 
 
 def _uncommissioned(cell: dict[str, Any]) -> None:

@@ -1,0 +1,69 @@
+"""The commands as a user starts them: processes of their own, ended by their own id."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from drivers.clock import MonotonicClock
+
+STRIBECK = (sys.executable, "-m", "agent.cli")
+MULTICAST_GROUP = "239.74.163.2"
+
+
+def stribeck(
+    *arguments: str | Path, cwd: Path | None = None, timeout_s: float = 60.0
+) -> subprocess.CompletedProcess[str]:
+    """Run a command to its end."""
+    return subprocess.run(
+        [*STRIBECK, *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=timeout_s,
+        cwd=cwd,
+        stdin=subprocess.DEVNULL,
+        check=False,
+    )
+
+
+def free_udp_port() -> int:
+    """Return a port that nobody uses now, so that two test runs never share a bus."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
+        return port
+
+
+@contextmanager
+def started(
+    arguments: Sequence[str | Path], log: Path, ready: str = ""
+) -> Iterator[subprocess.Popen[bytes]]:
+    """Start a command, wait until its log says `ready`, end it afterwards."""
+    with log.open("wb") as sink:
+        process = subprocess.Popen(
+            [*STRIBECK, *map(str, arguments)],
+            stdout=sink,
+            stderr=sink,
+            stdin=subprocess.DEVNULL,
+            env={**os.environ, "PYTHONUNBUFFERED": "1"},
+        )
+    try:
+        deadline = time.monotonic() + 30.0
+        while ready and ready not in log.read_text(errors="replace"):
+            assert process.poll() is None, log.read_text(errors="replace")
+            assert time.monotonic() < deadline, f"not ready: {log.read_text(errors='replace')}"
+            MonotonicClock().sleep_until(time.monotonic() + 0.05)
+        yield process
+    finally:
+        process.terminate()
+        try:
+            process.wait(timeout=10.0)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()

@@ -1,0 +1,172 @@
+"""Drive and agent as processes of their own, in real time, on multicast: as on a shop floor.
+
+The tests listen on the same bus, so that what they judge is what the wire saw.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import struct
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import can
+import numpy as np
+import pytest
+
+from agent.record.reading import read
+from fakes.process import open_bus
+from fakes.specification import FakeSpecification
+from tests.system.processes import MULTICAST_GROUP, free_udp_port, started, stribeck
+
+NODE = 1
+SYNC, RPDO1, TPDO2, EMCY = 0x080, 0x200 + NODE, 0x280 + NODE, 0x080 + NODE
+SHUTDOWN = 0x06
+COUNTS_PER_RAD = 65536 / (2.0 * np.pi)
+FLUSH_S = 0.5
+
+
+@dataclass
+class Bench:
+    """A fake drive in its own process, its cell, and an ear on the bus."""
+
+    folder: Path
+    cell: Path
+    bus: can.BusABC
+
+    def listen(self, until: Callable[[can.Message], bool], timeout_s: float) -> can.Message | None:
+        """Return the first frame that `until` is true of, or None when time is up."""
+        end = time.monotonic() + timeout_s
+        while time.monotonic() < end:
+            message = self.bus.recv(0.05)
+            if message is not None and until(message):
+                return message
+        return None
+
+    def velocity_rad_s(self) -> float:
+        """Ask the drive for its velocity as a bystander: one SYNC, one answer."""
+        for _ in range(20):
+            self.bus.send(can.Message(arbitration_id=SYNC, is_extended_id=False))
+            answer = self.listen(lambda m: m.arbitration_id == TPDO2, 0.5)
+            if answer is not None:
+                counts: int = struct.unpack_from("<i", answer.data)[0]
+                return counts / COUNTS_PER_RAD
+        raise AssertionError("the drive does not answer SYNC")
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[Bench]:
+    cell, port = tmp_path / "cell.toml", free_udp_port()
+    try:
+        bus = open_bus("udp_multicast", MULTICAST_GROUP, options={"port": port})
+    except (can.CanError, OSError) as error:
+        pytest.skip(f"this machine has no IPv4 multicast: {error}")
+    arguments: list[str | Path] = ["fake", "--write-cell", cell, "--short"]
+    arguments += ["--bus-option", f"port={port}"]
+    try:
+        with started(arguments, tmp_path / "fake.log", ready="ready"):
+            _be_patient(cell)
+            yield Bench(tmp_path, cell, bus)
+    finally:
+        bus.shutdown()
+
+
+def _be_patient(cell: Path) -> None:
+    """Give a loaded test machine time: a late tick is not what these tests are about."""
+    text = cell.read_text().replace("heartbeat_timeout_s = 0.15", "heartbeat_timeout_s = 0.4")
+    text = text.replace("sample_age_max_s = 0.1", "sample_age_max_s = 0.3")
+    text = text.replace("velocity_error_max_rad_s = 20.0", "velocity_error_max_rad_s = 60.0")
+    cell.write_text(text.replace("sample_rate_hz = 500.0", "sample_rate_hz = 200.0"))
+
+
+def test_run_drives_the_fake_and_finds_its_friction(bench: Bench) -> None:
+    done = stribeck("run", bench.cell, "--axis", "1", "--out", bench.folder / "out", "--json")
+    assert done.returncode == 0, done.stderr
+    estimate = json.loads(done.stdout)
+    assert estimate["decidable"]
+    selected = next(m for m in estimate["friction_models"] if m["selected"])
+    friction = FakeSpecification().joint.friction
+    viscous = selected["parameters"]["viscous_nm_s_per_rad"]["value"]
+    assert viscous == pytest.approx(friction.truth(25.0).viscous_nm_s_per_rad, rel=0.05)
+    (recording,) = (bench.folder / "out").glob("*.parquet")
+    assert read(recording).metadata.samples_lost == 0
+    assert len(list((bench.folder / "out").glob("*.report.html"))) == 1
+    assert bench.velocity_rad_s() == pytest.approx(0.0, abs=0.5)
+
+
+def test_a_killed_run_stops_the_joint_and_loses_half_a_second_at_most(bench: Bench) -> None:
+    out = bench.folder / "out"
+    with started(["run", bench.cell, "--axis", "1", "--out", out], bench.folder / "run.log") as run:
+        first = bench.listen(
+            lambda m: m.arbitration_id == RPDO1 and m.data[0] == SHUTDOWN, timeout_s=30.0
+        )
+        assert first is not None, (bench.folder / "run.log").read_text()
+        began = first.timestamp
+        end, last = time.monotonic() + 5.0, began
+        while time.monotonic() < end:
+            message = bench.bus.recv(0.05)
+            if message is not None and message.arbitration_id == SYNC:
+                last = message.timestamp
+        os.kill(run.pid, signal.SIGKILL)
+        run.wait()
+        emergency = bench.listen(lambda m: m.arbitration_id == EMCY, timeout_s=5.0)
+    assert emergency is not None, "the drive did not notice that the agent is gone"
+    assert struct.unpack_from("<H", emergency.data)[0] == 0x8130
+    assert bench.listen(lambda _m: False, timeout_s=1.0) is None
+    assert bench.velocity_rad_s() == pytest.approx(0.0, abs=0.5)
+
+    recovered = stribeck("recover", out)
+    assert recovered.returncode == 0, recovered.stderr
+    (path,) = out.glob("*.parquet")
+    recording = read(path)
+    assert recording.columns["time_s"][-1] > (last - began) - FLUSH_S - 0.1
+
+    assert (out / ".simulated-joint-axis1.found.json").exists()  # for the next run to restore
+
+
+def test_a_hanging_run_stops_the_joint(bench: Bench) -> None:
+    """SIGSTOP is the agent that still exists and no longer thinks: heartbeat and SYNC must end."""
+    with started(
+        ["run", bench.cell, "--axis", "1", "--out", bench.folder / "out"], bench.folder / "run.log"
+    ) as run:
+        moving = bench.listen(
+            lambda m: (
+                m.arbitration_id == TPDO2
+                and abs(struct.unpack_from("<i", m.data)[0]) > 3.0 * COUNTS_PER_RAD
+            ),
+            timeout_s=30.0,
+        )
+        assert moving is not None, (bench.folder / "run.log").read_text()
+        os.kill(run.pid, signal.SIGSTOP)
+        try:
+            emergency = bench.listen(lambda m: m.arbitration_id == EMCY, timeout_s=5.0)
+            assert emergency is not None, "the drive did not notice that the agent hangs"
+            assert bench.listen(lambda _m: False, timeout_s=1.0) is None
+            assert bench.velocity_rad_s() == pytest.approx(0.0, abs=0.5)
+        finally:
+            os.kill(run.pid, signal.SIGCONT)
+        assert run.wait(timeout=30.0) in (4, 5)
+
+
+def test_ctrl_c_stops_in_order(bench: Bench) -> None:
+    out = bench.folder / "out"
+    with started(["run", bench.cell, "--axis", "1", "--out", out], bench.folder / "run.log") as run:
+        moving = bench.listen(
+            lambda m: (
+                m.arbitration_id == TPDO2
+                and abs(struct.unpack_from("<i", m.data)[0]) > 3.0 * COUNTS_PER_RAD
+            ),
+            timeout_s=30.0,
+        )
+        assert moving is not None, (bench.folder / "run.log").read_text()
+        run.send_signal(signal.SIGINT)
+        assert run.wait(timeout=30.0) == 5
+    said = (bench.folder / "run.log").read_text()
+    assert "the operator asked for it" in said
+    assert "The joint is at rest (measured)." in said
+    assert len(list(out.glob("*.parquet"))) == 1
+    assert not (out / ".simulated-joint-axis1.found.json").exists()
