@@ -163,7 +163,8 @@ def _candidates(
     """Yield the instants of one piece, in order of time."""
     _, duration, x, v, a, j = piece
     standstill = _roots((0.5 * j, a, v), duration)
-    times = {0.0, duration, *standstill, *_roots((j, a), duration)}
+    # A segment's acceleration keeps its sign, so that speed has no peak inside a piece.
+    times = {0.0, duration, *standstill}
     if stopping is not None:
         for direction in (1.0, -1.0):
             times.update(_roots(_reach_slope(piece, stopping, direction), duration))

@@ -9,6 +9,7 @@ from trajectories.extrema import Peak, Stopping, TorqueModel, largest, reach, st
 from trajectories.trajectory import Trajectory
 
 # Values are computed in floating point: a trajectory made for a bound may pass it by a few bits.
+# Relative to the larger of limit and value, and to one unit where both are near zero.
 ROUNDING = 1e-9
 
 UNITS = {
@@ -108,7 +109,7 @@ class Margin:
     @property
     def exceeded(self) -> bool:
         """Whether the limit is passed by more than rounding."""
-        return self.remaining < -ROUNDING * max(abs(self.limit), abs(self.value))
+        return self.remaining < -ROUNDING * max(1.0, abs(self.limit), abs(self.value))
 
 
 @dataclass(frozen=True)

@@ -57,6 +57,19 @@ class _Climb:
         return out
 
 
+@dataclass(frozen=True)
+class _Stroke:
+    """What one stroke must meet, and the rest that its stair adds."""
+
+    distance_rad: float
+    time_s: float
+    rest_s: float
+
+    def whole_s(self, stroke_s: float) -> float:
+        """Return the duration of a stair whose strokes take `stroke_s`."""
+        return 2.0 * stroke_s + RESTS * self.rest_s
+
+
 def stair_between(
     from_rad: float,
     to_rad: float,
@@ -136,19 +149,6 @@ def stair_between(
     back = [segment.reversed() for segment in reversed(out)]
     segments = (*pause, *out, *pause, *back, *pause)
     return Trajectory("stair-between", parameters, start, segments)
-
-
-@dataclass(frozen=True)
-class _Stroke:
-    """What one stroke must meet, and the rest that its stair adds."""
-
-    distance_rad: float
-    time_s: float
-    rest_s: float
-
-    def whole_s(self, stroke_s: float) -> float:
-        """Return the duration of a stair whose strokes take `stroke_s`."""
-        return 2.0 * stroke_s + RESTS * self.rest_s
 
 
 def _scaled(

@@ -170,6 +170,41 @@ def test_the_farthest_stop_begins_in_the_middle_of_the_braking_ramp() -> None:
     assert upper.value > trajectory.end_position_rad + 0.05  # the path alone would not show it
 
 
+def test_the_largest_torque_lies_within_the_last_bend_of_a_ramp() -> None:
+    # Inertia wanes and viscous friction still grows: J j = viscous a, so a = 200 rad/s^2, 10 ms
+    # before the ramp ends, when 1 rad/s is still missing.
+    model = TorqueModel(
+        inertia_kg_m2=1e-3, coulomb_nm=0.5, viscous_nm_s_per_rad=0.1, gravity_nm=0.0
+    )
+    up = Segment.ramp(0.0, 100.0, 1000.0, 20_000.0)
+    trajectory = Trajectory("go", {}, 0.0, (up, Segment.ramp(100.0, 0.0, 1000.0, 20_000.0)))
+    torque = margins(trajectory, WIDE, model)[-1]
+    assert torque.time_s == pytest.approx(up.duration_s - 0.01, abs=1e-9)
+    assert torque.value == pytest.approx(1e-3 * 200.0 + 0.5 + 0.1 * 99.0, abs=1e-9)
+
+
+@given(walks())
+@settings(deadline=None)
+def test_the_range_of_positions_is_exact_also_where_a_ramp_turns_round(
+    trajectory: Trajectory,
+) -> None:
+    x, _, _ = densely(trajectory)
+    dry_run = summarise(trajectory)
+    assert dry_run.position_min_rad <= np.min(x) + 1e-9
+    assert dry_run.position_max_rad >= np.max(x) - 1e-9
+    assert dry_run.position_min_rad == pytest.approx(np.min(x), abs=0.1)
+    assert dry_run.position_max_rad == pytest.approx(np.max(x), abs=0.1)
+
+
+def test_a_ramp_through_zero_turns_round_beyond_both_of_its_ends() -> None:
+    turn = Segment.ramp(20.0, -20.0, 100.0, 1e6)
+    up, down = Segment.ramp(0.0, 20.0, 100.0, 1e6), Segment.ramp(-20.0, 0.0, 100.0, 1e6)
+    dry_run = summarise(Trajectory("go", {}, 0.0, (up, turn, down)))
+    farthest = up.displacement_rad + turn.position_rad(0.5 * turn.duration_s)
+    assert dry_run.position_max_rad == pytest.approx(farthest, abs=1e-9)
+    assert farthest == pytest.approx(4.0, abs=0.01)  # v^2/2a up to speed, and once more
+
+
 QUANTITIES: dict[str, Callable[[AxisLimits, float], AxisLimits]] = {
     "position_max_rad": lambda limits, v: dataclasses.replace(limits, position_max_rad=v),
     "position_min_rad": lambda limits, v: dataclasses.replace(limits, position_min_rad=v),
@@ -248,6 +283,16 @@ def test_a_close_excess_is_written_with_enough_decimals() -> None:
     (excess,) = check(trajectory, dataclasses.replace(WIDE, position_max_rad=limit))
     written = [float(w) for w in excess.sentence.replace(";", "").split() if w[0].isdigit()]
     assert written[0] > written[-1]
+
+
+def test_a_limit_of_zero_forgives_rounding_and_nothing_else() -> None:
+    def off_by(distance: float) -> Trajectory:
+        return Trajectory("stay", {}, -distance, ())
+
+    limits = dataclasses.replace(WIDE, position_min_rad=0.0)
+    assert check(off_by(1e-12), limits) == ()
+    (excess,) = check(off_by(1e-8), limits)
+    assert (excess.value, excess.limit) == (-1e-8, 0.0)
 
 
 def test_standing_outside_the_limits_is_an_excess() -> None:

@@ -159,6 +159,22 @@ def test_given_speeds_are_kept_whatever_the_duration_between_its_ends(
         assert "lasts between" in refusal(lambda bad=bad: make(bad))  # type: ignore[misc]
 
 
+def test_the_durations_that_a_refusal_names_are_the_ends_of_what_can_be_met() -> None:
+    def make(duration: float) -> Trajectory:
+        speeds = spaced_speeds(2.0, 200.0, 10)
+        return stair_between(LOW_RAD, HIGH_RAD, duration_s=duration, speeds_rad_s=speeds, **BOUNDS)
+
+    words = refusal(lambda: make(3.0)).split("lasts between ")[1].split()
+    shortest, longest = float(words[0]), float(words[3])
+    for duration in (shortest + 0.05, 0.5 * (shortest + longest), longest - 0.05):
+        stair = make(duration)
+        assert stair.duration_s == pytest.approx(duration, abs=1e-6)
+        assert summarise(stair).position_max_rad == pytest.approx(HIGH_RAD, abs=1e-6)
+        assert min(dwells(stair)) >= 0.2
+    for duration in (shortest - 0.002, longest + 0.002):
+        assert "lasts between" in refusal(lambda d=duration: make(d))  # type: ignore[misc]
+
+
 def test_given_speeds_can_be_a_pattern_and_are_climbed_in_rising_order() -> None:
     stair = stair_between(
         LOW_RAD,
