@@ -10,20 +10,21 @@ same range.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify.preprocess import Motion
 from agent.identify.result import Floats, FrictionCurve
-from agent.identify.uncertainty import student_975, variance_of_mean
+from agent.identify.uncertainty import correlation_time, student_975, variance_of_mean
 from agent.identify.windows import SteadyWindow
 from agent.physics.rigid_body import gravity_columns
 
 _SAME_SPEED = 0.03  # two passes of one step of the stair may differ by this much
 _OVERLAP = 0.3  # of the shorter pass: less common range is not the same place
 _SAMPLES = 8
+_MANY_CORRELATION_TIMES = 20.0
 
 
 @dataclass(frozen=True)
@@ -79,12 +80,19 @@ class CurveFit:
 
 @dataclass(frozen=True)
 class _Pass:
-    """One steady window's samples: signed velocity, torque, motor position (or None)."""
+    """One steady window's samples.
+
+    `smooth_nm` is the part of the torque that changes along the positions and is known: it is no
+    noise. `correlation_samples` is how far the noise remembers.
+    """
 
     velocity_rad_s: float
     torque_nm: Floats
     position_rad: Floats | None
+    smooth_nm: Floats
     gear_ratio: float
+    period_s: float
+    correlation_samples: float = 1.0
 
     @property
     def range_rad(self) -> tuple[float, float]:
@@ -95,11 +103,11 @@ class _Pass:
         """Return the part of the pass between two motor positions."""
         assert self.position_rad is not None
         inside = (self.position_rad >= lower) & (self.position_rad <= upper)
-        return _Pass(
-            self.velocity_rad_s,
-            self.torque_nm[inside],
-            self.position_rad[inside],
-            self.gear_ratio,
+        return replace(
+            self,
+            torque_nm=self.torque_nm[inside],
+            position_rad=self.position_rad[inside],
+            smooth_nm=self.smooth_nm[inside],
         )
 
 
@@ -145,8 +153,9 @@ def friction_curve(
     notes: list[str] = []
     left_out: list[float] = []
     modelled: list[float] = []
-    passes = [_pass(motions[w.recording], w) for w in windows]
-    for group in _by_speed([p for p in passes if p.torque_nm.size >= _SAMPLES]):
+    passes = [_pass(motions[w.recording], w, position_torque) for w in windows]
+    groups = _by_speed([p for p in passes if p.torque_nm.size >= _SAMPLES])
+    for group in _with_correlation(groups):
         point = _paired(group)
         if point is None and position_torque is not None:
             point = _modelled(group, position_torque)
@@ -170,18 +179,50 @@ def friction_curve(
     return _assemble(points, notes, with_position=passes[0].position_rad is not None)
 
 
-def _pass(motion: Motion, window: SteadyWindow) -> _Pass:
+def _pass(motion: Motion, window: SteadyWindow, known: PositionTorque | None) -> _Pass:
     """Take a window's valid samples out of its recording."""
     signals = motion.signals
     index = np.arange(window.start, window.stop)
     index = index[signals.valid[window.start : window.stop]]
-    position = signals.position_rad
+    position = None if signals.position_rad is None else signals.position_rad[index]
+    torque = signals.torque_nm[index]
+    if position is None or np.ptp(position) == 0.0:
+        smooth = np.zeros_like(torque)
+    elif known is not None and (known.gravity_sin_nm or known.gravity_cos_nm):
+        smooth = np.asarray(known.at(position, signals.gear_ratio), dtype=np.float64)
+    else:
+        # Gravity is not known: its slope along the pass stands in.
+        x = position - position.mean()
+        smooth = x * float(x @ torque / (x @ x))
     return _Pass(
         window.velocity_rad_s,
-        signals.torque_nm[index],
-        None if position is None else position[index],
+        torque,
+        position,
+        smooth,
         signals.gear_ratio,
+        float(np.median(np.diff(signals.time_s[index]))) if index.size > 1 else 1.0,
     )
+
+
+def _with_correlation(groups: Sequence[Sequence[_Pass]]) -> list[list[_Pass]]:
+    """Give every pass the correlation time of its noise.
+
+    A speed whose passes last for many correlation times knows it by itself, and ripple makes it
+    differ from speed to speed. Shorter passes take the median over all speeds where it is longer.
+    """
+    own_s = [
+        correlation_time([p.torque_nm - p.smooth_nm for p in group]) * group[0].period_s
+        for group in groups
+    ]
+    typical_s = float(np.median(own_s)) if own_s else 0.0
+    out = []
+    for group, own in zip(groups, own_s, strict=True):
+        seconds = own
+        shortest_s = min(p.torque_nm.size * p.period_s for p in group)
+        if shortest_s < _MANY_CORRELATION_TIMES * max(own, typical_s):
+            seconds = max(own, typical_s)
+        out.append([replace(p, correlation_samples=seconds / p.period_s) for p in group])
+    return out
 
 
 def _by_speed(passes: Sequence[_Pass]) -> list[list[_Pass]]:
@@ -276,7 +317,7 @@ def _modelled(group: Sequence[_Pass], position_torque: PositionTorque) -> _Point
         gravity = position_torque.at(p.position_rad, p.gear_ratio)
         sign = float(np.sign(p.velocity_rad_s))
         values = np.asarray(sign * (p.torque_nm - gravity), dtype=np.float64)
-        variance, dof = variance_of_mean(values)
+        variance, dof = variance_of_mean(values, p.correlation_samples)
         means.append(_Mean(float(values.mean()), variance, dof, values.size))
         gravities.append(float(np.mean(gravity)))
     friction = _pool(means)
@@ -296,21 +337,19 @@ def _modelled(group: Sequence[_Pass], position_torque: PositionTorque) -> _Point
 
 
 def _mean(p: _Pass) -> _Mean:
-    """Return a pass's mean torque, the slope along its positions not counted as noise.
+    """Return a pass's mean torque at the middle of its positions.
 
-    Gravity changes along a pass; both passes of a pair see the same change, so it cancels.
+    The torque's known change along the positions is no noise, and makes passes comparable whose
+    samples lie unevenly over the same range.
     """
-    values = p.torque_nm
-    x = np.linspace(-1.0, 1.0, values.shape[0])
+    variance, dof = variance_of_mean(p.torque_nm - p.smooth_nm, p.correlation_samples)
+    value = float(p.torque_nm.mean())
     if p.position_rad is not None and np.ptp(p.position_rad) > 0.0:
-        x = p.position_rad - p.position_rad.mean()
-        slope = float(x @ (values - values.mean()) / (x @ x))
-        variance, dof = variance_of_mean(values - slope * x)
-        # Weighted to the middle of the range, so that passes of uneven sampling compare.
-        middle = (p.range_rad[0] + p.range_rad[1]) / 2.0 - float(p.position_rad.mean())
-        return _Mean(float(values.mean() + slope * middle), variance, dof, values.size)
-    variance, dof = variance_of_mean(values)
-    return _Mean(float(values.mean()), variance, dof, values.size)
+        grid = np.linspace(*p.range_rad, 33)
+        order = np.argsort(p.position_rad)
+        even = np.interp(grid, p.position_rad[order], p.smooth_nm[order])
+        value += float(even.mean() - p.smooth_nm.mean())
+    return _Mean(value, variance, dof, p.torque_nm.size)
 
 
 def _pool(means: Sequence[_Mean]) -> _Mean | None:

@@ -3,14 +3,14 @@
 All laws of `physics.friction` are fitted to the curve's points. The simplest, Coulomb + viscous,
 stays unless a richer law beats it beyond its noise in three ways at once: in the error at speeds
 that it has not seen (leave one speed out, by more than one standard error), in the Bayesian
-information criterion (by more than 6, strong evidence), and with parameters that physics allows.
-Between Stribeck and Feeny-Moon, which draw the same fall, Stribeck is reported unless Feeny-Moon
-predicts unseen speeds better by more than one standard error: its parameters are the twin's.
+information criterion (by more than 10, very strong evidence in the words of Kass and Raftery 1995), and with parameters that physics allows.
+Between Stribeck and Feeny-Moon, which draw nearly the same fall, Stribeck is reported unless
+Feeny-Moon beats it in the same way: Stribeck's parameters are the twin's.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,8 +23,9 @@ from agent.identify.uncertainty import student_975
 from agent.physics import friction
 from agent.physics.friction import FrictionLaw
 
-_STRONG_BIC = 6.0
+_STRONG_BIC = 10.0
 _ENOUGH_FREEDOM = 4
+_USUAL_ERROR = 3.0
 _NOT_NEGATIVE = ("coulomb_nm", "static_extra_nm")
 
 
@@ -53,35 +54,48 @@ def fit_friction_models(curve_fit: CurveFit) -> tuple[FrictionModelFit, ...]:
     fits: list[_LawFit] = []
     speeds = curve_fit.curve.velocity_rad_s.shape[0]
     for law in friction.LAWS.values():
-        needed = len(law.parameters) + (1 if law.ranges else 0)
+        # The exponent may be held; every other parameter needs a speed, and the fit one to spare.
+        free = [name for name in law.parameters if name != "exponent"]
+        needed = len(free) + (1 if law.ranges else 0)
         if speeds >= needed:
             fits.append(_fit_law(law, curve_fit))
     return _select(fits, _weights(curve_fit))
 
 
 def _weights(curve_fit: CurveFit) -> Floats:
-    """Return the square roots of the points' weights, shape (n,), median near 1.
+    """Return the square roots of the points' weights, shape (n,), at most 1.
 
-    A point's variance has the median variance added: laws are never exact, and a very quiet speed
-    must not rule the others.
+    Points count alike, for laws are never exact and a very quiet speed must not rule the others;
+    one whose standard error is more than three times the median counts less, by its variance.
     """
-    variance = curve_fit.standard_error_nm**2
-    typical = float(np.median(variance))
-    if not np.all(np.isfinite(variance)) or typical <= 0.0:
-        return np.ones(variance.shape[0])
-    return np.asarray(np.sqrt(2.0 * typical / (variance + typical)), dtype=np.float64)
+    error = curve_fit.standard_error_nm
+    usual = _USUAL_ERROR * float(np.median(error))
+    if not np.all(np.isfinite(error)) or usual <= 0.0:
+        return np.ones(error.shape[0])
+    return np.asarray(usual / np.maximum(error, usual), dtype=np.float64)
 
 
-def _fit_law(law: FrictionLaw, curve_fit: CurveFit) -> _LawFit:
-    """Fit one law by variable projection, with profile intervals and unseen-speed errors."""
+def _fit_law(
+    law: FrictionLaw, curve_fit: CurveFit, held: Mapping[str, float] | None = None
+) -> _LawFit:
+    """Fit one law by variable projection, with profile intervals and unseen-speed errors.
+
+    An exponent that the speeds do not carry is held at the classical 1 in a second fit: left
+    free, it would take the other parameters' intervals along.
+    """
     curve = curve_fit.curve
     speed, value = curve.velocity_rad_s, curve.friction_nm
     weight = _weights(curve_fit)
-    coarse, fine = separable.search(law, speed, value, weight)
+    enough = speed.shape[0] > len(law.parameters)
+    bounds = separable.domain(law, speed, held)
+    coarse, fine = separable.search(law, speed, value, weight, bounds)
     best = fine.best
     numbers = dict(zip(law.linear, fine.linear[best].tolist(), strict=True))
     numbers |= dict(zip(law.nonlinear, fine.nonlinear[best].tolist(), strict=True))
-    parameters, region = _intervals(law, curve_fit, weight, coarse, fine, numbers)
+    parameters, region = _intervals(law, curve_fit, weight, (coarse, fine), numbers, bounds)
+    free_exponent = not held and "exponent" in law.nonlinear
+    if free_exponent and not (enough and parameters["exponent"].identified):
+        return _fit_law(law, curve_fit, {"exponent": 1.0})
     unseen = _unseen(coarse, region) / weight
     predicted = law.torque(curve_fit.means.velocity_rad_s, numbers)
     measured = curve_fit.means.friction_nm
@@ -89,7 +103,8 @@ def _fit_law(law: FrictionLaw, curve_fit: CurveFit) -> _LawFit:
     count = speed.shape[0]
     # Numerical dust keeps the logarithm finite where a law runs through every point.
     sse = max(float(fine.sse[best]), 1e-20 * float(np.sum((weight * value) ** 2)), 1e-300)
-    bic = count * np.log(sse / count) + len(law.parameters) * np.log(count)
+    free = len(law.parameters) - len(held or {})
+    bic = count * np.log(sse / count) + free * np.log(count)
     fit = FrictionModelFit(
         model=law.name,
         selected=False,
@@ -105,9 +120,9 @@ def _intervals(
     law: FrictionLaw,
     curve_fit: CurveFit,
     weight: Floats,
-    coarse: separable.GridFit,
-    fine: separable.GridFit,
+    grids: tuple[separable.GridFit, separable.GridFit],
     numbers: dict[str, float],
+    bounds: Floats,
 ) -> tuple[dict[str, Parameter], separable.GridFit]:
     """Return parameters with profile-likelihood intervals, and the grid that they come from.
 
@@ -116,8 +131,10 @@ def _intervals(
     """
     curve = curve_fit.curve
     speed, value = curve.velocity_rad_s, curve.friction_nm
+    coarse, fine = grids
     least = float(fine.sse[fine.best])
-    freedom = speed.shape[0] - len(law.parameters)
+    free = len(law.linear) + int(np.count_nonzero(bounds[:, 1] > bounds[:, 0]))
+    freedom = speed.shape[0] - free
     of_points = float(np.mean((weight * curve_fit.standard_error_nm) ** 2))
     of_residuals = least / freedom if freedom > 0 else 0.0
     if freedom >= _ENOUGH_FREEDOM or of_residuals > of_points:
@@ -125,7 +142,9 @@ def _intervals(
     else:
         variance, dof = of_points, float(np.sum(curve_fit.dof))
     limit = least + variance * student_975(dof) ** 2
-    region, at_bound = separable.profile_region(law, speed, value, weight, coarse, fine, limit)
+    region, at_bound = separable.profile_region(
+        law, speed, value, weight, bounds, (coarse, fine), limit
+    )
     inside = region.sse <= limit
     reach = region.spread[inside] * np.sqrt(limit - region.sse[inside])[:, np.newaxis]
     lower = (region.linear[inside] - reach).min(axis=0)
@@ -134,7 +153,7 @@ def _intervals(
     for i, name in enumerate(law.nonlinear):
         column = region.nonlinear[inside, i]
         ends[name] = (float(column.min()), float(column.max()))
-    reasons = _not_carried(law, at_bound)
+    reasons = _not_carried(law, at_bound, bounds)
     parameters = {}
     for name in law.parameters:
         if name in reasons:
@@ -148,10 +167,13 @@ def _intervals(
     return parameters, region
 
 
-def _not_carried(law: FrictionLaw, at_bound: NDArray[np.bool_]) -> dict[str, str]:
+def _not_carried(law: FrictionLaw, at_bound: NDArray[np.bool_], bounds: Floats) -> dict[str, str]:
     """Return the parameters whose interval reaches the end of what these speeds can tell."""
     reasons: dict[str, str] = {}
     for i, name in enumerate(law.nonlinear):
+        if bounds[i, 0] == bounds[i, 1]:
+            reasons[name] = f"held at {bounds[i, 0]:g}: these speeds do not tell it"
+            continue
         low, high = bool(at_bound[i, 0]), bool(at_bound[i, 1])
         if name == "mu" and high:
             low = True
@@ -213,7 +235,7 @@ def _select(fits: Sequence[_LawFit], weight: Floats) -> tuple[FrictionModelFit, 
         if chosen is simple:
             chosen = rich
             reasons[rich.fit.model] = "predicts unseen speeds better than Coulomb + viscous"
-        elif _gain(chosen, rich, weight) > 0.0:
+        elif not _not_better(chosen, rich, weight):
             reasons[chosen.fit.model] = f"{rich.fit.model} predicts unseen speeds better"
             chosen = rich
             reasons[rich.fit.model] = "predicts unseen speeds best"

@@ -206,7 +206,7 @@ def _noise(velocities: Sequence[Floats]) -> float:
     curvature = [np.diff(v, n=2) for v in velocities if v.size > 2]
     if not curvature:
         return 0.0
-    robust = float(np.median(np.abs(np.concatenate(curvature)))) / (0.6745 * np.sqrt(6.0))
+    robust = float(np.median(np.abs(np.concatenate(curvature)))) / (0.6745 * math.sqrt(6.0))
     if robust > 0.0:
         return robust
     steps = np.concatenate([np.abs(np.diff(v)) for v in velocities])

@@ -9,6 +9,7 @@ intervals, without a linearisation that a curved law would not forgive.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -101,24 +102,33 @@ def grid_over(law: FrictionLaw, bounds: Floats, sizes: tuple[int, ...]) -> Float
     axes = []
     for entry, (lower, upper), size in zip(law.ranges, bounds, sizes, strict=False):
         spaced = np.geomspace if entry.logarithmic else np.linspace
-        axes.append(spaced(lower, upper, size))
+        axes.append(spaced(lower, upper, size) if upper > lower else np.array([lower]))
     if not axes:
         return np.zeros((1, 0))
     mesh = np.meshgrid(*axes, indexing="ij")
     return np.stack([m.ravel() for m in mesh], axis=-1)
 
 
-def domain(law: FrictionLaw, speed: Floats) -> Floats:
-    """Return the bounds of the non-linear parameters for these speeds, shape (k, 2)."""
+def domain(law: FrictionLaw, speed: Floats, held: Mapping[str, float] | None = None) -> Floats:
+    """Return the bounds of the non-linear parameters for these speeds, shape (k, 2).
+
+    A parameter in `held` has both bounds at its value.
+    """
     slowest, fastest = float(speed.min()), float(speed.max())
-    return np.array([r.bounds(slowest, fastest) for r in law.ranges]).reshape(-1, 2)
+    ends = [
+        (held[r.name], held[r.name]) if held and r.name in held else r.bounds(slowest, fastest)
+        for r in law.ranges
+    ]
+    return np.array(ends, dtype=np.float64).reshape(-1, 2)
 
 
 def search(
-    law: FrictionLaw, speed: Floats, friction: Floats, weight: Floats
+    law: FrictionLaw, speed: Floats, friction: Floats, weight: Floats, bounds: Floats
 ) -> tuple[GridFit, GridFit]:
-    """Return the coarse grid over the whole domain, and the finest one around its best point."""
-    bounds = domain(law, speed)
+    """Return the coarse grid over the whole domain, and the finest one around its best point.
+
+    `bounds`, shape (k, 2), is the `domain`.
+    """
     coarse = project(law, speed, friction, weight, grid_over(law, bounds, _COARSE))
     if not law.ranges:
         return coarse, coarse
@@ -140,15 +150,16 @@ def profile_region(
     speed: Floats,
     friction: Floats,
     weight: Floats,
-    coarse: GridFit,
-    fine: GridFit,
+    bounds: Floats,
+    grids: tuple[GridFit, GridFit],
     limit: float,
 ) -> tuple[GridFit, NDArray[np.bool_]]:
     """Return a grid over the region where the squared error stays below `limit`.
 
     Also returns, shape (k, 2), whether the region reaches a lower or upper bound of the domain.
+    `grids` are the two that `search` returned.
     """
-    bounds = domain(law, speed)
+    coarse, fine = grids
     at_bound = np.zeros(bounds.shape, dtype=np.bool_)
     if not law.ranges:
         return fine, at_bound

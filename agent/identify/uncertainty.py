@@ -1,14 +1,14 @@
 """Intervals that respect coloured residuals.
 
 Torque residuals are not white: ripple, filters and control colour them. A mean's standard error
-therefore comes from the scatter of block means (batch means), and a regression's covariance from
-leaving out whole blocks of time (delete-a-block jackknife, Kunsch 1989), never from the count of
-samples.
+therefore counts correlation times instead of samples, and a regression's covariance comes from
+leaving out whole blocks of time (delete-a-block jackknife, Kunsch 1989).
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,30 +64,60 @@ def student_975(dof: float) -> float:
     return math.sqrt(dof * y)
 
 
-def variance_of_mean(values: Floats) -> tuple[float, float]:
+def correlation_time(series: Sequence[Floats]) -> float:
+    """Return the integral correlation time of coloured noise, in samples, 1 for white noise.
+
+    From the variogram ``V(k) = mean (x[t+k] - x[t])^2 / 2``, which needs no mean and so is not
+    fooled by short series: ``tau = 1 + 2 sum (1 - V(k)/V(infinity))`` up to where the correlation
+    has died away.
+
+    Parameters
+    ----------
+    series : sequence of ndarray, shape (n_i,)
+        Consecutive samples of the same noise, each with a level of its own.
+    """
+    longest = max((len(x) for x in series), default=0)
+    lags = np.unique(np.geomspace(1, max(longest // 3, 1), 32).astype(np.int64))
+    variogram = []
+    for lag in lags:
+        steps = [x[lag:] - x[:-lag] for x in series if len(x) > lag]
+        count = sum(d.shape[0] for d in steps)
+        variogram.append(sum(float(d @ d) for d in steps) / (2.0 * max(count, 1)))
+    sill = max(variogram, default=0.0)
+    if sill <= 0.0:
+        return 1.0
+    correlation = 1.0 - np.array(variogram) / sill
+    dead = np.flatnonzero(correlation < 0.05)
+    end = int(dead[0]) + 1 if dead.size else correlation.shape[0]
+    # Trapezoids between the lags, the first reaching from lag 0, where the correlation is 1.
+    at = np.concatenate(([0.0], lags[:end].astype(np.float64)))
+    value = np.concatenate(([1.0], np.maximum(correlation[:end], 0.0)))
+    area = float(np.sum(np.diff(at) * (value[1:] + value[:-1]) / 2.0))
+    # White noise drops at once, which the first trapezoid cannot know: half a sample less.
+    return max(1.0, 2.0 * area)
+
+
+def variance_of_mean(values: Floats, correlation_samples: float) -> tuple[float, float]:
     """Return the variance of the mean of coloured samples, and its degrees of freedom.
 
-    Batch means, once with 16 and once with 8 batches: more batches are better determined, longer
-    ones less correlated. The larger variance counts.
+    Exponentially correlated noise of integral time tau over T samples has
+    ``var(mean) = s^2 a (1 - a/2 (1 - exp(-2/a)))``, ``a = tau/T``, where the scatter s^2 within the
+    series is too small by that variance itself.
 
     Parameters
     ----------
     values : ndarray, shape (n,)
         Consecutive samples.
+    correlation_samples : float
+        `correlation_time` of their noise.
     """
     n = values.shape[0]
-    if n < 8:
-        return (float(np.var(values, ddof=1)) / n if n > 1 else math.inf), max(n - 1.0, 0.0)
-    best, best_dof = 0.0, 1.0
-    for batches in (16, 8):
-        size = n // batches
-        if size < 2:
-            continue
-        means = values[: size * batches].reshape(batches, size).mean(axis=1)
-        variance = float(np.var(means, ddof=1)) / batches
-        if variance > best or best == 0.0:
-            best, best_dof = variance, batches - 1.0
-    return best, best_dof
+    if n < 2:
+        return math.inf, 0.0
+    a = max(correlation_samples, 1.0) / n
+    share = min(a * (1.0 - 0.5 * a * (1.0 - math.exp(-2.0 / a))), 0.8)
+    scatter = float(np.var(values)) / (1.0 - share)
+    return scatter * share, max(1.0 / a - 1.0, 1.0)
 
 
 def block_jackknife(
