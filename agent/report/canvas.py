@@ -42,6 +42,8 @@ WIDE_IN = 9.6
 NARROW_IN = 4.3
 SVG_LIMIT_BYTES = 400_000
 _PNG_DPI = 170
+_GAP_STEPS = 10.0
+_LEAST_PER_STRETCH = 4
 _LEFT_IN, _RIGHT_IN, _TITLE_IN, _YLABEL_IN = 0.7, 0.12, 0.28, 0.54
 WITHOUT_LABELS_IN, WITH_LABELS_IN = 0.1, 0.52
 
@@ -226,33 +228,60 @@ def extremes(values: Floats, bins: int) -> NDArray[np.intp]:
     return np.unique(np.concatenate((lowest, highest, [0, count - 1])))
 
 
-def envelope(time_s: Floats, values: Floats, bins: int) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return time, smallest, mean and largest value of equal stretches of a noisy line.
+def gap_s(time_s: Floats) -> float:
+    """Return the step in time above which samples are missing and a line is broken."""
+    return _GAP_STEPS * float(np.nanmedian(np.diff(time_s)))
+
+
+def polyline(time_s: Floats, values: Floats, bins: int) -> tuple[Floats, Floats]:
+    """Return a line's points as drawn: thinned by `extremes`, broken where samples are missing.
 
     Parameters
     ----------
     time_s, values : ndarray, shape (n,)
-        `values` may have gaps (not finite).
+        Seconds, and ordinates in any unit.
     bins : int
-        Number of stretches, at most n.
+        As in `extremes`.
 
     Returns
     -------
     tuple of ndarray, shape (m,)
-        Each stretch's mean time, minimum, mean and maximum; all NaN where a stretch has no value,
-        so that a gap stays a gap.
+        Time and value; a break is a NaN in both.
     """
-    edges = np.unique(np.linspace(0, values.shape[0], min(bins, values.shape[0]) + 1).astype(int))
-    starts, widths = edges[:-1], np.diff(edges)
+    kept = extremes(values, bins)
+    piece = np.concatenate(([0], np.cumsum(np.diff(time_s) > gap_s(time_s))))
+    breaks = np.flatnonzero(np.diff(piece[kept])) + 1
+    return np.insert(time_s[kept], breaks, np.nan), np.insert(values[kept], breaks, np.nan)
+
+
+def envelope(time_s: Floats, values: Floats, bins: int) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return time, smallest, mean and largest value of equal stretches of time of a noisy line.
+
+    Parameters
+    ----------
+    time_s, values : ndarray, shape (n,)
+        Time is finite and rises; `values` may have gaps (not finite).
+    bins : int
+        Number of stretches; fewer where there are few samples.
+
+    Returns
+    -------
+    tuple of ndarray, shape (m,)
+        Each stretch's middle, minimum, mean and maximum; the last three NaN where a stretch has
+        no value, so that a gap stays a gap.
+    """
+    bins = max(1, min(bins, values.shape[0] // _LEAST_PER_STRETCH))
+    edges = np.linspace(time_s[0], time_s[-1], bins + 1)
+    stretch = np.clip(np.searchsorted(edges, time_s, side="right") - 1, 0, bins - 1)
     finite = np.isfinite(values)
-    count = np.add.reduceat(finite.astype(np.float64), starts)
-    total = np.add.reduceat(np.where(finite, values, 0.0), starts)
-    mean = np.divide(total, count, out=np.full(count.shape, np.nan), where=count > 0)
-    low = np.minimum.reduceat(np.where(finite, values, np.inf), starts)
-    high = np.maximum.reduceat(np.where(finite, values, -np.inf), starts)
-    empty = count == 0
-    low[empty] = high[empty] = np.nan
-    return np.add.reduceat(time_s, starts) / widths, low, mean, high
+    stretch, values = stretch[finite], values[finite]
+    count = np.bincount(stretch, minlength=bins)
+    low, high = np.full(bins, np.nan), np.full(bins, np.nan)
+    np.fmin.at(low, stretch, values)
+    np.fmax.at(high, stretch, values)
+    total = np.bincount(stretch, weights=values, minlength=bins)
+    mean = np.divide(total, count, out=np.full(bins, np.nan), where=count > 0)
+    return (edges[:-1] + edges[1:]) / 2.0, low, mean, high
 
 
 def time_span_s(time_s: Floats) -> tuple[float, float]:

@@ -109,7 +109,7 @@ def estimate_html(
         axis=str(axis),
         estimate=estimate,
         decidable=decided,
-        sentence=units_unbroken(estimate.sentence or _sentence(estimate)),
+        sentence=_sentence(estimate),
         next_steps=() if decided else next_steps(estimate.reasons),
         tiles=rows.tiles(estimate) if decided else (),
         groups=rows.parameter_groups(estimate) if decided else (),
@@ -128,17 +128,24 @@ def estimate_html(
 
 
 def _sentence(estimate: Estimate) -> str:
-    """Compose the verdict where the estimate brings none."""
+    """Return the verdict: the estimate's own, composed where it brings none.
+
+    What is not decidable says so once; the reasons stand below it as a list.
+    """
     if not estimate.decidable:
         return "These recordings do not carry a friction estimate."
-    shown = [tile for tile in rows.tiles(estimate) if tile.label.endswith("friction")]
-    numbers = " and ".join(
-        f"{tile.label.lower()} {tile.value} {tile.detail} {tile.unit}" for tile in shown
-    )
+    if estimate.sentence:
+        return units_unbroken(estimate.sentence)
+    numbers = [
+        f"{tile.label.lower()} is {tile.value} {tile.unit}"
+        + (f" ({tile.detail})" * bool(tile.detail))
+        for tile in rows.tiles(estimate)
+        if tile.label.endswith("friction")
+    ]
     selected = estimate.selected_model
-    law = f"the {model_label(selected.model)} law fits best" if selected else ""
-    sentence = ", ".join(part for part in (numbers, law) if part) or "the estimate is made"
-    return f"{sentence[0].upper()}{sentence[1:]}."
+    law = [f"the {model_label(selected.model)} law fits best"] if selected else []
+    sentence = "; ".join([" and ".join(numbers)] * bool(numbers) + law) or "the estimate is made"
+    return units_unbroken(f"{sentence[0].upper()}{sentence[1:]}.")
 
 
 def _curve_picture(estimate: Estimate) -> Picture | None:

@@ -43,7 +43,7 @@ def figure_friction_curve(
     """Draw friction over velocity twice: over the whole range, and enlarged at low speeds.
 
     The second panel has a logarithmic axis of speed without direction; passes in the negative
-    direction are hollow there and have their sign turned. Its range is framed in the first.
+    direction are hollow there and have their sign turned. Its range is framed in the first panel.
 
     Parameters
     ----------
@@ -73,7 +73,8 @@ def figure_friction_curve(
     _low_speeds(low, curve, models, scale)
     for axes in (whole, low):
         axes.set_ylabel(f"friction torque, {scale.unit}")
-    _mark_enlarged(whole, low)
+    if _low_is_a_part(curve):
+        _mark_enlarged(whole, low)
     handles, labels = _key(whole)
     figure = figure_of(whole)
     figure.legend(handles, labels, loc="upper left", ncols=1 if narrow else len(labels))
@@ -154,7 +155,7 @@ def _low_speeds(
         )
         ladder = np.geomspace(speed[passed].min() * 0.8, limit * 1.15, _POINTS)
         _laws(axes, ladder, models, scale, direction=direction)
-    axes.set_title("Low speeds, enlarged")
+    axes.set_title("Low speeds, enlarged" if _low_is_a_part(curve) else "The same by speed")
     axes.set_xlabel("motor speed, rad/s (logarithmic)")
     _plain_ticks(axes)
 
@@ -171,6 +172,12 @@ def slow_limit_rad_s(speed_rad_s: Floats) -> float:
     """
     slowest = np.unique(speed_rad_s)[:_LEAST_SLOW]
     return float(max(slowest[-1], speed_rad_s.max() / 4.0))
+
+
+def _low_is_a_part(curve: FrictionCurve) -> bool:
+    """Tell whether the second panel leaves out fast points; few points are shown whole."""
+    speed = np.abs(curve.velocity_rad_s)
+    return bool(slow_limit_rad_s(speed) < speed.max())
 
 
 def _points(
@@ -240,7 +247,11 @@ def _plain_ticks(axes: Axes) -> None:
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     low, high = axes.get_xlim()
-    wide = high / low > 300.0
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0,) if wide else (1.0, 2.0, 5.0)))
+    steps: tuple[float, ...] = (1.0, 2.0, 5.0)
+    if high / low > 300.0:
+        steps = (1.0,)
+    elif high / low < 8.0:
+        steps = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)
+    axes.xaxis.set_major_locator(LogLocator(subs=steps))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
     axes.xaxis.set_minor_formatter(NullFormatter())

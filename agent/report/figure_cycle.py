@@ -18,9 +18,9 @@ from agent.report.canvas import (
     WITHOUT_LABELS_IN,
     Panel,
     bins_for,
-    extremes,
     figure_of,
     key_in_header,
+    polyline,
     stacked,
     styled,
     time_span_s,
@@ -148,8 +148,7 @@ def _line(
     label: str = "",
     lw: float = 1.2,
 ) -> None:
-    kept = extremes(values, bins)
-    axes.plot(view.signals.time_s[kept], values[kept], color=color, label=label, lw=lw)
+    axes.plot(*polyline(view.signals.time_s, values, bins), color=color, label=label, lw=lw)
 
 
 def _shade(axes: Axes, view: RecordingView) -> None:

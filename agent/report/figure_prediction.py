@@ -20,9 +20,9 @@ from agent.report.canvas import (
     bins_for,
     dots,
     envelope,
-    extremes,
     figure_of,
     key_in_header,
+    polyline,
     stacked,
     styled,
     time_span_s,
@@ -58,7 +58,7 @@ def figure_prediction(view: RecordingView, *, narrow: bool = False) -> Figure:
     ValueError
         If the recording has no predicted torque.
     """
-    residual_nm, predicted_nm = view.residual_nm, view.torque_predicted_nm
+    residual_nm, predicted_nm = view.residual_nm, view.drawn_prediction_nm
     if residual_nm is None or predicted_nm is None:
         raise ValueError(f"{view.signals.name}: expected a predicted torque, found none")
     velocity = view.drawn_velocity_rad_s
@@ -99,20 +99,14 @@ def prediction_in_words(view: RecordingView) -> str:
 
 
 def _torque(axes: Axes, view: RecordingView, predicted_nm: Floats, bins: int) -> None:
-    measured_nm = view.signals.torque_nm
+    measured_nm = view.compared_torque_nm
     scale = scale_for("N m", [_largest(measured_nm)])
     for values, color, width, label in (
         (measured_nm, MEASURED_PALE, 2.6, "measured"),
         (predicted_nm, PREDICTED, 0.9, "predicted"),
     ):
-        kept = extremes(values, bins)
-        axes.plot(
-            view.signals.time_s[kept],
-            values[kept] * scale.factor,
-            color=color,
-            lw=width,
-            label=label,
-        )
+        line = polyline(view.signals.time_s, values * scale.factor, bins)
+        axes.plot(*line, color=color, lw=width, label=label)
     key_in_header(axes, columns=2)
     axes.set_xlim(*time_span_s(view.signals.time_s))
     axes.tick_params(labelbottom=False)

@@ -16,7 +16,7 @@ _LONGEST_TEXT = 320
 
 # In this order on the page; what is not here follows by its own name.
 _METADATA_LABELS = {
-    "started_at": "Started",
+    "started_at": "Started (UTC)",
     "drive": "Drive",
     "trajectory": "Trajectory",
     "gear_ratio": "Gear ratio (motor turns per arm turn)",
@@ -91,7 +91,7 @@ def metadata_rows(metadata: Mapping[str, object]) -> tuple[tuple[str, str], ...]
     others = sorted(set(metadata) - set(known) - _METADATA_UNSHOWN)
     rows = []
     for key in (*known, *others):
-        text = in_words(metadata[key])
+        text = _moment(in_words(metadata[key]))
         if text:
             rows.append((_METADATA_LABELS.get(key, key.replace("_", " ").capitalize()), text))
     return tuple(rows)

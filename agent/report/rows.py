@@ -27,7 +27,6 @@ class ParameterRow:
     label: str
     value: str
     interval: str
-    half_width: str
     unit: str
     identified: bool
     reason: str
@@ -106,11 +105,8 @@ def tiles(estimate: Estimate) -> tuple[Tile, ...]:
         parameter = own.get(name)
         if parameter is not None and parameter.identified:
             row = _row(name, parameter, scales)
-            found.append(
-                Tile(
-                    row.label, row.value, row.unit, f"± {row.half_width}" if row.half_width else ""
-                )
-            )
+            detail = f"95 %: {row.interval}" if row.interval else ""
+            found.append(Tile(row.label, row.value, row.unit, detail))
     if rigid is not None and math.isfinite(rigid.fit_percent):
         found.append(
             Tile(
@@ -210,8 +206,8 @@ def _row(name: str, parameter: Parameter, scales: Mapping[str, Scale]) -> Parame
     unit = parameter_unit(name)
     if not parameter.identified:
         return ParameterRow(
-            parameter_label(name), "", "", "", "", False, parameter.reason or "no reason given"
+            parameter_label(name), "", "", "", False, parameter.reason or "no reason given"
         )
     scale = scales.get(unit, Scale(1.0, unit))
-    value, interval, half_width = written(parameter, scale.factor)
-    return ParameterRow(parameter_label(name), value, interval, half_width, scale.unit, True, "")
+    value, interval, _ = written(parameter, scale.factor)
+    return ParameterRow(parameter_label(name), value, interval, scale.unit, True, "")

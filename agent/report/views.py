@@ -41,6 +41,9 @@ class RecordingView:
     velocity_rad_s : ndarray, shape (n,), optional
         The velocity that the estimator worked with (derived, filtered); without it, the drive's
         own is drawn.
+    torque_nm : ndarray, shape (n,), optional
+        The measured torque as the estimator compared it (low-passed like its regressors);
+        without it, the recorded one is compared.
     torque_predicted_nm : ndarray, shape (n,), optional
         The torque that the identified rigid body predicts.
     compared : ndarray of bool, shape (n,), optional
@@ -56,6 +59,7 @@ class RecordingView:
     velocity_rad_s: Floats | None = None
     torque_predicted_nm: Floats | None = None
     compared: NDArray[np.bool_] | None = None
+    torque_nm: Floats | None = None
     validation: bool = False
     started_at: str = ""
 
@@ -64,6 +68,7 @@ class RecordingView:
         samples = self.signals.time_s.shape[0]
         arrays = {
             "velocity_rad_s": self.velocity_rad_s,
+            "torque_nm": self.torque_nm,
             "torque_predicted_nm": self.torque_predicted_nm,
             "compared": self.compared,
         }
@@ -94,14 +99,22 @@ class RecordingView:
         return np.degrees(self.signals.position_rad / self.signals.gear_ratio)
 
     @property
+    def compared_torque_nm(self) -> Floats:
+        """Return the measured torque that the prediction is held against."""
+        return self.signals.torque_nm if self.torque_nm is None else self.torque_nm
+
+    @property
+    def drawn_prediction_nm(self) -> Floats | None:
+        """Return the predicted torque, NaN where it is not compared; None without one."""
+        if self.torque_predicted_nm is None or self.compared is None:
+            return self.torque_predicted_nm
+        return np.where(self.compared, self.torque_predicted_nm, np.nan)
+
+    @property
     def residual_nm(self) -> Floats | None:
         """Return measured less predicted torque, NaN where the two are not compared."""
-        if self.torque_predicted_nm is None:
-            return None
-        residual = self.signals.torque_nm - self.torque_predicted_nm
-        if self.compared is not None:
-            residual = np.where(self.compared, residual, np.nan)
-        return residual
+        predicted_nm = self.drawn_prediction_nm
+        return None if predicted_nm is None else self.compared_torque_nm - predicted_nm
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,8 @@ from agent.report.figure_prediction import figure_prediction, medians_by_velocit
 from agent.report.views import EstimateViews, RecordingView
 from tests.unit import report_examples as examples
 
+CURVE_FIELDS = tuple(field.name for field in dataclasses.fields(FrictionCurve))
+
 
 def titles(figure: Figure) -> list[str]:
     return [axes.get_title(loc="left") for axes in figure.axes]
@@ -175,13 +177,7 @@ def test_low_speeds_are_logarithmic_and_zoomed() -> None:
 @pytest.mark.parametrize("points", [1, 2, 10])
 def test_few_points_still_make_a_picture(points: int) -> None:
     whole = examples.friction_curve()
-    curve = FrictionCurve(
-        whole.velocity_rad_s[:points],
-        whole.friction_nm[:points],
-        whole.ci95_nm[:points],
-        whole.gravity_nm[:points],
-        whole.samples[:points],
-    )
+    curve = FrictionCurve(*(getattr(whole, name)[:points] for name in CURVE_FIELDS))
     assert canvas.data_uri(figure_friction_curve(curve)).startswith("data:image/svg+xml;base64,")
     both = examples.both_directions(curve)
     assert len(figure_friction_curve(both).axes) == 2
@@ -263,3 +259,35 @@ def test_views_refuse_what_does_not_fit_the_recording() -> None:
     with pytest.raises(ValueError, match="inside 0 to 40000"):
         dataclasses.replace(view, windows=(late,))
     assert EstimateViews((view,)).recordings[0].residual_nm is not None
+
+
+def test_line_is_broken_where_samples_are_missing() -> None:
+    time_s = np.concatenate((np.arange(100) / 100.0, 5.0 + np.arange(100) / 100.0))
+    for bins in (10, 1000):
+        drawn_s, values = canvas.polyline(time_s, np.arange(200.0), bins)
+        (gap,) = np.flatnonzero(np.isnan(drawn_s))
+        assert np.isnan(values[gap])
+        assert drawn_s[gap - 1] < 1.0
+        assert drawn_s[gap + 1] >= 5.0
+
+
+def test_prediction_is_held_against_the_torque_that_was_compared() -> None:
+    view = examples.recording()
+    assert view.torque_predicted_nm is not None
+    assert view.compared is not None
+    view.compared[10_000:15_000] = False
+    smooth = dataclasses.replace(view, torque_nm=view.torque_predicted_nm + 0.01)
+    assert smooth.residual_nm is not None
+    np.testing.assert_allclose(smooth.residual_nm[view.compared], 0.01)
+    assert np.isnan(smooth.residual_nm[~view.compared]).all()
+    predicted = line(figure_prediction(smooth).axes[0], "predicted")
+    assert np.isnan(predicted).any()
+
+
+def test_few_speeds_are_not_called_enlarged() -> None:
+    whole = examples.friction_curve()
+    few = FrictionCurve(*(getattr(whole, name)[:3] for name in CURVE_FIELDS))
+    assert titles(figure_friction_curve(few))[1] == "The same by speed"
+    assert not figure_friction_curve(few).axes[0].patches
+    assert titles(figure_friction_curve(whole))[1] == "Low speeds, enlarged"
+    assert len(figure_friction_curve(whole).axes[0].patches) == 1
