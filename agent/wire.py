@@ -68,6 +68,7 @@ def drive_cycle(
     cell, axis = request.cell, request.axis
     plan = plan_cycle(cell, axis, reverse=request.reverse)
     insist(before_the_bus(cell, axis, plan, request.folder))
+    progress("connect", 0.0)  # whatever is slow about showing it, is slow before a joint moves
     config = drive_config(cell, axis)
     journal = _Journal(request.folder / f".{cell.robot}-axis{axis.number}.found.json")
     owner = CanBusOwner.open(bus_config(cell.bus), clock)

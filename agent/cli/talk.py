@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 STAGES = {
+    "connect": "reaching the drive",
     "enable": "switching the drive on",
     "approach": "going to the start",
     "stair": "driving the stair",
@@ -28,22 +29,31 @@ def talker() -> Console:
 
 @contextlib.contextmanager
 def progress_bar(title: str) -> Iterator[Callable[[str, float], None]]:
-    """Show a progress bar on stderr; yield the function that moves it (stage, share 0 to 1)."""
-    with Progress(
+    """Show a progress bar on stderr; yield the function that moves it (stage, share 0 to 1).
+
+    It appears with the first call, so that a refusal stands alone.
+    """
+    progress = Progress(
         TextColumn("{task.description}"),
         BarColumn(bar_width=30),
         TextColumn("{task.percentage:>3.0f} %"),
         TimeRemainingColumn(),
         console=talker(),
-        transient=False,
-    ) as progress:
-        task = progress.add_task(title, total=1.0)
+        refresh_per_second=4,  # drawn by a thread that the control loop has to wait for
+    )
+    task = progress.add_task(title, total=1.0)
 
-        def update(stage: str, share: float) -> None:
-            words = STAGES.get(stage, stage)
-            progress.update(task, completed=share, description=f"{title}: {words:<22}")
+    def update(stage: str, share: float) -> None:
+        words = STAGES.get(stage, stage)
+        progress.update(task, completed=share, description=f"{title}: {words:<22}")
+        if not progress.live.is_started:
+            progress.start()
 
+    try:
         yield update
+    finally:
+        if progress.live.is_started:
+            progress.stop()
 
 
 @contextlib.contextmanager

@@ -1,0 +1,192 @@
+"""Bad input gets one clear sentence and the contract's exit code, and leaves nothing behind."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from agent.record.recording import Metadata, Recording
+from agent.record.writing import write
+from tests.system.processes import stribeck
+
+USAGE, BAD_INPUT, DEVICE, SAFETY = 2, 3, 4, 5
+
+
+def columns(samples: int = 500) -> dict[str, np.ndarray]:
+    time_s = np.arange(samples) * 0.002
+    velocity = 10.0 * np.sign(np.sin(2.0 * np.pi * time_s))
+    return {
+        "time_s": time_s,
+        "velocity_rad_s": velocity,
+        "torque_nm": 0.6 * np.sign(velocity) + 0.01 * velocity,
+    }
+
+
+def save(path: Path, data: dict[str, np.ndarray]) -> None:
+    write(Recording(data, Metadata(robot="r", axis=1, gear_ratio=100.0), str(path)), path)
+
+
+def _backwards(path: Path) -> None:
+    data = columns()
+    data["time_s"][200] = 0.1
+    save(path, data)
+
+
+def _all_nan(path: Path) -> None:
+    data = columns()
+    data["torque_nm"][:] = np.nan
+    save(path, data)
+
+
+def _rpm(path: Path) -> None:
+    data = columns()
+    table = pa.table(
+        {
+            "time_s": data["time_s"],
+            "velocity_rpm": data["velocity_rad_s"] * 9.55,
+            "torque_nm": data["torque_nm"],
+        }
+    )
+    metadata = Metadata(robot="r", axis=1, gear_ratio=100.0).dumps()
+    pq.write_table(table.replace_schema_metadata({b"stribeck": metadata}), path)
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (Path.exists, "recording.parquet"),
+        (lambda p: p.write_bytes(b""), "empty"),
+        (lambda p: p.write_text("hello, I am not a recording"), "not"),
+        (lambda p: save(p, columns(50)), "100"),
+        (_backwards, "time_s"),
+        (_rpm, "velocity_rad_s"),
+    ],
+    ids=["missing", "empty", "not Parquet", "too short", "time backwards", "wrong units"],
+)
+def test_estimate_refuses_what_is_no_recording(
+    make: Callable[[Path], object], says: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "recording.parquet"
+    make(path)
+    report = tmp_path / "report.html"
+    done = stribeck("estimate", path, "--report", report, "--json")
+    assert done.returncode == BAD_INPUT, done.stderr
+    assert done.stdout == ""
+    assert says in done.stderr
+    assert "recording.parquet" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert len(done.stderr.strip().splitlines()) <= 2
+    assert not report.exists()
+
+
+def test_a_recording_full_of_nan_is_not_decidable(tmp_path: Path) -> None:
+    path = tmp_path / "recording.parquet"
+    _all_nan(path)
+    done = stribeck("estimate", path, "--json")
+    assert done.returncode == 0, done.stderr
+    assert '"decidable": false' in done.stdout
+    assert "NaN" not in done.stdout
+
+
+def test_twin_of_nothing_decidable_writes_nothing(tmp_path: Path) -> None:
+    path, out = tmp_path / "recording.parquet", tmp_path / "twin.toml"
+    save(path, columns())
+    done = stribeck("twin", path, "--out", out)
+    assert done.returncode == BAD_INPUT, done.stdout
+    assert "No twin" in done.stderr
+    assert not out.exists()
+
+
+def _cell(folder: Path, *changes: tuple[str, str]) -> Path:
+    text = stribeck("example-cell").stdout
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    path = folder / "cell.toml"
+    path.write_text(text)
+    return path
+
+
+COMMISSIONED = (
+    ("commissioned = false", "commissioned = true"),
+    ('commissioned_by = ""', 'commissioned_by = "a test"'),
+)
+
+
+@pytest.mark.parametrize(
+    ("changes", "code", "says"),
+    [
+        ((), SAFETY, "not commissioned"),
+        ((("gear_ratio = 224.0", "gear = 224.0"),), BAD_INPUT, "axis[1].gear: unknown key"),
+        (
+            (
+                *COMMISSIONED,
+                ("arm_position_min_deg = -80.0", "arm_position_min_deg = -10.0"),
+            ),
+            SAFETY,
+            "position would reach",
+        ),
+        (
+            (*COMMISSIONED, ('channel = "can0"', 'channel = "nosuchcan"')),
+            DEVICE,
+            "CAN",  # the interface's name, or that this kernel has no SocketCAN at all
+        ),
+        (
+            (*COMMISSIONED, ('interface = "socketcan"', 'interface = "carrierpigeon"')),
+            DEVICE,
+            "carrierpigeon",
+        ),
+        ((*COMMISSIONED, ("duration_s = 40.0", "duration_s = 2.0")), BAD_INPUT, "duration"),
+    ],
+    ids=["not commissioned", "unknown key", "beyond limits", "no bus", "no interface", "no time"],
+)
+def test_run_refuses_before_anything_moves(
+    changes: tuple[tuple[str, str], ...], code: int, says: str, tmp_path: Path
+) -> None:
+    cell = _cell(tmp_path, *changes)
+    done = stribeck("run", cell, "--axis", "1", "--out", tmp_path / "out")
+    assert done.returncode == code, done.stderr
+    assert done.stdout == ""
+    assert says in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not list((tmp_path / "out").glob("*")) if (tmp_path / "out").exists() else True
+
+
+def test_nobody_on_the_bus_is_a_device_error(tmp_path: Path) -> None:
+    cell = _cell(
+        tmp_path,
+        *COMMISSIONED,
+        ('interface = "socketcan"', 'interface = "virtual"'),
+        ('channel = "can0"', 'channel = "nobody-here"'),
+    )
+    done = stribeck("run", cell, "--axis", "1", "--out", tmp_path / "out")
+    assert done.returncode == DEVICE, done.stderr
+    assert "Nobody answers under node id 1" in done.stderr
+
+
+def test_an_unknown_axis_and_an_unknown_option() -> None:
+    assert stribeck("run", "cell.toml").returncode == USAGE
+    assert stribeck("estimate").returncode == USAGE
+
+
+def test_dry_run_opens_no_bus_and_says_what_would_be_driven(tmp_path: Path) -> None:
+    done = stribeck("run", _cell(tmp_path), "--axis", "1", "--dry-run")
+    assert done.returncode == 0, done.stderr
+    assert "22 steady velocities" in done.stdout
+    assert "within all limits" in done.stdout
+    assert "not commissioned" in done.stdout
+    done = stribeck("run", _cell(tmp_path), "--axis", "9", "--dry-run")
+    assert done.returncode == BAD_INPUT
+    assert "no axis 9; it has 1" in done.stderr
+
+
+def test_recover_where_there_is_nothing(tmp_path: Path) -> None:
+    done = stribeck("recover", tmp_path)
+    assert done.returncode == 0
+    assert "Nothing to recover" in done.stderr
+    assert stribeck("recover", tmp_path / "missing").returncode == BAD_INPUT
