@@ -42,7 +42,7 @@ WIDE_IN = 9.6
 NARROW_IN = 4.3
 SVG_LIMIT_BYTES = 400_000
 _PNG_DPI = 170
-_GAP_STEPS = 10.0
+_GAP_STEPS, _GAP_NEIGHBOURS = 10.0, 3.0
 _LEAST_PER_STRETCH = 4
 _LEFT_IN, _RIGHT_IN, _TITLE_IN, _YLABEL_IN = 0.7, 0.12, 0.28, 0.54
 WITHOUT_LABELS_IN, WITH_LABELS_IN = 0.1, 0.52
@@ -228,9 +228,25 @@ def extremes(values: Floats, bins: int) -> NDArray[np.intp]:
     return np.unique(np.concatenate((lowest, highest, [0, count - 1])))
 
 
-def gap_s(time_s: Floats) -> float:
-    """Return the step in time above which samples are missing and a line is broken."""
-    return _GAP_STEPS * float(np.nanmedian(np.diff(time_s)))
+def gaps(time_s: Floats) -> NDArray[np.bool_]:
+    """Tell after which samples others are missing, so that a line must be broken there.
+
+    A step in time is a gap when it is far longer than usual and than its neighbours: slower
+    sampling, where every step is long, is none.
+
+    Parameters
+    ----------
+    time_s : ndarray, shape (n,)
+        Finite and rising, n > 1.
+
+    Returns
+    -------
+    ndarray of bool, shape (n - 1,)
+    """
+    steps = np.diff(time_s)
+    beside = np.pad(steps, 1)
+    neighbours = np.maximum(beside[:-2], beside[2:])
+    return (steps > _GAP_STEPS * np.median(steps)) & (steps > _GAP_NEIGHBOURS * neighbours)
 
 
 def polyline(time_s: Floats, values: Floats, bins: int) -> tuple[Floats, Floats]:
@@ -249,7 +265,7 @@ def polyline(time_s: Floats, values: Floats, bins: int) -> tuple[Floats, Floats]
         Time and value; a break is a NaN in both.
     """
     kept = extremes(values, bins)
-    piece = np.concatenate(([0], np.cumsum(np.diff(time_s) > gap_s(time_s))))
+    piece = np.concatenate(([0], np.cumsum(gaps(time_s))))
     breaks = np.flatnonzero(np.diff(piece[kept])) + 1
     return np.insert(time_s[kept], breaks, np.nan), np.insert(values[kept], breaks, np.nan)
 

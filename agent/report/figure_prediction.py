@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MARKS = 900
+_PEAK_IN_RMS = 8.0
 _STRETCHES = 12
 _LEAST_SAMPLES = 20
 
@@ -124,10 +125,24 @@ def _residual_over_time(
     axes.fill_between(centre_s, low, high, color=NOISE, lw=0)
     axes.plot(centre_s, mean, color=INK, lw=0.9, label="mean")
     axes.set_xlim(*time_span_s(time_s))
+    _keep_readable(axes, time_s, residual_nm * scale.factor, band, scale.unit)
     axes.set_title("Residual")
     axes.set_ylabel(scale.unit)
     axes.set_xlabel("time, s")
     key_in_header(axes, columns=2)
+
+
+def _keep_readable(axes: Axes, time_s: Floats, residual: Floats, band: float, unit: str) -> None:
+    """Cut the axis where one peak would flatten all the rest, and say how high the peak is."""
+    size = np.abs(np.where(np.isfinite(residual), residual, 0.0))
+    at = int(np.argmax(size))
+    if not size[at] > _PEAK_IN_RMS * band > 0.0:
+        return
+    axes.set_ylim(-_PEAK_IN_RMS * band, _PEAK_IN_RMS * band)
+    axes.annotate(
+        f"beyond the axis: {significant(float(residual[at]), 3)} {unit} at {time_s[at]:.3g} s",
+        (0.01, 0.97), xycoords="axes fraction", va="top", color=MUTED, fontsize=8.5,
+    )  # fmt: skip
 
 
 def _band(axes: Axes, band: float, *, label: str = "_band") -> None:

@@ -13,6 +13,7 @@ from agent.report.numbers import fixed, scale_for, significant
 from agent.report.views import RecordingView
 
 _LONGEST_TEXT = 320
+_LEAST_JITTER_S = 1e-7  # below, it is rounding
 
 # In this order on the page; what is not here follows by its own name.
 _METADATA_LABELS = {
@@ -44,14 +45,17 @@ class RecordingRow:
 
 def quality_rows(quality: Quality) -> tuple[tuple[str, str], ...]:
     """Return what the estimate stands on, as label and text."""
-    jitter = scale_for("s", [quality.jitter_s])
+    scale = scale_for("s", [quality.jitter_s])
+    jitter = f"{significant(quality.jitter_s * scale.factor, 2)} {scale.unit}"
+    if quality.jitter_s < _LEAST_JITTER_S:
+        jitter = "none"
     asked = quality.samples + quality.samples_lost
     rows = [
         ("Samples", f"{quality.samples:,}".replace(",", "\u202f")),
         ("Samples lost", _share(quality.samples_lost, asked)),
         ("Samples masked", _share(quality.masked, quality.samples)),
         ("Sample rate", f"{significant(quality.sample_rate_hz)} Hz"),
-        ("Jitter", f"{significant(quality.jitter_s * jitter.factor, 2)} {jitter.unit}"),
+        ("Jitter", jitter),
     ]
     if quality.temperature_degc is None:
         rows.append(("Gearbox temperature", "not recorded"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import dataclasses
 import gc
+import re
 import subprocess
 import sys
 
@@ -291,3 +292,28 @@ def test_few_speeds_are_not_called_enlarged() -> None:
     assert not figure_friction_curve(few).axes[0].patches
     assert titles(figure_friction_curve(whole))[1] == "Low speeds, enlarged"
     assert len(figure_friction_curve(whole).axes[0].patches) == 1
+
+
+def test_slower_sampling_is_no_gap() -> None:
+    time_s = np.concatenate((np.arange(500) / 1000.0, 0.5 + np.arange(1, 20) * 0.1))
+    assert not canvas.gaps(time_s).any()
+    assert canvas.gaps(np.array([0.0, 0.1, 0.2, 5.0, 5.1, 5.2])).tolist() == [
+        False,
+        False,
+        True,
+        False,
+        False,
+    ]
+
+
+def test_one_peak_does_not_flatten_the_residual_and_is_said() -> None:
+    view = examples.recording()
+    assert view.torque_predicted_nm is not None
+    assert not figure_prediction(view).axes[1].texts
+    view.torque_predicted_nm[20_500:20_510] -= 9.0
+    axes = figure_prediction(view).axes[1]
+    assert axes.get_ylabel() == "N m"
+    assert axes.get_ylim()[1] < 2.0
+    said = re.fullmatch(r"beyond the axis: ([0-9.]+) N m at 20\.5 s", axes.texts[0].get_text())
+    assert said
+    assert float(said[1]) == pytest.approx(9.0, abs=0.2)
