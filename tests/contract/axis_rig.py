@@ -22,7 +22,7 @@ from drivers.cia402.objects import setting_of
 from drivers.cia402.scaling import Scaling, TemperatureSource
 from drivers.cia402.sdo import SdoAccess
 from drivers.clock import Clock, MonotonicClock, SteppedClock
-from drivers.ports import Command, Goal, Sample
+from drivers.ports import Command, DriveState, Goal, Sample
 from fakes.can_drive import FakeDrive
 from fakes.faults import Fault
 from fakes.process import run_process
@@ -46,9 +46,18 @@ PATIENT = replace(
     CONFIG,
     sync_timeout_s=0.25,
     agent_heartbeat_timeout_s=0.5,
-    drive_heartbeat_timeout_s=1.0,
+    drive_heartbeat_timeout_s=1.5,
+    state_timeout_s=5.0,
 )
 """For real time on a machine that has other things to do."""
+
+VERY_PATIENT = replace(
+    PATIENT,
+    sync_timeout_s=0.5,
+    agent_heartbeat_timeout_s=1.5,
+    drive_heartbeat_timeout_s=3.0,
+)
+"""For a real bus inside User-Mode Linux, which has one slow processor for everybody."""
 
 
 @dataclass
@@ -77,9 +86,18 @@ class Rig:
             samples += axis.receive()
         return samples
 
-    def enable(self, axis: Cia402Axis, velocity_rad_s: float, duration_s: float = 0.4) -> Sample:
-        """Drive at a speed and return the last sample."""
-        return self.run(axis, duration_s, Command(Goal.ON, velocity_rad_s))[-1]
+    def enable(
+        self, axis: Cia402Axis, velocity_rad_s: float, shown_rad_s: float | None = None
+    ) -> Sample:
+        """Drive until that speed, or another one, is shown and return the sample that says so."""
+        expected_rad_s = velocity_rad_s if shown_rad_s is None else shown_rad_s
+        deadline_s = self.clock.now() + 5.0
+        while self.clock.now() < deadline_s:
+            for sample in self.run(axis, 0.02, Command(Goal.ON, velocity_rad_s)):
+                close = abs(sample.velocity_rad_s - expected_rad_s) < 0.5
+                if close and sample.state is DriveState.ON:
+                    return sample
+        raise AssertionError(f"{expected_rad_s} rad/s was not reached within 5 s")
 
     def inject(self, cob_id: int, data: bytes) -> None:
         """Say something on the bus as somebody else."""
@@ -162,7 +180,8 @@ def open_rig(
     )
     thread.start()
     try:
-        yield from _owned(config, MonotonicClock(), PATIENT, None)
+        patience = PATIENT if interface == MULTICAST else VERY_PATIENT
+        yield from _owned(config, MonotonicClock(), patience, None)
     finally:
         stop.set()
         thread.join()

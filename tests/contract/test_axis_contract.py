@@ -86,8 +86,10 @@ def test_a_velocity_is_reached_and_every_sync_is_answered(rig: Rig) -> None:
     account = axis.close()
     assert account.lost == 0
     assert account.received == account.expected >= 100
-    times_s = np.array([sample.time_s for sample in (*samples, *report.samples)][:100])
-    assert np.allclose(times_s, sent_s, atol=2e-3)
+    times_s = [sample.time_s for sample in (*samples, *report.samples)]
+    # Every sample carries its own SYNC's time: no earlier, and before the next one was sent.
+    assert all(np.array(sent_s) <= times_s[:100])
+    assert all(np.array(times_s[:99]) < sent_s[1:])
     assert all(sample.received_s >= sample.time_s for sample in samples)
     assert samples[-1].state is DriveState.ON
     assert samples[-1].velocity_rad_s == pytest.approx(20.0, abs=0.5)
@@ -133,7 +135,7 @@ def test_a_stop_is_a_measured_standstill(rig: Rig) -> None:
 def test_closing_restores_every_object_and_may_be_repeated(rig: Rig) -> None:
     axis = rig.axis()
     found = dict(axis.open().found)
-    rig.enable(axis, 20.0, 0.1)
+    rig.enable(axis, 20.0)
     axis.stop(rig.clock.now() + 2.0)
     account = axis.close()
     assert axis.close() == account
@@ -144,7 +146,7 @@ def test_closing_restores_every_object_and_may_be_repeated(rig: Rig) -> None:
 def test_closing_takes_torque_away_even_without_a_stop(rig: Rig) -> None:
     axis = rig.axis()
     axis.open()
-    assert rig.enable(axis, 5.0).state is DriveState.ON
+    rig.enable(axis, 5.0)
     axis.close()
     assert statusword(rig) is State.SWITCH_ON_DISABLED
 
@@ -208,9 +210,9 @@ def test_a_goal_that_is_taken_back_is_no_surprise(rig: Rig) -> None:
     axis = rig.axis()
     axis.open()
     rig.enable(axis, 0.0)
-    samples = rig.run(axis, 0.2, OFF)
+    samples = rig.run(axis, 0.5, OFF)
     assert samples[-1].state is DriveState.OFF
-    assert rig.enable(axis, 0.0).state is DriveState.ON
+    rig.enable(axis, 0.0)
     axis.close()
 
 
@@ -232,7 +234,7 @@ def test_a_second_sync_producer_is_noticed(rig: Rig) -> None:
 def test_a_caller_that_hangs_is_missed_by_the_drive(rig: Rig) -> None:
     axis = rig.axis()
     axis.open()
-    assert abs(rig.enable(axis, 30.0).velocity_rad_s) > 25.0
+    rig.enable(axis, 30.0)
     rig.clock.sleep_until(rig.clock.now() + rig.config.agent_heartbeat_timeout_s + 0.5)
     with pytest.raises(DriverError) as caught:
         axis.receive()
@@ -292,8 +294,9 @@ class TestFaults:
             began_s = rig.clock.now()
             report = axis.stop(began_s + 2.0)
             assert report.at_rest
-            assert report.samples[0].time_s < began_s  # what the error kept back is not lost
-            assert report.samples[0].state is DriveState.FAULT
+            assert DriveState.FAULT in {sample.state for sample in report.samples}
+            if interface == VIRTUAL:  # elsewhere the emergency may outrun the sample
+                assert report.samples[0].time_s < began_s  # what the error kept back is not lost
             axis.close()
             assert statusword(rig) is State.FAULT  # nobody has cleared it
 
@@ -312,14 +315,14 @@ class TestFaults:
             axis = rig.axis()
             axis.open()
             with pytest.raises(HeartbeatLostError, match=f"node {NODE}"):
-                rig.run(axis, 3.0, OFF)
+                rig.run(axis, rig.config.drive_heartbeat_timeout_s + 1.0, OFF)
             axis.close()
 
     def test_one_lost_answer_is_counted_and_shifts_nobody(self, interface: str) -> None:
         with open_rig(interface, [faults.SwallowSync(at_sync=30, count=1)]) as rig:
             axis = rig.axis()
             axis.open()
-            rig.run(axis, 0.7, OFF)
+            rig.run(axis, 0.4 + rig.config.sync_timeout_s, OFF)
             account = axis.close()
             assert account.lost == 1
             assert account.received == account.expected - 1
@@ -358,7 +361,7 @@ class TestFaults:
         with open_rig(interface, [fault]) as rig:
             axis = rig.axis()
             axis.open()
-            rig.enable(axis, 10.0)
+            rig.enable(axis, 10.0, shown_rad_s=100.0)
             report = axis.stop(rig.clock.now() + 0.3)
             assert not report.at_rest
             assert max(abs(sample.velocity_rad_s) for sample in report.samples) > 10.0
