@@ -20,12 +20,11 @@ from agent.report.canvas import (
     bins_for,
     figure_of,
     key_in_header,
-    polyline,
     stacked,
     styled,
-    time_span_s,
 )
 from agent.report.numbers import scale_for
+from agent.report.thinning import polyline, time_span_s
 from agent.report.views import RecordingView
 
 if TYPE_CHECKING:

@@ -19,15 +19,13 @@ from agent.report.canvas import (
     Panel,
     bins_for,
     dots,
-    envelope,
     figure_of,
     key_in_header,
-    polyline,
     stacked,
     styled,
-    time_span_s,
 )
 from agent.report.numbers import Scale, scale_for, significant
+from agent.report.thinning import envelope, polyline, time_span_s
 from agent.report.views import RecordingView
 
 if TYPE_CHECKING:

@@ -19,11 +19,6 @@ def model_label(model: str) -> str:
     return _LABELS.get(model, model.replace("-", " ").capitalize())
 
 
-def model_limits(model: str) -> str:
-    """Return where a friction law stops being true; empty for a law that we do not know."""
-    return LAWS[model].limits if model in LAWS else ""
-
-
 def friction_of_fit_nm(fit: FrictionModelFit, velocity_rad_s: Floats) -> Floats | None:
     """Evaluate a fitted law.
 

@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from agent.identify.result import FrictionCurve
-from agent.report import canvas
+from agent.report import canvas, thinning
 from agent.report.figure_curve import figure_friction_curve, slow_limit_rad_s
 from agent.report.figure_cycle import figure_cycle
 from agent.report.figure_prediction import figure_prediction, medians_by_velocity
@@ -195,20 +195,20 @@ def test_thinning_keeps_extremes_ends_and_gaps() -> None:
     values = np.sin(np.linspace(0.0, 40.0, 40_000))
     values[7_777], values[20_001] = 5.0, -5.0
     values[30_000:32_000] = np.nan
-    kept = canvas.extremes(values, 500)
+    kept = thinning.extremes(values, 500)
     assert kept.size <= 1002
     assert np.all(np.diff(kept) > 0)
     assert (kept[0], kept[-1]) == (0, 39_999)
     assert {7_777, 20_001} <= set(kept.tolist())
     assert np.isnan(values[kept]).sum() >= 20
-    np.testing.assert_array_equal(canvas.extremes(values[:100], 500), np.arange(100))
+    np.testing.assert_array_equal(thinning.extremes(values[:100], 500), np.arange(100))
 
 
 def test_envelope_encloses_the_line_and_keeps_gaps() -> None:
     time_s = np.arange(10_000) / 1000.0
     values = np.random.default_rng(5).standard_normal(10_000)
     values[5_000:6_000] = np.nan
-    centre_s, low, mean, high = canvas.envelope(time_s, values, 100)
+    centre_s, low, mean, high = thinning.envelope(time_s, values, 100)
     assert np.nanmin(low) == np.nanmin(values)
     assert np.nanmax(high) == np.nanmax(values)
     assert np.isnan(mean).sum() == 10
@@ -265,7 +265,7 @@ def test_views_refuse_what_does_not_fit_the_recording() -> None:
 def test_line_is_broken_where_samples_are_missing() -> None:
     time_s = np.concatenate((np.arange(100) / 100.0, 5.0 + np.arange(100) / 100.0))
     for bins in (10, 1000):
-        drawn_s, values = canvas.polyline(time_s, np.arange(200.0), bins)
+        drawn_s, values = thinning.polyline(time_s, np.arange(200.0), bins)
         (gap,) = np.flatnonzero(np.isnan(drawn_s))
         assert np.isnan(values[gap])
         assert drawn_s[gap - 1] < 1.0
@@ -296,8 +296,8 @@ def test_few_speeds_are_not_called_enlarged() -> None:
 
 def test_slower_sampling_is_no_gap() -> None:
     time_s = np.concatenate((np.arange(500) / 1000.0, 0.5 + np.arange(1, 20) * 0.1))
-    assert not canvas.gaps(time_s).any()
-    assert canvas.gaps(np.array([0.0, 0.1, 0.2, 5.0, 5.1, 5.2])).tolist() == [
+    assert not thinning.gaps(time_s).any()
+    assert thinning.gaps(np.array([0.0, 0.1, 0.2, 5.0, 5.1, 5.2])).tolist() == [
         False,
         False,
         True,
