@@ -3,9 +3,10 @@
 All laws of `physics.friction` are fitted to the curve's points. The simplest, Coulomb + viscous,
 stays unless a richer law beats it beyond its noise in three ways at once: in the error at speeds
 that it has not seen (leave one speed out, by more than one standard error), in the Bayesian
-information criterion (by more than 10, very strong evidence in the words of Kass and Raftery 1995), and with parameters that physics allows.
-Between Stribeck and Feeny-Moon, which draw nearly the same fall, Stribeck is reported unless
-Feeny-Moon beats it in the same way: Stribeck's parameters are the twin's.
+information criterion (by more than 10: very strong evidence, Kass and Raftery, JASA 90 (1995)
+773), and with parameters that physics allows. Between Stribeck and Feeny-Moon, which draw nearly
+the same fall, Stribeck is reported unless Feeny-Moon beats it in the same way: Stribeck's
+parameters are the twin's.
 """
 
 from __future__ import annotations
@@ -149,6 +150,9 @@ def _intervals(
     reach = region.spread[inside] * np.sqrt(limit - region.sse[inside])[:, np.newaxis]
     lower = (region.linear[inside] - reach).min(axis=0)
     upper = (region.linear[inside] + reach).max(axis=0)
+    centre = fine.linear[fine.best]
+    wider = _unequal_points(law, curve_fit, weight, fine.nonlinear[fine.best])
+    lower, upper = centre - wider * (centre - lower), centre + wider * (upper - centre)
     ends = {n: (float(a), float(b)) for n, a, b in zip(law.linear, lower, upper, strict=True)}
     for i, name in enumerate(law.nonlinear):
         column = region.nonlinear[inside, i]
@@ -165,6 +169,24 @@ def _intervals(
         else:
             parameters[name] = Parameter(numbers[name], ends[name])
     return parameters, region
+
+
+def _unequal_points(
+    law: FrictionLaw, curve_fit: CurveFit, weight: Floats, nonlinear: Floats
+) -> Floats:
+    """Return by how much unequal points widen the linear parameters' intervals, shape (p,).
+
+    The residuals tell the points' average noise; that the fast, short passes are noisier is known
+    from the points' own standard errors. At least 1.
+    """
+    columns = law.columns(curve_fit.curve.velocity_rad_s, *nonlinear) * weight[:, np.newaxis]
+    solve = np.linalg.pinv(columns)
+    variance = (weight * curve_fit.standard_error_nm) ** 2
+    average = float(np.mean(variance))
+    if not average > 0.0 or not np.isfinite(average):
+        return np.ones(columns.shape[1])
+    share = (solve**2) @ variance / (average * np.sum(solve**2, axis=1))
+    return np.asarray(np.sqrt(np.maximum(share, 1.0)), dtype=np.float64)
 
 
 def _not_carried(law: FrictionLaw, at_bound: NDArray[np.bool_], bounds: Floats) -> dict[str, str]:

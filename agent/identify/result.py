@@ -86,8 +86,8 @@ class FrictionCurve:
 class FrictionModelFit:
     """One friction law fitted to the friction curve.
 
-    `rmse_nm` and `fit_percent` are over the curve's points; `reason` says why it was, or was not,
-    selected.
+    `rmse_nm` and `fit_percent` are over the steady means that the curve was made of, one for each
+    speed and direction, gravity and offset removed; `reason` says why it was, or was not, selected.
     """
 
     model: str

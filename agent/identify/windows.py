@@ -105,7 +105,8 @@ def _settled(blocks: Floats, start: int, stop: int) -> tuple[int, int] | None:
 
     Level and scatter come from the middle half. What lies outside three times the scatter (or 2 %
     of the level) at either end belongs to the ramps. After a ramp, another tenth of the window is
-    left out, so that the torque has settled too; before one, a single block.
+    left out, so that the torque has settled too; before one, the last blocks, where a gentle ramp
+    has begun without leaving the tolerance.
     """
     middle = blocks[start + (stop - start) // 4 : stop - (stop - start) // 4]
     if stop - start < _WINDOW_BLOCKS:
@@ -119,7 +120,7 @@ def _settled(blocks: Floats, start: int, stop: int) -> tuple[int, int] | None:
     if first > 0:
         first += max(1, int(np.ceil(_SETTLE * (last - first))))
     if last < blocks.shape[0]:
-        last -= 1
+        last -= 1 if last - first < 2 * _WINDOW_BLOCKS else 2
     if last - first < _WINDOW_BLOCKS - 2:
         return None
     if not trend_of(blocks[first:last]).is_steady(last - first, _RELATIVE):

@@ -1,0 +1,238 @@
+"""What the data do not carry is refused or left out, with the reason, and never given a number."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from agent.identify.estimate import estimate, identify, twin_from_estimate
+from agent.identify.result import Estimate
+from agent.identify.signals import Signals
+from agent.physics.twin import format_twin, parse_twin
+from tests.science.identify_plant import Joint, Motion, record, stair
+
+JOINT = Joint(static_extra_nm=0.3)
+
+
+def motion_of(velocity: NDArray[np.float64], period_s: float = 0.004) -> Motion:
+    time_s = np.arange(velocity.size) * period_s
+    return Motion(time_s, np.cumsum(velocity) * period_s, velocity, np.gradient(velocity, time_s))
+
+
+def refused(result: Estimate, *words: str) -> None:
+    assert not result.decidable
+    assert result.reasons
+    text = " ".join(result.reasons)
+    assert all(word in text for word in words), text
+    assert result.sentence.startswith("Not decidable")
+    document = json.loads(json.dumps(result.to_json(), allow_nan=False))
+    assert document["friction_curve"] is None
+    assert document["friction_models"] == []
+    assert document["rigid_body"] is None
+
+
+def test_one_direction() -> None:
+    refused(estimate([record(JOINT, stair(directions=(1,)))]), "one direction only")
+
+
+def test_one_speed() -> None:
+    refused(estimate([record(JOINT, stair([20.0] * 5))]), "one steady speed only", "20")
+
+
+def test_frozen_torque() -> None:
+    signals = record(JOINT, stair())
+    frozen = replace(signals, torque_nm=np.full_like(signals.torque_nm, 0.3))
+    refused(estimate([frozen]), "never changes")
+
+
+def test_torque_at_its_limit() -> None:
+    signals = record(JOINT, stair())
+    cut = replace(signals, torque_nm=np.clip(signals.torque_nm, -0.8, 0.8))
+    refused(estimate([cut]), "cut off at a limit")
+
+
+def test_no_motion() -> None:
+    still = record(JOINT, motion_of(np.zeros(5000)))
+    refused(estimate([still]), "does not move")
+
+
+def test_thirty_samples_of_motion() -> None:
+    velocity = np.zeros(5000)
+    velocity[2000:2015], velocity[2500:2515] = 5.0, -5.0
+    refused(estimate([record(JOINT, motion_of(velocity))]), "30 samples of motion")
+
+
+def test_too_slow_a_rate() -> None:
+    signals = record(JOINT, stair(rate_hz=250.0))
+    pick = slice(None, None, 250)
+    assert signals.velocity_rad_s is not None
+    rng = np.random.default_rng(0)
+    velocity = rng.choice([-2.0, 0.0, 0.0, 2.0], 2000)
+    slow = Signals.from_columns(
+        {
+            "time_s": np.arange(2000.0),
+            "torque_nm": np.sign(velocity) + 0.1 * rng.standard_normal(2000),
+            "velocity_rad_s": velocity,
+        },
+        1.0,
+    )
+    refused(estimate([slow]), "too slow", "1 Hz")
+    sparse = Signals.from_columns(
+        {
+            "time_s": signals.time_s[pick],
+            "torque_nm": signals.torque_nm[pick],
+            "velocity_rad_s": signals.velocity_rad_s[pick],
+        },
+        224.0,
+    )
+    refused(estimate([sparse]), "valid samples")
+
+
+def test_velocity_in_the_wrong_unit() -> None:
+    signals = record(JOINT, stair())
+    assert signals.velocity_rad_s is not None
+    rpm = replace(signals, velocity_rad_s=signals.velocity_rad_s * 60.0 / (2.0 * np.pi))
+    refused(estimate([rpm]), "0.1047 times", "unit")
+
+
+def test_torque_with_the_wrong_sign() -> None:
+    signals = record(JOINT, stair())
+    refused(estimate([replace(signals, torque_nm=-signals.torque_nm)]), "opposite signs")
+
+
+def test_lost_frames() -> None:
+    signals = record(JOINT, stair())
+    refused(estimate([replace(signals, samples_lost=20000)]), "frames lost")
+
+
+def test_different_gears_are_not_one_axis() -> None:
+    other = record(Joint(gear_ratio=100.0), stair(), name="other")
+    refused(estimate([record(JOINT, stair()), other]), "gear ratios")
+
+
+def test_every_reason_is_given() -> None:
+    signals = record(JOINT, stair())
+    assert signals.velocity_rad_s is not None
+    both = replace(
+        signals,
+        velocity_rad_s=signals.velocity_rad_s * 10.0,
+        torque_nm=np.full_like(signals.torque_nm, 0.1),
+    )
+    assert len(estimate([both]).reasons) == 2
+
+
+def test_nothing_is_refused_as_a_mistake_of_the_caller() -> None:
+    with pytest.raises(ValueError, match="at least one recording"):
+        estimate([])
+    with pytest.raises(ValueError, match="cutoff"):
+        estimate([record(JOINT, stair())], cutoff_hz=0.0)
+
+
+def test_holes_lost_samples_and_jitter_do_not_move_the_answer() -> None:
+    signals = record(JOINT, stair(), noise_nm=0.01)
+    whole = estimate([signals])
+    rng = np.random.default_rng(1)
+    torque = signals.torque_nm.copy()
+    torque[2000:2300] = np.nan
+    torque[rng.random(torque.size) < 0.02] = np.nan
+    holes = replace(signals, torque_nm=torque, valid=np.isfinite(torque))
+    keep = rng.random(torque.size) > 0.2
+    assert signals.position_rad is not None
+    assert signals.velocity_rad_s is not None
+    thinned = Signals.from_columns(
+        {
+            "time_s": signals.time_s[keep],
+            "torque_nm": signals.torque_nm[keep],
+            "velocity_rad_s": signals.velocity_rad_s[keep],
+            "position_rad": signals.position_rad[keep],
+        },
+        signals.gear_ratio,
+    )
+    assert whole.rigid_body is not None
+    for damaged in (holes, thinned):
+        result = estimate([damaged])
+        assert result.decidable
+        assert result.rigid_body is not None
+        assert result.friction_curve is not None
+        for name in ("inertia_kg_m2", "coulomb_nm", "viscous_nm_s_per_rad"):
+            assert result.rigid_body.parameters[name].value == pytest.approx(
+                whole.rigid_body.parameters[name].value, rel=0.03
+            )
+        truth = JOINT.friction(result.friction_curve.velocity_rad_s)
+        np.testing.assert_allclose(result.friction_curve.friction_nm, truth, atol=0.03)
+    assert estimate([holes]).quality.masked == int(np.count_nonzero(~holes.valid))
+    assert any("uneven" in note for note in estimate([thinned]).notes)
+
+
+def test_gravity_on_a_short_stroke_is_not_invented() -> None:
+    body = estimate([record(Joint(offset_nm=0.1), stair())]).rigid_body
+    assert body is not None
+    for name in ("gravity_sin_nm", "gravity_cos_nm"):
+        parameter = body.parameters[name]
+        assert not parameter.identified
+        assert parameter.ci95 is None
+        assert np.isnan(parameter.value)
+        assert "stroke" in parameter.reason
+    assert body.parameters["torque_offset_nm"].identified
+    assert body.parameters["torque_offset_nm"].value == pytest.approx(0.1, abs=0.02)
+
+
+def test_inertia_without_acceleration_is_not_invented() -> None:
+    motion = stair()
+    steady = np.abs(motion.acceleration_rad_s2) < 1e-9
+    signals = record(JOINT, motion)
+    valid = signals.valid & steady
+    body = estimate([replace(signals, valid=valid)]).rigid_body
+    assert body is not None
+    assert not body.parameters["inertia_kg_m2"].identified
+    assert "velocity hardly changes" in body.parameters["inertia_kg_m2"].reason
+
+
+def test_a_fall_below_the_slowest_speed_is_not_given_a_height() -> None:
+    joint = Joint(static_extra_nm=0.5, stribeck_velocity_rad_s=0.8)
+    fits = estimate([record(joint, stair(), noise_nm=0.004)]).friction_models
+    stribeck = next(m for m in fits if m.model == "stribeck")
+    extra = stribeck.parameters["static_extra_nm"]
+    assert not extra.identified or (extra.ci95 is not None and extra.ci95[1] > 0.5)
+
+
+def test_speeds_without_a_partner_lean_on_the_model_or_are_left_out() -> None:
+    joint = Joint(gravity_sin_nm=0.5, gravity_cos_nm=0.2, gear_ratio=20.0)
+    one_way = stair((10.0, 30.0, 90.0), directions=(1,), stroke_rad=40.0)
+    both = stair((20.0, 50.0), stroke_rad=40.0)
+    result = estimate([record(joint, one_way, name="a"), record(joint, both, seed=1, name="b")])
+    assert result.friction_curve is not None
+    assert result.friction_curve.velocity_rad_s.size == 5
+    assert any("rigid-body fit" in note for note in result.notes)
+    truth = joint.friction(result.friction_curve.velocity_rad_s)
+    np.testing.assert_allclose(result.friction_curve.friction_nm, truth, atol=0.03)
+
+
+def test_arrays_for_pictures_fit_the_recording() -> None:
+    signals = record(JOINT, stair())
+    run = identify([signals], validation=record(JOINT, stair(), seed=9))
+    detail = run.details[0]
+    assert detail.velocity_rad_s.shape == signals.time_s.shape
+    assert detail.torque_predicted_nm is not None
+    error = (detail.torque_nm - detail.torque_predicted_nm)[detail.compared]
+    assert run.estimate.rigid_body is not None
+    assert np.sqrt(np.mean(error**2)) == pytest.approx(run.estimate.rigid_body.rmse_nm, rel=1e-9)
+    assert len(detail.windows) == 20
+    assert run.validation_detail is not None
+    assert run.validation_detail.torque_predicted_nm is not None
+
+
+def test_twin_of_an_estimate_reads_back() -> None:
+    result = estimate([record(Joint(), stair())])
+    twin = twin_from_estimate(result, robot="cell", axis=2, gear_ratio=224.0)
+    assert parse_twin(format_twin(twin)) == twin
+    assert twin.is_plain
+    assert twin.coulomb_nm == pytest.approx(0.6042, rel=0.02)
+    assert twin.extra["not_identified"] == ["gravity_sin_nm", "gravity_cos_nm"]
+    nothing = estimate([record(JOINT, stair(directions=(1,)))])
+    with pytest.raises(ValueError, match="one direction"):
+        twin_from_estimate(nothing, robot="cell", axis=2, gear_ratio=224.0)

@@ -1,0 +1,118 @@
+"""Stretches, the low-pass and its cutoff."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.signal import butter, sosfiltfilt
+
+from agent.identify.lowpass import ORDER, choose_cutoff, lowpass
+from agent.identify.preprocess import direction_of, filter_motion, read_motion
+from agent.identify.sampling import find_stretches
+from agent.identify.signals import Signals
+from tests.science.identify_plant import Joint, record, stair
+
+
+def on_time(time_s: NDArray[np.float64], **columns: NDArray[np.float64]) -> Signals:
+    given: dict[str, NDArray[np.generic]] = {
+        "time_s": time_s,
+        "torque_nm": np.sin(time_s),
+        "velocity_rad_s": np.cos(time_s),
+        **columns,
+    }
+    return Signals.from_columns(given, 1.0)
+
+
+def test_lowpass_is_the_butterworth_run_forward_and_backward() -> None:
+    rng = np.random.default_rng(1)
+    x = np.cumsum(rng.standard_normal((2, 3000)), axis=1)
+    reference = sosfiltfilt(butter(ORDER, 20.0, fs=500.0, output="sos"), x, axis=1, padlen=600)
+    ours = lowpass(x, 1 / 500.0, 20.0)
+    inside = slice(150, -150)
+    np.testing.assert_allclose(ours[:, inside], reference[:, inside], atol=1e-4 * np.ptp(x))
+
+
+def test_lowpass_is_linear_keeps_lines_and_does_not_shift() -> None:
+    rng = np.random.default_rng(2)
+    x, y = rng.standard_normal((2, 997))
+    np.testing.assert_allclose(
+        lowpass(2.0 * x - 3.0 * y, 0.01, 5.0),
+        2.0 * lowpass(x, 0.01, 5.0) - 3.0 * lowpass(y, 0.01, 5.0),
+        atol=1e-10,
+    )
+    line = np.linspace(-3.0, 5.0, 400)
+    np.testing.assert_allclose(lowpass(line, 0.01, 5.0), line, atol=1e-2)
+    pulse = np.exp(-0.5 * ((np.arange(801) - 400) / 20.0) ** 2)
+    smooth = lowpass(pulse, 0.01, 2.0)
+    np.testing.assert_allclose(smooth, smooth[::-1], atol=1e-9)
+
+
+def test_a_gap_cuts_and_a_single_lost_sample_is_bridged() -> None:
+    time_s = np.arange(1000) * 0.002
+    lost = np.delete(time_s, 500)
+    assert len(find_stretches(on_time(lost)).stretches) == 1
+    gap = np.concatenate((time_s[:400], time_s[400:] + 0.5))
+    stretches = find_stretches(on_time(gap)).stretches
+    assert [s.index.size for s in stretches] == [400, 600]
+
+
+def test_masked_block_cuts_and_its_samples_are_used_nowhere() -> None:
+    time_s = np.arange(1000) * 0.002
+    torque = np.sin(time_s)
+    torque[300:350] = np.nan
+    stretches = find_stretches(on_time(time_s, torque_nm=torque)).stretches
+    assert [s.index.size for s in stretches] == [300, 650]
+    assert not np.isin(np.arange(300, 350), np.concatenate([s.index for s in stretches])).any()
+
+
+def test_the_rate_may_change_from_pass_to_pass() -> None:
+    fast = np.arange(500) * 0.0064
+    slow = 10.0 + np.arange(500) * 0.128
+    timing = find_stretches(on_time(np.concatenate((fast, slow))))
+    assert [s.period_s for s in timing.stretches] == pytest.approx([0.0064, 0.128])
+    assert not any(s.resampled for s in timing.stretches)
+    assert timing.jitter_s < 1e-9
+
+
+def test_uneven_time_is_resampled_and_said_so() -> None:
+    rng = np.random.default_rng(3)
+    time_s = np.cumsum(rng.uniform(0.001, 0.004, 2000))
+    signals = on_time(time_s, velocity_rad_s=np.sin(time_s), torque_nm=np.cos(time_s))
+    motion = read_motion(signals)
+    assert motion.timing.stretches[0].resampled
+    assert any("uneven" in note for note in motion.notes)
+    stretch = motion.timing.stretches[0]
+    np.testing.assert_allclose(motion.velocity_rad_s[0], np.sin(stretch.time_s), atol=1e-4)
+    back = stretch.off_grid(signals, motion.velocity_rad_s[0])
+    np.testing.assert_allclose(back, np.sin(time_s), atol=1e-4)
+
+
+def test_direction_needs_more_than_noise() -> None:
+    rng = np.random.default_rng(4)
+    velocity = np.concatenate((np.zeros(500), np.full(500, 1.0), np.full(500, -1.0)))
+    noisy = velocity + 0.05 * rng.standard_normal(velocity.size)
+    direction = direction_of(noisy, 0.002, 10.0, 0.05)
+    assert np.mean(direction[:450] == 0.0) > 0.99
+    assert np.all(direction[550:950] == 1.0)
+    assert np.all(direction[1050:] == -1.0)
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01, 0.5])
+def test_cutoff_keeps_the_motion_and_not_the_noise(noise: float) -> None:
+    motion = stair(rate_hz=500.0)
+    velocity = motion.velocity_rad_s + noise * np.random.default_rng(5).standard_normal(
+        motion.velocity_rad_s.size
+    )
+    cutoff = choose_cutoff([(velocity, 0.002)], differences=1)
+    assert 2.0 < cutoff.frequency_hz < 20.0
+    assert cutoff.noise_share <= 0.101
+
+
+def test_all_columns_go_through_the_same_filter() -> None:
+    joint, motion = Joint(gravity_sin_nm=0.3, gear_ratio=20.0), stair()
+    signals = record(joint, motion, noise_nm=0.0, velocity_noise_rad_s=0.0)
+    filtered = filter_motion(read_motion(signals), 6.0)[0]
+    truth = np.array([0.0184, 0.0107, 0.6042, 0.3, 0.0, 0.0])
+    error = (filtered.regressor @ truth - filtered.torque_nm)[filtered.usable]
+    assert np.sqrt(np.mean(error**2)) < 2e-3 * np.std(filtered.torque_nm)
