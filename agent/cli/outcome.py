@@ -114,6 +114,7 @@ def _view(
         signals=signals_of(recording),
         windows=tuple(SteadyWindow(w.start, w.stop, w.velocity_rad_s) for w in detail.windows),
         velocity_rad_s=detail.velocity_rad_s,
+        torque_nm=detail.torque_nm,
         torque_predicted_nm=detail.torque_predicted_nm,
         compared=detail.compared,
         validation=validation,
