@@ -19,28 +19,32 @@ one core, FIFO, three busy processes   16 us          0.40 / 0.58 ms            
 
 Every system call in there is a ptrace stop that hands over between two host processes; pinned to
 one core, the hand-over needs no other core to be woken. The kernel is built without SMP, so a
-second core would not be used anyway.
+second core would not be used anyway. Two guests on that core would halve each other's speed, so
+one waits until the other has ended.
 """
 
 from __future__ import annotations
 
+import fcntl
 import os
 import shlex
 import shutil
 import subprocess
 import tempfile
-import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from drivers.clock import MonotonicClock
 from tests.bus.process import run_bounded
 
 KERNEL = "linux.uml"
 MEMORY_MIB = 1024
 BOOT_AND_POWER_OFF_S = 30.0  # seen: 2 s
 FIFO_PRIORITY = "20"
+SHARED_FOLDER = "/var/tmp"  # not under /dev or /run, which the guest mounts for itself
+TURN_S = 600.0
 SYSTEM_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
 MODULES = (
     "net/can/can.ko",
@@ -119,15 +123,16 @@ class UserModeLinux:
         BootError
             The guest ended without the command's exit code; with the end of its console.
         """
-        with _scratch_folder() as folder:
+        clock = MonotonicClock()
+        with _turn(clock), _scratch_folder() as folder:
             init = folder / "init"
             init.write_text(
                 self._init_script(folder, command, timeout_s, cwd or Path.cwd(), env or os.environ)
             )
             init.chmod(0o700)
-            started_s = time.monotonic()
+            started_s = clock.now()
             console = self._boot(folder, init, timeout_s + BOOT_AND_POWER_OFF_S)
-            elapsed_s = time.monotonic() - started_s
+            elapsed_s = clock.now() - started_s
             stdout, stderr = _text(folder / "stdout"), _text(folder / "stderr")
             exit_code = _text(folder / "exit_code").strip()
         if not exit_code:
@@ -228,9 +233,32 @@ def _placement() -> tuple[str, ...]:
 
 @contextmanager
 def _scratch_folder() -> Iterator[Path]:
-    """Yield a folder that host and guest share: not under /dev or /run, which the guest mounts."""
-    with tempfile.TemporaryDirectory(prefix="stribeck-uml-", dir="/var/tmp") as folder:
+    """Yield a folder that host and guest share."""
+    with tempfile.TemporaryDirectory(prefix="stribeck-uml-", dir=SHARED_FOLDER) as folder:
         yield Path(folder)
+
+
+@contextmanager
+def _turn(clock: MonotonicClock) -> Iterator[None]:
+    """Wait until no other guest runs on this machine; the kernel ends a turn with its process."""
+    lock = os.open(Path(SHARED_FOLDER) / "stribeck-uml.lock", os.O_RDONLY | os.O_CREAT, 0o644)
+    try:
+        deadline_s = clock.now() + TURN_S
+        while not _locked(lock):
+            if clock.now() > deadline_s:
+                raise BootError(f"another User-Mode Linux has not ended within {TURN_S:g} s")
+            clock.sleep_until(clock.now() + 0.2)
+        yield
+    finally:
+        os.close(lock)
+
+
+def _locked(descriptor: int) -> bool:
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    return True
 
 
 def _memory_folder(scratch: Path) -> Path:
