@@ -45,8 +45,15 @@ def _of_recording(motion: Motion) -> list[str]:
     velocity = np.concatenate(motion.velocity_rad_s) if motion.velocity_rad_s else np.zeros(0)
     fastest = float(np.max(np.abs(velocity), initial=0.0))
     moving = int(np.count_nonzero(np.abs(velocity) > 0.02 * fastest)) if fastest > 0.0 else 0
-    if fastest <= 4.0 * motion.velocity_noise_rad_s or moving == 0:
+    if moving == 0:
         return [*reasons, f"{name}: the joint does not move"]
+    if fastest <= 4.0 * motion.velocity_noise_rad_s:
+        rate_hz = motion.timing.sample_rate_hz
+        return [
+            *reasons,
+            f"{name}: the velocity is no more than its own noise; the joint does not move, or "
+            f"{rate_hz:.3g} Hz is too slow for its motion",
+        ]
     if moving < _MOVING:
         reasons.append(f"{name}: only {moving} samples of motion; at least {_MOVING} are needed")
     reasons += _of_torque(motion)

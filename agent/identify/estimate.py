@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from agent.identify import diagnosis
-from agent.identify.friction_curve import CurveFit, PositionTorque, friction_curve
+from agent.identify.detail import RecordingDetail, detail_of
+from agent.identify.friction_curve import CurveFit, friction_curve
 from agent.identify.friction_models import fit_friction_models
+from agent.identify.passes import PositionTorque
 from agent.identify.preprocess import Motion, filter_motion, read_motion, shared_cutoff
 from agent.identify.result import (
     Estimate,
-    Floats,
     FrictionModelFit,
     Parameter,
     Quality,
@@ -34,29 +34,6 @@ from agent.physics.rigid_body import PARAMETERS
 from agent.physics.twin import Twin
 
 _MOSTLY_STEADY = 0.2  # of the moving samples
-
-
-@dataclass(frozen=True)
-class RecordingDetail:
-    """What a picture of one recording needs, on the recording's own n samples.
-
-    Parameters
-    ----------
-    windows : tuple of SteadyWindow
-        The steady windows that were found.
-    velocity_rad_s : ndarray, shape (n,)
-        The velocity that was worked with, low-passed; NaN where a sample is in no stretch.
-    torque_nm, torque_predicted_nm : ndarray, shape (n,)
-        Measured torque, low-passed, and what the rigid body predicts for it; NaN likewise.
-    compared : ndarray of bool, shape (n,)
-        The samples over which the two are compared.
-    """
-
-    windows: tuple[SteadyWindow, ...]
-    velocity_rad_s: Floats
-    torque_nm: Floats
-    torque_predicted_nm: Floats | None
-    compared: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -149,10 +126,10 @@ def identify(
     return Identification(
         result,
         tuple(
-            _detail(m, [w for w in windows if w.recording == i], chosen_hz, body)
+            detail_of(m, [w for w in windows if w.recording == i], chosen_hz, body)
             for i, m in enumerate(motions)
         ),
-        None if unseen is None else _detail(unseen, find_windows(unseen), chosen_hz, body),
+        None if unseen is None else detail_of(unseen, find_windows(unseen), chosen_hz, body),
         chosen_hz,
     )
 
@@ -266,7 +243,7 @@ def _undecided(
         notes=tuple(note for motion in motions for note in motion.notes),
     )
     details = tuple(
-        _detail(m, [w for w in windows if w.recording == i], None, None)
+        detail_of(m, [w for w in windows if w.recording == i], None, None)
         for i, m in enumerate(motions)
     )
     return Identification(result, details)
@@ -289,28 +266,3 @@ def _quality(motions: Sequence[Motion]) -> Quality:
         jitter_s=max(m.timing.jitter_s for m in motions),
         temperature_degc=(float(known.min()), float(known.max())) if known.size else None,
     )
-
-
-def _detail(
-    motion: Motion,
-    windows: Sequence[SteadyWindow],
-    cutoff_hz: float | None,
-    body: RigidBodyFit | None,
-) -> RecordingDetail:
-    """Bring the filtered arrays back onto the recording's own samples."""
-    signals = motion.signals
-    shape = signals.time_s.shape
-    velocity, torque = np.full(shape, np.nan), np.full(shape, np.nan)
-    predicted = None if body is None else np.full(shape, np.nan)
-    compared = np.zeros(shape, dtype=np.bool_)
-    for s, v in zip(motion.timing.stretches, motion.velocity_rad_s, strict=True):
-        velocity[s.index] = s.off_grid(signals, v)
-        torque[s.index] = signals.torque_nm[s.index]
-    for f in filter_motion(motion, cutoff_hz) if cutoff_hz is not None else ():
-        index, stretch = f.stretch.index, f.stretch
-        velocity[index] = stretch.off_grid(signals, f.velocity_rad_s)
-        torque[index] = stretch.off_grid(signals, f.torque_nm)
-        compared[index] = stretch.off_grid(signals, f.usable.astype(np.float64)) > 0.5
-        if predicted is not None and body is not None:
-            predicted[index] = stretch.off_grid(signals, f.regressor @ weights(body))
-    return RecordingDetail(tuple(windows), velocity, torque, predicted, compared)

@@ -10,41 +10,29 @@ same range.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.identify.passes import (
+    Mean,
+    Pass,
+    PositionTorque,
+    mean_of,
+    pool,
+    satterthwaite,
+    take_pass,
+    with_correlation,
+)
 from agent.identify.preprocess import Motion
 from agent.identify.result import Floats, FrictionCurve
-from agent.identify.uncertainty import correlation_time, student_975, variance_of_mean
+from agent.identify.uncertainty import student_975, variance_of_mean
 from agent.identify.windows import SteadyWindow
-from agent.physics.rigid_body import gravity_columns
 
-_SAME_SPEED = 0.03  # two passes of one step of the stair may differ by this much
+_SAME_SPEED = 0.035  # two passes of one step of the stair may differ by this much
 _OVERLAP = 0.3  # of the shorter pass: less common range is not the same place
 _SAMPLES = 8
-_MANY_CORRELATION_TIMES = 20.0
-
-
-@dataclass(frozen=True)
-class PositionTorque:
-    """The torque that depends on position only, as the rigid body found it.
-
-    ``gravity_sin_nm sin(q/N) + gravity_cos_nm cos(q/N) + torque_offset_nm``.
-    """
-
-    gravity_sin_nm: float
-    gravity_cos_nm: float
-    torque_offset_nm: float
-
-    def at(self, position_rad: Floats | None, gear_ratio: float) -> Floats | float:
-        """Return the torque in N m at motor angles of shape (n,); the offset without them."""
-        if position_rad is None:
-            return self.torque_offset_nm
-        weights = np.array([self.gravity_sin_nm, self.gravity_cos_nm])
-        torque = gravity_columns(position_rad, gear_ratio) @ weights + self.torque_offset_nm
-        return np.asarray(torque, dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -79,54 +67,11 @@ class CurveFit:
 
 
 @dataclass(frozen=True)
-class _Pass:
-    """One steady window's samples.
-
-    `smooth_nm` is the part of the torque that changes along the positions and is known: it is no
-    noise. `correlation_samples` is how far the noise remembers.
-    """
-
-    velocity_rad_s: float
-    torque_nm: Floats
-    position_rad: Floats | None
-    smooth_nm: Floats
-    gear_ratio: float
-    period_s: float
-    correlation_samples: float = 1.0
-
-    @property
-    def range_rad(self) -> tuple[float, float]:
-        assert self.position_rad is not None
-        return float(self.position_rad.min()), float(self.position_rad.max())
-
-    def within(self, lower: float, upper: float) -> _Pass:
-        """Return the part of the pass between two motor positions."""
-        assert self.position_rad is not None
-        inside = (self.position_rad >= lower) & (self.position_rad <= upper)
-        return replace(
-            self,
-            torque_nm=self.torque_nm[inside],
-            position_rad=self.position_rad[inside],
-            smooth_nm=self.smooth_nm[inside],
-        )
-
-
-@dataclass(frozen=True)
-class _Mean:
-    """A mean with its variance, degrees of freedom and count of samples."""
-
-    value: float
-    variance: float
-    dof: float
-    samples: int
-
-
-@dataclass(frozen=True)
 class _Point:
     """One speed of the curve."""
 
     speed_rad_s: float
-    friction: _Mean
+    friction: Mean
     gravity_nm: float
     forward: tuple[float, float] | None  # velocity and torque less nothing
     backward: tuple[float, float] | None
@@ -153,9 +98,9 @@ def friction_curve(
     notes: list[str] = []
     left_out: list[float] = []
     modelled: list[float] = []
-    passes = [_pass(motions[w.recording], w, position_torque) for w in windows]
+    passes = [take_pass(motions[w.recording], w, position_torque) for w in windows]
     groups = _by_speed([p for p in passes if p.torque_nm.size >= _SAMPLES])
-    for group in _with_correlation(groups):
+    for group in with_correlation(groups):
         point = _paired(group)
         if point is None and position_torque is not None:
             point = _modelled(group, position_torque)
@@ -179,66 +124,22 @@ def friction_curve(
     return _assemble(points, notes, with_position=passes[0].position_rad is not None)
 
 
-def _pass(motion: Motion, window: SteadyWindow, known: PositionTorque | None) -> _Pass:
-    """Take a window's valid samples out of its recording."""
-    signals = motion.signals
-    index = np.arange(window.start, window.stop)
-    index = index[signals.valid[window.start : window.stop]]
-    position = None if signals.position_rad is None else signals.position_rad[index]
-    torque = signals.torque_nm[index]
-    if position is None or np.ptp(position) == 0.0:
-        smooth = np.zeros_like(torque)
-    elif known is not None and (known.gravity_sin_nm or known.gravity_cos_nm):
-        smooth = np.asarray(known.at(position, signals.gear_ratio), dtype=np.float64)
-    else:
-        # Gravity is not known: its slope along the pass stands in.
-        x = position - position.mean()
-        smooth = x * float(x @ torque / (x @ x))
-    return _Pass(
-        window.velocity_rad_s,
-        torque,
-        position,
-        smooth,
-        signals.gear_ratio,
-        float(np.median(np.diff(signals.time_s[index]))) if index.size > 1 else 1.0,
-    )
-
-
-def _with_correlation(groups: Sequence[Sequence[_Pass]]) -> list[list[_Pass]]:
-    """Give every pass the correlation time of its noise.
-
-    A speed whose passes last for many correlation times knows it by itself, and ripple makes it
-    differ from speed to speed. Shorter passes take the median over all speeds where it is longer.
-    """
-    own_s = [
-        correlation_time([p.torque_nm - p.smooth_nm for p in group]) * group[0].period_s
-        for group in groups
-    ]
-    typical_s = float(np.median(own_s)) if own_s else 0.0
-    out = []
-    for group, own in zip(groups, own_s, strict=True):
-        seconds = own
-        shortest_s = min(p.torque_nm.size * p.period_s for p in group)
-        if shortest_s < _MANY_CORRELATION_TIMES * max(own, typical_s):
-            seconds = max(own, typical_s)
-        out.append([replace(p, correlation_samples=seconds / p.period_s) for p in group])
-    return out
-
-
-def _by_speed(passes: Sequence[_Pass]) -> list[list[_Pass]]:
-    """Group passes whose speeds agree within 3 %, slowest group first."""
-    groups: list[list[_Pass]] = []
+def _by_speed(passes: Sequence[Pass]) -> list[list[Pass]]:
+    """Group passes whose speeds agree within 3.5 % or their errors, slowest group first."""
+    groups: list[list[Pass]] = []
     for p in sorted(passes, key=lambda p: abs(p.velocity_rad_s)):
         if groups:
-            first = abs(groups[-1][0].velocity_rad_s)
-            if abs(p.velocity_rad_s) - first <= _SAME_SPEED * 1.2 * first:
+            first = groups[-1][0]
+            slower = abs(first.velocity_rad_s)
+            chance = 2.5 * np.hypot(first.velocity_error_rad_s, p.velocity_error_rad_s)
+            if abs(p.velocity_rad_s) - slower <= max(_SAME_SPEED * slower, chance):
                 groups[-1].append(p)
                 continue
         groups.append([p])
     return groups
 
 
-def _paired(group: Sequence[_Pass]) -> _Point | None:
+def _paired(group: Sequence[Pass]) -> _Point | None:
     """Return the point that forward and backward passes of one speed make, if they meet."""
     forward = [p for p in group if p.velocity_rad_s > 0.0]
     backward = [p for p in group if p.velocity_rad_s < 0.0]
@@ -255,8 +156,8 @@ def _paired(group: Sequence[_Pass]) -> _Point | None:
 
 
 def _meeting(
-    forward: Sequence[_Pass], backward: Sequence[_Pass]
-) -> list[tuple[list[_Pass], list[_Pass]]]:
+    forward: Sequence[Pass], backward: Sequence[Pass]
+) -> list[tuple[list[Pass], list[Pass]]]:
     """Pair off passes that cover the same place, longest common range first."""
     options = []
     for i, f in enumerate(forward):
@@ -278,24 +179,24 @@ def _meeting(
 
 
 def _point(
-    group: Sequence[_Pass], pairs: Sequence[tuple[Sequence[_Pass], Sequence[_Pass]]]
+    group: Sequence[Pass], pairs: Sequence[tuple[Sequence[Pass], Sequence[Pass]]]
 ) -> _Point | None:
     """Average (4.21) over places, each with forward and backward passes."""
     halves, gravities, forwards, backwards = [], [], [], []
     for forward, backward in pairs:
-        ahead = _pool([_mean(p) for p in forward if p.torque_nm.size >= _SAMPLES])
-        back = _pool([_mean(p) for p in backward if p.torque_nm.size >= _SAMPLES])
+        ahead = pool([mean_of(p) for p in forward if p.torque_nm.size >= _SAMPLES])
+        back = pool([mean_of(p) for p in backward if p.torque_nm.size >= _SAMPLES])
         if ahead is None or back is None:
             continue
         variance = (ahead.variance + back.variance) / 4.0
-        dof = _satterthwaite([(ahead.variance, ahead.dof), (back.variance, back.dof)])
+        dof = satterthwaite([(ahead.variance, ahead.dof), (back.variance, back.dof)])
         halves.append(
-            _Mean((ahead.value - back.value) / 2.0, variance, dof, ahead.samples + back.samples)
+            Mean((ahead.value - back.value) / 2.0, variance, dof, ahead.samples + back.samples)
         )
         gravities.append((ahead.value + back.value) / 2.0)
         forwards.append(ahead.value)
         backwards.append(back.value)
-    friction = _pool(halves)
+    friction = pool(halves)
     if friction is None:
         return None
     v_forward = float(np.mean([p.velocity_rad_s for p in group if p.velocity_rad_s > 0.0]))
@@ -310,7 +211,7 @@ def _point(
     )
 
 
-def _modelled(group: Sequence[_Pass], position_torque: PositionTorque) -> _Point | None:
+def _modelled(group: Sequence[Pass], position_torque: PositionTorque) -> _Point | None:
     """Return a point whose gravity comes from the model, from passes that do not meet."""
     means, gravities = [], []
     for p in group:
@@ -318,9 +219,9 @@ def _modelled(group: Sequence[_Pass], position_torque: PositionTorque) -> _Point
         sign = float(np.sign(p.velocity_rad_s))
         values = np.asarray(sign * (p.torque_nm - gravity), dtype=np.float64)
         variance, dof = variance_of_mean(values, p.correlation_samples)
-        means.append(_Mean(float(values.mean()), variance, dof, values.size))
+        means.append(Mean(float(values.mean()), variance, dof, values.size))
         gravities.append(float(np.mean(gravity)))
-    friction = _pool(means)
+    friction = pool(means)
     if friction is None:
         return None
     speed = float(np.mean([abs(p.velocity_rad_s) for p in group]))
@@ -334,44 +235,6 @@ def _modelled(group: Sequence[_Pass], position_torque: PositionTorque) -> _Point
         backward=(-speed, gravity_nm - friction.value) if -1.0 in sides else None,
         paired=False,
     )
-
-
-def _mean(p: _Pass) -> _Mean:
-    """Return a pass's mean torque at the middle of its positions.
-
-    The torque's known change along the positions is no noise, and makes passes comparable whose
-    samples lie unevenly over the same range.
-    """
-    variance, dof = variance_of_mean(p.torque_nm - p.smooth_nm, p.correlation_samples)
-    value = float(p.torque_nm.mean())
-    if p.position_rad is not None and np.ptp(p.position_rad) > 0.0:
-        grid = np.linspace(*p.range_rad, 33)
-        order = np.argsort(p.position_rad)
-        even = np.interp(grid, p.position_rad[order], p.smooth_nm[order])
-        value += float(even.mean() - p.smooth_nm.mean())
-    return _Mean(value, variance, dof, p.torque_nm.size)
-
-
-def _pool(means: Sequence[_Mean]) -> _Mean | None:
-    """Average means of equal weight; scatter between them counts where it is the larger."""
-    if not means:
-        return None
-    count = len(means)
-    values = np.array([m.value for m in means])
-    inside = float(sum(m.variance for m in means)) / count**2
-    dof = _satterthwaite([(m.variance, m.dof) for m in means])
-    if count > 1:
-        between = float(np.var(values, ddof=1)) / count
-        if between > inside:
-            inside, dof = between, count - 1.0
-    return _Mean(float(values.mean()), inside, dof, sum(m.samples for m in means))
-
-
-def _satterthwaite(parts: Sequence[tuple[float, float]]) -> float:
-    """Return the degrees of freedom of a sum of variances (Welch and Satterthwaite)."""
-    total = sum(variance for variance, _ in parts)
-    below = sum(variance**2 / max(dof, 1.0) for variance, dof in parts)
-    return total**2 / below if below > 0.0 else float(sum(dof for _, dof in parts))
 
 
 def _assemble(points: Sequence[_Point], notes: list[str], *, with_position: bool) -> CurveFit:

@@ -3,11 +3,11 @@
 Order of operations, for every stretch on its own (thesis section 4.1.1):
 
 1. velocity is the drive's own, or the central difference of the position;
-2. acceleration is the central difference of the velocity (4.9);
-3. direction is the thresholded sign (4.10) of a lightly low-passed velocity, with the threshold
+2. direction is the thresholded sign (4.10) of a lightly low-passed velocity, with the threshold
    at four standard deviations of the noise that is left in it;
-4. torque, acceleration, velocity, direction, gravity's sine and cosine and the constant pass the
-   same zero-phase low-pass.
+3. torque, velocity, direction, gravity's sine and cosine and the constant pass the same zero-phase
+   low-pass;
+4. acceleration is the central difference of the filtered velocity (4.9), and so filtered alike.
 
 Where the direction is unknown (standstill), friction is indeterminate: the share of such samples
 is filtered alike, and what it touches is not used.
@@ -29,9 +29,13 @@ from agent.identify.signals import Signals
 from agent.physics.rigid_body import PARAMETERS, regressor
 
 SPEED_CHANGE = 0.2  # of the fastest: less, inside every stretch, excites no inertia
+_ACCELERATION = PARAMETERS.index("inertia_kg_m2")
+_VELOCITY = PARAMETERS.index("viscous_nm_s_per_rad")
 _SIGN_BAND = 4.0  # the sign is taken from a velocity that keeps four times the cutoff
 _SIGN_SIGMAS = 4.0
 _UNKNOWN_SHARE = 0.05
+_SHORTEST_PERIODS = 2.0  # of the cutoff: shorter stretches are not filtered
+_EDGE = 0.5  # of the cutoff's period
 
 
 @dataclass(frozen=True)
@@ -47,7 +51,7 @@ class FilteredStretch:
     torque_nm, velocity_rad_s : ndarray, shape (n,)
         Filtered alike.
     usable : ndarray of bool, shape (n,)
-        False where the direction of motion is unknown.
+        False where the direction of motion is unknown, and at the stretch's ends.
     """
 
     stretch: Stretch
@@ -144,7 +148,7 @@ def filter_motion(motion: Motion, cutoff_hz: float) -> tuple[FilteredStretch, ..
     """
     out = []
     for stretch, velocity in zip(motion.timing.stretches, motion.velocity_rad_s, strict=True):
-        if velocity.shape[0] * stretch.period_s * cutoff_hz >= 1.0:
+        if velocity.shape[0] * stretch.period_s * cutoff_hz >= _SHORTEST_PERIODS:
             out.append(_filter_stretch(motion, stretch, velocity, cutoff_hz))
     return tuple(out)
 
@@ -159,7 +163,7 @@ def _filter_stretch(
     columns = regressor(
         None if position is None else stretch.on_grid(signals, position),
         velocity,
-        np.gradient(velocity, stretch.period_s),
+        np.zeros_like(velocity),
         direction,
         signals.gear_ratio,
     )
@@ -167,13 +171,20 @@ def _filter_stretch(
     unknown = (direction == 0.0).astype(np.float64)
     rows = np.vstack((columns.T, torque, unknown))
     filtered = lowpass(rows, stretch.period_s, cutoff_hz)
-    regressor_filtered = filtered[: len(PARAMETERS)].T
+    velocity_filtered = filtered[_VELOCITY]
+    # Differentiated after the filter, which is the same inside a stretch, but does not fold the
+    # noise of the very first and last acceleration into the filter's extension.
+    filtered[_ACCELERATION] = np.gradient(velocity_filtered, stretch.period_s)
+    usable = (filtered[-1] < _UNKNOWN_SHARE) & (direction != 0.0)
+    # At the ends the filter sees its own extension, which is no motion.
+    edge = int(np.ceil(_EDGE / (cutoff_hz * stretch.period_s)))
+    usable[:edge] = usable[-edge:] = False
     return FilteredStretch(
         stretch=stretch,
-        regressor=regressor_filtered,
+        regressor=filtered[: len(PARAMETERS)].T,
         torque_nm=filtered[-2],
-        velocity_rad_s=regressor_filtered[:, PARAMETERS.index("viscous_nm_s_per_rad")],
-        usable=(filtered[-1] < _UNKNOWN_SHARE) & (direction != 0.0),
+        velocity_rad_s=velocity_filtered,
+        usable=usable,
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from agent.identify.result import FrictionModelFit, Parameter, RigidBodyFit
 
@@ -35,33 +35,30 @@ def verdict(models: Sequence[FrictionModelFit], body: RigidBodyFit | None) -> st
     return f"{_level(selected.parameters)}, with no sign of a fall at low speed; {explained}."
 
 
-def _level(parameters: dict[str, Parameter] | object) -> str:
+def _level(parameters: Mapping[str, Parameter]) -> str:
     """Return Coulomb and viscous friction in words."""
-    assert hasattr(parameters, "__getitem__")
-    coulomb: Parameter = parameters["coulomb_nm"]
-    viscous: Parameter = parameters["viscous_nm_s_per_rad"]
+    coulomb = parameters["coulomb_nm"]
+    viscous = parameters["viscous_nm_s_per_rad"]
     return (
         f"Friction is {coulomb.value:.3g} N m Coulomb{_margin(coulomb)} + {viscous.value:.3g} "
         f"N m s/rad viscous{_margin(viscous)}"
     )
 
 
-def _stribeck(parameters: dict[str, Parameter] | object) -> str:
+def _stribeck(parameters: Mapping[str, Parameter]) -> str:
     """Return the Stribeck law in words."""
-    assert hasattr(parameters, "__getitem__")
-    extra: Parameter = parameters["static_extra_nm"]
-    speed: Parameter = parameters["stribeck_velocity_rad_s"]
+    extra = parameters["static_extra_nm"]
+    speed = parameters["stribeck_velocity_rad_s"]
     return (
         f"{_level(parameters)}, and {extra.value:.2g} N m{_margin(extra)} more towards standstill "
         f"that fades around {speed.value:.2g} rad/s (Stribeck)"
     )
 
 
-def _feeny_moon(parameters: dict[str, Parameter] | object) -> str:
+def _feeny_moon(parameters: Mapping[str, Parameter]) -> str:
     """Return the Feeny-Moon law in words."""
-    assert hasattr(parameters, "__getitem__")
-    top: Parameter = parameters["coulomb_nm"]
-    mu: Parameter = parameters["mu"]
+    top = parameters["coulomb_nm"]
+    mu = parameters["mu"]
     return (
         f"Friction falls from {top.value:.3g} N m near standstill to {mu.value * top.value:.3g} "
         f"N m Coulomb and grows by {parameters['viscous_nm_s_per_rad'].value:.3g} N m s/rad "

@@ -36,12 +36,15 @@ class SteadyWindow:
         Index range into the recording's own arrays; masked samples inside it are not used.
     velocity_rad_s : float
         The window's mean velocity, motor side.
+    velocity_error_rad_s : float
+        Its standard error.
     """
 
     recording: int
     start: int
     stop: int
     velocity_rad_s: float
+    velocity_error_rad_s: float = 0.0
 
 
 def find_windows(motion: Motion, recording: int = 0) -> tuple[SteadyWindow, ...]:
@@ -62,16 +65,16 @@ def find_windows(motion: Motion, recording: int = 0) -> tuple[SteadyWindow, ...]
     windows: list[SteadyWindow] = []
     for stretch, velocity in zip(motion.timing.stretches, motion.velocity_rad_s, strict=True):
         size = min(per_block, max(velocity.shape[0] // (4 * _WINDOW_BLOCKS), 1))
-        for start, stop, level in _steady_pieces(motion, velocity, size, fastest):
+        for start, stop, level, error in _steady_pieces(motion, velocity, size, fastest):
             first, last = _own_samples(motion, stretch, start, stop)
-            windows.append(SteadyWindow(recording, first, last, level))
+            windows.append(SteadyWindow(recording, first, last, level, error))
     return tuple(windows)
 
 
 def _steady_pieces(
     motion: Motion, velocity: Floats, size: int, fastest: float
-) -> list[tuple[int, int, float]]:
-    """Return grid ranges and mean velocities of one stretch's steady windows."""
+) -> list[tuple[int, int, float, float]]:
+    """Return grid ranges, mean velocities and their errors of one stretch's steady windows."""
     count = velocity.shape[0] // size
     if count < _WINDOW_BLOCKS or fastest <= 0.0:
         return []
@@ -95,8 +98,12 @@ def _steady_pieces(
         if stop == count and settled[1] == count:
             last = velocity.shape[0]  # the last samples that fill no block of their own
         level = float(np.mean(velocity[first:last]))
-        if last - first >= _WINDOW_SAMPLES and _moves(blocks[settled[0] : settled[1]], fastest):
-            out.append((first, last, level))
+        inside = blocks[settled[0] : settled[1]]
+        # A third of the blocks counts as independent: stick-slip and ripple are coloured.
+        error = float(np.std(inside)) / np.sqrt(max(inside.shape[0] / 3.0, 1.0))
+        moves = abs(level) > max(_SLOWEST * fastest, 4.0 * error)
+        if last - first >= _WINDOW_SAMPLES and moves:
+            out.append((first, last, level, float(error)))
     return out
 
 
@@ -126,14 +133,6 @@ def _settled(blocks: Floats, start: int, stop: int) -> tuple[int, int] | None:
     if not trend_of(blocks[first:last]).is_steady(last - first, _RELATIVE):
         return None
     return first, last
-
-
-def _moves(blocks: Floats, fastest: float) -> bool:
-    """Whether the window's mean velocity is beyond doubt not zero."""
-    level = abs(float(np.mean(blocks)))
-    # A third of the blocks counts as independent: stick-slip and ripple are coloured.
-    doubt = float(np.std(blocks)) / np.sqrt(max(blocks.shape[0] / 3.0, 1.0))
-    return bool(level > max(_SLOWEST * fastest, 4.0 * doubt))
 
 
 def _resolution(velocity: Floats, fastest: float) -> float:

@@ -19,7 +19,7 @@ JOINT = Joint(static_extra_nm=0.3)
 
 
 def motion_of(velocity: NDArray[np.float64], period_s: float = 0.004) -> Motion:
-    time_s = np.arange(velocity.size) * period_s
+    time_s: NDArray[np.float64] = np.arange(velocity.size, dtype=np.float64) * period_s
     return Motion(time_s, np.cumsum(velocity) * period_s, velocity, np.gradient(velocity, time_s))
 
 

