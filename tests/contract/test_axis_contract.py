@@ -28,13 +28,13 @@ from drivers.errors import (
 from drivers.ports import Axis, AxisEvidence, Command, DriveState, Goal, Sample, SyncAccount
 from fakes import faults
 from fakes.specification import DriveParameters, FakeSpecification
-from tests.contract.axis_rig import MULTICAST, NODE, SOCKETCAN, VIRTUAL, Rig, open_rig
+from tests.contract.axis_rig import NODE, VIRTUAL, Rig, interfaces, open_rig
 
 OFF = Command(Goal.OFF, 0.0)
 ABSENT = 0x06020000
 
 
-@pytest.fixture(params=[VIRTUAL, MULTICAST, pytest.param(SOCKETCAN, marks=pytest.mark.bus)])
+@pytest.fixture(params=interfaces())
 def interface(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
