@@ -34,6 +34,9 @@ from agent.physics.rigid_body import PARAMETERS
 from agent.physics.twin import Twin
 
 _MOSTLY_STEADY = 0.2  # of the moving samples
+_HALVINGS = 2
+_FIRM_INERTIA = 0.03
+_SAME_INERTIA = 0.01
 
 
 @dataclass(frozen=True)
@@ -90,23 +93,22 @@ def identify(
     refused = diagnosis.refusals(motions)
     if refused:
         return _undecided(motions, windows, refused)
-    cutoff = shared_cutoff(motions)
-    chosen_hz = cutoff.frequency_hz if cutoff_hz is None else cutoff_hz
-    rows = _rows(motions, chosen_hz, cutoff.noise_share if cutoff_hz is None else 0.0)
-    body = fit_rigid_body(rows)
+    regression = _regress(motions, cutoff_hz)
+    body, chosen_hz = regression.body, regression.cutoff_hz
     curve = friction_curve(motions, windows, _position_torque(body))
     models = () if curve is None else fit_friction_models(curve)
-    reasons = _undecidable(curve, models, rows, body, windows)
+    reasons = _undecidable(curve, models, regression, windows)
     if reasons:
         return _undecided(motions, windows, reasons)
+    unseen = None if validation is None or body is None else read_motion(validation)
+    validated = None
+    if unseen is not None and body is not None:
+        validated = validate(body, _rows([unseen], chosen_hz), unseen.signals.name)
     notes = [note for motion in motions for note in motion.notes]
     notes += [] if curve is None else list(curve.notes)
-    notes.append(f"signals and regressors were low-passed alike at {chosen_hz:.3g} Hz")
+    notes += regression.notes
     if not models:
         notes.append(f"no friction curve: {diagnosis.no_curve(windows)}")
-    unseen = None
-    if validation is not None and body is not None:
-        unseen = read_motion(validation)
     result = Estimate(
         recordings=tuple(s.name for s in signals),
         decidable=True,
@@ -115,22 +117,63 @@ def identify(
         friction_curve=curve.curve if curve is not None and models else None,
         friction_models=models,
         rigid_body=body,
-        validation=(
-            validate(body, _rows([unseen], chosen_hz), unseen.signals.name)
-            if unseen is not None and body is not None
-            else None
-        ),
+        validation=validated,
         sentence=verdict(models, body),
         notes=tuple(notes),
     )
-    return Identification(
-        result,
-        tuple(
-            detail_of(m, [w for w in windows if w.recording == i], chosen_hz, body)
-            for i, m in enumerate(motions)
-        ),
-        None if unseen is None else detail_of(unseen, find_windows(unseen), chosen_hz, body),
-        chosen_hz,
+    details = tuple(
+        detail_of(m, [w for w in windows if w.recording == i], chosen_hz, body)
+        for i, m in enumerate(motions)
+    )
+    seen = None if unseen is None else detail_of(unseen, find_windows(unseen), chosen_hz, body)
+    return Identification(result, details, seen, chosen_hz)
+
+
+@dataclass(frozen=True)
+class _Regression:
+    """The rigid body's fit, the rows and the cutoff that it was made with."""
+
+    cutoff_hz: float
+    rows: Rows
+    body: RigidBodyFit | None
+    notes: tuple[str, ...]
+
+
+def _regress(motions: Sequence[Motion], asked_hz: float | None) -> _Regression:
+    """Fit the rigid body; below an arm's resonance, if the inertia shows that there is one.
+
+    A flexible arm seems heavier the closer the motion comes to its resonance. Without a cutoff
+    asked for, the fit is repeated at half the cutoff; while a well-determined inertia differs by
+    more than 1 %, the lower cutoff is taken, at most twice.
+    """
+    cutoff = shared_cutoff(motions)
+    share = cutoff.noise_share if asked_hz is None else 0.0
+    chosen_hz = cutoff.frequency_hz if asked_hz is None else asked_hz
+    rows = _rows(motions, chosen_hz, share)
+    body = fit_rigid_body(rows)
+    notes: list[str] = []
+    for _ in range(_HALVINGS if asked_hz is None else 0):
+        lower_rows = _rows(motions, chosen_hz / 2.0, share)
+        lower = fit_rigid_body(lower_rows)
+        if body is None or lower is None or not _resonance_between(lower, body):
+            break
+        chosen_hz, rows, body = chosen_hz / 2.0, lower_rows, lower
+        notes = [
+            "the inertia changes with frequency: the arm is flexible, and the cutoff was halved"
+        ]
+    notes.append(f"signals and regressors were low-passed alike at {chosen_hz:.3g} Hz")
+    return _Regression(chosen_hz, rows, body, tuple(notes))
+
+
+def _resonance_between(lower: RigidBodyFit, upper: RigidBodyFit) -> bool:
+    """Whether a well-determined inertia differs between a lower and a higher cutoff."""
+    slow, fast = lower.parameters["inertia_kg_m2"], upper.parameters["inertia_kg_m2"]
+    if slow.ci95 is None or fast.ci95 is None or slow.value <= 0.0:
+        return False
+    margin = (slow.ci95[1] - slow.ci95[0]) / 2.0
+    difference = abs(fast.value - slow.value)
+    return margin < _FIRM_INERTIA * slow.value and difference > max(
+        _SAME_INERTIA * slow.value, margin
     )
 
 
@@ -197,8 +240,7 @@ def _position_torque(body: RigidBodyFit | None) -> PositionTorque | None:
 def _undecidable(
     curve: CurveFit | None,
     models: Sequence[FrictionModelFit],
-    rows: Rows,
-    body: RigidBodyFit | None,
+    regression: _Regression,
     windows: Sequence[SteadyWindow],
 ) -> tuple[str, ...]:
     """Return why neither the curve nor the regression carries the friction.
@@ -211,7 +253,8 @@ def _undecidable(
     if models:
         assert curve is not None
         return backwards if np.all(curve.curve.friction_nm < 0.0) else ()
-    steady = sum(w.stop - w.start for w in windows) > _MOSTLY_STEADY * rows.torque_nm.shape[0]
+    body, moving = regression.body, regression.rows.torque_nm.shape[0]
+    steady = sum(w.stop - w.start for w in windows) > _MOSTLY_STEADY * moving
     if body is None or steady:
         return (diagnosis.no_curve(windows),)
     coulomb = body.parameters["coulomb_nm"]
