@@ -8,8 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from agent.cycle.sequence import Stage
 from agent.errors import InputError
-from agent.identify.estimate import Identification, RecordingDetail, identify
+from agent.identify.detail import RecordingDetail
+from agent.identify.estimate import Identification, identify
 from agent.identify.result import Estimate
 from agent.identify.signals import Signals
 from agent.record.atomic import publish
@@ -96,9 +100,18 @@ def conclude(recordings: Sequence[Recording], validation: Recording | None = Non
 
 
 def signals_of(recording: Recording) -> Signals:
-    """Return a recording's arrays for the estimators."""
+    """Return a recording's arrays for the estimators.
+
+    What the cycle did to get to its trajectory and back is left out: those passes have no partner
+    in the other direction, and one law's misfit there would look like gravity.
+    """
+    columns = recording.columns
+    if "phase" in columns:
+        around = [stage.value for stage in Stage if stage is not Stage.STAIR]
+        own = ~np.isin(columns["phase"], around)
+        columns = {name: values[own] for name, values in columns.items()}
     return Signals.from_columns(
-        recording.columns,
+        columns,
         recording.metadata.gear_ratio,
         name=Path(recording.source).name,
         samples_lost=recording.metadata.samples_lost or 0,

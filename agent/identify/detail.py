@@ -46,11 +46,10 @@ def detail_of(
     """Bring the filtered arrays back onto the recording's own samples."""
     signals = motion.signals
     shape = signals.time_s.shape
-    velocity, torque = np.full(shape, np.nan), np.full(shape, np.nan)
+    velocity, torque = motion.own_velocity_rad_s(), np.full(shape, np.nan)
     predicted = None if body is None else np.full(shape, np.nan)
     compared = np.zeros(shape, dtype=np.bool_)
-    for s, v in zip(motion.timing.stretches, motion.velocity_rad_s, strict=True):
-        velocity[s.index] = s.off_grid(signals, v)
+    for s in motion.timing.stretches:
         torque[s.index] = signals.torque_nm[s.index]
     for f in filter_motion(motion, cutoff_hz) if cutoff_hz is not None else ():
         index, stretch = f.stretch.index, f.stretch

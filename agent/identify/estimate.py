@@ -95,7 +95,9 @@ def identify(
         return _undecided(motions, windows, refused)
     regression = _regress(motions, cutoff_hz)
     body, chosen_hz = regression.body, regression.cutoff_hz
-    curve = friction_curve(motions, windows, _position_torque(body))
+    inertia = None if body is None else body.parameters["inertia_kg_m2"]
+    known_kg_m2 = inertia.value if inertia is not None and inertia.identified else 0.0
+    curve = friction_curve(motions, windows, _position_torque(body), known_kg_m2)
     models = () if curve is None else fit_friction_models(curve)
     reasons = _undecidable(curve, models, regression, windows)
     if reasons:

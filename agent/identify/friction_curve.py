@@ -2,9 +2,9 @@
 
 Half the difference between a forward and a backward pass at one speed over one range of arm
 positions is friction; half their sum is gravity and offset. Only the positions that both passes
-cover are used. Where passes do not meet, gravity comes from the rigid-body fit, or the speed is
-left out; either way a note says so. Without a recorded position the passes are taken to cover the
-same range.
+cover are used. Where passes do not meet, gravity comes from the speeds whose passes do, else from
+the rigid-body fit, or the speed is left out; either way a note says so. Without a recorded position
+the passes are taken to cover the same range.
 """
 
 from __future__ import annotations
@@ -29,10 +29,25 @@ from agent.identify.preprocess import Motion
 from agent.identify.result import Floats, FrictionCurve
 from agent.identify.uncertainty import student_975, variance_of_mean
 from agent.identify.windows import SteadyWindow
+from agent.physics.rigid_body import gravity_columns
 
 _SAME_SPEED = 0.035  # two passes of one step of the stair may differ by this much
 _OVERLAP = 0.3  # of the shorter pass: less common range is not the same place
 _SAMPLES = 8
+_ENOUGH_MEETING = 3  # speeds whose passes meet, to learn gravity and offset from
+_BEYOND = 0.02  # of the learned positions' range: a pass may reach that far out of it
+_FROM_MEETING = (
+    "no forward and backward pass cover the same positions; gravity and offset there come from the "
+    "speeds whose passes do"
+)
+_FROM_BODY = (
+    "no forward and backward pass cover the same positions; gravity and offset there come from the "
+    "rigid-body fit"
+)
+_LEFT_OUT = (
+    "the friction curve has no point: no forward and backward pass cover the same positions, and "
+    "gravity is not known there"
+)
 
 
 @dataclass(frozen=True)
@@ -82,6 +97,7 @@ def friction_curve(
     motions: Sequence[Motion],
     windows: Sequence[SteadyWindow],
     position_torque: PositionTorque | None = None,
+    inertia_kg_m2: float = 0.0,
 ) -> CurveFit | None:
     """Return the friction curve of one axis, or None where no speed carries a point.
 
@@ -93,35 +109,83 @@ def friction_curve(
         All their steady windows.
     position_torque : PositionTorque, optional
         For speeds whose passes do not meet.
+    inertia_kg_m2 : float
+        For windows in which the velocity still settles; 0 where it is not known.
     """
+    velocities = [motion.own_velocity_rad_s() for motion in motions]
+    passes = [
+        take_pass(motions[w.recording], w, position_torque, velocities[w.recording], inertia_kg_m2)
+        for w in windows
+    ]
+    groups = with_correlation(_by_speed([p for p in passes if p.torque_nm.size >= _SAMPLES]))
+    paired = [_paired(group) for group in groups]
+    learned = _learn(groups, paired)
+    # Gravity from the regression is a last resort: it takes up whatever the rigid body lacks.
+    needy = sum(point is not None for point in paired) < _ENOUGH_MEETING
     points: list[_Point] = []
-    notes: list[str] = []
-    left_out: list[float] = []
-    modelled: list[float] = []
-    passes = [take_pass(motions[w.recording], w, position_torque) for w in windows]
-    groups = _by_speed([p for p in passes if p.torque_nm.size >= _SAMPLES])
-    for group in with_correlation(groups):
-        point = _paired(group)
-        if point is None and position_torque is not None:
-            point = _modelled(group, position_torque)
-            modelled += [] if point is None else [point.speed_rad_s]
-        if point is None:
-            left_out.append(float(np.mean([abs(p.velocity_rad_s) for p in group])))
-        else:
+    told: dict[str, list[float]] = {}
+    for group, meeting in zip(groups, paired, strict=True):
+        point, note = meeting, ""
+        if point is None and learned is not None and learned.covers(group):
+            point, note = _modelled(group, learned.torque), _FROM_MEETING
+        elif point is None and position_torque is not None and needy:
+            point, note = _modelled(group, position_torque), _FROM_BODY
+        if point is not None:
             points.append(point)
-    if modelled:
-        notes.append(
-            f"at {_speeds(modelled)} no forward and backward pass cover the same positions; "
-            "gravity and offset there come from the rigid-body fit"
-        )
-    if left_out:
-        notes.append(
-            f"{_speeds(left_out)} was left out of the friction curve: no partner in the other "
-            "direction, and gravity is not known"
-        )
+        note = note if point is not None else _LEFT_OUT
+        if note:
+            told.setdefault(note, []).append(_mean_speed(group))
     if not points:
         return None
+    notes = [f"at {_speeds(speeds)} {note}" for note, speeds in told.items()]
     return _assemble(points, notes, with_position=passes[0].position_rad is not None)
+
+
+@dataclass(frozen=True)
+class _Learned:
+    """Gravity and offset as the speeds show them whose passes meet, and where they were shown."""
+
+    torque: PositionTorque
+    lowest_rad: float
+    highest_rad: float
+
+    def covers(self, group: Sequence[Pass]) -> bool:
+        """Tell whether every pass stays within the positions that were learned from."""
+        slack = _BEYOND * (self.highest_rad - self.lowest_rad)
+        ends = [p.range_rad for p in group]
+        return all(
+            low >= self.lowest_rad - slack and high <= self.highest_rad + slack
+            for low, high in ends
+        )
+
+
+def _learn(groups: Sequence[Sequence[Pass]], points: Sequence[_Point | None]) -> _Learned | None:
+    """Fit gravity and offset to what friction leaves of the torque where passes meet.
+
+    On a short stroke sine, cosine and offset cannot be told apart; their sum can, within the
+    positions that were covered, and only the sum is used.
+    """
+    known = [
+        (p, point)
+        for group, point in zip(groups, points, strict=True)
+        if point is not None
+        for p in group
+        if p.position_rad is not None
+    ]
+    if sum(point is not None for point in points) < _ENOUGH_MEETING or not known:
+        return None
+    columns, left = [], []
+    for p, point in known:
+        assert p.position_rad is not None
+        gravity = gravity_columns(p.position_rad, p.gear_ratio)
+        columns.append(np.column_stack((gravity, np.ones(p.torque_nm.size))) / p.torque_nm.size)
+        friction = np.sign(p.velocity_rad_s) * point.friction.value
+        left.append((p.torque_nm - friction) / p.torque_nm.size)
+    fitted = np.linalg.lstsq(np.concatenate(columns), np.concatenate(left), rcond=1e-6)[0]
+    ends = [p.range_rad for p, _ in known]
+    return _Learned(
+        PositionTorque(*fitted.tolist()), min(e[0] for e in ends), max(e[1] for e in ends)
+    )
 
 
 def _by_speed(passes: Sequence[Pass]) -> list[list[Pass]]:
@@ -224,7 +288,7 @@ def _modelled(group: Sequence[Pass], position_torque: PositionTorque) -> _Point 
     friction = pool(means)
     if friction is None:
         return None
-    speed = float(np.mean([abs(p.velocity_rad_s) for p in group]))
+    speed = _mean_speed(group)
     gravity_nm = float(np.mean(gravities))
     sides = {float(np.sign(p.velocity_rad_s)) for p in group}
     return _Point(
@@ -267,6 +331,10 @@ def _assemble(points: Sequence[_Point], notes: list[str], *, with_position: bool
     )
     means = SteadyMeans(np.array(velocity)[order], np.array(friction)[order])
     return CurveFit(curve, error, dof, means, tuple(notes))
+
+
+def _mean_speed(group: Sequence[Pass]) -> float:
+    return float(np.mean([abs(p.velocity_rad_s) for p in group]))
 
 
 def _speeds(values: Sequence[float]) -> str:

@@ -14,6 +14,7 @@ from agent.identify.windows import SteadyWindow
 from agent.physics.rigid_body import gravity_columns
 
 _MANY_CORRELATION_TIMES = 20.0
+_TREND_PIECES = 6
 
 
 @dataclass(frozen=True)
@@ -81,13 +82,33 @@ class Mean:
     samples: int
 
 
-def take_pass(motion: Motion, window: SteadyWindow, known: PositionTorque | None) -> Pass:
-    """Take a window's valid samples out of its recording."""
+def take_pass(
+    motion: Motion,
+    window: SteadyWindow,
+    known: PositionTorque | None,
+    velocity_rad_s: Floats,
+    inertia_kg_m2: float,
+) -> Pass:
+    """Take a window's valid samples out of its recording.
+
+    Parameters
+    ----------
+    motion, window
+        The recording, and which part of it.
+    known : PositionTorque or None
+        Gravity, where it has been identified.
+    velocity_rad_s : ndarray, shape (n,)
+        Of the whole recording, on its own samples.
+    inertia_kg_m2 : float
+        What a velocity that still settles costs is no friction; 0 where it is not known.
+    """
     signals = motion.signals
     index = np.arange(window.start, window.stop)
-    index = index[signals.valid[window.start : window.stop]]
+    index = index[signals.valid[window.start : window.stop] & np.isfinite(velocity_rad_s[index])]
     position = None if signals.position_rad is None else signals.position_rad[index]
     torque = signals.torque_nm[index]
+    if inertia_kg_m2 > 0.0 and index.size >= 2 * _TREND_PIECES:
+        torque = torque - inertia_kg_m2 * _settling(velocity_rad_s[index], signals.time_s[index])
     if position is None or np.ptp(position) == 0.0:
         smooth = np.zeros_like(torque)
     elif known is not None and (known.gravity_sin_nm or known.gravity_cos_nm):
@@ -105,6 +126,19 @@ def take_pass(motion: Motion, window: SteadyWindow, known: PositionTorque | None
         signals.gear_ratio,
         float(np.median(np.diff(signals.time_s[index]))) if index.size > 1 else 1.0,
     )
+
+
+def _settling(velocity_rad_s: Floats, time_s: Floats) -> Floats:
+    """Return the slow acceleration within a window, in rad/s^2, shape (n,).
+
+    Slopes between the means of a few equal pieces: what a loop that still settles leaves, without
+    the arm's ringing and without the noise.
+    """
+    pieces = np.array_split(np.arange(velocity_rad_s.shape[0]), _TREND_PIECES)
+    at_s = np.array([time_s[i].mean() for i in pieces])
+    level = np.array([velocity_rad_s[i].mean() for i in pieces])
+    slope = np.diff(level) / np.diff(at_s)
+    return np.interp(time_s, 0.5 * (at_s[1:] + at_s[:-1]), slope)
 
 
 def with_correlation(groups: Sequence[Sequence[Pass]]) -> list[list[Pass]]:

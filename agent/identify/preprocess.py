@@ -88,6 +88,13 @@ class Motion:
     velocity_derived: bool
     notes: tuple[str, ...]
 
+    def own_velocity_rad_s(self) -> Floats:
+        """Return the velocity at the recording's own samples, NaN outside every stretch."""
+        out = np.full(self.signals.time_s.shape, np.nan)
+        for stretch, velocity in zip(self.timing.stretches, self.velocity_rad_s, strict=True):
+            out[stretch.index] = stretch.off_grid(self.signals, velocity)
+        return out
+
 
 def read_motion(signals: Signals) -> Motion:
     """Find the stretches and the velocity of one recording."""

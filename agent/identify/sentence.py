@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from agent.identify.result import FrictionModelFit, Parameter, RigidBodyFit
+from agent.numbers import parameter_unit, scale_for, significant, written
 
 
 def verdict(models: Sequence[FrictionModelFit], body: RigidBodyFit | None) -> str:
@@ -24,9 +25,10 @@ def verdict(models: Sequence[FrictionModelFit], body: RigidBodyFit | None) -> st
             f"{_level(body.parameters)}, from the whole motion (no friction curve); the rigid "
             f"body explains {body.fit_percent:.1f} % of the torque."
         )
+    left = scale_for("N m", (selected.rmse_nm,))
     explained = (
         f"the law explains {selected.fit_percent:.1f} % of the steady torque "
-        f"({selected.rmse_nm:.2g} N m rms is left)"
+        f"({significant(left.factor * selected.rmse_nm, 2)} {left.unit} rms is left)"
     )
     if selected.model == "stribeck":
         return f"{_stribeck(selected.parameters)}; {explained}."
@@ -37,37 +39,36 @@ def verdict(models: Sequence[FrictionModelFit], body: RigidBodyFit | None) -> st
 
 def _level(parameters: Mapping[str, Parameter]) -> str:
     """Return Coulomb and viscous friction in words."""
-    coulomb = parameters["coulomb_nm"]
-    viscous = parameters["viscous_nm_s_per_rad"]
-    return (
-        f"Friction is {coulomb.value:.3g} N m Coulomb{_margin(coulomb)} + {viscous.value:.3g} "
-        f"N m s/rad viscous{_margin(viscous)}"
-    )
+    coulomb = _quantity("coulomb_nm", parameters["coulomb_nm"])
+    viscous = _quantity("viscous_nm_s_per_rad", parameters["viscous_nm_s_per_rad"])
+    return f"Friction is {coulomb} Coulomb + {viscous} viscous"
 
 
 def _stribeck(parameters: Mapping[str, Parameter]) -> str:
     """Return the Stribeck law in words."""
-    extra = parameters["static_extra_nm"]
-    speed = parameters["stribeck_velocity_rad_s"]
-    return (
-        f"{_level(parameters)}, and {extra.value:.2g} N m{_margin(extra)} more towards standstill "
-        f"that fades around {speed.value:.2g} rad/s (Stribeck)"
-    )
+    extra = _quantity("static_extra_nm", parameters["static_extra_nm"])
+    speed = _quantity("stribeck_velocity_rad_s", parameters["stribeck_velocity_rad_s"])
+    return f"{_level(parameters)}, and {extra} more near standstill, fading at {speed} (Stribeck)"
 
 
 def _feeny_moon(parameters: Mapping[str, Parameter]) -> str:
     """Return the Feeny-Moon law in words."""
-    top = parameters["coulomb_nm"]
-    mu = parameters["mu"]
+    top, mu = parameters["coulomb_nm"], parameters["mu"]
+    viscous = _quantity("viscous_nm_s_per_rad", parameters["viscous_nm_s_per_rad"])
+    scale = scale_for("N m", (top.value,))
+    falls = f"{significant(scale.factor * top.value, 3)} {scale.unit}"
+    lasts = f"{significant(scale.factor * mu.value * top.value, 3)} {scale.unit}"
     return (
-        f"Friction falls from {top.value:.3g} N m near standstill to {mu.value * top.value:.3g} "
-        f"N m Coulomb and grows by {parameters['viscous_nm_s_per_rad'].value:.3g} N m s/rad "
+        f"Friction falls from {falls} near standstill to {lasts} Coulomb and grows by {viscous} "
         "(Feeny-Moon)"
     )
 
 
-def _margin(parameter: Parameter) -> str:
-    """Return half the interval's width in words; nothing where there is no interval."""
+def _quantity(name: str, parameter: Parameter) -> str:
+    """Return value, half of the interval and unit; without an interval, that it has none."""
+    scale = scale_for(parameter_unit(name), (parameter.value,))
     if not parameter.identified or parameter.ci95 is None:
-        return " (not well determined)"
-    return f" (±{(parameter.ci95[1] - parameter.ci95[0]) / 2.0:.1g})"
+        value = significant(scale.factor * parameter.value, 3)
+        return f"{value} {scale.unit} (not well determined)"
+    value, _, half_width = written(parameter, scale.factor)
+    return f"{value} ±{half_width} {scale.unit}" if half_width else f"{value} {scale.unit}"

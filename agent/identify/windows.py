@@ -6,6 +6,7 @@ cut into levels (`segments`), and every level is trimmed at both ends to where i
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +22,9 @@ _WINDOW_BLOCKS = 6
 _WINDOW_SAMPLES = 24
 _RELATIVE = 0.03  # of the level: how far a steady velocity may drift over its window
 _SLOWEST = 2e-3  # of the fastest: below, the joint is called standing
+_SHORTEST = 0.25  # of the typical window
 _SETTLE = 0.10  # of the window: left out after the velocity has come within its tolerance
+_SETTLED_TO = 0.004  # of the level: a loop that settles from further off still accelerates
 
 
 @dataclass(frozen=True)
@@ -68,7 +71,29 @@ def find_windows(motion: Motion, recording: int = 0) -> tuple[SteadyWindow, ...]
         for start, stop, level, error in _steady_pieces(motion, velocity, size, fastest):
             first, last = _own_samples(motion, stretch, start, stop)
             windows.append(SteadyWindow(recording, first, last, level, error))
-    return tuple(windows)
+    return _long_enough(windows, motion.signals.time_s)
+
+
+def _long_enough(windows: Sequence[SteadyWindow], time_s: Floats) -> tuple[SteadyWindow, ...]:
+    """Leave out what is far shorter, in time and in distance, than a window of this recording is.
+
+    Where a loop swings through the top of an overshoot, or creeps into standstill, its velocity
+    stands still for a moment. A fast pass may be short in time, a slow one in distance.
+    """
+    if not windows:
+        return ()
+    duration_s = np.array([time_s[w.stop - 1] - time_s[w.start] for w in windows])
+    distance_rad = duration_s * np.abs([w.velocity_rad_s for w in windows])
+    kept = (duration_s >= _SHORTEST * _typical(duration_s)) | (
+        distance_rad >= _SHORTEST * _typical(distance_rad)
+    )
+    return tuple(w for w, long in zip(windows, kept, strict=True) if long)
+
+
+def _typical(lengths: Floats) -> float:
+    """Return the length that half of the sum is in windows of at least."""
+    rising = np.sort(lengths)
+    return float(rising[np.searchsorted(np.cumsum(rising), 0.5 * rising.sum())])
 
 
 def _steady_pieces(
@@ -110,16 +135,18 @@ def _steady_pieces(
 def _settled(blocks: Floats, start: int, stop: int) -> tuple[int, int] | None:
     """Return the part of a level in which the velocity has settled, or None.
 
-    Level and scatter come from the middle half. What lies outside three times the scatter (or 2 %
-    of the level) at either end belongs to the ramps. After a ramp, another tenth of the window is
-    left out, so that the torque has settled too; before one, the last blocks, where a gentle ramp
-    has begun without leaving the tolerance.
+    Level and scatter come from the quieter of the middle half and a later one. What lies outside
+    three times the scatter (or 0.4 % of the level) at either end belongs to the ramps. After a
+    ramp, another tenth of the window is left out, so that the torque has settled too; before one,
+    the last blocks, where a gentle ramp has begun without leaving the tolerance.
     """
-    middle = blocks[start + (stop - start) // 4 : stop - (stop - start) // 4]
-    if stop - start < _WINDOW_BLOCKS:
+    length = stop - start
+    if length < _WINDOW_BLOCKS:
         return None
-    level = float(np.mean(middle))
-    tolerance = max(0.02 * abs(level), 3.0 * float(np.std(middle)))
+    parts = [blocks[start + length * a // 8 : stop - length * b // 8] for a, b in ((2, 2), (3, 1))]
+    quiet = min(parts, key=lambda part: float(np.std(part)))
+    level = float(np.mean(quiet))
+    tolerance = max(_SETTLED_TO * abs(level), 3.0 * float(np.std(quiet)))
     inside = np.flatnonzero(np.abs(blocks[start:stop] - level) <= tolerance)
     if not inside.size:
         return None

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from agent.identify.result import Estimate
+from agent.numbers import units_unbroken
 from agent.record.atomic import publish
 from agent.report import provenance, rows
 from agent.report.advice import next_steps
@@ -17,7 +18,6 @@ from agent.report.figure_curve import figure_friction_curve, friction_curve_in_w
 from agent.report.figure_cycle import cycle_in_words, figure_cycle
 from agent.report.figure_prediction import figure_prediction, prediction_in_words
 from agent.report.laws import model_label
-from agent.report.numbers import units_unbroken
 from agent.report.views import EstimateViews, RecordingView
 
 if TYPE_CHECKING:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent.identify.result import Floats, FrictionCurve, FrictionModelFit
+from agent.numbers import Scale, scale_for
 from agent.report.canvas import (
     INK,
     MEASURED,
@@ -21,7 +22,6 @@ from agent.report.canvas import (
     styled,
 )
 from agent.report.laws import friction_of_fit_nm, model_label
-from agent.report.numbers import Scale, scale_for
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist

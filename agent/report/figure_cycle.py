@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent.identify.result import Floats
+from agent.numbers import scale_for
 from agent.report.canvas import (
     COMMAND_PALE,
     MEASURED,
@@ -23,7 +24,6 @@ from agent.report.canvas import (
     stacked,
     styled,
 )
-from agent.report.numbers import scale_for
 from agent.report.thinning import polyline, time_span_s
 from agent.report.views import RecordingView
 

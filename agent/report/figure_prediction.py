@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent.identify.result import Floats
+from agent.numbers import Scale, scale_for, significant
 from agent.report.canvas import (
     INK,
     MEASURED_PALE,
@@ -24,7 +25,6 @@ from agent.report.canvas import (
     stacked,
     styled,
 )
-from agent.report.numbers import Scale, scale_for, significant
 from agent.report.thinning import envelope, polyline, time_span_s
 from agent.report.views import RecordingView
 

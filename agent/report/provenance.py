@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.identify.result import Quality
-from agent.report.numbers import fixed, scale_for, significant
+from agent.numbers import fixed, scale_for, significant
 from agent.report.views import RecordingView
 
 _LONGEST_TEXT = 320

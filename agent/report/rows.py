@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from agent.identify.result import Estimate, FrictionCurve, FrictionModelFit, Parameter
-from agent.report.laws import model_label
-from agent.report.numbers import (
+from agent.numbers import (
     Scale,
     fixed,
     parameter_label,
@@ -18,6 +17,7 @@ from agent.report.numbers import (
     significant,
     written,
 )
+from agent.report.laws import model_label
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
 
 import pytest
 from hypothesis import given
@@ -93,11 +94,15 @@ def test_nothing_passes_before_something_was_measured() -> None:
         ),
     ],
 )
-def test_each_limit_is_exact(build, limit: float, word: str, sign: float) -> None:  # type: ignore[no-untyped-def]  # a lambda per row
-    for inside in (0.0, 0.5, 0.999, 1.0):
-        assert refusals(LIMITS, *build(sign * limit * inside), NOW_S) == (), inside
+def test_each_limit_is_exact(
+    build: Callable[[float], tuple[SetPoint, Sample]], limit: float, word: str, sign: float
+) -> None:
+    for share in (0.0, 0.5, 0.999, 1.0):
+        asked, measured = build(sign * limit * share)
+        assert refusals(LIMITS, asked, measured, NOW_S) == (), share
     for outside in (1.0 + 1e-6, 1.01, 2.0, 1e6):
-        found = refusals(LIMITS, *build(sign * limit * outside), NOW_S)
+        asked, measured = build(sign * limit * outside)
+        found = refusals(LIMITS, asked, measured, NOW_S)
         assert any(word in reason for reason in found), (outside, found)
 
 

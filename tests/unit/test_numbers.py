@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agent.identify.result import Parameter
-from agent.report.numbers import (
+from agent.numbers import (
     NO_NUMBER,
     decimals_for,
     fixed,
