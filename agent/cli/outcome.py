@@ -121,11 +121,11 @@ def signals_of(recording: Recording) -> Signals:
 def _view(
     recording: Recording, detail: RecordingDetail, *, validation: bool = False
 ) -> RecordingView:
-    from agent.report.views import RecordingView, SteadyWindow
+    from agent.report.views import RecordingView
 
     return RecordingView(
         signals=signals_of(recording),
-        windows=tuple(SteadyWindow(w.start, w.stop, w.velocity_rad_s) for w in detail.windows),
+        windows=detail.windows,
         velocity_rad_s=detail.velocity_rad_s,
         torque_nm=detail.torque_nm,
         torque_predicted_nm=detail.torque_predicted_nm,

@@ -10,12 +10,11 @@ from agent.report.estimate import estimate_html, write_estimate_report
 from agent.report.figure_curve import figure_friction_curve
 from agent.report.figure_cycle import figure_cycle
 from agent.report.figure_prediction import figure_prediction
-from agent.report.views import EstimateViews, RecordingView, SteadyWindow
+from agent.report.views import EstimateViews, RecordingView
 
 __all__ = [
     "EstimateViews",
     "RecordingView",
-    "SteadyWindow",
     "estimate_html",
     "figure_cycle",
     "figure_friction_curve",

@@ -9,23 +9,7 @@ from numpy.typing import NDArray
 
 from agent.identify.result import Floats
 from agent.identify.signals import Signals
-
-
-@dataclass(frozen=True)
-class SteadyWindow:
-    """Samples `start` to `stop` (exclusive) of a recording, passed at one steady velocity.
-
-    Parameters
-    ----------
-    start, stop : int
-        Index range into the recording's arrays.
-    velocity_rad_s : float
-        The window's mean velocity, motor side.
-    """
-
-    start: int
-    stop: int
-    velocity_rad_s: float
+from agent.identify.windows import SteadyWindow
 
 
 @dataclass(frozen=True)

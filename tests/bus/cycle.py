@@ -12,7 +12,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from tests.system.processes import started, stribeck
+from tests.system.processes import be_patient, started, stribeck
 
 SPEED_LIMIT_S = 60.0
 
@@ -31,6 +31,7 @@ def main() -> int:
         fake = ["fake", "--interface", "socketcan", "--channel", arguments.channel]
         fake += ["--write-cell", str(cell), "--short"]
         with started(fake, out / "fake.log", ready="ready"):
+            be_patient(cell)
             run = ("run", cell, "--axis", "1", "--out", out, "--json")
             done = stribeck(*run, timeout_s=SPEED_LIMIT_S)
         shutil.copytree(out, arguments.out, dirs_exist_ok=True)

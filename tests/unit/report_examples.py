@@ -17,8 +17,9 @@ from agent.identify.result import (
     Validation,
 )
 from agent.identify.signals import Signals
+from agent.identify.windows import SteadyWindow
 from agent.physics.friction import COULOMB_VISCOUS, FEENY_MOON, STRIBECK, FrictionLaw
-from agent.report.views import EstimateViews, RecordingView, SteadyWindow
+from agent.report.views import EstimateViews, RecordingView
 
 RATE_HZ = 1000.0
 STEP_S = 2.0
@@ -89,7 +90,7 @@ def recording(
         name=name,
     )
     steady = tuple(
-        SteadyWindow(k * step + 450, (k + 1) * step - 450, float(level))
+        SteadyWindow(0, k * step + 450, (k + 1) * step - 450, float(level))
         for k, level in enumerate(levels)
     )
     return RecordingView(
