@@ -202,7 +202,8 @@ class _RunWriter:
         )
         self._stream = StreamWriter(
             request.folder,
-            f"{cell.robot}-axis{axis.number}-{stamp}-{plan.trajectory.name}",
+            f"{cell.robot}-axis{axis.number}-{stamp}-{plan.trajectory.name}"
+            + ("-reversed" if request.reverse else ""),
             metadata,
             columns(with_temperature=plan.limits.temperature_required),
         )
