@@ -14,7 +14,8 @@ import pytest
 from agent.report import estimate_html
 from tests.unit import report_examples as examples
 
-BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("chrome")
+NAMES = ("chromium", "chromium-browser", "google-chrome")
+BROWSER = next((found for name in NAMES if (found := shutil.which(name))), None)
 FLAGS = (
     "--headless",
     "--no-sandbox",
