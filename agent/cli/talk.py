@@ -58,7 +58,7 @@ def progress_bar(title: str) -> Iterator[Callable[[str, float], None]]:
 
 @contextlib.contextmanager
 def stop_on_signal() -> Iterator[Callable[[], str | None]]:
-    """Turn Ctrl-C and SIGTERM into a request to stop that the control loop asks for.
+    """Turn Ctrl-C, SIGTERM and SIGHUP into a request to stop that the control loop asks for.
 
     The joint is then stopped by the one clean-up path, in order, instead of the program being torn
     out of it. A second Ctrl-C changes nothing: the clean-up is already on its way.
@@ -67,11 +67,12 @@ def stop_on_signal() -> Iterator[Callable[[], str | None]]:
     reason = ["the operator asked for it"]
 
     def ask(number: int, _frame: FrameType | None) -> None:
-        if number == signal.SIGTERM:
-            reason[0] = "the program was asked to end (SIGTERM)"
+        if number != signal.SIGINT:
+            reason[0] = f"the program was asked to end ({signal.Signals(number).name})"
         asked.set()
 
-    kinds = (signal.SIGINT, signal.SIGTERM)
+    names = ("SIGINT", "SIGTERM", "SIGHUP")  # SIGHUP: the terminal was closed; not on Windows
+    kinds = [getattr(signal, name) for name in names if hasattr(signal, name)]
     previous = {kind: signal.signal(kind, ask) for kind in kinds}
     try:
         yield lambda: reason[0] if asked.is_set() else None

@@ -2,8 +2,8 @@
 
 Stepped, not threaded: `Sequence.cycle(now_s, samples)` takes what was measured since the last tick
 and returns what to send in this one. It never waits and never touches a device, so a test steps
-through it. Every set-point other than standstill passes `gate.refusals`; whatever refuses trips
-the interlock and ends the cycle with `StoppedError`.
+through it. From the moment that motion may begin, every set-point, standstill included, passes
+`gate.refusals`; whatever refuses trips the interlock and ends the cycle with `StoppedError`.
 """
 
 from __future__ import annotations
@@ -146,9 +146,9 @@ class Sequence:
             self._set_out(
                 Stage.APPROACH, now_s, self.plan.trajectory.start_position_rad, newest.position_rad
             )
-            return self._rest(Stage.APPROACH.value)
+            return self._rest(now_s, Stage.APPROACH.value)
         self._within_time(now_s, "the drive was not enabled")
-        return self._rest(Stage.ENABLE.value)
+        return self._rest(now_s, Stage.ENABLE.value)
 
     def _approach(self, now_s: float, step_s: float) -> Step:
         step = self._move(now_s, step_s, Stage.APPROACH.value)
@@ -168,7 +168,7 @@ class Sequence:
                 )
             else:
                 self._set_out(Stage.APPROACH, now_s, target, position)
-        return self._rest(Stage.APPROACH.value)
+        return self._rest(now_s, Stage.APPROACH.value)
 
     def _stair(self, now_s: float, step_s: float) -> Step:
         step = self._move(now_s, step_s, None)
@@ -176,7 +176,7 @@ class Sequence:
             return step
         if self._settled(now_s):
             self._set_out(Stage.RETURN, now_s, self._home_rad, self._newest.position_rad)
-        return self._rest("rest")
+        return self._rest(now_s, "rest")
 
     def _return(self, now_s: float, step_s: float) -> Step:
         step = self._move(now_s, step_s, Stage.RETURN.value)
@@ -186,7 +186,7 @@ class Sequence:
             self.interlock = self.interlock.after(Event.MOTION_DONE)
             self._next(Stage.DISABLE, now_s)
             return self._off()
-        return self._rest(Stage.RETURN.value)
+        return self._rest(now_s, Stage.RETURN.value)
 
     def _disable(self, now_s: float, _step_s: float) -> Step:
         newest = self._newest
@@ -220,13 +220,17 @@ class Sequence:
             previous_velocity_rad_s=self._sent_velocity_rad_s,
             step_s=step_s,
         )
+        self._insist(wanted, now_s)
+        self._sent_velocity_rad_s = at.velocity_rad_s
+        return Step(Command(Goal.ON, at.velocity_rad_s), phase or at.phase, position)
+
+    def _insist(self, wanted: SetPoint, now_s: float) -> None:
+        """Trip unless interlock and gate both let the set-point pass."""
         against = refusals(self.plan.limits, wanted, self._newest, now_s)
         if not self.interlock.may_move:
             against = (f"the interlock is {self.interlock.state.value}", *against)
         if against:
             raise self.trip("; ".join(against))
-        self._sent_velocity_rad_s = at.velocity_rad_s
-        return Step(Command(Goal.ON, at.velocity_rad_s), phase or at.phase, position)
 
     def _set_out(self, stage: Stage, now_s: float, to_rad: float, from_rad: float) -> None:
         """Plan a point-to-point move from where the joint stands."""
@@ -258,8 +262,11 @@ class Sequence:
         if now_s - since > self.plan.transition_timeout_s:
             raise self.trip(f"{what} within {self.plan.transition_timeout_s:.1f} s")
 
-    def _rest(self, phase: str) -> Step:
-        """Hold at standstill."""
+    def _rest(self, now_s: float, phase: str) -> Step:
+        """Hold at standstill; what is measured must allow even that, once motion may begin."""
+        if self.interlock.may_move:
+            still = SetPoint(0.0, self._newest.position_rad, self._sent_velocity_rad_s, 0.0)
+            self._insist(still, now_s)
         return self._still(AT_REST, phase)
 
     def _off(self) -> Step:
