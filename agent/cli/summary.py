@@ -14,8 +14,9 @@ def summary(estimate: Estimate) -> str:
     An estimate that is not decidable shows its reasons and no numbers.
     """
     if not estimate.decidable:
-        reasons = "\n".join(f"  - {reason}" for reason in estimate.reasons)
-        return f"{estimate.sentence or 'Not decidable.'}\n{reasons}"
+        if len(estimate.reasons) == 1:
+            return estimate.sentence
+        return "\n".join(["Not decidable:", *(f"  - {reason}" for reason in estimate.reasons)])
     lines = [estimate.sentence]
     selected = estimate.selected_model
     if selected is not None:
