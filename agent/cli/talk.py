@@ -45,7 +45,7 @@ def progress_bar(title: str) -> Iterator[Callable[[str, float], None]]:
 
     def update(stage: str, share: float) -> None:
         words = STAGES.get(stage, stage)
-        progress.update(task, completed=share, description=f"{title}: {words:<22}")
+        progress.update(task, completed=share, description=f"{f'{title}: {words}':<40}")
         if not progress.live.is_started:
             progress.start()
 

@@ -217,12 +217,12 @@ class CycleRunner:
             step = sequence.cycle(now_s, samples)
             if sequence.done:
                 self._torque_asked = False
+                self._progress(Stage.DONE.value, 1.0)
                 return
             self._recorder.sent(now_s, step)
             self._axis.send(step.command)
             if tick % report_every == 0:
                 self._progress(sequence.stage.value, sequence.progress)
-        self._progress(Stage.DONE.value, 1.0)
 
     def _observe(self) -> list[Sample]:
         """Return what the drive says during a fifth of a second without torque."""
