@@ -10,8 +10,7 @@ import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-
-from agent.identify.result import Parameter
+from typing import Protocol
 
 NO_NUMBER = "–"
 
@@ -52,6 +51,25 @@ _LABELS = {
     "gravity_cos_nm": "Gravity, cosine of the arm angle",
     "torque_offset_nm": "Torque offset",
 }
+
+
+class Quantity(Protocol):
+    """A number with its 95 % interval, as `agent.identify.result.Parameter` is one."""
+
+    @property
+    def value(self) -> float:
+        """Return the number, in SI."""
+        ...
+
+    @property
+    def ci95(self) -> tuple[float, float] | None:
+        """Return both ends of the interval, where there is one."""
+        ...
+
+    @property
+    def identified(self) -> bool:
+        """Return whether the data carry it."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -95,7 +113,7 @@ def scale_for(unit: str, values: Iterable[float]) -> Scale:
     return Scale(*scales[-1])
 
 
-def scales_for(parameters: Iterable[tuple[str, Parameter]]) -> dict[str, Scale]:
+def scales_for(parameters: Iterable[tuple[str, Quantity]]) -> dict[str, Scale]:
     """Choose one scale for each SI unit, so that numbers in one table can be compared.
 
     Parameters that were not identified have no say: their numbers are not shown.
@@ -140,12 +158,12 @@ def significant(value: float, digits: int = 4) -> str:
     return fixed(value, decimals)
 
 
-def written(parameter: Parameter, factor: float = 1.0) -> tuple[str, str, str]:
+def written(parameter: Quantity, factor: float = 1.0) -> tuple[str, str, str]:
     """Write value, interval and half-width of an identified parameter by the digits rule.
 
     Parameters
     ----------
-    parameter : Parameter
+    parameter : Quantity
         An identified one.
     factor : float
         From SI to the unit written.
