@@ -36,9 +36,11 @@ def be_patient(cell: Path) -> None:
     """Widen a cell's supervision: a late tick on a loaded test machine is not what is tested."""
     text = cell.read_text()
     for old, new in (
-        ("heartbeat_timeout_s = 0.15", "heartbeat_timeout_s = 0.4"),
-        ("sample_age_max_s = 0.1", "sample_age_max_s = 0.3"),
-        ("velocity_error_max_rad_s = 20.0", "velocity_error_max_rad_s = 60.0"),
+        ("heartbeat_timeout_s = 0.15", "heartbeat_timeout_s = 1.0"),
+        ("drive_heartbeat_period_s = 0.1", "drive_heartbeat_period_s = 0.5"),
+        ("sample_age_max_s = 0.1", "sample_age_max_s = 1.0"),
+        ("velocity_error_max_rad_s = 20.0", "velocity_error_max_rad_s = 160.0"),
+        ("following_error_max_arm_deg = 2.0", "following_error_max_arm_deg = 30.0"),
     ):
         assert old in text
         text = text.replace(old, new)
