@@ -18,6 +18,7 @@ from trajectories.trajectory import (
     SteadyWindow,
     Trajectory,
 )
+from trajectories.triangle import triangle, triangle_period_s
 from trajectories.warm_up import warm_up
 
 __all__ = [
@@ -45,5 +46,7 @@ __all__ = [
     "stair_between",
     "stair_paired",
     "summarise",
+    "triangle",
+    "triangle_period_s",
     "warm_up",
 ]
