@@ -145,26 +145,37 @@ def _regress(motions: Sequence[Motion], asked_hz: float | None) -> _Regression:
     """Fit the rigid body; below an arm's resonance, if the inertia shows that there is one.
 
     A flexible arm seems heavier the closer the motion comes to its resonance. Without a cutoff
-    asked for, the fit is repeated at half the cutoff; while a well-determined inertia differs by
-    more than 1 %, the lower cutoff is taken, at most twice.
+    asked for, the rigid fit is repeated at half the cutoff; while a well-determined inertia
+    differs by more than 1 %, the lower cutoff is taken, at most twice. What is left of the spring
+    there, to the first order, may then take part in the fit.
     """
     cutoff = shared_cutoff(motions)
     share = cutoff.noise_share if asked_hz is None else 0.0
     chosen_hz = cutoff.frequency_hz if asked_hz is None else asked_hz
     rows = _rows(motions, chosen_hz, share)
-    body = fit_rigid_body(rows)
+    rigid = fit_rigid_body(rows, spring=False)
     notes: list[str] = []
     for _ in range(_HALVINGS if asked_hz is None else 0):
         lower_rows = _rows(motions, chosen_hz / 2.0, share)
-        lower = fit_rigid_body(lower_rows)
-        if body is None or lower is None or not _resonance_between(lower, body):
+        lower = fit_rigid_body(lower_rows, spring=False)
+        if rigid is None or lower is None or not _resonance_between(lower, rigid):
             break
-        chosen_hz, rows, body = chosen_hz / 2.0, lower_rows, lower
+        chosen_hz, rows, rigid = chosen_hz / 2.0, lower_rows, lower
         notes = [
             "the inertia changes with frequency: the arm is flexible, and the cutoff was halved"
         ]
+    body = fit_rigid_body(rows)
+    if body is not None and rigid is not None and _theta(body) != _theta(rigid):
+        notes.append(
+            "the torque shows a spring between motor and arm; its first term took part in the "
+            "rigid body's fit"
+        )
     notes.append(f"signals and regressors were low-passed alike at {chosen_hz:.3g} Hz")
     return _Regression(chosen_hz, rows, body, tuple(notes))
+
+
+def _theta(fit: RigidBodyFit) -> list[float]:
+    return [float(w) for w in weights(fit)]
 
 
 def _resonance_between(lower: RigidBodyFit, upper: RigidBodyFit) -> bool:

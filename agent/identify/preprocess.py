@@ -50,6 +50,8 @@ class FilteredStretch:
         The columns of thesis (4.5), in the order of `physics.rigid_body.PARAMETERS`.
     torque_nm, velocity_rad_s : ndarray, shape (n,)
         Filtered alike.
+    snap_rad_s4 : ndarray, shape (n,)
+        Second derivative of the filtered acceleration.
     usable : ndarray of bool, shape (n,)
         False where the direction of motion is unknown, and at the stretch's ends.
     """
@@ -58,6 +60,7 @@ class FilteredStretch:
     regressor: Floats
     torque_nm: Floats
     velocity_rad_s: Floats
+    snap_rad_s4: Floats
     usable: NDArray[np.bool_]
 
 
@@ -191,8 +194,14 @@ def _filter_stretch(
         regressor=filtered[: len(PARAMETERS)].T,
         torque_nm=filtered[-2],
         velocity_rad_s=velocity_filtered,
+        snap_rad_s4=_second_derivative(filtered[_ACCELERATION], stretch.period_s),
         usable=usable,
     )
+
+
+def _second_derivative(values: Floats, period_s: float) -> Floats:
+    """Return the second central difference of evenly sampled values, shape (n,)."""
+    return np.gradient(np.gradient(values, period_s), period_s)
 
 
 def direction_of(velocity: Floats, period_s: float, cutoff_hz: float, noise_rad_s: float) -> Floats:

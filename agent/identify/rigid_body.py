@@ -3,6 +3,13 @@
 Columns that this motion cannot tell apart are left out and reported with the reason; they are
 never given a number. Intervals come from leaving out blocks of time, because the residuals are
 coloured by ripple, control and the filter.
+
+An arm behind a spring is heavier the faster the motion changes: seen from the motor, a joint of
+motor inertia Jm and arm inertia Ja on a spring k asks for ``(Jm + Ja/(1 - w^2 Ja/k)) a``, which is
+``(Jm + Ja) a - (Ja^2/k) d2a/dt2`` to the first order below the resonance. Where the data show that
+second term, its column takes part in the fit, so that neither the inertia nor gravity (at the
+ends of a stroke, acceleration looks like position) has to stand in for it. It is no parameter of
+the rigid body, and predicts nothing.
 """
 
 from __future__ import annotations
@@ -20,6 +27,7 @@ from agent.identify.uncertainty import block_jackknife, student_975
 from agent.physics.rigid_body import PARAMETERS
 
 _INFLATION = 1000.0  # a parameter's variance against that with all other columns orthogonal
+_UNMISTAKABLE = 3.0
 _BLOCKS = 40
 _FEWEST_BLOCKS = 12
 _GRAVITY = ("gravity_sin_nm", "gravity_cos_nm")
@@ -39,6 +47,8 @@ class Rows:
         Filtered alike.
     time_s : ndarray, shape (N,)
         Time of filtering units, rising without gaps or overlaps over stretches and recordings.
+    snap_rad_s4 : ndarray, shape (N,)
+        Second derivative of the acceleration column.
     inertia_hidden : str
         Why the inertia is not felt: velocity that hardly changes, noise; empty where it is.
     arm_stroke_rad : float
@@ -48,6 +58,7 @@ class Rows:
     columns: Floats
     torque_nm: Floats
     time_s: Floats
+    snap_rad_s4: Floats
     inertia_hidden: str
     arm_stroke_rad: float
 
@@ -66,7 +77,7 @@ def collect_rows(
     noise_share : float
         Measuring noise in the filtered acceleration, as a share of its root mean square.
     """
-    columns, torques, times = [], [], []
+    columns, torques, times, snaps = [], [], [], []
     clock_s = 0.0
     for s in stretches:
         time_s = s.stretch.time_s - s.stretch.time_s[0] + clock_s
@@ -74,6 +85,7 @@ def collect_rows(
         columns.append(s.regressor[s.usable])
         torques.append(s.torque_nm[s.usable])
         times.append(time_s[s.usable])
+        snaps.append(s.snap_rad_s4[s.usable])
     fastest = max((float(np.abs(s.velocity_rad_s).max()) for s in stretches), default=0.0)
     change = max((float(np.ptp(s.velocity_rad_s)) for s in stretches), default=0.0)
     hidden = ""
@@ -85,13 +97,21 @@ def collect_rows(
         np.concatenate(columns) if columns else np.zeros((0, len(PARAMETERS))),
         np.concatenate(torques) if torques else np.zeros(0),
         np.concatenate(times) if times else np.zeros(0),
+        np.concatenate(snaps) if snaps else np.zeros(0),
         inertia_hidden=hidden,
         arm_stroke_rad=arm_stroke_rad,
     )
 
 
-def fit_rigid_body(rows: Rows) -> RigidBodyFit | None:
+def fit_rigid_body(rows: Rows, *, spring: bool = True) -> RigidBodyFit | None:
     """Regress the torque on the motion, shape (N, 6), as far as the motion carries it.
+
+    Parameters
+    ----------
+    rows : Rows
+        Filtered samples.
+    spring : bool
+        Whether a spring between motor and arm may take part, where the data show one.
 
     Returns
     -------
@@ -108,16 +128,14 @@ def fit_rigid_body(rows: Rows) -> RigidBodyFit | None:
     blocks = _blocks(rows.time_s)
     if int(blocks[-1]) + 1 < _FEWEST_BLOCKS or not kept:
         return None
-    theta, covariance, dof = block_jackknife(columns, rows.torque_nm, blocks)
-    reach = student_975(dof) * np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    theta, ends = _regress(rows, kept, blocks, spring=spring)
     parameters: dict[str, Parameter] = {}
     for name in PARAMETERS:
         if name in reasons:
             parameters[name] = Parameter.not_identified(reasons[name])
         else:
             k = kept.index(PARAMETERS.index(name))
-            value, half = float(theta[k]), float(reach[k])
-            parameters[name] = Parameter(value, (value - half, value + half))
+            parameters[name] = Parameter(float(theta[k]), (float(ends[k, 0]), float(ends[k, 1])))
     predicted = columns @ theta
     singular = np.linalg.svd(columns.T @ columns, compute_uv=False)
     condition = float(np.sqrt(singular[0] / singular[-1])) if singular[-1] > 0.0 else np.inf
@@ -127,6 +145,40 @@ def fit_rigid_body(rows: Rows) -> RigidBodyFit | None:
         rmse_nm=float(np.sqrt(np.mean((rows.torque_nm - predicted) ** 2))),
         fit_percent=fit_percent(rows.torque_nm, predicted),
     )
+
+
+def _regress(
+    rows: Rows, kept: Sequence[int], blocks: NDArray[np.int64], *, spring: bool
+) -> tuple[Floats, Floats]:
+    """Return the kept parameters and their 95 % intervals, shapes (p,) and (p, 2).
+
+    The spring's column is one of the regression's where its coefficient exceeds zero by three
+    times its own interval. Between one and three times it may be a spring or what friction does
+    at reversals: the parameters are the rigid body's, and the intervals reach over both fits.
+    """
+    torque_nm = rows.torque_nm
+    theta, reach = _with_reach(rows.columns[:, kept], torque_nm, blocks)
+    ends = np.stack((theta - reach, theta + reach), axis=-1)
+    if not spring or PARAMETERS.index("inertia_kg_m2") not in kept:
+        return theta, ends
+    columns = np.column_stack((rows.columns[:, kept], -rows.snap_rad_s4))
+    if variance_inflation(columns)[-1] > _INFLATION:
+        return theta, ends
+    sprung, sprung_reach = _with_reach(columns, torque_nm, blocks)
+    if not sprung[-1] > sprung_reach[-1]:
+        return theta, ends
+    sprung_ends = np.stack((sprung - sprung_reach, sprung + sprung_reach), axis=-1)[:-1]
+    if sprung[-1] > _UNMISTAKABLE * sprung_reach[-1]:
+        return sprung[:-1], sprung_ends
+    lower, upper = np.minimum(ends, sprung_ends), np.maximum(ends, sprung_ends)
+    return theta, np.stack((lower[:, 0], upper[:, 1]), axis=-1)
+
+
+def _with_reach(
+    columns: Floats, torque_nm: Floats, blocks: NDArray[np.int64]
+) -> tuple[Floats, Floats]:
+    theta, covariance, dof = block_jackknife(columns, torque_nm, blocks)
+    return theta, student_975(dof) * np.sqrt(np.maximum(np.diag(covariance), 0.0))
 
 
 def weights(fit: RigidBodyFit) -> Floats:

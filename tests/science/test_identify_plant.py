@@ -32,16 +32,20 @@ def drive(joint: JointParameters) -> tuple[Signals, Plant]:
         speeds_rad_s=[1.0, 2.0, 3.5, 6.0, 9.0, 14.0, 20.0, 30.0, 45.0, 70.0],
         scale_speeds=True,
     )
-    time_s = np.arange(int(stair.duration_s * RATE_HZ)) / RATE_HZ
-    commands = stair.sample(time_s).velocity_rad_s
     plant = Plant(joint)
     plant.power_on()
     plant.rise_rad_s2 = plant.fall_rad_s2 = 1e6
+    # The set-point moves at the drive's own pace: in steps of the sampling period it would make
+    # a sawtooth of the torque, of which every sample catches the same tooth's end.
     steps = round(1.0 / (RATE_HZ * plant.servo.step_s))
+    samples = int(stair.duration_s * RATE_HZ)
+    commands = stair.sample(np.arange(samples * steps) * plant.servo.step_s).velocity_rad_s
+    time_s = (np.arange(samples) + 1) / RATE_HZ
     rows = []
-    for command in commands:
-        plant.target_rad_s = float(command)
-        plant.advance(steps)
+    for part in commands.reshape(samples, steps).tolist():
+        for command in part:
+            plant.target_rad_s = command
+            plant.advance(1)
         turns = plant.counts / plant.servo.encoder_counts_per_rev
         rows.append((2.0 * math.pi * turns, plant.velocity_measured_rad_s, plant.torque_nm))
     position, velocity, torque = np.array(rows).T
@@ -89,8 +93,30 @@ def test_without_stribeck_the_twin_is_the_plants_own() -> None:
     assert found["coulomb_nm"].value == pytest.approx(plant.friction.coulomb_nm, rel=0.01)
     viscous = plant.friction.viscous_nm_s_per_rad
     assert found["viscous_nm_s_per_rad"].value == pytest.approx(viscous, rel=0.02)
-    # The arm rings at 8 Hz: what is left of it in the band makes the joint seem a little heavier.
-    assert found["inertia_kg_m2"].value == pytest.approx(joint.inertia_kg_m2, rel=0.03)
+    assert found["inertia_kg_m2"].value == pytest.approx(joint.inertia_kg_m2, rel=0.005)
+
+
+@pytest.mark.parametrize(("gravity_nm", "static_extra_nm"), [(0.0, 0.15), (1.0, 0.0)])
+@pytest.mark.parametrize("resonance_hz", [5.0, 8.0, 12.0, 20.0])
+def test_intervals_cover_the_truth_below_any_resonance(
+    resonance_hz: float, gravity_nm: float, static_extra_nm: float
+) -> None:
+    joint = replace(
+        JOINT,
+        spring_nm_per_rad=JOINT.arm_inertia_kg_m2 * (2.0 * math.pi * resonance_hz) ** 2,
+        gravity_sin_nm=gravity_nm,
+        gravity_cos_nm=0.3 * gravity_nm,
+        friction=FrictionParameters(static_extra_nm=static_extra_nm),
+    )
+    body = estimate([drive(joint)[0]]).rigid_body
+    assert body is not None
+    inertia = body.parameters["inertia_kg_m2"]
+    assert inertia.value == pytest.approx(joint.inertia_kg_m2, rel=0.035)
+    for name in ("inertia_kg_m2", "gravity_sin_nm", "gravity_cos_nm", "torque_offset_nm"):
+        found = body.parameters[name]
+        truth = 0.0 if name == "torque_offset_nm" else getattr(joint, name)
+        assert found.ci95 is not None
+        assert found.ci95[0] <= truth <= found.ci95[1], (name, found, truth)
 
 
 def test_a_cutoff_near_the_resonance_shows_why_it_is_halved() -> None:
