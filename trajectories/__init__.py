@@ -2,11 +2,14 @@
 
 from trajectories.arm import arm_deg, motor_rad
 from trajectories.checks import TrajectoryError
+from trajectories.design import DesignedStair, DesignRequest, design_stair
+from trajectories.design_information import Belief, Expectation, TorqueNoise, expect
 from trajectories.document import SCHEMA
 from trajectories.extrema import TorqueModel
 from trajectories.limits import AxisLimits, Excess, Margin, check, margins
 from trajectories.paired_stair import stair_paired
 from trajectories.point_to_point import point_to_point
+from trajectories.reversals import reversals
 from trajectories.segment import Phase, Segment
 from trajectories.speeds import Spacing, spaced_speeds
 from trajectories.stair import stair_between
@@ -24,7 +27,11 @@ from trajectories.warm_up import warm_up
 __all__ = [
     "SCHEMA",
     "AxisLimits",
+    "Belief",
+    "DesignRequest",
+    "DesignedStair",
     "Excess",
+    "Expectation",
     "Margin",
     "Phase",
     "PositionWindow",
@@ -35,13 +42,17 @@ __all__ = [
     "SteadyWindow",
     "Summary",
     "TorqueModel",
+    "TorqueNoise",
     "Trajectory",
     "TrajectoryError",
     "arm_deg",
     "check",
+    "design_stair",
+    "expect",
     "margins",
     "motor_rad",
     "point_to_point",
+    "reversals",
     "spaced_speeds",
     "stair_between",
     "stair_paired",

@@ -1,0 +1,225 @@
+"""How speeds become strokes: climb through some on the way up, through the others on the way down.
+
+A stroke starts and ends at rest, and is driven back mirrored in time, so that every speed is held
+in both directions over the same positions. Since a stroke must come down again anyway, dwells on
+its falling side cost no further ramp; they put slow speeds, which take long, at both ends of the
+stroke, where gravity's sine, cosine and constant differ most.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trajectories.segment import Segment, ramp_times_s
+
+Floats = NDArray[np.float64]
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+_NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
+
+
+@dataclass(frozen=True)
+class Room:
+    """What a stair may use: motor side, every number above zero but `rest_s`.
+
+    Parameters
+    ----------
+    stroke_rad, duration_s : float
+        Distance between the ends; the whole time, rests included.
+    acceleration_rad_s2, jerk_rad_s3 : float
+        Bounds of the ramps.
+    dwell_min_s, rest_s : float
+        No speed is held for less; standstill before, between and after strokes.
+    """
+
+    stroke_rad: float
+    duration_s: float
+    acceleration_rad_s2: float
+    jerk_rad_s3: float
+    dwell_min_s: float
+    rest_s: float
+
+    def ramp(self, change_rad_s: float) -> tuple[float, float]:
+        """Return duration and jerk time of a change of speed."""
+        return ramp_times_s(change_rad_s, self.acceleration_rad_s2, self.jerk_rad_s3)
+
+    def stroke_for_rad(self, speed_rad_s: float) -> float:
+        """Return the stroke that a speed needs: up, held for the shortest dwell, and down."""
+        return speed_rad_s * (self.ramp(speed_rad_s)[0] + self.dwell_min_s)
+
+
+@dataclass(frozen=True)
+class Stroke:
+    """Speeds in the order in which they are held, all above zero, with a dwell each."""
+
+    speeds_rad_s: tuple[float, ...]
+    dwells_s: tuple[float, ...]
+
+    def table(self, room: Room) -> Floats:
+        """Return ramps and dwells in order, shape (k, 4): start and end speed, time, jerk time."""
+        rows, before = [], 0.0
+        for speed, dwell_s in zip(self.speeds_rad_s, self.dwells_s, strict=True):
+            rows.append((before, speed, *room.ramp(speed - before)))
+            rows.append((speed, speed, dwell_s, 0.0))
+            before = speed
+        rows.append((before, 0.0, *room.ramp(before)))
+        return np.array(rows)
+
+    def segments(self, room: Room, direction: float) -> list[Segment]:
+        """Return the stroke out."""
+        bounds = room.acceleration_rad_s2, room.jerk_rad_s3
+        out, before = [], 0.0
+        for speed, dwell_s in zip(self.speeds_rad_s, self.dwells_s, strict=True):
+            velocity = direction * speed
+            out.append(Segment.ramp(before, velocity, *bounds))
+            out.append(Segment.steady(velocity, dwell_s))
+            before = velocity
+        return [*out, Segment.ramp(before, 0.0, *bounds)]
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Strokes, each driven out and back from the same end."""
+
+    strokes: tuple[Stroke, ...]
+
+    @property
+    def speeds_rad_s(self) -> Floats:
+        """Every speed once, in the order of the strokes, shape (n,)."""
+        return np.array([v for s in self.strokes for v in s.speeds_rad_s])
+
+    @property
+    def dwells_s(self) -> Floats:
+        """Dwell of each speed in one direction, shape (n,)."""
+        return np.array([d for s in self.strokes for d in s.dwells_s])
+
+    def distances_rad(self, room: Room) -> list[float]:
+        """Return how far each stroke leads."""
+        tables = [s.table(room) for s in self.strokes]
+        return [float(np.sum(0.5 * (t[:, 0] + t[:, 1]) * t[:, 2])) for t in tables]
+
+    def body_gram(
+        self, room: Room, start_rad: float, direction: float, gear_ratio: float
+    ) -> Floats:
+        """Return ``integral r r' dt`` over out and back, shape (4, 4).
+
+        With ``r = [a, sin(q/N), cos(q/N), 1]``. Because the way back mirrors the way out in time,
+        products of these with the velocity or its sign cancel: friction is orthogonal to them.
+        """
+        gram = np.zeros((4, 4))
+        for stroke in self.strokes:
+            v0, v1, time_s, jerk_s = stroke.table(room).T
+            # The exact mean square of the trapezoid of acceleration, on a straight ramp.
+            held_s = time_s - jerk_s
+            square = ((v1 - v0) / held_s) ** 2 * (time_s - 4.0 / 3.0 * jerk_s) / time_s
+            acceleration = direction * np.sign(v1 - v0) * np.sqrt(square)
+            ends = np.cumsum(0.5 * (v0 + v1) * time_s)
+            u = _NODES[:, np.newaxis] * time_s
+            way = ends - 0.5 * (v0 + v1) * time_s + u * (v0 + 0.5 * (v1 - v0) * u / time_s)
+            arm = (start_rad + direction * way) / gear_ratio
+            rows = np.stack(
+                (
+                    np.broadcast_to(acceleration, arm.shape),
+                    np.sin(arm),
+                    np.cos(arm),
+                    np.ones_like(arm),
+                )
+            ).reshape(4, -1)
+            weight = 2.0 * (_WEIGHTS[:, np.newaxis] * time_s).ravel()
+            gram += (rows * weight) @ rows.T
+        return gram
+
+    def segments(self, room: Room, direction: float) -> tuple[Segment, ...]:
+        """Return the whole stair, rests included."""
+        pause = [Segment.rest(room.rest_s)] if room.rest_s > 0.0 else []
+        out = list(pause)
+        for stroke in self.strokes:
+            ahead = stroke.segments(room, direction)
+            out += [*ahead, *pause, *(s.reversed() for s in reversed(ahead)), *pause]
+        return tuple(out)
+
+
+def lay_out(
+    speeds_rad_s: Sequence[float], shares: Sequence[float], strokes: int, room: Room, mixed: bool
+) -> Layout | None:
+    """Return the stair that holds these speeds in proportion to their shares of the time.
+
+    The common unit of dwell is as long as the time allows, in a stroke that would become too long
+    as long as the stroke allows.
+
+    Parameters
+    ----------
+    speeds_rad_s, shares : sequence of float
+        Rising speeds, and how long each is held, in proportion.
+    strokes : int
+        How many.
+    room : Room
+        What may be used.
+    mixed : bool
+        Deal the speeds out in turn, fastest first, so that every stroke is fast; else slow and
+        fast speeds have strokes of their own.
+
+    Returns
+    -------
+    Layout or None
+        None where ramps, shortest dwells or the stroke leave no such stair.
+    """
+    groups = _grouped(list(zip(speeds_rad_s, shares, strict=True)), strokes, mixed)
+    if any(not group for group in groups):
+        return None
+    time_s = 0.5 * (room.duration_s - (2 * strokes + 1) * room.rest_s)
+    units: list[float] = []
+    for group in groups:
+        before = ramps_rad = 0.0
+        for speed in (*(v for v, _ in group), 0.0):
+            ramp_s = room.ramp(speed - before)[0]
+            ramps_rad += 0.5 * (before + speed) * ramp_s
+            time_s -= ramp_s
+            before = speed
+        # A hair less than the stroke, for rounding.
+        left_rad = room.stroke_rad * (1.0 - 1e-9) - ramps_rad
+        units.append(left_rad / sum(v * share for v, share in group))
+    unit_s = _common_unit(units, [sum(share for _, share in g) for g in groups], time_s)
+    made = []
+    for group, most_s in zip(groups, units, strict=True):
+        dwells = tuple(share * min(unit_s, most_s) for _, share in group)
+        if min(dwells) < room.dwell_min_s:
+            return None
+        made.append(Stroke(tuple(v for v, _ in group), dwells))
+    return Layout(tuple(made))
+
+
+def _common_unit(most_s: Sequence[float], shares: Sequence[float], time_s: float) -> float:
+    """Return the unit of dwell that uses up the time, where strokes cut it at a most each."""
+    unit_s, free = 0.0, list(zip(most_s, shares, strict=True))
+    while free and time_s > 0.0:
+        unit_s = time_s / sum(share for _, share in free)
+        cut = [(most, share) for most, share in free if most < unit_s]
+        if not cut:
+            break
+        time_s -= sum(most * share for most, share in cut)
+        free = [(most, share) for most, share in free if most >= unit_s]
+    return unit_s
+
+
+def _grouped(
+    held: list[tuple[float, float]], strokes: int, mixed: bool
+) -> list[list[tuple[float, float]]]:
+    """Deal speeds out to strokes; within a stroke, every other one on the way down."""
+    if mixed:
+        groups = [held[-1 - k :: -strokes][::-1] for k in range(strokes)]
+    else:
+        cuts = np.linspace(0, len(held), strokes + 1).round().astype(int)
+        groups = [held[a:b] for a, b in pairwise(cuts)]
+    return [_up_and_down(group, odd=bool(k % 2)) for k, group in enumerate(groups)]
+
+
+def _up_and_down(group: list[tuple[float, float]], *, odd: bool) -> list[tuple[float, float]]:
+    """Put every other speed on the way down, the fastest in between."""
+    up, down = group[odd::2], group[1 - odd :: 2]
+    return [*up, *reversed(down)]
