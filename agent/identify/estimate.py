@@ -105,7 +105,7 @@ def identify(
     unseen = None if validation is None or body is None else read_motion(validation)
     validated = None
     if unseen is not None and body is not None:
-        validated = validate(body, _rows([unseen], chosen_hz), unseen.signals.name)
+        validated = validate(body, rows_of([unseen], chosen_hz), unseen.signals.name)
     notes = [note for motion in motions for note in motion.notes]
     notes += [] if curve is None else list(curve.notes)
     notes += regression.notes
@@ -152,11 +152,11 @@ def _regress(motions: Sequence[Motion], asked_hz: float | None) -> _Regression:
     cutoff = shared_cutoff(motions)
     share = cutoff.noise_share if asked_hz is None else 0.0
     chosen_hz = cutoff.frequency_hz if asked_hz is None else asked_hz
-    rows = _rows(motions, chosen_hz, share)
+    rows = rows_of(motions, chosen_hz, share)
     rigid = fit_rigid_body(rows, spring=False)
     notes: list[str] = []
     for _ in range(_HALVINGS if asked_hz is None else 0):
-        lower_rows = _rows(motions, chosen_hz / 2.0, share)
+        lower_rows = rows_of(motions, chosen_hz / 2.0, share)
         lower = fit_rigid_body(lower_rows, spring=False)
         if rigid is None or lower is None or not _resonance_between(lower, rigid):
             break
@@ -223,8 +223,18 @@ def twin_from_estimate(result: Estimate, *, robot: str, axis: int, gear_ratio: f
     )
 
 
-def _rows(motions: Sequence[Motion], cutoff_hz: float, noise_share: float = 0.0) -> Rows:
-    """Filter all recordings and collect their usable rows."""
+def rows_of(motions: Sequence[Motion], cutoff_hz: float, noise_share: float = 0.0) -> Rows:
+    """Filter all recordings of an axis and collect their usable rows.
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+        From `read_motion`.
+    cutoff_hz : float
+        Of the low-pass.
+    noise_share : float
+        Measuring noise in the filtered acceleration, as a share of its root mean square.
+    """
     stretches = [s for motion in motions for s in filter_motion(motion, cutoff_hz)]
     ends = [
         (float(q.min()), float(q.max()))

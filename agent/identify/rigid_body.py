@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify.friction_models import fit_percent
+from agent.identify.linear import time_blocks
 from agent.identify.preprocess import SPEED_CHANGE, FilteredStretch
 from agent.identify.result import Floats, Parameter, RigidBodyFit, Validation
 from agent.identify.uncertainty import block_jackknife, student_975
@@ -125,7 +126,7 @@ def fit_rigid_body(rows: Rows, *, spring: bool = True) -> RigidBodyFit | None:
     reasons = _left_out(rows)
     kept = [i for i, name in enumerate(PARAMETERS) if name not in reasons]
     columns = rows.columns[:, kept]
-    blocks = _blocks(rows.time_s)
+    blocks = time_blocks(rows.time_s, _BLOCKS)
     if int(blocks[-1]) + 1 < _FEWEST_BLOCKS or not kept:
         return None
     theta, ends = _regress(rows, kept, blocks, spring=spring)
@@ -270,11 +271,3 @@ def _mixed_reason(name: str, rows: Rows) -> str:
         "torque_offset_nm": "moving one way, a constant torque cannot be told from friction",
         "viscous_nm_s_per_rad": "at one speed, viscous friction cannot be told from Coulomb",
     }[name]
-
-
-def _blocks(time_s: Floats) -> NDArray[np.int64]:
-    """Return the block of time of every row, about 40 of equal length, rising from 0."""
-    span = float(time_s[-1] - time_s[0])
-    number = np.floor((time_s - time_s[0]) / span * _BLOCKS * (1.0 - 1e-12)).astype(np.int64)
-    # Blocks that hold no usable sample leave no number behind.
-    return np.cumsum(np.diff(number, prepend=number[0]) > 0).astype(np.int64)

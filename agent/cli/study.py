@@ -1,0 +1,170 @@
+"""`stribeck study`: what a rigid-body regression is worth, and what it leaves."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import typer
+
+from agent.cli.outcome import Conclusion, conclude, signals_of
+from agent.cli.talk import talker
+from agent.errors import InputError, StorageError
+from agent.identify.estimate import rows_of
+from agent.identify.instrumental import fit_instrumental, has_command
+from agent.identify.preprocess import Motion, filter_motion, read_motion
+from agent.identify.residuals import Correlation, correlate, residual_in_words, residual_of
+from agent.identify.result import Floats
+from agent.identify.thresholding import (
+    AccelerationSweep,
+    SpeedStudy,
+    study_speeds,
+    sweep_acceleration,
+)
+from agent.record.atomic import publish
+from agent.record.reading import read_all
+from agent.report.study import StudyPage, write_study_page
+
+SCHEMA = "stribeck.study/1"
+_RUNS_FOR_SPEEDS = 3
+
+
+def run_study(patterns: Sequence[str], out: Path, *, as_json: bool) -> None:
+    """Study the regression of these recordings, write page and numbers, print the finding.
+
+    Raises
+    ------
+    agent.errors.InputError
+        Where the recordings carry no rigid body.
+    """
+    conclusion = conclude(read_all(patterns))
+    page = study_of(conclusion)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StorageError(f"The folder {out} cannot be made: {error}.") from error
+    document = json.dumps(to_json(page, conclusion), indent=2)
+    metadata = conclusion.recordings[0].metadata
+    publish({out / "study.json": f"{document}\n".encode()}, overwrite=True)
+    written = write_study_page(out / "study.html", page, robot=metadata.robot, axis=metadata.axis)
+    if as_json:
+        talker().print(f"The page is in {written}.")
+        typer.echo(document)
+        return
+    typer.echo(page.sentence)
+    for finding in page.findings:
+        typer.echo(f"  - {finding}")
+    typer.echo(f"\nOpen this file:\n  {written}")
+
+
+def study_of(conclusion: Conclusion) -> StudyPage:
+    """Study the rigid body of a conclusion.
+
+    Raises
+    ------
+    agent.errors.InputError
+        Where the recordings carry no rigid body.
+    """
+    body, cutoff_hz = conclusion.estimate.rigid_body, conclusion.identification.cutoff_hz
+    if body is None:
+        reasons = "; ".join(conclusion.estimate.reasons) or "no rigid body was identified"
+        raise InputError(
+            f"There is no regression to study: {reasons}.",
+            "Record a stair of several speeds in both directions.",
+        )
+    motions = [read_motion(signals_of(r)) for r in conclusion.recordings]
+    sweep = sweep_acceleration(rows_of(motions, cutoff_hz))
+    stretches = [s for motion in motions for s in filter_motion(motion, cutoff_hz)]
+    residual = residual_of(stretches, body, cutoff_hz)
+    correlation: Correlation | None
+    try:
+        correlation = correlate(residual)
+        findings = residual_in_words(residual, correlation)
+    except ValueError as error:
+        correlation, findings = None, (f"The residual is not judged: {error}.",)
+    commanded = all(has_command(motion.signals) for motion in motions)
+    return StudyPage(
+        sentence=_sentence(sweep),
+        sweep=sweep,
+        correlation=correlation,
+        findings=findings,
+        judged_on=", ".join(motion.signals.name for motion in motions),
+        speeds=_speeds(motions, cutoff_hz),
+        instrumental=fit_instrumental(motions, cutoff_hz) if commanded else None,
+    )
+
+
+def to_json(page: StudyPage, conclusion: Conclusion) -> dict[str, Any]:
+    """Return the study as plain JSON; what is not a number is null."""
+    document: dict[str, Any] = {
+        "schema": SCHEMA,
+        "recordings": list(conclusion.estimate.recordings),
+        "sentence": page.sentence,
+        "cutoff_hz": conclusion.identification.cutoff_hz,
+        "threshold_sweep": {
+            "threshold_rad_s2": page.sweep.threshold_rad_s2.tolist(),
+            "samples": page.sweep.samples.tolist(),
+            **_regressions(page.sweep),
+        },
+        "residual": {"findings": list(page.findings)},
+        "speeds": None,
+        "instrumental": None,
+    }
+    if page.correlation is not None:
+        names = ("lag_s", "auto", "auto_band", "cross_lag_s", "cross", "cross_band")
+        document["residual"] |= {name: getattr(page.correlation, name).tolist() for name in names}
+    if page.speeds is not None:
+        document["speeds"] = {
+            "speed_rad_s": page.speeds.speed_rad_s.tolist(),
+            **_regressions(page.speeds),
+        }
+    fit = page.instrumental
+    if fit is not None:
+        document["instrumental"] = {
+            "strength": fit.strength,
+            "moved": list(fit.moved),
+            "parameters": {name: p.to_json() for name, p in fit.parameters.items()},
+            "least_squares": {name: p.to_json() for name, p in fit.least_squares.items()},
+        }
+    return document
+
+
+def _regressions(study: AccelerationSweep | SpeedStudy) -> dict[str, Any]:
+    return {
+        "condition_number": _numbers(study.condition_number),
+        "parameters": {
+            name: {
+                "value": _numbers(study.theta[:, k]),
+                "standard_deviation": _numbers(study.standard_deviation[:, k]),
+            }
+            for k, name in enumerate(study.parameters)
+        },
+    }
+
+
+def _numbers(values: Floats) -> list[float | None]:
+    return [float(v) if math.isfinite(v) else None for v in values]
+
+
+def _speeds(motions: Sequence[Motion], cutoff_hz: float) -> SpeedStudy | None:
+    """Study the runs one by one, where there are several."""
+    runs = [rows_of([motion], cutoff_hz) for motion in motions]
+    runs = [r for r in runs if r.torque_nm.size]
+    return study_speeds(runs) if len(runs) >= _RUNS_FOR_SPEEDS else None
+
+
+def _sentence(sweep: AccelerationSweep) -> str:
+    """Say what the threshold does to the conditioning."""
+    first, best = sweep.condition_number[0], sweep.best
+    least = sweep.condition_number[best]
+    whole = f"With every sample the regression's condition number is {first:.3g}"
+    if not least < 0.95 * first or not np.isfinite(first):
+        return f"{whole}; leaving out fast accelerations does not better it."
+    return (
+        f"{whole}; without accelerations above {sweep.threshold_rad_s2[best]:.3g} rad/s² it falls "
+        f"to {least:.3g}."
+    )
