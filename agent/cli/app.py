@@ -92,6 +92,18 @@ def twin(
     run_twin(recordings, out)
 
 
+@app.command(short_help="what the rigid-body regression is worth, and what it leaves")
+def study(
+    recordings: Recordings,
+    out: Annotated[Path, typer.Option(help="Where study.html and study.json go.")],
+    json: Json = False,
+) -> None:
+    """Study the rigid body's regression: acceleration thresholds, residual correlations."""
+    from agent.cli.study import run_study
+
+    run_study(recordings, out, as_json=json)
+
+
 @app.command(short_help="a simulated servo drive as a process")
 def fake(
     interface: Annotated[
