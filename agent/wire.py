@@ -26,6 +26,7 @@ from drivers.cia402.handing_back import restore
 from drivers.cia402.scaling import Scaling, TemperatureSource
 from drivers.clock import Clock, wall_time_utc
 from drivers.ports import AxisEvidence
+from trajectories import Trajectory
 
 REST_S = 0.2
 """How long a joint must stand before it is believed: two periods of a soft arm's ringing."""
@@ -43,12 +44,15 @@ class CycleRequest:
         Where the recording goes.
     reverse : bool
         Whether to drive the reversed stair (validation run).
+    trajectory : Trajectory, optional
+        What to drive in place of the cell's stair; it passes the same checks and the same gate.
     """
 
     cell: Cell
     axis: Axis
     folder: Path
     reverse: bool = False
+    trajectory: Trajectory | None = None
 
 
 def drive_cycle(
@@ -66,7 +70,7 @@ def drive_cycle(
         With notes on what became of the joint and of the recording.
     """
     cell, axis = request.cell, request.axis
-    plan = plan_cycle(cell, axis, reverse=request.reverse)
+    plan = plan_cycle(cell, axis, reverse=request.reverse, trajectory=request.trajectory)
     insist(before_the_bus(cell, axis, plan, request.folder))
     progress("connect", 0.0)  # whatever is slow about showing it, is slow before a joint moves
     config = drive_config(cell, axis)

@@ -50,6 +50,10 @@ def run(
     reverse: Annotated[
         bool, typer.Option("--reverse", help="Drive the reversed stair (validation run).")
     ] = False,
+    trajectory: Annotated[
+        Path | None,
+        typer.Option(metavar="PLAN.json", help="Drive this, not the cell's stair (`plan --out`)."),
+    ] = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Say what would be driven; open no bus.")
     ] = False,
@@ -59,9 +63,28 @@ def run(
     from agent.cli.run import dry_run_axis, run_axis
 
     if dry_run:
-        dry_run_axis(cell, axis, reverse=reverse)
+        dry_run_axis(cell, axis, reverse=reverse, trajectory_path=trajectory)
     else:
-        run_axis(cell, axis, out, reverse=reverse, as_json=json)
+        run_axis(cell, axis, out, reverse=reverse, as_json=json, trajectory_path=trajectory)
+
+
+@app.command(short_help="the best stair for the time there is")
+def plan(
+    cell: Annotated[Path, typer.Argument(metavar="CELL.toml", help="The cell's description.")],
+    axis: Annotated[int, typer.Option(help="Number of the axis.")],
+    seconds: Annotated[float, typer.Option(help="How long the stair may last.")],
+    out: Annotated[
+        Path, typer.Option(help="Folder for plan.json (for `run --trajectory`) and the picture.")
+    ] = Path("stribeck-plan"),
+    noise_nm: Annotated[
+        float, typer.Option(help="Torque noise to reckon with: white, and as much coloured.")
+    ] = 0.02,
+    json: Json = False,
+) -> None:
+    """Design the stair that tells most in the time there is; say what it can and cannot see."""
+    from agent.cli.plan import run_plan
+
+    run_plan(cell, axis, seconds, out, noise_nm=noise_nm, as_json=json)
 
 
 @app.command(short_help="friction and rigid body from recordings")
@@ -90,6 +113,23 @@ def twin(
     from agent.cli.estimate import run_twin
 
     run_twin(recordings, out)
+
+
+@app.command(short_help="torque that is periodic in the motor's position")
+def ripple(
+    recordings: Recordings,
+    highest_order: Annotated[
+        float | None, typer.Option(help="Highest order per motor turn to look for.")
+    ] = None,
+    picture: Annotated[
+        Path | None, typer.Option(help="Write the picture to this file (.svg or .png).")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Find the orders and amplitudes of torque ripple from slow passes at constant velocity."""
+    from agent.cli.ripple import run_ripple
+
+    run_ripple(recordings, highest_order, picture, as_json=json)
 
 
 @app.command(short_help="what the rigid-body regression is worth, and what it leaves")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import typer
@@ -10,15 +11,17 @@ from agent.cell import read_cell
 from agent.cli.outcome import conclude
 from agent.cli.summary import summary
 from agent.cli.talk import progress_bar, stop_on_signal, talker
-from agent.cycle.plan import stair_of
-from agent.errors import RefusedError
+from agent.cycle.plan import trajectory_of
+from agent.errors import InputError, RefusedError
 from agent.record.reading import read
 from agent.wire import CycleRequest, drive_cycle
 from drivers.clock import MonotonicClock
-from trajectories import summarise
+from trajectories import Trajectory, TrajectoryError, summarise
 
 
-def dry_run_axis(cell_path: Path, number: int, *, reverse: bool) -> None:
+def dry_run_axis(
+    cell_path: Path, number: int, *, reverse: bool, trajectory_path: Path | None = None
+) -> None:
     """Say what a cycle would do, with its margins; no bus is opened, nothing moves.
 
     Raises
@@ -28,7 +31,7 @@ def dry_run_axis(cell_path: Path, number: int, *, reverse: bool) -> None:
     """
     cell = read_cell(cell_path)
     axis = cell.axis_numbered(number)
-    trajectory = stair_of(axis, reverse=reverse)
+    trajectory = trajectory_of(axis, read_trajectory(trajectory_path), reverse=reverse)
     plan = summarise(trajectory, axis.motor_limits, axis.torque_model, gear_ratio=axis.gear_ratio)
     typer.echo("\n".join([f"{cell.robot}, axis {number}: dry run, nothing moves.", *plan.lines()]))
     if not axis.commissioned:
@@ -37,14 +40,41 @@ def dry_run_axis(cell_path: Path, number: int, *, reverse: bool) -> None:
         raise RefusedError("The stair does not fit the axis's limits.")
 
 
+def read_trajectory(path: Path | None) -> Trajectory | None:
+    """Read a `stribeck.trajectory/1` document; None where no path is given.
+
+    Raises
+    ------
+    agent.errors.InputError
+        Where the file cannot be read, or describes no trajectory.
+    """
+    if path is None:
+        return None
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+        return Trajectory.from_json(document)
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"The trajectory {path} cannot be read: {error}.") from error
+    except TrajectoryError as error:
+        raise InputError(f"{path} is not a trajectory: {error}.") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{path} is not JSON: {error}.") from error
+
+
 def run_axis(
-    cell_path: Path, number: int, out: Path | None, *, reverse: bool, as_json: bool
+    cell_path: Path,
+    number: int,
+    out: Path | None,
+    *,
+    reverse: bool,
+    as_json: bool,
+    trajectory_path: Path | None = None,
 ) -> None:
     """Drive one cycle and conclude."""
     cell = read_cell(cell_path)
     axis = cell.axis_numbered(number)
     folder = out if out is not None else cell_path.parent / cell.recording.folder
-    request = CycleRequest(cell, axis, folder, reverse)
+    request = CycleRequest(cell, axis, folder, reverse, read_trajectory(trajectory_path))
     with stop_on_signal() as stop_requested, progress_bar(f"axis {number}") as progress:
         result = drive_cycle(
             request, MonotonicClock(), stop_requested=stop_requested, progress=progress

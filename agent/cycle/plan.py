@@ -86,14 +86,33 @@ def stair_of(axis: Axis, *, reverse: bool = False) -> Trajectory:
     return trajectory.reversed() if reverse else trajectory
 
 
-def plan_cycle(cell: Cell, axis: Axis, *, reverse: bool = False) -> CyclePlan:
-    """Return the plan of one cycle: the trajectory and the limits that will be enforced."""
+def trajectory_of(axis: Axis, given: Trajectory | None, *, reverse: bool = False) -> Trajectory:
+    """Return what a cycle drives: the trajectory given, else the cell's stair."""
+    if given is None:
+        return stair_of(axis, reverse=reverse)
+    return given.reversed() if reverse else given
+
+
+def plan_cycle(
+    cell: Cell, axis: Axis, *, reverse: bool = False, trajectory: Trajectory | None = None
+) -> CyclePlan:
+    """Return the plan of one cycle: the trajectory and the limits that will be enforced.
+
+    Parameters
+    ----------
+    cell, axis : Cell, Axis
+        The description.
+    reverse : bool
+        Whether to drive backward in time (validation run).
+    trajectory : Trajectory, optional
+        Takes the place of the cell's stair; everything else, limits included, stays the cell's.
+    """
     limits, stair, motor = axis.limits, axis.stair, axis.motor_limits
     return CyclePlan(
         robot=cell.robot,
         axis=axis.number,
         gear_ratio=axis.gear_ratio,
-        trajectory=stair_of(axis, reverse=reverse),
+        trajectory=trajectory_of(axis, trajectory, reverse=reverse),
         approach=Approach(
             velocity_rad_s=stair.approach_velocity_rad_s,
             acceleration_rad_s2=stair.motor_acceleration_rad_s2,

@@ -1,0 +1,132 @@
+"""`stribeck plan`: the stair that tells most in the time there is, printed and drawn."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import typer
+
+from agent.cell import Axis, read_cell
+from agent.cli.plan_outlook import Outlook, basis, can_see, cannot_see, outlook_of, rows
+from agent.errors import StorageError
+from agent.record.atomic import publish
+from trajectories import summarise
+
+SCHEMA = "stribeck.plan/1"
+
+
+def run_plan(
+    cell_path: Path,
+    number: int,
+    seconds: float,
+    out: Path,
+    *,
+    noise_nm: float,
+    as_json: bool,
+) -> None:
+    """Design the stair, write trajectory and picture, and say what it can and cannot see."""
+    cell = read_cell(cell_path)
+    axis = cell.axis_numbered(number)
+    outlook = outlook_of(cell, axis, seconds, noise_nm)
+    trajectory_path, picture_path = out / "plan.json", out / "plan.html"
+    _write(outlook, trajectory_path, picture_path, axis.gear_ratio)
+    if as_json:
+        typer.echo(json.dumps(_document(outlook), indent=2, allow_nan=False))
+        return
+    typer.echo(plan_in_words(outlook, axis))
+    typer.echo("\nFiles:")
+    typer.echo(f"  {'plan':<10} {trajectory_path}")
+    typer.echo(f"  {'picture':<10} {picture_path}")
+    typer.echo(
+        f"\nDrive it with: stribeck run {cell_path} --axis {number} --trajectory {trajectory_path}"
+    )
+
+
+def plan_in_words(outlook: Outlook, axis: Axis) -> str:
+    """Return the plan as a technician reads it in a terminal."""
+    motion = summarise(
+        outlook.trajectory, axis.motor_limits, axis.torque_model, gear_ratio=axis.gear_ratio
+    )
+    lines = [f"{outlook.robot}, axis {outlook.axis}: plan, nothing moves.", *motion.lines()]
+    lines += ["", "Speeds in the order in which they are held, motor side (then all mirrored):"]
+    lines += [f"  {stroke}" for stroke in _strokes(outlook)]
+    lines += ["", "Expected 95 % intervals, if the joint is as assumed:"]
+    lines += [f"  {label:<40} {value:>18}  {width}" for label, value, width in rows(outlook)]
+    lines += ["", "This plan can see:", *(f"  - {one}" for one in can_see(outlook))]
+    lines += ["", "It cannot see:", *(f"  - {one}" for one in cannot_see(outlook))]
+    lines += ["", basis(outlook)]
+    return "\n".join(lines)
+
+
+def _strokes(outlook: Outlook) -> list[str]:
+    """Return each stroke's speeds and dwells."""
+    parameters = outlook.trajectory.parameters
+    counts, speeds, dwells = (
+        parameters[key] for key in ("speeds_a_stroke", "speeds_rad_s", "dwells_s")
+    )
+    assert isinstance(counts, tuple)
+    assert isinstance(speeds, tuple)
+    assert isinstance(dwells, tuple)
+    held = [f"{v:.3g} rad/s for {d:.2f} s" for v, d in zip(speeds, dwells, strict=True)]
+    out, first = [], 0
+    for count in counts:
+        out.append(", ".join(held[first : first + int(count)]))
+        first += int(count)
+    return out
+
+
+def _write(outlook: Outlook, trajectory: Path, picture: Path, gear_ratio: float) -> None:
+    """Write both files, or none of them."""
+    from agent.report.plan import plan_html
+
+    html = plan_html(
+        outlook.trajectory,
+        outlook.design.expectation,
+        outlook.nominal,
+        title=f"Plan of {outlook.trajectory.duration_s:.1f} s",
+        robot=outlook.robot,
+        axis=outlook.axis,
+        gear_ratio=gear_ratio,
+        rows=rows(outlook),
+        can_see=can_see(outlook),
+        cannot_see=cannot_see(outlook),
+        basis=basis(outlook),
+    )
+    try:
+        trajectory.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StorageError(f"The folder {trajectory.parent} cannot be made: {error}.") from error
+    document = json.dumps(outlook.trajectory.to_json(), indent=1)
+    publish({trajectory: f"{document}\n".encode(), picture: html.encode()}, overwrite=True)
+
+
+def _document(outlook: Outlook) -> dict[str, Any]:
+    """Return the plan for programs; what the motion does not carry has no interval."""
+    seen = outlook.design.expectation
+    return {
+        "schema": SCHEMA,
+        "robot": outlook.robot,
+        "axis": outlook.axis,
+        "trajectory": outlook.trajectory.to_json(),
+        "expected": {
+            name: {
+                "assumed": outlook.nominal[name],
+                "half_ci95": half if math.isfinite(half) else None,
+                "seen": outlook.sees(name),
+            }
+            for name, half in outlook.half_widths.items()
+        },
+        "friction_curve": {
+            "velocity_rad_s": seen.speed_rad_s.tolist(),
+            "standard_error_nm": seen.point_error_nm.tolist(),
+        },
+        "visible_rise_nm": seen.visible_rise_nm,
+        "visible_rise_at_one_speed_nm": seen.visible_rise_at_one_speed_nm,
+        "stribeck_range_rad_s": outlook.stribeck_range_rad_s,
+        "can_see": can_see(outlook),
+        "cannot_see": cannot_see(outlook),
+        "basis": basis(outlook),
+    }

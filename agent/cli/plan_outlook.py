@@ -1,0 +1,259 @@
+"""What a designed stair can and cannot see, from a cell's rough idea of the joint; in words."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.cell import Axis, Cell
+from agent.errors import InputError
+from agent.numbers import (
+    decimals_for,
+    fixed,
+    parameter_label,
+    parameter_unit,
+    scale_for,
+    significant,
+)
+from agent.physics.friction import STRIBECK
+from agent.physics.sensitivity import sensitivity
+from trajectories import (
+    Belief,
+    DesignedStair,
+    DesignRequest,
+    TorqueNoise,
+    Trajectory,
+    design_stair,
+    expect,
+)
+from trajectories.design_information import BODY_PARAMETERS
+
+Floats = NDArray[np.float64]
+
+CORRELATION_S = 0.02
+"""Over which torque noise that a drive's control loop has coloured forgets itself."""
+
+_STATIC_EXTRA_SHARE = 0.25  # of Coulomb friction
+_STRIBECK_RAD_S = (6.0, 3.0, 12.0)  # nominal, then the range that the design must bear
+_EXPONENTS = (1.3, 1.0, 1.8)
+_SEEN = 0.5  # an interval wider than half of the value to either side tells little
+_SCAN = 60
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """A plan for one axis, and what it stands on.
+
+    Parameters
+    ----------
+    robot, axis : str, int
+        Whose joint.
+    request, design : DesignRequest, DesignedStair
+        What was asked for, and what came of it.
+    nominal : dict
+        The parameters that were assumed, by name.
+    stribeck_range_rad_s : tuple of float or None
+        Stribeck velocities that the plan would find to within half of their value.
+    """
+
+    robot: str
+    axis: int
+    request: DesignRequest
+    design: DesignedStair
+    nominal: dict[str, float]
+    stribeck_range_rad_s: tuple[float, float] | None
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """What would be driven."""
+        return self.design.trajectory
+
+    @property
+    def half_widths(self) -> dict[str, float]:
+        """Half of the expected 95 % intervals, by parameter."""
+        return dict(self.design.expectation.half_widths)
+
+    def sees(self, name: str) -> bool:
+        """Tell whether the expected interval stays within half of the value to either side.
+
+        Offset and gravity may well be zero: they are measured against Coulomb friction.
+        """
+        size = abs(self.nominal[name])
+        if name in BODY_PARAMETERS[1:]:
+            size = max(size, self.nominal["coulomb_nm"])
+        return self.half_widths[name] <= _SEEN * size
+
+
+def outlook_of(cell: Cell, axis: Axis, seconds: float, noise_nm: float) -> Outlook:
+    """Design the stair for an axis and a time.
+
+    Parameters
+    ----------
+    cell, axis : Cell, Axis
+        Speeds, ramps and stroke come from ``[axis.stair]``, the joint from ``[axis.expected]``.
+    seconds : float
+        The time budget.
+    noise_nm : float
+        Standard deviation of white torque noise; coloured noise of the same size is added.
+
+    Raises
+    ------
+    agent.errors.InputError
+        The cell does not say what joint to expect.
+    trajectories.TrajectoryError
+        No stair fits; says what would be needed.
+    """
+    expected, stair = axis.expected, axis.stair
+    if expected is None or not all(
+        (expected.coulomb_nm, expected.viscous_nm_s_per_rad, expected.inertia_kg_m2)
+    ):
+        raise InputError(
+            f"A plan needs a rough idea of axis {axis.number}: [axis.expected] must hold "
+            "inertia_kg_m2, coulomb_nm and viscous_nm_s_per_rad above zero.",
+            "An earlier estimate, a data sheet or a similar axis will do.",
+        )
+    friction = {
+        "coulomb_nm": expected.coulomb_nm,
+        "viscous_nm_s_per_rad": expected.viscous_nm_s_per_rad,
+        "static_extra_nm": _STATIC_EXTRA_SHARE * expected.coulomb_nm,
+        "stribeck_velocity_rad_s": _STRIBECK_RAD_S[0],
+        "exponent": _EXPONENTS[0],
+    }
+    prior = [friction] + [
+        {**friction, "stribeck_velocity_rad_s": v, "exponent": d}
+        for v in _STRIBECK_RAD_S
+        for d in _EXPONENTS[1:]
+    ]
+    gravity_nm = expected.gravity_peak_nm
+    request = DesignRequest(
+        from_rad=axis.motor_rad(stair.arm_from_deg),
+        to_rad=axis.motor_rad(stair.arm_to_deg),
+        duration_s=seconds,
+        speed_min_rad_s=stair.motor_velocity_min_rad_s,
+        speed_max_rad_s=stair.motor_velocity_max_rad_s,
+        acceleration_rad_s2=stair.motor_acceleration_rad_s2,
+        jerk_rad_s3=stair.motor_jerk_rad_s3,
+        limits=axis.motor_limits,
+        belief=Belief(
+            STRIBECK.parameters,
+            tuple(friction[name] for name in STRIBECK.parameters),
+            tuple(sensitivity(STRIBECK, member) for member in prior),
+            expected.inertia_kg_m2,
+            gravity_nm if gravity_nm > 0.0 else expected.coulomb_nm,
+            axis.gear_ratio,
+        ),
+        noise=TorqueNoise(noise_nm, noise_nm, CORRELATION_S, cell.recording.sample_rate_hz),
+        torque_model=axis.torque_model,
+    )
+    design = design_stair(request)
+    nominal = friction | dict.fromkeys(BODY_PARAMETERS[1:3], gravity_nm)
+    nominal |= {"inertia_kg_m2": expected.inertia_kg_m2, "torque_offset_nm": 0.0}
+    found = _stribeck_range(request, design.trajectory, friction)
+    return Outlook(cell.robot, axis.number, request, design, nominal, found)
+
+
+def _stribeck_range(
+    request: DesignRequest, trajectory: Trajectory, friction: dict[str, float]
+) -> tuple[float, float] | None:
+    """Return the longest run of Stribeck velocities that are found to within half their value."""
+    scan = np.geomspace(0.25 * request.speed_min_rad_s, request.speed_max_rad_s, _SCAN)
+    best: tuple[float, float] | None = None
+    begin: float | None = None
+    for velocity in scan.tolist():
+        member = sensitivity(STRIBECK, {**friction, "stribeck_velocity_rad_s": velocity})
+        belief = replace(request.belief, friction=(member,))
+        seen = expect(trajectory, belief, request.noise, settle_s=request.settle_s)
+        if seen.half_widths["stribeck_velocity_rad_s"] > _SEEN * velocity:
+            begin = None
+            continue
+        begin = velocity if begin is None else begin
+        if best is None or velocity / begin >= best[1] / best[0]:
+            best = (begin, velocity)
+    return best
+
+
+def rows(outlook: Outlook) -> list[tuple[str, str, str]]:
+    """Return parameter, assumed value and expected half-interval, with their units.
+
+    Infinite intervals are written as what they are: not seen.
+    """
+    out = []
+    for name, half in outlook.half_widths.items():
+        value = outlook.nominal[name]
+        if not math.isfinite(half):
+            out.append((parameter_label(name), _amount(name, value), "not seen"))
+            continue
+        scale = scale_for(parameter_unit(name), (value or half,))
+        places = decimals_for(half * scale.factor)
+        assumed = f"{fixed(value * scale.factor, places)} {scale.unit}".strip()
+        width = f"± {fixed(half * scale.factor, places)} {scale.unit}".strip()
+        out.append((parameter_label(name), assumed, width))
+    return out
+
+
+def can_see(outlook: Outlook) -> list[str]:
+    """Return what this plan tells, a sentence each."""
+    seen, speeds = outlook.design.expectation, outlook.design.expectation.speed_rad_s
+    share = 100.0 * seen.visible_rise_nm / outlook.nominal["coulomb_nm"]
+    out = [
+        f"The friction curve at {speeds.size} speeds from {significant(float(speeds.min()), 3)} to "
+        f"{significant(float(speeds.max()), 3)} rad/s, both directions over the same positions.",
+        f"A rise of friction of {_amount('_nm', seen.visible_rise_nm)} at all speeds "
+        f"({significant(share, 2)} % of Coulomb), or of "
+        f"{_amount('_nm', seen.visible_rise_at_one_speed_nm)} at any one speed, between two such "
+        "runs at one temperature (four of five such rises, one false alarm in twenty).",
+    ]
+    found = outlook.stribeck_range_rad_s
+    if found is not None:
+        out.append(
+            f"A Stribeck velocity between {significant(found[0], 2)} and "
+            f"{significant(found[1], 2)} rad/s, to within half of its value."
+        )
+    return out
+
+
+def cannot_see(outlook: Outlook) -> list[str]:
+    """Return what this plan does not tell, a sentence each."""
+    out = []
+    if outlook.stribeck_range_rad_s is None:
+        out.append(
+            "The Stribeck velocity, to within half of its value: more time or slower speeds would."
+        )
+    for name in outlook.half_widths:
+        if outlook.sees(name) or (
+            name.startswith("stribeck_") and not outlook.stribeck_range_rad_s
+        ):
+            continue
+        if math.isfinite(outlook.half_widths[name]):
+            out.append(f"{parameter_label(name)}, to within half of its value: more time would.")
+        else:
+            out.append(f"{parameter_label(name)}: this stroke and these speeds do not carry it.")
+    slowest = float(outlook.design.expectation.speed_rad_s.min())
+    out.append(
+        f"Friction below {significant(slowest, 3)} rad/s, presliding and backlash: they need slow "
+        "reversals of small amplitude."
+    )
+    out.append(
+        "The gearbox temperature's part in a change of friction: compare runs at one temperature."
+    )
+    return out
+
+
+def basis(outlook: Outlook) -> str:
+    """Say what the numbers stand on."""
+    noise = outlook.request.noise
+    return (
+        f"Reckoned with torque noise of {_amount('_nm', noise.white_nm)} white and "
+        f"{_amount('_nm', noise.coloured_nm)} coloured ({1e3 * noise.correlation_s:.0f} ms), "
+        f"sampled at {noise.sample_rate_hz:g} Hz; Stribeck velocities from "
+        f"{min(_STRIBECK_RAD_S):g} to {max(_STRIBECK_RAD_S):g} rad/s and exponents from "
+        f"{min(_EXPONENTS):g} to {max(_EXPONENTS):g}; a rigid joint without ripple."
+    )
+
+
+def _amount(name: str, value: float) -> str:
+    scale = scale_for(parameter_unit(name), (value,))
+    return f"{significant(scale.factor * value, 3)} {scale.unit}".strip()
