@@ -1,0 +1,184 @@
+"""Torque over motor angle as a spectrum of orders, each with its local, coloured background.
+
+An *order* is a number of periods per motor turn, whole or not. A pass at constant velocity is
+averaged over equal steps of angle and transformed; the noise at an order is the median of its
+neighbours' power, so that colour of any shape sets its own threshold.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from agent.identify.result import Floats
+
+_OVERSAMPLING = 8  # grid points between two orders that a pass can tell apart
+_NEIGHBOURS = 24  # independent orders on either side that make the background
+_STEPS_PER_PERIOD = 4  # of the highest order
+_MEDIAN_OF_EXPONENTIAL = math.log(2.0)
+BACKGROUND_DOF = 46.0  # of the median of 2 x 24 exponentials, as a chi-square, two per order
+_MOST_SAMPLES, _SAMPLES_PER_TURN = 4096, 256
+_TREND = 3  # level, slope and bow of torque along a pass: gravity, cables, warming
+
+
+@dataclass(frozen=True)
+class AnglePass:
+    """The samples of one pass at constant velocity.
+
+    Parameters
+    ----------
+    angle_rad, torque_nm : ndarray, shape (n,)
+        Motor angle and torque.
+    velocity_rad_s : float
+        Mean velocity.
+    absolute : bool
+        Whether the angle was recorded; an integrated one starts at an unknown angle.
+    name : str
+        Of its recording.
+    """
+
+    angle_rad: Floats
+    torque_nm: Floats
+    velocity_rad_s: float
+    absolute: bool
+    name: str
+
+    @property
+    def turns(self) -> float:
+        """Return how many motor turns it covers."""
+        return float(np.ptp(self.angle_rad)) / (2.0 * math.pi)
+
+    @property
+    def step_rad(self) -> float:
+        """Return the mean angle between samples."""
+        return float(np.ptp(self.angle_rad)) / max(self.angle_rad.size - 1, 1)
+
+    def compact(self) -> AnglePass:
+        """Return the pass with neighbours averaged, where it has far more samples than needed."""
+        block = self.angle_rad.size // int(max(_MOST_SAMPLES, _SAMPLES_PER_TURN * self.turns))
+        if block < 2:
+            return self
+        count = self.angle_rad.size // block * block
+        angle, torque = (
+            x[:count].reshape(-1, block).mean(axis=1) for x in (self.angle_rad, self.torque_nm)
+        )
+        return replace(self, angle_rad=angle, torque_nm=torque)
+
+    def columns(self, orders: Sequence[float]) -> Floats:
+        """Return trend, then cosine and sine of every order, shape (n, 3 + 2 m)."""
+        middle = 0.5 * (self.angle_rad.min() + self.angle_rad.max())
+        x = (self.angle_rad - middle) / max(0.5 * float(np.ptp(self.angle_rad)), 1e-300)
+        out = np.empty((x.size, _TREND + 2 * len(orders)))
+        out[:, :_TREND] = np.stack((np.ones_like(x), x, x * x - 1.0 / 3.0), axis=-1)
+        for i, order in enumerate(orders):
+            out[:, _TREND + 2 * i] = np.cos(order * self.angle_rad)
+            out[:, _TREND + 2 * i + 1] = np.sin(order * self.angle_rad)
+        return out
+
+    def without(self, orders: Sequence[float]) -> tuple[AnglePass, Floats]:
+        """Return the pass less its trend and these orders, and their (cos, sin), shape (m, 2)."""
+        columns = self.columns(orders)
+        theta = np.linalg.lstsq(columns, self.torque_nm, rcond=None)[0]
+        rest = replace(self, torque_nm=self.torque_nm - columns @ theta)
+        return rest, np.asarray(theta[_TREND:], dtype=np.float64).reshape(-1, 2)
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Complex amplitudes of several passes on one grid of orders.
+
+    Parameters
+    ----------
+    order : ndarray, shape (k,)
+        Periods per motor turn.
+    amplitude_nm : ndarray of complex, shape (p, k)
+        ``a - i b`` of ``a cos(order q) + b sin(order q)`` in each of p passes.
+    variance_nm2 : ndarray, shape (p, k)
+        Of a and of b, from the background.
+    """
+
+    order: Floats
+    amplitude_nm: np.ndarray[tuple[int, int], np.dtype[np.complex128]]
+    variance_nm2: Floats
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Which orders are looked at: steps of angle, length of the transform, lowest and highest.
+
+    `apart` is the distance at which every pass can tell two orders from each other.
+    """
+
+    step_rad: float
+    length: int
+    lowest: float
+    highest: float
+    apart: float
+
+    @property
+    def independent(self) -> float:
+        """Return how many orders the longest pass tells apart in this range."""
+        return max(1.0, (self.highest - self.lowest) * self.length * self.step_rad / self._padding)
+
+    @property
+    def _padding(self) -> float:
+        return 2.0 * math.pi * _OVERSAMPLING
+
+
+def grid_for(passes: Sequence[AnglePass], highest: float | None) -> Grid:
+    """Return the grid that all passes share.
+
+    The lowest order has two periods in the shortest pass, the highest four samples a period in the
+    coarsest, or what the caller asks for.
+    """
+    step = max(p.step_rad for p in passes)
+    limit = 2.0 * math.pi / (_STEPS_PER_PERIOD * step)
+    top = limit if highest is None else min(limit, highest)
+    step = 2.0 * math.pi / (_STEPS_PER_PERIOD * top)
+    turns = max(p.turns for p in passes)
+    shortest = min(p.turns for p in passes)
+    length = math.ceil(_OVERSAMPLING * 2.0 * math.pi * turns / step)
+    return Grid(step, length, 2.0 / shortest, top, 1.0 / shortest)
+
+
+def spectrum_of(passes: Sequence[AnglePass], grid: Grid) -> Spectrum:
+    """Return the passes' spectra; their trend must have been taken out."""
+    k = np.arange(grid.length // 2) * 2.0 * math.pi / (grid.length * grid.step_rad)
+    kept = (k >= grid.lowest) & (k <= grid.highest)
+    amplitudes, variances = [], []
+    for p in passes:
+        even, start = _evenly(p, grid.step_rad)
+        transform = np.fft.rfft(even, grid.length)[: k.size] * (2.0 / even.size)
+        amplitudes.append((transform * np.exp(-1j * k * start))[kept])
+        per_order = max(_OVERSAMPLING * max(q.turns for q in passes) / p.turns, 1.0)
+        power = np.abs(transform[kept]) ** 2
+        variances.append(0.5 * _background(power, round(per_order)))
+    variance = np.asarray(np.stack(variances), dtype=np.float64)
+    return Spectrum(k[kept], np.stack(amplitudes), variance)
+
+
+def _evenly(p: AnglePass, step_rad: float) -> tuple[Floats, float]:
+    """Return the mean torque in equal steps of angle, and the first step's centre."""
+    first = float(p.angle_rad.min())
+    bins = ((p.angle_rad - first) / step_rad).astype(np.int64)
+    count = np.bincount(bins)
+    total = np.bincount(bins, weights=p.torque_nm)
+    at = np.flatnonzero(count)
+    means = np.interp(np.arange(count.size), at, total[at] / count[at])
+    return np.asarray(means - means.mean(), dtype=np.float64), first + 0.5 * step_rad
+
+
+def _background(power: Floats, per_order: int) -> Floats:
+    """Return the local mean power of the noise: the median of the neighbours over ln 2."""
+    reach = _NEIGHBOURS * per_order
+    padded = np.pad(power, reach, mode="reflect" if power.size > reach else "symmetric")
+    views = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1)
+    stride = max(per_order // 2, 1)
+    coarse = np.arange(0, power.size, stride)
+    medians = np.median(views[coarse][:, :: max(per_order // 2, 1)], axis=1)
+    floor = 1e-18 * max(float(power.max(initial=0.0)), 1e-300)
+    smooth = np.interp(np.arange(power.size), coarse, medians)
+    return np.maximum(smooth / _MEDIAN_OF_EXPONENTIAL, floor)

@@ -1,0 +1,107 @@
+"""Torque ripple: amplitude over orders per motor turn, and what stands out of the background."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from agent.identify.ripple import Ripple
+from agent.numbers import scale_for, significant
+from agent.report.canvas import (
+    INK,
+    MEASURED,
+    MUTED,
+    PREDICTED,
+    WITH_LABELS_IN,
+    Panel,
+    bins_for,
+    figure_of,
+    key_in_header,
+    stacked,
+    styled,
+)
+from agent.report.thinning import polyline
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_NAMED = 8
+_MARGIN = 1.6  # times the highest order found
+
+
+@styled
+def figure_ripple(found: Ripple, *, narrow: bool = False) -> Figure:
+    """Draw the amplitude over the order, the threshold, and the orders found with intervals.
+
+    Parameters
+    ----------
+    found : Ripple
+        A decidable one.
+    narrow : bool
+        Draw for a phone's width.
+
+    Raises
+    ------
+    ValueError
+        If nothing was scanned.
+    """
+    if not found.order.size:
+        raise ValueError("expected a scan of orders, got none")
+    axes = stacked([Panel(2.6, WITH_LABELS_IN)], narrow=narrow, header_in=0.2)[0]
+    figure = figure_of(axes)
+    shown = found.order <= _highest(found)
+    scale = scale_for("N m", (float(found.amplitude_nm[shown].max()),))
+    order = found.order[shown]
+    x, y = polyline(order, found.amplitude_nm[shown] * scale.factor, bins_for(figure))
+    axes.plot(x, y, color=MEASURED, lw=1.0, label="torque, rms over passes")
+    x, y = polyline(order, found.threshold_nm[shown] * scale.factor, bins_for(figure))
+    axes.plot(x, y, color=MUTED, lw=0.9, ls=(0, (4, 2)), label="stands out above")
+    for i, line in enumerate(found.lines):
+        at, size = line.order_per_motor_rev.value, line.amplitude_nm
+        low, high = size.ci95 if size.ci95 is not None else (size.value, size.value)
+        axes.plot(
+            [at, at], [low * scale.factor, high * scale.factor], color=PREDICTED, lw=1.4, zorder=4
+        )
+        label = "found, 95 % interval" if i == 0 else None
+        axes.plot(at, size.value * scale.factor, "o", ms=4, color=PREDICTED, label=label, zorder=5)
+        if i < _NAMED:
+            axes.annotate(
+                significant(at, 3),
+                (at, high * scale.factor),
+                xytext=(0, 3),
+                textcoords="offset points",
+                ha="center",
+                fontsize=8,
+                color=INK,
+            )
+    axes.set_ylim(0.0, axes.get_ylim()[1] * 1.05)
+    axes.set_xlim(0.0, float(order[-1]))
+    axes.set_xlabel("order, periods per motor turn")
+    axes.set_ylabel(f"amplitude, {scale.unit}")
+    axes.set_title("torque ripple")
+    key_in_header(axes, columns=1 if narrow else 3)
+    return figure
+
+
+def ripple_in_words(found: Ripple) -> str:
+    """Say in words what `figure_ripple` shows, for those who do not see it."""
+    if not found.lines:
+        return "Amplitude of the torque over orders per motor turn; nothing stands out."
+    top = found.lines[0].amplitude_nm.value
+    scale = scale_for("N m", (top,))
+    parts = ", ".join(
+        f"{significant(line.order_per_motor_rev.value, 3)} "
+        f"({significant(line.amplitude_nm.value * scale.factor, 3)} {scale.unit})"
+        for line in found.lines[:_NAMED]
+    )
+    return f"Amplitude of the torque over orders per motor turn; what stands out: {parts}."
+
+
+def _highest(found: Ripple) -> float:
+    """Return the order up to which is drawn: some way beyond the highest one found."""
+    last = float(found.order[-1])
+    if not found.lines:
+        return last
+    highest = max(line.order_per_motor_rev.value for line in found.lines)
+    return float(np.clip(_MARGIN * highest, min(10.0, last), last))
