@@ -146,7 +146,12 @@ def grid_for(passes: Sequence[AnglePass], highest: float | None) -> Grid:
 
 def spectrum_of(passes: Sequence[AnglePass], grid: Grid) -> Spectrum:
     """Return the passes' spectra; their trend must have been taken out."""
-    k = np.arange(grid.length // 2) * 2.0 * math.pi / (grid.length * grid.step_rad)
+    k: Floats = (
+        np.arange(grid.length // 2, dtype=np.float64)
+        * 2.0
+        * math.pi
+        / (grid.length * grid.step_rad)
+    )
     kept = (k >= grid.lowest) & (k <= grid.highest)
     amplitudes, variances = [], []
     for p in passes:
