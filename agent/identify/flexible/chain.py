@@ -1,0 +1,168 @@
+"""A chain of masses behind the motor, seen from the motor (thesis 3.2 and 3.3).
+
+The motor feels the chain as an *apparent inertia* that depends on frequency. A mass J behind a
+spring k with damper d, carried by something that accelerates, answers with
+
+``M(s) = m (d s + k) / (m s^2 + d s + k)``,
+
+where m is its own inertia plus the apparent inertia of what it carries itself. At low frequency
+the chain is rigid, ``M(0) = sum J``; where its masses swing against a held motor (antiresonance)
+M has its poles.
+
+Everything is on the motor side, in numbers without dimension or in logarithms, so that no value
+that an optimiser can reach is negative: ``omega_i = sqrt(k_i/J_i)``, ``zeta_i = d_i/(2 J_i
+omega_i)``, and for two masses the gear's share of their inertia as a logit. The inertia of the
+whole chain is a factor in front, and so linear.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.identify.result import Floats
+
+Complexes = NDArray[np.complex128]
+Kind = Literal["two-mass", "three-mass"]
+
+SHAPE_SIZE = {"two-mass": 2, "three-mass": 5}
+"""How many shape parameters a kind of chain has: (ln w, ln z) a mass, and one logit."""
+
+
+@dataclass(frozen=True)
+class Chain:
+    """Masses behind the motor, the nearest first; tuples of one or two, motor side.
+
+    Parameters
+    ----------
+    inertia_kg_m2, spring_nm_per_rad, damper_nm_s_per_rad : tuple of float
+        Each mass, and the spring and damper that carry it; above zero.
+    """
+
+    inertia_kg_m2: tuple[float, ...]
+    spring_nm_per_rad: tuple[float, ...]
+    damper_nm_s_per_rad: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        values = (*self.inertia_kg_m2, *self.spring_nm_per_rad, *self.damper_nm_s_per_rad)
+        lengths = {len(self.spring_nm_per_rad), len(self.damper_nm_s_per_rad)}
+        if len(self.inertia_kg_m2) not in (1, 2) or lengths != {len(self.inertia_kg_m2)}:
+            raise ValueError(f"expected one or two masses, each with spring and damper, got {self}")
+        if not all(math.isfinite(v) and v > 0.0 for v in values):
+            raise ValueError(f"expected inertias, springs and dampers above zero, got {self}")
+
+    @property
+    def total_kg_m2(self) -> float:
+        """Return the inertia of the whole chain."""
+        return sum(self.inertia_kg_m2)
+
+    def antiresonances_rad_s(self) -> Floats:
+        """Return where the chain swings against a held motor, undamped, rising, shape (m,)."""
+        matrix = _dynamic_matrix(self.inertia_kg_m2, self.spring_nm_per_rad)
+        return np.asarray(np.sqrt(np.sort(np.linalg.eigvals(matrix).real)), dtype=np.float64)
+
+    def resonances_rad_s(self, motor_inertia_kg_m2: float) -> Floats:
+        """Return where motor and chain swing freely, undamped, rising, shape (m,)."""
+        inertias = (motor_inertia_kg_m2, *self.inertia_kg_m2)
+        matrix = _dynamic_matrix(inertias, (0.0, *self.spring_nm_per_rad))
+        squares = np.sort(np.abs(np.linalg.eigvals(matrix).real))[1:]
+        return np.asarray(np.sqrt(squares), dtype=np.float64)
+
+
+def _dynamic_matrix(inertias: tuple[float, ...], springs: tuple[float, ...]) -> Floats:
+    """Return ``J^-1 K`` of a chain whose first spring hangs on a wall."""
+    count = len(inertias)
+    stiffness = np.zeros((count, count))
+    for i, k in enumerate(springs):
+        stiffness[i, i] += k
+        if i:
+            stiffness[i - 1, i - 1] += k
+            stiffness[i - 1, i] -= k
+            stiffness[i, i - 1] -= k
+    return np.asarray(stiffness / np.array(inertias)[:, np.newaxis])
+
+
+def chain_of(shape: Floats, total_kg_m2: float = 1.0) -> Chain:
+    """Return the chain that a vector of shape parameters and a total inertia stand for.
+
+    Parameters
+    ----------
+    shape : ndarray, shape (2,) or (5,)
+        ``ln omega, ln zeta`` for each mass, the nearest first; for two masses then the logit of
+        the nearest mass' share of their inertia.
+    total_kg_m2 : float
+        Inertia of all masses together.
+    """
+    if shape.shape[0] == 2:
+        shares: tuple[float, ...] = (1.0,)
+    else:
+        nearest = 1.0 / (1.0 + math.exp(-float(shape[4])))
+        shares = (nearest, 1.0 - nearest)
+    inertias = tuple(total_kg_m2 * share for share in shares)
+    omegas = np.exp(shape[0 : 2 * len(shares) : 2])
+    zetas = np.exp(shape[1 : 2 * len(shares) : 2])
+    return Chain(
+        inertias,
+        tuple(float(j * w * w) for j, w in zip(inertias, omegas, strict=True)),
+        tuple(float(2.0 * z * w * j) for j, w, z in zip(inertias, omegas, zetas, strict=True)),
+    )
+
+
+def shape_of(chain: Chain) -> Floats:
+    """Return the shape parameters of a chain: the inverse of `chain_of`."""
+    out: list[float] = []
+    for j, k, d in zip(
+        chain.inertia_kg_m2, chain.spring_nm_per_rad, chain.damper_nm_s_per_rad, strict=True
+    ):
+        out += [0.5 * math.log(k / j), math.log(d / (2.0 * math.sqrt(k * j)))]
+    if len(chain.inertia_kg_m2) == 2:
+        out.append(math.log(chain.inertia_kg_m2[0] / chain.inertia_kg_m2[1]))
+    return np.array(out)
+
+
+def apparent_inertia(chain: Chain, omega_rad_s: Floats) -> Complexes:
+    """Return the chain's torque on the motor per motor acceleration, kg m2, shape (n,)."""
+    s = 1j * omega_rad_s
+    carried: Complexes = np.zeros_like(s)
+    masses = zip(
+        chain.inertia_kg_m2, chain.spring_nm_per_rad, chain.damper_nm_s_per_rad, strict=True
+    )
+    for inertia, spring, damper in reversed(list(masses)):
+        m = inertia + carried
+        link = damper * s + spring
+        carried = m * link / (m * s * s + link)
+    return carried
+
+
+def free_motion(chain: Chain, time_s: Floats) -> Floats:
+    """Return how the chain's torque dies away by itself while the motor stands.
+
+    Parameters
+    ----------
+    time_s : ndarray, shape (n,)
+        From zero upward.
+
+    Returns
+    -------
+    ndarray, shape (n, 2 m)
+        A basis of all free motions of m masses: ``Re`` and ``Im`` of ``exp(s t)`` for every pair
+        of complex poles, ``exp(s t)`` for every real one.
+    """
+    count = len(chain.inertia_kg_m2)
+    stiffness = _dynamic_matrix(chain.inertia_kg_m2, chain.spring_nm_per_rad)
+    damping = _dynamic_matrix(chain.inertia_kg_m2, chain.damper_nm_s_per_rad)
+    state = np.zeros((2 * count, 2 * count))
+    state[:count, count:] = np.eye(count)
+    state[count:, :count], state[count:, count:] = -stiffness, -damping
+    columns = []
+    for pole in np.linalg.eigvals(state):
+        if pole.imag > 0.0:
+            decay = np.exp(pole * time_s)
+            columns += [decay.real, decay.imag]
+        elif pole.imag == 0.0:
+            columns.append(np.exp(pole.real * time_s))
+    return np.stack(columns, axis=-1)

@@ -1,0 +1,194 @@
+"""Simulation of a flexible joint from its motor torque, with stick and slip (thesis 4.17)."""
+
+from __future__ import annotations
+
+import importlib
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from agent.identify.flexible.chain import Chain
+from agent.identify.flexible.loops import simulate_steps
+from agent.identify.result import Floats
+
+
+@dataclass(frozen=True)
+class FlexibleJoint:
+    """A motor with friction that carries a chain of masses, or none; motor side.
+
+    Parameters
+    ----------
+    motor_inertia_kg_m2 : float
+        Above zero. Of a rigid joint, the whole inertia.
+    chain : Chain or None
+        What the motor carries through springs; None makes the joint rigid.
+    coulomb_nm, viscous_nm_s_per_rad, static_extra_nm : float
+        Friction on the motor, none negative: ``(coulomb + static_extra exp(-(|v|/vs)^d)) sign v +
+        viscous v``.
+    stribeck_velocity_rad_s, exponent : float
+        ``vs`` and ``d``; above zero, without meaning while `static_extra_nm` is zero.
+    gravity_sin_nm, gravity_cos_nm, torque_offset_nm : float
+        As in `agent.physics.rigid_body`; gravity pulls at the last mass.
+    gear_ratio : float
+        Motor turns per arm turn.
+    """
+
+    motor_inertia_kg_m2: float
+    chain: Chain | None = None
+    coulomb_nm: float = 0.0
+    viscous_nm_s_per_rad: float = 0.0
+    static_extra_nm: float = 0.0
+    stribeck_velocity_rad_s: float = 1.0
+    exponent: float = 1.0
+    gravity_sin_nm: float = 0.0
+    gravity_cos_nm: float = 0.0
+    torque_offset_nm: float = 0.0
+    gear_ratio: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in (
+            "motor_inertia_kg_m2",
+            "stribeck_velocity_rad_s",
+            "exponent",
+            "gear_ratio",
+        ):
+            if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
+                raise ValueError(f"{name}: expected a number above zero, got {getattr(self, name)}")
+        for name in ("coulomb_nm", "viscous_nm_s_per_rad", "static_extra_nm"):
+            if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
+                raise ValueError(f"{name}: expected zero or more, got {getattr(self, name)}")
+        for name in ("gravity_sin_nm", "gravity_cos_nm", "torque_offset_nm"):
+            if not math.isfinite(getattr(self, name)):
+                raise ValueError(f"{name}: expected a number, got {getattr(self, name)}")
+
+
+class StateSpace(NamedTuple):
+    """``x' = A x + B torque - E load``, with ``x = (motor velocity, [twist, velocity] ...)``."""
+
+    a: Floats
+    b: Floats
+    e: Floats
+
+
+class Motion(NamedTuple):
+    """Simulated motor position and velocity, shape (n,)."""
+
+    position_rad: Floats
+    velocity_rad_s: Floats
+
+
+def state_space(joint: FlexibleJoint) -> StateSpace:
+    """Return the linear part of the joint (thesis 4.14 for two masses, 3.3 for three)."""
+    chain = joint.chain
+    masses = 0 if chain is None else len(chain.inertia_kg_m2)
+    size = 1 + 2 * masses
+    a, b, e = np.zeros((size, size)), np.zeros(size), np.zeros(size)
+    inertias = (joint.motor_inertia_kg_m2, *(chain.inertia_kg_m2 if chain else ()))
+    b[0] = 1.0 / inertias[0]
+    a[0, 0] = -joint.viscous_nm_s_per_rad / inertias[0]
+    for m in range(masses):
+        assert chain is not None
+        twist, speed = 1 + 2 * m, 2 + 2 * m
+        carrier = 0 if m == 0 else speed - 2
+        k, d = chain.spring_nm_per_rad[m], chain.damper_nm_s_per_rad[m]
+        a[twist, carrier], a[twist, speed] = 1.0, -1.0
+        for row, sign, inertia in ((carrier, -1.0, inertias[m]), (speed, 1.0, inertias[m + 1])):
+            a[row, twist] += sign * k / inertia
+            a[row, carrier] += sign * d / inertia
+            a[row, speed] -= sign * d / inertia
+    e[-1 if masses else 0] = 1.0 / inertias[-1]
+    return StateSpace(a, b, e)
+
+
+def simulate(
+    joint: FlexibleJoint,
+    torque_nm: Floats,
+    period_s: float,
+    *,
+    position_rad: float = 0.0,
+    velocity_rad_s: float = 0.0,
+) -> Motion:
+    """Return the motion that a motor torque causes.
+
+    Parameters
+    ----------
+    joint : FlexibleJoint
+    torque_nm : ndarray, shape (n,)
+        At even times; straight between them.
+    period_s : float
+        Time between samples, above zero.
+    position_rad, velocity_rad_s : float
+        Initial motor position and velocity; the chain moves along with it, its springs carrying
+        gravity.
+    """
+    if not (math.isfinite(period_s) and period_s > 0.0):
+        raise ValueError(f"period_s: expected a number above zero, got {period_s}")
+    torque = np.ascontiguousarray(torque_nm, dtype=np.float64) - joint.torque_offset_nm
+    if torque.ndim != 1 or torque.size < 1 or not np.isfinite(torque).all():
+        raise ValueError("torque_nm: expected a finite vector of at least one sample")
+    from scipy.linalg import expm
+
+    a, b, e = state_space(joint)
+    size = b.shape[0]
+    # One exponential holds the step, the response to a constant and that to a ramp (Van Loan 1978).
+    big = np.zeros((size + 3, size + 3))
+    big[:size, :size], big[:size, size], big[:size, size + 2] = a, b, e
+    big[size, size + 1] = 1.0 / period_s
+    exact = expm(big * period_s)
+    constant, ramp, load = exact[:size, size], exact[:size, size + 1], exact[:size, size + 2]
+    position, velocity = np.empty(torque.size), np.empty(torque.size)
+    position[0], velocity[0] = position_rad, velocity_rad_s
+    compiled_steps()(
+        np.ascontiguousarray(exact[:size, :size]),
+        np.ascontiguousarray(constant - ramp),
+        np.ascontiguousarray(ramp),
+        np.ascontiguousarray(constant),
+        np.ascontiguousarray(load),
+        np.array(
+            [
+                joint.coulomb_nm,
+                joint.static_extra_nm,
+                joint.stribeck_velocity_rad_s,
+                joint.exponent,
+            ]
+        ),
+        np.array([joint.gravity_sin_nm, joint.gravity_cos_nm, joint.gear_ratio]),
+        period_s,
+        torque,
+        _initial_state(joint, size, position_rad, velocity_rad_s),
+        position,
+        velocity,
+    )
+    return Motion(position, velocity)
+
+
+def _initial_state(
+    joint: FlexibleJoint, size: int, position_rad: float, velocity_rad_s: float
+) -> Floats:
+    """Return the state in which everything moves alike and every spring carries gravity."""
+    state = np.zeros(size)
+    state[0], state[2::2] = velocity_rad_s, velocity_rad_s
+    angle = position_rad / joint.gear_ratio
+    load = joint.gravity_sin_nm * math.sin(angle) + joint.gravity_cos_nm * math.cos(angle)
+    if joint.chain is not None:
+        state[1::2] = load / np.array(joint.chain.spring_nm_per_rad)
+    return state
+
+
+@cache
+def compiled_steps() -> Callable[..., None]:
+    """Return the inner loop, compiled; the machine code is kept on disk where that is allowed."""
+    numba = importlib.import_module("numba")
+    try:
+        compiled = numba.njit(cache=True, nogil=True)(simulate_steps)
+    except RuntimeError:  # no place to keep it: neither beside the source nor in the user's cache
+        compiled = numba.njit(nogil=True)(simulate_steps)
+
+    def steps(*arguments: object) -> None:
+        compiled(*arguments)
+
+    return steps
