@@ -144,6 +144,24 @@ def study(
     run_study(recordings, out, as_json=json)
 
 
+@app.command(short_help="how the gearbox cools; friction over temperature")
+def thermal(
+    recordings: Recordings,
+    until: Annotated[
+        float, typer.Option(help="Say when the gearbox will be at this temperature, degC.")
+    ] = 30.0,
+    oil: Annotated[str, typer.Option(help="Name of the oil that the surface is of.")] = "",
+    picture: Annotated[
+        Path | None, typer.Option(help="Write the picture to this file (.svg or .png).")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Identify how the gearbox cools, and its friction over velocity and temperature."""
+    from agent.cli.thermal import run_thermal
+
+    run_thermal(recordings, until, oil, picture, as_json=json)
+
+
 @app.command(short_help="a simulated servo drive as a process")
 def fake(
     interface: Annotated[

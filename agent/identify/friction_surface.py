@@ -1,10 +1,10 @@
 """Friction as a surface over velocity and gearbox temperature (thesis Figure 5.7), per oil.
 
 ``friction = fc + fs exp(-|v/vs|^d) + |v| [f_hot + f_thin exp(-(T - T_ref)/T_v)]``: warm oil is
-thinner, so the viscous part falls with temperature, in the exponential form of Bittencourt and Gunnarsson,
-"Static friction in a robot joint" (ASME J. Dyn. Sys. Meas. Control 134, 2012). Four laws are
-compared on temperatures that they have not seen; the richer one wins only by more than the
-comparison's own noise.
+thinner, so the viscous part falls with temperature, in the exponential form of Bittencourt and
+Gunnarsson, "Static friction in a robot joint" (ASME J. Dyn. Sys. Meas. Control 134, 2012). Four
+laws are compared on temperatures that they have not seen; the richer one wins only by more than
+the comparison's own noise.
 """
 
 from __future__ import annotations

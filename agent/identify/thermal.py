@@ -2,10 +2,10 @@
 
 Newton's law with a heat source (thesis A.1 and A.2): ``T' = -r (T - T_ambient - T_added)``, so that
 ``T(t) = T_settled + (T_0 - T_settled) exp(-r t)`` with ``T_settled = T_ambient + T_added``; an
-ambient temperature that was measured may change and is then followed. The law is linear in everything but r: r is
-scanned on a grid, each point weighted by its likelihood with coloured residuals, and intervals are
-quantiles of draws from it. A curve too short to bend says so: r and the settled temperature then
-trade against each other, and neither is given.
+ambient temperature that was measured may change, and is followed. The law is linear in everything
+but r: r is scanned on a grid, each point weighted by its likelihood with coloured residuals, and
+intervals are quantiles of draws from it. A curve too short to bend says so: r and the settled
+temperature then trade against each other, and neither is given.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ _GRID = 240
 _DRAWS = 4000
 _LEAST_POINTS = 12
 _SLOWEST, _FASTEST = 2e-3, 60.0  # r times the curve's duration
+_LOOSE = 5.0  # ratio of the ends of r's interval that leaves its order of magnitude only
 _EDGE_WEIGHT = 0.02
 _NOISES = 6.0  # change of temperature, in deviations of the noise, below which it is constant
 _LEAST_CHANGE_DEGC = 0.3
@@ -271,6 +272,14 @@ def _fitted(time_s: Floats, temperature: Floats, ambient: Floats | None) -> Cool
     draws = _draw(log_rate, weight, solutions, time_s, variance, dof)
     rmse = math.sqrt(squares[best] / time_s.size)
     rate = _quantiles(draws[:, 0], math.exp(float(log_rate[best])))
+    assert rate.ci95 is not None
+    if rate.ci95[1] > _LOOSE * rate.ci95[0]:
+        return _nothing(
+            f"not identified: over {duration / 3600.0:.2g} h the temperature does not follow one "
+            "cooling or warming law closely enough; record it at rest, or under one constant cycle",
+            time_s,
+            ambient,
+        )
     settled = _quantiles(draws[:, 1], float(solutions[best][0][0]))
     initial = _quantiles(draws[:, 2], float(solutions[best][0][1]))
     air = _ambient(ambient)
