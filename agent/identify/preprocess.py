@@ -35,7 +35,8 @@ _SIGN_BAND = 4.0  # the sign is taken from a velocity that keeps four times the 
 _SIGN_SIGMAS = 4.0
 _UNKNOWN_SHARE = 0.05
 _SHORTEST_PERIODS = 2.0  # of the cutoff: shorter stretches are not filtered
-_EDGE = 0.5  # of the cutoff's period
+_EDGE = 1.5  # of the cutoff's period: so long the filter remembers a ramp beside the end
+_EDGE_SHARE, _EDGE_LEAST = 0.1, 0.5  # a short stretch gives a tenth, at least half a period
 
 
 @dataclass(frozen=True)
@@ -187,7 +188,9 @@ def _filter_stretch(
     filtered[_ACCELERATION] = np.gradient(velocity_filtered, stretch.period_s)
     usable = (filtered[-1] < _UNKNOWN_SHARE) & (direction != 0.0)
     # At the ends the filter sees its own extension, which is no motion.
-    edge = int(np.ceil(_EDGE / (cutoff_hz * stretch.period_s)))
+    cycle = 1.0 / (cutoff_hz * stretch.period_s)
+    periods = min(_EDGE, max(_EDGE_SHARE * velocity.shape[0] / cycle, _EDGE_LEAST))
+    edge = int(np.ceil(periods * cycle))
     usable[:edge] = usable[-edge:] = False
     return FilteredStretch(
         stretch=stretch,

@@ -1,0 +1,124 @@
+"""How close the estimators come to the information that the data hold, on a rigid joint.
+
+The Cramer-Rao bound is computed here from the prescribed motion and the noise that was added:
+for white torque noise of variance s^2 and a linear model it is ``s^2 (F' F)^-1``, F without noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from agent.identify.estimate import estimate
+from agent.identify.result import Parameter
+from tests.science.identify_plant import Floats, Joint, Motion, record, stair
+
+NOISE_NM = 0.05
+VELOCITY_NOISE_RAD_S = 0.002
+JOINT = Joint()
+# As in the thesis: twenty steady velocities in forty seconds, two seconds for each.
+# The ramp has an odd number of samples: none is exactly at zero speed, where friction has no sign.
+MOTION = stair(rate_hz=250.0, stroke_rad=1e9, longest_s=1.75, ramp_s=0.252, start_rad=-120.0)
+
+BODY = (
+    "inertia_kg_m2",
+    "viscous_nm_s_per_rad",
+    "coulomb_nm",
+    "gravity_sin_nm",
+    "gravity_cos_nm",
+    "torque_offset_nm",
+)
+CURVE = ("coulomb_nm", "viscous_nm_s_per_rad")
+
+
+@dataclass(frozen=True)
+class Score:
+    """One parameter over many seeds: coverage of its 95 % interval, error against the bound."""
+
+    fit: str
+    parameter: str
+    truth: float
+    coverage: float
+    rmse: float
+    bound: float
+
+    @property
+    def ratio(self) -> float:
+        return self.rmse / self.bound
+
+
+def body_bound(joint: Joint, motion: Motion, noise_nm: float) -> dict[str, float]:
+    """Return the bound for every parameter of the regression, all moving samples."""
+    moving = motion.velocity_rad_s != 0.0
+    arm = motion.position_rad / joint.gear_ratio
+    columns = np.column_stack(
+        (
+            motion.acceleration_rad_s2,
+            motion.velocity_rad_s,
+            np.sign(motion.velocity_rad_s),
+            np.sin(arm),
+            np.cos(arm),
+            np.ones_like(arm),
+        )
+    )
+    return dict(zip(BODY, deviations(columns[moving], noise_nm), strict=True))
+
+
+def curve_bound(speed: Floats, samples: Floats, noise_nm: float) -> dict[str, float]:
+    """Return the bound for the law of a friction curve, from the samples that its means were of.
+
+    The curve takes half the difference of two directions at one speed: a point of n samples in
+    all, half of them each way, has the variance ``s^2/n``.
+    """
+    root = np.sqrt(samples)
+    columns = np.column_stack((np.ones_like(speed), speed)) * root[:, np.newaxis]
+    return dict(zip(CURVE, deviations(columns, noise_nm), strict=True))
+
+
+def deviations(columns: Floats, noise_nm: float) -> list[float]:
+    size = np.linalg.norm(columns, axis=0)
+    inverse = np.linalg.inv((columns / size).T @ (columns / size))
+    return [float(x) for x in noise_nm * np.sqrt(np.diag(inverse)) / size]
+
+
+def campaign(seeds: Iterable[int], joint: Joint = JOINT, motion: Motion = MOTION) -> list[Score]:
+    """Estimate once for every seed and score what was identified."""
+    bodies: list[Mapping[str, Parameter]] = []
+    laws: list[Mapping[str, Parameter]] = []
+    speeds, counts = [], []
+    for seed in seeds:
+        signals = record(
+            joint,
+            motion,
+            seed=seed,
+            noise_nm=NOISE_NM,
+            memory=0.0,
+            velocity_noise_rad_s=VELOCITY_NOISE_RAD_S,
+        )
+        result = estimate([signals])
+        assert result.rigid_body is not None
+        bodies.append(result.rigid_body.parameters)
+        laws.append(result.friction_models[0].parameters)
+        assert result.friction_curve is not None
+        speeds.append(result.friction_curve.velocity_rad_s)
+        counts.append(result.friction_curve.samples)
+    body = body_bound(joint, motion, NOISE_NM)
+    curve = curve_bound(np.mean(speeds, axis=0), np.mean(counts, axis=0), NOISE_NM)
+    return [_score("rigid body", bodies, name, joint, body[name]) for name in BODY] + [
+        _score("friction curve", laws, name, joint, curve[name]) for name in CURVE
+    ]
+
+
+def _score(
+    fit: str, found: list[Mapping[str, Parameter]], name: str, joint: Joint, bound: float
+) -> Score:
+    truth = joint.offset_nm if name == "torque_offset_nm" else float(getattr(joint, name))
+    parameters = [p[name] for p in found]
+    assert all(p.identified and p.ci95 is not None for p in parameters), name
+    values = np.array([p.value for p in parameters])
+    ends = np.array([p.ci95 for p in parameters])
+    covered = (ends[:, 0] <= truth) & (truth <= ends[:, 1])
+    rmse = float(np.sqrt(np.mean((values - truth) ** 2)))
+    return Score(fit, name, truth, float(np.mean(covered)), rmse, bound)
