@@ -60,7 +60,8 @@ class DesignRequest:
     torque_model : TorqueModel, optional
         For the torque limit.
     dwell_min_s, settle_s, rest_s : float
-        No speed is held for less; lost at the start of every dwell; standstill between strokes.
+        No speed is held for less; lost at the start of every dwell, while the drive's loop and a
+        soft arm settle; standstill between strokes.
     """
 
     from_rad: float
@@ -74,8 +75,8 @@ class DesignRequest:
     belief: Belief
     noise: TorqueNoise
     torque_model: TorqueModel | None = None
-    dwell_min_s: float = 0.2
-    settle_s: float = 0.05
+    dwell_min_s: float = 0.5
+    settle_s: float = 0.2
     rest_s: float = 0.1
 
     def __post_init__(self) -> None:
@@ -267,7 +268,8 @@ def _what_is_needed(request: DesignRequest, stroke_rad: float) -> str:
     )
     if lacking(stroke_rad, _LONG_S) > 0.0:
         needed_s = _just_enough(lambda t: lacking(stroke_rad, t), request.duration_s, _LONG_S)
-        return f"{what} needs at least {needed_s:.1f} s on this axis, got {request.duration_s:g} s"
+        enough_s = math.ceil(10.0 * needed_s) / 10.0
+        return f"{what} needs at least {enough_s:.1f} s on this axis, got {request.duration_s:g} s"
     far_rad = stroke_rad
     while lacking(far_rad, _LONG_S) < 0.0:
         far_rad *= 2.0
@@ -277,7 +279,8 @@ def _what_is_needed(request: DesignRequest, stroke_rad: float) -> str:
                 f"the slowest, got up to {request.speed_max_rad_s:g} rad/s"
             )
     needed_rad = _just_enough(lambda x: lacking(x, _LONG_S), stroke_rad, far_rad)
-    return f"{what} needs a stroke of at least {needed_rad:.2f} rad (motor), got {stroke_rad:.2f}"
+    enough_rad = math.ceil(100.0 * needed_rad) / 100.0
+    return f"{what} needs a stroke of at least {enough_rad:.2f} rad (motor), got {stroke_rad:.2f}"
 
 
 def _just_enough(lacking: Callable[[float], float], low: float, high: float) -> float:

@@ -187,7 +187,7 @@ def friction_information(columns: Floats, variance: Floats) -> Floats:
 
 
 def expect(
-    trajectory: Trajectory, belief: Belief, noise: TorqueNoise, *, settle_s: float = 0.05
+    trajectory: Trajectory, belief: Belief, noise: TorqueNoise, *, settle_s: float = 0.2
 ) -> Expectation:
     """Return what one run of any trajectory is expected to tell.
 

@@ -79,12 +79,15 @@ def plan(
     noise_nm: Annotated[
         float, typer.Option(help="Torque noise to reckon with: white, and as much coloured.")
     ] = 0.02,
+    dwell_s: Annotated[
+        float, typer.Option(help="No speed is held for less; 0.7 and more where the arm is soft.")
+    ] = 0.5,
     json: Json = False,
 ) -> None:
     """Design the stair that tells most in the time there is; say what it can and cannot see."""
     from agent.cli.plan import run_plan
 
-    run_plan(cell, axis, seconds, out, noise_nm=noise_nm, as_json=json)
+    run_plan(cell, axis, seconds, out, noise_nm=noise_nm, dwell_s=dwell_s, as_json=json)
 
 
 @app.command(short_help="friction and rigid body from recordings")

@@ -25,12 +25,13 @@ def run_plan(
     out: Path,
     *,
     noise_nm: float,
+    dwell_s: float,
     as_json: bool,
 ) -> None:
     """Design the stair, write trajectory and picture, and say what it can and cannot see."""
     cell = read_cell(cell_path)
     axis = cell.axis_numbered(number)
-    outlook = outlook_of(cell, axis, seconds, noise_nm)
+    outlook = outlook_of(cell, axis, seconds, noise_nm=noise_nm, dwell_s=dwell_s)
     trajectory_path, picture_path = out / "plan.json", out / "plan.html"
     _write(outlook, trajectory_path, picture_path, axis.gear_ratio)
     if as_json:

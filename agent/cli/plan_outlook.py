@@ -39,6 +39,7 @@ CORRELATION_S = 0.02
 _STATIC_EXTRA_SHARE = 0.25  # of Coulomb friction
 _STRIBECK_RAD_S = (6.0, 3.0, 12.0)  # nominal, then the range that the design must bear
 _EXPONENTS = (1.3, 1.0, 1.8)
+_SETTLING = 0.4  # of the shortest dwell
 _SEEN = 0.5  # an interval wider than half of the value to either side tells little
 _SCAN = 60
 
@@ -87,7 +88,9 @@ class Outlook:
         return self.half_widths[name] <= _SEEN * size
 
 
-def outlook_of(cell: Cell, axis: Axis, seconds: float, noise_nm: float) -> Outlook:
+def outlook_of(
+    cell: Cell, axis: Axis, seconds: float, *, noise_nm: float, dwell_s: float
+) -> Outlook:
     """Design the stair for an axis and a time.
 
     Parameters
@@ -98,6 +101,8 @@ def outlook_of(cell: Cell, axis: Axis, seconds: float, noise_nm: float) -> Outlo
         The time budget.
     noise_nm : float
         Standard deviation of white torque noise; coloured noise of the same size is added.
+    dwell_s : float
+        No speed is held for less; two fifths of it are taken to be lost to settling.
 
     Raises
     ------
@@ -147,6 +152,8 @@ def outlook_of(cell: Cell, axis: Axis, seconds: float, noise_nm: float) -> Outlo
         ),
         noise=TorqueNoise(noise_nm, noise_nm, CORRELATION_S, cell.recording.sample_rate_hz),
         torque_model=axis.torque_model,
+        dwell_min_s=dwell_s,
+        settle_s=_SETTLING * dwell_s,
     )
     design = design_stair(request)
     nominal = friction | dict.fromkeys(BODY_PARAMETERS[1:3], gravity_nm)
@@ -235,6 +242,11 @@ def cannot_see(outlook: Outlook) -> list[str]:
     out.append(
         f"Friction below {significant(slowest, 3)} rad/s, presliding and backlash: they need slow "
         "reversals of small amplitude."
+    )
+    shortest_s = min(w.end_s - w.start_s for w in outlook.trajectory.steady_windows())
+    out.append(
+        f"A speed at which a soft arm goes on ringing (the shortest dwell is {shortest_s:.2f} s): "
+        "such dwells are left out of the estimate; a longer --dwell-s keeps them."
     )
     out.append(
         "The gearbox temperature's part in a change of friction: compare runs at one temperature."
