@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.physics import friction, rigid_body
+from agent.physics import effects as library
+from agent.physics import rigid_body
 
 Floats = NDArray[np.float64]
 
@@ -98,37 +99,83 @@ class Twin:
         velocity_rad_s: Floats,
         acceleration_rad_s2: Floats,
         direction: Floats | None = None,
+        *,
+        time_s: Floats | None = None,
+        gearbox_temperature_degc: Floats | None = None,
+        motor_temperature_degc: Floats | None = None,
     ) -> Floats:
-        """Return the torque in N m, shape (n,), that the plain twin needs for a motion.
+        """Return the torque in N m, shape (n,), that the drive reports for a measured motion.
 
-        Inverse dynamics of thesis (4.4). `direction`, shape (n,), takes the place of the
-        velocity's sign where it has been thresholded or filtered. The motor angle is only needed
-        by a twin with gravity.
+        Inverse dynamics of thesis (4.4), and what the effects add to it (`agent.physics.effects`
+        names them and their numbers); hidden states are simulated along `time_s`. `direction`
+        takes the place of the velocity's sign where it has been thresholded or filtered. A column
+        is only needed by a twin whose effects depend on it, the motor angle also by gravity.
+
+        Parameters
+        ----------
+        position_rad, velocity_rad_s, acceleration_rad_s2, direction : ndarray, shape (n,)
+            Measured motion of the motor.
+        time_s : ndarray, shape (n,), optional
+            For effects with a memory.
+        gearbox_temperature_degc, motor_temperature_degc : ndarray, shape (n,), optional
+            For effects of temperature.
 
         Raises
         ------
         TwinError
-            The twin has effects, which this equation does not hold, or needs a position.
+            An effect cannot be predicted, lacks a number, or a column is not there.
         """
-        if self.effects:
-            names = ", ".join(effect.id for effect in self.effects)
-            raise TwinError(f"effects: the plain torque equation does not include {names}.")
-        if position_rad is None and (self.gravity_sin_nm or self.gravity_cos_nm):
-            raise TwinError("rigid_body: gravity needs a motor position, and none was given.")
-        if direction is None:
-            law = friction.COULOMB_VISCOUS.torque(velocity_rad_s, self.friction_parameters)
-            direction = np.zeros_like(velocity_rad_s)
-            viscous, coulomb = 0.0, 0.0
-        else:
-            law = np.zeros_like(velocity_rad_s)
-            viscous, coulomb = self.viscous_nm_s_per_rad, self.coulomb_nm
+        motion = library.Motion(
+            velocity_rad_s,
+            acceleration_rad_s2,
+            np.sign(velocity_rad_s) if direction is None else direction,
+            position_rad,
+            time_s,
+            gearbox_temperature_degc,
+            motor_temperature_degc,
+        )
+        try:
+            for effect in self.effects:
+                if effect.id == "resolver-error":
+                    motion = library.true_motion(effect.parameters, motion)
+            torque = self._plain(motion)
+            for effect in self.effects:
+                numbers = library.numbers_of(effect.id, effect.parameters)
+                if effect.id in library.ADDED:
+                    law = library.ADDED[effect.id]
+                    torque = torque + law.added_nm(numbers, motion, self._base)
+            # The drive's torque constant and its limit come last, in this order.
+            for last in ("torque-constant-error", "torque-saturation"):
+                for effect in self.effects:
+                    if effect.id == last:
+                        torque = library.reported_nm(last, effect.parameters, motion, torque)
+        except ValueError as error:
+            raise TwinError(f"effects: {error}.") from error
+        return torque
+
+    def _plain(self, motion: library.Motion) -> Floats:
+        """Return the torque of rigid body, gravity, Coulomb and viscous friction, shape (n,)."""
+        if motion.position_rad is None and (self.gravity_sin_nm or self.gravity_cos_nm):
+            raise ValueError("gravity needs a motor position, and none was given")
         columns = rigid_body.regressor(
-            position_rad, velocity_rad_s, acceleration_rad_s2, direction, self.gear_ratio
+            motion.position_rad,
+            motion.velocity_rad_s,
+            motion.acceleration_rad_s2,
+            motion.direction,
+            self.gear_ratio,
         )
-        theta = np.array(
-            [self.inertia_kg_m2, viscous, coulomb, self.gravity_sin_nm, self.gravity_cos_nm, 0.0]
+        theta = [getattr(self, name, 0.0) for name in rigid_body.PARAMETERS]
+        return np.asarray(columns @ np.array(theta), dtype=np.float64)
+
+    @property
+    def _base(self) -> library.Base:
+        return library.Base(
+            self.gear_ratio,
+            self.inertia_kg_m2,
+            self.coulomb_nm,
+            self.gravity_sin_nm,
+            self.gravity_cos_nm,
         )
-        return np.asarray(columns @ theta + law, dtype=np.float64)
 
     @property
     def friction_parameters(self) -> dict[str, float]:
@@ -168,9 +215,13 @@ def parse_twin(text: str) -> Twin:
             numbers[name] = _number(content, f"{table}.", name, default)
         if not content:
             del document[table]
-    effects = _effects(document.pop("effects", []))
     return Twin(
-        robot=robot, axis=axis, gear_ratio=gear_ratio, effects=effects, extra=document, **numbers
+        robot=robot,
+        axis=axis,
+        gear_ratio=gear_ratio,
+        effects=_effects(document.pop("effects", [])),
+        extra=document,
+        **numbers,
     )
 
 
@@ -210,7 +261,7 @@ def _effects(content: object) -> tuple[Effect, ...]:
     """Return the effects as data; their meaning belongs to the library of effects."""
     if not isinstance(content, list):
         raise TwinError(f"effects: expected a list of tables, got {content!r}.")
-    effects = []
+    found = []
     for index, entry in enumerate(content):
         if not isinstance(entry, dict) or not isinstance(entry.get("id"), str):
             raise TwinError(f"effects[{index}]: expected a table with an id, got {entry!r}.")
@@ -218,5 +269,5 @@ def _effects(content: object) -> tuple[Effect, ...]:
         if not isinstance(parameters, dict):
             raise TwinError(f"effects[{index}].parameters: expected a table, got {parameters!r}.")
         extra = {key: value for key, value in entry.items() if key not in ("id", "parameters")}
-        effects.append(Effect(entry["id"], parameters, extra))
-    return tuple(effects)
+        found.append(Effect(entry["id"], parameters, extra))
+    return tuple(found)

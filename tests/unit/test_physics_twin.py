@@ -86,9 +86,9 @@ def test_prediction_by_hand() -> None:
     assert filtered == pytest.approx([3.0 - 0.25 - 0.2 + 3.0])
 
 
-def test_plain_prediction_refuses_what_it_does_not_hold() -> None:
+def test_prediction_refuses_what_it_does_not_hold() -> None:
     one = np.ones(1)
-    with pytest.raises(TwinError, match="stribeck"):
+    with pytest.raises(TwinError, match=r"stribeck: stribeck_velocity_rad_s"):
         parse_twin(TEXT).predict_torque(one, one, one)
     with pytest.raises(TwinError, match="position"):
         Twin("r", 1, 1.0, 0.5, 1.0, 0.1, gravity_sin_nm=3.0).predict_torque(None, one, one)
