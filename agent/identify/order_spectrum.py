@@ -20,7 +20,7 @@ _NEIGHBOURS = 24  # independent orders on either side that make the background
 _STEPS_PER_PERIOD = 4  # of the highest order
 _MEDIAN_OF_EXPONENTIAL = math.log(2.0)
 BACKGROUND_DOF = 46.0  # of the median of 2 x 24 exponentials, as a chi-square, two per order
-_MOST_SAMPLES, _SAMPLES_PER_TURN = 4096, 256
+_MOST_SAMPLES, _SAMPLES_PER_TURN = 2048, 128
 _TREND = 3  # level, slope and bow of torque along a pass: gravity, cables, warming
 
 

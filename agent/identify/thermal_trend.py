@@ -163,7 +163,8 @@ def _judge(table: Floats) -> TemperatureOrTime:
     # an error that counts how far neighbouring passes share what disturbs them.
     order = np.argsort(table[:, 3], kind="stable")
     gain = (rest[TIME] ** 2 - rest[TEMPERATURE] ** 2)[order]
-    tau = correlation_time([(rest[TIME] + rest[TEMPERATURE])[order]])
+    better = TEMPERATURE if gain.sum() > 0.0 else TIME
+    tau = correlation_time([rest[better][order]])
     variance, dof = variance_of_mean(gain, tau)
     gap = float(gain.mean())
     if abs(gap) < _DECISIVE * student_975(dof) * math.sqrt(variance):

@@ -1,0 +1,131 @@
+"""Ripple from an independent simulator, whose truth is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from agent.identify.ripple import FRICTION, RIPPLE, UNDECIDED, find_ripple
+from agent.identify.signals import Signals
+
+TAU = 2.0 * np.pi
+GEAR = 50.0
+
+
+def passes(
+    seed: int,
+    ripple: dict[float, float],
+    *,
+    modulated: dict[float, float] | None = None,
+    velocities: tuple[float, ...] = (3.0, -3.0, 4.5, -4.5),
+    seconds: float = 8.0,
+    position: bool = True,
+    noise: float = 0.01,
+) -> Signals:
+    """Simulate passes with a pause between them and exponentially correlated noise."""
+    rng = np.random.default_rng(seed)
+    dt = 0.004
+    velocity = np.concatenate(
+        [np.concatenate((np.full(int(seconds / dt), v), np.zeros(250))) for v in velocities]
+    )
+    angle = np.cumsum(velocity) * dt
+    white = rng.normal(size=velocity.size) * noise
+    coloured = np.empty_like(white)
+    state = 0.0
+    for i, w in enumerate(white):
+        state = 0.9 * state + np.sqrt(1.0 - 0.81) * w
+        coloured[i] = state
+    torque = 0.4 * np.sign(velocity) + 0.01 * velocity + coloured + 0.2 * np.sin(angle / GEAR)
+    for order, size in ripple.items():
+        torque += size * np.cos(order * angle + 0.7 * order)
+    for order, size in (modulated or {}).items():
+        torque += size * np.sign(velocity) * np.cos(order * angle + 0.3)
+    columns = {
+        "time_s": np.arange(velocity.size) * dt,
+        "torque_nm": torque,
+        "velocity_rad_s": velocity + 1e-4 * rng.normal(size=velocity.size),
+    }
+    if position:
+        columns["position_rad"] = angle
+    return Signals.from_columns(columns, GEAR, name="simulated")
+
+
+def test_orders_and_amplitudes_whole_or_not() -> None:
+    truth = {6.0: 0.05, 12.0: 0.02, 7.37: 0.03}
+    found = find_ripple([passes(1, truth)])
+    assert len(found.lines) == len(truth)
+    for order, size in truth.items():
+        line = found.at(order)
+        assert line is not None
+        assert line.kind == RIPPLE
+        assert line.order_per_motor_rev.value == pytest.approx(order, abs=0.01)
+        assert line.order_per_arm_rev.value == pytest.approx(order * GEAR, abs=0.5)
+        assert line.amplitude_nm.value == pytest.approx(size, rel=0.05)
+
+
+def test_friction_along_the_position_is_told_from_ripple() -> None:
+    found = find_ripple([passes(2, {6.0: 0.04}, modulated={9.0: 0.03})])
+    ripple, friction = found.at(6.0), found.at(9.0)
+    assert ripple is not None
+    assert friction is not None
+    assert ripple.kind == RIPPLE
+    assert friction.kind == FRICTION
+
+
+def test_one_direction_leaves_the_kind_open() -> None:
+    line = find_ripple([passes(3, {6.0: 0.04}, velocities=(3.0, 3.0))]).at(6.0)
+    assert line is not None
+    assert line.kind == UNDECIDED
+    assert "backwards" in line.reason
+
+
+def test_without_position_the_orders_are_found_all_the_same() -> None:
+    found = find_ripple([passes(4, {6.0: 0.04}, position=False)])
+    line = found.at(6.0)
+    assert line is not None
+    assert line.amplitude_nm.value == pytest.approx(0.04, rel=0.1)
+    assert any("integral of the velocity" in note for note in found.notes)
+
+
+def test_coloured_noise_alone_names_nothing() -> None:
+    false = sum(len(find_ripple([passes(100 + s, {}, noise=0.05)]).lines) for s in range(8))
+    assert false <= 1
+
+
+def test_intervals_cover_the_amplitude() -> None:
+    hits, orders, runs = 0, 0, 30
+    for seed in range(runs):
+        line = find_ripple(
+            [passes(seed, {5.0: 0.04}, velocities=(4.0, -4.0), seconds=6.0, noise=0.02)],
+            highest_order=60.0,
+        ).at(5.0)
+        assert line is not None
+        assert line.amplitude_nm.ci95 is not None
+        assert line.order_per_motor_rev.ci95 is not None
+        hits += line.amplitude_nm.ci95[0] <= 0.04 <= line.amplitude_nm.ci95[1]
+        orders += line.order_per_motor_rev.ci95[0] <= 5.0 <= line.order_per_motor_rev.ci95[1]
+    assert hits >= 0.87 * runs
+    assert orders >= 0.87 * runs
+
+
+@pytest.mark.parametrize(
+    ("signals", "reason"),
+    [
+        (passes(1, {}, velocities=(0.3, -0.3), seconds=4.0), "motor turns"),
+        (passes(1, {}, velocities=(0.0, 0.0)), "no pass at constant velocity"),
+    ],
+)
+def test_what_carries_no_ripple_says_why(signals: Signals, reason: str) -> None:
+    found = find_ripple([signals])
+    assert not found.decidable
+    assert not found.lines
+    assert found.reasons[0].startswith("not identified")
+    assert reason in found.reasons[0]
+    assert found.to_json()["lines"] == []
+
+
+def test_bad_arguments_are_refused() -> None:
+    with pytest.raises(ValueError, match="at least one recording"):
+        find_ripple([])
+    with pytest.raises(ValueError, match="highest order above 0"):
+        find_ripple([passes(1, {}, seconds=1.0)], highest_order=-1.0)
