@@ -118,6 +118,18 @@ def twin(
     run_twin(recordings, out)
 
 
+@app.command(short_help="a twin's torque beside a recording's own")
+def simulate(
+    twin: Annotated[Path, typer.Argument(metavar="TWIN.toml", help="The twin.")],
+    recording: Annotated[str, typer.Argument(metavar="RECORDING", help="One recording.")],
+    out: Annotated[Path, typer.Option(help="The recording to write (.parquet or .csv).")],
+) -> None:
+    """Add torque_simulated_nm: what the twin predicts for the recording's own motion."""
+    from agent.cli.simulate import run_simulate
+
+    run_simulate(twin, recording, out)
+
+
 @app.command(short_help="torque that is periodic in the motor's position")
 def ripple(
     recordings: Recordings,
