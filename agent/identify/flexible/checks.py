@@ -12,7 +12,8 @@ from agent.identify.signals import Signals
 
 SLOWEST_HZ = 50.0
 SHORTEST_S = 2.0
-_ONE_WAY = 0.02  # of the fastest speed
+_SLOW = 0.02  # of the fastest speed: slower than this is ringing, not going
+_ONE_WAY = 0.05  # of the moving samples
 _FLAT_S = 0.03
 _FLAT_SIGMAS = 5.0
 _TOP = 0.97  # of the largest torque
@@ -35,11 +36,11 @@ def why_not(recordings: Sequence[Signals], tracks: Sequence[Track]) -> list[str]
         return [f"only {moving_s:.2g} s were recorded; record ten periods of a triangle wave"]
     out = []
     speeds = np.concatenate([t.velocity_rad_s for t in tracks])
-    low, high = (float(v) for v in np.quantile(speeds, (0.005, 0.995)))
-    fastest = max(abs(low), abs(high))
+    fastest = float(np.max(np.abs(speeds), initial=0.0))
     if fastest == 0.0:
         return ["the joint stands still; record a triangle wave of velocity in both directions"]
-    if min(-low, high) < _ONE_WAY * fastest:
+    ways = [int(np.sum(way * speeds > _SLOW * fastest)) for way in (1.0, -1.0)]
+    if min(ways) < _ONE_WAY * sum(ways):
         out.append(
             "motion in one direction only: Coulomb friction cannot be told from a torque offset; "
             "record a triangle wave of velocity in both directions"

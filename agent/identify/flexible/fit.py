@@ -31,9 +31,15 @@ from agent.identify.flexible.projection import (
     Problem,
     bounds_of,
     descend,
+    evaluate,
 )
-from agent.identify.flexible.result import FlexibleFit, Start
-from agent.identify.flexible.spectra import frequency_range_hz, frequency_response, start_shape
+from agent.identify.flexible.result import FlexibleFit, Start, joint_of
+from agent.identify.flexible.spectra import (
+    frequency_range_hz,
+    frequency_response,
+    second_modes,
+    start_shape,
+)
 from agent.identify.result import Floats, Parameter
 from agent.identify.signals import Signals
 from agent.identify.uncertainty import correlation_time
@@ -42,7 +48,8 @@ from agent.physics.friction import COULOMB_VISCOUS, LAWS, FrictionLaw
 _DECADES = 1.0  # to either side of the start values: two decades in all
 _SAME = 1e-4  # relative difference of costs that one minimum may have
 _BAND = 8.0  # cutoff, of the highest start frequency
-_EVIDENCE = 25.0  # log-likelihood that flexibility must gain for each of its parameters
+_EVIDENCE = 5.0  # log-likelihood that flexibility must gain for each of its parameters
+_PLAIN = 0.1  # of the rigid body's squared residual
 _SEEN = 0.9  # of the cutoff
 
 
@@ -119,14 +126,14 @@ def fit_flexible(recordings: Sequence[Signals], options: Options | None = None) 
                 "the recording; record longer, with a finer encoder"
             ],
         )
-    shape = _start(Problem(stretches, None, options.law, options.gravity), options.kind)
+    shape = _start(Problem(stretches, None, options.law, options.gravity), "two-mass")
     # The band need not be wider than what the joint shows: less noise, fewer samples.
-    wanted_hz = _BAND * math.exp(max(shape[0 : shape.shape[0] // 2 * 2 : 2])) / (2.0 * math.pi)
+    wanted_hz = _BAND * math.exp(shape[0]) / (2.0 * math.pi)
     if wanted_hz < cutoff_hz:
         narrower = _prepared(tracks, wanted_hz)
         if narrower:
             stretches, cutoff_hz = narrower, wanted_hz
-            shape = _start(Problem(stretches, None, options.law, options.gravity), options.kind)
+    shape = _start(Problem(stretches, None, options.law, options.gravity), options.kind)
     return _search(stretches, shape, cutoff_hz, options, recordings[0].gear_ratio)
 
 
@@ -179,7 +186,20 @@ def _start(rigid: Problem, kind: Kind) -> Floats:
         n = p.torque_nm.shape[0]
         rest.append((p.torque_nm - columns[row : row + n] @ linear) * p.usable)
         row += n
-    return start_shape(kind, *frequency_response(rigid.stretches, rest))
+    shape = start_shape(*frequency_response(rigid.stretches, rest))
+    if kind == "two-mass":
+        return shape
+    # One swinging mass first; then the second mode that explains most beside it.
+    nonlinear = point.search
+    low_hz, high_hz = frequency_range_hz(rigid.stretches)
+    one = Problem(rigid.stretches, "two-mass", rigid.law, rigid.has_gravity)
+    box = bounds_of(one, low_hz, high_hz, _fastest(one))
+    known = descend(one, np.concatenate((shape, nonlinear)), box)[0].search[: one.shape_size]
+    two = Problem(rigid.stretches, kind, rigid.law, rigid.has_gravity)
+    return min(
+        second_modes(known, low_hz, high_hz),
+        key=lambda trial: evaluate(two, np.concatenate((trial, nonlinear))).cost,
+    )
 
 
 def _search(
@@ -191,7 +211,8 @@ def _search(
 ) -> FlexibleFit:
     """Descend from every start and keep the lowest minimum."""
     problem = Problem(stretches, options.kind, options.law, options.gravity)
-    rigid = _rigid(Problem(stretches, None, options.law, options.gravity))
+    rigid_problem = Problem(stretches, None, options.law, options.gravity)
+    rigid = _rigid(rigid_problem)
     low_hz, high_hz = frequency_range_hz(stretches)
     box = bounds_of(problem, low_hz, high_hz, _fastest(problem))
     centre = np.concatenate((shape, rigid.search[:-1], [0.0]))
@@ -232,6 +253,8 @@ def _search(
         cutoff_hz=cutoff_hz,
         starts=starts,
         gear_ratio=gear_ratio,
+        joint=joint_of(physical(problem, best.search, best.linear), gear_ratio),
+        rigid=joint_of(physical(rigid_problem, rigid.search, rigid.linear), gear_ratio),
     )
 
 
@@ -249,7 +272,8 @@ def _not_excited(problem: Problem, best: Point, rigid: Point, cutoff_hz: float) 
     samples = best.residual.shape[0] / correlation_time([best.residual])
     gain = 0.5 * samples * math.log(max(rigid.cost, 1e-300) / max(best.cost, 1e-300))
     extra = problem.shape_size + 1
-    if gain < _EVIDENCE * extra:
+    # Missing structure makes what is left look like few samples; a tenth is no chance, still.
+    if gain < _EVIDENCE * extra and best.cost > _PLAIN * rigid.cost:
         return [
             f"no resonance is excited above the noise: a rigid joint explains as much; {advice}"
         ]

@@ -67,8 +67,9 @@ class FlexibleFit:
         What came of every start.
     gear_ratio : float
         Motor turns per arm turn.
-    notes : tuple of str
-        What else to know.
+    joint, rigid : FlexibleJoint or None
+        The flexible joint, to simulate with, and the rigid one that was fitted to the same
+        samples; None when not decidable.
     """
 
     kind: Kind
@@ -84,23 +85,11 @@ class FlexibleFit:
     cutoff_hz: float = math.nan
     starts: tuple[Start, ...] = ()
     gear_ratio: float = 1.0
-    notes: tuple[str, ...] = ()
+    joint: FlexibleJoint | None = None
+    rigid: FlexibleJoint | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
-
-    @property
-    def joint(self) -> FlexibleJoint:
-        """Return the joint to simulate.
-
-        Raises
-        ------
-        ValueError
-            The recordings do not carry it.
-        """
-        if not self.decidable:
-            raise ValueError(f"there is no joint to simulate: {'; '.join(self.reasons)}")
-        return joint_of({name: p.value for name, p in self.parameters.items()}, self.gear_ratio)
 
     def to_json(self) -> dict[str, Any]:
         """Return the `stribeck.flexible/1` document; what is not a number is null."""
@@ -124,12 +113,18 @@ class FlexibleFit:
             "parameters": {name: p.to_json() for name, p in self.parameters.items()},
             **numbers,
             "starts": [s.to_json() for s in self.starts],
-            "notes": list(self.notes),
         }
 
 
 def joint_of(values: Mapping[str, float], gear_ratio: float) -> FlexibleJoint:
-    """Return the joint that parameters by name describe; friction and gravity may be missing."""
+    """Return the joint that parameters by name describe.
+
+    With `inertia_kg_m2` it is rigid; friction and gravity may be missing.
+    """
+    if "inertia_kg_m2" in values:
+        return FlexibleJoint(
+            values["inertia_kg_m2"], None, gear_ratio=gear_ratio, **_optional(values)
+        )
     nearest = ("gear",) if "gear_inertia_kg_m2" in values else ()
     masses = (*nearest, "arm")
     chain = Chain(
@@ -137,21 +132,24 @@ def joint_of(values: Mapping[str, float], gear_ratio: float) -> FlexibleJoint:
         tuple(values[_named(m, "spring_nm_per_rad", nearest)] for m in masses),
         tuple(values[_named(m, "damper_nm_s_per_rad", nearest)] for m in masses),
     )
-    optional = {
-        name: values[name]
-        for name in (
-            "coulomb_nm",
-            "viscous_nm_s_per_rad",
-            "static_extra_nm",
-            "stribeck_velocity_rad_s",
-            "exponent",
-            "gravity_sin_nm",
-            "gravity_cos_nm",
-            "torque_offset_nm",
-        )
-        if math.isfinite(values.get(name, math.nan))
-    }
-    return FlexibleJoint(values["motor_inertia_kg_m2"], chain, gear_ratio=gear_ratio, **optional)
+    return FlexibleJoint(
+        values["motor_inertia_kg_m2"], chain, gear_ratio=gear_ratio, **_optional(values)
+    )
+
+
+def _optional(values: Mapping[str, float]) -> dict[str, float]:
+    """Return friction, gravity and offset, as far as they are there."""
+    names = (
+        "coulomb_nm",
+        "viscous_nm_s_per_rad",
+        "static_extra_nm",
+        "stribeck_velocity_rad_s",
+        "exponent",
+        "gravity_sin_nm",
+        "gravity_cos_nm",
+        "torque_offset_nm",
+    )
+    return {name: values[name] for name in names if math.isfinite(values.get(name, math.nan))}
 
 
 def _named(mass: str, quantity: str, nearest: tuple[str, ...]) -> str:

@@ -14,13 +14,14 @@ from itertools import product
 
 import numpy as np
 
-from agent.identify.flexible.chain import Chain, Kind, apparent_inertia, chain_of, shape_of
+from agent.identify.flexible.chain import Chain, apparent_inertia, chain_of, shape_of
 from agent.identify.flexible.preparation import Complexes, Prepared
 from agent.identify.result import Floats
 
 _BANDS = 160
 _GRID = 60
-_GRID_TWO = 18
+_GRID_TWO = 24
+_APART = 8.0  # how far a second mode may lie from the first
 _ZETAS = (0.005, 0.015, 0.04, 0.1, 0.25)
 _LOWEST_PERIODS = 6.0  # of a frequency, in the longest stretch
 
@@ -67,14 +68,11 @@ def frequency_response(
     return moment[there] / power[there], cross[there] / power[there], power[there]
 
 
-def start_shape(kind: Kind, omega: Floats, response: Complexes, weight: Floats) -> Floats:
-    """Return the shape parameters that fit the frequency response best, on a grid."""
-    if kind == "two-mass":
-        candidates = [
-            np.log([w, z]) for w, z in product(np.geomspace(omega[0], omega[-1], _GRID), _ZETAS)
-        ]
-    else:
-        candidates = _two_mode_shapes(np.geomspace(omega[0], omega[-1], _GRID_TWO))
+def start_shape(omega: Floats, response: Complexes, weight: Floats) -> Floats:
+    """Return the shape of one mass that fits the frequency response best, on a grid."""
+    candidates = [
+        np.log([w, z]) for w, z in product(np.geomspace(omega[0], omega[-1], _GRID), _ZETAS)
+    ]
     best, least = candidates[0], np.inf
     for shape in candidates:
         cost = _misfit(apparent_inertia(chain_of(shape), omega), response, weight)
@@ -83,13 +81,26 @@ def start_shape(kind: Kind, omega: Floats, response: Complexes, weight: Floats) 
     return best
 
 
-def _two_mode_shapes(omegas: Floats) -> list[Floats]:
-    """Return shapes of two masses that cover antiresonance pairs, shares and dampings."""
+def second_modes(shape: Floats, low_hz: float, high_hz: float) -> list[Floats]:
+    """Return shapes of two masses that swing as one mass does, and in a second way.
+
+    Parameters
+    ----------
+    shape : ndarray, shape (2,)
+        Of the one mass.
+    low_hz, high_hz : float
+        Where the second way may lie.
+    """
+    known = float(np.exp(shape[0]))
     out = []
-    for i, first in enumerate(omegas):
-        for second in omegas[i + 1 :]:
-            for share, zeta in product((0.1, 0.25, 0.5, 0.75, 0.9), (0.015, 0.06)):
-                out.append(_from_modes(float(first), float(second), share, zeta))
+    low = max(2.0 * np.pi * low_hz, known / _APART)
+    high = max(min(2.0 * np.pi * high_hz, known * _APART), 1.2 * low)
+    for omega in np.geomspace(low, high, _GRID_TWO):
+        if abs(np.log(omega / known)) < 0.1:
+            continue
+        for share, zeta in product((0.05, 0.3, 0.7, 0.9, 0.97, 0.99), (0.02, 0.07)):
+            first, second = sorted((known, float(omega)))
+            out.append(_from_modes(first, second, share, zeta))
     return out
 
 

@@ -1,0 +1,110 @@
+"""What recordings do not carry is refused with a reason, and no number comes out."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+
+import numpy as np
+import pytest
+
+from agent.identify.flexible.fit import Options, fit_flexible
+from agent.identify.flexible.periods import average_periods
+from agent.identify.flexible.validation import validate
+from agent.identify.signals import Signals
+from tests.science.flexible_plant import PLAIN, drive, there_and_back, triangle_wave
+from trajectories import triangle
+
+
+def thinned(signals: Signals, stride: int) -> Signals:
+    def every(values: np.ndarray[tuple[int, ...], np.dtype[np.float64]] | None) -> object:
+        return None if values is None else values[::stride]
+
+    return Signals.from_columns(
+        {
+            "time_s": signals.time_s[::stride],
+            "torque_nm": signals.torque_nm[::stride],
+            "position_rad": np.asarray(every(signals.position_rad)),
+        },
+        signals.gear_ratio,
+        name="thinned",
+    )
+
+
+def refused_because(signals: Signals, words: str) -> None:
+    fit = fit_flexible([signals], Options(starts=2))
+    assert not fit.decidable
+    assert words in " ".join(fit.reasons)
+    assert "record" in " ".join(fit.reasons), "what to record instead"
+    for parameter in fit.parameters.values():
+        assert not parameter.identified
+        assert parameter.ci95 is None
+        assert math.isnan(parameter.value)
+    document = fit.to_json()
+    json.dumps(document, allow_nan=False)
+    assert all(p["value"] is None for p in document["parameters"].values())
+    assert document["rmse_nm"] is None
+    assert fit.joint is None
+    with pytest.raises(ValueError, match="nothing to validate"):
+        validate(fit, signals)
+
+
+def test_slow_logs_are_refused() -> None:
+    refused_because(thinned(drive(triangle_wave(8)), 1000), "sampled at 1 Hz")
+
+
+def test_one_direction_is_refused() -> None:
+    refused_because(drive(there_and_back()[0]), "one direction only")
+
+
+def test_saturated_torque_is_refused() -> None:
+    clipped = drive(triangle_wave(4), torque_limit_nm=3.0)
+    refused_because(clipped, "saturated")
+    assert fit_flexible([drive(triangle_wave(4))], Options(starts=1)).decidable
+
+
+def test_standstill_is_refused() -> None:
+    moved = drive(triangle_wave(3))
+    assert moved.position_rad is not None
+    still = dataclasses.replace(
+        moved,
+        position_rad=np.zeros_like(moved.position_rad),
+        velocity_rad_s=np.zeros_like(moved.position_rad),
+    )
+    refused_because(still, "stands still")
+
+
+def test_a_motion_too_smooth_to_ring_is_refused() -> None:
+    lazy = triangle(
+        0.0, peak_velocity_rad_s=8.0, acceleration_rad_s2=8.0, jerk_rad_s3=10.0, periods=3
+    )
+    refused_because(drive(lazy, noise_nm=0.5), "no resonance is excited")
+
+
+def test_a_rigid_joint_is_not_given_a_spring() -> None:
+    recording = drive(triangle_wave(4), noise_nm=0.0)
+    assert recording.position_rad is not None
+    period_s = float(recording.time_s[1])
+    velocity = np.gradient(recording.position_rad, period_s)
+    torque = 0.0184 * np.gradient(velocity, period_s) + 0.6 * np.sign(velocity) + 0.0107 * velocity
+    rng = np.random.default_rng(0)
+    rigid = dataclasses.replace(
+        recording, torque_nm=torque + 0.02 * rng.standard_normal(torque.size)
+    )
+    fit = fit_flexible([rigid], Options(starts=4))
+    assert not fit.decidable, fit.parameters
+
+
+def test_arguments_that_make_no_sense_are_named() -> None:
+    with pytest.raises(ValueError, match="at least one"):
+        fit_flexible([])
+    with pytest.raises(ValueError, match="friction"):
+        Options(friction="magic")
+    with pytest.raises(ValueError, match="starts"):
+        Options(starts=0)
+    other = dataclasses.replace(drive(triangle_wave(1)), gear_ratio=PLAIN.gear_ratio / 2.0)
+    with pytest.raises(ValueError, match="gear ratio"):
+        fit_flexible([other, dataclasses.replace(other, gear_ratio=1.0)])
+    with pytest.raises(ValueError, match="two whole periods"):
+        average_periods(other, period_s=50.0, first_s=0.0)
