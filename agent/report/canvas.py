@@ -181,6 +181,21 @@ def key_in_header(axes: Axes, *, columns: int) -> None:
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.01), ncols=columns)
 
 
+def plain_ticks(axes: Axes) -> None:
+    """Write 1, 2, 5, 10 on a logarithmic axis rather than powers of ten."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    low, high = axes.get_xlim()
+    steps: tuple[float, ...] = (1.0, 2.0, 5.0)
+    if high / low > 300.0:
+        steps = (1.0,)
+    elif high / low < 8.0:
+        steps = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)
+    axes.xaxis.set_major_locator(LogLocator(subs=steps))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+
+
 def dots(axes: Axes, x: Floats, y: Floats, *, color: str, size_pt: float, alpha: float) -> None:
     """Draw many dots as one path: a tenth of the bytes that as many markers take.
 

@@ -17,6 +17,7 @@ from agent.report.canvas import (
     WITH_LABELS_IN,
     Panel,
     figure_of,
+    plain_ticks,
     side_by_side,
     stacked,
     styled,
@@ -157,7 +158,7 @@ def _low_speeds(
         _laws(axes, ladder, models, scale, direction=direction)
     axes.set_title("Low speeds, enlarged" if _low_is_a_part(curve) else "The same by speed")
     axes.set_xlabel("motor speed, rad/s (logarithmic)")
-    _plain_ticks(axes)
+    plain_ticks(axes)
 
 
 def slow_limit_rad_s(speed_rad_s: Floats) -> float:
@@ -240,18 +241,3 @@ def _stretches(velocity: Floats) -> list[tuple[Floats, bool]]:
             dense = np.geomspace(0.3 * speed.min(), 1.02 * speed.max(), _POINTS)
             stretches.append((direction * dense, not stretches))
     return stretches
-
-
-def _plain_ticks(axes: Axes) -> None:
-    """Write 1, 2, 5, 10 on a logarithmic axis rather than powers of ten."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    low, high = axes.get_xlim()
-    steps: tuple[float, ...] = (1.0, 2.0, 5.0)
-    if high / low > 300.0:
-        steps = (1.0,)
-    elif high / low < 8.0:
-        steps = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)
-    axes.xaxis.set_major_locator(LogLocator(subs=steps))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
-    axes.xaxis.set_minor_formatter(NullFormatter())

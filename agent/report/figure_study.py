@@ -19,6 +19,7 @@ from agent.report.canvas import (
     Panel,
     figure_of,
     key_in_header,
+    plain_ticks,
     stacked,
     styled,
 )
@@ -151,6 +152,7 @@ def _parameters_against(
         for axes in column:
             axes.set_xscale("log")
             axes.set_xlim(float(at.min()), float(at.max()))
+            plain_ticks(axes)
     last.set_ylim(bottom=0.0)
     return figure_of(last)
 
