@@ -1,0 +1,114 @@
+"""Speed, starts, coverage and validation of the flexible joint: ``-m tests.benchmarks.flexible``.
+
+The simulation stands beside scipy's solve_ivp in the same run; coverage is over seeds of noise.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import statistics
+import sys
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from agent.identify.flexible.chain import Chain
+from agent.identify.flexible.fit import Options, fit_flexible
+from agent.identify.flexible.result import FlexibleFit
+from agent.identify.flexible.simulation import FlexibleJoint, simulate, state_space
+from agent.identify.flexible.validation import validate
+from agent.identify.result import Floats
+from tests.science.flexible_plant import PLAIN, drive, stair, there_and_back, triangle_wave
+from tests.science.test_flexible_recovery import TRUTH
+
+RATE_HZ = 4000.0
+STAIR_S = 40.0
+SEEDS = 200
+
+
+def seconds(work: Callable[[], object]) -> float:
+    """Return how long `work` takes, in seconds."""
+    began = time.perf_counter()
+    work()
+    return time.perf_counter() - began
+
+
+def simulation() -> None:
+    """Print the time of 40 s at 4 kHz, two masses with Coulomb friction, beside scipy."""
+    from scipy.integrate import solve_ivp
+
+    joint = FlexibleJoint(0.0084, Chain((0.01,), (25.3,), (0.04,)), 0.6042, 0.0107)
+    time_s = np.arange(0.0, STAIR_S, 1.0 / RATE_HZ)
+    torque = 3.0 * np.sin(2.0 * np.pi * 0.5 * time_s)
+    a, b, _ = state_space(joint)
+
+    def slope(t: float, x: Floats) -> Floats:
+        friction = 0.6042 * math.tanh(x[0] / 0.05)
+        drive_nm = 3.0 * math.sin(2.0 * math.pi * 0.5 * t)
+        return np.asarray(a @ x + b * (drive_nm - friction), dtype=np.float64)
+
+    first = seconds(lambda: simulate(joint, torque, 1.0 / RATE_HZ))
+    ours = statistics.median(
+        seconds(lambda: simulate(joint, torque, 1.0 / RATE_HZ)) for _ in range(9)
+    )
+    peer = seconds(lambda: solve_ivp(slope, (0.0, STAIR_S), np.zeros(3), rtol=1e-6, atol=1e-8))
+    print(f"two masses, 40 s at 4 kHz    {1e3 * ours:8.2f} ms (first call {first:.2f} s)")
+    print(f"scipy solve_ivp, tanh        {1e3 * peer:8.0f} ms, {peer / ours:.0f} times as long")
+
+
+def starts() -> FlexibleFit:
+    """Print the time of 20 starts, and what became of 100; return the fit."""
+    recording = drive(triangle_wave(6), seed=1, fine=True)
+    took = seconds(lambda: fit_flexible([recording], Options(starts=20)))
+    print(f"grey box, 20 starts          {took:8.2f} s")
+    fit = fit_flexible([recording], Options(starts=100))
+    ends = [s.outcome for s in fit.starts]
+    counts = {end: ends.count(end) for end in ("best", "local", "unfinished")}
+    print(f"100 starts over two decades  {counts}")
+    return fit
+
+
+def coverage(seeds: int) -> None:
+    """Print how often the 95 % intervals hold the truth."""
+    clean = drive(triangle_wave(6), noise_nm=0.0, fine=True)
+    inside = dict.fromkeys(TRUTH, 0)
+    for seed in range(seeds):
+        rng = np.random.default_rng(seed)
+        torque = clean.torque_nm + 0.02 * rng.standard_normal(clean.time_s.size)
+        fit = fit_flexible([dataclasses.replace(clean, torque_nm=torque)], Options(starts=1))
+        for name, value in TRUTH.items():
+            interval = fit.parameters[name].ci95
+            inside[name] += interval is not None and interval[0] <= value <= interval[1]
+    for name, count in inside.items():
+        print(f"coverage {name:<22} {100.0 * count / seeds:6.1f} % of {seeds}")
+
+
+def validation(fit: FlexibleFit) -> None:
+    """Print the flexible joint beside the rigid one, on runs that neither has seen."""
+    print(
+        f"{'fit in %':<16}{'torque, flexible':>18}{'rigid':>8}{'velocity, flex.':>16}{'rigid':>8}"
+    )
+    for recording in (
+        drive(stair(), seed=11, name="stair"),
+        drive(triangle_wave(3, 45.0), seed=12, name="triangle"),
+        drive(*there_and_back(), joint=PLAIN, seed=13, name="point-to-point"),
+    ):
+        result = validate(fit, recording)
+        print(
+            f"{recording.name:<16}{result.flexible.torque_fit_percent:18.1f}"
+            f"{result.rigid.torque_fit_percent:8.1f}{result.flexible.velocity_fit_percent:16.1f}"
+            f"{result.rigid.velocity_fit_percent:8.1f}"
+        )
+
+
+def main() -> None:
+    """Print the tables; the first argument is the number of seeds."""
+    simulation()
+    validation(starts())
+    coverage(int(sys.argv[1]) if len(sys.argv) > 1 else SEEDS)
+
+
+if __name__ == "__main__":
+    main()
