@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.physics.backlash import DeadZone
+from agent.physics.flexibility import TwoMass
 from agent.physics.friction import STRIBECK
 from agent.physics.friction_dynamic import Dahl
 from agent.physics.friction_static import (
@@ -170,6 +172,47 @@ def _fault(p: Numbers, motion: Motion, base: Base) -> Floats:
     return p["height_nm"] * np.exp(-0.5 * distance**2)
 
 
+def _carried(p: Numbers, motion: Motion, base: Base) -> Floats:
+    """Return the shaft's torque less that of a stiff gear; the arm behind it is simulated."""
+    from agent.physics.kernels import carried_arm
+
+    law = TwoMass(
+        1.0,
+        p["arm_inertia_kg_m2"],
+        p["stiffness_nm_per_rad"],
+        p["damping_nm_s_per_rad"],
+        p.get("cubic_stiffness_nm_per_rad3", 0.0),
+    )
+    gap = DeadZone(p.get("half_gap_rad", 0.0), law.stiffness_nm_per_rad)
+    time, position = motion.need("time_s"), motion.need("position_rad")
+    columns = (time, position, motion.velocity_rad_s)
+    if not all(np.isfinite(c).all() for c in columns) or np.any(np.diff(time) <= 0.0):
+        raise ValueError("expected finite time_s, position_rad and velocity_rad_s, time rising")
+    rate = 2.0 * np.pi * law.antiresonance_hz()
+    rate += law.damping_nm_s_per_rad / law.arm_inertia_kg_m2
+    steps = max(1, math.ceil(_STEPS_PER_RAD * rate * float(np.max(np.diff(time), initial=0.0))))
+    arm = _arm(motion, base)
+    weight = base.gravity_sin_nm * np.sin(arm) + base.gravity_cos_nm * np.cos(arm)
+    shaft = carried_arm(
+        time,
+        position,
+        motion.velocity_rad_s,
+        law.arm_inertia_kg_m2,
+        law.stiffness_nm_per_rad,
+        law.cubic_stiffness_nm_per_rad3,
+        law.damping_nm_s_per_rad,
+        gap.half_gap_rad,
+        base.gravity_sin_nm,
+        base.gravity_cos_nm,
+        base.gear_ratio,
+        steps,
+    )
+    stiff = law.arm_inertia_kg_m2 * motion.acceleration_rad_s2 + weight
+    return np.asarray(shaft - stiff)
+
+
+_STEPS_PER_RAD = 20.0  # of the arm's own swing: the error of its steps is then below a percent
+
 ADDED: Mapping[str, EffectLaw] = MappingProxyType(
     {
         "stribeck": EffectLaw(
@@ -213,6 +256,24 @@ ADDED: Mapping[str, EffectLaw] = MappingProxyType(
             _kinematic,
         ),
         "torque-offset": EffectLaw({"torque_offset_nm": None}, _offset),
+        "joint-flexibility": EffectLaw(
+            {
+                "arm_inertia_kg_m2": None,
+                "stiffness_nm_per_rad": None,
+                "damping_nm_s_per_rad": 0.0,
+                "cubic_stiffness_nm_per_rad3": 0.0,
+            },
+            _carried,
+        ),
+        "backlash": EffectLaw(
+            {
+                "half_gap_rad": None,
+                "arm_inertia_kg_m2": None,
+                "stiffness_nm_per_rad": None,
+                "damping_nm_s_per_rad": 0.0,
+            },
+            _carried,
+        ),
         "inertia-error": EffectLaw({"inertia_extra_kg_m2": None}, _inertia),
         "wrong-number": EffectLaw(
             {"coulomb_extra_nm": 0.0, "viscous_extra_nm_s_per_rad": 0.0}, _wrong_number

@@ -84,7 +84,7 @@ def test_an_effect_adds_its_law_and_nothing_else(effect: str) -> None:
 
 
 def test_no_law_in_the_table_is_left_without_a_test() -> None:
-    elsewhere = {"presliding-hysteresis", "kinematic-error"}
+    elsewhere = {"presliding-hysteresis", "kinematic-error", "joint-flexibility", "backlash"}
     assert set(ADDED) == set(BY_HAND) | elsewhere
 
 
@@ -93,6 +93,25 @@ def test_a_stiff_presliding_spring_is_coulomb_friction() -> None:
     assert stiff[10:] == pytest.approx(predicted()[10:], abs=1e-6)
     soft = predicted(Effect("presliding-hysteresis", {"stiffness_nm_per_rad": 0.1}))
     assert np.max(np.abs(soft - predicted())[10:]) > 0.5
+
+
+def test_an_arm_behind_a_spring_answers_as_the_oscillator_that_it_is() -> None:
+    arm = {"arm_inertia_kg_m2": 0.016, "stiffness_nm_per_rad": 8.0, "damping_nm_s_per_rad": 0.1}
+    law = Twin("r", 1, 100.0, 0.018, 0.0, 0.0, effects=(Effect("joint-flexibility", arm),))
+    time = np.arange(0.0, 6.0, 1e-3)
+    w = 9.0
+    position, velocity, acceleration = np.sin(w * time), w * np.cos(w * time), 0.0 * time
+    acceleration -= w * w * position
+    torque = law.predict_torque(position, velocity, acceleration, time_s=time)
+    shaft = (8.0 + 0.1j * w) * 0.016 / (8.0 + 0.1j * w - 0.016 * w * w)
+    settled = np.imag(-w * w * (0.002 + shaft) * np.exp(1j * w * time))
+    assert torque[4000:] == pytest.approx(settled[4000:], abs=0.02 * np.max(settled))
+    gap = Effect("backlash", {**arm, "half_gap_rad": 0.05})
+    lost = Twin("r", 1, 100.0, 0.018, 0.0, 0.0, effects=(gap,))
+    parted = lost.predict_torque(position, velocity, acceleration, time_s=time)
+    # Where the teeth have parted the motor moves itself alone.
+    alone = np.isclose(parted, 0.002 * acceleration, atol=1e-12)
+    assert 0.02 < np.mean(alone) < 0.9
 
 
 def test_kinematic_error_grows_with_the_square_of_speed() -> None:
@@ -131,7 +150,7 @@ def test_measurement_effects_act_on_the_sum() -> None:
 @pytest.mark.parametrize(
     ("effect", "parameters", "named"),
     [
-        ("joint-flexibility", {}, "joint-flexibility"),
+        ("friction-drift", {}, "friction-drift"),
         ("torque-offset", {}, "torque_offset_nm"),
         ("torque-offset", {"torque_offset_nm": "much"}, "torque_offset_nm"),
         ("torque-offset", {"torque_offset_nm": 1.0, "colour": 2.0}, "colour"),
