@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from agent.identify.result import Floats
+from agent.physics.periodic import wave
 
 _OVERSAMPLING = 8  # grid points between two orders that a pass can tell apart
 _NEIGHBOURS = 24  # independent orders on either side that make the background
@@ -74,8 +75,8 @@ class AnglePass:
         out = np.empty((x.size, _TREND + 2 * len(orders)))
         out[:, :_TREND] = np.stack((np.ones_like(x), x, x * x - 1.0 / 3.0), axis=-1)
         for i, order in enumerate(orders):
-            out[:, _TREND + 2 * i] = np.cos(order * self.angle_rad)
-            out[:, _TREND + 2 * i + 1] = np.sin(order * self.angle_rad)
+            out[:, _TREND + 2 * i] = wave(1.0, 0.0, order, self.angle_rad)
+            out[:, _TREND + 2 * i + 1] = wave(0.0, 1.0, order, self.angle_rad)
         return out
 
     def without(self, orders: Sequence[float]) -> tuple[AnglePass, Floats]:
