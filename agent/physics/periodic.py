@@ -32,7 +32,7 @@ class TorqueRipple:
             "order_per_motor_rev": "n, periods per motor turn",
             "load_growth_per_nm": "p, growth with motor torque (0: cogging, magnets on slots)",
         },
-        "thesis 3.2 (torque ripple); Holtz & Springob, IEEE TIE 43 (1996) 43",
+        "thesis 3.2 (torque ripple); Holtz & Springob, IEEE TIE 43 (1996)",
         "one order each; orders of the slots and pole pairs, whatever the speed",
     )
     cos_nm: float

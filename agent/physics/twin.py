@@ -134,6 +134,11 @@ class Twin:
             gearbox_temperature_degc,
             motor_temperature_degc,
         )
+        carried = [e.id for e in self.effects if e.id in ("joint-flexibility", "backlash")]
+        if len(carried) > 1:
+            raise TwinError(
+                f"effects: {' and '.join(carried)} carry the same arm; a twin predicts one of them"
+            )
         try:
             for effect in self.effects:
                 if effect.id == "resolver-error":

@@ -165,6 +165,12 @@ def test_what_cannot_be_predicted_is_refused_by_name(
         predicted(Effect(effect, parameters))
 
 
+def test_one_arm_is_carried_by_one_effect() -> None:
+    both = (Effect("joint-flexibility", {}), Effect("backlash", {}))
+    with pytest.raises(TwinError, match="carry the same arm"):
+        predicted(*both)
+
+
 def test_a_missing_column_is_named() -> None:
     numbers, _ = BY_HAND["temperature-dependent-friction"]
     law = twin(Effect("temperature-dependent-friction", numbers))
