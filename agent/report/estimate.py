@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +17,7 @@ from agent.report.figure_curve import figure_friction_curve, friction_curve_in_w
 from agent.report.figure_cycle import cycle_in_words, figure_cycle
 from agent.report.figure_prediction import figure_prediction, prediction_in_words
 from agent.report.laws import model_label
+from agent.report.page import render
 from agent.report.views import EstimateViews, RecordingView
 
 if TYPE_CHECKING:
@@ -91,19 +91,10 @@ def estimate_html(
     metadata: Mapping[str, object] | None = None,
 ) -> str:
     """Return the page as text; the same input gives the same text. See `write_estimate_report`."""
-    import jinja2
-
-    templates = resources.files("agent.report") / "templates"
-    environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(lambda name: (templates / name).read_text(encoding="utf-8")),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     drawn = views.recordings[:RECORDINGS_DRAWN]
     decided = estimate.decidable
-    return environment.get_template("estimate.html.j2").render(
+    return render(
+        "estimate.html.j2",
         title=title or "Friction estimate",
         robot=robot,
         axis=str(axis),

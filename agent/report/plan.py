@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from importlib import resources
 
 from agent.report.canvas import data_uri
 from agent.report.figure_plan import figure_plan, plan_figure_in_words
+from agent.report.page import render
 from trajectories import Expectation, Trajectory
 
 
@@ -41,18 +41,9 @@ def plan_html(
     basis : str
         What the numbers stand on.
     """
-    import jinja2
-
-    templates = resources.files("agent.report") / "templates"
-    environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(lambda name: (templates / name).read_text(encoding="utf-8")),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     drawn = trajectory, expectation, nominal, gear_ratio
-    return environment.get_template("plan.html.j2").render(
+    return render(
+        "plan.html.j2",
         title=title,
         robot=robot,
         axis=str(axis),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -24,6 +23,7 @@ from agent.report.figure_study import (
     speed_study_in_words,
     threshold_sweep_in_words,
 )
+from agent.report.page import render
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -88,17 +88,8 @@ def write_study_page(path: Path, page: StudyPage, *, robot: str = "", axis: int 
 
 def study_html(page: StudyPage, *, robot: str = "", axis: int | str = "") -> str:
     """Return the page as text; the same input gives the same text."""
-    import jinja2
-
-    templates = resources.files("agent.report") / "templates"
-    environment = jinja2.Environment(
-        loader=jinja2.FunctionLoader(lambda name: (templates / name).read_text(encoding="utf-8")),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("study.html.j2").render(
+    return render(
+        "study.html.j2",
         robot=robot,
         axis=str(axis),
         page=page,
