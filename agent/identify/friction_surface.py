@@ -1,10 +1,9 @@
 """Friction as a surface over velocity and gearbox temperature (thesis Figure 5.7), per oil.
 
-``friction = fc + fs exp(-|v/vs|^d) + |v| [f_hot + f_thin exp(-(T - T_ref)/T_v)]``: warm oil is
-thinner, so the viscous part falls with temperature, in the exponential form of Bittencourt and
-Gunnarsson, "Static friction in a robot joint" (ASME J. Dyn. Sys. Meas. Control 134, 2012). Four
-laws are compared on temperatures that they have not seen; the richer one wins only by more than
-the comparison's own noise.
+Coulomb friction and the Stribeck line (`agent.physics.friction`) do not change with temperature;
+warm oil is thinner, so that the viscous part does (`TemperatureViscous` in
+`agent.physics.friction_static`). Four laws are compared on temperatures that they have not seen;
+the richer one wins only by more than the comparison's own noise.
 """
 
 from __future__ import annotations
@@ -19,6 +18,8 @@ from numpy.typing import NDArray
 
 from agent.identify.result import Floats, Parameter
 from agent.identify.uncertainty import student_975
+from agent.physics.friction import boundary_share
+from agent.physics.friction_static import thinning_share
 
 _LEAST_TEMPERATURES = 4
 _LEAST_SPAN_DEGC = 4.0
@@ -89,7 +90,7 @@ class Surface:
     law : str
         One of `LAWS`; empty when nothing could be fitted.
     reference_degc : float
-        T_ref of the law.
+        Tr of the law.
     parameters : mapping of str to Parameter
     rmse_nm, heldout_rmse_nm : float
         Over all points, and over temperatures left out one by one.
@@ -122,7 +123,7 @@ class Surface:
         nonlinear = [values[name] for name in _nonlinear(bend, thins)]
         speed, temperature = np.broadcast_arrays(speed_rad_s, temperature_degc)
         columns = _columns(
-            speed.ravel(), temperature.ravel() - self.reference_degc, bend, thins, nonlinear
+            speed.ravel(), temperature.ravel(), self.reference_degc, bend, thins, nonlinear
         )
         weights = np.array([values[name] for name in _linear(bend, thins)])
         return np.asarray(columns @ weights, dtype=np.float64).reshape(speed.shape)
@@ -194,14 +195,19 @@ def _linear(bend: bool, thins: bool) -> tuple[str, ...]:
 
 
 def _columns(
-    speed: Floats, warmer: Floats, bend: bool, thins: bool, nonlinear: Sequence[float]
+    speed: Floats,
+    temperature: Floats,
+    reference: float,
+    bend: bool,
+    thins: bool,
+    nonlinear: Sequence[float],
 ) -> Floats:
-    """Return the law's linear columns, shape (n, m); `warmer` is T - T_ref."""
+    """Return the law's linear columns at speeds and temperatures, shape (n, m)."""
     columns = [np.ones_like(speed), speed]
     if thins:
-        columns.append(speed * np.exp(-warmer / nonlinear[-1]))
+        columns.append(speed * thinning_share(temperature, reference, nonlinear[-1]))
     if bend:
-        columns.append(np.exp(-((speed / nonlinear[0]) ** nonlinear[1])))
+        columns.append(boundary_share(speed, nonlinear[0], nonlinear[1]))
     return np.stack(columns, axis=-1)
 
 
@@ -210,11 +216,11 @@ def _fit(points: SurfacePoints, law: str, reference: float) -> tuple[Floats, Flo
     from scipy.optimize import least_squares, nnls
 
     bend, thins = LAWS[law]
-    speed, warmer = points.speed_rad_s, points.temperature_degc - reference
+    speed, temperature = points.speed_rad_s, points.temperature_degc
     target = points.friction_nm / points.error_nm
 
     def solve(log_nonlinear: Floats) -> tuple[Floats, Floats]:
-        columns = _columns(speed, warmer, bend, thins, list(np.exp(log_nonlinear)))
+        columns = _columns(speed, temperature, reference, bend, thins, list(np.exp(log_nonlinear)))
         scaled = columns / points.error_nm[:, np.newaxis]
         theta = np.asarray(nnls(scaled, target)[0], dtype=np.float64)
         return theta, np.asarray(scaled @ theta - target, dtype=np.float64)
@@ -251,7 +257,7 @@ def _heldout(
         theta, nonlinear = _fit(points.take(~unseen), law, reference)
         left = points.take(unseen)
         columns = _columns(
-            left.speed_rad_s, left.temperature_degc - reference, bend, thins, list(nonlinear)
+            left.speed_rad_s, left.temperature_degc, reference, bend, thins, list(nonlinear)
         )
         out.append(float(np.mean((columns @ theta - left.friction_nm) ** 2)))
     return np.array(out)
@@ -301,7 +307,7 @@ def _described(
             low, high = math.exp(values[i] - half[i]), math.exp(values[i] + half[i])
             parameters[name] = Parameter(value, (low, high))
     columns = _columns(
-        points.speed_rad_s, points.temperature_degc - reference, bend, thins, list(nonlinear)
+        points.speed_rad_s, points.temperature_degc, reference, bend, thins, list(nonlinear)
     )
     heldout = {name: math.sqrt(float(e.mean())) for name, e in errors.items()}
     reason = (

@@ -119,6 +119,15 @@ def _stack(*columns: Floats) -> Floats:
     return np.stack(np.broadcast_arrays(*columns), axis=-1)
 
 
+def boundary_share(
+    velocity_rad_s: Floats | float,
+    stribeck_velocity_rad_s: Floats | float,
+    exponent: Floats | float,
+) -> Floats:
+    """Return the Stribeck line ``exp(-|v/vs|^d)``, from 1 at rest to 0, broadcast (no unit)."""
+    return np.asarray(np.exp(-((np.abs(velocity_rad_s) / stribeck_velocity_rad_s) ** exponent)))
+
+
 def _coulomb_viscous_columns(velocity_rad_s: Floats) -> Floats:
     """Return ``[sign v, v]``, shape (n, 2); thesis (3.9)."""
     return _stack(np.sign(velocity_rad_s), velocity_rad_s)
@@ -130,7 +139,7 @@ def _stribeck_columns(
     """Return ``[sign v, v, sign v exp(-|v/vs|^d)]``, shape (..., n, 3)."""
     scale, power = _leading(stribeck_velocity_rad_s, exponent)
     direction = np.sign(velocity_rad_s)
-    boundary = np.exp(-((np.abs(velocity_rad_s) / scale) ** power))
+    boundary = boundary_share(velocity_rad_s, scale, power)
     return _stack(direction, velocity_rad_s, direction * boundary)
 
 

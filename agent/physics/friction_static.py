@@ -13,6 +13,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.physics.friction import boundary_share
 from agent.physics.law import Law, require
 
 Floats = NDArray[np.float64]
@@ -114,9 +115,19 @@ class LoadDependent:
     ) -> Floats:
         """Return the load's part of friction, shape (n,)."""
         sign = np.sign(velocity_rad_s) if direction is None else direction
-        boundary = np.exp(-((np.abs(velocity_rad_s) / self.load_velocity_rad_s) ** self.exponent))
+        boundary = boundary_share(velocity_rad_s, self.load_velocity_rad_s, self.exponent)
         share = self.load_coefficient + self.load_boundary_coefficient * boundary
         return np.asarray(share * np.abs(load_nm) * sign)
+
+
+def thinning_share(
+    temperature_degc: Floats | float, reference_degc: Floats | float, decay_k: Floats | float
+) -> Floats:
+    """Return how much of the viscous part that falls is left, ``exp(-(T - Tr)/Tv)``, broadcast.
+
+    1 at the reference temperature, more below it (no unit); the law is `TemperatureViscous`.
+    """
+    return np.asarray(np.exp(-np.subtract(temperature_degc, reference_degc) / decay_k))
 
 
 @dataclass(frozen=True)
@@ -151,7 +162,7 @@ class TemperatureViscous:
 
     def torque_nm(self, velocity_rad_s: Floats, temperature_degc: Floats) -> Floats:
         """Return the viscous torque, broadcast over velocity and temperature."""
-        fall = np.exp(-(temperature_degc - self.reference_degc) / self.decay_k)
+        fall = thinning_share(temperature_degc, self.reference_degc, self.decay_k)
         slope = self.viscous_nm_s_per_rad + self.viscous_thermal_nm_s_per_rad * fall
         return np.asarray(slope * velocity_rad_s)
 
