@@ -1,11 +1,11 @@
 """How fast a gearbox cools, where it settles, and when it will be at a given temperature.
 
-Newton's law with a heat source (thesis A.1 and A.2): ``T' = -r (T - T_ambient - T_added)``, so that
-``T(t) = T_settled + (T_0 - T_settled) exp(-r t)`` with ``T_settled = T_ambient + T_added``; an
-ambient temperature that was measured may change, and is followed. The law is linear in everything
-but r: r is scanned on a grid, each point weighted by its likelihood with coloured residuals, and
-intervals are quantiles of draws from it. A curve too short to bend says so: r and the settled
-temperature then trade against each other, and neither is given.
+Newton's law with a heat source is `agent.physics.thermal.GearboxTemperature`; the settled
+temperature is the ambient one and what the heat source adds; an ambient temperature that was
+measured may change, and is followed. The law is linear in everything but its rate r: r is scanned
+on a grid, each point weighted by its likelihood with coloured residuals, and intervals are
+quantiles of draws from it. A curve too short to bend says so: r and the settled temperature then
+trade against each other, and neither is given.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import numpy as np
 
 from agent.identify.result import Floats, Parameter
 from agent.identify.uncertainty import correlation_time, student_975
+from agent.physics.thermal import followed_k, relaxation_columns, relaxation_time_s, relaxed_degc
 
 SCHEMA = "stribeck.cooling/1"
 _POINTS = 400
@@ -74,7 +75,7 @@ class Cooling:
         if not self.identified:
             return Parameter.not_identified(self.reason)
         rate, settled, initial = self.draws.T
-        values = settled + (initial - settled) * np.exp(-rate * at_s)
+        values = relaxed_degc(rate, settled, initial, at_s)
         noise = np.random.default_rng(1).normal(0.0, self.rmse_degc, values.size)
         low, high = np.quantile(values + noise, (0.025, 0.975))
         return Parameter(float(np.median(values)), (float(low), float(high)))
@@ -90,10 +91,8 @@ class Cooling:
         if not self.identified:
             return Parameter.not_identified(self.reason)
         rate, settled, initial = self.draws.T
-        ratio = (temperature_degc - settled) / (initial - settled)
-        reached = (ratio > 0.0) & (ratio <= 1.0)
-        share = float(np.mean(reached))
-        times = np.where(reached, -np.log(np.where(reached, ratio, 1.0)) / rate, np.inf)
+        times = relaxation_time_s(rate, settled, initial, temperature_degc)
+        share = float(np.mean(np.isfinite(times)))
         if share < 0.976:
             settles = f"{self.settled_degc.value:.1f}"
             if share < 0.5:
@@ -214,30 +213,18 @@ def _ambient(ambient: Floats | None) -> Parameter:
     return Parameter(mean, (mean - half, mean + half))
 
 
-def _columns(rate: float, time_s: Floats) -> Floats:
-    """Return what settled and initial temperature contribute, shape (n, 2)."""
-    left = np.exp(-rate * time_s)
-    return np.stack((-np.expm1(-rate * time_s), left), axis=-1)
-
-
 def _followed(rate: float, time_s: Floats, ambient: Floats | None) -> Floats:
     """Return the gearbox's answer to the ambient temperature's changes about its mean."""
-    out = np.zeros_like(time_s)
     if ambient is None:
-        return out
-    change = ambient - ambient.mean()
-    kept = np.exp(-rate * np.diff(time_s))
-    middle = 0.5 * (change[1:] + change[:-1])
-    for i in range(1, out.size):
-        out[i] = middle[i - 1] + (out[i - 1] - middle[i - 1]) * kept[i - 1]
-    return out
+        return np.zeros_like(time_s)
+    return followed_k(rate, time_s, ambient - ambient.mean())
 
 
 def _solve(
     rate: float, time_s: Floats, temperature: Floats, ambient: Floats | None
 ) -> tuple[Floats, Floats]:
     """Return (settled, initial) and the residuals for one r."""
-    columns = _columns(rate, time_s)
+    columns = relaxation_columns(rate, time_s)
     target = temperature - _followed(rate, time_s, ambient)
     theta = np.linalg.lstsq(columns, target, rcond=None)[0]
     return np.asarray(theta, dtype=np.float64), np.asarray(target - columns @ theta)
@@ -308,7 +295,7 @@ def _draw(
     for i in np.unique(picked):
         rows = np.flatnonzero(picked == i)
         rate = math.exp(float(log_rate[i]))
-        columns = _columns(rate, time_s)
+        columns = relaxation_columns(rate, time_s)
         covariance = np.linalg.pinv(columns.T @ columns, hermitian=True) * variance * inflation**2
         out[rows, 0] = rate
         out[rows, 1:] = generator.multivariate_normal(solutions[i][0], covariance, rows.size)

@@ -16,6 +16,60 @@ Floats = NDArray[np.float64]
 ZERO_DEGC_K = 273.15
 
 
+def remaining_share(rate_per_s: Floats | float, time_s: Floats | float) -> Floats:
+    """Return how much of a temperature difference is left after a time, ``exp(-r t)``, broadcast.
+
+    The core of Newton's law of cooling (`GearboxTemperature`; no unit).
+    """
+    return np.asarray(np.exp(-np.multiply(rate_per_s, time_s)))
+
+
+def relaxed_degc(
+    rate_per_s: Floats | float,
+    final_degc: Floats | float,
+    start_degc: Floats | float,
+    time_s: Floats | float,
+) -> Floats:
+    """Return the temperature on its way from a start to a lasting one, broadcast (A.1)."""
+    whole = np.subtract(start_degc, final_degc)
+    return np.asarray(final_degc + whole * remaining_share(rate_per_s, time_s))
+
+
+def relaxation_columns(rate_per_s: float, time_s: Floats) -> Floats:
+    """Return what 1 degC of lasting and of initial temperature contribute, shape (n, 2).
+
+    `relaxed_degc` is linear in both: ``columns @ [final, start]``.
+    """
+    # 1 - exp(-r t) without the cancellation that a slow gearbox would suffer.
+    risen = -np.expm1(-rate_per_s * time_s)
+    return np.stack((risen, remaining_share(rate_per_s, time_s)), axis=-1)
+
+
+def relaxation_time_s(
+    rate_per_s: Floats | float,
+    final_degc: Floats | float,
+    start_degc: Floats | float,
+    target_degc: Floats | float,
+) -> Floats:
+    """Return when a temperature is reached, broadcast; infinite where it never is."""
+    ratio = np.subtract(target_degc, final_degc) / np.subtract(start_degc, final_degc)
+    reached = (ratio > 0.0) & (ratio <= 1.0)
+    return np.where(reached, -np.log(np.where(reached, ratio, 1.0)) / rate_per_s, np.inf)
+
+
+def followed_k(rate_per_s: float, time_s: Floats, environment_k: Floats) -> Floats:
+    """Return how far a gearbox follows its environment's changes, shape (n,), from zero.
+
+    The environment is taken at its mean between two samples; then each step is exact (A.1).
+    """
+    out = np.zeros_like(time_s)
+    left = remaining_share(rate_per_s, np.diff(time_s))
+    middle = 0.5 * (environment_k[1:] + environment_k[:-1])
+    for i in range(1, out.size):
+        out[i] = middle[i - 1] + (out[i - 1] - middle[i - 1]) * left[i - 1]
+    return out
+
+
 @dataclass(frozen=True)
 class GearboxTemperature:
     """Newton cooling towards the environment and what a repeated work cycle adds to it."""
@@ -46,17 +100,16 @@ class GearboxTemperature:
 
     def temperature_degc(self, time_s: Floats, start_degc: float) -> Floats:
         """Return the gearbox's temperature, shape (n,), from its start (A.1)."""
-        left = np.exp(-self.rate_per_s * np.asarray(time_s))
-        return np.asarray(self.final_degc + (start_degc - self.final_degc) * left)
+        return relaxed_degc(self.rate_per_s, self.final_degc, start_degc, time_s)
 
     def time_until_s(self, target_degc: float, start_degc: float) -> float | None:
         """Return when a temperature is reached, or None where it never is."""
-        ahead, whole = target_degc - self.final_degc, start_degc - self.final_degc
         if target_degc == start_degc:
             return 0.0
-        if whole == 0.0 or not 0.0 < ahead / whole < 1.0:
+        if start_degc == self.final_degc:
             return None
-        return float(np.log(whole / ahead) / self.rate_per_s)
+        time = relaxation_time_s(self.rate_per_s, self.final_degc, start_degc, target_degc)
+        return float(time) if np.isfinite(time) else None
 
     def at_experiment_degc(self, rest_s: float) -> float:
         """Return the temperature after a rest from the lasting one (A.3): an offset on Te."""

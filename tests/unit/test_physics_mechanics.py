@@ -15,8 +15,11 @@ from agent.physics.thermal import (
     GearboxTemperature,
     Oil,
     WindingResistance,
+    followed_k,
     friction_integral,
     integral_slope,
+    relaxation_columns,
+    relaxation_time_s,
 )
 
 TWO = TwoMass(0.002, 0.016, 8.0, 0.0, 300.0)
@@ -180,3 +183,23 @@ def test_friction_integral_falls_linearly_with_a_linear_viscosity() -> None:
     assert list(THESIS_FRICTION_INTEGRAL_SLOPE.values()) == [-15.09, -20.53, -22.89]
     with pytest.raises(ValueError, match="different"):
         integral_slope(np.ones(3), np.ones(3))
+
+
+def test_cooling_in_arrays_is_the_gearbox_law() -> None:
+    time_s = np.linspace(0.0, 9e4, 40)
+    for start in (62.0, 21.0):
+        law = GearboxTemperature(6.4e-5, 21.5, 14.0)
+        one = law.temperature_degc(time_s, start)
+        columns = relaxation_columns(law.rate_per_s, time_s)
+        assert columns @ np.array([law.final_degc, start]) == pytest.approx(one, rel=1e-12)
+        reached = relaxation_time_s(law.rate_per_s, law.final_degc, start, one)
+        assert reached == pytest.approx(time_s, abs=1e-6)
+        beyond = np.array([law.final_degc, start + (start - law.final_degc)])
+        assert np.isinf(relaxation_time_s(law.rate_per_s, law.final_degc, start, beyond)).all()
+
+
+def test_a_step_of_the_environment_is_followed_as_newton_cools() -> None:
+    time_s = np.linspace(0.0, 5e4, 30)
+    followed = followed_k(6.4e-5, time_s, np.full_like(time_s, 3.0))
+    expected = GearboxTemperature(6.4e-5, 3.0).temperature_degc(time_s, 0.0)
+    assert followed == pytest.approx(expected, rel=1e-12, abs=1e-12)
