@@ -7,6 +7,7 @@ that the ratio drops out of the equations. Time simulation lives elsewhere: thes
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -21,11 +22,15 @@ Complexes = NDArray[np.complex128]
 
 @dataclass(frozen=True)
 class StateSpace:
-    """``dx/dt = A x + B tau``, ``y = C x``: motor torque in, motor velocity out."""
+    """``dx/dt = A x + B tau - E l``, ``y = C x``: motor torque in, motor velocity out.
+
+    The load l pulls at the last mass.
+    """
 
     A: Floats
     B: Floats
     C: Floats
+    E: Floats
 
     def response(self, frequency_hz: Floats) -> Complexes:
         """Return motor velocity over motor torque, rad/s per N m, shape (n,)."""
@@ -100,7 +105,8 @@ class TwoMass:
                 [k / ja, d / ja, -d / ja],
             ]
         )
-        return StateSpace(matrix, np.array([0.0, 1.0 / jm, 0.0]), np.array([[0.0, 1.0, 0.0]]))
+        drive, load = np.array([0.0, 1.0 / jm, 0.0]), np.array([0.0, 0.0, 1.0 / ja])
+        return StateSpace(matrix, drive, np.array([[0.0, 1.0, 0.0]]), load)
 
     def antiresonance_hz(self) -> float:
         """Return where the arm swings against a held motor, undamped."""
@@ -182,23 +188,81 @@ class ThreeMass:
             ]
         )
         drive = np.array([0.0, 0.0, 1.0 / jm, 0.0, 0.0])
-        return StateSpace(matrix, drive, np.array([[0.0, 0.0, 1.0, 0.0, 0.0]]))
+        load = np.array([0.0, 0.0, 0.0, 0.0, 1.0 / ja])
+        return StateSpace(matrix, drive, np.array([[0.0, 0.0, 1.0, 0.0, 0.0]]), load)
 
     def antiresonances_hz(self) -> Floats:
         """Return where gear and arm swing behind a held motor, undamped, rising, shape (2,)."""
-        return _modes_hz(self._stiffness()[1:, 1:], self._inertias[1:])
+        return undamped_rad_s(self._stiffness()[1:, 1:], self._inertias[1:]) / (2.0 * np.pi)
 
     def resonances_hz(self) -> Floats:
         """Return where all three swing freely, undamped, rising, shape (2,)."""
-        return _modes_hz(self._stiffness(), self._inertias)[1:]
+        return undamped_rad_s(self._stiffness(), self._inertias)[1:] / (2.0 * np.pi)
 
     def _stiffness(self) -> Floats:
-        kg, ka = self.gear_stiffness_nm_per_rad, self.arm_stiffness_nm_per_rad
-        return np.array([[kg, -kg, 0.0], [-kg, kg + ka, -ka], [0.0, -ka, ka]])
+        return chain_matrix((0.0, self.gear_stiffness_nm_per_rad, self.arm_stiffness_nm_per_rad))
 
 
-def _modes_hz(stiffness: Floats, inertias: Floats) -> Floats:
-    """Return the undamped frequencies of ``K - w^2 J``, rising."""
+def chain_matrix(links: Sequence[float]) -> Floats:
+    """Return the matrix K (or D) of masses in a row, shape (n, n), from one link a mass.
+
+    Parameters
+    ----------
+    links : sequence of float, length n
+        Stiffness (or damping) of what carries each mass; the first hangs on what stands still,
+        and is zero where the first mass is free.
+    """
+    count = len(links)
+    matrix = np.zeros((count, count))
+    for i, link in enumerate(links):
+        matrix[i, i] += link
+        if i:
+            matrix[i - 1, i - 1] += link
+            matrix[i - 1, i] -= link
+            matrix[i, i - 1] -= link
+    return matrix
+
+
+def undamped_rad_s(stiffness: Floats, inertias: Floats) -> Floats:
+    """Return the undamped angular frequencies of ``K - w^2 J``, rising."""
     root = np.sqrt(inertias)
     squares = np.linalg.eigvalsh(stiffness / np.outer(root, root))
-    return np.asarray(np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi))
+    return np.asarray(np.sqrt(np.maximum(squares, 0.0)))
+
+
+def held_poles_per_s(
+    inertias: Sequence[float], springs: Sequence[float], dampers: Sequence[float]
+) -> Complexes:
+    """Return the poles of a chain of n masses behind a motor that stands, shape (2 n,).
+
+    The nearest mass first, each with the spring and damper that carry it.
+    """
+    count = len(inertias)
+    inverse = np.array(inertias)[:, np.newaxis]
+    state = np.zeros((2 * count, 2 * count))
+    state[:count, count:] = np.eye(count)
+    state[count:, :count] = -chain_matrix(springs) / inverse
+    state[count:, count:] = -chain_matrix(dampers) / inverse
+    return np.asarray(np.linalg.eigvals(state), dtype=np.complex128)
+
+
+def apparent_inertia_kg_m2(
+    inertias: Sequence[float],
+    springs: Sequence[float],
+    dampers: Sequence[float],
+    omega_rad_s: Floats,
+) -> Complexes:
+    """Return a chain's torque on the motor per motor acceleration, shape (n,).
+
+    A mass J behind a spring k with damper d, carried by something that accelerates, answers with
+    ``M(s) = m (d s + k) / (m s^2 + d s + k)``, where m is its own inertia plus the apparent
+    inertia of what it carries itself. At low frequency the chain is rigid, ``M(0) = sum J``; where
+    its masses swing against a held motor (antiresonance) M has its poles. The nearest mass first.
+    """
+    s = 1j * omega_rad_s
+    carried: Complexes = np.zeros_like(s)
+    for inertia, spring, damper in reversed(list(zip(inertias, springs, dampers, strict=True))):
+        m = inertia + carried
+        link = damper * s + spring
+        carried = m * link / (m * s * s + link)
+    return carried

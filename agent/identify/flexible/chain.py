@@ -1,13 +1,7 @@
 """A chain of masses behind the motor, seen from the motor (thesis 3.2 and 3.3).
 
-The motor feels the chain as an *apparent inertia* that depends on frequency. A mass J behind a
-spring k with damper d, carried by something that accelerates, answers with
-
-``M(s) = m (d s + k) / (m s^2 + d s + k)``,
-
-where m is its own inertia plus the apparent inertia of what it carries itself. At low frequency
-the chain is rigid, ``M(0) = sum J``; where its masses swing against a held motor (antiresonance)
-M has its poles.
+The motor feels the chain as an *apparent inertia* that depends on frequency; the laws of it and of
+the chain's modes are in `agent.physics.flexibility`.
 
 Everything is on the motor side, in numbers without dimension or in logarithms, so that no value
 that an optimiser can reach is negative: ``omega_i = sqrt(k_i/J_i)``, ``zeta_i = d_i/(2 J_i
@@ -25,6 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify.result import Floats
+from agent.physics.flexibility import (
+    apparent_inertia_kg_m2,
+    chain_matrix,
+    held_poles_per_s,
+    undamped_rad_s,
+)
 
 Complexes = NDArray[np.complex128]
 Kind = Literal["two-mass", "three-mass"]
@@ -62,28 +62,12 @@ class Chain:
 
     def antiresonances_rad_s(self) -> Floats:
         """Return where the chain swings against a held motor, undamped, rising, shape (m,)."""
-        matrix = _dynamic_matrix(self.inertia_kg_m2, self.spring_nm_per_rad)
-        return np.asarray(np.sqrt(np.sort(np.linalg.eigvals(matrix).real)), dtype=np.float64)
+        return undamped_rad_s(chain_matrix(self.spring_nm_per_rad), np.array(self.inertia_kg_m2))
 
     def resonances_rad_s(self, motor_inertia_kg_m2: float) -> Floats:
         """Return where motor and chain swing freely, undamped, rising, shape (m,)."""
-        inertias = (motor_inertia_kg_m2, *self.inertia_kg_m2)
-        matrix = _dynamic_matrix(inertias, (0.0, *self.spring_nm_per_rad))
-        squares = np.sort(np.abs(np.linalg.eigvals(matrix).real))[1:]
-        return np.asarray(np.sqrt(squares), dtype=np.float64)
-
-
-def _dynamic_matrix(inertias: tuple[float, ...], springs: tuple[float, ...]) -> Floats:
-    """Return ``J^-1 K`` of a chain whose first spring hangs on a wall."""
-    count = len(inertias)
-    stiffness = np.zeros((count, count))
-    for i, k in enumerate(springs):
-        stiffness[i, i] += k
-        if i:
-            stiffness[i - 1, i - 1] += k
-            stiffness[i - 1, i] -= k
-            stiffness[i, i - 1] -= k
-    return np.asarray(stiffness / np.array(inertias)[:, np.newaxis])
+        inertias = np.array((motor_inertia_kg_m2, *self.inertia_kg_m2))
+        return undamped_rad_s(chain_matrix((0.0, *self.spring_nm_per_rad)), inertias)[1:]
 
 
 def chain_of(shape: Floats, total_kg_m2: float = 1.0) -> Chain:
@@ -126,16 +110,9 @@ def shape_of(chain: Chain) -> Floats:
 
 def apparent_inertia(chain: Chain, omega_rad_s: Floats) -> Complexes:
     """Return the chain's torque on the motor per motor acceleration, kg m2, shape (n,)."""
-    s = 1j * omega_rad_s
-    carried: Complexes = np.zeros_like(s)
-    masses = zip(
-        chain.inertia_kg_m2, chain.spring_nm_per_rad, chain.damper_nm_s_per_rad, strict=True
+    return apparent_inertia_kg_m2(
+        chain.inertia_kg_m2, chain.spring_nm_per_rad, chain.damper_nm_s_per_rad, omega_rad_s
     )
-    for inertia, spring, damper in reversed(list(masses)):
-        m = inertia + carried
-        link = damper * s + spring
-        carried = m * link / (m * s * s + link)
-    return carried
 
 
 def free_motion(chain: Chain, time_s: Floats) -> Floats:
@@ -152,14 +129,10 @@ def free_motion(chain: Chain, time_s: Floats) -> Floats:
         A basis of all free motions of m masses: ``Re`` and ``Im`` of ``exp(s t)`` for every pair
         of complex poles, ``exp(s t)`` for every real one.
     """
-    count = len(chain.inertia_kg_m2)
-    stiffness = _dynamic_matrix(chain.inertia_kg_m2, chain.spring_nm_per_rad)
-    damping = _dynamic_matrix(chain.inertia_kg_m2, chain.damper_nm_s_per_rad)
-    state = np.zeros((2 * count, 2 * count))
-    state[:count, count:] = np.eye(count)
-    state[count:, :count], state[count:, count:] = -stiffness, -damping
     columns = []
-    for pole in np.linalg.eigvals(state):
+    for pole in held_poles_per_s(
+        chain.inertia_kg_m2, chain.spring_nm_per_rad, chain.damper_nm_s_per_rad
+    ):
         if pole.imag > 0.0:
             decay = np.exp(pole * time_s)
             columns += [decay.real, decay.imag]

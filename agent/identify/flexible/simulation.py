@@ -14,6 +14,8 @@ import numpy as np
 from agent.identify.flexible.chain import Chain
 from agent.identify.flexible.loops import simulate_steps
 from agent.identify.result import Floats
+from agent.physics.flexibility import ThreeMass, TwoMass
+from agent.physics.rigid_body import gravity_columns
 
 
 @dataclass(frozen=True)
@@ -27,10 +29,9 @@ class FlexibleJoint:
     chain : Chain or None
         What the motor carries through springs; None makes the joint rigid.
     coulomb_nm, viscous_nm_s_per_rad, static_extra_nm : float
-        Friction on the motor, none negative: ``(coulomb + static_extra exp(-(|v|/vs)^d)) sign v +
-        viscous v``.
+        Friction on the motor, none negative; the law is `agent.physics.friction.STRIBECK`.
     stribeck_velocity_rad_s, exponent : float
-        ``vs`` and ``d``; above zero, without meaning while `static_extra_nm` is zero.
+        Of its Stribeck line; above zero, without meaning while `static_extra_nm` is zero.
     gravity_sin_nm, gravity_cos_nm, torque_offset_nm : float
         As in `agent.physics.rigid_body`; gravity pulls at the last mass.
     gear_ratio : float
@@ -82,26 +83,23 @@ class Motion(NamedTuple):
 
 
 def state_space(joint: FlexibleJoint) -> StateSpace:
-    """Return the linear part of the joint (thesis 4.14 for two masses, 3.3 for three)."""
-    chain = joint.chain
-    masses = 0 if chain is None else len(chain.inertia_kg_m2)
-    size = 1 + 2 * masses
-    a, b, e = np.zeros((size, size)), np.zeros(size), np.zeros(size)
-    inertias = (joint.motor_inertia_kg_m2, *(chain.inertia_kg_m2 if chain else ()))
-    b[0] = 1.0 / inertias[0]
-    a[0, 0] = -joint.viscous_nm_s_per_rad / inertias[0]
-    for m in range(masses):
-        assert chain is not None
-        twist, speed = 1 + 2 * m, 2 + 2 * m
-        carrier = 0 if m == 0 else speed - 2
-        k, d = chain.spring_nm_per_rad[m], chain.damper_nm_s_per_rad[m]
-        a[twist, carrier], a[twist, speed] = 1.0, -1.0
-        for row, sign, inertia in ((carrier, -1.0, inertias[m]), (speed, 1.0, inertias[m + 1])):
-            a[row, twist] += sign * k / inertia
-            a[row, carrier] += sign * d / inertia
-            a[row, speed] -= sign * d / inertia
-    e[-1 if masses else 0] = 1.0 / inertias[-1]
-    return StateSpace(a, b, e)
+    """Return the linear part of the joint: the laws of `agent.physics.flexibility`, reordered."""
+    jm, viscous, chain = joint.motor_inertia_kg_m2, joint.viscous_nm_s_per_rad, joint.chain
+    if chain is None:
+        return StateSpace(np.array([[-viscous / jm]]), np.array([1.0 / jm]), np.array([1.0 / jm]))
+    law: TwoMass | ThreeMass
+    if len(chain.inertia_kg_m2) == 1:
+        law = TwoMass(
+            jm, chain.inertia_kg_m2[0], chain.spring_nm_per_rad[0], chain.damper_nm_s_per_rad[0]
+        )
+        order = [1, 0, 2]
+    else:
+        law = ThreeMass(
+            jm, *chain.inertia_kg_m2, *chain.spring_nm_per_rad, *chain.damper_nm_s_per_rad
+        )
+        order = [2, 0, 3, 1, 4]
+    space = law.state_space(viscous)
+    return StateSpace(space.A[np.ix_(order, order)], space.B[order], space.E[order])
 
 
 def simulate(
@@ -172,8 +170,8 @@ def _initial_state(
     """Return the state in which everything moves alike and every spring carries gravity."""
     state = np.zeros(size)
     state[0], state[2::2] = velocity_rad_s, velocity_rad_s
-    angle = position_rad / joint.gear_ratio
-    load = joint.gravity_sin_nm * math.sin(angle) + joint.gravity_cos_nm * math.cos(angle)
+    levels = np.array([joint.gravity_sin_nm, joint.gravity_cos_nm])
+    load = gravity_columns(np.array(position_rad), joint.gear_ratio) @ levels
     if joint.chain is not None:
         state[1::2] = load / np.array(joint.chain.spring_nm_per_rad)
     return state
