@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 from agent.identify.flexible.chain import Chain, apparent_inertia, chain_of, shape_of
-from agent.identify.flexible.simulation import FlexibleJoint, simulate, state_space
+from agent.identify.flexible.loops import simulate_steps
+from agent.identify.flexible.simulation import (
+    FlexibleJoint,
+    compiled_steps,
+    simulate,
+    state_space,
+)
+from agent.physics.flexibility import ThreeMass, TwoMass
+from agent.physics.friction import STRIBECK
+from agent.physics.rigid_body import gravity_columns
 
 TWO = Chain((0.01,), (25.3,), (0.04,))
 THREE = Chain((0.003, 0.008), (60.0, 30.0), (0.05, 0.03))
@@ -76,3 +85,46 @@ def test_a_shape_is_its_chain_and_cannot_be_infeasible(chain: Chain) -> None:
         assert min(*wild.spring_nm_per_rad, *wild.inertia_kg_m2, *wild.damper_nm_s_per_rad) > 0.0
     still = apparent_inertia(chain, np.array([1e-6]))
     assert still[0].real == pytest.approx(chain.total_kg_m2)
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+@pytest.mark.parametrize("velocity", [0.0, 0.3, 4.0, -9.0])
+def test_the_loop_carries_the_friction_and_gravity_of_the_laws(
+    compiled: bool, velocity: float
+) -> None:
+    steps = compiled_steps() if compiled else simulate_steps
+    one, push = np.array([1.0]), 50.0 if velocity >= 0.0 else -50.0
+    position, moved = np.array([20.0, 0.0]), np.empty(2)
+    # One step of a state that adds up what acts on it leaves push, friction and load.
+    steps(
+        np.eye(1),
+        one,
+        np.zeros(1),
+        one,
+        one,
+        np.array([0.6, 0.25, 3.0, 1.4]),
+        np.array([1.7, -0.9, 35.0]),
+        0.001,
+        np.array([push, push]),
+        np.array([velocity]),
+        position,
+        moved,
+    )
+    values = {"coulomb_nm": 0.6, "static_extra_nm": 0.25, "viscous_nm_s_per_rad": 0.0}
+    values |= {"stribeck_velocity_rad_s": 3.0, "exponent": 1.4}
+    # At rest the static law says nothing: the loop's level is the limit from the side of the push.
+    friction = STRIBECK.torque(velocity if velocity else 1e-12, values)
+    load = gravity_columns(np.array([20.0]), 35.0) @ np.array([1.7, -0.9])
+    assert moved[1] == pytest.approx(velocity + push - float(friction) - float(load[0]), abs=1e-10)
+
+
+@pytest.mark.parametrize("law", [TwoMass, ThreeMass])
+def test_the_apparent_inertia_is_that_of_the_state_space(law: type[TwoMass | ThreeMass]) -> None:
+    chain = TWO if law is TwoMass else THREE
+    jm, hertz = 0.0084, np.geomspace(0.2, 300.0, 60)
+    space = law(
+        jm, *chain.inertia_kg_m2, *chain.spring_nm_per_rad, *chain.damper_nm_s_per_rad
+    ).state_space()
+    omega = 2.0 * np.pi * hertz
+    whole = 1.0 / (1j * omega * space.response(hertz))
+    np.testing.assert_allclose(jm + apparent_inertia(chain, omega), whole, rtol=1e-9)

@@ -50,6 +50,9 @@ def simulate_steps(
     has_gravity = gravity[0] != 0.0 or gravity[1] != 0.0
     for k in range(torque.shape[0] - 1):
         load = 0.0
+        # Gravity and the Stribeck line are scalar copies of `agent.physics.rigid_body` and
+        # `agent.physics.friction`: the compiled loop cannot call NumPy's broadcasting laws, and
+        # would lose its speed to an array a sample. A test holds them to the laws.
         if has_gravity:
             angle = position[k] / gravity[2]
             load = gravity[0] * math.sin(angle) + gravity[1] * math.cos(angle)
