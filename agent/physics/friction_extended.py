@@ -8,6 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.physics.friction import boundary_share
+from agent.physics.friction_static import thinning_share
 from agent.physics.law import Law, require
 
 Floats = NDArray[np.float64]
@@ -82,11 +84,10 @@ class ExtendedFriction:
         temperature = np.clip(temperature_degc, self.lowest_degc, self.highest_degc)
         load = np.minimum(np.abs(load_nm) / self.maximum_torque_nm, 1.0)
         fall = self.stribeck_velocity_rad_s + self.stribeck_velocity_rad_s_per_k * temperature
-        loaded = self.static_load * np.exp(-((speed / self.load_velocity_rad_s) ** self.exponent))
-        boundary = (self.static + self.static_per_k * temperature) * np.exp(
-            -((speed / fall) ** self.exponent)
-        )
-        thermal = self.viscous_thermal_s_per_rad * np.exp(-temperature / self.decay_k)
+        loaded = self.static_load * boundary_share(speed, self.load_velocity_rad_s, self.exponent)
+        boundary = self.static + self.static_per_k * temperature
+        boundary = boundary * boundary_share(speed, fall, self.exponent)
+        thermal = self.viscous_thermal_s_per_rad * thinning_share(temperature, 0.0, self.decay_k)
         level = (
             self.coulomb
             + (self.coulomb_load + loaded) * load
