@@ -46,6 +46,9 @@ class CycleRequest:
         Whether to drive the reversed stair (validation run).
     trajectory : Trajectory, optional
         What to drive in place of the cell's stair; it passes the same checks and the same gate.
+    journal_folder : pathlib.Path, optional
+        Where a killed run leaves how it had found the drive. The same for every run of a cell,
+        wherever its recordings go, or the next run would not find it; `folder` unless given.
     """
 
     cell: Cell
@@ -53,6 +56,7 @@ class CycleRequest:
     folder: Path
     reverse: bool = False
     trajectory: Trajectory | None = None
+    journal_folder: Path | None = None
 
 
 def drive_cycle(
@@ -74,7 +78,9 @@ def drive_cycle(
     insist(before_the_bus(cell, axis, plan, request.folder))
     progress("connect", 0.0)  # whatever is slow about showing it, is slow before a joint moves
     config = drive_config(cell, axis)
-    journal = _Journal(request.folder / f".{cell.robot}-axis{axis.number}.found.json")
+    journal = _Journal(
+        (request.journal_folder or request.folder) / f".{cell.robot}-axis{axis.number}.found.json"
+    )
     owner = CanBusOwner.open(bus_config(cell.bus), clock)
     try:
         left_behind = journal.read()
@@ -159,6 +165,7 @@ class _Journal:
         self._path = path
 
     def write(self, found: Mapping[str, int]) -> None:
+        self._path.parent.mkdir(parents=True, exist_ok=True)
         publish({self._path: json.dumps(dict(found), indent=1).encode()}, overwrite=True)
 
     def read(self) -> dict[str, int]:

@@ -73,8 +73,15 @@ def run_axis(
     """Drive one cycle and conclude."""
     cell = read_cell(cell_path)
     axis = cell.axis_numbered(number)
-    folder = out if out is not None else cell_path.parent / cell.recording.folder
-    request = CycleRequest(cell, axis, folder, reverse, read_trajectory(trajectory_path))
+    own = cell_path.parent / cell.recording.folder
+    request = CycleRequest(
+        cell,
+        axis,
+        own if out is None else out,
+        reverse,
+        read_trajectory(trajectory_path),
+        journal_folder=own,
+    )
     with stop_on_signal() as stop_requested, progress_bar(f"axis {number}") as progress:
         result = drive_cycle(
             request, MonotonicClock(), stop_requested=stop_requested, progress=progress

@@ -11,7 +11,7 @@ presliding.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -195,7 +195,9 @@ def _minimise(
         theta = np.linalg.lstsq(columns, target, rcond=None)[0]
         return np.asarray(theta), np.asarray(columns @ theta - target)
 
-    residuals: Callable[[Floats], Floats] = lambda x: solve(x)[1]  # noqa: E731
+    def residuals(x: Floats) -> Floats:
+        return solve(x)[1]
+
     inside = np.clip(start, bounds[0] + 1e-6, bounds[1] - 1e-6)
     found = least_squares(residuals, inside, bounds=bounds, max_nfev=40)
     x = np.asarray(found.x, dtype=np.float64)

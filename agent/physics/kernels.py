@@ -12,7 +12,7 @@ Floats = NDArray[np.float64]
 
 
 @njit(cache=True)
-def relax(steady: Floats, keep: Floats, start: float) -> Floats:  # pragma: no cover
+def relax(steady: Floats, keep: Floats, start: float) -> Floats:
     """Return a state after each pair of pieces, shape (n,).
 
     ``x <- steady + (x - steady) keep`` for each of the 2 n pieces.
@@ -28,9 +28,7 @@ def relax(steady: Floats, keep: Floats, start: float) -> Floats:  # pragma: no c
 
 
 @njit(cache=True)
-def gap_angle(
-    twist_rad: Floats, step_s: Floats, half_gap_rad: float, rate_per_s: float
-) -> Floats:  # pragma: no cover
+def gap_angle(twist_rad: Floats, step_s: Floats, half_gap_rad: float, rate_per_s: float) -> Floats:
     """Return the clearance's angle, shape (n,), of a spring and damper in series with a gap.
 
     Freely the spring relaxes at `rate_per_s`; the walls at plus and minus `half_gap_rad` stop it.
@@ -59,7 +57,7 @@ def carried_arm(
     gravity_cos: float,
     gear_ratio: float,
     substeps: int,
-) -> Floats:  # pragma: no cover
+) -> Floats:
     """Return the torque, shape (n,), with which the motor carries an arm behind a spring.
 
     The arm hangs at rest on the spring at first. Between samples the motor's angle is the cubic

@@ -142,7 +142,7 @@ def _expand(pattern: str) -> list[Path]:
     if not glob.has_magic(pattern):
         raise InputError(f"{pattern}: does not exist.")
     # Path.glob would refuse the absolute patterns that a user may type
-    matches = [Path(match) for match in glob.glob(pattern, recursive=True)]  # noqa: PTH207
+    matches = [Path(match) for match in glob.glob(pattern, recursive=True)]  # noqa: PTH207 - see above
     folders = [match for match in matches if match.is_dir()]
     inside = _recordings([*matches, *(p for folder in folders for p in folder.iterdir())])
     if not inside:

@@ -69,8 +69,8 @@ class WaitingSdoClient(SdoClient):
     """
 
     def __init__(self, node: CanopenNode, timeout_s: float) -> None:
-        no_dictionary = canopen.ObjectDictionary()  # type: ignore[no-untyped-call]
-        super().__init__(0x600 + node.node_id, 0x580 + node.node_id, no_dictionary)  # type: ignore[no-untyped-call]
+        no_dictionary = canopen.ObjectDictionary()  # type: ignore[no-untyped-call]  # canopen is untyped here
+        super().__init__(0x600 + node.node_id, 0x580 + node.node_id, no_dictionary)  # type: ignore[no-untyped-call]  # canopen is untyped here
         self.RESPONSE_TIMEOUT = timeout_s
         self.give_up_s = math.inf
         self._node = node
@@ -81,7 +81,7 @@ class WaitingSdoClient(SdoClient):
         while self.responses.empty():
             if not self._node.wait(deadline_s):
                 raise SdoCommunicationError("No SDO response received")
-        return cast(bytes, super().read_response())  # type: ignore[no-untyped-call]
+        return cast(bytes, super().read_response())  # type: ignore[no-untyped-call]  # canopen is untyped here
 
 
 class CanopenNode:
@@ -118,7 +118,7 @@ class CanopenNode:
         self._nmt = NmtMaster(node_id)
         self._nmt.network = self._network
         self._nmt.add_heartbeat_callback(self._note_state)
-        emcy = EmcyConsumer()  # type: ignore[no-untyped-call]
+        emcy = EmcyConsumer()  # type: ignore[no-untyped-call]  # canopen is untyped here
         emcy.add_callback(self.emergencies.append)
         self._network.subscribe(0x080 + node_id, emcy.on_emcy)
         self._network.subscribe(0x580 + node_id, self.sdo.on_response)

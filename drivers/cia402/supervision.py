@@ -114,7 +114,7 @@ def _silent(exchange: Exchange) -> DriverError | None:
     if last_s is not None and exchange.clock.now() - last_s > timeout_s:
         return HeartbeatLostError(
             f"The heartbeat of node {exchange.config.node_id} has stopped for more than "
-            f"{timeout_s} s.",
+            f"{timeout_s:g} s.",
             "Check the drive's power and the cable.",
         )
     return None

@@ -399,5 +399,6 @@ def test_another_rated_torque_than_configured_is_refused(interface: str) -> None
 def test_what_many_drives_lack_is_not_asked_of_them(interface: str, index: int) -> None:
     with open_rig(interface, [faults.SdoAborts(index=index, code=ABSENT)]) as rig:
         axis = rig.axis()
-        axis.open()
+        evidence = axis.open()
+        assert evidence.settings["0x6007:00"] == 3
         axis.close()

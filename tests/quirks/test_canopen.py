@@ -39,7 +39,7 @@ class RecordingNetwork(canopen.Network):
 
 
 def client(network: canopen.Network) -> Any:
-    made: Any = SdoClient(0x605, 0x585, canopen.ObjectDictionary())  # type: ignore[no-untyped-call]
+    made: Any = SdoClient(0x605, 0x585, canopen.ObjectDictionary())  # type: ignore[no-untyped-call]  # canopen is untyped here
     made.network = network
     made.RESPONSE_TIMEOUT = 0.01
     return made
@@ -70,7 +70,7 @@ def test_notify_lets_a_callbacks_exception_out_where_its_own_listener_swallows_i
     with pytest.raises(ValueError, match="decoder tripped"):
         network.notify(0x185, bytearray(), 0.0)
     with caplog.at_level(logging.ERROR, logger="canopen.network"):
-        MessageListener(network).on_message_received(  # type: ignore[no-untyped-call]
+        MessageListener(network).on_message_received(  # type: ignore[no-untyped-call]  # canopen is untyped here
             can.Message(arbitration_id=0x185)
         )
     assert "decoder tripped" in caplog.text
@@ -119,7 +119,7 @@ def test_an_answer_for_another_object_is_refused() -> None:
 
 @pytest.mark.parametrize("data", [b"", b"\x30\x81\x11", b"\x00" * 7])
 def test_an_emergency_that_is_not_eight_bytes_breaks_the_consumer(data: bytes) -> None:
-    consumer: Any = EmcyConsumer()  # type: ignore[no-untyped-call]
+    consumer: Any = EmcyConsumer()  # type: ignore[no-untyped-call]  # canopen is untyped here
     with pytest.raises(struct.error):
         consumer.on_emcy(0x85, data, 0.0)
     assert consumer.log == []

@@ -74,7 +74,7 @@ def test_virtual_recv_with_zero_timeout_returns_at_once_from_an_empty_bus(
 
 def test_virtual_channels_are_any_hashable_and_do_not_hear_each_other() -> None:
     buses = [
-        can.Bus(interface="virtual", channel=object(), ignore_config=True)  # type: ignore[arg-type]
+        can.Bus(interface="virtual", channel=object(), ignore_config=True)  # type: ignore[arg-type]  # wrong on purpose
         for _ in range(2)
     ]
     buses[0].send(frame())

@@ -119,7 +119,7 @@ def test_a_free_exponent_is_found_where_the_data_carry_it(exponent: float) -> No
 @pytest.mark.parametrize("rate_hz", [100.0, 1000.0])
 def test_every_kind_of_recording(how: dict[str, float], rate_hz: float) -> None:
     joint = Joint(static_extra_nm=0.3, stribeck_velocity_rad_s=9.0)
-    signals = record(joint, stair(rate_hz=rate_hz), **how)  # type: ignore[arg-type]
+    signals = record(joint, stair(rate_hz=rate_hz), **how)  # type: ignore[arg-type]  # keywords by parametrisation
     result = estimate([signals])
     assert result.decidable
     fit, body = result.selected_model, result.rigid_body

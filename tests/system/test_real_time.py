@@ -119,7 +119,8 @@ def test_a_killed_run_stops_the_joint_and_loses_half_a_second_at_most(bench: Ben
     recording = read(path)
     assert recording.columns["time_s"][-1] > (last - began) - FLUSH_S - 0.1
 
-    assert (out / ".simulated-joint-axis1.found.json").exists()  # for the next run to restore
+    # For the next run to restore, wherever that one puts its recordings.
+    assert (bench.folder / "recordings" / ".simulated-joint-axis1.found.json").exists()
 
 
 def test_a_hanging_run_stops_the_joint(bench: Bench) -> None:
@@ -163,4 +164,4 @@ def test_ctrl_c_stops_in_order(bench: Bench) -> None:
     assert "the operator asked for it" in said
     assert "The joint is at rest (measured)." in said
     assert len(list(out.glob("*.parquet"))) == 1
-    assert not (out / ".simulated-joint-axis1.found.json").exists()
+    assert not (bench.folder / "recordings" / ".simulated-joint-axis1.found.json").exists()

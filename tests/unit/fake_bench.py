@@ -174,8 +174,8 @@ def fake_bench(
 ) -> Iterator[Bench]:
     """Yield a bench whose fake has just been switched on."""
     channel = object()
-    bus = can.Bus(interface="virtual", channel=channel, ignore_config=True)  # type: ignore[arg-type]
-    other = can.Bus(interface="virtual", channel=channel, ignore_config=True)  # type: ignore[arg-type]
+    bus = can.Bus(interface="virtual", channel=channel, ignore_config=True)  # type: ignore[arg-type]  # python-can types it str
+    other = can.Bus(interface="virtual", channel=channel, ignore_config=True)  # type: ignore[arg-type]  # python-can types it str
     try:
         drive = FakeDrive(
             other, node_id=node_id, specification=specification, faults=faults, seed=seed

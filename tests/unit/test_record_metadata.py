@@ -140,5 +140,5 @@ def test_updating_leaves_the_original_and_sorts_keys_by_what_is_known() -> None:
 def test_the_callers_own_objects_are_not_shared() -> None:
     parameters = {"velocities": (1.0, 2.0)}
     made = metadata(trajectory=parameters)
-    parameters["velocities"] = ()  # type: ignore[assignment]
+    parameters["velocities"] = ()  # type: ignore[assignment]  # forbidden on purpose
     assert made.trajectory == {"velocities": [1.0, 2.0]}

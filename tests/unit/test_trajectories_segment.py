@@ -137,7 +137,7 @@ def test_a_segment_that_contradicts_itself_is_refused(
     values: tuple[object, ...], sentence: str
 ) -> None:
     with pytest.raises(TrajectoryError) as caught:
-        Segment(*values)  # type: ignore[arg-type]
+        Segment(*values)  # type: ignore[arg-type]  # wrong on purpose
     assert sentence in str(caught.value)
 
 

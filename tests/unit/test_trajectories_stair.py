@@ -156,7 +156,7 @@ def test_given_speeds_are_kept_whatever_the_duration_between_its_ends(
     assert_paired(stair.position_windows())
     assert_within(stair, acceleration, jerk)
     for bad in (shortest - 0.01, longest + 0.01):
-        assert "lasts between" in refusal(lambda bad=bad: make(bad))  # type: ignore[misc]
+        assert "lasts between" in refusal(lambda bad=bad: make(bad))  # type: ignore[misc]  # bound in the loop
 
 
 def test_the_durations_that_a_refusal_names_are_the_ends_of_what_can_be_met() -> None:
@@ -172,7 +172,7 @@ def test_the_durations_that_a_refusal_names_are_the_ends_of_what_can_be_met() ->
         assert summarise(stair).position_max_rad == pytest.approx(HIGH_RAD, abs=1e-6)
         assert min(dwells(stair)) >= 0.2
     for duration in (shortest - 0.002, longest + 0.002):
-        assert "lasts between" in refusal(lambda d=duration: make(d))  # type: ignore[misc]
+        assert "lasts between" in refusal(lambda d=duration: make(d))  # type: ignore[misc]  # bound in the loop
 
 
 def test_given_speeds_can_be_a_pattern_and_are_climbed_in_rising_order() -> None:
@@ -294,8 +294,8 @@ def test_paired_windows_are_the_same_and_centred_within_stroke_and_time(
     assert dry_run.position_max_rad <= high + 1e-8
     assert_within(
         stair,
-        float(parameters["acceleration_rad_s2"]),  # type: ignore[arg-type]
-        float(parameters["jerk_rad_s3"]),  # type: ignore[arg-type]
+        float(parameters["acceleration_rad_s2"]),  # type: ignore[arg-type]  # a value of a mixed mapping
+        float(parameters["jerk_rad_s3"]),  # type: ignore[arg-type]  # a value of a mixed mapping
     )
     # Every dwell is the common one, or ends where the stroke does.
     common = max(dwells(stair))
@@ -308,7 +308,7 @@ def test_paired_windows_are_the_same_and_centred_within_stroke_and_time(
         cuts.append(half == pytest.approx(room, abs=1e-8))
         assert cuts[-1] or dwell.duration_s == pytest.approx(common, abs=1e-9)
     # The time is used up, unless the stroke ends every dwell before.
-    asked_s = float(parameters["duration_s"])  # type: ignore[arg-type]
+    asked_s = float(parameters["duration_s"])  # type: ignore[arg-type]  # a value of a mixed mapping
     if all(cuts):
         assert stair.duration_s <= asked_s + 1e-6
     else:

@@ -35,7 +35,7 @@ def trajectories(draw: st.DrawFn) -> Trajectory:
     values = st.floats(-1e6, 1e6) | st.integers() | st.booleans() | st.text(max_size=5)
     lists = st.lists(st.floats(-10.0, 10.0), max_size=3)
     parameters = draw(st.dictionaries(st.text(max_size=8), values | lists, max_size=4))
-    return Trajectory("walk", parameters, draw(st.floats(-400.0, 400.0)), tuple(segments))  # type: ignore[arg-type]
+    return Trajectory("walk", parameters, draw(st.floats(-400.0, 400.0)), tuple(segments))  # type: ignore[arg-type]  # a value of a mixed mapping
 
 
 def walk() -> Trajectory:
@@ -89,7 +89,7 @@ def test_sampling_says_the_same_as_asking_one_by_one(trajectory: Trajectory) -> 
             float(sampled.position_rad[n]),
             float(sampled.velocity_rad_s[n]),
             float(sampled.acceleration_rad_s2[n]),
-            str(sampled.phase[n]),  # type: ignore[arg-type]
+            str(sampled.phase[n]),  # type: ignore[arg-type]  # a value of a mixed mapping
         )
 
 
@@ -177,9 +177,9 @@ def test_a_trajectory_is_frozen_through_and_through() -> None:
     given_parameters["more"] = 1.0
     assert dict(trajectory.parameters) == {"speeds_rad_s": (1.0, 2.0)}
     with pytest.raises(TypeError):
-        trajectory.parameters["more"] = 1.0  # type: ignore[index]
+        trajectory.parameters["more"] = 1.0  # type: ignore[index]  # frozen: refused
     with pytest.raises(dataclasses.FrozenInstanceError):
-        trajectory.name = "go"  # type: ignore[misc]
+        trajectory.name = "go"  # type: ignore[misc]  # frozen: refused
 
 
 def test_a_trajectory_travels_between_processes_and_into_sets() -> None:
