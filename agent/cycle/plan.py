@@ -2,11 +2,28 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 from agent.cell import Axis, Cell
 from agent.cycle.gate import GateLimits
-from trajectories import Trajectory, spaced_speeds, stair_between, stair_paired
+from trajectories import (
+    Trajectory,
+    TrajectoryError,
+    spaced_speeds,
+    stair_between,
+    stair_paired,
+    triangle,
+)
+
+TRIANGLE_PERIODS = 12
+TRIANGLE_PERIOD_S = 1.6
+_CORNER = 2.0 / 3.0  # of the stair's acceleration
+_RINGING = 3.0  # times the acceleration: what an undamped arm answers to a corner with
+_TORQUE = 0.8  # of the torque limit
+_VELOCITY = 0.9  # of the velocity limit
 
 
 @dataclass(frozen=True)
@@ -84,6 +101,63 @@ def stair_of(axis: Axis, *, reverse: bool = False) -> Trajectory:
         jerk_rad_s3=stair.motor_jerk_rad_s3,
     )
     return trajectory.reversed() if reverse else trajectory
+
+
+def triangle_of(axis: Axis) -> Trajectory:
+    """Return the triangle wave of velocity that shows this axis's flexible joint (thesis 4.2.1).
+
+    It swings about the middle of the stair's arm positions. A corner turns the acceleration from
+    ``-a`` to ``a``, and a lightly damped arm answers with up to ``3 a`` where a ramp of the stair
+    gets ``2 a``: at two thirds of the stair's acceleration neither asks for more torque than the
+    other. Where the cell gives a rough idea of the joint, ``3 a J`` and friction also stay within
+    0.8 of the torque limit. Corners are turned at the axis's highest jerk, because they excite the
+    spring; the peak is what a period of 1.6 s, the velocity limit and the stair's stroke allow.
+
+    Parameters
+    ----------
+    axis : agent.cell.Axis
+        Its stair, its limits and its gear ratio.
+
+    Raises
+    ------
+    trajectories.TrajectoryError
+        Friction, gravity and ringing alone take the torque that the limits allow.
+    """
+    stair, limits = axis.stair, axis.limits
+    low, high = axis.motor_rad(stair.arm_from_deg), axis.motor_rad(stair.arm_to_deg)
+    acceleration = _CORNER * stair.motor_acceleration_rad_s2
+    peak = min(
+        acceleration * TRIANGLE_PERIOD_S / 4.0,
+        stair.motor_velocity_max_rad_s,
+        _VELOCITY * limits.motor_velocity_max_rad_s,
+    )
+    model = axis.torque_model
+    if model is not None and model.inertia_kg_m2 > 0.0:
+        friction = model.coulomb_nm + model.gravity_nm + model.viscous_nm_s_per_rad * peak
+        left = _TORQUE * limits.motor_torque_max_nm - friction
+        if left <= 0.0:
+            raise TrajectoryError(
+                f"friction and gravity take {friction:.3g} N m of the "
+                f"{limits.motor_torque_max_nm:.3g} N m that the axis may use: nothing is left to "
+                "excite its spring with"
+            )
+        acceleration = min(acceleration, left / (_RINGING * model.inertia_kg_m2))
+        peak = min(peak, acceleration * TRIANGLE_PERIOD_S / 4.0)
+    # Half a period covers peak^2 / a, and at most peak a / jerk more for its rounded corners.
+    corner_s = acceleration / limits.motor_jerk_max_rad_s3
+    widest = math.sqrt(corner_s**2 + 4.0 * (high - low) / acceleration) - corner_s
+    peak = min(peak, 0.5 * acceleration * widest)
+    return triangle(
+        0.5 * (low + high) + 0.5 * peak * (peak / acceleration + corner_s),
+        peak_velocity_rad_s=peak,
+        acceleration_rad_s2=acceleration,
+        jerk_rad_s3=limits.motor_jerk_max_rad_s3,
+        periods=TRIANGLE_PERIODS,
+    )
+
+
+NAMED: Mapping[str, Callable[[Axis], Trajectory]] = MappingProxyType({"triangle": triangle_of})
+"""What can be driven by its name: each made from the cell's own numbers for the axis."""
 
 
 def trajectory_of(axis: Axis, given: Trajectory | None, *, reverse: bool = False) -> Trajectory:
