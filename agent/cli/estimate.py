@@ -12,6 +12,7 @@ from agent.cli.summary import summary
 from agent.cli.talk import talker
 from agent.errors import InputError
 from agent.identify.estimate import twin_from_estimate
+from agent.identify.forward import in_words
 from agent.physics.twin import format_twin
 from agent.record.atomic import publish
 from agent.record.reading import read, read_all
@@ -26,7 +27,14 @@ def run_estimate(
     if report is not None:
         conclusion.write_report(report)
         talker().print(f"The report is in {report}.")
-    typer.echo(conclusion.json() if as_json else summary(conclusion.estimate))
+    if as_json:
+        typer.echo(conclusion.json())
+        return
+    typer.echo(summary(conclusion.estimate))
+    validated = conclusion.estimate.validation
+    if validated is not None and validated.position is not None:
+        words = in_words(validated.position)
+        typer.echo(f"\nPosition on {validated.recording}: {words}.")
 
 
 def run_twin(patterns: Sequence[str], out: Path) -> None:

@@ -14,9 +14,9 @@ import typer
 from agent.cli.outcome import Conclusion, conclude, signals_of
 from agent.cli.talk import talker
 from agent.errors import InputError, StorageError
-from agent.identify.estimate import rows_of
 from agent.identify.instrumental import fit_instrumental, has_command
 from agent.identify.preprocess import Motion, filter_motion, read_motion
+from agent.identify.regression import rows_of
 from agent.identify.residuals import Correlation, correlate, residual_in_words, residual_of
 from agent.identify.result import Floats
 from agent.identify.thresholding import (

@@ -131,16 +131,82 @@ class RigidBodyFit:
 
 
 @dataclass(frozen=True)
+class ClosedLoopError:
+    """The position of a run simulated in its drive's loop, against the recorded one.
+
+    `relative_percent` is of the recorded position's deviation from its mean, for an angle has no
+    zero of its own. The loop's gains, and how well they reproduce the torque that they were read
+    from, stand beside it.
+    """
+
+    rmse_rad: float
+    largest_rad: float
+    relative_percent: float
+    stiffness_nm_per_rad: float
+    damping_nm_s_per_rad: float
+    integral_nm_per_rad_s: float
+    loop_torque_error_percent: float
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        return {
+            "rmse_rad": _number(self.rmse_rad),
+            "largest_rad": _number(self.largest_rad),
+            "relative_percent": _number(self.relative_percent),
+            "loop": {
+                "stiffness_nm_per_rad": _number(self.stiffness_nm_per_rad),
+                "damping_nm_s_per_rad": _number(self.damping_nm_s_per_rad),
+                "integral_nm_per_rad_s": _number(self.integral_nm_per_rad_s),
+                "torque_error_percent": _number(self.loop_torque_error_percent),
+            },
+        }
+
+
+@dataclass(frozen=True)
+class OpenLoopError:
+    """The root mean square error of the position after `horizon_s` without a loop."""
+
+    horizon_s: float
+    rmse_rad: float
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        return {"horizon_s": self.horizon_s, "rmse_rad": _number(self.rmse_rad)}
+
+
+@dataclass(frozen=True)
+class PositionError:
+    """How far the rigid body, run forward, strays from the recorded position.
+
+    `reason` says why there is no closed loop; it is empty where there is one.
+    """
+
+    closed_loop: ClosedLoopError | None
+    open_loop: OpenLoopError | None
+    reason: str
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON: what is not decidable is null, and `reason` says why."""
+        return {
+            "closed_loop": None if self.closed_loop is None else self.closed_loop.to_json(),
+            "open_loop": None if self.open_loop is None else self.open_loop.to_json(),
+            "reason": self.reason,
+        }
+
+
+@dataclass(frozen=True)
 class Validation:
     """How well the rigid body, as identified, predicts a run that it has not seen.
 
-    `relative_torque_error_percent` = 100 ||y - yhat|| / ||y||, `fit_percent` as in the contract.
+    `relative_torque_error_percent` = 100 ||y - yhat|| / ||y||, `fit_percent` as in the contract;
+    `position` is None where the run has no position.
     """
 
     recording: str
     rmse_nm: float
     fit_percent: float
     relative_torque_error_percent: float
+    position: PositionError | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
@@ -149,6 +215,7 @@ class Validation:
             "rmse_nm": _number(self.rmse_nm),
             "fit_percent": _number(self.fit_percent),
             "relative_torque_error_percent": _number(self.relative_torque_error_percent),
+            "position": None if self.position is None else self.position.to_json(),
         }
 
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from agent.identify.forward import in_words
 from agent.identify.result import Estimate, FrictionCurve, FrictionModelFit, Parameter
 from agent.numbers import (
     Scale,
@@ -168,6 +169,8 @@ def rigid_rows(estimate: Estimate) -> tuple[tuple[str, str], ...]:
                 f"{fixed(validation.relative_torque_error_percent, 2)} %",
             ),
         ]
+    if validation is not None and validation.position is not None:
+        rows.append(("Validation position", in_words(validation.position)))
     return tuple(rows)
 
 

@@ -88,6 +88,18 @@ def test_benchmark_axis_and_its_validation(real_recordings: Path) -> None:
         assert "stroke of 14" in parameters[name].reason
     assert result.validation is not None
     assert result.validation.relative_torque_error_percent <= 4.5
+    position = result.validation.position
+    assert position is not None
+    assert position.closed_loop is not None
+    assert position.open_loop is not None
+    loop = position.closed_loop
+    # The benchmark's own gains: 160.18 1/s of position, 243.45 V s/m of velocity, 35.15 N/V.
+    assert loop.stiffness_nm_per_rad / loop.damping_nm_s_per_rad == pytest.approx(160.18, rel=0.01)
+    assert loop.damping_nm_s_per_rad == pytest.approx(243.45 * 35.15, rel=0.12)
+    assert loop.rmse_rad <= 2.0e-6
+    assert loop.largest_rad <= 11.0e-6
+    assert loop.relative_percent <= 0.0025
+    assert position.open_loop.rmse_rad == pytest.approx(0.35e-3, rel=0.05)
     twin = twin_from_estimate(result, robot="emps", axis=1, gear_ratio=1.0)
     assert twin.inertia_kg_m2 == parameters["inertia_kg_m2"].value
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agent.identify.estimate import identify, rows_of
+from agent.identify.estimate import identify
 from agent.identify.instrumental import (
     fit_instrumental,
     instrument_strength,
@@ -16,6 +16,7 @@ from agent.identify.instrumental import (
 from agent.identify.linear import solve_blocks, time_blocks
 from agent.identify.preprocess import filter_motion, read_motion
 from agent.identify.recursive import RecursiveLeastSquares, track
+from agent.identify.regression import rows_of
 from agent.identify.residuals import (
     Residual,
     correlate,
