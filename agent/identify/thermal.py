@@ -2,10 +2,11 @@
 
 Newton's law with a heat source is `agent.physics.thermal.GearboxTemperature`; the settled
 temperature is the ambient one and what the heat source adds; an ambient temperature that was
-measured may change, and is followed. The law is linear in everything but its rate r: r is scanned
-on a grid, each point weighted by its likelihood with coloured residuals, and intervals are
-quantiles of draws from it. A curve too short to bend says so: r and the settled temperature then
-trade against each other, and neither is given.
+measured may change, and is followed. Intervals are quantiles of draws from the likelihood, which
+is that of noisy readings (`cooling_fit`) or, where the sensor's steps are coarser than its noise,
+of rounded ones (`cooling_steps`). A curve too short to bend says so: r and the settled temperature
+then trade against each other, and neither is given. All temperatures are the sensor's: the oil
+runs ahead of it by the sensor's own lag.
 """
 
 from __future__ import annotations
@@ -16,20 +17,18 @@ from typing import Any
 
 import numpy as np
 
+from agent.identify.cooling_fit import CoolingDraws, fit_cooling
+from agent.identify.cooling_steps import fit_steps, is_coarse, step_of
 from agent.identify.result import Floats, Parameter
-from agent.identify.uncertainty import correlation_time, student_975
-from agent.physics.thermal import followed_k, relaxation_columns, relaxation_time_s, relaxed_degc
+from agent.physics.thermal import relaxation_time_s, relaxed_degc
 
 SCHEMA = "stribeck.cooling/1"
 _POINTS = 400
-_GRID = 240
-_DRAWS = 4000
 _LEAST_POINTS = 12
-_SLOWEST, _FASTEST = 2e-3, 60.0  # r times the curve's duration
 _LOOSE = 5.0  # ratio of the ends of r's interval that leaves its order of magnitude only
-_EDGE_WEIGHT = 0.02
 _NOISES = 6.0  # change of temperature, in deviations of the noise, below which it is constant
 _LEAST_CHANGE_DEGC = 0.3
+_LEAST_STEPS = 4.0  # of a coarse sensor, that its readings must fall or rise by
 
 
 @dataclass(frozen=True)
@@ -49,6 +48,10 @@ class Cooling:
         identified where no ambient temperature was measured.
     rmse_degc, duration_s : float
         What is left of the curve, and how long it is.
+    wander_degc : float
+        The slow part of what is left: no noise of the reading, so that forecasts count it.
+    sensor_step_degc : float
+        The sensor's step, where it is coarser than the noise; else 0.
     draws : ndarray, shape (m, 3)
         (r, settled, initial) drawn in proportion to their likelihood.
     """
@@ -63,12 +66,14 @@ class Cooling:
     rmse_degc: float
     duration_s: float
     draws: Floats = field(repr=False)
+    wander_degc: float = 0.0
+    sensor_step_degc: float = 0.0
 
     def forecast(self, at_s: float) -> Parameter:
         """Return the temperature `at_s` seconds after the first sample, with its interval.
 
-        The environment and the heat source are taken to stay as they were; the scatter of the
-        curve itself is counted.
+        It is the gearbox's temperature, without the noise of a reading. The environment and the
+        heat source are taken to stay as they were, but for what the curve itself wandered.
         """
         if not (math.isfinite(at_s) and at_s >= 0.0):
             raise ValueError(f"expected a time of 0 s or more, got {at_s}")
@@ -76,8 +81,8 @@ class Cooling:
             return Parameter.not_identified(self.reason)
         rate, settled, initial = self.draws.T
         values = relaxed_degc(rate, settled, initial, at_s)
-        noise = np.random.default_rng(1).normal(0.0, self.rmse_degc, values.size)
-        low, high = np.quantile(values + noise, (0.025, 0.975))
+        wander = self.wander_degc * np.random.default_rng(1).standard_normal(values.size)
+        low, high = np.quantile(values + wander, (0.025, 0.975))
         return Parameter(float(np.median(values)), (float(low), float(high)))
 
     def time_to(self, temperature_degc: float) -> Parameter:
@@ -119,6 +124,7 @@ class Cooling:
             "parameters": {name: getattr(self, name).to_json() for name in names},
             "rmse_degc": self.rmse_degc if math.isfinite(self.rmse_degc) else None,
             "duration_s": self.duration_s,
+            "sensor_step_degc": self.sensor_step_degc,
         }
 
 
@@ -147,10 +153,10 @@ def estimate_cooling(
             time,
             ambient,
         )
-    start_s = float(time[0])
-    time, temperature, ambient = _thinned(time - start_s, temperature, ambient)
-    noise = float(np.std(np.diff(temperature))) / math.sqrt(2.0)
-    change = abs(float(np.mean(temperature[-3:]) - np.mean(temperature[:3])))
+    time = time - time[0]
+    thin = _thinned(time, temperature, ambient)
+    noise = float(np.std(np.diff(thin[1]))) / math.sqrt(2.0)
+    change = abs(float(np.mean(thin[1][-3:]) - np.mean(thin[1][:3])))
     if change < max(_NOISES * noise, _LEAST_CHANGE_DEGC):
         return _nothing(
             f"not identified: the temperature is constant ({temperature.min():.1f} to "
@@ -158,7 +164,62 @@ def estimate_cooling(
             time,
             ambient,
         )
-    return _fitted(time, temperature, ambient)
+    fit, step = fit_cooling(*thin), step_of(temperature)
+    if not is_coarse(step, fit.rmse_degc):
+        return _described(fit, time, ambient)
+    if change < _LEAST_STEPS * step:
+        return _nothing(
+            f"not identified: the temperature changes by {change:.1f} degC, too little for a "
+            f"sensor in steps of {step:.2g} degC; record longer, or with a finer sensor",
+            time,
+            ambient,
+        )
+    return _described(fit_steps(time, temperature, ambient, step, fit), time, ambient, step)
+
+
+def _described(
+    fit: CoolingDraws, time_s: Floats, ambient: Floats | None, step_degc: float = 0.0
+) -> Cooling:
+    """Turn draws into numbers with intervals, or say why the curve carries none."""
+    hours = float(time_s[-1]) / 3600.0
+    if not fit.bends:
+        return _nothing(
+            f"not identified: in {hours:.2g} h the curve does not bend enough to tell "
+            "how fast it cools from where it settles; record some hours more",
+            time_s,
+            ambient,
+        )
+    rate = _quantiles(fit.draws[:, 0], fit.rate_per_s)
+    assert rate.ci95 is not None
+    if rate.ci95[1] > _LOOSE * rate.ci95[0]:
+        return _nothing(
+            f"not identified: over {hours:.2g} h the temperature does not follow one "
+            "cooling or warming law closely enough; record it at rest, or under one constant cycle",
+            time_s,
+            ambient,
+        )
+    settled = _quantiles(fit.draws[:, 1], fit.settled_degc)
+    air = _ambient(ambient)
+    if air.identified:
+        added = _quantiles(fit.draws[:, 1] - air.value, settled.value - air.value)
+    else:
+        added = Parameter.not_identified(
+            "no ambient temperature was measured: what is known is where the gearbox settles"
+        )
+    return Cooling(
+        True,
+        "",
+        rate,
+        settled,
+        _quantiles(fit.draws[:, 2], fit.initial_degc),
+        air,
+        added,
+        fit.rmse_degc,
+        float(time_s[-1]),
+        fit.draws,
+        fit.wander_degc,
+        step_degc,
+    )
 
 
 def _checked(
@@ -211,98 +272,6 @@ def _ambient(ambient: Floats | None) -> Parameter:
     mean = float(ambient.mean())
     half = 1.96 * float(ambient.std()) / math.sqrt(ambient.size)
     return Parameter(mean, (mean - half, mean + half))
-
-
-def _followed(rate: float, time_s: Floats, ambient: Floats | None) -> Floats:
-    """Return the gearbox's answer to the ambient temperature's changes about its mean."""
-    if ambient is None:
-        return np.zeros_like(time_s)
-    return followed_k(rate, time_s, ambient - ambient.mean())
-
-
-def _solve(
-    rate: float, time_s: Floats, temperature: Floats, ambient: Floats | None
-) -> tuple[Floats, Floats]:
-    """Return (settled, initial) and the residuals for one r."""
-    columns = relaxation_columns(rate, time_s)
-    target = temperature - _followed(rate, time_s, ambient)
-    theta = np.linalg.lstsq(columns, target, rcond=None)[0]
-    return np.asarray(theta, dtype=np.float64), np.asarray(target - columns @ theta)
-
-
-def _fitted(time_s: Floats, temperature: Floats, ambient: Floats | None) -> Cooling:
-    """Scan r, weigh, draw."""
-    duration = float(time_s[-1])
-    log_rate = np.linspace(math.log(_SLOWEST / duration), math.log(_FASTEST / duration), _GRID)
-    for _ in range(3):
-        solutions = [_solve(math.exp(x), time_s, temperature, ambient) for x in log_rate]
-        squares = np.array([float(e @ e) for _, e in solutions])
-        best = int(np.argmin(squares))
-        tau = correlation_time([solutions[best][1]])
-        dof = max(time_s.size / tau - 3.0, 1.0)
-        variance = max(squares[best] / max(time_s.size - 3.0, 1.0), 1e-12) * tau
-        variance *= max((time_s.size / tau) / dof, 1.0)
-        weight = (1.0 + (squares - squares[best]) / (variance * dof)) ** (-0.5 * (dof + 1.0))
-        kept = np.flatnonzero(weight > 1e-6)
-        low, high = max(kept[0] - 1, 0), min(kept[-1] + 1, log_rate.size - 1)
-        if high - low > _GRID // 3:
-            break
-        log_rate = np.linspace(log_rate[low], log_rate[high], _GRID)
-    lowest = math.log(1.01 * _SLOWEST / duration)
-    if (weight[0] > _EDGE_WEIGHT and log_rate[0] <= lowest) or best == 0:
-        return _nothing(
-            f"not identified: in {duration / 3600.0:.2g} h the curve does not bend enough to tell "
-            "how fast it cools from where it settles; record some hours more",
-            time_s,
-            ambient,
-        )
-    draws = _draw(log_rate, weight, solutions, time_s, variance, dof)
-    rmse = math.sqrt(squares[best] / time_s.size)
-    rate = _quantiles(draws[:, 0], math.exp(float(log_rate[best])))
-    assert rate.ci95 is not None
-    if rate.ci95[1] > _LOOSE * rate.ci95[0]:
-        return _nothing(
-            f"not identified: over {duration / 3600.0:.2g} h the temperature does not follow one "
-            "cooling or warming law closely enough; record it at rest, or under one constant cycle",
-            time_s,
-            ambient,
-        )
-    settled = _quantiles(draws[:, 1], float(solutions[best][0][0]))
-    initial = _quantiles(draws[:, 2], float(solutions[best][0][1]))
-    air = _ambient(ambient)
-    if air.identified:
-        added = _quantiles(draws[:, 1] - air.value, settled.value - air.value)
-    else:
-        added = Parameter.not_identified(
-            "no ambient temperature was measured: what is known is where the gearbox settles"
-        )
-    return Cooling(True, "", rate, settled, initial, air, added, rmse, duration, draws)
-
-
-def _draw(
-    log_rate: Floats,
-    weight: Floats,
-    solutions: list[tuple[Floats, Floats]],
-    time_s: Floats,
-    variance: float,
-    dof: float,
-) -> Floats:
-    """Return draws of (r, settled, initial); a fixed seed: same data, same answer."""
-    generator = np.random.default_rng(0)
-    picked = np.sort(generator.choice(weight.size, size=_DRAWS, p=weight / weight.sum()))
-    out = np.empty((_DRAWS, 3))
-    inflation = student_975(dof) / student_975(math.inf)
-    for i in np.unique(picked):
-        rows = np.flatnonzero(picked == i)
-        rate = math.exp(float(log_rate[i]))
-        columns = relaxation_columns(rate, time_s)
-        covariance = np.linalg.pinv(columns.T @ columns, hermitian=True) * variance * inflation**2
-        out[rows, 0] = rate
-        out[rows, 1:] = generator.multivariate_normal(solutions[i][0], covariance, rows.size)
-    # The grid is a staircase; a draw lies anywhere on its step.
-    step = float(log_rate[1] - log_rate[0])
-    out[:, 0] *= np.exp(step * (generator.random(_DRAWS) - 0.5))
-    return out
 
 
 def _quantiles(draws: Floats, value: float) -> Parameter:
