@@ -12,7 +12,8 @@ import typer
 from agent.cli.outcome import signals_of
 from agent.cli.talk import talker
 from agent.errors import InputError
-from agent.identify.ripple import Ripple, RippleLine, find_ripple
+from agent.identify.ripple import Ripple, find_ripple
+from agent.identify.ripple_line import RippleLine
 from agent.numbers import scale_for, written
 from agent.record.reading import read_all
 from agent.record.recording import Recording

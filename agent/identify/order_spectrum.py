@@ -31,21 +31,26 @@ class AnglePass:
 
     Parameters
     ----------
-    angle_rad, torque_nm : ndarray, shape (n,)
-        Motor angle and torque.
+    angle_rad : ndarray, shape (n,)
+        Motor angle.
+    signal : ndarray, shape (n,)
+        What is looked at over it: torque in N m, or the position's stutter in rad.
     velocity_rad_s : float
         Mean velocity.
     absolute : bool
         Whether the angle was recorded; an integrated one starts at an unknown angle.
     name : str
         Of its recording.
+    stutter_rad : ndarray, shape (n,), optional
+        Recorded angle less its straight line over time.
     """
 
     angle_rad: Floats
-    torque_nm: Floats
+    signal: Floats
     velocity_rad_s: float
     absolute: bool
     name: str
+    stutter_rad: Floats | None = None
 
     @property
     def turns(self) -> float:
@@ -63,10 +68,26 @@ class AnglePass:
         if block < 2:
             return self
         count = self.angle_rad.size // block * block
-        angle, torque = (
-            x[:count].reshape(-1, block).mean(axis=1) for x in (self.angle_rad, self.torque_nm)
+
+        def averaged(x: Floats) -> Floats:
+            return np.asarray(x[:count].reshape(-1, block).mean(axis=1))
+
+        stutter = None if self.stutter_rad is None else averaged(self.stutter_rad)
+        return replace(
+            self,
+            angle_rad=averaged(self.angle_rad),
+            signal=averaged(self.signal),
+            stutter_rad=stutter,
         )
-        return replace(self, angle_rad=angle, torque_nm=torque)
+
+    def of_motion(self) -> AnglePass | None:
+        """Return the stutter over the angle that a steady motion would have; None without one.
+
+        Over the angle itself a stutter of some periods' size would bend its own sine.
+        """
+        if self.stutter_rad is None:
+            return None
+        return replace(self, angle_rad=self.angle_rad - self.stutter_rad, signal=self.stutter_rad)
 
     def columns(self, orders: Sequence[float]) -> Floats:
         """Return trend, then cosine and sine of every order, shape (n, 3 + 2 m)."""
@@ -82,8 +103,8 @@ class AnglePass:
     def without(self, orders: Sequence[float]) -> tuple[AnglePass, Floats]:
         """Return the pass less its trend and these orders, and their (cos, sin), shape (m, 2)."""
         columns = self.columns(orders)
-        theta = np.linalg.lstsq(columns, self.torque_nm, rcond=None)[0]
-        rest = replace(self, torque_nm=self.torque_nm - columns @ theta)
+        theta = np.linalg.lstsq(columns, self.signal, rcond=None)[0]
+        rest = replace(self, signal=self.signal - columns @ theta)
         return rest, np.asarray(theta[_TREND:], dtype=np.float64).reshape(-1, 2)
 
 
@@ -95,15 +116,15 @@ class Spectrum:
     ----------
     order : ndarray, shape (k,)
         Periods per motor turn.
-    amplitude_nm : ndarray of complex, shape (p, k)
+    amplitude : ndarray of complex, shape (p, k)
         ``a - i b`` of ``a cos(order q) + b sin(order q)`` in each of p passes.
-    variance_nm2 : ndarray, shape (p, k)
+    variance : ndarray, shape (p, k)
         Of a and of b, from the background.
     """
 
     order: Floats
-    amplitude_nm: np.ndarray[tuple[int, int], np.dtype[np.complex128]]
-    variance_nm2: Floats
+    amplitude: np.ndarray[tuple[int, int], np.dtype[np.complex128]]
+    variance: Floats
 
 
 @dataclass(frozen=True)
@@ -171,7 +192,7 @@ def _evenly(p: AnglePass, step_rad: float) -> tuple[Floats, float]:
     first = float(p.angle_rad.min())
     bins = ((p.angle_rad - first) / step_rad).astype(np.int64)
     count = np.bincount(bins)
-    total = np.bincount(bins, weights=p.torque_nm)
+    total = np.bincount(bins, weights=p.signal)
     at = np.flatnonzero(count)
     means = np.interp(np.arange(count.size), at, total[at] / count[at])
     return np.asarray(means - means.mean(), dtype=np.float64), first + 0.5 * step_rad

@@ -9,7 +9,8 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from agent.identify.ripple import UNDECIDED, Ripple, find_ripple
+from agent.identify.ripple import Ripple, find_ripple
+from agent.identify.ripple_line import UNDECIDED
 from agent.identify.thermal_trend import TIE, temperature_or_time
 from tests.real.test_real_estimates import load
 

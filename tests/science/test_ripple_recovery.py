@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agent.identify.ripple import FRICTION, RIPPLE, UNDECIDED, find_ripple
+from agent.identify.ripple import find_ripple
+from agent.identify.ripple_line import FRICTION, RIPPLE, UNDECIDED
 from agent.identify.signals import Signals
 
 TAU = 2.0 * np.pi
