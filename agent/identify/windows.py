@@ -1,13 +1,15 @@
 """The steady windows of a recording: where the joint passes at constant velocity.
 
-Found from the velocity alone, in any unit of time or speed. The velocity is averaged over blocks,
-cut into levels (`segments`), and every level is trimmed at both ends to where it has settled.
+Found from the velocity, in any unit of time or speed. The velocity is averaged over blocks, cut
+into levels (`segments`), and every level is trimmed at both ends to where it has settled. Torque
+settles later than velocity where the arm is soft: the first tenth of the windows is left out too
+where the torque is another one there, as judged by the last tenth.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -23,7 +25,10 @@ _WINDOW_SAMPLES = 24
 _RELATIVE = 0.03  # of the level: how far a steady velocity may drift over its window
 _SLOWEST = 2e-3  # of the fastest: below, the joint is called standing
 _SHORTEST = 0.25  # of the typical window
-_SETTLE = 0.10  # of the window: left out after the velocity has come within its tolerance
+_HEAD = 0.10  # of the window: left out where the torque has not settled in it
+_FEWEST_HEADS = 6  # less tells nothing about the heads, and they are left out
+_SHIFT = 2.0  # standard errors by which the heads may lean towards where the joint came from
+_RATIO = 2.5  # of the heads' variance to the tails': the 98th percentile of chance with 20 windows
 _SETTLED_TO = 0.004  # of the level: a loop that settles from further off still accelerates
 
 
@@ -65,13 +70,62 @@ def find_windows(motion: Motion, recording: int = 0) -> tuple[SteadyWindow, ...]
         return ()
     fastest = float(np.quantile(np.abs(np.concatenate(motion.velocity_rad_s)), 0.98))
     per_block = max(_BLOCK_SAMPLES, samples // _BLOCKS)
-    windows: list[SteadyWindow] = []
+    found: list[_Level] = []
     for stretch, velocity in zip(motion.timing.stretches, motion.velocity_rad_s, strict=True):
         size = min(per_block, max(velocity.shape[0] // (4 * _WINDOW_BLOCKS), 1))
-        for start, stop, level, error in _steady_pieces(motion, velocity, size, fastest):
-            first, last = _own_samples(motion, stretch, start, stop)
-            windows.append(SteadyWindow(recording, first, last, level, error))
+        found += _levels(motion, stretch, velocity, size, fastest)
+    kept = found if _heads_settled(motion, found) else [level.without_head() for level in found]
+    windows = []
+    for level in kept:
+        first, last = _own_samples(motion, level.stretch, level.start, level.stop)
+        windows.append(SteadyWindow(recording, first, last, level.mean_rad_s, level.error_rad_s))
     return _long_enough(windows, motion.signals.time_s)
+
+
+@dataclass(frozen=True)
+class _Level:
+    """A steady part of a stretch's grid: the velocity there, and how many samples its head has."""
+
+    stretch: Stretch
+    velocity: Floats
+    start: int
+    stop: int
+    head: int
+    error_rad_s: float
+
+    @property
+    def mean_rad_s(self) -> float:
+        return float(np.mean(self.velocity[self.start : self.stop]))
+
+    def without_head(self) -> _Level:
+        return replace(self, start=self.start + self.head, head=0)
+
+
+def _heads_settled(motion: Motion, levels: Sequence[_Level]) -> bool:
+    """Tell whether the torque has settled when the velocity has, over all windows together.
+
+    A line through the middle of each window is drawn out to both ends, so that gravity's slope
+    along the pass counts for nothing. The tails show how far chance lets an end stray from it; the
+    heads may stray no further, and not lean to one side of the speed change before them.
+    """
+    heads, tails, previous = [], [], 0.0
+    for level in levels:
+        came = np.sign(level.mean_rad_s - previous)
+        previous = level.mean_rad_s
+        torque = level.stretch.on_grid(motion.signals, motion.signals.torque_nm)
+        torque = torque[level.start : level.stop]
+        middle = np.arange(level.head, torque.shape[0] - level.head)
+        if level.head < 1 or middle.size < 2 * level.head:
+            continue
+        slope, base = np.polyfit(middle, torque[middle], 1)
+        beyond = torque - (base + slope * np.arange(torque.shape[0]))
+        heads.append(float(came) * float(np.mean(beyond[: level.head])))
+        tails.append(float(np.mean(beyond[-level.head :])))
+    if len(heads) < _FEWEST_HEADS:
+        return False
+    chance = float(np.mean(np.square(tails)))
+    lean = abs(float(np.mean(heads))) / np.sqrt(max(chance, 1e-300) / len(heads))
+    return bool(lean < _SHIFT and float(np.mean(np.square(heads))) < _RATIO * chance)
 
 
 def _long_enough(windows: Sequence[SteadyWindow], time_s: Floats) -> tuple[SteadyWindow, ...]:
@@ -96,10 +150,10 @@ def _typical(lengths: Floats) -> float:
     return float(rising[np.searchsorted(np.cumsum(rising), 0.5 * rising.sum())])
 
 
-def _steady_pieces(
-    motion: Motion, velocity: Floats, size: int, fastest: float
-) -> list[tuple[int, int, float, float]]:
-    """Return grid ranges, mean velocities and their errors of one stretch's steady windows."""
+def _levels(
+    motion: Motion, stretch: Stretch, velocity: Floats, size: int, fastest: float
+) -> list[_Level]:
+    """Return one stretch's steady levels, each with its head."""
     count = velocity.shape[0] // size
     if count < _WINDOW_BLOCKS or fastest <= 0.0:
         return []
@@ -127,18 +181,19 @@ def _steady_pieces(
         # A third of the blocks counts as independent: stick-slip and ripple are coloured.
         error = float(np.std(inside)) / np.sqrt(max(inside.shape[0] / 3.0, 1.0))
         moves = abs(level) > max(_SLOWEST * fastest, 4.0 * error)
-        if last - first >= _WINDOW_SAMPLES and moves:
-            out.append((first, last, level, float(error)))
+        head = settled[2] * size
+        if last - first - head >= _WINDOW_SAMPLES and moves:
+            out.append(_Level(stretch, velocity, first, last, head, float(error)))
     return out
 
 
-def _settled(blocks: Floats, start: int, stop: int) -> tuple[int, int] | None:
-    """Return the part of a level in which the velocity has settled, or None.
+def _settled(blocks: Floats, start: int, stop: int) -> tuple[int, int, int] | None:
+    """Return the part of a level in which the velocity has settled and its head, or None.
 
     Level and scatter come from the quieter of the middle half and a later one. What lies outside
-    three times the scatter (or 0.4 % of the level) at either end belongs to the ramps. After a
-    ramp, another tenth of the window is left out, so that the torque has settled too; before one,
-    the last blocks, where a gentle ramp has begun without leaving the tolerance.
+    three times the scatter (or 0.4 % of the level) at either end belongs to the ramps, and so do
+    the first block after one and the last before one, where a gentle ramp has not yet, or already,
+    begun without leaving the tolerance. The head is the next tenth after a ramp.
     """
     length = stop - start
     if length < _WINDOW_BLOCKS:
@@ -151,15 +206,17 @@ def _settled(blocks: Floats, start: int, stop: int) -> tuple[int, int] | None:
     if not inside.size:
         return None
     first, last = start + int(inside[0]), start + int(inside[-1]) + 1
+    head = 0
     if first > 0:
-        first += max(1, int(np.ceil(_SETTLE * (last - first))))
+        head = max(1, int(np.ceil(_HEAD * (last - first)))) - 1
+        first += 1
     if last < blocks.shape[0]:
         last -= 1 if last - first < 2 * _WINDOW_BLOCKS else 2
-    if last - first < _WINDOW_BLOCKS - 2:
+    if last - first - head < _WINDOW_BLOCKS - 2:
         return None
-    if not trend_of(blocks[first:last]).is_steady(last - first, _RELATIVE):
+    if not trend_of(blocks[first + head : last]).is_steady(last - first - head, _RELATIVE):
         return None
-    return first, last
+    return first, last, head
 
 
 def _resolution(velocity: Floats, fastest: float) -> float:
