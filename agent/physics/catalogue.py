@@ -5,13 +5,16 @@ A test compares `page` with docs/laws.md, so that neither is changed alone.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
 from agent.physics import friction, phenomena
 from agent.physics.backlash import DeadZone, NordinGutman
-from agent.physics.effects import ADDED, AROUND
+from agent.physics.effects import LIBRARY, EffectCard, Form, Parameter
+from agent.physics.external import CableForce, LocalFault
 from agent.physics.flexibility import ThreeMass, TwoMass
+from agent.physics.friction_drift import LinearDrift, RunIn
 from agent.physics.friction_dynamic import BlimanSorine, Dahl, LuGre
 from agent.physics.friction_extended import ExtendedFriction
 from agent.physics.friction_static import (
@@ -20,10 +23,14 @@ from agent.physics.friction_static import (
     NonlinearViscous,
     PositionDependent,
     StaticFriction,
+    TemperatureCoulomb,
     TemperatureViscous,
+    TightSpot,
 )
 from agent.physics.law import Law
 from agent.physics.periodic import KinematicError, ResolverError, TorqueRipple
+from agent.physics.presliding import MaxwellSlip, YieldingSpring
+from agent.physics.reported import Delay, TorqueConstant, TorqueSaturation
 from agent.physics.rigid_body import MEANING
 from agent.physics.thermal import GearboxTemperature, Oil, WindingResistance
 
@@ -66,12 +73,18 @@ LAWS: Mapping[str, Law] = MappingProxyType(
                     DirectionDependent,
                     LoadDependent,
                     TemperatureViscous,
+                    TemperatureCoulomb,
                     ExtendedFriction,
                     NonlinearViscous,
                     PositionDependent,
+                    TightSpot,
+                    LinearDrift,
+                    RunIn,
                     Dahl,
                     BlimanSorine,
                     LuGre,
+                    YieldingSpring,
+                    MaxwellSlip,
                 )
             ),
             _RIGID_BODY,
@@ -85,6 +98,11 @@ LAWS: Mapping[str, Law] = MappingProxyType(
                     TorqueRipple,
                     KinematicError,
                     ResolverError,
+                    TorqueConstant,
+                    TorqueSaturation,
+                    Delay,
+                    CableForce,
+                    LocalFault,
                     GearboxTemperature,
                     WindingResistance,
                     Oil,
@@ -106,17 +124,15 @@ def page() -> str:
         "Thesis Table 3.2. Each cross is the outcome of a simulation in `agent.physics.phenomena`.",
         _crosses(),
         "## Effects that a twin can carry",
-        "The numbers of `[[effects]]` in a twin; one with a value may be left out.",
-        _effects(),
+        "The ids and numbers of `[[effects]]` in a twin. Where an effect has several forms, its"
+        " numbers say which; entries of one id add up.",
+        *(_effect(card) for card in LIBRARY.values()),
     ]
     return "\n\n".join(parts) + "\n"
 
 
 def _section(law: Law) -> str:
-    rows = "\n".join(
-        f"| `{name}` | {meaning.replace('|', chr(92) + '|')} |"
-        for name, meaning in law.parameters.items()
-    )
+    rows = "\n".join(f"| `{name}` | {_cell(meaning)} |" for name, meaning in law.parameters.items())
     return (
         f"## {law.id}\n\n`{law.equation}`\n\n| parameter | meaning |\n|---|---|\n{rows}\n\n"
         f"Source: {law.source}. Limits: {law.limits}."
@@ -134,13 +150,45 @@ def _crosses() -> str:
     return "\n".join(lines)
 
 
-def _effects() -> str:
-    lines = ["| effect | numbers |", "|---|---|"]
-    known = {name: law.parameters for name, law in ADDED.items()} | dict(AROUND)
-    for effect, numbers in known.items():
-        written = ", ".join(
-            f"`{name}`" if value is None else f"`{name}` = {value:g}"
-            for name, value in numbers.items()
+def _effect(card: EffectCard) -> str:
+    parts = [f"### {card.id}", card.summary, *(_form(form) for form in card.forms)]
+    shown = f"Shows along {_codes(card.axes)}."
+    if card.needs:
+        shown += f" Needs {_codes(card.needs)} in the recording."
+    parts.append(shown)
+    if card.look_alikes:
+        parts.append("Can be mistaken for:")
+        parts.append(
+            "\n".join(f"- `{x.effect}`: {x.because}. {x.told_apart_by}" for x in card.look_alikes)
         )
-        lines.append(f"| `{effect}` | {written} |")
-    return "\n".join(lines)
+    return "\n\n".join(parts)
+
+
+def _form(form: Form) -> str:
+    rows = "\n".join(
+        f"| `{name}` | {_cell(form.meaning(name))} | {_allowed(parameter)} |"
+        f" {'needed' if parameter.default is None else f'{parameter.default:g}'} |"
+        for name, parameter in form.parameters.items()
+    )
+    return (
+        f"{form.name[0].upper()}{form.name[1:]}: `{form.formula}`\n\n"
+        f"| number | meaning | allowed | if left out |\n|---|---|---|---|\n{rows}\n\n"
+        f"Source: {form.law.source}. Limits: {form.law.limits}."
+    )
+
+
+def _allowed(parameter: Parameter) -> str:
+    if parameter.instant:
+        return "date and time with its zone"
+    if math.isfinite(parameter.lower):
+        return f"above {parameter.lower:g}" if parameter.above else f"from {parameter.lower:g}"
+    return "any"
+
+
+def _codes(names: Iterable[str]) -> str:
+    return ", ".join(f"`{name}`" for name in names)
+
+
+def _cell(text: str) -> str:
+    """Return a text whose bars do not end the table's cell."""
+    return text.replace("|", "\\|")

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from agent.physics.friction import boundary_share
 from agent.physics.law import Law, require
+from agent.physics.periodic import wave
 
 Floats = NDArray[np.float64]
 
@@ -225,5 +226,65 @@ class PositionDependent:
     ) -> Floats:
         """Return the modulation of friction, shape (n,)."""
         sign = np.sign(velocity_rad_s) if direction is None else direction
-        phase = self.order * angle_rad
-        return np.asarray((self.cos_nm * np.cos(phase) + self.sin_nm * np.sin(phase)) * sign)
+        return wave(self.cos_nm, self.sin_nm, self.order, angle_rad) * sign
+
+
+@dataclass(frozen=True)
+class TemperatureCoulomb:
+    """A Coulomb level that changes in proportion to the gearbox's temperature."""
+
+    law: ClassVar[Law] = Law(
+        "temperature-coulomb",
+        "fT (T - Tr) sign(v), beside fc sign(v) at Tr",
+        {
+            "coulomb_nm_per_k": "fT, growth of the Coulomb level per kelvin (below zero: falls)",
+            "reference_degc": "Tr, temperature of the Coulomb level",
+        },
+        "first-order term of Bittencourt & Gunnarsson, JDSMC 134 (2012) 051013, its fs0 + fsT T",
+        "a straight line, over the temperatures that it was fitted in",
+    )
+    coulomb_nm_per_k: float
+    reference_degc: float
+
+    def __post_init__(self) -> None:
+        """Refuse what is not finite."""
+        require(self.law, self)
+
+    def torque_nm(self, direction: Floats, temperature_degc: Floats) -> Floats:
+        """Return what the temperature adds to Coulomb friction, broadcast."""
+        warmer = np.subtract(temperature_degc, self.reference_degc)
+        return np.asarray(self.coulomb_nm_per_k * warmer * direction)
+
+
+@dataclass(frozen=True)
+class TightSpot:
+    """More (or less) friction near one place of the arm."""
+
+    law: ClassVar[Law] = Law(
+        "tight-spot",
+        "h exp(-((q - q0)/w)^2/2) sign(v), q the arm's angle",
+        {
+            "height_nm": "h, what the friction level has more at the place's middle",
+            "center_arm_rad": "q0, its place",
+            "width_arm_rad": "w, half of its width at 61 % of its height",
+        },
+        "Armstrong-Helouvry, Control of Machines with Friction (1991), chapter 4, as one bump",
+        "one place; a dent deeper than the Coulomb level would drive",
+    )
+    height_nm: float
+    center_arm_rad: float
+    width_arm_rad: float
+
+    def __post_init__(self) -> None:
+        """Refuse a place without a width."""
+        require(self.law, self, positive="width_arm_rad")
+
+    def torque_nm(self, arm_rad: Floats, direction: Floats) -> Floats:
+        """Return the bump of friction, shape (n,)."""
+        share = bump_share(arm_rad, self.center_arm_rad, self.width_arm_rad)
+        return self.height_nm * share * direction
+
+
+def bump_share(arm_rad: Floats, center_arm_rad: float, width_arm_rad: float) -> Floats:
+    """Return the bell ``exp(-((q - q0)/w)^2/2)``, from 1 at the place to 0 far from it."""
+    return np.asarray(np.exp(-0.5 * ((arm_rad - center_arm_rad) / width_arm_rad) ** 2))

@@ -44,6 +44,68 @@ def gap_angle(twist_rad: Floats, step_s: Floats, half_gap_rad: float, rate_per_s
 
 
 @njit(cache=True)
+def yielding(
+    time_s: Floats, velocity_rad_s: Floats, level: Floats, stiffness: float, exponent: float
+) -> Floats:
+    """Return a spring's torque, shape (n,), that yields towards a level, from zero.
+
+    Each step's solution is exact for the step's mean level, so that no step is too long.
+    """
+    out = np.zeros(time_s.shape[0])
+    force = 0.0
+    for k in range(1, time_s.shape[0]):
+        first, second = _pieces(time_s[k] - time_s[k - 1], velocity_rad_s[k - 1], velocity_rad_s[k])
+        limit = 0.5 * (level[k - 1] + level[k])
+        for travel in (first, second):
+            if travel != 0.0:
+                sign = 1.0 if travel > 0.0 else -1.0
+                left = 1.0 - force * sign / limit
+                after = _left(abs(left), stiffness * abs(travel) / limit, exponent)
+                force = sign * limit * (1.0 - (after if left >= 0.0 else -after))
+        out[k] = force
+    return out
+
+
+@njit(cache=True)
+def _left(before: float, travel: float, exponent: float) -> float:
+    """Return ``y`` after a travel, for ``dy/dx = -y^i`` and `before` at its start."""
+    if before == 0.0:
+        return 0.0
+    if exponent == 1.0:
+        return before * math.exp(-travel)
+    power = 1.0 - exponent
+    # Written as a share of the start, which neither overflows nor loses a small y.
+    inside = 1.0 - power * travel * before**-power
+    return before * inside ** (1.0 / power) if inside > 0.0 else 0.0
+
+
+@njit(cache=True)
+def _pieces(step_s: float, before: float, after: float) -> tuple[float, float]:
+    """Return the two travels of a step with straight velocity, cut where it changes sign."""
+    if before * after < 0.0:
+        share = before / (before - after)
+        return 0.5 * before * share * step_s, 0.5 * after * (1.0 - share) * step_s
+    return 0.5 * (before + after) * step_s, 0.0
+
+
+@njit(cache=True)
+def slipping(time_s: Floats, velocity_rad_s: Floats, stiffness: Floats, level: Floats) -> Floats:
+    """Return the sum of springs that slip at their levels each, shape (n,), from zero."""
+    out = np.zeros(time_s.shape[0])
+    force = np.zeros(stiffness.shape[0])
+    for k in range(1, time_s.shape[0]):
+        first, second = _pieces(time_s[k] - time_s[k - 1], velocity_rad_s[k - 1], velocity_rad_s[k])
+        total = 0.0
+        for j in range(stiffness.shape[0]):
+            one = min(max(force[j] + stiffness[j] * first, -level[j]), level[j])
+            one = min(max(one + stiffness[j] * second, -level[j]), level[j])
+            force[j] = one
+            total += one
+        out[k] = total
+    return out
+
+
+@njit(cache=True)
 def carried_arm(
     time_s: Floats,
     position_rad: Floats,
@@ -57,16 +119,21 @@ def carried_arm(
     gravity_cos: float,
     gear_ratio: float,
     substeps: int,
+    acceleration: float = 0.0,
 ) -> Floats:
     """Return the torque, shape (n,), with which the motor carries an arm behind a spring.
 
-    The arm hangs at rest on the spring at first. Between samples the motor's angle is the cubic
-    with the measured angles and velocities; the arm moves by semi-implicit Euler steps.
+    At first the arm rides on the spring as the motor does, at the motor's first `acceleration`.
+    Between samples the motor's angle is the cubic with the measured angles and velocities; the arm
+    moves by velocity Verlet steps, of second order and without energy of their own: `substeps` in
+    the longest step between samples, fewer in shorter ones.
     """
-    samples = time_s.shape[0]
-    out = np.empty(samples)
+    out = np.empty(time_s.shape[0])
+    longest = np.max(np.diff(time_s)) if time_s.shape[0] > 1 else 1.0
+    heavy = gravity_sin != 0.0 or gravity_cos != 0.0
     angle = position_rad[0] / gear_ratio
-    hang = gravity_sin * math.sin(angle) + gravity_cos * math.cos(angle)
+    weight = gravity_sin * math.sin(angle) + gravity_cos * math.cos(angle)
+    hang = weight + inertia * acceleration
     twist = hang / stiffness
     for _ in range(20):
         twist -= (stiffness * twist + cubic * twist**3 - hang) / (stiffness + 3 * cubic * twist**2)
@@ -75,30 +142,34 @@ def carried_arm(
         arm -= half_gap
     elif hang < 0.0:
         arm += half_gap
-    speed = velocity_rad_s[0]
+    speed, push = velocity_rad_s[0], acceleration
     out[0] = hang
-    for k in range(1, samples):
+    for k in range(1, time_s.shape[0]):
         dt = time_s[k] - time_s[k - 1]
         q0, q1 = position_rad[k - 1], position_rad[k]
         v0, v1 = velocity_rad_s[k - 1] * dt, velocity_rad_s[k] * dt
-        h = dt / substeps
+        steps = max(1, math.ceil(substeps * dt / longest - 1e-9))
+        h = dt / steps
         torque = 0.0
-        for i in range(1, substeps + 1):
-            u = i / substeps
+        for i in range(1, steps + 1):
+            u = i / steps
             w = u - 1.0
             motor = q0 * (1 + 2 * u) * w * w + v0 * u * w * w
             motor += q1 * u * u * (3 - 2 * u) + v1 * u * u * w
             rate = 6 * u * w * (q0 - q1) + v0 * (1 - 4 * u + 3 * u * u) + v1 * (3 * u * u - 2 * u)
+            half = speed + 0.5 * h * push
+            arm += h * half
             d = motor - arm
             x = d - half_gap if d > half_gap else (d + half_gap if d < -half_gap else 0.0)
             torque = stiffness * x + cubic * x**3
             if x != 0.0:
-                pull = torque + damping * (rate / dt - speed)
+                pull = torque + damping * (rate / dt - half - 0.5 * h * push)
                 # A gap can push, but not pull: without one the spring holds both ways.
                 torque = pull if half_gap == 0.0 or pull * x > 0.0 else 0.0
-            angle = arm / gear_ratio
-            weight = gravity_sin * math.sin(angle) + gravity_cos * math.cos(angle)
-            speed += h * (torque - weight) / inertia
-            arm += h * speed
+            if heavy:
+                angle = arm / gear_ratio
+                weight = gravity_sin * math.sin(angle) + gravity_cos * math.cos(angle)
+            push = (torque - weight) / inertia
+            speed = half + 0.5 * h * push
         out[k] = torque
     return out

@@ -11,13 +11,15 @@ import math
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.physics import effects as library
-from agent.physics import rigid_body
+from agent.physics.effects import Motion
+
+if TYPE_CHECKING:
+    from agent.physics.prediction import Smooth
 
 Floats = NDArray[np.float64]
 
@@ -36,7 +38,10 @@ class TwinError(ValueError):
 
 @dataclass(frozen=True)
 class Effect:
-    """One more thing that the simulation includes: an id of contract section 4 and its numbers."""
+    """One more thing that the simulation includes: an id of contract section 4 and its numbers.
+
+    Two of one id are two of a kind, as two orders of a ripple are.
+    """
 
     id: str
     parameters: Mapping[str, Any]
@@ -103,29 +108,15 @@ class Twin:
         time_s: Floats | None = None,
         gearbox_temperature_degc: Floats | None = None,
         motor_temperature_degc: Floats | None = None,
+        started_at_unix_s: float | None = None,
+        run: float | None = None,
     ) -> Floats:
         """Return the torque in N m, shape (n,), that the drive reports for a measured motion.
 
-        Inverse dynamics of thesis (4.4), and what the effects add to it (`agent.physics.effects`
-        names them and their numbers); hidden states are simulated along `time_s`. `direction`
-        takes the place of the velocity's sign where it has been thresholded or filtered. A column
-        is only needed by a twin whose effects depend on it, the motor angle also by gravity.
-
-        Parameters
-        ----------
-        position_rad, velocity_rad_s, acceleration_rad_s2, direction : ndarray, shape (n,)
-            Measured motion of the motor.
-        time_s : ndarray, shape (n,), optional
-            For effects with a memory.
-        gearbox_temperature_degc, motor_temperature_degc : ndarray, shape (n,), optional
-            For effects of temperature.
-
-        Raises
-        ------
-        TwinError
-            An effect cannot be predicted, lacks a number, or a column is not there.
+        As `predict`, with the columns of `agent.physics.effects.Motion` one by one; `direction`
+        is the velocity's sign where none is given.
         """
-        motion = library.Motion(
+        motion = Motion(
             velocity_rad_s,
             acceleration_rad_s2,
             np.sign(velocity_rad_s) if direction is None else direction,
@@ -133,54 +124,54 @@ class Twin:
             time_s,
             gearbox_temperature_degc,
             motor_temperature_degc,
+            started_at_unix_s,
+            run,
         )
-        carried = [e.id for e in self.effects if e.id in ("joint-flexibility", "backlash")]
-        if len(carried) > 1:
-            raise TwinError(
-                f"effects: {' and '.join(carried)} carry the same arm; a twin predicts one of them"
-            )
+        return self.predict(motion)
+
+    def predict(self, motion: Motion, smooth: Smooth | None = None) -> Floats:
+        """Return the torque in N m, shape (n,), that the drive reports for a measured motion.
+
+        The sum of `predict_parts`, with the same arguments and errors.
+        """
+        parts = self.predict_parts(motion, smooth)
+        return np.asarray(np.sum(list(parts.values()), axis=0), dtype=np.float64)
+
+    def predict_parts(self, motion: Motion, smooth: Smooth | None = None) -> dict[str, Floats]:
+        """Return the torque in N m by part, each shape (n,), in the order in which they act.
+
+        Inverse dynamics of thesis (4.4) as ``rigid-body``, ``gravity`` and ``friction``, then what
+        each effect adds (`agent.physics.effects`), hidden states simulated along `time_s`. Part of
+        an effect on the report (torque constant, limit, offset, delay) is what it changes in the
+        sum of those before. An effect that comes again is numbered: ``torque-ripple 2``. NaN where
+        a late channel's past or future was not recorded.
+
+        A column is only needed by a twin whose effects depend on it, the motor angle also by
+        gravity. The states start as a joint in lasting motion: the arm rides on its spring at the
+        first acceleration, friction's springs are relaxed.
+
+        Parameters
+        ----------
+        motion : Motion
+            Measured motion of the motor, from where hidden states are to start.
+        smooth : callable, optional
+            A linear zero-phase filter that every part goes through, shape (n,) to (n,): for a
+            comparison with torque that went through the same. The laws themselves, which are
+            not linear, then still see the motion as it is. Motion that is filtered already is
+            taken as it is, with its filtered `direction`; presliding then follows the filtered
+            velocity, and is as blurred as that.
+
+        Raises
+        ------
+        TwinError
+            An effect cannot be predicted, lacks a number, or a column is not there.
+        """
+        from agent.physics.prediction import predict_parts
+
         try:
-            for effect in self.effects:
-                if effect.id == "resolver-error":
-                    motion = library.true_motion(effect.parameters, motion)
-            torque = self._plain(motion)
-            for effect in self.effects:
-                numbers = library.numbers_of(effect.id, effect.parameters)
-                if effect.id in library.ADDED:
-                    law = library.ADDED[effect.id]
-                    torque = torque + law.added_nm(numbers, motion, self._base)
-            # The drive's torque constant and its limit come last, in this order.
-            for last in ("torque-constant-error", "torque-saturation"):
-                for effect in self.effects:
-                    if effect.id == last:
-                        torque = library.reported_nm(last, effect.parameters, motion, torque)
+            return predict_parts(self, motion, smooth)
         except ValueError as error:
             raise TwinError(f"effects: {error}.") from error
-        return torque
-
-    def _plain(self, motion: library.Motion) -> Floats:
-        """Return the torque of rigid body, gravity, Coulomb and viscous friction, shape (n,)."""
-        if motion.position_rad is None and (self.gravity_sin_nm or self.gravity_cos_nm):
-            raise ValueError("gravity needs a motor position, and none was given")
-        columns = rigid_body.regressor(
-            motion.position_rad,
-            motion.velocity_rad_s,
-            motion.acceleration_rad_s2,
-            motion.direction,
-            self.gear_ratio,
-        )
-        theta = [getattr(self, name, 0.0) for name in rigid_body.PARAMETERS]
-        return np.asarray(columns @ np.array(theta), dtype=np.float64)
-
-    @property
-    def _base(self) -> library.Base:
-        return library.Base(
-            self.gear_ratio,
-            self.inertia_kg_m2,
-            self.coulomb_nm,
-            self.gravity_sin_nm,
-            self.gravity_cos_nm,
-        )
 
     @property
     def friction_parameters(self) -> dict[str, float]:

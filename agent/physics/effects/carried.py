@@ -1,0 +1,254 @@
+"""The arm behind a spring, a gap, or both: one arm, simulated once behind the measured motor.
+
+The spring bears outside the gap only: ``k D(x) + k3 D(x)^3`` of the dead-zone twist D. A twin that
+has both effects says the arm in `joint-flexibility`, and of `backlash` only the gap.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from agent.physics.backlash import DeadZone
+from agent.physics.effects.card import (
+    EffectCard,
+    Floats,
+    Form,
+    LookAlike,
+    Numbers,
+    not_negative,
+    positive,
+)
+from agent.physics.effects.motion import Base, Motion
+from agent.physics.flexibility import TwoMass
+
+_STEPS_PER_RAD = 20.0  # of the arm's own swing: the error of its steps is then below 0.1 %
+
+
+@dataclass(frozen=True)
+class Carrier:
+    """What carries the arm: its spring, and the gap in it."""
+
+    arm_inertia_kg_m2: float
+    stiffness_nm_per_rad: float
+    damping_nm_s_per_rad: float = 0.0
+    cubic_stiffness_nm_per_rad3: float = 0.0
+    half_gap_rad: float = 0.0
+
+    def extra_nm(self, motion: Motion, base: Base) -> Floats:
+        """Return the shaft's torque less that of a stiff gear, shape (n,).
+
+        The motor's own share of the twin's inertia is what the arm leaves of it.
+        """
+        stiff = self.arm_inertia_kg_m2 * motion.acceleration_rad_s2 + base.weight_nm(motion)
+        return np.asarray(self.shaft_nm(motion, base) - stiff)
+
+    def shaft_nm(self, motion: Motion, base: Base) -> Floats:
+        """Return the torque with which the motor carries the arm, shape (n,), simulated."""
+        from agent.physics.kernels import carried_arm
+
+        law = TwoMass(
+            1.0,
+            self.arm_inertia_kg_m2,
+            self.stiffness_nm_per_rad,
+            self.damping_nm_s_per_rad,
+            self.cubic_stiffness_nm_per_rad3,
+        )
+        gap = DeadZone(self.half_gap_rad, law.stiffness_nm_per_rad)
+        time, position = motion.need("time_s"), motion.need("position_rad")
+        known = _known(time, position, motion.velocity_rad_s)
+        start = float(motion.acceleration_rad_s2[known][0])
+        longest_s = float(np.max(np.diff(time[known]), initial=0.0))
+        shaft = np.full_like(time, np.nan)
+        shaft[known] = carried_arm(
+            time[known],
+            position[known],
+            motion.velocity_rad_s[known],
+            law.arm_inertia_kg_m2,
+            law.stiffness_nm_per_rad,
+            law.cubic_stiffness_nm_per_rad3,
+            law.damping_nm_s_per_rad,
+            gap.half_gap_rad,
+            base.gravity_sin_nm,
+            base.gravity_cos_nm,
+            base.gear_ratio,
+            math.ceil(_STEPS_PER_RAD * self._rate_per_s(motion, base) * longest_s),
+            start if np.isfinite(start) else 0.0,
+        )
+        return shaft
+
+    def _rate_per_s(self, motion: Motion, base: Base) -> float:
+        """Return how fast the arm moves by itself: its swing, stiffened by load, and damping."""
+        inertia, stiffness = self.arm_inertia_kg_m2, self.stiffness_nm_per_rad
+        if self.cubic_stiffness_nm_per_rad3:
+            fastest = float(np.nanmax(np.abs(motion.acceleration_rad_s2), initial=0.0))
+            load = inertia * fastest + abs(base.gravity_sin_nm) + abs(base.gravity_cos_nm)
+            # A spring that is let go swings to twice its load.
+            stiffness += 3.0 * self.cubic_stiffness_nm_per_rad3 * (2.0 * load / stiffness) ** 2
+        return float(np.sqrt(stiffness / inertia) + self.damping_nm_s_per_rad / inertia)
+
+
+def _known(time_s: Floats, *columns: Floats) -> slice:
+    """Return the samples that are known, or refuse motion with a hole in it."""
+    finite = np.flatnonzero(np.isfinite(time_s) & np.isfinite(columns).all(axis=0))
+    if not finite.size or finite.size != finite[-1] - finite[0] + 1:
+        raise ValueError("expected time_s, position_rad and velocity_rad_s without a hole")
+    known = slice(int(finite[0]), int(finite[-1]) + 1)
+    if np.any(np.diff(time_s[known]) <= 0.0):
+        raise ValueError("time_s: expected strictly increasing samples")
+    return known
+
+
+def carried_parts_nm(
+    flexible: Numbers | None, gap: Numbers | None, motion: Motion, base: Base
+) -> dict[str, Floats]:
+    """Return what spring and gap add to the torque of a stiff gear, by effect, each (n,).
+
+    Parameters
+    ----------
+    flexible, gap : mapping of str to float, optional
+        The numbers of `joint-flexibility` and `backlash`; None where the twin has none.
+    motion, base
+        As for every effect.
+
+    Raises
+    ------
+    ValueError
+        Both effects describe the arm, and not alike; or neither does.
+    """
+    if flexible is None and gap is None:
+        return {}
+    if gap is None:
+        return {"joint-flexibility": Carrier(**flexible or {}).extra_nm(motion, base)}
+    both = Carrier(**_merged(flexible, gap))
+    if flexible is None:
+        return {"backlash": both.extra_nm(motion, base)}
+    spring = Carrier(**flexible).extra_nm(motion, base)
+    return {"joint-flexibility": spring, "backlash": both.extra_nm(motion, base) - spring}
+
+
+def _merged(flexible: Numbers | None, gap: Numbers) -> dict[str, float]:
+    """Return one arm's numbers from two effects."""
+    if flexible is None:
+        if "arm_inertia_kg_m2" not in gap:
+            raise ValueError(
+                "backlash: expected arm_inertia_kg_m2 and stiffness_nm_per_rad of the arm behind"
+                " the gap, or joint-flexibility beside it"
+            )
+        return dict(gap)
+    for name in gap:
+        # Damping has a default of zero, which says nothing against the spring's own.
+        if name in flexible and gap[name] not in (flexible[name], 0.0):
+            raise ValueError(
+                f"joint-flexibility and backlash carry the same arm: {name} is {flexible[name]:g}"
+                f" and {gap[name]:g}; leave it out of backlash"
+            )
+    return {**gap, **flexible}
+
+
+def _flexible_alone(p: Numbers, motion: Motion, base: Base) -> Floats:
+    return carried_parts_nm(p, None, motion, base)["joint-flexibility"]
+
+
+def _gap_alone(p: Numbers, motion: Motion, base: Base) -> Floats:
+    return carried_parts_nm(None, p, motion, base)["backlash"]
+
+
+_GAP = {"half_gap_rad": not_negative()}
+
+CARDS = (
+    EffectCard(
+        "joint-flexibility",
+        "The gear gives way like a spring, so that the arm rings after every change of speed.",
+        (
+            Form(
+                "arm behind a spring",
+                TwoMass.law,
+                {
+                    "arm_inertia_kg_m2": positive(),
+                    "stiffness_nm_per_rad": positive(),
+                    "damping_nm_s_per_rad": not_negative(0.0),
+                    "cubic_stiffness_nm_per_rad3": not_negative(0.0),
+                },
+                _flexible_alone,
+                equation="tau_s - Ja a - gravity; Ja aa = tau_s - gravity,"
+                " tau_s = k x + k3 x^3 + d dx/dt, x = q - qa",
+            ),
+        ),
+        ("frequency_hz", "acceleration_rad_s2", "after_reversal_s"),
+        ("position_rad",),
+        (
+            LookAlike(
+                "backlash",
+                "both let motor and arm move apart at a reversal",
+                "Change speed without reversing: a soft arm rings there, a gap stays closed. With"
+                " the arm's encoder: twist in proportion to torque is a spring, a step is a gap.",
+            ),
+            LookAlike(
+                "measurement-delay",
+                "a skew between motor and arm encoder, or a late torque, looks like a twist that"
+                " follows acceleration",
+                "Turn at a steady speed: a skew of the encoders shows an angle that grows with"
+                " speed, a spring does not.",
+            ),
+            LookAlike(
+                "inertia-error",
+                "below its resonance a soft arm feels like another inertia",
+                "Accelerate more sharply: only a soft arm rings.",
+            ),
+        ),
+    ),
+    EffectCard(
+        "backlash",
+        "The gear has play: at a reversal the motor moves alone before it meets the arm again.",
+        (
+            Form(
+                "gap before the arm",
+                DeadZone.law,
+                {
+                    **_GAP,
+                    "arm_inertia_kg_m2": positive(
+                        meaning=TwoMass.law.parameters["arm_inertia_kg_m2"]
+                    ),
+                    "stiffness_nm_per_rad": positive(),
+                    "damping_nm_s_per_rad": not_negative(
+                        0.0, "d, of the teeth in contact; they push, and do not pull"
+                    ),
+                },
+                _gap_alone,
+                equation="tau_s - Ja a - gravity; Ja aa = tau_s - gravity, tau_s = k D(q - qa)",
+            ),
+            Form(
+                "gap in a flexible gear",
+                DeadZone.law,
+                _GAP,
+                _gap_alone,
+                equation="tau_s = k D(x) + k3 D(x)^3 in place of joint-flexibility's k x + k3 x^3",
+            ),
+        ),
+        ("after_reversal_s", "acceleration_rad_s2"),
+        ("position_rad",),
+        (
+            LookAlike(
+                "presliding-hysteresis",
+                "both change the torque within a small travel after a reversal",
+                "Reverse with halving amplitudes under load: a gap is lost motion of constant size"
+                " and ends in an impact, presliding is smooth and shrinks with the amplitude.",
+            ),
+            LookAlike(
+                "joint-flexibility",
+                "both let motor and arm move apart at a reversal",
+                "Change speed without reversing: a soft arm rings there, a gap stays closed.",
+            ),
+            LookAlike(
+                "measurement-delay",
+                "a late torque also turns over later than the velocity",
+                "Make the same reversal at two accelerations: a delay keeps its seconds, a gap its"
+                " travel.",
+            ),
+        ),
+    ),
+)
+"""Effects of the arm behind the gear."""

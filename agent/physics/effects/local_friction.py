@@ -1,0 +1,250 @@
+"""Friction effects of place, reversal and age."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from agent.physics.effects.card import (
+    EffectCard,
+    Floats,
+    Form,
+    LookAlike,
+    Numbers,
+    Parameter,
+    amplitude,
+    free,
+    not_negative,
+    positive,
+)
+from agent.physics.effects.motion import Base, Motion
+from agent.physics.friction_drift import LinearDrift, RunIn
+from agent.physics.friction_static import PositionDependent, TightSpot
+from agent.physics.presliding import MaxwellSlip, YieldingSpring
+
+
+def _wave_along_arm(p: Numbers, motion: Motion, base: Base) -> Floats:
+    law = PositionDependent(p["cos_nm"], p["sin_nm"], p["order_per_arm_rev"])
+    return law.torque_nm(base.arm_rad(motion), motion.velocity_rad_s, motion.direction)
+
+
+def _wave_along_motor(p: Numbers, motion: Motion, base: Base) -> Floats:
+    del base
+    law = PositionDependent(p["cos_nm"], p["sin_nm"], p["order_per_motor_rev"])
+    return law.torque_nm(motion.need("position_rad"), motion.velocity_rad_s, motion.direction)
+
+
+def _tight_spot(p: Numbers, motion: Motion, base: Base) -> Floats:
+    return TightSpot(**p).torque_nm(base.arm_rad(motion), motion.direction)
+
+
+def _hysteresis(law: YieldingSpring | MaxwellSlip, motion: Motion, base: Base) -> Floats:
+    """Return friction with memory less what it replaces: the dry level with its sign."""
+    level = base.dry_level_nm(motion.velocity_rad_s)
+    if not np.any(level > 0.0):
+        return np.zeros_like(level)  # a joint without dry friction has nothing that could yield
+    memory = law.torque_nm(motion.need("time_s"), motion.velocity_rad_s, level)
+    return memory - level * motion.direction
+
+
+def _yielding(p: Numbers, motion: Motion, base: Base) -> Floats:
+    return _hysteresis(YieldingSpring(**p), motion, base)
+
+
+def _slipping(p: Numbers, motion: Motion, base: Base) -> Floats:
+    return _hysteresis(MaxwellSlip(**p), motion, base)
+
+
+def _since_h(p: Numbers, motion: Motion) -> Floats:
+    """Return hours since the reference instant, shape (n,)."""
+    if motion.started_at_unix_s is None:
+        raise ValueError("needs the instant at which the recording started, and none was given")
+    start = motion.started_at_unix_s - p["reference_started_at"]
+    return (start + motion.need("time_s")) / 3600.0
+
+
+def _drift_by_hours(p: Numbers, motion: Motion, base: Base) -> Floats:
+    del base
+    law = LinearDrift(p["coulomb_drift_nm_per_h"], p["viscous_drift_nm_s_per_rad_per_h"])
+    return law.torque_nm(motion.velocity_rad_s, motion.direction, _since_h(p, motion))
+
+
+def _drift_by_runs(p: Numbers, motion: Motion, base: Base) -> Floats:
+    del base
+    if motion.run is None:
+        raise ValueError("needs the number of the run, and none was given")
+    law = LinearDrift(p["coulomb_drift_nm_per_run"], p["viscous_drift_nm_s_per_rad_per_run"])
+    since = np.asarray(motion.run - p["reference_run"])
+    return law.torque_nm(motion.velocity_rad_s, motion.direction, since)
+
+
+def _run_in(p: Numbers, motion: Motion, base: Base) -> Floats:
+    del base
+    numbers = {name: value for name, value in p.items() if name != "reference_started_at"}
+    law = RunIn(**numbers)
+    return law.torque_nm(motion.velocity_rad_s, motion.direction, _since_h(p, motion))
+
+
+_REFERENCE = Parameter(
+    instant=True, meaning="t0, when the twin's own numbers held: ISO 8601 with its zone"
+)
+
+_PLACE_FORMS = (
+    Form(
+        "wave along the arm",
+        PositionDependent.law,
+        {
+            "cos_nm": amplitude(),
+            "sin_nm": amplitude(),
+            "order_per_arm_rev": positive(meaning="n, periods per arm turn"),
+        },
+        _wave_along_arm,
+    ),
+    Form(
+        "wave along the motor's turn",
+        PositionDependent.law,
+        {
+            "cos_nm": amplitude(),
+            "sin_nm": amplitude(),
+            "order_per_motor_rev": positive(meaning="n, periods per motor turn"),
+        },
+        _wave_along_motor,
+    ),
+    Form(
+        "tight spot",
+        TightSpot.law,
+        {"height_nm": amplitude(), "center_arm_rad": free(), "width_arm_rad": positive()},
+        _tight_spot,
+    ),
+)
+
+_DRIFT_FORMS = (
+    Form(
+        "evenly with hours",
+        LinearDrift.law,
+        {
+            "coulomb_drift_nm_per_h": amplitude(0.0, "dc, per hour"),
+            "viscous_drift_nm_s_per_rad_per_h": amplitude(0.0, "dv, per hour"),
+            "reference_started_at": _REFERENCE,
+        },
+        _drift_by_hours,
+    ),
+    Form(
+        "evenly with runs",
+        LinearDrift.law,
+        {
+            "coulomb_drift_nm_per_run": amplitude(0.0, "dc, per run"),
+            "viscous_drift_nm_s_per_rad_per_run": amplitude(0.0, "dv, per run"),
+            "reference_run": free(meaning="t0, the run in which the twin's own numbers held"),
+        },
+        _drift_by_runs,
+    ),
+    Form(
+        "settling with hours",
+        RunIn.law,
+        {
+            "coulomb_change_nm": amplitude(0.0),
+            "viscous_change_nm_s_per_rad": amplitude(0.0),
+            "settling_h": positive(),
+            "reference_started_at": _REFERENCE,
+        },
+        _run_in,
+    ),
+)
+
+CARDS = (
+    EffectCard(
+        "position-dependent-friction",
+        "Friction is higher at some places of the joint's travel than at others.",
+        _PLACE_FORMS,
+        ("arm_position_rad", "order_per_arm_rev", "order_per_motor_rev"),
+        ("position_rad",),
+        (
+            LookAlike(
+                "load-dependent-friction",
+                "gravity's load is a function of the arm's position",
+                "Repeat the cycle with another payload, or with the stroke shifted.",
+            ),
+            LookAlike(
+                "torque-ripple",
+                "both repeat with the position",
+                "Pass the same places in both directions: friction turns its sign, ripple does"
+                " not.",
+            ),
+            LookAlike(
+                "local-fault",
+                "both sit at one place",
+                "Pass the place in both directions: friction turns its sign, a fault keeps it.",
+            ),
+        ),
+    ),
+    EffectCard(
+        "presliding-hysteresis",
+        "After a reversal friction builds up like a spring before the joint really slides.",
+        (
+            Form(
+                "yielding spring",
+                YieldingSpring.law,
+                {
+                    "stiffness_nm_per_rad": positive(),
+                    "shape_exponent": positive(1.0),
+                    "damping_nm_s_per_rad": not_negative(0.0),
+                },
+                _yielding,
+            ),
+            Form(
+                "Maxwell-slip elements",
+                MaxwellSlip.law,
+                {
+                    "sliding_travel_rad": positive(),
+                    "shape_exponent": Parameter(2.0, lower=1.0),
+                },
+                _slipping,
+            ),
+        ),
+        ("after_reversal_s", "velocity_rad_s"),
+        look_alikes=(
+            LookAlike(
+                "backlash",
+                "both change the torque within a small travel after a reversal",
+                "Reverse with halving amplitudes under load: a gap is lost motion of constant size"
+                " and ends in an impact, presliding is smooth and shrinks with the amplitude.",
+            ),
+            LookAlike(
+                "measurement-delay",
+                "a late torque also turns over later than the velocity",
+                "Make the same reversal at two accelerations: a delay keeps its seconds, presliding"
+                " its travel.",
+            ),
+            LookAlike(
+                "joint-flexibility",
+                "a spring winds up at every reversal in both",
+                "Change speed without reversing: only a flexible joint rings there.",
+            ),
+            LookAlike(
+                "stribeck",
+                "both act near standstill",
+                "Drive long, slow, steady windows: presliding is over after a small travel.",
+            ),
+        ),
+    ),
+    EffectCard(
+        "friction-drift",
+        "Friction changes from run to run, with time or use and not with temperature.",
+        _DRIFT_FORMS,
+        ("recording", "time_s"),
+        look_alikes=(
+            LookAlike(
+                "temperature-dependent-friction",
+                "in one warm-up temperature and time rise together",
+                "Run the same speeds at equal gearbox temperature while heating and while cooling,"
+                " or after a warm restart.",
+            ),
+            LookAlike(
+                "torque-constant-error",
+                "a drive or motor that changes its constant scales friction as well",
+                "Compare inertia and gravity of the same runs: wear leaves them alone.",
+            ),
+        ),
+    ),
+)
+"""Effects of place, reversal and age."""

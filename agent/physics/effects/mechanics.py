@@ -1,0 +1,187 @@
+"""Effects of masses, weights, hoses and places: torques that friction's sign does not turn."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from agent.physics.effects.card import (
+    EffectCard,
+    Floats,
+    Form,
+    LookAlike,
+    Numbers,
+    amplitude,
+    free,
+    not_negative,
+    positive,
+)
+from agent.physics.effects.motion import Base, Motion
+from agent.physics.external import CableForce, LocalFault
+from agent.physics.law import Law
+from agent.physics.rigid_body import gravity_columns
+
+INERTIA_LAW = Law(
+    "inertia-error",
+    "dJ a",
+    {"inertia_extra_kg_m2": "dJ, true less the twin's inertia, seen by the motor"},
+    "thesis (3.1)",
+    "below the first resonance, one axis moving at a time",
+)
+
+IMBALANCE_LAW = Law(
+    "gravity-imbalance",
+    "gs sin(q) + gc cos(q), q the arm's angle",
+    {
+        "gravity_sin_nm": "gs, beside the twin's own",
+        "gravity_cos_nm": "gc, beside the twin's own",
+    },
+    "thesis (3.4)",
+    "a mass fixed to this arm; other axes and the robot's base stand still",
+)
+
+
+def _inertia(p: Numbers, motion: Motion, base: Base) -> Floats:
+    del base
+    return p["inertia_extra_kg_m2"] * motion.acceleration_rad_s2
+
+
+def _gravity(p: Numbers, motion: Motion, base: Base) -> Floats:
+    columns = gravity_columns(motion.need("position_rad"), base.gear_ratio)
+    return np.asarray(columns @ np.array([p["gravity_sin_nm"], p["gravity_cos_nm"]]))
+
+
+def _cable(p: Numbers, motion: Motion, base: Base) -> Floats:
+    law = CableForce(**p)
+    spring = law.spring_nm(base.arm_rad(motion))
+    if not law.hysteresis_nm:
+        return spring
+    arm_velocity_rad_s = motion.velocity_rad_s / base.gear_ratio
+    return spring + law.hysteresis_part_nm(motion.need("time_s"), arm_velocity_rad_s)
+
+
+def _fault(p: Numbers, motion: Motion, base: Base) -> Floats:
+    return LocalFault(**p).torque_nm(base.arm_rad(motion))
+
+
+CARDS = (
+    EffectCard(
+        "inertia-error",
+        "The moving mass is larger or smaller than the simulation says.",
+        (
+            Form(
+                "other inertia",
+                INERTIA_LAW,
+                {"inertia_extra_kg_m2": amplitude()},
+                _inertia,
+            ),
+        ),
+        ("acceleration_rad_s2",),
+        look_alikes=(
+            LookAlike(
+                "torque-ripple",
+                "the speed controller turns ripple into acceleration at the same order",
+                "Use the commanded acceleration in place of the measured one, or repeat with"
+                " another controller gain: inertia follows the command.",
+            ),
+            LookAlike(
+                "torque-constant-error",
+                "a wrong torque constant scales inertia, too",
+                "Compare friction or gravity with what they were: inertia alone must have changed.",
+            ),
+            LookAlike(
+                "joint-flexibility",
+                "below its resonance a soft arm feels like another inertia",
+                "Accelerate more sharply: only a soft arm rings.",
+            ),
+        ),
+    ),
+    EffectCard(
+        "gravity-imbalance",
+        "The arm carries a payload or an unbalanced mass that the simulation does not know.",
+        (
+            Form(
+                "unknown weight",
+                IMBALANCE_LAW,
+                {"gravity_sin_nm": amplitude(0.0), "gravity_cos_nm": amplitude(0.0)},
+                _gravity,
+            ),
+        ),
+        ("arm_position_rad",),
+        ("position_rad",),
+        (
+            LookAlike(
+                "cable-force",
+                "on a short stroke a cosine is nearly a straight line",
+                "Repeat the cycle over a longer stroke, or with a second payload.",
+            ),
+            LookAlike(
+                "torque-offset",
+                "on a short stroke gravity is nearly constant",
+                "Repeat the cycle over a longer stroke or about another arm angle.",
+            ),
+        ),
+    ),
+    EffectCard(
+        "cable-force",
+        "Hoses or cables pull at the arm like a spring.",
+        (
+            Form(
+                "spring",
+                CableForce.law,
+                {
+                    "stiffness_nm_per_arm_rad": not_negative(linear=True),
+                    "neutral_arm_rad": free(0.0),
+                    "hysteresis_nm": not_negative(0.0, linear=True),
+                    "hysteresis_travel_arm_rad": positive(1.0),
+                },
+                _cable,
+            ),
+        ),
+        ("arm_position_rad", "after_reversal_s"),
+        ("position_rad",),
+        (
+            LookAlike(
+                "gravity-imbalance",
+                "on a short stroke a cosine is nearly a straight line",
+                "Repeat the cycle over a longer stroke, or with a second payload: a cable does not"
+                " feel the payload.",
+            ),
+            LookAlike(
+                "presliding-hysteresis",
+                "a bundle with inner friction lags behind after a reversal as well",
+                "Compare the travel: a bundle needs degrees of the arm, presliding far below one.",
+            ),
+        ),
+    ),
+    EffectCard(
+        "local-fault",
+        "At one place of the travel the joint meets an extra torque, as from a damaged tooth.",
+        (
+            Form(
+                "bump",
+                LocalFault.law,
+                {
+                    "height_nm": amplitude(),
+                    "center_arm_rad": free(),
+                    "width_arm_rad": positive(),
+                },
+                _fault,
+            ),
+        ),
+        ("arm_position_rad",),
+        ("position_rad",),
+        (
+            LookAlike(
+                "position-dependent-friction",
+                "a tight spot sits at one place, too",
+                "Pass the place in both directions: friction turns its sign, a fault keeps it.",
+            ),
+            LookAlike(
+                "torque-ripple",
+                "a single period of a low order looks like a bump",
+                "Extend the stroke beyond one period: ripple returns, a local fault does not.",
+            ),
+        ),
+    ),
+)
+"""Effects of mass, weight, hoses and damage."""

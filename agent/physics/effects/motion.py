@@ -1,0 +1,94 @@
+"""What an effect is computed from: one run's motion, and the twin's own numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.physics.friction import boundary_share
+from agent.physics.rigid_body import gravity_columns
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What was measured of one run; None where it was not.
+
+    Parameters
+    ----------
+    velocity_rad_s, acceleration_rad_s2 : ndarray, shape (n,)
+        Of the motor.
+    direction : ndarray, shape (n,)
+        The velocity's sign, thresholded or filtered where the caller wishes.
+    position_rad, time_s : ndarray, shape (n,), optional
+        Motor angle; seconds from the recording's start.
+    gearbox_temperature_degc, motor_temperature_degc : ndarray, shape (n,), optional
+    started_at_unix_s : float, optional
+        When the recording started, seconds since 1970-01-01 UTC.
+    run : float, optional
+        Which run of a series this is, counted from any of them.
+    """
+
+    velocity_rad_s: Floats
+    acceleration_rad_s2: Floats
+    direction: Floats
+    position_rad: Floats | None = None
+    time_s: Floats | None = None
+    gearbox_temperature_degc: Floats | None = None
+    motor_temperature_degc: Floats | None = None
+    started_at_unix_s: float | None = None
+    run: float | None = None
+
+    def need(self, name: str) -> Floats:
+        """Return one column, or refuse by name."""
+        values = getattr(self, name)
+        if values is None:
+            raise ValueError(f"needs {name}, and none was given")
+        return np.asarray(values, dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class Boundary:
+    """One Stribeck effect of a twin: what its dry friction has more at low speed."""
+
+    static_extra_nm: float
+    stribeck_velocity_rad_s: float
+    exponent: float
+
+
+@dataclass(frozen=True)
+class Base:
+    """The twin's own numbers that effects refer to.
+
+    Coulomb level and gravity are those that the twin ends up with: `wrong-number` and
+    `gravity-imbalance` are counted in, because a spring or a bristle cannot tell them apart.
+    """
+
+    gear_ratio: float
+    inertia_kg_m2: float
+    coulomb_nm: float
+    gravity_sin_nm: float
+    gravity_cos_nm: float
+    boundaries: tuple[Boundary, ...] = ()
+
+    def arm_rad(self, motion: Motion) -> Floats:
+        """Return the arm's angle, shape (n,), as a stiff gear has it."""
+        return motion.need("position_rad") / self.gear_ratio
+
+    def weight_nm(self, motion: Motion) -> Floats:
+        """Return gravity's torque on the motor side, shape (n,); zero asks for no position."""
+        if not (self.gravity_sin_nm or self.gravity_cos_nm):
+            return np.zeros_like(motion.velocity_rad_s)
+        columns = gravity_columns(motion.need("position_rad"), self.gear_ratio)
+        return np.asarray(columns @ np.array([self.gravity_sin_nm, self.gravity_cos_nm]))
+
+    def dry_level_nm(self, velocity_rad_s: Floats) -> Floats:
+        """Return the level of dry friction at a speed, shape (n,): Coulomb and Stribeck."""
+        level = np.full_like(velocity_rad_s, self.coulomb_nm)
+        for each in self.boundaries:
+            share = boundary_share(velocity_rad_s, each.stribeck_velocity_rad_s, each.exponent)
+            level = level + each.static_extra_nm * share
+        return level

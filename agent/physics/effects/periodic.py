@@ -1,0 +1,145 @@
+"""Effects that repeat with the motor's or the arm's turn and live in motor and gear."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from agent.physics.effects.card import (
+    EffectCard,
+    Floats,
+    Form,
+    LookAlike,
+    Numbers,
+    amplitude,
+    free,
+    not_negative,
+    positive,
+)
+from agent.physics.effects.motion import Base, Motion
+from agent.physics.periodic import KinematicError, TorqueRipple
+
+
+def _ripple(order_per_motor_rev: float, p: Numbers, motion: Motion) -> Floats:
+    law = TorqueRipple(p["cos_nm"], p["sin_nm"], order_per_motor_rev)
+    return law.torque_nm(motion.need("position_rad"))
+
+
+def _wobble(order_per_motor_rev: float, p: Numbers, motion: Motion) -> Floats:
+    inertia = p["arm_inertia_kg_m2"]
+    law = KinematicError(p["cos_rad"], p["sin_rad"], order_per_motor_rev, inertia)
+    position = motion.need("position_rad")
+    return law.torque_nm(position, motion.velocity_rad_s, motion.acceleration_rad_s2)
+
+
+def _per_motor_turn(
+    law: Callable[[float, Numbers, Motion], Floats],
+) -> Callable[[Numbers, Motion, Base], Floats]:
+    def added_nm(p: Numbers, motion: Motion, base: Base) -> Floats:
+        del base
+        return law(p["order_per_motor_rev"], p, motion)
+
+    return added_nm
+
+
+def _per_arm_turn(
+    law: Callable[[float, Numbers, Motion], Floats],
+) -> Callable[[Numbers, Motion, Base], Floats]:
+    def added_nm(p: Numbers, motion: Motion, base: Base) -> Floats:
+        return law(p["order_per_arm_rev"] / base.gear_ratio, p, motion)
+
+    return added_nm
+
+
+_TORQUE = {"cos_nm": amplitude(), "sin_nm": amplitude()}
+_ANGLE = {"cos_rad": free(), "sin_rad": free()}
+_BY_MOTOR = {"order_per_motor_rev": positive()}
+_BY_ARM = {"order_per_arm_rev": positive(meaning="n N, periods per arm turn")}
+_ARM = {"arm_inertia_kg_m2": not_negative(linear=True)}
+
+CARDS = (
+    EffectCard(
+        "torque-ripple",
+        "The motor's torque pulsates with its angle, in the same sense in both directions.",
+        (
+            Form(
+                "per motor turn",
+                TorqueRipple.law,
+                {**_TORQUE, **_BY_MOTOR},
+                _per_motor_turn(_ripple),
+                equation="c cos(n q) + s sin(n q)",
+            ),
+            Form(
+                "per arm turn",
+                TorqueRipple.law,
+                {**_TORQUE, **_BY_ARM},
+                _per_arm_turn(_ripple),
+                equation="c cos(n q) + s sin(n q)",
+            ),
+        ),
+        ("order_per_motor_rev", "order_per_arm_rev"),
+        ("position_rad",),
+        (
+            LookAlike(
+                "kinematic-error",
+                "both appear at the same order of the position",
+                "Repeat at several speeds: the amplitude of ripple stays, that of a wobbling gear"
+                " grows with speed.",
+            ),
+            LookAlike(
+                "resolver-error",
+                "a wrong angle makes the speed controller push at the same order",
+                "Repeat at several speeds and compare with the arm's own encoder: a measuring error"
+                " grows with speed and does not reach the arm.",
+            ),
+            LookAlike(
+                "inertia-error",
+                "the speed controller turns ripple into acceleration at the same order",
+                "Use the commanded acceleration in place of the measured one.",
+            ),
+            LookAlike(
+                "position-dependent-friction",
+                "both repeat with the position",
+                "Pass the same places in both directions: friction turns its sign, ripple does"
+                " not.",
+            ),
+        ),
+    ),
+    EffectCard(
+        "kinematic-error",
+        "The gear's ratio wobbles with its angle, so that the arm is shaken the more the faster"
+        " it turns.",
+        (
+            Form(
+                "per motor turn",
+                KinematicError.law,
+                {**_ANGLE, **_BY_MOTOR, **_ARM},
+                _per_motor_turn(_wobble),
+                equation="Ja {(1 + e')[(1 + e') a + e'' v^2] - a}, e = c cos(n q) + s sin(n q)",
+            ),
+            Form(
+                "per arm turn",
+                KinematicError.law,
+                {**_ANGLE, **_BY_ARM, **_ARM},
+                _per_arm_turn(_wobble),
+                equation="Ja {(1 + e')[(1 + e') a + e'' v^2] - a}, e = c cos(n q) + s sin(n q)",
+            ),
+        ),
+        ("order_per_motor_rev", "order_per_arm_rev", "velocity_rad_s"),
+        ("position_rad",),
+        (
+            LookAlike(
+                "torque-ripple",
+                "both appear at the same order of the position",
+                "Repeat at several speeds: the amplitude of a wobbling gear grows with speed, that"
+                " of ripple stays.",
+            ),
+            LookAlike(
+                "resolver-error",
+                "both are errors of an angle at the same order",
+                "Record the arm's own encoder: the gear's wobble is seen there, the resolver's is"
+                " not.",
+            ),
+        ),
+    ),
+)
+"""Effects of the position's periods."""

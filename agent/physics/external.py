@@ -1,0 +1,85 @@
+"""Torques at one place or along the arm's angle that are no friction: hoses, cables, bumps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.physics.friction_dynamic import Dahl
+from agent.physics.friction_static import bump_share
+from agent.physics.law import Law, require
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class CableForce:
+    """Hoses and cables that pull the arm back; their inner friction may lag behind."""
+
+    law: ClassVar[Law] = Law(
+        "cable-force",
+        "k (q - q0) + tau_h; dtau_h/dq = (h/x)(1 - tau_h sign(v)/h), q the arm's angle",
+        {
+            "stiffness_nm_per_arm_rad": "k, motor torque per arm angle",
+            "neutral_arm_rad": "q0, where the bundle hangs free",
+            "hysteresis_nm": "h, what its inner friction holds (0: a spring without loss)",
+            "hysteresis_travel_arm_rad": "x, arm travel after a reversal that leaves 1/e of h",
+        },
+        "Dahl's law in the arm's angle for the hysteresis: Dahl, Aerospace Corp. TOR-0158 (1968)",
+        "small deflections about one posture; a taut hose stiffens; starts without hysteresis",
+    )
+    stiffness_nm_per_arm_rad: float
+    neutral_arm_rad: float = 0.0
+    hysteresis_nm: float = 0.0
+    hysteresis_travel_arm_rad: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Refuse a bundle that pushes on, and a loss that is none."""
+        require(
+            self.law,
+            self,
+            positive="hysteresis_travel_arm_rad",
+            not_negative="stiffness_nm_per_arm_rad hysteresis_nm",
+        )
+
+    def spring_nm(self, arm_rad: Floats) -> Floats:
+        """Return the elastic part, shape (n,), on the motor side."""
+        return self.stiffness_nm_per_arm_rad * (arm_rad - self.neutral_arm_rad)
+
+    def hysteresis_part_nm(self, time_s: Floats, arm_velocity_rad_s: Floats) -> Floats:
+        """Return what the bundle's inner friction adds, shape (n,), on the motor side."""
+        if self.hysteresis_nm == 0.0:
+            return np.zeros_like(arm_velocity_rad_s)
+        slope = self.hysteresis_nm / self.hysteresis_travel_arm_rad
+        return Dahl(self.hysteresis_nm, slope).torque_nm(time_s, arm_velocity_rad_s)
+
+
+@dataclass(frozen=True)
+class LocalFault:
+    """A torque at one place of the arm that does not turn with the direction of motion."""
+
+    law: ClassVar[Law] = Law(
+        "local-fault",
+        "h exp(-((q - q0)/w)^2/2), q the arm's angle",
+        {
+            "height_nm": "h, torque at the place's middle, in its sign",
+            "center_arm_rad": "q0, its place",
+            "width_arm_rad": "w, half of its width at 61 % of its height",
+        },
+        "a bell as the shape of a chipped tooth, dent or rubbing hose: our own choice",
+        "one place in the arm's turn; a damaged planet or ball returns with its own period",
+    )
+    height_nm: float
+    center_arm_rad: float
+    width_arm_rad: float
+
+    def __post_init__(self) -> None:
+        """Refuse a place without a width."""
+        require(self.law, self, positive="width_arm_rad")
+
+    def torque_nm(self, arm_rad: Floats) -> Floats:
+        """Return the bump, shape (n,)."""
+        return self.height_nm * bump_share(arm_rad, self.center_arm_rad, self.width_arm_rad)

@@ -1,0 +1,162 @@
+"""The arm behind a spring, a gap, or both, against closed forms and a stiff integration."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from agent.physics.effects import Motion
+from agent.physics.twin import Effect, Twin, TwinError
+
+Floats = NDArray[np.float64]
+
+INERTIA, STIFFNESS, DAMPING, CUBIC, GAP = 0.016, 30.0, 0.05, 400.0, 0.02
+ARM = {
+    "arm_inertia_kg_m2": INERTIA,
+    "stiffness_nm_per_rad": STIFFNESS,
+    "damping_nm_s_per_rad": DAMPING,
+    "cubic_stiffness_nm_per_rad3": CUBIC,
+}
+SPRING = Effect("joint-flexibility", ARM)
+PLAY = Effect("backlash", {"half_gap_rad": GAP})
+TIME = np.arange(0.0, 1.5, 2e-3)
+
+
+def swing(time: Any) -> tuple[Any, Any, Any]:
+    """Return angle, velocity and acceleration of a motion that reverses, from rest."""
+    w = np.array([7.0, 23.0])[:, np.newaxis]
+    a = np.array([0.9, -0.15])[:, np.newaxis]
+    t = np.atleast_1d(time)
+    return (
+        np.sum(a * (1.0 - np.cos(w * t)), axis=0),
+        np.sum(a * w * np.sin(w * t), axis=0),
+        np.sum(a * w**2 * np.cos(w * t), axis=0),
+    )
+
+
+def motion(time: Floats = TIME) -> Motion:
+    position, velocity, acceleration = swing(time)
+    return Motion(velocity, acceleration, np.sign(velocity), position, time)
+
+
+def twin(*effects: Effect, gravity: tuple[float, float] = (0.0, 0.0)) -> Twin:
+    return Twin("r", 1, 4.0, 0.018, 0.0, 0.0, *gravity, effects)
+
+
+def integrated(half_gap: float, gravity: tuple[float, float]) -> Floats:
+    """Return the shaft's torque from scipy's stiff solver, written apart from the product."""
+
+    def shaft(t: float, arm: float, speed: float) -> float:
+        angle, rate, _ = swing(t)
+        twist = angle[0] - arm
+        x = max(abs(twist) - half_gap, 0.0) * np.sign(twist)
+        spring = STIFFNESS * x + CUBIC * x**3
+        if half_gap == 0.0:
+            return float(spring + DAMPING * (rate[0] - speed))
+        contact = spring + DAMPING * (rate[0] - speed) if x else 0.0
+        return float(contact if contact * x > 0.0 else 0.0)
+
+    def derivative(t: float, state: Floats) -> list[float]:
+        arm, speed = state
+        weight = gravity[0] * np.sin(arm / 4.0) + gravity[1] * np.cos(arm / 4.0)
+        return [speed, (shaft(t, arm, speed) - weight) / INERTIA]
+
+    angle, rate, acceleration = swing(0.0)
+    load = gravity[1] + INERTIA * acceleration[0]
+    twist = np.roots([CUBIC, 0.0, STIFFNESS, -load])
+    held = float(np.real(twist[np.argmin(np.abs(np.imag(twist)))]))
+    start = [angle[0] - held - np.sign(load) * half_gap, rate[0]]
+    found = solve_ivp(
+        derivative, (0.0, TIME[-1]), start, "Radau", TIME, rtol=1e-8, atol=1e-10, max_step=1e-3
+    )
+    return np.array([shaft(t, *state) for t, state in zip(found.t, found.y.T, strict=True)])
+
+
+@pytest.mark.parametrize("gravity", [(0.0, 0.0), (1.5, -0.8)])
+@pytest.mark.parametrize("effects", [(SPRING,), (SPRING, PLAY)])
+def test_the_arm_is_where_a_stiff_solver_finds_it(
+    effects: tuple[Effect, ...], gravity: tuple[float, float]
+) -> None:
+    torque = twin(*effects, gravity=gravity).predict(motion())
+    shaft = torque - (0.018 - INERTIA) * motion().acceleration_rad_s2
+    reference = integrated(GAP if PLAY in effects else 0.0, gravity)
+    assert np.std(reference) > 1.0
+    # An impact at the gap's end is timed to a part of a step, so it is judged by the mean.
+    assert np.sqrt(np.mean((shaft - reference) ** 2)) < 0.01 * np.std(reference)
+
+
+def test_both_effects_share_one_arm_and_their_parts_add_up() -> None:
+    parts = twin(SPRING, PLAY).predict_parts(motion())
+    assert {"joint-flexibility", "backlash"} <= set(parts)
+    spring = twin(SPRING).predict_parts(motion())["joint-flexibility"]
+    assert parts["joint-flexibility"] == pytest.approx(spring, abs=0.0)
+    assert np.max(np.abs(parts["backlash"])) > 0.5
+    # The order in the file does not matter, nor does saying the same arm twice.
+    same = Effect("backlash", {"half_gap_rad": GAP, **{k: ARM[k] for k in list(ARM)[:3]}})
+    both = twin(SPRING, PLAY).predict(motion())
+    assert twin(PLAY, SPRING).predict(motion()) == pytest.approx(both, abs=1e-12)
+    assert twin(SPRING, same).predict(motion()) == pytest.approx(both, abs=1e-12)
+
+
+def test_no_gap_is_no_backlash_and_a_stiff_spring_is_a_stiff_gear() -> None:
+    closed = Effect("backlash", {"half_gap_rad": 0.0})
+    assert twin(SPRING, closed).predict(motion()) == pytest.approx(twin(SPRING).predict(motion()))
+    stiff = {"arm_inertia_kg_m2": INERTIA, "stiffness_nm_per_rad": 3e4, "damping_nm_s_per_rad": 2.0}
+    rigid = twin().predict(motion())
+    soft = twin(Effect("joint-flexibility", stiff)).predict(motion())
+    assert soft[50:] == pytest.approx(rigid[50:], abs=0.02 * np.max(np.abs(rigid)))
+
+
+def test_a_sine_is_answered_as_by_the_oscillator_that_it_is() -> None:
+    numbers = {"arm_inertia_kg_m2": 0.016, "stiffness_nm_per_rad": 8.0, "damping_nm_s_per_rad": 0.1}
+    time, w = np.arange(0.0, 6.0, 1e-3), 9.0
+    position, velocity = np.sin(w * time), w * np.cos(w * time)
+    torque = twin(Effect("joint-flexibility", numbers)).predict_torque(
+        position, velocity, -w * w * position, time_s=time
+    )
+    shaft = (8.0 + 0.1j * w) * 0.016 / (8.0 + 0.1j * w - 0.016 * w * w)
+    settled = np.imag(-w * w * (0.002 + shaft) * np.exp(1j * w * time))
+    assert torque[4000:] == pytest.approx(settled[4000:], abs=1e-3 * np.max(settled))
+
+
+def test_in_the_gap_the_motor_moves_itself_alone() -> None:
+    alone = 0.002 * motion().acceleration_rad_s2
+    parted = np.isclose(twin(SPRING, PLAY).predict(motion()), alone, atol=1e-12)
+    assert 0.02 < np.mean(parted) < 0.9
+    assert not np.isclose(twin(SPRING).predict(motion()), alone, atol=1e-12).any()
+
+
+def test_steady_acceleration_from_the_first_sample_on_rings_nothing() -> None:
+    time = np.arange(0.0, 2.0, 2e-3)
+    ramp = Motion(40.0 * time, np.full_like(time, 40.0), np.sign(time), 20.0 * time**2, time)
+    torque = twin(SPRING).predict(ramp)
+    assert torque == pytest.approx(np.full_like(time, 0.018 * 40.0), rel=1e-4)
+
+
+def test_a_gap_needs_an_arm_and_a_joint_has_one() -> None:
+    with pytest.raises(TwinError, match="or joint-flexibility beside it"):
+        twin(PLAY).predict(motion())
+    other = Effect(
+        "backlash", {"half_gap_rad": GAP, "arm_inertia_kg_m2": 0.01, "stiffness_nm_per_rad": 30.0}
+    )
+    with pytest.raises(TwinError, match=r"arm_inertia_kg_m2 is 0\.016 and 0\.01"):
+        twin(SPRING, other).predict(motion())
+    with pytest.raises(TwinError, match="joint-flexibility is there twice"):
+        twin(SPRING, SPRING).predict(motion())
+
+
+def test_unknown_ends_stay_unknown_and_a_hole_is_refused() -> None:
+    whole = twin(SPRING).predict(motion())
+    cut = motion()
+    for column in (cut.velocity_rad_s, cut.acceleration_rad_s2):
+        column[-5:] = np.nan
+    partly = twin(SPRING).predict(cut)
+    assert np.flatnonzero(np.isnan(partly)).tolist() == list(range(len(TIME) - 5, len(TIME)))
+    assert partly[:-5] == pytest.approx(whole[:-5])
+    cut.velocity_rad_s[700] = np.nan
+    with pytest.raises(TwinError, match="without a hole"):
+        twin(SPRING).predict(cut)
