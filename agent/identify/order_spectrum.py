@@ -22,7 +22,7 @@ _STEPS_PER_PERIOD = 4  # of the highest order
 _MEDIAN_OF_EXPONENTIAL = math.log(2.0)
 BACKGROUND_DOF = 46.0  # of the median of 2 x 24 exponentials, as a chi-square, two per order
 _MOST_SAMPLES, _SAMPLES_PER_TURN = 2048, 128
-_TREND = 3  # level, slope and bow of torque along a pass: gravity, cables, warming
+TREND = 3  # level, slope and bow of torque along a pass: gravity, cables, warming
 
 
 @dataclass(frozen=True)
@@ -93,19 +93,21 @@ class AnglePass:
         """Return trend, then cosine and sine of every order, shape (n, 3 + 2 m)."""
         middle = 0.5 * (self.angle_rad.min() + self.angle_rad.max())
         x = (self.angle_rad - middle) / max(0.5 * float(np.ptp(self.angle_rad)), 1e-300)
-        out = np.empty((x.size, _TREND + 2 * len(orders)))
-        out[:, :_TREND] = np.stack((np.ones_like(x), x, x * x - 1.0 / 3.0), axis=-1)
+        out = np.empty((x.size, TREND + 2 * len(orders)))
+        out[:, :TREND] = np.stack((np.ones_like(x), x, x * x - 1.0 / 3.0), axis=-1)
         for i, order in enumerate(orders):
-            out[:, _TREND + 2 * i] = wave(1.0, 0.0, order, self.angle_rad)
-            out[:, _TREND + 2 * i + 1] = wave(0.0, 1.0, order, self.angle_rad)
+            out[:, TREND + 2 * i] = wave(1.0, 0.0, order, self.angle_rad)
+            out[:, TREND + 2 * i + 1] = wave(0.0, 1.0, order, self.angle_rad)
         return out
 
     def without(self, orders: Sequence[float]) -> tuple[AnglePass, Floats]:
         """Return the pass less its trend and these orders, and their (cos, sin), shape (m, 2)."""
         columns = self.columns(orders)
-        theta = np.linalg.lstsq(columns, self.signal, rcond=None)[0]
-        rest = replace(self, signal=self.signal - columns @ theta)
-        return rest, np.asarray(theta[_TREND:], dtype=np.float64).reshape(-1, 2)
+        basis, upper = np.linalg.qr(columns)
+        share = basis.T @ self.signal
+        theta = np.linalg.solve(upper, share)
+        rest = replace(self, signal=self.signal - basis @ share)
+        return rest, np.asarray(theta[TREND:], dtype=np.float64).reshape(-1, 2)
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ import numpy as np
 
 from agent.identify.order_spectrum import (
     BACKGROUND_DOF,
+    TREND,
     AnglePass,
     Grid,
     Spectrum,
@@ -135,15 +136,14 @@ def _newton_step(passes: Sequence[AnglePass], orders: Sequence[float]) -> Floats
     gain, curvature = np.zeros(len(orders)), np.zeros(len(orders))
     for p in passes:
         columns = p.columns(orders)
-        basis, _ = np.linalg.qr(columns)
-        theta = np.linalg.lstsq(columns, p.signal, rcond=None)[0]
-        rest = p.signal - columns @ theta
+        basis, upper = np.linalg.qr(columns)
+        share = basis.T @ p.signal
+        theta = np.linalg.solve(upper, share)
+        rest = p.signal - basis @ share
         noise = max(float(rest @ rest) / rest.size, 1e-300)
-        for i in range(len(orders)):
-            cos, sin = columns[:, 3 + 2 * i], columns[:, 4 + 2 * i]
-            a, b = theta[3 + 2 * i], theta[4 + 2 * i]
-            slope = p.angle_rad * (b * cos - a * sin)
-            slope = slope - basis @ (basis.T @ slope)
-            gain[i] += float(slope @ rest) / noise
-            curvature[i] += float(slope @ slope) / noise
+        cos, sin = columns[:, TREND::2], columns[:, TREND + 1 :: 2]
+        slopes = p.angle_rad[:, np.newaxis] * (theta[TREND + 1 :: 2] * cos - theta[TREND::2] * sin)
+        slopes -= basis @ (basis.T @ slopes)
+        gain += slopes.T @ rest / noise
+        curvature += np.einsum("ij,ij->j", slopes, slopes) / noise
     return np.asarray(gain / np.maximum(curvature, 1e-300))

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from agent.identify.ripple import Ripple
+from agent.identify.ripple_change import RippleChange
 from agent.numbers import scale_for, significant
 from agent.report.canvas import (
     INK,
@@ -24,6 +26,7 @@ from agent.report.canvas import (
 from agent.report.thinning import polyline
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _NAMED = 8
@@ -31,13 +34,18 @@ _MARGIN = 1.6  # times the highest order found
 
 
 @styled
-def figure_ripple(found: Ripple, *, narrow: bool = False) -> Figure:
+def figure_ripple(
+    found: Ripple, changes: Sequence[RippleChange] = (), *, narrow: bool = False
+) -> Figure:
     """Draw the amplitude over the order, the threshold, and the orders found with intervals.
 
     Parameters
     ----------
     found : Ripple
         A decidable one.
+    changes : sequence of RippleChange
+        What anticogging does, drawn as one more panel for the slowest speed: the position's
+        stutter without and with it.
     narrow : bool
         Draw for a phone's width.
 
@@ -48,7 +56,34 @@ def figure_ripple(found: Ripple, *, narrow: bool = False) -> Figure:
     """
     if not found.order.size:
         raise ValueError("expected a scan of orders, got none")
-    axes = stacked([Panel(2.6, WITH_LABELS_IN)], narrow=narrow, header_in=0.2)[0]
+    panels = [Panel(2.6, WITH_LABELS_IN)] * (2 if changes else 1)
+    axes, *more = stacked(panels, narrow=narrow, header_in=0.2)
+    if more:
+        _stutter(more[0], changes[0])
+    _spectrum(axes, found, columns=1 if narrow else 3)
+    return figure_of(axes)
+
+
+def _stutter(axes: Axes, change: RippleChange) -> None:
+    """Draw the stutter at each order, without and with anticogging."""
+    measured = [o for o in change.orders if all(p.identified for p in o.stutter_rad)][:_NAMED]
+    measured.sort(key=lambda o: o.order_per_motor_rev)
+    place = np.arange(len(measured), dtype=np.float64)
+    for side, (label, color) in enumerate((("anticogging off", MUTED), ("on", MEASURED))):
+        sizes = [o.stutter_rad[side] for o in measured]
+        ends = np.array([p.ci95 for p in sizes if p.ci95 is not None]).reshape(-1, 2)
+        values = np.array([p.value for p in sizes])
+        axes.bar(place + 0.4 * (side - 0.5), 1e3 * values, 0.38, color=color, label=label)
+        axes.vlines(place + 0.4 * (side - 0.5), *(1e3 * ends.T), color=INK, lw=0.9)
+    axes.set_xticks(place, [significant(o.order_per_motor_rev, 3) for o in measured])
+    axes.set_xlabel("order, periods per motor turn")
+    axes.set_ylabel("position stutter, mrad")
+    axes.set_title(f"stutter at {significant(change.velocity_rad_s, 2)} rad/s")
+    key_in_header(axes, columns=2)
+
+
+def _spectrum(axes: Axes, found: Ripple, columns: int) -> None:
+    """Draw amplitude over order with its threshold and the orders found."""
     figure = figure_of(axes)
     shown = found.order <= _highest(found)
     scale = scale_for("N m", (float(found.amplitude_nm[shown].max()),))
@@ -80,8 +115,7 @@ def figure_ripple(found: Ripple, *, narrow: bool = False) -> Figure:
     axes.set_xlabel("order, periods per motor turn")
     axes.set_ylabel(f"amplitude, {scale.unit}")
     axes.set_title("torque ripple")
-    key_in_header(axes, columns=1 if narrow else 3)
-    return figure
+    key_in_header(axes, columns=columns)
 
 
 def ripple_in_words(found: Ripple) -> str:
