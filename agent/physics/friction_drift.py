@@ -23,14 +23,14 @@ class LinearDrift:
         "linear-drift",
         "(dc sign(v) + dv v)(t - t0)",
         {
-            "coulomb_drift_nm": "dc, change of the Coulomb level per hour or run",
-            "viscous_drift_nm_s_per_rad": "dv, change of the viscous slope per hour or run",
+            "coulomb_nm_per_step": "dc, change of the Coulomb level per hour or run",
+            "viscous_nm_s_per_rad_per_step": "dv, change of the viscous slope per hour or run",
         },
         _SOURCE,
         "a straight line has no end: believed only about as far beyond the data as they reach",
     )
-    coulomb_drift_nm: float = 0.0
-    viscous_drift_nm_s_per_rad: float = 0.0
+    coulomb_nm_per_step: float = 0.0
+    viscous_nm_s_per_rad_per_step: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse what is not finite."""
@@ -45,8 +45,8 @@ class LinearDrift:
         since : ndarray, broadcast to (n,)
             Hours or runs since the reference; below zero before it.
         """
-        slope = self.viscous_drift_nm_s_per_rad * velocity_rad_s
-        return np.asarray((self.coulomb_drift_nm * direction + slope) * since)
+        slope = self.viscous_nm_s_per_rad_per_step * velocity_rad_s
+        return np.asarray((self.coulomb_nm_per_step * direction + slope) * since)
 
 
 @dataclass(frozen=True)

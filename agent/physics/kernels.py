@@ -45,14 +45,19 @@ def gap_angle(twist_rad: Floats, step_s: Floats, half_gap_rad: float, rate_per_s
 
 @njit(cache=True)
 def yielding(
-    time_s: Floats, velocity_rad_s: Floats, level: Floats, stiffness: float, exponent: float
+    time_s: Floats,
+    velocity_rad_s: Floats,
+    level: Floats,
+    stiffness: float,
+    exponent: float,
+    start: float,
 ) -> Floats:
-    """Return a spring's torque, shape (n,), that yields towards a level, from zero.
+    """Return a spring's torque, shape (n,), that yields towards a level, from `start`.
 
     Each step's solution is exact for the step's mean level, so that no step is too long.
     """
-    out = np.zeros(time_s.shape[0])
-    force = 0.0
+    out = np.full(time_s.shape[0], start)
+    force = start
     for k in range(1, time_s.shape[0]):
         first, second = _pieces(time_s[k] - time_s[k - 1], velocity_rad_s[k - 1], velocity_rad_s[k])
         limit = 0.5 * (level[k - 1] + level[k])
@@ -89,10 +94,15 @@ def _pieces(step_s: float, before: float, after: float) -> tuple[float, float]:
 
 
 @njit(cache=True)
-def slipping(time_s: Floats, velocity_rad_s: Floats, stiffness: Floats, level: Floats) -> Floats:
-    """Return the sum of springs that slip at their levels each, shape (n,), from zero."""
-    out = np.zeros(time_s.shape[0])
-    force = np.zeros(stiffness.shape[0])
+def slipping(
+    time_s: Floats, velocity_rad_s: Floats, stiffness: Floats, level: Floats, start: float
+) -> Floats:
+    """Return the sum of springs that slip at their levels each, shape (n,).
+
+    At first they are drawn out by `start`, a share of their levels.
+    """
+    force = start * level
+    out = np.full(time_s.shape[0], np.sum(force))
     for k in range(1, time_s.shape[0]):
         first, second = _pieces(time_s[k] - time_s[k - 1], velocity_rad_s[k - 1], velocity_rad_s[k])
         total = 0.0

@@ -49,8 +49,10 @@ class YieldingSpring:
             not_negative="damping_nm_s_per_rad",
         )
 
-    def torque_nm(self, time_s: Floats, velocity_rad_s: Floats, level_nm: Floats) -> Floats:
-        """Return friction with its memory, shape (n,), from a relaxed start.
+    def torque_nm(
+        self, time_s: Floats, velocity_rad_s: Floats, level_nm: Floats, start: float = 0.0
+    ) -> Floats:
+        """Return friction with its memory, shape (n,).
 
         Parameters
         ----------
@@ -58,13 +60,22 @@ class YieldingSpring:
             NaN has no torque and moves no state.
         level_nm : ndarray, shape (n,)
             Dry friction of lasting motion at that velocity's size; above zero.
+        start : float
+            How far the spring is drawn out at first, a share of the level with its sign: 0 from
+            rest, 1 or -1 where the joint has been moving.
         """
         from agent.physics.kernels import yielding
 
         out, usable = _prepared(time_s, velocity_rad_s, level_nm)
         velocity, level = velocity_rad_s[usable], level_nm[usable]
+        drawn = float(start * level[0]) if level.size else 0.0
         force = yielding(
-            time_s[usable], velocity, level, self.stiffness_nm_per_rad, self.shape_exponent
+            time_s[usable],
+            velocity,
+            level,
+            float(self.stiffness_nm_per_rad),
+            float(self.shape_exponent),
+            drawn,
         )
         left = 1.0 - force * np.sign(velocity) / level
         out[usable] = force + self.damping_nm_s_per_rad * velocity * left
@@ -102,15 +113,17 @@ class MaxwellSlip:
         stiffness = np.maximum(-np.diff(slope), 0.0)
         return stiffness / self.sliding_travel_rad, stiffness * travel[1:]
 
-    def torque_nm(self, time_s: Floats, velocity_rad_s: Floats, level_nm: Floats) -> Floats:
-        """Return friction with its memory, shape (n,), from a relaxed start.
+    def torque_nm(
+        self, time_s: Floats, velocity_rad_s: Floats, level_nm: Floats, start: float = 0.0
+    ) -> Floats:
+        """Return friction with its memory, shape (n,).
 
         Arguments as in `YieldingSpring.torque_nm`.
         """
         from agent.physics.kernels import slipping
 
         out, usable = _prepared(time_s, velocity_rad_s, level_nm)
-        share = slipping(time_s[usable], velocity_rad_s[usable], *self.elements())
+        share = slipping(time_s[usable], velocity_rad_s[usable], *self.elements(), float(start))
         out[usable] = share * level_nm[usable]
         return out
 

@@ -147,8 +147,9 @@ class Twin:
         a late channel's past or future was not recorded.
 
         A column is only needed by a twin whose effects depend on it, the motor angle also by
-        gravity. The states start as a joint in lasting motion: the arm rides on its spring at the
-        first acceleration, friction's springs are relaxed.
+        gravity. Hidden states start as if the joint had long been moving as in the first sample:
+        the arm rides on its spring at that acceleration, friction's springs are drawn out where it
+        has a direction. Prediction in pieces starts anew with each.
 
         Parameters
         ----------

@@ -117,15 +117,15 @@ BY_HAND: list[tuple[str, dict[str, Any], Any]] = [
     (
         "friction-drift",
         {
-            "coulomb_drift_nm_per_h": 0.02,
-            "viscous_drift_nm_s_per_rad_per_h": 1e-4,
+            "coulomb_nm_per_h": 0.02,
+            "viscous_nm_s_per_rad_per_h": 1e-4,
             "reference_started_at": "1970-01-01T02:00:00Z",
         },
         (0.02 * SIGN + 1e-4 * VELOCITY) * (3.0 - 2.0 + TIME / 3600.0),
     ),
     (
         "friction-drift",
-        {"coulomb_drift_nm_per_run": -0.03, "reference_run": 2.0},
+        {"coulomb_nm_per_run": -0.03, "reference_run": 2.0},
         -0.03 * (7.0 - 2.0) * SIGN,
     ),
     (
@@ -219,7 +219,7 @@ def test_measurement_effects_act_on_the_sum() -> None:
         ("friction-drift", {"reference_started_at": 7.0}, "with its zone"),
         (
             "friction-drift",
-            {"coulomb_drift_nm_per_run": -0.2, "reference_run": 0.0},
+            {"coulomb_nm_per_run": -0.2, "reference_run": 0.0},
             "friction below zero",
         ),
         (

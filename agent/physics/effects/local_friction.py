@@ -42,7 +42,9 @@ def _hysteresis(law: YieldingSpring | MaxwellSlip, motion: Motion, base: Base) -
     level = base.dry_level_nm(motion.velocity_rad_s)
     if not np.any(level > 0.0):
         return np.zeros_like(level)  # a joint without dry friction has nothing that could yield
-    memory = law.torque_nm(motion.need("time_s"), motion.velocity_rad_s, level)
+    known = np.flatnonzero(np.isfinite(motion.direction))
+    start = float(motion.direction[known[0]]) if known.size else 0.0
+    memory = law.torque_nm(motion.need("time_s"), motion.velocity_rad_s, level, start)
     return memory - level * motion.direction
 
 
@@ -64,7 +66,7 @@ def _since_h(p: Numbers, motion: Motion) -> Floats:
 
 def _drift_by_hours(p: Numbers, motion: Motion, base: Base) -> Floats:
     del base
-    law = LinearDrift(p["coulomb_drift_nm_per_h"], p["viscous_drift_nm_s_per_rad_per_h"])
+    law = LinearDrift(p["coulomb_nm_per_h"], p["viscous_nm_s_per_rad_per_h"])
     return law.torque_nm(motion.velocity_rad_s, motion.direction, _since_h(p, motion))
 
 
@@ -72,7 +74,7 @@ def _drift_by_runs(p: Numbers, motion: Motion, base: Base) -> Floats:
     del base
     if motion.run is None:
         raise ValueError("needs the number of the run, and none was given")
-    law = LinearDrift(p["coulomb_drift_nm_per_run"], p["viscous_drift_nm_s_per_rad_per_run"])
+    law = LinearDrift(p["coulomb_nm_per_run"], p["viscous_nm_s_per_rad_per_run"])
     since = np.asarray(motion.run - p["reference_run"])
     return law.torque_nm(motion.velocity_rad_s, motion.direction, since)
 
@@ -122,8 +124,8 @@ _DRIFT_FORMS = (
         "evenly with hours",
         LinearDrift.law,
         {
-            "coulomb_drift_nm_per_h": amplitude(0.0, "dc, per hour"),
-            "viscous_drift_nm_s_per_rad_per_h": amplitude(0.0, "dv, per hour"),
+            "coulomb_nm_per_h": amplitude(0.0, "dc, per hour"),
+            "viscous_nm_s_per_rad_per_h": amplitude(0.0, "dv, per hour"),
             "reference_started_at": _REFERENCE,
         },
         _drift_by_hours,
@@ -132,8 +134,8 @@ _DRIFT_FORMS = (
         "evenly with runs",
         LinearDrift.law,
         {
-            "coulomb_drift_nm_per_run": amplitude(0.0, "dc, per run"),
-            "viscous_drift_nm_s_per_rad_per_run": amplitude(0.0, "dv, per run"),
+            "coulomb_nm_per_run": amplitude(0.0, "dc, per run"),
+            "viscous_nm_s_per_rad_per_run": amplitude(0.0, "dv, per run"),
             "reference_run": free(meaning="t0, the run in which the twin's own numbers held"),
         },
         _drift_by_runs,
