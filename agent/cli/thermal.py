@@ -16,8 +16,9 @@ from agent.cli.outcome import signals_of
 from agent.cli.ripple import one_axis, write_picture
 from agent.errors import InputError
 from agent.identify.estimate import estimate
-from agent.identify.friction_surface import Surface, SurfacePoints, fit_surface
+from agent.identify.friction_surface import Surface, fit_surface
 from agent.identify.result import Floats, Parameter
+from agent.identify.surface_law import SurfacePoints
 from agent.identify.thermal import Cooling, estimate_cooling
 from agent.identify.thermal_trend import TemperatureOrTime, temperature_or_time
 from agent.numbers import parameter_label, parameter_unit, scale_for, written

@@ -89,7 +89,7 @@ def search(passes: Sequence[AnglePass], grid: Grid) -> Found:
             return Found(tuple(orders), tuple(chances), first, spectrum)
         orders.append(float(spectrum.order[best]))
         chances.append(min(chance, 1.0))
-        orders = _refined(passes, orders, grid)
+        orders = _refined(passes, orders, grid, spectrum)
 
 
 def _chance(statistic: float, groups: int, independent: float) -> float:
@@ -116,12 +116,19 @@ def _evidence(spectrum: Spectrum, groups: Sequence[Sequence[int]]) -> Floats:
     return total
 
 
-def _refined(passes: Sequence[AnglePass], orders: list[float], grid: Grid) -> list[float]:
-    """Return the orders after some Gauss-Newton steps, amplitudes and phases free in each pass."""
+def _refined(
+    passes: Sequence[AnglePass], orders: list[float], grid: Grid, background: Spectrum
+) -> list[float]:
+    """Return the orders after some Gauss-Newton steps, amplitudes and phases free in each pass.
+
+    Passes count by the noise at the order, which coloured noise makes a matter of their speed.
+    """
     orders = list(orders)
+    at = [int(np.argmin(np.abs(background.order - order))) for order in orders]
+    weight = 1.0 / background.variance[:, at]
     reach = _REFINED_BY * grid.apart
     for _ in range(_REFINEMENTS):
-        step = _newton_step(passes, orders)
+        step = _newton_step(passes, orders, weight)
         for i, change in enumerate(np.clip(step, -reach, reach)):
             moved = orders[i] + float(change)
             # Two orders must not run into each other: their amplitudes would grow without bound.
@@ -131,19 +138,19 @@ def _refined(passes: Sequence[AnglePass], orders: list[float], grid: Grid) -> li
     return orders
 
 
-def _newton_step(passes: Sequence[AnglePass], orders: Sequence[float]) -> Floats:
-    """Return by how much each order should change, shape (m,)."""
+def _newton_step(passes: Sequence[AnglePass], orders: Sequence[float], weight: Floats) -> Floats:
+    """Return by how much each order should change, shape (m,), for weights of shape (p, m)."""
     gain, curvature = np.zeros(len(orders)), np.zeros(len(orders))
-    for p in passes:
+    for p, own in zip(passes, weight, strict=True):
         columns = p.columns(orders)
         basis, upper = np.linalg.qr(columns)
         share = basis.T @ p.signal
         theta = np.linalg.solve(upper, share)
         rest = p.signal - basis @ share
-        noise = max(float(rest @ rest) / rest.size, 1e-300)
         cos, sin = columns[:, TREND::2], columns[:, TREND + 1 :: 2]
         slopes = p.angle_rad[:, np.newaxis] * (theta[TREND + 1 :: 2] * cos - theta[TREND::2] * sin)
         slopes -= basis @ (basis.T @ slopes)
-        gain += slopes.T @ rest / noise
-        curvature += np.einsum("ij,ij->j", slopes, slopes) / noise
+        # The variance of an amplitude is that of a sample times 2/n.
+        gain += own * (slopes.T @ rest) / rest.size
+        curvature += own * np.einsum("ij,ij->j", slopes, slopes) / rest.size
     return np.asarray(gain / np.maximum(curvature, 1e-300))

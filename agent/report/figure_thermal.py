@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from agent.identify.friction_surface import Surface, SurfacePoints
+from agent.identify.friction_surface import Surface
 from agent.identify.result import Floats
+from agent.identify.surface_law import SurfacePoints
 from agent.identify.thermal import Cooling
 from agent.numbers import scale_for
 from agent.report.canvas import (

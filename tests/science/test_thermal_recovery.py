@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agent.identify.friction_surface import SurfacePoints, fit_surface
+from agent.identify.friction_surface import fit_surface
 from agent.identify.result import Floats, Parameter
 from agent.identify.signals import Signals
+from agent.identify.surface_law import SurfacePoints
 from agent.identify.thermal import Cooling, estimate_cooling
 from agent.identify.thermal_trend import TEMPERATURE, TIE, temperature_or_time
 from fakes.friction import FrictionParameters
