@@ -1,0 +1,159 @@
+"""An explanation as a technician reads it in a terminal of 80 columns."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Sequence
+
+from agent.explain.result import Explanation, Finding, NextExperiment
+from agent.numbers import NO_NUMBER
+from agent.report.advice import next_steps
+from agent.report.explanation_rows import (
+    error_rows,
+    improvement_in_words,
+    parameter_rows,
+)
+from agent.report.explanation_words import (
+    decidable,
+    duration,
+    effect_label,
+    heading,
+    next_command,
+    percent,
+    region_in_words,
+    share,
+    verdict_words,
+)
+
+WIDTH = 80
+
+
+def explanation_text(explanation: Explanation, *, axis: int | str = "", next_file: str = "") -> str:
+    """Return the sentence and the numbers behind it, no line longer than 80 columns.
+
+    Parameters
+    ----------
+    explanation : Explanation
+    axis : int or str
+        As the cell numbers it, for the command of the next experiment.
+    next_file : str
+        Where that experiment's trajectory was written. Commands and file names are never broken.
+    """
+    words = verdict_words(explanation)
+    lines = [f"{words.status}.", *_wrapped(explanation.sentence or words.meaning)]
+    if not decidable(explanation):
+        lines += ["", "Why not:", *_items(explanation.reasons)]
+        lines += ["", "What to do:", *_items(next_steps(explanation.reasons))]
+        return "\n".join(lines)
+    lines += ["", *_errors(explanation)]
+    if explanation.findings:
+        lines += ["", f"{'What was found':<60}{'share':>8}{'prob.':>9}"]
+        for finding in explanation.findings:
+            lines += _finding(finding, explanation)
+    lines += _unexplained(explanation)
+    if explanation.next_experiment is not None:
+        lines += ["", *_next(explanation.next_experiment, str(axis), next_file)]
+    if explanation.not_judged:
+        lines += ["", "Not judged:"]
+        lines += _items(
+            f"{effect_label(effect)}: {why}" for effect, why in explanation.not_judged.items()
+        )
+    if explanation.reasons:
+        lines += ["", "Bear in mind:", *_items(explanation.reasons)]
+    return "\n".join(lines)
+
+
+def _errors(explanation: Explanation) -> list[str]:
+    """Return the table of errors: each stage on the data fitted, and on those not seen."""
+    unit, rows = error_rows(explanation)
+    unseen = explanation.holdout is not None
+    title = f"Error, {unit} rms (fit)"
+    lines = [f"{title:<28}{'data fitted':>21}" + f"{'not seen':>21}" * unseen]
+    for row in rows:
+        line = f"  {row.label:<26}{_error(row.rmse, row.fit)}"
+        line += _error(row.unseen_rmse, row.unseen_fit) if unseen else ""
+        lines.append(line.rstrip())
+    holdout = explanation.holdout
+    if holdout is not None and explanation.findings:
+        said = [f"Removed: {improvement_in_words(holdout)} of the error on {holdout.source}"]
+        if holdout.blocks:
+            said.append(f"better in {holdout.wins} of {holdout.blocks} blocks")
+        said.append(f"placebo {percent(holdout.placebo_percent, 1)}")
+        lines += _wrapped("; ".join(said) + ".")
+    return lines
+
+
+def _error(rmse: str, fit: str) -> str:
+    known = fit not in ("", NO_NUMBER)
+    return f"{rmse:>10}{f'({fit} %)' if known else '':>11}"
+
+
+def _finding(finding: Finding, explanation: Explanation) -> list[str]:
+    """Return one finding: a line of the table, where it lives, its numbers, its rivals."""
+    name = f"{finding.rank}. {heading(effect_label(finding.effect))}"
+    lines = [f"{name:<60}{share(finding.energy_share):>8}{share(finding.probability):>9}"]
+    names = (*explanation.recordings, *explanation.held_out)
+    if len(explanation.findings) > 1:  # else the sentence above has said it
+        lines += _wrapped(finding.sentence, "   ")
+    if finding.where:
+        places = "; ".join(region_in_words(region, names) for region in finding.where)
+        lines += _wrapped(f"where: {places}", "   ")
+    for row in parameter_rows(finding.parameters):
+        if row.identified:
+            value = f"{row.value} {row.unit}".strip()
+            interval = f" ({row.interval})" if row.interval else ""
+            lines += textwrap.wrap(
+                f"   {row.label:<40} {value}{interval}", WIDTH, subsequent_indent=44 * " "
+            )
+        else:
+            lines += _wrapped(f"{row.label}: not identified: {row.reason}", "   ")
+    for other in finding.alternatives:
+        lines += _wrapped(
+            f"or {effect_label(other.effect)} ({share(other.probability)}); told apart by: "
+            f"{other.told_apart_by}",
+            "   ",
+        )
+    return lines
+
+
+def _unexplained(explanation: Explanation) -> list[str]:
+    if not explanation.unexplained_where:
+        return []
+    names = (*explanation.recordings, *explanation.held_out)
+    return [
+        "",
+        f"Without explanation: {share(explanation.unexplained_share)} of the mismatch, here:",
+        *_items(region_in_words(region, names) for region in explanation.unexplained_where),
+    ]
+
+
+def _next(experiment: NextExperiment, axis: str, file: str) -> list[str]:
+    lines = ["Next:", *_wrapped(experiment.sentence)]
+    lines += _wrapped(experiment.set_up)
+    apart = " from ".join(effect_label(effect) for effect in experiment.tells_apart)
+    if apart:
+        lasts = duration(experiment.seconds)
+        needed = f"; motion needed: about {lasts}" if lasts != NO_NUMBER else ""
+        lines += _wrapped(f"It tells {apart}{needed}.")
+    command = next_command(experiment, axis, file)
+    return lines + [f"  {command}"] * bool(command)
+
+
+def _wrapped(text: str, indent: str = "  ") -> list[str]:
+    return textwrap.wrap(
+        text,
+        WIDTH,
+        initial_indent=indent,
+        subsequent_indent=indent,
+        break_on_hyphens=False,
+    )
+
+
+def _items(texts: Iterable[str]) -> Sequence[str]:
+    return [
+        line
+        for text in texts
+        for line in textwrap.wrap(
+            text, WIDTH, initial_indent="  - ", subsequent_indent="    ", break_on_hyphens=False
+        )
+    ]

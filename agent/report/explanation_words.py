@@ -1,0 +1,269 @@
+"""An explanation's ids as words that a technician reads, the same on the page and in a terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Literal
+
+import numpy as np
+
+from agent.explain.result import Explanation, NextExperiment, Region
+from agent.identify.result import Floats
+from agent.numbers import NO_NUMBER, fixed, parameter_label, scale_for, significant
+
+Tone = Literal["good", "open", "stop"]
+
+EFFECTS: Mapping[str, str] = MappingProxyType(
+    {
+        "stribeck": "friction that falls with speed (Stribeck)",
+        "viscous-nonlinear": "viscous friction that bends with speed",
+        "direction-asymmetry": "friction that differs between the directions",
+        "load-dependent-friction": "friction that grows with the load",
+        "temperature-dependent-friction": "friction that changes with temperature",
+        "position-dependent-friction": "friction that varies with the position",
+        "presliding-hysteresis": "spring-like friction at reversals (presliding)",
+        "friction-drift": "friction that drifts from run to run",
+        "torque-ripple": "torque ripple",
+        "kinematic-error": "transmission error of the gear",
+        "torque-constant-error": "wrong torque constant",
+        "torque-offset": "constant torque offset",
+        "torque-saturation": "torque limit of the drive (saturation)",
+        "measurement-delay": "delay between the measured channels",
+        "resolver-error": "periodic error of the position sensor",
+        "inertia-error": "wrong inertia",
+        "wrong-number": "wrong friction number in the simulation",
+        "gravity-imbalance": "payload or unbalanced mass that the simulation lacks",
+        "cable-force": "force of hoses and cables",
+        "joint-flexibility": "flexible joint",
+        "backlash": "backlash in the gear",
+        "local-fault": "local fault at one place",
+    }
+)
+"""What each effect of contract section 4 is called."""
+
+
+@dataclass(frozen=True)
+class VerdictWords:
+    """A verdict as it is shown: what it is called, what that means, and how it is felt."""
+
+    status: str
+    meaning: str
+    tone: Tone
+    sign: str
+
+
+NOT_DECIDABLE = VerdictWords(
+    "Not decidable", "These recordings do not carry an answer.", "stop", "warning"
+)
+_VERDICTS: Mapping[str, VerdictWords] = MappingProxyType(
+    {
+        "explained": VerdictWords(
+            "Explained",
+            "What the simulation leaves out has a name, and the correction holds on data that "
+            "it was not made from.",
+            "good",
+            "check",
+        ),
+        "tied": VerdictWords(
+            "Several causes fit equally well",
+            "The mismatch is carried, but these recordings cannot tell which cause is the true "
+            "one; the next experiment can.",
+            "open",
+            "fork",
+        ),
+        "partly-explained": VerdictWords(
+            "Explained in part",
+            "A part of the mismatch has a name; another part is located and has none.",
+            "open",
+            "half",
+        ),
+        "unexplained": VerdictWords(
+            "Located, but not explained",
+            "Simulation and recordings differ where the pictures show it, and nothing in the "
+            "library carries that.",
+            "stop",
+            "question",
+        ),
+        "no-mismatch": VerdictWords(
+            "Simulation and recordings agree",
+            "What is left between them is noise.",
+            "good",
+            "equal",
+        ),
+    }
+)
+
+
+@dataclass(frozen=True)
+class Variable:
+    """An axis of the recordings as it is written: shown = `factor` x value + `shift`."""
+
+    label: str
+    unit: str = ""
+    factor: float = 1.0
+    shift: float = 0.0
+
+    @property
+    def title(self) -> str:
+        """Return the label with its unit, as an axis of a picture carries it."""
+        return f"{self.label}, {self.unit}" if self.unit else self.label
+
+    def shown(self, values: Floats) -> Floats:
+        """Return values of the recording's unit, shape (n,), in the unit written."""
+        return self.factor * np.asarray(values, dtype=np.float64) + self.shift
+
+
+_DEGREES = math.degrees(1.0)
+_VARIABLES: Mapping[str, Variable] = MappingProxyType(
+    {
+        "time_s": Variable("time", "s"),
+        "total_time_s": Variable("time since the first recording", "s"),
+        "velocity_rad_s": Variable("motor velocity", "rad/s"),
+        "speed_rad_s": Variable("motor speed", "rad/s"),
+        "acceleration_rad_s2": Variable("motor acceleration", "rad/s²"),
+        "position_rad": Variable("motor position", "rad"),
+        "arm_position_rad": Variable("arm position", "degrees", _DEGREES),
+        "position_arm_rad": Variable("arm position", "degrees", _DEGREES),
+        "torque_nm": Variable("motor torque", "N m"),
+        "load_torque_nm": Variable("load torque", "N m"),
+        "gearbox_temperature_degc": Variable("gearbox temperature", "°C"),
+        "motor_temperature_degc": Variable("motor temperature", "°C"),
+        "ambient_temperature_degc": Variable("ambient temperature", "°C"),
+        "recording": Variable("recording", "", 1.0, 1.0),  # counted from 1 for people
+        "order_per_motor_rev": Variable("order per motor turn"),
+        "order_per_arm_rev": Variable("order per arm turn"),
+        "motor_phase_rad": Variable("angle within a motor turn", "degrees", _DEGREES),
+        "frequency_hz": Variable("frequency", "Hz"),
+        "after_reversal_s": Variable("time since the reversal", "s"),
+        "travel_since_reversal_rad": Variable("motor travel since the reversal", "rad"),
+        "after_step_s": Variable("time since the speed step", "s"),
+    }
+)
+
+
+def effect_label(effect: str) -> str:
+    """Return what an effect is called, in the middle of a sentence."""
+    return EFFECTS.get(effect, effect.replace("-", " "))
+
+
+def heading(label: str) -> str:
+    """Return a label as it begins a line."""
+    return label[:1].upper() + label[1:]
+
+
+def variable(name: str) -> Variable:
+    """Return how an axis is written; one that is not known keeps its own name and unit."""
+    if name in _VARIABLES:
+        return _VARIABLES[name]
+    label = parameter_label(name.replace("-", "_"))
+    return Variable(label[:1].lower() + label[1:])
+
+
+def decidable(explanation: Explanation) -> bool:
+    """Tell whether anything was compared and judged at all."""
+    if math.isnan(explanation.baseline.rmse_nm):
+        return False
+    judged = explanation.findings or explanation.cells or explanation.unexplained_where
+    return bool(judged) or explanation.verdict == "no-mismatch"
+
+
+def verdict_words(explanation: Explanation) -> VerdictWords:
+    """Return the verdict in words."""
+    return _VERDICTS[explanation.verdict] if decidable(explanation) else NOT_DECIDABLE
+
+
+def torque(value_nm: float, digits: int = 3) -> str:
+    """Write a torque with the unit that its size asks for."""
+    if not math.isfinite(value_nm):
+        return NO_NUMBER
+    scale = scale_for("N m", [value_nm])
+    return f"{significant(value_nm * scale.factor, digits)} {scale.unit}"
+
+
+def percent(value: float, decimals: int = 0) -> str:
+    """Write a number of percent."""
+    return f"{fixed(value, decimals)} %" if math.isfinite(value) else NO_NUMBER
+
+
+def share(value: float) -> str:
+    """Write a share of one as whole percent; what is small is not called nothing."""
+    if 0.0 < value < 0.005:
+        return "below 1 %"
+    return percent(100.0 * value)
+
+
+def short(value: float) -> str:
+    """Write a number of at most three digits without the zeros that would only fill them."""
+    text = significant(value, 3)
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def duration(seconds: float) -> str:
+    """Write how long something takes as a technician says it."""
+    if not math.isfinite(seconds):
+        return NO_NUMBER
+    if seconds < 90.0:
+        return f"{short(seconds)} s"
+    if seconds < 5400.0:
+        return f"{fixed(seconds / 60.0, 0)} min"
+    return f"{fixed(seconds / 3600.0, 1)} h"
+
+
+def region_in_words(region: Region, recordings: Sequence[str] = ()) -> str:
+    """Say where a mismatch lives: axis, range, and how much of it lies there.
+
+    Parameters
+    ----------
+    region : Region
+    recordings : sequence of str
+        Names, for a region along `recording`, which counts them from 0.
+    """
+    place = _place(region, recordings)
+    beside = []
+    if math.isfinite(region.seconds):
+        beside.append(duration(region.seconds))
+    if math.isfinite(region.share):
+        beside.append(f"{share(region.share)} of the mismatch")
+    return f"{place} ({', '.join(beside)})" if beside else place
+
+
+def _place(region: Region, recordings: Sequence[str]) -> str:
+    axis = variable(region.variable)
+    low, high = (float(end) for end in axis.shown(np.array([region.lower, region.upper])))
+    unit = f" {axis.unit}" if axis.unit else ""
+    if region.variable == "recording":
+        names = [_recording(end, recordings) for end in (region.lower, region.upper)]
+        return f"in {names[0]}" if names[0] == names[1] else f"from {names[0]} to {names[1]}"
+    if not math.isfinite(low) or not math.isfinite(high):
+        if math.isfinite(high):
+            return f"{axis.label} below {short(high)}{unit}"
+        return f"{axis.label} above {short(low)}{unit}"
+    if low < 0.0 and math.isclose(low, -high, rel_tol=0.02):
+        return f"{axis.label} within ±{short(high)}{unit}"
+    if short(low) == short(high):
+        return f"{axis.label} {short(high)}{unit}"
+    return f"{axis.label} {short(low)} to {short(high)}{unit}"
+
+
+def _recording(index: float, recordings: Sequence[str]) -> str:
+    at = round(index) if math.isfinite(index) else -1
+    return recordings[at] if 0 <= at < len(recordings) else f"recording {at + 1}"
+
+
+def next_command(experiment: NextExperiment, axis: str, file: str) -> str:
+    """Return the command that drives an experiment; empty where it is a change of the set-up.
+
+    Parameters
+    ----------
+    experiment : NextExperiment
+    axis : str
+        As the cell numbers it; empty where it is not known.
+    file : str
+        Where its trajectory was written; empty where it was not.
+    """
+    if experiment.trajectory is None:
+        return ""
+    return f"stribeck run CELL.toml --axis {axis or 'N'} --trajectory {file or 'next.json'}"

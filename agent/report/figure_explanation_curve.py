@@ -1,0 +1,126 @@
+"""A finding over the axis on which it lives: the law's line and band over what was measured."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.explain.result import Curve, Region
+from agent.identify.result import Floats
+from agent.numbers import Scale, scale_for, significant
+from agent.report.canvas import (
+    INK,
+    MEASURED,
+    MEASURED_PALE,
+    MUTED,
+    SHADE,
+    WITH_LABELS_IN,
+    Panel,
+    figure_of,
+    key_in_header,
+    stacked,
+    styled,
+)
+from agent.report.explanation_words import Variable, variable
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_HEIGHT_IN, _NARROW_HEIGHT_IN = 2.5, 2.1
+_KEY_LINE_IN = 0.22
+
+
+@styled
+def figure_finding(curve: Curve, where: tuple[Region, ...] = (), *, narrow: bool = False) -> Figure:
+    """Draw what a law adds to the simulation, over the binned means of what was missing.
+
+    Parameters
+    ----------
+    curve : Curve
+        The law's line with its band, and the bins' means with half of their 95 % interval.
+    where : tuple of Region
+        Shaded where they lie along the curve's own axis.
+    narrow : bool
+        Draw for a phone's width.
+    """
+    height = _NARROW_HEIGHT_IN if narrow else _HEIGHT_IN
+    (axes,) = stacked(
+        [Panel(height, WITH_LABELS_IN)], narrow=narrow, header_in=_KEY_LINE_IN * narrow
+    )
+    abscissa = variable(curve.variable)
+    scale = scale_for("N m", [_largest_nm(curve)])
+    axes.axhline(0.0, color=MUTED, lw=0.7)
+    _law(axes, curve, abscissa, scale)
+    _means(axes, curve, abscissa, scale)
+    _shade(axes, curve, where, abscissa)
+    axes.set_xlabel(abscissa.title)
+    axes.set_ylabel(f"torque that is missing, {scale.unit}")
+    key_in_header(axes, columns=1 if narrow else 3)
+    return figure_of(axes)
+
+
+def finding_in_words(curve: Curve) -> str:
+    """Say in words what `figure_finding` shows, for those who do not see it."""
+    scale = scale_for("N m", [_largest_nm(curve)])
+    abscissa = variable(curve.variable)
+    finite = curve.line_nm[np.isfinite(curve.line_nm)] * scale.factor
+    span = abscissa.shown(curve.at[np.isfinite(curve.at)])
+    if not finite.size or not span.size:
+        return f"Means of the torque that the simulation lacks over {abscissa.title}; no line."
+    unit = f" {abscissa.unit}" if abscissa.unit else ""
+    return (
+        f"Torque that the simulation lacks over {abscissa.label}, from "
+        f"{significant(float(span.min()), 3)} to {significant(float(span.max()), 3)}{unit}: the "
+        f"law's line, between {significant(float(finite.min()), 3)} and "
+        f"{significant(float(finite.max()), 3)} {scale.unit}, with its band, over "
+        f"{curve.bin_at.size} means of what was measured."
+    )
+
+
+def broken_at_reversal(variable_name: str, at: Floats) -> NDArray[np.intp]:
+    """Return where a line must be broken, as indices for `numpy.insert`.
+
+    A friction law jumps at zero velocity: a line through the jump would be a slope that no joint
+    has.
+    """
+    if variable_name != "velocity_rad_s":
+        return np.empty(0, dtype=np.intp)
+    return np.flatnonzero(np.sign(at[:-1]) * np.sign(at[1:]) < 0.0) + 1
+
+
+def _law(axes: Axes, curve: Curve, abscissa: Variable, scale: Scale) -> None:
+    breaks = broken_at_reversal(curve.variable, curve.at)
+    at = np.insert(abscissa.shown(curve.at), breaks, np.nan)
+    line, lower, upper = (
+        np.insert(values * scale.factor, breaks, np.nan)
+        for values in (curve.line_nm, curve.lower_nm, curve.upper_nm)
+    )
+    axes.fill_between(at, lower, upper, color=MEASURED_PALE, lw=0, label="its band", zorder=2)
+    axes.plot(at, line, color=MEASURED, lw=2.2, label="law found", zorder=3)
+
+
+def _means(axes: Axes, curve: Curve, abscissa: Variable, scale: Scale) -> None:
+    reach = np.where(np.isfinite(curve.bin_ci_nm), np.abs(curve.bin_ci_nm), 0.0)
+    axes.errorbar(
+        abscissa.shown(curve.bin_at), curve.bin_nm * scale.factor, yerr=reach * scale.factor,
+        fmt="o", ms=3.6, mew=0.0, color=INK, ecolor=INK, elinewidth=0.9, capsize=0.0, zorder=4,
+        label="measured less simulated, mean and 95 % interval",
+    )  # fmt: skip
+
+
+def _shade(axes: Axes, curve: Curve, where: tuple[Region, ...], abscissa: Variable) -> None:
+    """Shade the located regions without moving the axis: a region may be wider than the data."""
+    left, right = axes.get_xlim()
+    for region in where:
+        if region.variable == curve.variable:
+            low, high = abscissa.shown(np.array([region.lower, region.upper]))
+            axes.axvspan(max(low, left), min(high, right), color=SHADE, lw=0, zorder=0)
+    axes.set_xlim(left, right)
+
+
+def _largest_nm(curve: Curve) -> float:
+    values = np.concatenate((curve.line_nm, curve.bin_nm))
+    return float(np.max(np.abs(values), initial=0.0, where=np.isfinite(values)))

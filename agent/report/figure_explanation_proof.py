@@ -1,0 +1,232 @@
+"""The proof as dots: errors on data not seen against the noise floor, and the placebo."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from agent.explain.result import Explanation, Fit, Floor, Holdout
+from agent.numbers import scale_for, significant
+from agent.report.canvas import (
+    GRID,
+    INK,
+    MEASURED,
+    MUTED,
+    NOISE,
+    PREDICTED,
+    WITH_LABELS_IN,
+    Panel,
+    figure_of,
+    plain_ticks,
+    stacked,
+    styled,
+)
+from agent.report.explanation_words import effect_label, percent, torque
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_ROW_IN = 0.34
+_LEFT_IN, _NARROW_LEFT_IN = 3.0, 1.62
+_LABEL_CHARS = 24
+_LOGARITHMIC_FROM = 25.0
+_AGREE_POINTS = 0.5
+
+
+@dataclass(frozen=True)
+class Row:
+    """One dot: what it is, where it lies, its interval, and how it is drawn."""
+
+    label: str
+    value: float
+    color: str
+    interval: tuple[float, float] | None = None
+    hollow: bool = False
+
+
+@styled
+def figure_errors(explanation: Explanation, *, narrow: bool = False) -> Figure:
+    """Draw the error of each stage against the noise floor, and what the placebo reaches.
+
+    Parameters
+    ----------
+    explanation : Explanation
+        With something compared.
+    narrow : bool
+        Draw for a phone's width.
+
+    Raises
+    ------
+    ValueError
+        If nothing was compared.
+    """
+    rows = error_rows(explanation)
+    if not rows:
+        raise ValueError("expected errors to draw, got none")
+    gains = gain_rows(explanation.holdout)
+    panels = [Panel(_ROW_IN * (len(rows) + 0.3), WITH_LABELS_IN)]
+    if gains:
+        panels.append(Panel(_ROW_IN * (len(gains) + 0.3), WITH_LABELS_IN))
+    errors, *others = stacked(panels, narrow=narrow)
+    _errors(errors, rows, explanation.floor, narrow=narrow)
+    source = "on data not seen by the fit" if explanation.holdout else "on the data fitted"
+    errors.set_title(f"Error {source}")
+    for axes in others:
+        _gains(axes, gains, narrow=narrow)
+    return figure_of(errors)
+
+
+def errors_in_words(explanation: Explanation) -> str:
+    """Say in words what `figure_errors` shows, for those who do not see it."""
+    parts = [f"{row.label} {torque(row.value)}" for row in error_rows(explanation)]
+    gains = [f"{row.label} {percent(row.value, 1)}" for row in gain_rows(explanation.holdout)]
+    removed = f" Error removed: {', '.join(gains)}." if gains else ""
+    return (
+        f"Root mean square errors: {', '.join(parts)}; noise floor "
+        f"{torque(explanation.floor.value_nm)}.{removed}"
+    )
+
+
+def error_rows(explanation: Explanation) -> list[Row]:
+    """Return the errors of the hold-out, or of the training data where there is none; N m rms."""
+    holdout = explanation.holdout
+    stages: tuple[Fit, Fit, Fit] = (
+        (explanation.baseline, explanation.refitted, explanation.extended)
+        if holdout is None
+        else (holdout.baseline, holdout.refitted, holdout.extended)
+    )
+    rows = [
+        Row("simulation as given", stages[0].rmse_nm, MUTED),
+        Row("its numbers refitted", stages[1].rmse_nm, PREDICTED),
+    ]
+    if len(explanation.findings) > 1:
+        rows += [
+            Row(
+                f"all but {effect_label(finding.effect)}",
+                finding.holdout_rmse_without_nm,
+                MEASURED,
+                hollow=True,
+            )
+            for finding in explanation.findings
+        ]
+    if explanation.findings:
+        rows.append(
+            Row("extended by the findings", stages[2].rmse_nm, MEASURED, extended_interval(holdout))
+        )
+    return [row for row in rows if math.isfinite(row.value)]
+
+
+def extended_interval(holdout: Holdout | None) -> tuple[float, float] | None:
+    """Return the interval of the error that is left, N m, from that of the improvement.
+
+    ``rmse = (1 - improvement / 100) rmse_before``, with the error before taken as it is; None
+    where neither stage before is the one that the improvement is measured from.
+    """
+    if holdout is None or holdout.improvement_ci95_percent is None:
+        return None
+    low, high = holdout.improvement_ci95_percent
+    for before in (holdout.refitted, holdout.baseline):
+        if not before.rmse_nm > 0.0:
+            continue
+        implied = 100.0 * (1.0 - holdout.extended.rmse_nm / before.rmse_nm)
+        if abs(implied - holdout.improvement_percent) <= _AGREE_POINTS:
+            return (1.0 - high / 100.0) * before.rmse_nm, (1.0 - low / 100.0) * before.rmse_nm
+    return None
+
+
+def gain_rows(holdout: Holdout | None) -> list[Row]:
+    """Return how much of the error is removed: by what was found, and by the placebo; percent."""
+    if holdout is None:
+        return []
+    rows = [
+        Row("findings", holdout.improvement_percent, MEASURED, holdout.improvement_ci95_percent),
+        Row("placebo", holdout.placebo_percent, MUTED, hollow=True),
+    ]
+    return [row for row in rows if math.isfinite(row.value)]
+
+
+def _errors(axes: Axes, rows: Sequence[Row], floor: Floor, *, narrow: bool) -> None:
+    values = [row.value for row in rows]
+    floors = [
+        route
+        for route in (floor.value_nm, floor.repeats_nm, floor.neighbours_nm, floor.standstill_nm)
+        if math.isfinite(route) and route > 0.0
+    ]
+    scale = scale_for("N m", values)
+    shown = [
+        Row(
+            row.label,
+            row.value * scale.factor,
+            row.color,
+            row.interval and (row.interval[0] * scale.factor, row.interval[1] * scale.factor),
+            row.hollow,
+        )
+        for row in rows
+    ]
+    most = max(values) * scale.factor
+    least = min([v for v in (*values, *floors) if v > 0.0], default=most) * scale.factor
+    room = 1.45 if narrow else 1.2
+    if most > _LOGARITHMIC_FROM * least > 0.0:
+        axes.set_xscale("log")
+        axes.set_xlim(least / 1.6, most * (most / least) ** (0.35 if narrow else 0.15))
+        plain_ticks(axes)
+    else:
+        axes.set_xlim(0.0, max(most, max(floors, default=0.0) * scale.factor, 1e-12) * room)
+    if floors:
+        axes.axvspan(
+            min(floors) * scale.factor, max(floors) * scale.factor, color=NOISE, alpha=0.5, lw=0
+        )
+    if math.isfinite(floor.value_nm):
+        at = floor.value_nm * scale.factor
+        axes.axvline(
+            at, color=INK, lw=1.0, ls=(0, (4, 3)), label=f"noise floor {torque(floor.value_nm)}"
+        )
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.01))
+    _dots(axes, shown, [f"{significant(r.value, 3)} {scale.unit}" for r in shown], narrow=narrow)
+    axes.set_xlabel(f"rms error, {scale.unit}")
+
+
+def _gains(axes: Axes, rows: Sequence[Row], *, narrow: bool) -> None:
+    least = min(
+        0.0, *(row.value for row in rows), *(row.interval[0] for row in rows if row.interval)
+    )
+    axes.set_xlim(1.1 * least, 125.0 if narrow else 112.0)
+    axes.set_xticks([tick for tick in (0, 25, 50, 75, 100) if tick >= least])
+    axes.set_title("Error removed")
+    axes.set_xlabel("% of the error before")
+    axes.axvline(0.0, color=MUTED, lw=0.8)
+    _dots(axes, rows, [percent(row.value, 1) for row in rows], narrow=narrow)
+
+
+def _dots(axes: Axes, rows: Sequence[Row], texts: Sequence[str], *, narrow: bool) -> None:
+    """Draw one dot below the other, from the top, each with its number beside it."""
+    for k, (row, text) in enumerate(zip(rows, texts, strict=True)):
+        axes.axhline(k, color=GRID, lw=0.8, zorder=1)
+        end = row.value
+        if row.interval is not None:
+            axes.plot(row.interval, (k, k), color=row.color, lw=3.0, alpha=0.45, zorder=3)
+            end = max(end, row.interval[1])
+        face = "white" if row.hollow else row.color
+        axes.plot([row.value], [k], marker="o", ms=7.0, mec=row.color, mfc=face, mew=1.6, zorder=4)
+        axes.annotate(
+            text, (end, k), xytext=(7, 0), textcoords="offset points", va="center", zorder=5,
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.85},
+        )  # fmt: skip
+    axes.set_ylim(len(rows) - 0.35, -0.65)
+    labels = [textwrap.fill(row.label, _LABEL_CHARS) if narrow else row.label for row in rows]
+    axes.set_yticks(range(len(rows)), labels)
+    axes.tick_params(axis="y", labelcolor=INK)
+    axes.grid(axis="y", visible=False)
+    _indent(axes, _NARROW_LEFT_IN if narrow else _LEFT_IN)
+
+
+def _indent(axes: Axes, left_in: float) -> None:
+    """Make room at the left for labels that are words rather than numbers."""
+    width_in = figure_of(axes).get_figwidth()
+    place = axes.get_position()
+    left = left_in / width_in
+    axes.set_position((left, place.y0, place.x1 - left, place.height))
