@@ -10,11 +10,12 @@ the passes are taken to cover the same range.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.identify.pass_noise import Spread, TimedPass, spreads
 from agent.identify.passes import (
     Mean,
     Pass,
@@ -117,21 +118,24 @@ def friction_curve(
         take_pass(motions[w.recording], w, position_torque, velocities[w.recording], inertia_kg_m2)
         for w in windows
     ]
-    groups = with_correlation(_by_speed([p for p in passes if p.torque_nm.size >= _SAMPLES]))
+    found = [(p, w) for p, w in zip(passes, windows, strict=True) if p.torque_nm.size >= _SAMPLES]
+    by_speed = _by_speed([p for p, _ in found])
+    noise = _noise(by_speed, found, motions)
+    groups = with_correlation(by_speed)
     paired = [_paired(group) for group in groups]
     learned = _learn(groups, paired)
     # Gravity from the regression is a last resort: it takes up whatever the rigid body lacks.
     needy = sum(point is not None for point in paired) < _ENOUGH_MEETING
     points: list[_Point] = []
     told: dict[str, list[float]] = {}
-    for group, meeting in zip(groups, paired, strict=True):
+    for group, meeting, spread in zip(groups, paired, noise, strict=True):
         point, note = meeting, ""
         if point is None and learned is not None and learned.covers(group):
             point, note = _modelled(group, learned.torque), _FROM_MEETING
         elif point is None and position_torque is not None and needy:
             point, note = _modelled(group, position_torque), _FROM_BODY
         if point is not None:
-            points.append(point)
+            points.append(_widened(point, group, spread))
         note = note if point is not None else _LEFT_OUT
         if note:
             told.setdefault(note, []).append(_mean_speed(group))
@@ -139,6 +143,36 @@ def friction_curve(
         return None
     notes = [f"at {_speeds(speeds)} {note}" for note, speeds in told.items()]
     return _assemble(points, notes, with_position=passes[0].position_rad is not None)
+
+
+def _noise(
+    by_speed: Sequence[Sequence[Pass]],
+    found: Sequence[tuple[Pass, SteadyWindow]],
+    motions: Sequence[Motion],
+) -> Sequence[Spread | None]:
+    """Return what the noise of all passes together does to every speed's friction."""
+    group_of = {id(p): k for k, group in enumerate(by_speed) for p in group}
+    timed = [
+        TimedPass(
+            p, w.recording, float(motions[w.recording].signals.time_s[w.start]), group_of[id(p)]
+        )
+        for p, w in found
+    ]
+    known = spreads(timed) if timed else None
+    return [None] * len(by_speed) if known is None else known
+
+
+def _widened(point: _Point, group: Sequence[Pass], spread: Spread | None) -> _Point:
+    """Return the point with the error that all passes' noise gives it.
+
+    Where the passes share a part of their positions only, fewer samples make the error larger.
+    """
+    if spread is None:
+        return point
+    used = max(point.friction.samples, 1)
+    share = max(sum(p.torque_nm.size for p in group) / used, 1.0)
+    variance = share * spread.standard_error_nm**2
+    return replace(point, friction=replace(point.friction, variance=variance, dof=spread.dof))
 
 
 @dataclass(frozen=True)
