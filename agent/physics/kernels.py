@@ -56,8 +56,8 @@ def yielding(
 
     Each step's solution is exact for the step's mean level, so that no step is too long.
     """
-    out = np.full(time_s.shape[0], start)
-    force = start
+    out = np.empty(time_s.shape[0])
+    out[0] = force = start
     for k in range(1, time_s.shape[0]):
         first, second = _pieces(time_s[k] - time_s[k - 1], velocity_rad_s[k - 1], velocity_rad_s[k])
         limit = 0.5 * (level[k - 1] + level[k])
@@ -101,8 +101,12 @@ def slipping(
 
     At first they are drawn out by `start`, a share of their levels.
     """
-    force = start * level
-    out = np.full(time_s.shape[0], np.sum(force))
+    out = np.empty(time_s.shape[0])
+    force = np.empty(level.shape[0])
+    out[0] = 0.0
+    for j in range(level.shape[0]):
+        force[j] = start * level[j]
+        out[0] += force[j]
     for k in range(1, time_s.shape[0]):
         first, second = _pieces(time_s[k] - time_s[k - 1], velocity_rad_s[k - 1], velocity_rad_s[k])
         total = 0.0
@@ -139,47 +143,60 @@ def carried_arm(
     the longest step between samples, fewer in shorter ones.
     """
     out = np.empty(time_s.shape[0])
-    longest = np.max(np.diff(time_s)) if time_s.shape[0] > 1 else 1.0
-    heavy = gravity_sin != 0.0 or gravity_cos != 0.0
+    per_inertia, per_ratio = 1.0 / inertia, 1.0 / gear_ratio
+    longest = 0.0
+    for k in range(1, time_s.shape[0]):
+        longest = max(longest, time_s[k] - time_s[k - 1])
     angle = position_rad[0] / gear_ratio
     weight = gravity_sin * math.sin(angle) + gravity_cos * math.cos(angle)
     hang = weight + inertia * acceleration
-    twist = hang / stiffness
-    for _ in range(20):
-        twist -= (stiffness * twist + cubic * twist**3 - hang) / (stiffness + 3 * cubic * twist**2)
-    arm = position_rad[0] - twist
+    arm = position_rad[0] - _twist(hang, stiffness, cubic)
     if hang > 0.0:
         arm -= half_gap
     elif hang < 0.0:
         arm += half_gap
-    speed, push = velocity_rad_s[0], acceleration
+    speed, push, torque = velocity_rad_s[0], acceleration, hang
     out[0] = hang
     for k in range(1, time_s.shape[0]):
         dt = time_s[k] - time_s[k - 1]
         q0, q1 = position_rad[k - 1], position_rad[k]
         v0, v1 = velocity_rad_s[k - 1] * dt, velocity_rad_s[k] * dt
         steps = max(1, math.ceil(substeps * dt / longest - 1e-9))
-        h = dt / steps
-        torque = 0.0
+        share = 1.0 / steps
+        h, per_s = dt * share, 1.0 / dt
+        # Gravity along an interval by its Taylor series: a sine a step would cost most of all.
+        began = arm
+        sin0, cos0 = math.sin(arm * per_ratio), math.cos(arm * per_ratio)
         for i in range(1, steps + 1):
-            u = i / steps
+            u = i * share
             w = u - 1.0
             motor = q0 * (1 + 2 * u) * w * w + v0 * u * w * w
             motor += q1 * u * u * (3 - 2 * u) + v1 * u * u * w
-            rate = 6 * u * w * (q0 - q1) + v0 * (1 - 4 * u + 3 * u * u) + v1 * (3 * u * u - 2 * u)
             half = speed + 0.5 * h * push
             arm += h * half
             d = motor - arm
             x = d - half_gap if d > half_gap else (d + half_gap if d < -half_gap else 0.0)
-            torque = stiffness * x + cubic * x**3
-            if x != 0.0:
-                pull = torque + damping * (rate / dt - half - 0.5 * h * push)
+            torque = stiffness * x + cubic * x * x * x
+            if x != 0.0 and damping != 0.0:
+                rate = 6 * u * w * (q0 - q1) + v0 * w * (3 * u - 1) + v1 * u * (3 * u - 2)
+                pull = torque + damping * (rate * per_s - half - 0.5 * h * push)
                 # A gap can push, but not pull: without one the spring holds both ways.
                 torque = pull if half_gap == 0.0 or pull * x > 0.0 else 0.0
-            if heavy:
-                angle = arm / gear_ratio
-                weight = gravity_sin * math.sin(angle) + gravity_cos * math.cos(angle)
-            push = (torque - weight) / inertia
+            e = (arm - began) * per_ratio
+            sin1, cos1 = e * (1 - e * e * (1 / 6)), 1 - 0.5 * e * e * (1 - e * e * (1 / 12))
+            weight = gravity_sin * (sin0 * cos1 + cos0 * sin1)
+            weight += gravity_cos * (cos0 * cos1 - sin0 * sin1)
+            push = (torque - weight) * per_inertia
             speed = half + 0.5 * h * push
         out[k] = torque
     return out
+
+
+@njit(cache=True)
+def _twist(torque: float, stiffness: float, cubic: float) -> float:
+    """Return the twist at which a spring with a cubic part bears a torque (Newton)."""
+    twist = torque / stiffness
+    for _ in range(20):
+        slope = stiffness + 3.0 * cubic * twist * twist
+        twist -= (stiffness * twist + cubic * twist * twist * twist - torque) / slope
+    return twist

@@ -5,7 +5,7 @@ live with the laws. Several entries of one id add up (several orders of a ripple
 arm, and so at most one spring and one gap. `LIBRARY` has every id's card.
 """
 
-from agent.physics.effects.card import EffectCard, Form, LookAlike, Parameter, unix_s
+from agent.physics.effects.card import EffectCard, Form, Parameter, unix_s
 from agent.physics.effects.library import (
     CARRIED,
     CORRECTED,
@@ -14,6 +14,7 @@ from agent.physics.effects.library import (
     card_of,
     numbers_of,
 )
+from agent.physics.effects.look_alikes import LookAlike
 from agent.physics.effects.motion import Base, Boundary, Motion
 
 __all__ = [

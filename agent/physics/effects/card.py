@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.physics.effects.look_alikes import LookAlike, look_alikes
 from agent.physics.effects.motion import Base, Motion
 from agent.physics.law import Law
 
@@ -165,25 +166,6 @@ class Form:
 
 
 @dataclass(frozen=True)
-class LookAlike:
-    """Another effect that a recording may confuse with this one.
-
-    Parameters
-    ----------
-    effect : str
-        Its id.
-    because : str
-        Why the two look alike; half a sentence.
-    told_apart_by : str
-        Which measurement tells them apart; one sentence.
-    """
-
-    effect: str
-    because: str
-    told_apart_by: str
-
-
-@dataclass(frozen=True)
 class EffectCard:
     """One id of contract section 4.
 
@@ -200,8 +182,6 @@ class EffectCard:
         ones of contract section 6.
     needs : tuple of str
         Columns without which it cannot be judged, beyond time, torque and velocity.
-    look_alikes : tuple of LookAlike
-        What it can be mistaken for.
     """
 
     id: str
@@ -209,7 +189,11 @@ class EffectCard:
     forms: tuple[Form, ...]
     axes: tuple[str, ...]
     needs: tuple[str, ...] = ()
-    look_alikes: tuple[LookAlike, ...] = ()
+
+    @property
+    def look_alikes(self) -> tuple[LookAlike, ...]:
+        """Return what it can be mistaken for, the likeliest first."""
+        return look_alikes(self.id)
 
     def form_of(self, given: Mapping[str, Any]) -> Form:
         """Return the form whose numbers these are; else the nearest, which will name the fault."""

@@ -16,7 +16,6 @@ from agent.physics.effects.card import (
     EffectCard,
     Floats,
     Form,
-    LookAlike,
     Numbers,
     not_negative,
     positive,
@@ -63,9 +62,10 @@ class Carrier:
         longest_s = float(np.max(np.diff(time[known]), initial=0.0))
         shaft = np.full_like(time, np.nan)
         shaft[known] = carried_arm(
-            time[known],
-            position[known],
-            motion.velocity_rad_s[known],
+            # Copies: a loop is compiled anew for every mixture of writeable and read-only columns.
+            time[known].copy(),
+            position[known].copy(),
+            motion.velocity_rad_s[known].copy(),
             law.arm_inertia_kg_m2,
             law.stiffness_nm_per_rad,
             law.cubic_stiffness_nm_per_rad3,
@@ -179,26 +179,6 @@ CARDS = (
         ),
         ("frequency_hz", "acceleration_rad_s2", "after_reversal_s"),
         ("position_rad",),
-        (
-            LookAlike(
-                "backlash",
-                "both let motor and arm move apart at a reversal",
-                "Change speed without reversing: a soft arm rings there, a gap stays closed. With"
-                " the arm's encoder: twist in proportion to torque is a spring, a step is a gap.",
-            ),
-            LookAlike(
-                "measurement-delay",
-                "a skew between motor and arm encoder, or a late torque, looks like a twist that"
-                " follows acceleration",
-                "Turn at a steady speed: a skew of the encoders shows an angle that grows with"
-                " speed, a spring does not.",
-            ),
-            LookAlike(
-                "inertia-error",
-                "below its resonance a soft arm feels like another inertia",
-                "Accelerate more sharply: only a soft arm rings.",
-            ),
-        ),
     ),
     EffectCard(
         "backlash",
@@ -230,25 +210,6 @@ CARDS = (
         ),
         ("after_reversal_s", "acceleration_rad_s2"),
         ("position_rad",),
-        (
-            LookAlike(
-                "presliding-hysteresis",
-                "both change the torque within a small travel after a reversal",
-                "Reverse with halving amplitudes under load: a gap is lost motion of constant size"
-                " and ends in an impact, presliding is smooth and shrinks with the amplitude.",
-            ),
-            LookAlike(
-                "joint-flexibility",
-                "both let motor and arm move apart at a reversal",
-                "Change speed without reversing: a soft arm rings there, a gap stays closed.",
-            ),
-            LookAlike(
-                "measurement-delay",
-                "a late torque also turns over later than the velocity",
-                "Make the same reversal at two accelerations: a delay keeps its seconds, a gap its"
-                " travel.",
-            ),
-        ),
     ),
 )
 """Effects of the arm behind the gear."""

@@ -8,7 +8,6 @@ from agent.physics.effects.card import (
     EffectCard,
     Floats,
     Form,
-    LookAlike,
     Numbers,
     Parameter,
     amplitude,
@@ -177,20 +176,6 @@ CARDS = (
             ),
         ),
         ("velocity_rad_s",),
-        look_alikes=(
-            LookAlike(
-                "viscous-nonlinear",
-                "both bend the friction curve, and above the lowest speed they bend it alike",
-                "Add steady speeds down to a quarter of the lowest one: the Stribeck curve rises"
-                " towards standstill, a bent viscous line does not.",
-            ),
-            LookAlike(
-                "presliding-hysteresis",
-                "both change friction near standstill",
-                "Drive long, slow, steady windows: Stribeck friction stays for as long as the speed"
-                " does, presliding is over after a small travel.",
-            ),
-        ),
     ),
     EffectCard(
         "viscous-nonlinear",
@@ -208,18 +193,6 @@ CARDS = (
             ),
         ),
         ("velocity_rad_s",),
-        look_alikes=(
-            LookAlike(
-                "stribeck",
-                "a falling and a bent curve differ only below the lowest speed of the cycle",
-                "Add steady speeds down to a quarter of the lowest one and up to the axis's limit.",
-            ),
-            LookAlike(
-                "temperature-dependent-friction",
-                "fast windows warm the gear, and warm oil is thinner",
-                "Repeat the fastest windows first and last at equal gearbox temperature.",
-            ),
-        ),
     ),
     EffectCard(
         "direction-asymmetry",
@@ -236,20 +209,6 @@ CARDS = (
             ),
         ),
         ("velocity_rad_s",),
-        look_alikes=(
-            LookAlike(
-                "torque-offset",
-                "a Coulomb level that differs by direction and a constant torque are the same"
-                " column while the joint slides",
-                "No run of this axis tells them apart while it slides: compare the drive's torque"
-                " with the power stage off and the brake closed, which shows an offset alone.",
-            ),
-            LookAlike(
-                "gravity-imbalance",
-                "on a short stroke gravity is nearly constant",
-                "Repeat the cycle over a longer stroke or about another arm angle.",
-            ),
-        ),
     ),
     EffectCard(
         "load-dependent-friction",
@@ -272,20 +231,6 @@ CARDS = (
         ),
         ("load_torque_nm", "velocity_rad_s"),
         ("position_rad",),
-        (
-            LookAlike(
-                "position-dependent-friction",
-                "the load of gravity is a function of the arm's position",
-                "Repeat the cycle with another payload: friction that follows the load changes,"
-                " friction that follows the place does not.",
-            ),
-            LookAlike(
-                "torque-constant-error",
-                "both scale with the torque",
-                "Hold against gravity and raise, then lower, the same load: friction turns with the"
-                " direction, a wrong constant does not.",
-            ),
-        ),
     ),
     EffectCard(
         "temperature-dependent-friction",
@@ -293,20 +238,6 @@ CARDS = (
         _TEMPERATURE_FORMS,
         ("gearbox_temperature_degc", "velocity_rad_s"),
         ("gearbox_temperature_degc",),
-        (
-            LookAlike(
-                "friction-drift",
-                "in one warm-up temperature and time rise together",
-                "Run the same speeds at equal gearbox temperature while heating and while cooling,"
-                " or after a warm restart.",
-            ),
-            LookAlike(
-                "torque-constant-error",
-                "warm magnets give less torque, which looks like a change of friction",
-                "Hold a load against gravity, cold and warm: friction plays no part in the mean of"
-                " raising and lowering.",
-            ),
-        ),
     ),
     EffectCard(
         "wrong-number",
@@ -323,20 +254,6 @@ CARDS = (
             ),
         ),
         ("velocity_rad_s",),
-        look_alikes=(
-            LookAlike(
-                "friction-drift",
-                "both are another friction level than the one that was written down",
-                "Repeat the cycle on later days at equal temperature: a wrong number stays as it"
-                " is.",
-            ),
-            LookAlike(
-                "torque-constant-error",
-                "a wrong torque constant scales friction, too",
-                "Compare inertia and gravity with their known values: a wrong constant is off by"
-                " the same factor in all of them.",
-            ),
-        ),
     ),
 )
 """Effects of speed, direction, load and temperature."""

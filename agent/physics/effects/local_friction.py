@@ -8,7 +8,6 @@ from agent.physics.effects.card import (
     EffectCard,
     Floats,
     Form,
-    LookAlike,
     Numbers,
     Parameter,
     amplitude,
@@ -160,24 +159,6 @@ CARDS = (
         _PLACE_FORMS,
         ("arm_position_rad", "order_per_arm_rev", "order_per_motor_rev"),
         ("position_rad",),
-        (
-            LookAlike(
-                "load-dependent-friction",
-                "gravity's load is a function of the arm's position",
-                "Repeat the cycle with another payload, or with the stroke shifted.",
-            ),
-            LookAlike(
-                "torque-ripple",
-                "both repeat with the position",
-                "Pass the same places in both directions: friction turns its sign, ripple does"
-                " not.",
-            ),
-            LookAlike(
-                "local-fault",
-                "both sit at one place",
-                "Pass the place in both directions: friction turns its sign, a fault keeps it.",
-            ),
-        ),
     ),
     EffectCard(
         "presliding-hysteresis",
@@ -204,49 +185,12 @@ CARDS = (
             ),
         ),
         ("after_reversal_s", "velocity_rad_s"),
-        look_alikes=(
-            LookAlike(
-                "backlash",
-                "both change the torque within a small travel after a reversal",
-                "Reverse with halving amplitudes under load: a gap is lost motion of constant size"
-                " and ends in an impact, presliding is smooth and shrinks with the amplitude.",
-            ),
-            LookAlike(
-                "measurement-delay",
-                "a late torque also turns over later than the velocity",
-                "Make the same reversal at two accelerations: a delay keeps its seconds, presliding"
-                " its travel.",
-            ),
-            LookAlike(
-                "joint-flexibility",
-                "a spring winds up at every reversal in both",
-                "Change speed without reversing: only a flexible joint rings there.",
-            ),
-            LookAlike(
-                "stribeck",
-                "both act near standstill",
-                "Drive long, slow, steady windows: presliding is over after a small travel.",
-            ),
-        ),
     ),
     EffectCard(
         "friction-drift",
         "Friction changes from run to run, with time or use and not with temperature.",
         _DRIFT_FORMS,
         ("recording", "time_s"),
-        look_alikes=(
-            LookAlike(
-                "temperature-dependent-friction",
-                "in one warm-up temperature and time rise together",
-                "Run the same speeds at equal gearbox temperature while heating and while cooling,"
-                " or after a warm restart.",
-            ),
-            LookAlike(
-                "torque-constant-error",
-                "a drive or motor that changes its constant scales friction as well",
-                "Compare inertia and gravity of the same runs: wear leaves them alone.",
-            ),
-        ),
     ),
 )
 """Effects of place, reversal and age."""

@@ -10,7 +10,6 @@ from agent.physics.effects.card import (
     EffectCard,
     Floats,
     Form,
-    LookAlike,
     Numbers,
     amplitude,
     free,
@@ -89,25 +88,6 @@ CARDS = (
             ),
         ),
         ("load_torque_nm", "motor_temperature_degc"),
-        look_alikes=(
-            LookAlike(
-                "wrong-number",
-                "a wrong torque constant scales friction",
-                "Compare inertia and gravity with their known values: a wrong constant is off by"
-                " the same factor in all of them.",
-            ),
-            LookAlike(
-                "inertia-error",
-                "a wrong torque constant scales inertia, too",
-                "Compare friction or gravity with what they were: inertia alone must have changed.",
-            ),
-            LookAlike(
-                "temperature-dependent-friction",
-                "magnets and oil both lose with temperature",
-                "Hold a load against gravity, cold and warm: friction plays no part in the mean of"
-                " raising and lowering.",
-            ),
-        ),
     ),
     EffectCard(
         "torque-saturation",
@@ -121,19 +101,6 @@ CARDS = (
             ),
         ),
         ("acceleration_rad_s2", "velocity_rad_s"),
-        look_alikes=(
-            LookAlike(
-                "inertia-error",
-                "clipped torque at high acceleration looks like a smaller inertia",
-                "Repeat with half the acceleration: below the limit the mismatch is gone.",
-            ),
-            LookAlike(
-                "viscous-nonlinear",
-                "clipped torque at high speed looks like friction that bends",
-                "Repeat with a lower payload or lower speed, and watch for flat tops of the"
-                " torque while the velocity falls short of its command.",
-            ),
-        ),
     ),
     EffectCard(
         "torque-offset",
@@ -147,20 +114,6 @@ CARDS = (
             ),
         ),
         ("time_s",),
-        look_alikes=(
-            LookAlike(
-                "direction-asymmetry",
-                "a Coulomb level that differs by direction and a constant torque are the same"
-                " column while the joint slides",
-                "No run of this axis tells them apart while it slides: compare the drive's torque"
-                " with the power stage off and the brake closed, which shows an offset alone.",
-            ),
-            LookAlike(
-                "gravity-imbalance",
-                "on a short stroke gravity is nearly constant",
-                "Repeat the cycle over a longer stroke or about another arm angle.",
-            ),
-        ),
     ),
     EffectCard(
         "measurement-delay",
@@ -180,25 +133,6 @@ CARDS = (
             ),
         ),
         ("acceleration_rad_s2", "after_reversal_s"),
-        look_alikes=(
-            LookAlike(
-                "presliding-hysteresis",
-                "friction that builds up after a reversal is late as well",
-                "Make the same reversal at two accelerations: a delay keeps its seconds, presliding"
-                " its travel.",
-            ),
-            LookAlike(
-                "joint-flexibility",
-                "a late torque during a ramp looks like the twist of a spring",
-                "Change speed sharply: only a flexible joint rings.",
-            ),
-            LookAlike(
-                "backlash",
-                "torque that turns over late is lost motion, too",
-                "Make the same reversal at two accelerations: a delay keeps its seconds, a gap its"
-                " travel.",
-            ),
-        ),
     ),
     EffectCard(
         "resolver-error",
@@ -217,20 +151,6 @@ CARDS = (
         ),
         ("order_per_motor_rev", "velocity_rad_s"),
         ("position_rad",),
-        (
-            LookAlike(
-                "torque-ripple",
-                "the speed controller pushes at the same order",
-                "Repeat at several speeds: a wrong angle's acceleration grows with the square of"
-                " the speed, ripple stays.",
-            ),
-            LookAlike(
-                "kinematic-error",
-                "both are errors of an angle at the same order",
-                "Record the arm's own encoder: the gear's wobble is seen there, the resolver's is"
-                " not.",
-            ),
-        ),
     ),
 )
 """Effects of what is reported."""

@@ -8,7 +8,6 @@ from agent.physics.effects.card import (
     EffectCard,
     Floats,
     Form,
-    LookAlike,
     Numbers,
     amplitude,
     free,
@@ -76,24 +75,6 @@ CARDS = (
             ),
         ),
         ("acceleration_rad_s2",),
-        look_alikes=(
-            LookAlike(
-                "torque-ripple",
-                "the speed controller turns ripple into acceleration at the same order",
-                "Use the commanded acceleration in place of the measured one, or repeat with"
-                " another controller gain: inertia follows the command.",
-            ),
-            LookAlike(
-                "torque-constant-error",
-                "a wrong torque constant scales inertia, too",
-                "Compare friction or gravity with what they were: inertia alone must have changed.",
-            ),
-            LookAlike(
-                "joint-flexibility",
-                "below its resonance a soft arm feels like another inertia",
-                "Accelerate more sharply: only a soft arm rings.",
-            ),
-        ),
     ),
     EffectCard(
         "gravity-imbalance",
@@ -108,18 +89,6 @@ CARDS = (
         ),
         ("arm_position_rad",),
         ("position_rad",),
-        (
-            LookAlike(
-                "cable-force",
-                "on a short stroke a cosine is nearly a straight line",
-                "Repeat the cycle over a longer stroke, or with a second payload.",
-            ),
-            LookAlike(
-                "torque-offset",
-                "on a short stroke gravity is nearly constant",
-                "Repeat the cycle over a longer stroke or about another arm angle.",
-            ),
-        ),
     ),
     EffectCard(
         "cable-force",
@@ -139,19 +108,6 @@ CARDS = (
         ),
         ("arm_position_rad", "after_reversal_s"),
         ("position_rad",),
-        (
-            LookAlike(
-                "gravity-imbalance",
-                "on a short stroke a cosine is nearly a straight line",
-                "Repeat the cycle over a longer stroke, or with a second payload: a cable does not"
-                " feel the payload.",
-            ),
-            LookAlike(
-                "presliding-hysteresis",
-                "a bundle with inner friction lags behind after a reversal as well",
-                "Compare the travel: a bundle needs degrees of the arm, presliding far below one.",
-            ),
-        ),
     ),
     EffectCard(
         "local-fault",
@@ -170,18 +126,6 @@ CARDS = (
         ),
         ("arm_position_rad",),
         ("position_rad",),
-        (
-            LookAlike(
-                "position-dependent-friction",
-                "a tight spot sits at one place, too",
-                "Pass the place in both directions: friction turns its sign, a fault keeps it.",
-            ),
-            LookAlike(
-                "torque-ripple",
-                "a single period of a low order looks like a bump",
-                "Extend the stroke beyond one period: ripple returns, a local fault does not.",
-            ),
-        ),
     ),
 )
 """Effects of mass, weight, hoses and damage."""

@@ -8,7 +8,6 @@ from agent.physics.effects.card import (
     EffectCard,
     Floats,
     Form,
-    LookAlike,
     Numbers,
     amplitude,
     free,
@@ -78,31 +77,6 @@ CARDS = (
         ),
         ("order_per_motor_rev", "order_per_arm_rev"),
         ("position_rad",),
-        (
-            LookAlike(
-                "kinematic-error",
-                "both appear at the same order of the position",
-                "Repeat at several speeds: the amplitude of ripple stays, that of a wobbling gear"
-                " grows with speed.",
-            ),
-            LookAlike(
-                "resolver-error",
-                "a wrong angle makes the speed controller push at the same order",
-                "Repeat at several speeds and compare with the arm's own encoder: a measuring error"
-                " grows with speed and does not reach the arm.",
-            ),
-            LookAlike(
-                "inertia-error",
-                "the speed controller turns ripple into acceleration at the same order",
-                "Use the commanded acceleration in place of the measured one.",
-            ),
-            LookAlike(
-                "position-dependent-friction",
-                "both repeat with the position",
-                "Pass the same places in both directions: friction turns its sign, ripple does"
-                " not.",
-            ),
-        ),
     ),
     EffectCard(
         "kinematic-error",
@@ -126,20 +100,6 @@ CARDS = (
         ),
         ("order_per_motor_rev", "order_per_arm_rev", "velocity_rad_s"),
         ("position_rad",),
-        (
-            LookAlike(
-                "torque-ripple",
-                "both appear at the same order of the position",
-                "Repeat at several speeds: the amplitude of a wobbling gear grows with speed, that"
-                " of ripple stays.",
-            ),
-            LookAlike(
-                "resolver-error",
-                "both are errors of an angle at the same order",
-                "Record the arm's own encoder: the gear's wobble is seen there, the resolver's is"
-                " not.",
-            ),
-        ),
     ),
 )
 """Effects of the position's periods."""
