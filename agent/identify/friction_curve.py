@@ -4,7 +4,8 @@ Half the difference between a forward and a backward pass at one speed over one 
 positions is friction; half their sum is gravity and offset. Only the positions that both passes
 cover are used. Where passes do not meet, gravity comes from the speeds whose passes do, else from
 the rigid-body fit, or the speed is left out; either way a note says so. Without a recorded position
-the passes are taken to cover the same range.
+the passes are taken to cover the same range. How far a mean may be off is told by all passes
+together (`pass_noise`).
 """
 
 from __future__ import annotations
@@ -15,26 +16,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.identify.curve_point import SAMPLES, CurvePoint, mean_speed, modelled_point, paired_point
 from agent.identify.pass_noise import Spread, TimedPass, spreads
-from agent.identify.passes import (
-    Mean,
-    Pass,
-    PositionTorque,
-    mean_of,
-    pool,
-    satterthwaite,
-    take_pass,
-    with_correlation,
-)
+from agent.identify.passes import Pass, PositionTorque, take_pass, with_correlation
 from agent.identify.preprocess import Motion
 from agent.identify.result import Floats, FrictionCurve
-from agent.identify.uncertainty import student_975, variance_of_mean
+from agent.identify.uncertainty import student_975
 from agent.identify.windows import SteadyWindow
 from agent.physics.rigid_body import gravity_columns
 
 _SAME_SPEED = 0.035  # two passes of one step of the stair may differ by this much
-_OVERLAP = 0.3  # of the shorter pass: less common range is not the same place
-_SAMPLES = 8
 _ENOUGH_MEETING = 3  # speeds whose passes meet, to learn gravity and offset from
 _BEYOND = 0.02  # of the learned positions' range: a pass may reach that far out of it
 _FROM_MEETING = (
@@ -72,7 +63,7 @@ class CurveFit:
     """The friction curve and how it came about.
 
     `standard_error_nm`, shape (n,), belongs to the curve's points; `dof`, shape (n,), are its
-    degrees of freedom; `directions` counts how many ways (1 or 2) the windows go.
+    degrees of freedom.
     """
 
     curve: FrictionCurve
@@ -80,18 +71,6 @@ class CurveFit:
     dof: Floats
     means: SteadyMeans
     notes: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class _Point:
-    """One speed of the curve."""
-
-    speed_rad_s: float
-    friction: Mean
-    gravity_nm: float
-    forward: tuple[float, float] | None  # velocity and torque less nothing
-    backward: tuple[float, float] | None
-    paired: bool
 
 
 def friction_curve(
@@ -118,27 +97,27 @@ def friction_curve(
         take_pass(motions[w.recording], w, position_torque, velocities[w.recording], inertia_kg_m2)
         for w in windows
     ]
-    found = [(p, w) for p, w in zip(passes, windows, strict=True) if p.torque_nm.size >= _SAMPLES]
+    found = [(p, w) for p, w in zip(passes, windows, strict=True) if p.torque_nm.size >= SAMPLES]
     by_speed = _by_speed([p for p, _ in found])
     noise = _noise(by_speed, found, motions)
     groups = with_correlation(by_speed)
-    paired = [_paired(group) for group in groups]
+    paired = [paired_point(group) for group in groups]
     learned = _learn(groups, paired)
     # Gravity from the regression is a last resort: it takes up whatever the rigid body lacks.
     needy = sum(point is not None for point in paired) < _ENOUGH_MEETING
-    points: list[_Point] = []
+    points: list[CurvePoint] = []
     told: dict[str, list[float]] = {}
     for group, meeting, spread in zip(groups, paired, noise, strict=True):
         point, note = meeting, ""
         if point is None and learned is not None and learned.covers(group):
-            point, note = _modelled(group, learned.torque), _FROM_MEETING
+            point, note = modelled_point(group, learned.torque), _FROM_MEETING
         elif point is None and position_torque is not None and needy:
-            point, note = _modelled(group, position_torque), _FROM_BODY
+            point, note = modelled_point(group, position_torque), _FROM_BODY
         if point is not None:
             points.append(_widened(point, group, spread))
         note = note if point is not None else _LEFT_OUT
         if note:
-            told.setdefault(note, []).append(_mean_speed(group))
+            told.setdefault(note, []).append(mean_speed(group))
     if not points:
         return None
     notes = [f"at {_speeds(speeds)} {note}" for note, speeds in told.items()]
@@ -162,7 +141,7 @@ def _noise(
     return [None] * len(by_speed) if known is None else known
 
 
-def _widened(point: _Point, group: Sequence[Pass], spread: Spread | None) -> _Point:
+def _widened(point: CurvePoint, group: Sequence[Pass], spread: Spread | None) -> CurvePoint:
     """Return the point with the error that all passes' noise gives it.
 
     Where the passes share a part of their positions only, fewer samples make the error larger.
@@ -193,7 +172,9 @@ class _Learned:
         )
 
 
-def _learn(groups: Sequence[Sequence[Pass]], points: Sequence[_Point | None]) -> _Learned | None:
+def _learn(
+    groups: Sequence[Sequence[Pass]], points: Sequence[CurvePoint | None]
+) -> _Learned | None:
     """Fit gravity and offset to what friction leaves of the torque where passes meet.
 
     On a short stroke sine, cosine and offset cannot be told apart; their sum can, within the
@@ -237,105 +218,7 @@ def _by_speed(passes: Sequence[Pass]) -> list[list[Pass]]:
     return groups
 
 
-def _paired(group: Sequence[Pass]) -> _Point | None:
-    """Return the point that forward and backward passes of one speed make, if they meet."""
-    forward = [p for p in group if p.velocity_rad_s > 0.0]
-    backward = [p for p in group if p.velocity_rad_s < 0.0]
-    if not forward or not backward:
-        return None
-    if any(p.position_rad is None for p in group):
-        return _point(group, [(forward, backward)])
-    lower = max(p.range_rad[0] for p in group)
-    upper = min(p.range_rad[1] for p in group)
-    if upper - lower >= _OVERLAP * min(p.range_rad[1] - p.range_rad[0] for p in group):
-        cut = [[p.within(lower, upper) for p in side] for side in (forward, backward)]
-        return _point(group, [(cut[0], cut[1])])
-    return _point(group, _meeting(forward, backward))
-
-
-def _meeting(
-    forward: Sequence[Pass], backward: Sequence[Pass]
-) -> list[tuple[list[Pass], list[Pass]]]:
-    """Pair off passes that cover the same place, longest common range first."""
-    options = []
-    for i, f in enumerate(forward):
-        for j, b in enumerate(backward):
-            lower = max(f.range_rad[0], b.range_rad[0])
-            upper = min(f.range_rad[1], b.range_rad[1])
-            shorter = min(np.ptp(f.range_rad), np.ptp(b.range_rad))
-            if upper - lower >= _OVERLAP * shorter > 0.0:
-                options.append((upper - lower, i, j, lower, upper))
-    taken_f: set[int] = set()
-    taken_b: set[int] = set()
-    pairs = []
-    for _, i, j, lower, upper in sorted(options, reverse=True):
-        if i not in taken_f and j not in taken_b:
-            taken_f.add(i)
-            taken_b.add(j)
-            pairs.append(([forward[i].within(lower, upper)], [backward[j].within(lower, upper)]))
-    return pairs
-
-
-def _point(
-    group: Sequence[Pass], pairs: Sequence[tuple[Sequence[Pass], Sequence[Pass]]]
-) -> _Point | None:
-    """Average (4.21) over places, each with forward and backward passes."""
-    halves, gravities, forwards, backwards = [], [], [], []
-    for forward, backward in pairs:
-        ahead = pool([mean_of(p) for p in forward if p.torque_nm.size >= _SAMPLES])
-        back = pool([mean_of(p) for p in backward if p.torque_nm.size >= _SAMPLES])
-        if ahead is None or back is None:
-            continue
-        variance = (ahead.variance + back.variance) / 4.0
-        dof = satterthwaite([(ahead.variance, ahead.dof), (back.variance, back.dof)])
-        halves.append(
-            Mean((ahead.value - back.value) / 2.0, variance, dof, ahead.samples + back.samples)
-        )
-        gravities.append((ahead.value + back.value) / 2.0)
-        forwards.append(ahead.value)
-        backwards.append(back.value)
-    friction = pool(halves)
-    if friction is None:
-        return None
-    v_forward = float(np.mean([p.velocity_rad_s for p in group if p.velocity_rad_s > 0.0]))
-    v_backward = float(np.mean([p.velocity_rad_s for p in group if p.velocity_rad_s < 0.0]))
-    return _Point(
-        speed_rad_s=(v_forward - v_backward) / 2.0,
-        friction=friction,
-        gravity_nm=float(np.mean(gravities)),
-        forward=(v_forward, float(np.mean(forwards))),
-        backward=(v_backward, float(np.mean(backwards))),
-        paired=True,
-    )
-
-
-def _modelled(group: Sequence[Pass], position_torque: PositionTorque) -> _Point | None:
-    """Return a point whose gravity comes from the model, from passes that do not meet."""
-    means, gravities = [], []
-    for p in group:
-        gravity = position_torque.at(p.position_rad, p.gear_ratio)
-        sign = float(np.sign(p.velocity_rad_s))
-        values = np.asarray(sign * (p.torque_nm - gravity), dtype=np.float64)
-        variance, dof = variance_of_mean(values, p.correlation_samples)
-        means.append(Mean(float(values.mean()), variance, dof, values.size))
-        gravities.append(float(np.mean(gravity)))
-    friction = pool(means)
-    if friction is None:
-        return None
-    speed = _mean_speed(group)
-    gravity_nm = float(np.mean(gravities))
-    sides = {float(np.sign(p.velocity_rad_s)) for p in group}
-    return _Point(
-        speed_rad_s=speed,
-        friction=friction,
-        gravity_nm=gravity_nm,
-        forward=(speed, gravity_nm + friction.value) if 1.0 in sides else None,
-        backward=(-speed, gravity_nm - friction.value) if -1.0 in sides else None,
-        paired=False,
-    )
-
-
-def _assemble(points: Sequence[_Point], notes: list[str], *, with_position: bool) -> CurveFit:
+def _assemble(points: Sequence[CurvePoint], notes: list[str], *, with_position: bool) -> CurveFit:
     """Put the points side by side, slowest first."""
     if not with_position:
         notes.append(
@@ -365,10 +248,6 @@ def _assemble(points: Sequence[_Point], notes: list[str], *, with_position: bool
     )
     means = SteadyMeans(np.array(velocity)[order], np.array(friction)[order])
     return CurveFit(curve, error, dof, means, tuple(notes))
-
-
-def _mean_speed(group: Sequence[Pass]) -> float:
-    return float(np.mean([abs(p.velocity_rad_s) for p in group]))
 
 
 def _speeds(values: Sequence[float]) -> str:
