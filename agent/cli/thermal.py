@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +13,11 @@ import typer
 
 from agent.cli.outcome import signals_of
 from agent.cli.ripple import one_axis, write_picture
-from agent.errors import InputError
+from agent.cli.thermal_history import History, history_of, temperatures_of
+from agent.cli.thermal_oil import oils_for, unknown_oil
 from agent.identify.estimate import estimate
 from agent.identify.friction_surface import Surface, fit_surface
+from agent.identify.oil_change import ASSUMPTION, OilComparison, compare_oils
 from agent.identify.result import Floats, Parameter
 from agent.identify.surface_law import SurfacePoints
 from agent.identify.thermal import Cooling, estimate_cooling
@@ -26,9 +27,8 @@ from agent.record.reading import read_all
 from agent.record.recording import Recording
 
 SCHEMA = "stribeck.thermal/1"
-_SENSORS = ("gearbox_temperature_degc", "motor_temperature_degc")
-_AMBIENT = "ambient_temperature_degc"
 _HOUR_S = 3600.0
+_SPEEDS = 60
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,8 @@ class Thermal:
     points: SurfacePoints | None
     trend: TemperatureOrTime
     curve: tuple[Floats, Floats]
+    oils: OilComparison | None = None
+    oils_reason: str = ""
 
     def to_json(self) -> dict[str, Any]:
         """Return the `stribeck.thermal/1` document."""
@@ -61,6 +63,7 @@ class Thermal:
             ],
             "reaches": {"temperature_degc": self.target_degc, "at_s": self.reaches.to_json()},
             "friction_surface": self.surface.to_json(),
+            "oils": None if self.oils is None else self.oils.to_json(),
             "temperature_or_time": self.trend.to_json(),
         }
 
@@ -86,9 +89,8 @@ def run_thermal(
     if picture is not None:
         from agent.report.figure_thermal import figure_thermal
 
-        write_picture(
-            picture, figure_thermal(*found.curve, found.cooling, found.surface, found.points)
-        )
+        drawn = figure_thermal(*found.curve, found.cooling, found.surface, found.points, found.oils)
+        write_picture(picture, drawn)
     typer.echo(json.dumps(found.to_json(), indent=2) if as_json else thermal_text(found))
 
 
@@ -98,86 +100,46 @@ def thermal_of(recordings: Sequence[Recording], until_degc: float, oil: str = ""
     Raises
     ------
     agent.errors.InputError
-        No recording has a temperature.
+        No recording has a temperature, two overlap in time, or they are of different oils.
     """
-    sensor = next((s for s in _SENSORS if any(s in r for r in recordings)), None)
-    if sensor is None:
-        raise InputError(
-            "None of the recordings has a temperature.",
-            f"Record the column {_SENSORS[0]} (oil or housing).",
-        )
-    time_s, temperature, ambient = _curve(recordings, sensor)
-    cooling = estimate_cooling(time_s, temperature, ambient)
-    end_s = float(time_s[-1] - time_s[0]) if time_s.size else 0.0
+    name, oils = oils_for(oil, recordings)
+    history = history_of(recordings)
+    cooling = _cooling(history)
+    end_s = float(np.ptp(history.time_s)) if history.time_s.size else 0.0
     forecasts = {
         end_s + h * _HOUR_S: cooling.forecast(end_s + h * _HOUR_S) for h in (0.5, 1.0, 2.0)
     }
-    points = _points(recordings, sensor)
+    points = _points(recordings, history.sensor)
+    surface = _surface(points, name)
+    trend = temperature_or_time(
+        [signals_of(r) for r in recordings],
+        temperatures_of(recordings, history.sensor),
+        history.starts_s,
+    )
+    compared = None
+    if oils and surface.identified and points is not None:
+        speeds = np.geomspace(points.speed_rad_s.min(), points.speed_rad_s.max(), _SPEEDS)
+        compared = compare_oils(surface, name, oils, speeds)
     return Thermal(
         tuple(Path(r.source).name for r in recordings),
-        sensor,
+        history.sensor,
         cooling,
         forecasts,
         until_degc,
         cooling.time_to(until_degc),
-        _surface(points, oil),
+        surface,
         points,
-        temperature_or_time([signals_of(r) for r in recordings], _temperatures(recordings, sensor)),
-        (time_s, temperature),
+        trend,
+        (history.time_s, history.temperature_degc),
+        compared,
+        "" if oils or not name else unknown_oil(name),
     )
 
 
-def _temperatures(recordings: Sequence[Recording], sensor: str) -> list[Floats | None]:
-    """Return each recording's temperature on the samples that the estimators see."""
-    out: list[Floats | None] = []
-    for recording in recordings:
-        if sensor not in recording:
-            out.append(None)
-            continue
-        at = np.asarray(recording["time_s"], dtype=np.float64)
-        values = np.asarray(recording[sensor], dtype=np.float64)
-        kept = np.isfinite(values)
-        seen = signals_of(recording).time_s
-        out.append(np.interp(seen, at[kept], values[kept]) if kept.any() else None)
-    return out
-
-
-def _curve(recordings: Sequence[Recording], sensor: str) -> tuple[Floats, Floats, Floats | None]:
-    """Return time, temperature and ambient of all recordings, one after another by their start."""
-    own = [r for r in recordings if sensor in r]
-    starts = [_start_s(r) for r in own]
-    if len(own) > 1 and any(s is None for s in starts):
-        own, starts = own[:1], starts[:1]
-    first = min((s for s in starts if s is not None), default=0.0)
-    pieces = sorted(
-        ((0.0 if s is None else s - first, r) for s, r in zip(starts, own, strict=True)),
-        key=lambda piece: piece[0],
-    )
-    time = np.concatenate([offset + np.asarray(r["time_s"], dtype=float) for offset, r in pieces])
-    temperature = np.concatenate([np.asarray(r[sensor], dtype=float) for _, r in pieces])
-    measured = all(_AMBIENT in r for _, r in pieces)
-    ambient = (
-        np.concatenate([np.asarray(r[_AMBIENT], dtype=float) for _, r in pieces])
-        if measured
-        else None
-    )
-    kept = np.isfinite(temperature) & np.isfinite(time)
-    # Recordings that overlap in wall time (copies, a clock set back) leave no curve behind them.
-    kept &= time >= np.maximum.accumulate(np.where(np.isfinite(time), time, -np.inf))
-    index = np.flatnonzero(kept)
-    index = index[np.diff(time[index], prepend=-np.inf) > 0.0]
-    return time[index], temperature[index], None if ambient is None else ambient[index]
-
-
-def _start_s(recording: Recording) -> float | None:
-    """Return when a recording started, in seconds, where it says so."""
-    text = recording.metadata.started_at
-    if not text:
-        return None
-    try:
-        return datetime.fromisoformat(text).timestamp()
-    except ValueError:
-        return None
+def _cooling(history: History) -> Cooling:
+    if history.reason:
+        return Cooling.not_identified(history.reason)
+    return estimate_cooling(history.time_s, history.temperature_degc, history.ambient_degc)
 
 
 def _points(recordings: Sequence[Recording], sensor: str) -> SurfacePoints | None:
@@ -242,8 +204,27 @@ def thermal_text(found: Thermal) -> str:
         lines += [_row(name, p) for name, p in found.surface.parameters.items()]
     if found.surface.reason:
         lines.append(f"  {found.surface.reason}.")
-    lines += ["", f"Temperature or time: {found.trend.sentence}"]
+    lines += [*_oil_lines(found), "", f"Temperature or time: {found.trend.sentence}"]
     return "\n".join(lines)
+
+
+def _oil_lines(found: Thermal) -> list[str]:
+    """Return what each oil would make of the friction, at the fastest speed that was driven."""
+    if found.oils_reason:
+        return ["", f"Other oils: {found.oils_reason}"]
+    if found.oils is None:
+        return []
+    oils = found.oils
+    speed = float(oils.speed_rad_s[-1])
+    lines = ["", f"With each oil at {oils.temperature_degc:.0f} °C, at {speed:.3g} rad/s:"]
+    for curve in oils.curves:
+        label = f"{curve.name} (in use)" if curve.in_use else curve.name
+        if curve.reason:
+            lines.append(f"  {label:<40} {curve.reason}.")
+        else:
+            low, high = (float(end) for end in curve.ci95_nm[-1])
+            lines.append(_row(label, Parameter(float(curve.friction_nm[-1]), (low, high)), "N m"))
+    return [*lines, f"  ({ASSUMPTION}.)"]
 
 
 def _rms(surface: Surface) -> str:

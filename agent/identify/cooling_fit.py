@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from agent.identify.result import Floats
 from agent.identify.uncertainty import correlation_time, student_975
@@ -21,6 +22,7 @@ _GRID = 240
 _SLOWEST, _FASTEST = 2e-3, 60.0  # r times the curve's duration
 _EDGE_WEIGHT = 0.02
 _LAGS = 10
+_GAP = 10.0  # times the usual step of time
 _SIGNIFICANT = 2.0
 
 
@@ -49,6 +51,21 @@ class CoolingDraws:
     rmse_degc: float
     wander_degc: float
     bends: bool
+
+
+def neighbours(time_s: Floats, most: int) -> NDArray[np.int64]:
+    """Return the block of every sample, rising from 0: about `most` of equal numbers of samples.
+
+    No block reaches over a gap, as between two recordings: a mean over it would be at no time that
+    was measured.
+    """
+    step = np.diff(time_s)
+    gap = step > _GAP * np.median(step) if step.size else np.zeros(0, dtype=np.bool_)
+    first = np.concatenate(([0], np.flatnonzero(gap) + 1))
+    lengths = np.diff(np.append(first, time_s.size))
+    own = np.arange(time_s.size) - np.repeat(first, lengths)
+    width = max(-(-time_s.size // most), 1)
+    return np.cumsum(own % width == 0).astype(np.int64) - 1
 
 
 def followed(rate_per_s: float, time_s: Floats, ambient_degc: Floats | None) -> Floats:

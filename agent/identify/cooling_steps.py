@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agent.identify.cooling_fit import DRAWS, CoolingDraws, colour, followed
+from agent.identify.cooling_fit import DRAWS, CoolingDraws, colour, followed, neighbours
 from agent.identify.result import Floats
 from agent.physics.thermal import relaxed_degc
 
@@ -108,8 +108,7 @@ def fit_steps(
 
 def _counted(time_s: Floats, temperature: Floats) -> _Readings:
     """Count the readings of one level in every short block."""
-    width = -(-time_s.size // _BLOCKS)
-    block = np.arange(time_s.size) // width
+    block = neighbours(time_s, _BLOCKS)
     keys, inverse = np.unique(np.stack((block, temperature)), axis=1, return_inverse=True)
     count = np.bincount(inverse.ravel()).astype(np.float64)
     mean = np.bincount(inverse.ravel(), weights=time_s) / count

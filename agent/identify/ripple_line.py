@@ -128,9 +128,7 @@ def _line(
     at = int(np.argmin(np.abs(found.rest.order - order)))
     variance = found.rest.variance[:, at]
     size = np.hypot(pairs[:, 0], pairs[:, 1])
-    length = np.array([float(np.ptp(p.angle_rad)) for p in passes])
-    information = float(np.sum(size**2 * length**2 / (12.0 * variance)))
-    half = student_975(BACKGROUND_DOF) / math.sqrt(max(information, 1e-300))
+    half = student_975(BACKGROUND_DOF) / math.sqrt(max(found.information[i], 1e-300))
     amplitude, kind, reason = _kind(passes, pairs, variance)
     return RippleLine(
         Parameter(order, (order - half, order + half)),

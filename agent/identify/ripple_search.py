@@ -37,11 +37,13 @@ _BETWEEN = math.sqrt(math.pi / 3.0)  # of samples that lie evenly along the pass
 class Found:
     """Orders that stand out, the chance of each, and the spectra before and after.
 
-    `first` has all orders in it, `rest` none that was found.
+    `first` has all orders in it, `rest` none that was found; `information` is the reciprocal of
+    each order's variance.
     """
 
     orders: tuple[float, ...]
     chances: tuple[float, ...]
+    information: tuple[float, ...]
     first: Spectrum
     rest: Spectrum
 
@@ -86,7 +88,10 @@ def search(passes: Sequence[AnglePass], grid: Grid) -> Found:
         best = int(np.argmax(statistic))
         chance = _chance(float(statistic[best]), len(groups), grid.independent)
         if chance > _ALPHA or len(orders) == _MOST_LINES:
-            return Found(tuple(orders), tuple(chances), first, spectrum)
+            _, information = _gradient(passes, orders, _weights(orders, spectrum))
+            return Found(
+                tuple(orders), tuple(chances), tuple(information.tolist()), first, spectrum
+            )
         orders.append(float(spectrum.order[best]))
         chances.append(min(chance, 1.0))
         orders = _refined(passes, orders, grid, spectrum)
@@ -124,11 +129,11 @@ def _refined(
     Passes count by the noise at the order, which coloured noise makes a matter of their speed.
     """
     orders = list(orders)
-    at = [int(np.argmin(np.abs(background.order - order))) for order in orders]
-    weight = 1.0 / background.variance[:, at]
+    weight = _weights(orders, background)
     reach = _REFINED_BY * grid.apart
     for _ in range(_REFINEMENTS):
-        step = _newton_step(passes, orders, weight)
+        gain, information = _gradient(passes, orders, weight)
+        step = gain / np.maximum(information, 1e-300)
         for i, change in enumerate(np.clip(step, -reach, reach)):
             moved = orders[i] + float(change)
             # Two orders must not run into each other: their amplitudes would grow without bound.
@@ -138,9 +143,17 @@ def _refined(
     return orders
 
 
-def _newton_step(passes: Sequence[AnglePass], orders: Sequence[float], weight: Floats) -> Floats:
-    """Return by how much each order should change, shape (m,), for weights of shape (p, m)."""
-    gain, curvature = np.zeros(len(orders)), np.zeros(len(orders))
+def _weights(orders: Sequence[float], background: Spectrum) -> Floats:
+    """Return the reciprocal variance of an amplitude at each order in each pass, shape (p, m)."""
+    at = [int(np.argmin(np.abs(background.order - order))) for order in orders]
+    return np.asarray(1.0 / background.variance[:, at])
+
+
+def _gradient(
+    passes: Sequence[AnglePass], orders: Sequence[float], weight: Floats
+) -> tuple[Floats, Floats]:
+    """Return the log likelihood's slope by each order, and its information; shape (m,)."""
+    gain, information = np.zeros(len(orders)), np.zeros(len(orders))
     for p, own in zip(passes, weight, strict=True):
         columns = p.columns(orders)
         basis, upper = np.linalg.qr(columns)
@@ -151,6 +164,6 @@ def _newton_step(passes: Sequence[AnglePass], orders: Sequence[float], weight: F
         slopes = p.angle_rad[:, np.newaxis] * (theta[TREND + 1 :: 2] * cos - theta[TREND::2] * sin)
         slopes -= basis @ (basis.T @ slopes)
         # The variance of an amplitude is that of a sample times 2/n.
-        gain += own * (slopes.T @ rest) / rest.size
-        curvature += own * np.einsum("ij,ij->j", slopes, slopes) / rest.size
-    return np.asarray(gain / np.maximum(curvature, 1e-300))
+        gain += 2.0 * own * (slopes.T @ rest) / rest.size
+        information += 2.0 * own * np.einsum("ij,ij->j", slopes, slopes) / rest.size
+    return gain, information

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from agent.identify.cooling_fit import CoolingDraws, fit_cooling
+from agent.identify.cooling_fit import CoolingDraws, fit_cooling, neighbours
 from agent.identify.cooling_steps import fit_steps, is_coarse, step_of
 from agent.identify.result import Floats, Parameter
 from agent.physics.thermal import relaxation_time_s, relaxed_degc
@@ -28,6 +28,7 @@ _LEAST_POINTS = 12
 _LOOSE = 5.0  # ratio of the ends of r's interval that leaves its order of magnitude only
 _NOISES = 6.0  # change of temperature, in deviations of the noise, below which it is constant
 _LEAST_CHANGE_DEGC = 0.3
+_STRAYS = 0.08  # of its whole change: what a curve may wander slowly about one law
 _LEAST_STEPS = 4.0  # of a coarse sensor, that its readings must fall or rise by
 
 
@@ -68,6 +69,17 @@ class Cooling:
     draws: Floats = field(repr=False)
     wander_degc: float = 0.0
     sensor_step_degc: float = 0.0
+
+    @classmethod
+    def not_identified(
+        cls, reason: str, duration_s: float = 0.0, ambient_degc: Parameter | None = None
+    ) -> Cooling:
+        """Return a curve that carries no law, with the reason."""
+        none = Parameter.not_identified(reason)
+        air = _ambient(None) if ambient_degc is None else ambient_degc
+        return cls(
+            False, reason, none, none, none, air, none, math.nan, duration_s, np.empty((0, 3))
+        )
 
     def forecast(self, at_s: float) -> Parameter:
         """Return the temperature `at_s` seconds after the first sample, with its interval.
@@ -165,6 +177,8 @@ def estimate_cooling(
             ambient,
         )
     fit, step = fit_cooling(*thin), step_of(temperature)
+    if fit.wander_degc > max(_STRAYS * float(np.ptp(temperature)), 0.5 * step):
+        return _nothing(_strays(fit, time), time, ambient)
     if not is_coarse(step, fit.rmse_degc):
         return _described(fit, time, ambient)
     if change < _LEAST_STEPS * step:
@@ -175,6 +189,14 @@ def estimate_cooling(
             ambient,
         )
     return _described(fit_steps(time, temperature, ambient, step, fit), time, ambient, step)
+
+
+def _strays(fit: CoolingDraws, time_s: Floats) -> str:
+    return (
+        f"not identified: over {float(time_s[-1]) / 3600.0:.2g} h the temperature strays by "
+        f"{fit.wander_degc:.1f} degC from one cooling or warming law; take the hours of rest by "
+        "themselves, or those under one constant cycle"
+    )
 
 
 def _described(
@@ -244,26 +266,20 @@ def _checked(
 def _thinned(
     time_s: Floats, temperature: Floats, ambient: Floats | None
 ) -> tuple[Floats, Floats, Floats | None]:
-    """Return means over neighbouring samples, at most some hundred; nothing is averaged a gap."""
-    block = -(-time_s.size // _POINTS)
-    if block < 2:
-        return time_s, temperature, ambient
-    starts = np.arange(0, time_s.size, block)
-    count = np.diff(np.append(starts, time_s.size))
-    means = [
-        None if x is None else np.add.reduceat(x, starts) / count
-        for x in (time_s, temperature, ambient)
-    ]
-    assert means[0] is not None
-    assert means[1] is not None
-    return means[0], means[1], means[2]
+    """Return means over neighbouring samples, at most some hundred; none reaches over a gap."""
+    block = neighbours(time_s, _POINTS)
+    count = np.bincount(block)
+
+    def averaged(values: Floats) -> Floats:
+        return np.asarray(np.bincount(block, weights=values) / count, dtype=np.float64)
+
+    air = None if ambient is None else averaged(ambient)
+    return averaged(time_s), averaged(temperature), air
 
 
 def _nothing(reason: str, time_s: Floats, ambient: Floats | None) -> Cooling:
-    none = Parameter.not_identified(reason)
     duration = float(np.ptp(time_s)) if time_s.size else 0.0
-    air = _ambient(ambient)
-    return Cooling(False, reason, none, none, none, air, none, math.nan, duration, np.empty((0, 3)))
+    return Cooling.not_identified(reason, duration, _ambient(ambient))
 
 
 def _ambient(ambient: Floats | None) -> Parameter:

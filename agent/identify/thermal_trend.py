@@ -69,22 +69,27 @@ class TemperatureOrTime:
 
 
 def temperature_or_time(
-    recordings: Sequence[Signals], temperature_degc: Sequence[Floats | None]
+    recordings: Sequence[Signals],
+    temperature_degc: Sequence[Floats | None],
+    starts_s: Sequence[float] | None = None,
 ) -> TemperatureOrTime:
-    """Tell whether friction follows temperature or time within the recordings.
+    """Tell whether friction follows temperature or time.
 
     Parameters
     ----------
     recordings : sequence of Signals
-        Of one axis; time is counted within each, and a level of its own is given to each velocity
-        of each recording.
+        Of one axis.
     temperature_degc : sequence of ndarray or None
         Temperature at the recordings' own samples.
+    starts_s : sequence of float, optional
+        When each recording started, on one clock: they then are one history. Without it, time is
+        counted within each recording, and each velocity has a level of its own in each.
     """
     rows = []
     for i, (signals, temperature) in enumerate(zip(recordings, temperature_degc, strict=True)):
         if temperature is not None:
-            rows += _passes(signals, temperature, i)
+            start = None if starts_s is None else starts_s[i]
+            rows += _passes(signals, temperature, i, start)
     table = np.array(rows).reshape(-1, 5)
     groups = _levels(table[:, 1], table[:, 0])
     sizes = np.bincount(groups) if groups.size else np.zeros(0, dtype=np.int64)
@@ -106,8 +111,13 @@ def temperature_or_time(
     return _judge(table)
 
 
-def _passes(signals: Signals, temperature: Floats, recording: int) -> list[tuple[float, ...]]:
-    """Return (recording, velocity, temperature, time, friction) of every steady pass."""
+def _passes(
+    signals: Signals, temperature: Floats, recording: int, start_s: float | None
+) -> list[tuple[float, ...]]:
+    """Return (recording, velocity, temperature, time, friction) of every steady pass.
+
+    With a common clock all recordings are one.
+    """
     out: list[tuple[float, ...]] = []
     for window in find_windows(read_motion(signals)):
         index = np.arange(window.start, window.stop)
@@ -116,10 +126,10 @@ def _passes(signals: Signals, temperature: Floats, recording: int) -> list[tuple
             friction = math.copysign(1.0, window.velocity_rad_s) * signals.torque_nm[index].mean()
             out.append(
                 (
-                    float(recording),
+                    float(recording) if start_s is None else 0.0,
                     window.velocity_rad_s,
                     float(temperature[index].mean()),
-                    float(signals.time_s[index].mean()),
+                    float(signals.time_s[index].mean()) + (start_s or 0.0),
                     float(friction),
                 )
             )

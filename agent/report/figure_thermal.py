@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from agent.identify.friction_surface import Surface
+from agent.identify.oil_change import OilComparison
 from agent.identify.result import Floats
 from agent.identify.surface_law import SurfacePoints
 from agent.identify.thermal import Cooling
 from agent.numbers import scale_for
 from agent.report.canvas import (
+    INK,
+    MEASURED,
     MUTED,
     PREDICTED,
     SHADE,
@@ -42,6 +47,7 @@ def figure_thermal(
     cooling: Cooling,
     surface: Surface,
     points: SurfacePoints | None,
+    oils: OilComparison | None = None,
     *,
     narrow: bool = False,
 ) -> Figure:
@@ -57,22 +63,78 @@ def figure_thermal(
         Drawn as one line for every temperature of `points`, where there is a law.
     points : SurfacePoints, optional
         Without them there is no second panel.
+    oils : OilComparison, optional
+        Drawn as a third panel: each oil's friction curve, and the points of the oil in use.
     narrow : bool
         Draw for a phone's width.
 
     Raises
     ------
     ValueError
-        If there is no temperature to draw.
+        If there is neither a temperature nor a friction curve to draw.
     """
-    if not time_s.size:
-        raise ValueError("expected temperatures, got none")
-    panel = Panel(2.3, WITH_LABELS_IN)
-    panels = stacked([panel] * (1 if points is None else 2), narrow=narrow, header_in=0.2)
-    _temperature(panels[0], time_s, temperature_degc, cooling)
+    drawn: list[Callable[[Axes], None]] = []
+    if time_s.size:
+        drawn.append(lambda axes: _temperature(axes, time_s, temperature_degc, cooling))
     if points is not None:
-        _friction(panels[1], surface, points)
+        drawn.append(lambda axes: _friction(axes, surface, points))
+    if points is not None and oils is not None:
+        drawn.append(lambda axes: _oils(axes, oils, points))
+    if not drawn:
+        raise ValueError("expected temperatures or friction curves, got neither")
+    panels = stacked([Panel(2.3, WITH_LABELS_IN)] * len(drawn), narrow=narrow, header_in=0.2)
+    for axes, draw in zip(panels, drawn, strict=True):
+        draw(axes)
     return figure_of(panels[0])
+
+
+def _oils(axes: Axes, oils: OilComparison, points: SurfacePoints) -> None:
+    """Draw the friction curve of each oil, and what was measured near that temperature."""
+    shown = [curve for curve in oils.curves if not curve.reason]
+    scale = scale_for("N m", [float(curve.friction_nm.max()) for curve in shown])
+    styles: tuple[tuple[str, str], ...] = (
+        (MEASURED, "-"),
+        (PREDICTED, "--"),
+        (INK, ":"),
+        (MUTED, "-."),
+    )
+    for curve, (color, style) in zip(shown, itertools.cycle(styles), strict=False):
+        label = f"{curve.name} (in use)" if curve.in_use else curve.name
+        low, high = curve.ci95_nm.T * scale.factor
+        axes.fill_between(oils.speed_rad_s, low, high, color=color, alpha=0.12, lw=0.0)
+        axes.plot(
+            oils.speed_rad_s,
+            curve.friction_nm * scale.factor,
+            color=color,
+            ls=style,
+            lw=1.2,
+            label=label,
+        )
+    groups = points.groups()
+    means = np.array([points.temperature_degc[groups == g].mean() for g in range(groups.max() + 1)])
+    nearest = int(np.argmin(np.abs(means - oils.temperature_degc)))
+    own = points.take(groups == nearest)
+    axes.plot(
+        own.speed_rad_s,
+        own.friction_nm * scale.factor,
+        "o",
+        ms=3,
+        color=MEASURED,
+        label=f"measured, {means[nearest]:.0f} °C",
+    )
+    axes.set_xlabel("motor speed, rad/s")
+    axes.set_ylabel(f"friction torque, {scale.unit}")
+    axes.set_title(f"each oil at {oils.temperature_degc:.0f} °C")
+    key_in_header(axes, columns=5)
+    left_out = [curve.name for curve in oils.curves if curve.reason]
+    if left_out:
+        axes.annotate(
+            f"{', '.join(left_out)}: outside what was measured",
+            (0.99, 0.03),
+            xycoords="axes fraction",
+            ha="right",
+            color=MUTED,
+        )
 
 
 def thermal_in_words(cooling: Cooling, surface: Surface) -> str:
