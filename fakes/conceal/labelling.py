@@ -1,0 +1,113 @@
+"""What a label says: effects, where they live, and which share of the mismatch is whose."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+from fakes.conceal.concealment import Basis, Region
+from fakes.conceal.outsiders import PREFIX
+from fakes.conceal.rehearsal import Rehearsal, known_numbers
+from fakes.conceal.small import Put, all_in
+
+MATERIAL = 0.02
+"""Share of the residual's energy from which a nuisance is worth naming, and naming it is right."""
+
+
+def describe(rehearsal: Rehearsal, small: Sequence[Put], large: Sequence[Put]) -> dict[str, Any]:
+    """Return what is true of a case, ready for JSON.
+
+    ``energy_share`` of an effect is what the refitted structure's squared residual loses when this
+    effect alone is taken away, over what it loses when all are; correlated effects need not sum to
+    one. Nuisances are logged with the mean square by which they move the residual, and its share
+    of all of it, noise included.
+    """
+    robot = rehearsal.robot
+    basis = _common_basis(large)
+    without = rehearsal.fit(rehearsal.see(all_in(robot.truth, small)), basis).rms_nm ** 2
+    seen = rehearsal.see(all_in(robot.truth, [*small, *large]))
+    everything = rehearsal.fit(seen, basis)
+    excess = max(everything.rms_nm**2 - without, 0.0)
+    found = []
+    for index, put in enumerate(large):
+        rest = [*small, *large[:index], *large[index + 1 :]]
+        left = rehearsal.fit(rehearsal.see(all_in(robot.truth, rest)), basis).rms_nm ** 2
+        share = (everything.rms_nm**2 - left) / excess if excess > 0.0 else 0.0
+        found.append(_entry(rehearsal, put, small, large) | {"energy_share": share})
+    residual = everything.rms_nm**2 + rehearsal.floor_nm**2
+    nuisances = []
+    for put in small:
+        energy = put.moved_nm[basis] ** 2
+        nuisances.append(
+            _entry(rehearsal, put, small, large)
+            | {
+                "energy_nm2": energy,
+                "share_of_residual": energy / residual,
+                "counts_as_true": energy >= MATERIAL * residual,
+            }
+        )
+    return {
+        "effects": found,
+        "nuisances": nuisances,
+        "noise_floor_nm": rehearsal.floor_nm,
+        "basis": basis,
+        "excess_nm": excess**0.5,
+        "snr": excess**0.5 / rehearsal.floor_nm,
+        "structure_left_nm": without**0.5,
+        "base": known_numbers(robot.truth),
+        "refitted": everything.numbers,
+        "gear_ratio": robot.truth.gear_ratio,
+        "sensing": asdict(robot.sensing),
+        "expected_verdict": _verdict(large),
+    }
+
+
+def _common_basis(large: Sequence[Put]) -> Basis:
+    """Return the basis on which all effects together show."""
+    bases = {put.concealment.basis for put in large}
+    if "as-given" in bases:
+        return "as-given"
+    return "commanded" if "commanded" in bases else "refitted"
+
+
+def _verdict(large: Sequence[Put]) -> str:
+    if not large:
+        return "no-mismatch"
+    outside = [put.concealment.effect.startswith(PREFIX) for put in large]
+    if all(outside):
+        return "unexplained"
+    return "partly-explained" if any(outside) else "explained"
+
+
+def _entry(
+    rehearsal: Rehearsal, put: Put, small: Sequence[Put], large: Sequence[Put]
+) -> dict[str, Any]:
+    truth = all_in(rehearsal.robot.truth, [*small, *large])
+    concealment = put.concealment
+    return {
+        "effect": concealment.effect,
+        "also": list(concealment.also),
+        "form": concealment.form,
+        "basis": concealment.basis,
+        "snr": put.snr,
+        "parameters": dict(concealment.parameters(truth)),
+        "where": [_driven(rehearsal, r).to_json() for r in concealment.where(truth)],
+    }
+
+
+def _driven(rehearsal: Rehearsal, region: Region) -> Region:
+    """Return the region as far as the runs reach: temperatures and recordings are theirs."""
+    states = [run.state for run in rehearsal.runs]
+    reach = {
+        "recording": (0.0, len(states) - 1.0),
+        "gearbox_temperature_degc": (
+            min(s.oil_degc for s in states),
+            max(s.oil_degc for s in states),
+        ),
+        "motor_temperature_degc": (
+            min(s.winding_degc for s in states),
+            max(s.winding_degc for s in states),
+        ),
+    }.get(region.variable)
+    return region if reach is None else Region(region.variable, *reach)

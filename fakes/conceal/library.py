@@ -1,0 +1,77 @@
+"""Everything that can be concealed, by its id, and which of it looks alike."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from fakes.conceal import effects_friction as friction
+from fakes.conceal import effects_other as other
+from fakes.conceal.concealment import Maker
+from fakes.conceal.outsiders import OUTSIDERS
+
+EFFECTS: Mapping[str, Maker] = {
+    "stribeck": friction.stribeck,
+    "viscous-nonlinear": friction.viscous_nonlinear,
+    "direction-asymmetry": friction.direction_asymmetry,
+    "load-dependent-friction": friction.load_dependent_friction,
+    "temperature-dependent-friction": friction.temperature_dependent_friction,
+    "position-dependent-friction": friction.position_dependent_friction,
+    "presliding-hysteresis": friction.presliding_hysteresis,
+    "friction-drift": friction.friction_drift,
+    "torque-ripple": other.torque_ripple,
+    "kinematic-error": other.kinematic_error,
+    "torque-constant-error": other.torque_constant_error,
+    "torque-offset": other.torque_offset,
+    "torque-saturation": other.torque_saturation,
+    "measurement-delay": other.measurement_delay,
+    "resolver-error": other.resolver_error,
+    "inertia-error": other.inertia_error,
+    "wrong-number": other.wrong_number,
+    "gravity-imbalance": other.gravity_imbalance,
+    "cable-force": other.cable_force,
+    "joint-flexibility": other.joint_flexibility,
+    "backlash": other.backlash,
+    "local-fault": other.local_fault,
+}
+"""Every effect of contract section 4."""
+
+LOOK_ALIKES: tuple[tuple[str, str], ...] = (
+    ("temperature-dependent-friction", "friction-drift"),
+    ("torque-constant-error", "temperature-dependent-friction"),
+    ("stribeck", "viscous-nonlinear"),
+    ("load-dependent-friction", "position-dependent-friction"),
+    ("position-dependent-friction", "local-fault"),
+    ("gravity-imbalance", "torque-offset"),
+    ("gravity-imbalance", "cable-force"),
+    ("cable-force", "torque-offset"),
+    ("direction-asymmetry", "torque-offset"),
+    ("presliding-hysteresis", "backlash"),
+    ("presliding-hysteresis", "measurement-delay"),
+    ("joint-flexibility", "backlash"),
+    ("joint-flexibility", "measurement-delay"),
+    ("torque-ripple", "kinematic-error"),
+    ("torque-ripple", "resolver-error"),
+    ("torque-ripple", "inertia-error"),
+)
+"""Pairs that a cycle can confuse; to test one, conceal either and look for the other's name."""
+
+NUISANCES = (
+    "torque-ripple",
+    "direction-asymmetry",
+    "torque-offset",
+    "position-dependent-friction",
+    "cable-force",
+    "stribeck",
+    "viscous-nonlinear",
+    "load-dependent-friction",
+)
+"""What every real joint has a little of."""
+
+
+def maker(effect: str) -> Maker:
+    """Return what draws an effect, or refuse a word that is none."""
+    found = EFFECTS.get(effect) or OUTSIDERS.get(effect)
+    if found is None:
+        known = ", ".join((*EFFECTS, *OUTSIDERS))
+        raise ValueError(f"effect: expected one of {known}; got {effect!r}")
+    return found
