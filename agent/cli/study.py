@@ -26,22 +26,36 @@ from agent.identify.thresholding import (
     sweep_acceleration,
 )
 from agent.record.atomic import publish
-from agent.record.reading import read_all
-from agent.report.study import StudyPage, write_study_page
+from agent.record.reading import read, read_all
+from agent.report.study import StudyPage, validation_in_words, write_study_page
 
 SCHEMA = "stribeck.study/1"
 _RUNS_FOR_SPEEDS = 3
 
 
-def run_study(patterns: Sequence[str], out: Path, *, as_json: bool) -> None:
+def run_study(
+    patterns: Sequence[str], out: Path, *, as_json: bool, validation: str | None = None
+) -> None:
     """Study the regression of these recordings, write page and numbers, print the finding.
+
+    Parameters
+    ----------
+    patterns : sequence of str
+        The recordings of the fit.
+    out : Path
+        Folder of the page and its numbers.
+    as_json : bool
+        Whether the numbers go to stdout.
+    validation : str, optional
+        A run of its own, best the reversed stair: its residual is judged in place of the fit's.
 
     Raises
     ------
     agent.errors.InputError
         Where the recordings carry no rigid body.
     """
-    conclusion = conclude(read_all(patterns))
+    unseen = None if validation is None else read(validation)
+    conclusion = conclude(read_all(patterns), unseen)
     page = study_of(conclusion)
     try:
         out.mkdir(parents=True, exist_ok=True)
@@ -56,6 +70,8 @@ def run_study(patterns: Sequence[str], out: Path, *, as_json: bool) -> None:
         typer.echo(document)
         return
     typer.echo(page.sentence)
+    if page.validation is not None:
+        typer.echo(f"\n{validation_in_words(page.validation)}")
     for finding in page.findings:
         typer.echo(f"  - {finding}")
     typer.echo(f"\nOpen this file:\n  {written}")
@@ -78,7 +94,9 @@ def study_of(conclusion: Conclusion) -> StudyPage:
         )
     motions = [read_motion(signals_of(r)) for r in conclusion.recordings]
     sweep = sweep_acceleration(rows_of(motions, cutoff_hz))
-    stretches = [s for motion in motions for s in filter_motion(motion, cutoff_hz)]
+    unseen = conclusion.validation
+    judged = motions if unseen is None else [read_motion(signals_of(unseen))]
+    stretches = [s for motion in judged for s in filter_motion(motion, cutoff_hz)]
     residual = residual_of(stretches, body, cutoff_hz)
     correlation: Correlation | None
     try:
@@ -92,7 +110,8 @@ def study_of(conclusion: Conclusion) -> StudyPage:
         sweep=sweep,
         correlation=correlation,
         findings=findings,
-        judged_on=", ".join(motion.signals.name for motion in motions),
+        judged_on=", ".join(motion.signals.name for motion in judged),
+        validation=conclusion.estimate.validation,
         speeds=_speeds(motions, cutoff_hz),
         instrumental=fit_instrumental(motions, cutoff_hz) if commanded else None,
     )
@@ -110,7 +129,8 @@ def to_json(page: StudyPage, conclusion: Conclusion) -> dict[str, Any]:
             "samples": page.sweep.samples.tolist(),
             **_regressions(page.sweep),
         },
-        "residual": {"findings": list(page.findings)},
+        "residual": {"judged_on": page.judged_on, "findings": list(page.findings)},
+        "validation": None if page.validation is None else page.validation.to_json(),
         "speeds": None,
         "instrumental": None,
     }

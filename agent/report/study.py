@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from agent.identify.instrumental import InstrumentalFit
 from agent.identify.residuals import Correlation
-from agent.identify.result import Parameter
+from agent.identify.result import Parameter, Validation
 from agent.identify.thresholding import AccelerationSweep, SpeedStudy
 from agent.numbers import parameter_label, parameter_unit, scale_for, significant, written
 from agent.record.atomic import publish
@@ -51,6 +51,8 @@ class StudyPage:
         One fit for every run, where there are several.
     instrumental : InstrumentalFit or None
         Where the recordings hold the commanded trajectory.
+    validation : Validation or None
+        How well a run is predicted that the fit has not seen; then it is judged.
     """
 
     sentence: str
@@ -60,6 +62,18 @@ class StudyPage:
     judged_on: str
     speeds: SpeedStudy | None = None
     instrumental: InstrumentalFit | None = None
+    validation: Validation | None = None
+
+
+def validation_in_words(validation: Validation) -> str:
+    """Say how well the rigid body predicts a run that it has not seen."""
+    scale = scale_for("N m", [validation.rmse_nm])
+    return (
+        f"On {validation.recording}, which the fit has not seen, the rigid body predicts the "
+        f"torque with {validation.fit_percent:.1f} % fit; "
+        f"{significant(scale.factor * validation.rmse_nm, 3)} {scale.unit} rms is left, a relative "
+        f"torque error of {validation.relative_torque_error_percent:.2f} %."
+    )
 
 
 def write_study_page(path: Path, page: StudyPage, *, robot: str = "", axis: int | str = "") -> Path:
@@ -101,6 +115,7 @@ def study_html(page: StudyPage, *, robot: str = "", axis: int | str = "") -> str
         if page.speeds is None
         else _picture(page.speeds, figure_speed_study, speed_study_in_words),
         steps=sweep_rows(page.sweep),
+        validation="" if page.validation is None else validation_in_words(page.validation),
         instrument_rows=() if page.instrumental is None else _instrument_rows(page.instrumental),
         strength="" if page.instrumental is None else significant(page.instrumental.strength, 3),
     )
