@@ -177,6 +177,20 @@ def thermal(
     run_thermal(recordings, until, oil, picture, as_json=json)
 
 
+@app.command(short_help="what the joint does where it turns round")
+def reversals(
+    recordings: Recordings,
+    picture: Annotated[
+        Path | None, typer.Option(help="Write the picture to this file (.svg or .png).")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Identify presliding (Dahl, Bliman-Sorine, LuGre) and the gear's clearance from reversals."""
+    from agent.cli.reversals import run_reversals
+
+    run_reversals(recordings, picture, as_json=json)
+
+
 @app.command(short_help="a simulated servo drive as a process")
 def fake(
     interface: Annotated[

@@ -13,7 +13,7 @@ from agent.identify.result import Floats
 
 @dataclass(frozen=True)
 class Signals:
-    """One recording's arrays, all of shape (n,), SI, motor side.
+    """One recording's arrays, all of shape (n,), SI, motor side but for `position_arm_rad`.
 
     `valid` is False where any needed sample is NaN or infinite. `velocity_rad_s` is the drive's
     own, or None when it must be derived from `position_rad`; at least one of the two is there.
@@ -30,6 +30,7 @@ class Signals:
     gearbox_temperature_degc: Floats | None = None
     velocity_command_rad_s: Floats | None = None
     position_command_rad: Floats | None = None
+    position_arm_rad: Floats | None = None
     phase: NDArray[np.str_] | None = None
 
     @classmethod
@@ -82,5 +83,6 @@ class Signals:
             gearbox_temperature_degc=floats("gearbox_temperature_degc"),
             velocity_command_rad_s=floats("velocity_command_rad_s"),
             position_command_rad=floats("position_command_rad"),
+            position_arm_rad=floats("position_arm_rad"),
             phase=np.asarray(columns["phase"], dtype=np.str_) if "phase" in columns else None,
         )

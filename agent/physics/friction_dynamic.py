@@ -149,6 +149,26 @@ class LuGre:
         return np.asarray(bristles + damping + self.viscous_nm_s_per_rad * velocity_rad_s)
 
 
+def stop(travel_rad: Floats, reach_rad: float) -> Floats:
+    """Return how far an element that slips beyond its reach is drawn out, shape (n,).
+
+    ``x <- clip(x + ds, -reach, reach)`` from 0: the stop operator (Prandtl, ZAMM 8 (1928) 85),
+    which is a spring under dry friction, or the motor's place in a clearance behind which a held
+    arm stands still.
+
+    Parameters
+    ----------
+    travel_rad : ndarray, shape (n,)
+        Signed travel of the step that ends at each sample.
+    reach_rad : float
+        Travel that it takes up to either side, above zero.
+    """
+    from agent.physics.kernels import gap_angle
+
+    # A spring that never relaxes in series with the gap moves the gap alone.
+    return np.asarray(gap_angle(np.cumsum(travel_rad), np.zeros_like(travel_rad), reach_rad, 0.0))
+
+
 def _cut(velocity_rad_s: Floats) -> Floats:
     """Return the share of each step, shape (n,), that its first piece takes; the first is 0."""
     before, after = velocity_rad_s[:-1], velocity_rad_s[1:]

@@ -1,0 +1,1 @@
+"""What the joint does where it turns round: presliding, clearance, wind-up. No file, no plot."""

@@ -1,0 +1,231 @@
+"""Clearance, wind-up and encoder skew from the arm's own encoder.
+
+The lead is motor angle less gear ratio times arm angle. It differs between the two directions by
+the lost motion; what it has in proportion to velocity is the two encoders' skew in time. Gap and
+wind-up part in the torque: with the measured lead as the gear's twist, the motor carries
+``k D(lead)`` besides its own friction and inertia, where D is the dead zone (thesis 3.6). A gap
+leaves the motor without load while the lead crosses it; a spring loads it from the start.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.identify.result import Floats, Parameter
+from agent.identify.reversals.laws import Range, ReversalLaw
+from agent.identify.reversals.result import Clearance
+from agent.identify.reversals.search import Solution, data_of, linear_by_turn, solve
+from agent.identify.reversals.selection import not_better
+from agent.identify.reversals.turns import Motion, Track, standing
+from agent.physics.backlash import dead_zone
+
+_TAKEN_UP = 1.5  # times the lost motion: travel after a turn from which the arm surely follows
+_PUSHING = 0.1  # of the largest acceleration: more against the motion, the arm may push the motor
+_LEAST_TURNS = 4
+_LEAST_SAMPLES = 5
+_BESIDE = 0.95  # of the lost motion: a gap that is larger leaves no wind-up to see
+
+
+@dataclass(frozen=True)
+class _Lead:
+    """Regression of the lead on direction, velocity and acceleration, jackknifed by reversal."""
+
+    lost_motion: Parameter
+    skew_s: Parameter
+    middle_rad: dict[int, float]
+    value: float
+    skew: float
+
+
+def arm_clearance(motion: Motion, range_: Range, viscous_nm_s_per_rad: float) -> Clearance | None:
+    """Return clearance, wind-up and skew, or None where too few reversals have the arm's angle.
+
+    Parameters
+    ----------
+    motion : Motion
+        All tracks.
+    range_ : Range
+        What the recordings can tell apart.
+    viscous_nm_s_per_rad : float
+        Of the whole joint: what of the skew's slope could be viscous wind-up.
+    """
+    tracks = tuple(t for t in motion.tracks if _usable(t))
+    own = replace(motion, tracks=tracks)
+    if own.turns < _LEAST_TURNS:
+        return None
+    lead = _regress(own)
+    if lead is None:
+        return _unknown(
+            "not identified: no reversal goes on for longer than the gear's lost motion; record "
+            "reversals of a larger amplitude"
+        )
+    if not lead.lost_motion.identified:
+        return replace(_unknown(lead.lost_motion.reason), encoder_skew_s=lead.skew_s)
+    return _gap_or_spring(own, range_, lead, viscous_nm_s_per_rad)
+
+
+def _usable(track: Track) -> bool:
+    return track.lead_rad is not None and bool(np.isfinite(track.lead_rad).all())
+
+
+def _unknown(reason: str) -> Clearance:
+    unknown = Parameter.not_identified(reason)
+    return Clearance("arm-encoder", unknown, unknown, unknown, unknown)
+
+
+def _regress(motion: Motion) -> _Lead | None:
+    """Regress the lead where the arm follows; the travel that this takes is found in two rounds."""
+    lost = 0.0
+    found: tuple[Floats, Floats, tuple[int, ...]] | None = None
+    for _ in range(3):
+        found = _round(motion, _TAKEN_UP * lost)
+        if found is None:
+            return None
+        lost = 2.0 * abs(float(found[0][0]))
+    weights, half, recordings = found if found is not None else (np.zeros(0), np.zeros(0), ())
+    value, spread = 2.0 * float(weights[0]), 2.0 * float(half[0])
+    if value <= spread:
+        limit = max(value + spread, 0.0)
+        parameter = Parameter.not_identified(
+            f"not identified: lost motion is below {1e3 * limit:.2g} mrad of the motor, within "
+            "the encoders' noise"
+        )
+    else:
+        parameter = Parameter(value, (value - spread, value + spread))
+    skew, late = float(weights[1]), float(half[1])
+    return _Lead(
+        parameter,
+        Parameter(skew, (skew - late, skew + late)),
+        {r: float(w) for r, w in zip(recordings, weights[3:], strict=True)},
+        value,
+        skew,
+    )
+
+
+def _round(motion: Motion, beyond_rad: float) -> tuple[Floats, Floats, tuple[int, ...]] | None:
+    """Return weights, half intervals and the recordings of the constants, from settled samples."""
+    recordings = tuple(sorted({t.recording for t in motion.tracks}))
+    rows: list[Floats] = []
+    lead: list[Floats] = []
+    turn: list[NDArray[np.intp]] = []
+    for track in motion.tracks:
+        assert track.lead_rad is not None
+        for index in _settled(track, beyond_rad):
+            v = track.velocity_rad_s[index]
+            offset = np.tile([float(track.recording == r) for r in recordings], (index.size, 1))
+            rows.append(np.column_stack((np.sign(v), v, track.acceleration_rad_s2[index], offset)))
+            lead.append(track.lead_rad[index])
+            turn.append(np.full(index.size, len(turn)))
+    if len(turn) < _LEAST_TURNS:
+        return None
+    weights, half = linear_by_turn(np.concatenate(rows), np.concatenate(lead), np.concatenate(turn))
+    return weights, half, recordings
+
+
+def _settled(track: Track, beyond_rad: float) -> list[NDArray[np.intp]]:
+    """Return for every turn the samples after it in which the motor drives the arm."""
+    hardest = float(np.abs(track.acceleration_rad_s2).max())
+    direction = np.sign(track.velocity_rad_s)
+    driving = direction * track.acceleration_rad_s2 >= -_PUSHING * hardest
+    usable = driving & ~standing(track)
+    out = []
+    ends = [*(turn.at for turn in track.turns[1:]), track.time_s.size]
+    for turn, end in zip(track.turns, ends, strict=True):
+        index = np.arange(turn.at, end)
+        away = np.abs(track.position_rad[index] - track.position_rad[turn.at])
+        index = index[usable[index] & (away > max(beyond_rad, track.resolution_rad))]
+        if index.size >= _LEAST_SAMPLES:
+            out.append(index)
+    return out
+
+
+def _columns(track: Track, gap_rad: float) -> Floats:
+    """Return the motor's dry friction, and the twist that loads the gear, shape (n, 2)."""
+    assert track.lead_rad is not None
+    twist = dead_zone(track.lead_rad, 0.5 * gap_rad)
+    return np.stack((np.sign(track.velocity_rad_s), twist), axis=-1)
+
+
+def _gap_or_spring(
+    motion: Motion, range_: Range, lead: _Lead, viscous_nm_s_per_rad: float
+) -> Clearance:
+    """Fit the motor's torque with the measured lead as the gear's twist, with and without a gap."""
+    tracks = tuple(
+        replace(
+            track,
+            lead_rad=track.filtered(np.asarray(track.lead_rad) - lead.skew * track.velocity_rad_s)
+            - lead.middle_rad[track.recording],
+        )
+        for track in motion.tracks
+    )
+    centred = replace(motion, tracks=tracks)
+    data = data_of(centred)
+    levels = ("motor_coulomb_nm", "stiffness_nm_per_rad")
+    spring = ReversalLaw(
+        "spring", (), levels, lambda t, _: _columns(t, 0.0), lambda _: np.zeros((0, 2))
+    )
+    gap = ReversalLaw(
+        "gap",
+        ("backlash_rad",),
+        levels,
+        lambda t, shape: _columns(t, float(shape[0])),
+        lambda _: np.array([[0.05 * lead.value, 0.999 * lead.value]]),
+        grid=(16,),
+        step=1e-2,
+    )
+    plain, parted = solve(spring, data, range_), solve(gap, data, range_)
+    refusal = not_better(plain, parted, data)
+    width, compliance = _width(parted, lead, refusal), _compliance(plain, parted, lead, refusal)
+    return Clearance(
+        "arm-encoder",
+        width,
+        lead.lost_motion,
+        compliance,
+        _widened(lead.skew_s, viscous_nm_s_per_rad, compliance),
+    )
+
+
+def _width(parted: Solution, lead: _Lead, refusal: str) -> Parameter:
+    """Return the gap, or that the lost motion is the gear's wind-up."""
+    if refusal:
+        return Parameter.not_identified(
+            "not identified: the gear's torque grows with the lost motion from the start, as a "
+            "spring's does; any gap is too small beside it"
+        )
+    value = parted.value("backlash_rad")
+    gradient = np.zeros(parted.shifts.shape[1])
+    gradient[0] = 1.0
+    half = value * parted.half_width(gradient)
+    low, high = lead.lost_motion.ci95 if lead.lost_motion.ci95 is not None else (value, value)
+    if bool(parted.at_bound.any()) or value >= _BESIDE * lead.value:
+        # No wind-up beside the gap can be seen: then the gap is the lost motion.
+        return Parameter(lead.value, (min(low, value - half), high))
+    return Parameter(value, (max(value - half, 0.0), min(value + half, high)))
+
+
+def _compliance(plain: Solution, parted: Solution, lead: _Lead, refusal: str) -> Parameter:
+    """Return the gear's compliance, rad of motor per N m of motor."""
+    found = plain if refusal else parted
+    if not refusal and found.value("backlash_rad") >= _BESIDE * lead.value:
+        return Parameter.not_identified(
+            "not identified: no wind-up is seen beside the gap; record reversals with a load"
+        )
+    stiffness = found.value("stiffness_nm_per_rad")
+    gradient = np.zeros(found.shifts.shape[1])
+    gradient[found.place("stiffness_nm_per_rad")] = 1.0
+    half = found.half_width(gradient)
+    if stiffness <= half:
+        return Parameter.not_identified("not identified: the lead does not load the motor")
+    return Parameter(1.0 / stiffness, (1.0 / (stiffness + half), 1.0 / (stiffness - half)))
+
+
+def _widened(skew_s: Parameter, viscous: float, compliance: Parameter) -> Parameter:
+    """Return the skew; viscous friction behind the gear's spring looks like some of it."""
+    if skew_s.ci95 is None or compliance.ci95 is None:
+        return skew_s
+    alike = max(viscous, 0.0) * compliance.ci95[1]
+    low, high = skew_s.ci95
+    return Parameter(skew_s.value, (low - alike, high), reason=skew_s.reason)

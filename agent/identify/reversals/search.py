@@ -1,0 +1,330 @@
+"""One law fitted to all reversals: variable projection, and what every reversal says of it.
+
+The shape is searched on a grid and refined by Gauss-Newton in its logarithms, the linear weights
+projected out. Every reversal is then left out by one Newton step, which gives the errors at
+reversals that the fit has not seen, and a covariance that holds whatever the reversals differ in
+(delete-a-group jackknife; Bell and McCaffrey, Survey Methodology 28 (2002) 169, for its degrees of
+freedom).
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.identify.result import Floats
+from agent.identify.reversals.laws import Range, ReversalLaw
+from agent.identify.reversals.turns import Motion, standing
+from agent.identify.uncertainty import student_975
+
+_ITERATIONS = 25
+_CONVERGED = 1e-7  # relative fall of the squared error
+_REFINED = 2  # points of the grid that are refined
+_PER_CUTOFF = 4.0  # samples that are used, to one period of the cutoff
+_AT_BOUND = 0.02  # in the logarithm
+
+
+@dataclass(frozen=True)
+class Data:
+    """The samples about all reversals, N in all.
+
+    Parameters
+    ----------
+    motion : Motion
+        The tracks; laws with memory are simulated over the whole of them.
+    kept : tuple of ndarray of int
+        For every track the samples that are used.
+    torque_nm : ndarray, shape (N,)
+        Of the samples used, filtered.
+    common : ndarray, shape (N, m)
+        The columns that every law has, filtered alike.
+    turn : ndarray of int, shape (N,)
+        Number of the reversal that each belongs to.
+    """
+
+    motion: Motion
+    kept: tuple[NDArray[np.intp], ...]
+    torque_nm: Floats
+    common: Floats
+    turn: NDArray[np.intp]
+
+    @property
+    def turns(self) -> int:
+        """Return the number of reversals."""
+        return int(self.turn.max()) + 1
+
+    def sums(self, rows: Floats) -> Floats:
+        """Return the sums over every reversal's samples of rows (N, ...), shape (G, ...)."""
+        starts = np.flatnonzero(np.diff(self.turn, prepend=-1))
+        return np.asarray(np.add.reduceat(rows, starts, axis=0), dtype=np.float64)
+
+
+def data_of(motion: Motion) -> Data:
+    """Gather the samples about every reversal, less those that stand."""
+    kept, torque, turn = [], [], []
+    number = 0
+    for track in motion.tracks:
+        moving = ~standing(track)
+        # Behind the low-pass neighbours are alike: samples at four times the cutoff say it all.
+        stride = max(1, int(1.0 / (_PER_CUTOFF * track.cutoff_hz * track.period_s)))
+        filtered = track.filtered(track.torque_nm)
+        index: list[NDArray[np.intp]] = [np.zeros(0, dtype=np.intp)]
+        for one in track.turns:
+            own = np.arange(one.start, one.stop, stride)
+            own = own[moving[own]]
+            index.append(own)
+            torque.append(filtered[own])
+            turn.append(np.full(own.size, number))
+            number += 1
+        kept.append(np.concatenate(index))
+    return Data(
+        motion, tuple(kept), np.concatenate(torque), _common(motion, kept), np.concatenate(turn)
+    )
+
+
+def columns_of(law: ReversalLaw, data: Data, x: Floats) -> Floats:
+    """Return all columns at the samples used: the law's own, and every joint's, shape (N, m)."""
+    shape = np.exp(x)
+    own = [
+        track.filtered(law.columns(track, shape))[kept]
+        for track, kept in zip(data.motion.tracks, data.kept, strict=True)
+    ]
+    return np.concatenate((np.concatenate(own), data.common), axis=1)
+
+
+def _common(motion: Motion, kept: Sequence[NDArray[np.intp]]) -> Floats:
+    """Return velocity, acceleration, position and one offset for each recording, shape (N, m)."""
+    recordings = sorted({track.recording for track in motion.tracks})
+    rows = []
+    for track, index in zip(motion.tracks, kept, strict=True):
+        motion_of = np.column_stack(
+            (
+                track.velocity_rad_s,
+                track.acceleration_rad_s2,
+                track.position_rad - track.position_rad[0],
+            )
+        )
+        offset = np.tile([float(track.recording == r) for r in recordings], (index.size, 1))
+        rows.append(np.column_stack((motion_of[index], offset)))
+    return np.concatenate(rows)
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The minimum of one law.
+
+    Parameters
+    ----------
+    law : ReversalLaw
+        Which.
+    x : ndarray, shape (p,)
+        Logarithms of the shape.
+    weights : ndarray, shape (m,)
+        Of `columns_of`.
+    residual_nm : ndarray, shape (N,)
+        Measured less predicted torque.
+    unseen_nm2 : ndarray, shape (G,)
+        Mean squared error at every reversal with it left out.
+    shifts : ndarray, shape (G, p + m)
+        What leaving each reversal out changes in `x` and `weights`.
+    expected : ndarray, shape (G, p + m, p + m)
+        Covariance of the shifts under white noise of variance 1.
+    at_bound : ndarray of bool, shape (p,)
+        Whether the shape ran to the end of its range.
+    """
+
+    law: ReversalLaw
+    x: Floats
+    weights: Floats
+    residual_nm: Floats
+    unseen_nm2: Floats
+    shifts: Floats
+    expected: Floats
+    at_bound: NDArray[np.bool_]
+
+    @property
+    def rmse_nm(self) -> float:
+        """Return the root mean square of the residual."""
+        return math.sqrt(float(np.mean(self.residual_nm**2)))
+
+    @property
+    def heldout_rmse_nm(self) -> float:
+        """Return the root mean square error at reversals left out."""
+        return math.sqrt(float(np.mean(self.unseen_nm2)))
+
+    def value(self, name: str) -> float:
+        """Return a parameter of the law by its name."""
+        if name in self.law.shape:
+            return math.exp(float(self.x[self.law.shape.index(name)]))
+        return float(self.weights[self.law.linear.index(name)])
+
+    def place(self, name: str) -> int:
+        """Return a parameter's place in `shifts`."""
+        if name in self.law.shape:
+            return self.law.shape.index(name)
+        return self.x.size + self.law.linear.index(name)
+
+    def half_width(self, gradient: Floats) -> float:
+        """Return half of the 95 % interval of a function with this gradient over `shifts`.
+
+        Shape parameters count by their logarithm.
+        """
+        count = self.shifts.shape[0]
+        variance = (count - 1.0) / count * float(np.sum((self.shifts @ gradient) ** 2))
+        each = np.einsum("i,gij,j->g", gradient, self.expected, gradient)
+        total = float(np.sum(each))
+        if total <= 0.0:
+            return math.inf
+        freedom = total**2 / float(np.sum(each**2))
+        return student_975(max(freedom, 1.0)) * math.sqrt(variance)
+
+
+def solve(law: ReversalLaw, data: Data, range_: Range) -> Solution:
+    """Fit one law to all reversals."""
+    bounds = np.log(law.bounds(range_)).reshape(-1, 2)
+    best: tuple[float, Floats] = (math.inf, np.zeros(0))
+    for start in _starts(law, data, bounds):
+        squares, x = _refine(law, data, start, bounds)
+        if squares < best[0]:
+            best = squares, x
+    return _finish(law, data, best[1], bounds)
+
+
+def _starts(law: ReversalLaw, data: Data, bounds: Floats) -> list[Floats]:
+    """Return the best points of the grid."""
+    scored = [
+        (_project(columns_of(law, data, x), data.torque_nm)[1], x) for x in _grid(law, bounds)
+    ]
+    scored.sort(key=lambda pair: pair[0])
+    return [x for _, x in scored[:_REFINED]]
+
+
+def _grid(law: ReversalLaw, bounds: Floats) -> Iterator[Floats]:
+    """Yield the grid, ends left out: each axis even in the logarithm."""
+    axes = [
+        np.linspace(low, high, points + 2)[1:-1]
+        for (low, high), points in zip(bounds, law.grid, strict=True)
+    ]
+    for point in itertools.product(*axes):
+        yield np.array(point, dtype=np.float64)
+
+
+def _project(columns: Floats, target: Floats) -> tuple[Floats, float]:
+    """Return the weights of least squares, and the squared error that they leave."""
+    scale = np.sqrt(np.einsum("ij,ij->j", columns, columns))
+    scaled = columns / np.where(scale > 0.0, scale, 1.0)
+    # A column of zeros, or one that two laws share, gets the smallest weight that serves.
+    weights = np.linalg.pinv(scaled.T @ scaled, rcond=1e-11, hermitian=True) @ (scaled.T @ target)
+    rest = target - scaled @ weights
+    return weights / np.where(scale > 0.0, scale, 1.0), float(rest @ rest)
+
+
+def _slopes(law: ReversalLaw, data: Data, x: Floats, weights: Floats) -> Floats:
+    """Return the derivative of the prediction by every logarithm of the shape, shape (N, p)."""
+    out = np.empty((data.torque_nm.size, x.size))
+    for i in range(x.size):
+        step = np.zeros(x.size)
+        step[i] = law.step
+        ahead, behind = columns_of(law, data, x + step), columns_of(law, data, x - step)
+        out[:, i] = (ahead - behind) @ weights / (2.0 * law.step)
+    return out
+
+
+def _refine(law: ReversalLaw, data: Data, x: Floats, bounds: Floats) -> tuple[float, Floats]:
+    """Return squared error and shape at the minimum that damped Gauss-Newton finds from `x`."""
+    columns = columns_of(law, data, x)
+    weights, squares = _project(columns, data.torque_nm)
+    damping = 1e-8
+    for _ in range(_ITERATIONS if x.size else 0):
+        slopes = _slopes(law, data, x, weights)
+        jacobian = np.column_stack((slopes, columns))
+        rest = data.torque_nm - columns @ weights
+        gained = False
+        while not gained and damping < 1e6:
+            trial = np.clip(x + _step(jacobian, rest, damping, x.size), bounds[:, 0], bounds[:, 1])
+            trial_columns = columns_of(law, data, trial)
+            trial_weights, trial_squares = _project(trial_columns, data.torque_nm)
+            gained = trial_squares < squares
+            damping *= 0.1 if gained else 10.0
+        if not gained:
+            break
+        fell = (squares - trial_squares) / squares
+        x, columns, weights, squares = trial, trial_columns, trial_weights, trial_squares
+        if fell < _CONVERGED:
+            break
+    return squares, x
+
+
+def _step(jacobian: Floats, rest: Floats, damping: float, shapes: int) -> Floats:
+    """Return the step of the shape's logarithms; no more than one at once, a factor of e."""
+    scale = np.maximum(np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian)), 1e-300)
+    scaled = jacobian / scale
+    gram = scaled.T @ scaled
+    gram[np.arange(shapes), np.arange(shapes)] += damping
+    step = np.linalg.pinv(gram, rcond=1e-11, hermitian=True) @ (scaled.T @ rest) / scale
+    return np.asarray(np.clip(step[:shapes], -1.0, 1.0))
+
+
+def _finish(law: ReversalLaw, data: Data, x: Floats, bounds: Floats) -> Solution:
+    """Leave every reversal out by one Newton step, and put the solution together."""
+    columns = columns_of(law, data, x)
+    weights, _ = _project(columns, data.torque_nm)
+    rest = data.torque_nm - columns @ weights
+    at_bound = np.array(
+        [
+            bool(v - low < _AT_BOUND or high - v < _AT_BOUND)
+            for v, (low, high) in zip(x, bounds, strict=True)
+        ],
+        dtype=np.bool_,
+    )
+    slopes = np.where(at_bound, 0.0, _slopes(law, data, x, weights))
+    jacobian = np.column_stack((slopes, columns))
+    scale = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
+    scale[scale == 0.0] = 1.0
+    scaled = jacobian / scale
+    gram = data.sums(scaled[:, :, np.newaxis] * scaled[:, np.newaxis, :])
+    moment = data.sums(scaled * rest[:, np.newaxis])
+    total = gram.sum(axis=0)
+    inverse = np.linalg.pinv(total, rcond=1e-11, hermitian=True)
+    without = np.linalg.pinv(total - gram, rcond=1e-11, hermitian=True)
+    shifts = -np.einsum("gij,gj->gi", without, moment)
+    middle = gram - gram @ inverse @ gram
+    expected = without @ middle @ without
+    unseen = rest - np.einsum("ni,ni->n", scaled, shifts[data.turn])
+    count = data.sums(np.ones(rest.size))
+    return Solution(
+        law,
+        x,
+        weights,
+        rest,
+        data.sums(unseen**2) / count,
+        shifts / scale,
+        expected / (scale[:, np.newaxis] * scale),
+        at_bound,
+    )
+
+
+def linear_by_turn(
+    columns: Floats, target: Floats, turn: NDArray[np.intp]
+) -> tuple[Floats, Floats]:
+    """Return least squares and half of each 95 % interval, one reversal left out at a time.
+
+    Parameters
+    ----------
+    columns : ndarray, shape (n, m)
+    target : ndarray, shape (n,)
+    turn : ndarray of int, shape (n,)
+        Number of the reversal of every row, rising.
+    """
+    weights, _ = _project(columns, target)
+    groups = [turn == g for g in np.unique(turn)]
+    without = np.stack([_project(columns[~g], target[~g])[0] for g in groups])
+    count = len(groups)
+    spread = without - without.mean(axis=0)
+    deviation = np.sqrt((count - 1.0) / count * np.sum(spread**2, axis=0))
+    return weights, np.asarray(student_975(count - 1.0) * deviation)

@@ -1,0 +1,77 @@
+"""How far a quantised encoder's signal may be smoothed before a reversal is rounded off.
+
+Motion, torque and every column of a law pass the same low-pass, so that what is linear stays true
+after it. The lowest cutoff is taken at which what the filter removes at the turns is no more than
+the encoder's own error.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.identify.lowpass import lowpass
+from agent.identify.result import Floats
+
+_EXCESS = 0.97  # of the encoder's error: what the filter may take away at the turns
+_HIGHEST = 0.25
+_STEPS = 14  # cutoffs to try, each lower by the square root of 2
+_ABOUT_S = 0.5  # of the cutoff's period, to either side of a turn
+_DUST = 1e-9  # of the range: below, two positions are the same number
+
+
+def resolution(values: Floats) -> tuple[float, float]:
+    """Return the step and the standard error of a quantised or noisy signal.
+
+    Where all differences are multiples of the smallest one it is the encoder's step, and the error
+    is ``step/sqrt(12)``; otherwise the step is 0 and the error comes from third differences, whose
+    variance is 20 times that of white noise.
+    """
+    third = np.diff(values, n=3)
+    if not third.size:
+        return 0.0, 0.0
+    steps = np.abs(np.diff(values))
+    moved = steps > _DUST * max(float(np.ptp(values)), 1e-300)
+    waits, steps = not moved.all(), steps[moved]
+    if not steps.size:
+        return 0.0, 0.0
+    smallest = float(steps.min())
+    multiples = steps / smallest
+    # A signal that is not quantised has a smallest difference that divides none of the others; a
+    # plain ramp has one difference only, but never waits between two steps.
+    whole = float(np.mean(np.abs(multiples - np.rint(multiples)))) < 0.02
+    if whole and (waits or multiples.max() > 1.5):
+        return smallest, smallest / math.sqrt(12.0)
+    return 0.0, float(np.median(np.abs(third))) / (0.6745 * math.sqrt(20.0))
+
+
+def cutoff_for(values: Floats, period_s: float, error: float, turns: NDArray[np.intp]) -> float:
+    """Return the lowest cutoff in Hz that leaves the turns as sharp as the encoder saw them.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        Position or velocity, evenly sampled.
+    period_s : float
+        Time between samples.
+    error : float
+        Standard error of a sample, as `resolution` gives it.
+    turns : ndarray of int, shape (k,)
+        Where the motion turns round.
+    """
+    chosen = _HIGHEST / period_s
+    if error <= 0.0 or not turns.size:
+        return chosen
+    for k in range(1, _STEPS):
+        cutoff = _HIGHEST / period_s / math.sqrt(2.0) ** k
+        reach = max(round(_ABOUT_S / (cutoff * period_s)), 2)
+        near = np.unique(
+            np.clip(turns[:, np.newaxis] + np.arange(-reach, reach + 1), 0, values.size - 1)
+        )
+        rest = values[near] - lowpass(values, period_s, cutoff)[near]
+        if float(np.sqrt(np.mean(rest**2))) > _EXCESS * error:
+            break
+        chosen = cutoff
+    return chosen

@@ -1,0 +1,119 @@
+"""Torque over the travel since a reversal: measured, and by the law that was selected."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from agent.identify.result import Parameter
+from agent.identify.reversals.result import ReversalFit
+from agent.identify.reversals.sentence import angle_scale
+from agent.numbers import scale_for, significant
+from agent.report.canvas import (
+    INK,
+    MEASURED_PALE,
+    MUTED,
+    PREDICTED,
+    SHADE,
+    WITH_LABELS_IN,
+    Panel,
+    bins_for,
+    figure_of,
+    key_in_header,
+    stacked,
+    styled,
+)
+from agent.report.thinning import polyline
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_SEEN = 6.0  # lengths of the law, beside which the rest of the swing is left out
+_LENGTHS = ("space_constant_rad", "wind_up_rad", "backlash_rad")
+
+
+@styled
+def figure_reversals(found: ReversalFit, *, narrow: bool = False) -> Figure:
+    """Draw the torque over the travel since the turn, signed by the new direction.
+
+    Parameters
+    ----------
+    found : ReversalFit
+        A decidable one.
+    narrow : bool
+        Draw for a phone's width.
+
+    Raises
+    ------
+    ValueError
+        If there is no reversal to draw.
+    """
+    if not found.traces or found.selected is None:
+        raise ValueError("expected reversals, got none")
+    axes = stacked([Panel(3.0, WITH_LABELS_IN)], narrow=narrow, header_in=0.2)[0]
+    figure = figure_of(axes)
+    reach = _reach(found)
+    angle = angle_scale(reach)
+    torque = scale_for("N m", (max(float(np.abs(t.torque_nm).max()) for t in found.traces),))
+    for i, trace in enumerate(found.traces):
+        shown = trace.travel_rad <= reach
+        x = trace.travel_rad[shown] * angle.factor
+        for y, color, width, label in (
+            (trace.torque_nm[shown], MEASURED_PALE, 0.9, "measured"),
+            (trace.fitted_nm[shown], PREDICTED, 1.1, f"law: {found.selected.law}"),
+        ):
+            at, drawn = polyline(x, y * torque.factor, bins_for(figure))
+            axes.plot(at, drawn, color=color, lw=width, label=label if i == 0 else None)
+    _mark_length(axes, found, angle.factor)
+    axes.axhline(0.0, color=MUTED, lw=0.6)
+    axes.set_xlim(0.0, reach * angle.factor)
+    axes.set_xlabel(f"motor travel since the reversal, {angle.unit}")
+    axes.set_ylabel(f"friction in the new direction, {torque.unit}")
+    axes.set_title("torque after reversals")
+    key_in_header(axes, columns=1 if narrow else 3)
+    return figure
+
+
+def reversals_in_words(found: ReversalFit) -> str:
+    """Say in words what `figure_reversals` shows, for those who do not see it."""
+    return f"Friction over the travel since each reversal, with the law's line. {found.sentence}"
+
+
+def _length(found: ReversalFit) -> Parameter | None:
+    """Return the travel that the selected law turns friction over, where it is known."""
+    selected = found.selected
+    if selected is None:
+        return None
+    for name in _LENGTHS:
+        parameter = selected.parameters.get(name)
+        if parameter is not None and parameter.identified:
+            return parameter
+    return None
+
+
+def _reach(found: ReversalFit) -> float:
+    """Return the travel up to which is drawn: some lengths of the law, or the longest swing."""
+    longest = max(float(trace.travel_rad.max(initial=0.0)) for trace in found.traces)
+    length = _length(found)
+    return longest if length is None else min(_SEEN * length.value, longest)
+
+
+def _mark_length(axes: Axes, found: ReversalFit, factor: float) -> None:
+    """Shade the interval of the length, with its value."""
+    length = _length(found)
+    if length is None or length.ci95 is None:
+        return
+    low, high = (end * factor for end in length.ci95)
+    axes.axvspan(low, high, color=SHADE, lw=0.0, zorder=0)
+    axes.axvline(length.value * factor, color=MUTED, lw=0.8, ls=(0, (4, 2)))
+    axes.annotate(
+        f"{significant(length.value * factor, 3)}",
+        (length.value * factor, 0.02),
+        xycoords=("data", "axes fraction"),
+        xytext=(3, 0),
+        textcoords="offset points",
+        fontsize=8,
+        color=INK,
+    )

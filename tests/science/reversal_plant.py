@@ -1,0 +1,182 @@
+"""Joints that turn round, integrated by a stiff solver: a truth apart from the product's laws.
+
+The joint is driven in closed loop along `trajectories.reversals`; its torque is what the loop asks
+for. Noise, the encoder's phase and the sampling's phase come with a seed, so that one integration
+serves a campaign.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.identify.signals import Signals
+from trajectories import Trajectory, reversals
+
+Floats = NDArray[np.float64]
+Bristles = Callable[[float, Floats], tuple[float, Floats]]
+
+GEAR = 100.0
+COUNTS = 1 << 16
+INERTIA, VISCOUS = 0.004, 0.02
+STIFF, DAMPED = 900.0, 6.0  # of the position loop
+FINE_S = 2.5e-4
+SAMPLE_S = 1e-3
+
+
+@dataclass(frozen=True)
+class Run:
+    """One integration, every `FINE_S`; the arm's angle times the gear ratio. Shapes (n,)."""
+
+    time_s: Floats
+    position_rad: Floats
+    velocity_rad_s: Floats
+    torque_nm: Floats
+    arm_rad: Floats = field(default_factory=lambda: np.zeros(0))
+
+
+def swings(
+    amplitude_rad: float = 1.0,
+    *,
+    halvings: int = 3,
+    count: int = 3,
+    velocity_rad_s: float = 1.0,
+    acceleration_rad_s2: float = 6.0,
+) -> Trajectory:
+    return reversals(
+        0.0,
+        amplitude_rad,
+        halvings=halvings,
+        swings=count,
+        velocity_rad_s=velocity_rad_s,
+        acceleration_rad_s2=acceleration_rad_s2,
+        jerk_rad_s3=200.0,
+    )
+
+
+def dahl(level_nm: float = 0.6, stiffness_nm_per_rad: float = 15.0) -> Bristles:
+    """Return friction whose state is its own torque."""
+
+    def rule(velocity: float, state: Floats) -> tuple[float, Floats]:
+        slope = stiffness_nm_per_rad * (velocity - abs(velocity) * state[0] / level_nm)
+        return float(state[0]), np.array([slope])
+
+    return rule
+
+
+def two_springs(
+    fast_nm: float = 1.0, slow_nm: float = 0.4, length_rad: float = 0.1, share: float = 0.25
+) -> Bristles:
+    """Return Bliman and Sorine's pair in the form that they print: first order in travel."""
+
+    def rule(velocity: float, state: Floats) -> tuple[float, Floats]:
+        rest, speed = np.array([share * length_rad, length_rad]), abs(velocity)
+        push = np.array([fast_nm, -slow_nm]) * velocity
+        return float(state.sum()), (push - speed * state) / rest
+
+    return rule
+
+
+def lugre(
+    level_nm: float = 0.6,
+    extra_nm: float = 0.25,
+    speed_rad_s: float = 0.15,
+    stiffness_nm_per_rad: float = 15.0,
+    damping_nm_s_per_rad: float = 0.1,
+) -> Bristles:
+    """Return bristles whose state is their bending, rad."""
+
+    def rule(velocity: float, state: Floats) -> tuple[float, Floats]:
+        top = level_nm + extra_nm * math.exp(-((velocity / speed_rad_s) ** 2))
+        rate = velocity - stiffness_nm_per_rad * abs(velocity) * state[0] / top
+        bent = stiffness_nm_per_rad * state[0] + damping_nm_s_per_rad * rate
+        return float(bent), np.array([rate])
+
+    return rule
+
+
+@functools.cache
+def bristled(kind: str, motion: Trajectory | None = None) -> Run:
+    """Integrate one of the three laws, by name."""
+    rule, size = {"dahl": (dahl(), 1), "bliman-sorine": (two_springs(), 2), "lugre": (lugre(), 1)}[
+        kind
+    ]
+    return integrate(rule, size, swings() if motion is None else motion)
+
+
+def integrate(rule: Bristles, size: int, motion: Trajectory) -> Run:
+    """Drive a mass with this friction along a trajectory; state: position, velocity, friction."""
+    from scipy.integrate import solve_ivp
+
+    def asked(t: float, q: float, v: float) -> float:
+        point = motion.at(t)
+        return (
+            INERTIA * point.acceleration_rad_s2
+            + STIFF * (point.position_rad - q)
+            + DAMPED * (point.velocity_rad_s - v)
+        )
+
+    def slope(t: float, x: Floats) -> Floats:
+        friction, rate = rule(float(x[1]), x[2:])
+        push = asked(t, float(x[0]), float(x[1])) - friction - VISCOUS * x[1]
+        return np.concatenate(([x[1], push / INERTIA], rate))
+
+    time_s = np.arange(0.0, motion.duration_s, FINE_S)
+    path = solve_ivp(
+        slope,
+        (0.0, motion.duration_s),
+        np.zeros(2 + size),
+        method="LSODA",
+        t_eval=time_s,
+        rtol=1e-7,
+        atol=1e-9,
+        max_step=0.01,
+    )
+    assert path.success
+    position, velocity = path.y[0], path.y[1]
+    torque = np.array(
+        [
+            asked(float(t), float(q), float(v))
+            for t, q, v in zip(time_s, position, velocity, strict=True)
+        ]
+    )
+    return Run(time_s, position, velocity, torque)
+
+
+def sampled(
+    run: Run,
+    seed: int,
+    *,
+    noise_nm: float = 0.01,
+    counts: int = COUNTS,
+    sample_s: float = SAMPLE_S,
+    arm_noise_rad: float = 0.0,
+    arm_counts: int = 1 << 22,
+    arm_late_s: float = 0.0,
+    with_arm: bool = False,
+) -> Signals:
+    """Record a run: quantised encoders at a random phase, torque with white noise.
+
+    `arm_late_s` is how much older the arm's angle is than its time stamp.
+    """
+    rng = np.random.default_rng(seed)
+    stride = round(sample_s / FINE_S)
+    index = np.arange(int(rng.integers(stride)), run.time_s.size, stride)
+    step = 2.0 * np.pi / counts
+    phase = rng.uniform(0.0, step)
+    columns: dict[str, NDArray[np.generic]] = {
+        "time_s": run.time_s[index] - run.time_s[index[0]],
+        "position_rad": np.floor((run.position_rad[index] + phase) / step) * step,
+        "torque_nm": run.torque_nm[index] + noise_nm * rng.standard_normal(index.size),
+    }
+    if with_arm:
+        seen = np.interp(run.time_s[index] - arm_late_s, run.time_s, run.arm_rad) / GEAR
+        seen = seen + arm_noise_rad * rng.standard_normal(index.size)
+        fine = 2.0 * np.pi / arm_counts
+        columns["position_arm_rad"] = np.floor((seen + rng.uniform(0.0, fine)) / fine) * fine
+    return Signals.from_columns(columns, GEAR, name=f"seed {seed}")
