@@ -177,6 +177,27 @@ def thermal(
     run_thermal(recordings, until, oil, picture, as_json=json)
 
 
+@app.command(short_help="the spring behind the gear: resonances, stiffness, damping")
+def flexible(
+    recordings: Recordings,
+    kind: Annotated[
+        str, typer.Option(metavar="KIND", help="two-mass, three-mass, or auto: what the data ask.")
+    ] = "auto",
+    validation: Annotated[
+        list[str] | None,
+        typer.Option(metavar="RECORDING", help="A run that the fit has not seen; repeatable."),
+    ] = None,
+    picture: Annotated[
+        Path | None, typer.Option(help="Write the picture to this file (.svg or .png).")
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Identify a flexible joint from motor torque and motion; a triangle wave shows most."""
+    from agent.cli.flexible import run_flexible
+
+    run_flexible(recordings, kind, validation or [], picture, as_json=json)
+
+
 @app.command(short_help="what the joint does where it turns round")
 def reversals(
     recordings: Recordings,

@@ -1,0 +1,158 @@
+"""What a technician reads of a flexible joint: the finding first, then the numbers behind it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from agent.cli.flexible_fit import Considered, Flexible
+from agent.cli.flexible_periods import Source
+from agent.identify.flexible.result import FlexibleFit, Start
+from agent.numbers import (
+    parameter_label,
+    parameter_unit,
+    scale_for,
+    scales_for,
+    significant,
+    written,
+)
+
+_SAME = 1e-3  # relative difference of what starts leave that one minimum may have
+
+
+def flexible_text(found: Flexible) -> str:
+    """Return what a technician reads: the finding first, then the numbers behind it."""
+    fit = found.fit
+    if not fit.decidable:
+        lines = [f"Not identified: {reason}." for reason in fit.reasons]
+        return "\n".join(lines + _averages(found.sources))
+    lines = [sentence(fit), "", "Parameters, motor side (95 % interval):"]
+    scales = scales_for(fit.parameters.items())
+    for name, parameter in fit.parameters.items():
+        label = f"  {parameter_label(name):<38}"
+        if not parameter.identified:
+            lines.append(f"{label} not identified: {parameter.reason}")
+            continue
+        own = scale_for(parameter_unit(name), (parameter.value,))
+        scale = own if own.unit.endswith("s") else scales.get(parameter_unit(name), own)
+        value, interval, _ = written(parameter, scale.factor)
+        lines.append(f"{label} {value:>9} {scale.unit:<10} ({interval})".rstrip())
+    lines += ["", *_averages(found.sources), *_models(found.considered), *_starts(fit.starts)]
+    return "\n".join([*lines, "", *_validation(found)])
+
+
+def sentence(fit: FlexibleFit) -> str:
+    """Say in one sentence what swings behind the gear, and what knowing it is worth."""
+    stopped = _frequencies(fit, "antiresonance")
+    free = _frequencies(fit, "resonance")
+    what = "the arm swings" if fit.kind == "two-mass" else "gear and arm swing"
+    several = "s" if fit.kind == "three-mass" else ""
+    scale = scale_for("N m", (fit.rigid_rmse_nm,))
+    left, rigid = (
+        significant(scale.factor * value, 3) for value in (fit.rmse_nm, fit.rigid_rmse_nm)
+    )
+    return (
+        f"Behind the motor {what} at {stopped} Hz (antiresonance{several}) and {free} Hz "
+        f"(resonance{several}); the flexible joint leaves {left} {scale.unit} of the torque where "
+        f"a rigid one leaves {rigid}."
+    )
+
+
+def _frequencies(fit: FlexibleFit, name: str) -> str:
+    numbers = ("",) if fit.kind == "two-mass" else ("_1", "_2")
+    shown = []
+    for number in numbers:
+        parameter = fit.parameters[f"{name}{number}_hz"]
+        value = significant(parameter.value, 3)
+        shown.append(value if parameter.identified else "an unknown number of")
+    return " and ".join(shown)
+
+
+def _averages(sources: Sequence[Source]) -> list[str]:
+    """Say which recordings were averaged over how many periods."""
+    out = []
+    for source in sources:
+        if source.scatter is None:
+            continue
+        scale = scale_for("N m", (source.scatter.torque_nm,))
+        scatter = significant(scale.factor * source.scatter.torque_nm, 2)
+        out.append(
+            f"{source.signals.name}: {source.scatter.periods} periods of "
+            f"{significant(source.period_s, 4)} s are averaged; their torque differs by "
+            f"{scatter} {scale.unit} rms from one to the next."
+        )
+    return out
+
+
+def _models(considered: Sequence[Considered]) -> list[str]:
+    """Say which models were tried and which one was taken."""
+    if len(considered) < 2:
+        return []
+    lines = ["Models tried (torque left):"]
+    for model in considered:
+        name = f"{model.kind}, {model.friction} friction" + (", gravity" if model.gravity else "")
+        left = "not decidable"
+        if math.isfinite(model.rmse_nm):
+            scale = scale_for("N m", (model.rmse_nm,))
+            left = f"{significant(scale.factor * model.rmse_nm, 3)} {scale.unit}"
+        lines.append(f"  {name:<48} {left}{'   <- taken' if model.taken else ''}")
+    return lines
+
+
+def _starts(starts: Sequence[Start]) -> list[str]:
+    """Say where the starts of the search ended: one line for every minimum."""
+    first = next((s for s in starts if s.origin == "frequency-response"), None)
+    groups: list[list[Start]] = []
+    for start in sorted(starts, key=lambda s: (s.outcome != "best", s.rmse_nm)):
+        last = groups[-1][0] if groups else None
+        same = (
+            last is not None
+            and last.outcome == start.outcome
+            and start.rmse_nm <= (1.0 + _SAME) * last.rmse_nm
+        )
+        if same:
+            groups[-1].append(start)
+        else:
+            groups.append([start])
+    words = {
+        "best": "the minimum that is kept",
+        "local": "local minimum, discarded",
+        "unfinished": "search not finished, discarded",
+    }
+    lines = [f"Starts of the search ({len(starts)}; torque left):"]
+    for group in groups:
+        scale = scale_for("N m", (group[0].rmse_nm,))
+        left = f"{significant(scale.factor * group[0].rmse_nm, 3)} {scale.unit}"
+        count = f"{len(group)} start" + ("" if len(group) == 1 else "s")
+        note = ", with the one from the frequency response" if first in group else ""
+        lines.append(f"  {left:>12}  {count:<10} {words[group[0].outcome]}{note}")
+    return lines
+
+
+def _validation(found: Flexible) -> list[str]:
+    """Return the table of the runs that the fit has not seen (thesis 4.3.1)."""
+    lines = [f"Not validated: {reason}." for reason in found.not_validated]
+    if not found.unseen:
+        return [*lines, "Not validated: name runs that the fit has not seen with --validation."]
+    if not found.validations:
+        return lines
+    shown = [v.flexible.torque_rmse_nm for v in found.validations]
+    scale = scale_for("N m", (*shown, *(v.rigid.torque_rmse_nm for v in found.validations)))
+    width = max(len("Runs not seen"), *(len(v.recording) for v in found.validations))
+    left = f"torque left, {scale.unit}"
+    lines += [
+        f"{'Runs not seen':<{width}}  {left:^19}  {'torque fit, %':^17}  {'velocity fit, %':^17}",
+        f"{'':<{width}}  {'flexible':>9} {'rigid':>9}" + f"  {'flexible':>8} {'rigid':>8}" * 2,
+    ]
+    for v in found.validations:
+        row = f"{v.recording:<{width}} "
+        for joint in (v.flexible, v.rigid):
+            row += f" {significant(scale.factor * joint.torque_rmse_nm, 3):>9}"
+        for name in ("torque_fit_percent", "velocity_fit_percent"):
+            flexible, rigid = getattr(v.flexible, name), getattr(v.rigid, name)
+            row += f"  {flexible:>8.1f} {rigid:>8.1f}"
+        lines.append(row)
+    lines.append(
+        "Torque: what the measured motion needs. Velocity: simulated from the measured torque."
+    )
+    return lines
