@@ -128,7 +128,9 @@ def _line(
     at = int(np.argmin(np.abs(found.rest.order - order)))
     variance = found.rest.variance[:, at]
     size = np.hypot(pairs[:, 0], pairs[:, 1])
-    half = student_975(BACKGROUND_DOF) / math.sqrt(max(found.information[i], 1e-300))
+    # As for a mean below: weights that are estimates cost a little, here those of all passes.
+    cost = 1.0 + 4.0 * (1.0 - 1.0 / len(passes)) / BACKGROUND_DOF
+    half = student_975(BACKGROUND_DOF) * math.sqrt(cost / max(found.information[i], 1e-300))
     amplitude, kind, reason = _kind(passes, pairs, variance)
     return RippleLine(
         Parameter(order, (order - half, order + half)),
@@ -199,8 +201,7 @@ def _mean_in_phase(pairs: Floats, variance: Floats) -> tuple[Floats, float, floa
     mean = np.asarray((weight @ pairs) / weight.sum(), dtype=np.float64)
     share = weight / weight.sum()
     # Weights that are estimates themselves cost a little: Meier, Biometrics 9 (1953) 59.
-    cost = 1.0 + 4.0 * float(share @ (1.0 - share)) / BACKGROUND_DOF
-    spread = cost / float(weight.sum())
+    spread = (1.0 + 4.0 * float(share @ (1.0 - share)) / BACKGROUND_DOF) / float(weight.sum())
     count = len(pairs)
     if count < 2:
         return mean, spread, BACKGROUND_DOF

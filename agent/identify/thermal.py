@@ -28,6 +28,7 @@ _LEAST_POINTS = 12
 _LOOSE = 5.0  # ratio of the ends of r's interval that leaves its order of magnitude only
 _NOISES = 6.0  # change of temperature, in deviations of the noise, below which it is constant
 _LEAST_CHANGE_DEGC = 0.3
+_SCATTER = 8.0  # deviations of the noise between the extremes of some hundred readings
 _STRAYS = 0.08  # of its whole change: what a curve may wander slowly about one law
 _LEAST_STEPS = 4.0  # of a coarse sensor, that its readings must fall or rise by
 
@@ -169,6 +170,7 @@ def estimate_cooling(
     thin = _thinned(time, temperature, ambient)
     noise = float(np.std(np.diff(thin[1]))) / math.sqrt(2.0)
     change = abs(float(np.mean(thin[1][-3:]) - np.mean(thin[1][:3])))
+    change = max(change, float(np.ptp(thin[1])) - _SCATTER * noise)
     if change < max(_NOISES * noise, _LEAST_CHANGE_DEGC):
         return _nothing(
             f"not identified: the temperature is constant ({temperature.min():.1f} to "

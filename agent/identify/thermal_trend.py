@@ -172,7 +172,7 @@ def _judge(table: Floats) -> TemperatureOrTime:
     # Vuong's comparison of laws that do not contain each other (Econometrica 57 (1989) 307), with
     # an error that counts how far neighbouring passes share what disturbs them.
     order = np.argsort(table[:, 3], kind="stable")
-    gain = (rest[TIME] ** 2 - rest[TEMPERATURE] ** 2)[order]
+    gain = (_unlikely(rest[TIME]) - _unlikely(rest[TEMPERATURE]))[order]
     better = TEMPERATURE if gain.sum() > 0.0 else TIME
     tau = correlation_time([rest[better][order]])
     variance, dof = variance_of_mean(gain, tau)
@@ -186,6 +186,12 @@ def _judge(table: Floats) -> TemperatureOrTime:
         )
     verdict = TEMPERATURE if gap > 0.0 else TIME
     return TemperatureOrTime(verdict, f"friction follows the {verdict}: {both}.", *numbers)
+
+
+def _unlikely(rest: Floats) -> Floats:
+    """Return minus the log likelihood of each residual under its own law's scatter, shape (n,)."""
+    power = max(float(rest @ rest) / rest.size, 1e-300)
+    return np.asarray(0.5 * (np.log(power) + rest**2 / power))
 
 
 def _centred(values: Floats, groups: np.ndarray[tuple[int], np.dtype[np.int64]]) -> Floats:
