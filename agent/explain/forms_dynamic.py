@@ -1,0 +1,258 @@
+"""What has a memory: presliding, the arm behind a spring or a gap, late channels, clipped torque.
+
+Hidden states are simulated at full rate behind the measured motor motion.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from agent.explain.form import Form, Point
+from agent.explain.forms_sliding import stack
+from agent.explain.scene import Scene, log_grid
+from agent.identify.result import Floats
+
+_DELAYS_S = tuple(1e-3 * d for d in (-16, -8, -4, -2, -1, 1, 2, 4, 8, 16))
+_PLATEAU = 0.002  # of the largest torque: what counts as flat
+_PLATEAU_SHARE = 0.01
+
+
+def _presliding_grid(scene: Scene) -> Sequence[Point]:
+    arm = log_grid(3e-5, 2e-2, 9)
+    return tuple((reach * scene.table.gear_ratio,) for reach in arm)
+
+
+def _presliding(scene: Scene, point: Point) -> Floats:
+    """Return a rate-independent hysteresis of unit height, less the sign it settles to."""
+    return stack(hysteresis(scene, point[0]) - scene.direction)
+
+
+def hysteresis(scene: Scene, reach_rad: float) -> Floats:
+    """Return Dahl's state on the measured motion, from -1 to 1, shape (N,).
+
+    Between reversals ``z = s + (z0 - s) exp(-travel / reach)``: exact for any sampling.
+    """
+    out = np.zeros(scene.direction.shape[0])
+    for at, period_s in scene.each_piece():
+        velocity = scene.full("velocity_rad_s")[at]
+        out[at] = _relaxed(velocity, period_s, reach_rad)
+    return out
+
+
+def _relaxed(velocity: Floats, period_s: float, reach_rad: float) -> Floats:
+    sign = np.sign(velocity)
+    starts = np.flatnonzero(np.diff(sign, prepend=sign[0]) != 0.0)
+    edges = np.concatenate(([0], starts, [sign.shape[0]]))
+    travel = np.cumsum(np.abs(velocity)) * period_s
+    out = np.empty_like(velocity)
+    state = 0.0
+    for begin, end in pairwise(edges):
+        if end <= begin:
+            continue
+        settled = sign[begin]
+        way = travel[begin:end] - (travel[begin - 1] if begin else 0.0)
+        part = settled + (state - settled) * np.exp(-way / reach_rad)
+        out[begin:end] = part if settled else state
+        state = float(out[end - 1])
+    return out
+
+
+def _presliding_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    return ({"stiffness_nm_per_rad": float(scene.theta[2]) / values["reach_rad"]},)
+
+
+def _delay_grid(scene: Scene) -> Sequence[Point]:
+    del scene
+    return tuple((d,) for d in _DELAYS_S)
+
+
+def _delay(scene: Scene, point: Point) -> Floats:
+    """Return the refitted torque, later by the delay, less itself, over the delay."""
+    out = np.zeros(scene.direction.shape[0])
+    for at, _ in scene.each_piece():
+        time, torque = scene.full("time_s")[at], scene.predicted_nm[at]
+        out[at] = (np.interp(time - point[0], time, torque) - torque) / abs(point[0])
+    return stack(out)
+
+
+def _delay_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    del scene
+    sign = math.copysign(1.0, values["trial_s"])
+    return ({"torque_delay_s": sign * values["size_s"]},)
+
+
+def _limit_grid(scene: Scene) -> Sequence[Point]:
+    """Return the torque at which flat tops lie, if there are any."""
+    torque = scene.full("torque_nm")
+    top = float(np.quantile(np.abs(torque), 0.9995))
+    flat = np.abs(np.abs(torque) - top) < _PLATEAU * top
+    still = np.abs(np.gradient(torque)) < _PLATEAU * top
+    return ((top,),) if float(np.mean(flat & still)) > _PLATEAU_SHARE else ()
+
+
+def _saturation(scene: Scene, point: Point) -> Floats:
+    torque = scene.predicted_nm
+    return stack(np.clip(torque, -point[0], point[0]) - torque)
+
+
+def _saturation_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    del scene
+    return ({"limit_nm": values["limit_nm"]},)
+
+
+def _swing_grid(scene: Scene) -> Sequence[Point]:
+    highest = 1.5 * scene.table.cutoff_hz
+    frequencies = log_grid(max(1.0, highest / 20.0), highest, 12)
+    return tuple((f, d) for f in frequencies for d in (0.02, 0.08, 0.3))
+
+
+def _flexible(scene: Scene, point: Point) -> Floats:
+    """Return the arm's acceleration behind a spring, less the motor's, shape (N, 1)."""
+    omega, damping = 2.0 * math.pi * point[0], point[1]
+    out = np.zeros(scene.direction.shape[0])
+    for at, period_s in scene.each_piece():
+        a = scene.full("acceleration_rad_s2")[at]
+        out[at] = _swung(a, period_s, omega, damping) - a
+    return stack(out)
+
+
+def _swung(values: Floats, period_s: float, omega: float, damping: float) -> Floats:
+    """Return what a spring and a damper pass on, from rest: a recursion of the second order."""
+    from scipy.signal import bilinear, lfilter
+
+    warped = 2.0 / period_s * math.tan(min(0.5 * omega * period_s, 1.5))
+    b, a = bilinear(
+        [2.0 * damping * warped, warped**2],
+        [1.0, 2.0 * damping * warped, warped**2],
+        1.0 / period_s,
+    )
+    return np.asarray(lfilter(b, a, values), dtype=np.float64)
+
+
+def _flexible_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    del scene
+    omega = 2.0 * math.pi * values["antiresonance_hz"]
+    inertia = values["arm_inertia_kg_m2"]
+    return (
+        {
+            "arm_inertia_kg_m2": inertia,
+            "stiffness_nm_per_rad": inertia * omega**2,
+            "damping_nm_s_per_rad": 2.0 * values["damping_ratio"] * inertia * omega,
+        },
+    )
+
+
+def _gap_grid(scene: Scene) -> Sequence[Point]:
+    gaps = log_grid(1e-4 * scene.table.gear_ratio, 1e-2 * scene.table.gear_ratio, 6)
+    hz = (0.3 * scene.table.cutoff_hz, scene.table.cutoff_hz)
+    return tuple((g, f) for g in gaps for f in hz)
+
+
+def _gap(scene: Scene, point: Point) -> Floats:
+    """Return the torque of an arm of half the inertia behind a gap, less that of a tight gear."""
+    from agent.physics.kernels import carried_arm
+
+    half_gap, hz = point
+    inertia = 0.5 * float(scene.theta[0])
+    omega = 2.0 * math.pi * hz
+    full = scene.table.full
+    out = np.zeros(scene.direction.shape[0])
+    sin, cos = float(scene.theta[3]), float(scene.theta[4])
+    for at, period_s in scene.each_piece():
+        steps = max(1, math.ceil(10.0 * omega * period_s))
+        shaft = carried_arm(
+            full["time_s"][at],
+            full["position_rad"][at],
+            full["velocity_rad_s"][at],
+            inertia,
+            inertia * omega**2,
+            0.0,
+            2.0 * 0.2 * inertia * omega,
+            half_gap,
+            sin,
+            cos,
+            scene.table.gear_ratio,
+            steps,
+        )
+        arm = scene.arm_rad[at]
+        stiff = inertia * full["acceleration_rad_s2"][at] + sin * np.sin(arm) + cos * np.cos(arm)
+        out[at] = shaft - stiff
+    return stack(out)
+
+
+def _gap_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    inertia = 0.5 * float(scene.theta[0]) * values["share"]
+    omega = 2.0 * math.pi * values["contact_hz"]
+    return (
+        {
+            "half_gap_rad": values["half_gap_rad"],
+            "arm_inertia_kg_m2": inertia,
+            "stiffness_nm_per_rad": inertia * omega**2,
+            "damping_nm_s_per_rad": 0.4 * inertia * omega,
+        },
+    )
+
+
+FORMS: tuple[Form, ...] = (
+    Form(
+        "presliding-hysteresis",
+        "Dahl",
+        ("height_nm",),
+        _presliding,
+        ("reach_rad",),
+        _presliding_grid,
+        (1,),
+        at_edges=True,
+        to_twin=_presliding_twin,
+    ),
+    Form(
+        "measurement-delay",
+        "torque late or early",
+        ("size_s",),
+        _delay,
+        ("trial_s",),
+        _delay_grid,
+        (1,),
+        at_edges=True,
+        to_twin=_delay_twin,
+    ),
+    Form(
+        "torque-saturation",
+        "clipped",
+        ("share",),
+        _saturation,
+        ("limit_nm",),
+        _limit_grid,
+        (1,),
+        refine=False,
+        to_twin=_saturation_twin,
+    ),
+    Form(
+        "joint-flexibility",
+        "one spring",
+        ("arm_inertia_kg_m2",),
+        _flexible,
+        ("antiresonance_hz", "damping_ratio"),
+        _swing_grid,
+        (1,),
+        at_edges=True,
+        to_twin=_flexible_twin,
+    ),
+    Form(
+        "backlash",
+        "gap",
+        ("share",),
+        _gap,
+        ("half_gap_rad", "contact_hz"),
+        _gap_grid,
+        (1,),
+        needs=("position_rad",),
+        at_edges=True,
+        to_twin=_gap_twin,
+    ),
+)

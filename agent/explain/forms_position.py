@@ -1,0 +1,266 @@
+"""What repeats with position: ripple, friction along the path, the gear's and resolver's errors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from agent.explain.form import Form, Grid, Point
+from agent.explain.forms_sliding import stack
+from agent.explain.orders import Weighting, strong_orders
+from agent.explain.scene import Scene
+from agent.identify.result import Floats
+
+_PLACES = 24
+_POSITION = ("position_rad",)
+
+
+def _orders(weighting: Weighting) -> Grid:
+    def grid(scene: Scene) -> Sequence[Point]:
+        return tuple((order,) for order in strong_orders(scene, weighting))
+
+    return grid
+
+
+def _half_a_line(scene: Scene) -> Point:
+    """Return half the width of an order's line over the stroke, per motor turn."""
+    lower, upper = scene.span("position_rad")
+    return (0.5 * 2.0 * math.pi / max(upper - lower, 1e-9),)
+
+
+def _half_an_arm_line(scene: Scene) -> Point:
+    return (_half_a_line(scene)[0] * scene.table.gear_ratio,)
+
+
+def _ripple(scene: Scene, point: Point) -> Floats:
+    angle = point[0] * scene.full("position_rad")
+    return stack(np.cos(angle), np.sin(angle))
+
+
+def _ripple_two(scene: Scene, point: Point) -> Floats:
+    angle = point[0] * scene.full("position_rad")
+    return stack(np.cos(angle), np.sin(angle), np.cos(2.0 * angle), np.sin(2.0 * angle))
+
+
+def _friction_wave(scene: Scene, point: Point) -> Floats:
+    return _ripple(scene, point) * scene.direction[:, np.newaxis]
+
+
+def _arm_grid(scene: Scene) -> Sequence[Point]:
+    """Return arm orders from a half wave over the stroke, and the strong ones of the residual."""
+    lower, upper = scene.span("position_rad")
+    stroke = (upper - lower) / scene.table.gear_ratio
+    longest = 0.5 * 2.0 * math.pi / max(stroke, 1e-6)
+    whole = [float(k) for k in (1, 2, 3, 4) if k >= longest]
+    low = [longest * k for k in (1.0, 1.5, 2.0, 3.0)]
+    strong = [o * scene.table.gear_ratio for o in strong_orders(scene, "friction")]
+    return tuple((o,) for o in dict.fromkeys((*whole, *low, *strong)))
+
+
+def _friction_arm_wave(scene: Scene, point: Point) -> Floats:
+    return _friction_wave(scene, (point[0] / scene.table.gear_ratio,))
+
+
+def _bump(scene: Scene, point: Point) -> Floats:
+    return np.exp(-0.5 * ((scene.arm_rad - point[0]) / point[1]) ** 2)
+
+
+def _places(scene: Scene) -> Sequence[Point]:
+    lower, upper = scene.span("position_rad")
+    lower, upper = lower / scene.table.gear_ratio, upper / scene.table.gear_ratio
+    stroke = upper - lower
+    centers = np.linspace(lower, upper, _PLACES)
+    widths = (0.02 * stroke, 0.04 * stroke, 0.08 * stroke)
+    return tuple((float(c), float(w)) for c in centers for w in widths)
+
+
+def _tight_spot(scene: Scene, point: Point) -> Floats:
+    return stack(scene.direction * _bump(scene, point))
+
+
+def _fault(scene: Scene, point: Point) -> Floats:
+    return stack(_bump(scene, point))
+
+
+def _kinematic(scene: Scene, point: Point) -> Floats:
+    order = point[0]
+    angle = order * scene.full("position_rad")
+    cos, sin = np.cos(angle), np.sin(angle)
+    a, v2 = scene.full("acceleration_rad_s2"), scene.full("velocity_rad_s") ** 2
+    # Second time derivatives of cos(k q) and sin(k q), along the motor's motion.
+    return stack(-order * sin * a - order**2 * cos * v2, order * cos * a - order**2 * sin * v2)
+
+
+def _kinematic_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    """Split into an error of the angle and the inertia behind it; only the product is known."""
+    inertia = float(scene.theta[0])
+    return (
+        {
+            "cos_rad": values["cos_kg_m2_rad"] / inertia,
+            "sin_rad": values["sin_kg_m2_rad"] / inertia,
+            "order_per_motor_rev": values["order_per_motor_rev"],
+            "arm_inertia_kg_m2": inertia,
+        },
+    )
+
+
+def _ripple_two_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    del scene
+    order = values["order_per_motor_rev"]
+    return (
+        {
+            "cos_nm": values["cos_nm"],
+            "sin_nm": values["sin_nm"],
+            "order_per_motor_rev": order,
+        },
+        {
+            "cos_nm": values["cos_second_nm"],
+            "sin_nm": values["sin_second_nm"],
+            "order_per_motor_rev": 2.0 * order,
+        },
+    )
+
+
+def _whole_orders(scene: Scene) -> Sequence[Point]:
+    return tuple((o,) for o in strong_orders(scene, "inertia") if o == round(o) and o >= 1.0)
+
+
+def _resolver(scene: Scene, point: Point) -> Floats:
+    """Return what the twin wrongly adds for a measured angle that errs by cos or sin of k q."""
+    order = point[0]
+    angle = order * scene.full("position_rad")
+    cos, sin = np.cos(angle), np.sin(angle)
+    a, v = scene.full("acceleration_rad_s2"), scene.full("velocity_rad_s")
+    inertia, viscous = float(scene.theta[0]), float(scene.theta[1])
+    cos_second = -order * sin * a - order**2 * cos * v**2
+    sin_second = order * cos * a - order**2 * sin * v**2
+    return -stack(
+        inertia * cos_second - viscous * order * sin * v,
+        inertia * sin_second + viscous * order * cos * v,
+    )
+
+
+def _cable(scene: Scene, point: Point) -> Floats:
+    del point
+    return stack(scene.arm_rad - _middle(scene))
+
+
+def _middle(scene: Scene) -> float:
+    lower, upper = scene.span("position_rad")
+    return 0.5 * (lower + upper) / scene.table.gear_ratio
+
+
+def _cable_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    return ({**values, "neutral_arm_rad": _middle(scene)},)
+
+
+def _another_payload(scene: Scene, point: Point) -> Floats:
+    there = (scene.runs() == int(point[0])).astype(np.float64)
+    return stack(there * np.sin(scene.arm_rad), there * np.cos(scene.arm_rad))
+
+
+def _each_run(scene: Scene) -> Sequence[Point]:
+    count = len(scene.table.runs)
+    return tuple((float(k),) for k in range(count)) if count > 2 else ()
+
+
+def _load_differs(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    del scene, values
+    return ()  # a payload of one run is no property of the axis: nothing for its twin
+
+
+FORMS: tuple[Form, ...] = (
+    Form(
+        "torque-ripple",
+        "one order",
+        ("cos_nm", "sin_nm"),
+        _ripple,
+        ("order_per_motor_rev",),
+        _orders("torque"),
+        needs=_POSITION,
+        step=_half_a_line,
+    ),
+    Form(
+        "torque-ripple",
+        "an order and its double",
+        ("cos_nm", "sin_nm", "cos_second_nm", "sin_second_nm"),
+        _ripple_two,
+        ("order_per_motor_rev",),
+        _orders("torque"),
+        needs=_POSITION,
+        step=_half_a_line,
+        to_twin=_ripple_two_twin,
+    ),
+    Form(
+        "position-dependent-friction",
+        "wave",
+        ("cos_nm", "sin_nm"),
+        _friction_arm_wave,
+        ("order_per_arm_rev",),
+        _arm_grid,
+        needs=_POSITION,
+        step=_half_an_arm_line,
+    ),
+    Form(
+        "position-dependent-friction",
+        "tight spot",
+        ("height_nm",),
+        _tight_spot,
+        ("center_arm_rad", "width_arm_rad"),
+        _places,
+        needs=_POSITION,
+    ),
+    Form(
+        "local-fault",
+        "bump",
+        ("height_nm",),
+        _fault,
+        ("center_arm_rad", "width_arm_rad"),
+        _places,
+        needs=_POSITION,
+    ),
+    Form(
+        "kinematic-error",
+        "one order",
+        ("cos_kg_m2_rad", "sin_kg_m2_rad"),
+        _kinematic,
+        ("order_per_motor_rev",),
+        _orders("inertia"),
+        needs=_POSITION,
+        step=_half_a_line,
+        to_twin=_kinematic_twin,
+    ),
+    Form(
+        "resolver-error",
+        "whole order of the motor",
+        ("cos_rad", "sin_rad"),
+        _resolver,
+        ("order_per_motor_rev",),
+        _whole_orders,
+        needs=_POSITION,
+        refine=False,
+    ),
+    Form(
+        "cable-force",
+        "spring",
+        ("stiffness_nm_per_arm_rad",),
+        _cable,
+        needs=_POSITION,
+        to_twin=_cable_twin,
+    ),
+    Form(
+        "gravity-imbalance",
+        "one recording has another payload",
+        ("gravity_sin_nm", "gravity_cos_nm"),
+        _another_payload,
+        ("recording",),
+        _each_run,
+        needs=_POSITION,
+        refine=False,
+        to_twin=_load_differs,
+        catch_all=True,
+    ),
+)

@@ -1,0 +1,289 @@
+"""Friction while sliding: with speed, direction, load, temperature and time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from agent.explain.form import Form, Point
+from agent.explain.scene import Scene, log_grid
+from agent.identify.result import Floats
+from agent.physics.friction import boundary_share
+
+_HOUR_S = 3600.0
+_ARM_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the inertia, behind the gear
+
+
+def stack(*columns: Floats) -> Floats:
+    """Return columns of shape (N,) side by side, shape (N, k)."""
+    return np.stack(columns, axis=-1)
+
+
+def _stribeck_grid(scene: Scene) -> Sequence[Point]:
+    speeds = log_grid(0.5 * scene.slowest, 0.5 * scene.fastest, 12)
+    return tuple((v, e) for v in speeds for e in (0.7, 1.0, 1.4, 2.0))
+
+
+def _stribeck(scene: Scene, point: Point) -> Floats:
+    return stack(scene.direction * boundary_share(scene.speed, *point))
+
+
+def _bend_grid(scene: Scene) -> Sequence[Point]:
+    del scene
+    return tuple((e,) for e in (0.3, 0.45, 0.6, 0.75, 1.4, 1.7, 2.0, 2.5, 3.0))
+
+
+def _bend(scene: Scene, point: Point) -> Floats:
+    return stack(scene.direction * (scene.speed / scene.fastest) ** point[0])
+
+
+def _bend_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    return ({**values, "reference_velocity_rad_s": scene.fastest},)
+
+
+def _offset(scene: Scene, point: Point) -> Floats:
+    del point
+    return stack(np.ones_like(scene.direction))
+
+
+def _asymmetric_coulomb(scene: Scene, point: Point) -> Floats:
+    del point
+    return stack(0.5 * np.abs(scene.direction))
+
+
+def _asymmetric_viscous(scene: Scene, point: Point) -> Floats:
+    del point
+    return stack(0.5 * scene.speed * np.abs(scene.direction))
+
+
+def _asymmetric_both(scene: Scene, point: Point) -> Floats:
+    del point
+    moving = np.abs(scene.direction)
+    return stack(0.5 * moving, 0.5 * scene.speed * moving)
+
+
+def _load(scene: Scene, point: Point) -> Floats:
+    return stack(scene.direction * np.abs(scene.load_nm(point[0])))
+
+
+def _load_boundary(scene: Scene, point: Point) -> Floats:
+    load = _load(scene, point[:1])[:, 0]
+    return stack(load, load * boundary_share(scene.speed, point[1], 1.0))
+
+
+def _load_grid(scene: Scene) -> Sequence[Point]:
+    del scene
+    return tuple((share,) for share in _ARM_SHARES)
+
+
+def _load_boundary_grid(scene: Scene) -> Sequence[Point]:
+    speeds = log_grid(scene.slowest, 0.5 * scene.fastest, 4)
+    return tuple((share, v) for share in _ARM_SHARES[::2] for v in speeds)
+
+
+def _load_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    numbers = dict(values)
+    share = numbers.pop("arm_share")
+    return ({**numbers, "arm_inertia_kg_m2": share * float(scene.theta[0])},)
+
+
+def _warmer(scene: Scene, decay_k: float) -> Floats:
+    temperature = scene.full("gearbox_temperature_degc")
+    reference = scene.mean("gearbox_temperature_degc")
+    return np.exp(-(temperature - reference) / decay_k) - 1.0
+
+
+def _viscosity(scene: Scene, point: Point) -> Floats:
+    return stack(scene.full("velocity_rad_s") * _warmer(scene, point[0]))
+
+
+def _viscosity_grid(scene: Scene) -> Sequence[Point]:
+    lower, upper = scene.span("gearbox_temperature_degc")
+    span = max(upper - lower, 1.0)
+    return tuple((k,) for k in log_grid(max(6.0, 0.2 * span), max(150.0, 5.0 * span), 8))
+
+
+def _viscosity_and_coulomb(scene: Scene, point: Point) -> Floats:
+    temperature = scene.full("gearbox_temperature_degc")
+    warmer = temperature - scene.mean("gearbox_temperature_degc")
+    return stack(scene.full("velocity_rad_s") * _warmer(scene, point[0]), scene.direction * warmer)
+
+
+def _coulomb_warm(scene: Scene, point: Point) -> Floats:
+    del point
+    temperature = scene.full("gearbox_temperature_degc")
+    return stack(scene.direction * (temperature - scene.mean("gearbox_temperature_degc")))
+
+
+def _viscosity_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    return ({**values, "reference_degc": scene.mean("gearbox_temperature_degc")},)
+
+
+def _hours(scene: Scene) -> Floats:
+    return (scene.full("elapsed_s") - scene.mean("elapsed_s")) / _HOUR_S
+
+
+def _drift_coulomb(scene: Scene, point: Point) -> Floats:
+    del point
+    return stack(scene.direction * _hours(scene))
+
+
+def _drift_both(scene: Scene, point: Point) -> Floats:
+    del point
+    hours = _hours(scene)
+    return stack(scene.direction * hours, scene.full("velocity_rad_s") * hours)
+
+
+def _run_in(scene: Scene, point: Point) -> Floats:
+    elapsed = scene.full("elapsed_s")
+    share = np.exp(-(elapsed - np.nanmin(elapsed)) / point[0])
+    return stack(scene.direction * share)
+
+
+def _run_in_grid(scene: Scene) -> Sequence[Point]:
+    lower, upper = scene.span("elapsed_s")
+    return tuple((t,) for t in log_grid(0.1 * (upper - lower), 1.0 * (upper - lower), 4))
+
+
+def _constant_warm(scene: Scene, point: Point) -> Floats:
+    del point
+    temperature = scene.full("motor_temperature_degc")
+    warmer = temperature - scene.mean("motor_temperature_degc")
+    return stack(-scene.full("torque_nm") * warmer)
+
+
+def _constant_warm_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    return (
+        {
+            "factor": 1.0,
+            "factor_per_k": values["factor_per_k"],
+            "reference_degc": scene.mean("motor_temperature_degc"),
+        },
+    )
+
+
+_GEAR_T, _MOTOR_T = "gearbox_temperature_degc", "motor_temperature_degc"
+_COULOMB_K, _VISCOUS_T = "coulomb_nm_per_k", "viscous_thermal_nm_s_per_rad"
+
+FORMS: tuple[Form, ...] = (
+    Form(
+        "stribeck",
+        "exponential fall",
+        ("static_extra_nm",),
+        _stribeck,
+        ("stribeck_velocity_rad_s", "exponent"),
+        _stribeck_grid,
+        (1,),
+    ),
+    Form(
+        "viscous-nonlinear",
+        "power law",
+        ("power_nm",),
+        _bend,
+        ("exponent",),
+        _bend_grid,
+        to_twin=_bend_twin,
+    ),
+    Form("torque-offset", "constant", ("torque_offset_nm",), _offset),
+    Form("direction-asymmetry", "Coulomb", ("coulomb_difference_nm",), _asymmetric_coulomb),
+    Form(
+        "direction-asymmetry",
+        "viscous",
+        ("viscous_difference_nm_s_per_rad",),
+        _asymmetric_viscous,
+    ),
+    Form(
+        "direction-asymmetry",
+        "Coulomb and viscous",
+        ("coulomb_difference_nm", "viscous_difference_nm_s_per_rad"),
+        _asymmetric_both,
+    ),
+    Form(
+        "load-dependent-friction",
+        "proportional",
+        ("load_coefficient",),
+        _load,
+        ("arm_share",),
+        _load_grid,
+        (1,),
+        needs=("position_rad",),
+        to_twin=_load_twin,
+    ),
+    Form(
+        "load-dependent-friction",
+        "with boundary part",
+        ("load_coefficient", "load_boundary_coefficient"),
+        _load_boundary,
+        ("arm_share", "load_velocity_rad_s"),
+        _load_boundary_grid,
+        (1, 1),
+        needs=("position_rad",),
+        to_twin=_load_twin,
+    ),
+    Form(
+        "temperature-dependent-friction",
+        "viscosity",
+        (_VISCOUS_T,),
+        _viscosity,
+        ("decay_k",),
+        _viscosity_grid,
+        (1,),
+        needs=(_GEAR_T,),
+        to_twin=_viscosity_twin,
+    ),
+    Form(
+        "temperature-dependent-friction",
+        "viscosity and Coulomb level",
+        (_VISCOUS_T, _COULOMB_K),
+        _viscosity_and_coulomb,
+        ("decay_k",),
+        _viscosity_grid,
+        (1, 0),
+        needs=(_GEAR_T,),
+        to_twin=_viscosity_twin,
+    ),
+    Form(
+        "temperature-dependent-friction",
+        "Coulomb level",
+        (_COULOMB_K,),
+        _coulomb_warm,
+        needs=(_GEAR_T,),
+        to_twin=_viscosity_twin,
+    ),
+    Form(
+        "friction-drift",
+        "Coulomb level, steady",
+        ("coulomb_nm_per_h",),
+        _drift_coulomb,
+        needs=("elapsed_s",),
+        catch_all=True,
+    ),
+    Form(
+        "friction-drift",
+        "Coulomb and viscous, steady",
+        ("coulomb_nm_per_h", "viscous_nm_s_per_rad_per_h"),
+        _drift_both,
+        needs=("elapsed_s",),
+        catch_all=True,
+    ),
+    Form(
+        "friction-drift",
+        "run-in",
+        ("run_in_nm",),
+        _run_in,
+        ("run_in_s",),
+        _run_in_grid,
+        needs=("elapsed_s",),
+        catch_all=True,
+    ),
+    Form(
+        "torque-constant-error",
+        "with motor temperature",
+        ("factor_per_k",),
+        _constant_warm,
+        needs=(_MOTOR_T,),
+        to_twin=_constant_warm_twin,
+    ),
+)

@@ -1,0 +1,300 @@
+"""Candidates against a model: screened on all rows, ranked on data that they were not fitted to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.explain.evidence import Weighing, heldout, moments
+from agent.explain.form import Form, Point
+from agent.explain.scene import Scene
+from agent.identify.result import Floats
+
+_POINTS_IN_FOLDS = 4
+_WORTH_FOLDS = 0.25  # of the best screened gain: less is not followed further
+_SHIFTS = 199
+_ROUNDS = 5
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One form at one point: its weighted columns (m, k) among the rows."""
+
+    form: Form
+    point: Point
+    columns: Floats
+
+
+@dataclass(frozen=True)
+class Scored:
+    """One form's best candidate against a model.
+
+    Parameters
+    ----------
+    candidate : Candidate
+    coefficients : ndarray, shape (k,)
+        Beside the model's own columns, refitted.
+    screened : float
+        Share of the model's squared residual that it removes, on all rows.
+    blocks : ndarray, shape (b,)
+        Weighted squared error of every block under fits to the other folds.
+    """
+
+    candidate: Candidate
+    coefficients: Floats
+    screened: float
+    blocks: Floats
+
+    @property
+    def form(self) -> Form:
+        """Return the candidate's form."""
+        return self.candidate.form
+
+    @property
+    def error(self) -> float:
+        """Return the squared error on data that was not seen."""
+        return float(self.blocks.sum())
+
+    def values(self) -> dict[str, float]:
+        """Return all of its numbers by name."""
+        form = self.form
+        out = {n: float(c) for n, c in zip(form.linear, self.coefficients, strict=True)}
+        out.update({n: float(c) for n, c in zip(form.nonlinear, self.candidate.point, strict=True)})
+        return out
+
+
+class Library:
+    """All candidates of one scene, computed once, and compared with any model.
+
+    Parameters
+    ----------
+    scene : Scene
+    weighing : Weighing
+    forms : sequence of Form
+        Those whose columns were recorded.
+    """
+
+    def __init__(self, scene: Scene, weighing: Weighing, forms: Sequence[Form]) -> None:
+        self.scene = scene
+        self.weighing = weighing
+        self.forms = tuple(forms)
+        self.target = weighing.weighted(scene.table.target_nm)
+        self.base = weighing.weighted(scene.table.base)
+        self.base = self.base[:, np.sqrt(np.mean(scene.table.base**2, axis=0)) > 1e-12]
+        self.candidates: list[Candidate] = []
+        for form in self.forms:
+            self.candidates += self._all_points(form)
+
+    def candidate(self, form: Form, point: Point) -> Candidate:
+        """Compute one candidate's columns."""
+        raw = form.columns(self.scene, point)
+        return Candidate(form, point, self.weighing.weighted(self.scene.table.band(raw)))
+
+    def _all_points(self, form: Form) -> list[Candidate]:
+        points = list(form.grid(self.scene))
+        if not points:
+            return []
+        width = len(form.linear)
+        raw = np.concatenate([form.columns(self.scene, point) for point in points], axis=1)
+        columns = self.weighing.weighted(self.scene.table.band(raw))
+        return [
+            Candidate(form, point, columns[:, i * width : (i + 1) * width])
+            for i, point in enumerate(points)
+        ]
+
+    def model(self, terms: Sequence[Candidate]) -> Floats:
+        """Return the columns of the base model and some terms, shape (m, p)."""
+        return np.concatenate([self.base, *(t.columns for t in terms)], axis=1)
+
+    def errors(self, terms: Sequence[Candidate]) -> Floats:
+        """Return the squared error of every block under fits to the other folds, shape (b,)."""
+        part = moments(self.model(terms), self.target, self.weighing.starts)
+        return heldout(part, self.weighing.fold)
+
+    def residual(self, terms: Sequence[Candidate]) -> Floats:
+        """Return what a model leaves of the weighted target, fitted to all rows, shape (m,)."""
+        basis = basis_of(self.model(terms))
+        return np.asarray(self.target - basis @ (basis.T @ self.target))
+
+    def rank(self, terms: Sequence[Candidate], *, refined: bool = True) -> list[Scored]:
+        """Return every form that helps the model, the best on unseen data first."""
+        model = self.model(terms)
+        basis = basis_of(model)
+        left = self.target - basis @ (basis.T @ self.target)
+        energy = float(left @ left)
+        taken = {(t.form.effect, t.form.name, t.point) for t in terms}
+        screened: dict[tuple[str, str], list[tuple[float, Candidate]]] = {}
+        for candidate in self.candidates:
+            form = candidate.form
+            if (form.effect, form.name, candidate.point) in taken:
+                continue
+            gain = _gain(candidate, basis, left)
+            screened.setdefault((form.effect, form.name), []).append((gain, candidate))
+        best = max((max(g for g, _ in entry) for entry in screened.values()), default=0.0)
+        out = []
+        for entry in screened.values():
+            by_gain = sorted(entry, key=lambda pair: -pair[0])
+            if by_gain[0][0] <= max(_WORTH_FOLDS * best, 0.0):
+                continue
+            if refined:
+                by_gain = self._refined(by_gain, basis, left)
+            scored = self._scored(by_gain, model, energy)
+            if scored is not None:
+                out.append(scored)
+        return sorted(out, key=lambda s: s.error)
+
+    def _refined(
+        self, entry: list[tuple[float, Candidate]], basis: Floats, left: Floats
+    ) -> list[tuple[float, Candidate]]:
+        """Move the best point between its neighbours on the grid, ever more finely."""
+        form = entry[0][1].form
+        if not form.refine or not form.nonlinear:
+            return entry
+        points = np.array([c.point for _, c in entry])
+        steps = [_spacing(points[:, i]) for i in range(points.shape[1])]
+        if form.step is not None:
+            steps = [_Step(size, proportional=False) for size in form.step(self.scene)]
+        positive = points.min(axis=0) > 0.0
+        gain, best = entry[0]
+        for round_ in range(_ROUNDS):
+            for i, step in enumerate(steps):
+                for side in (-1.0, 1.0):
+                    moved = list(best.point)
+                    moved[i] += side * step(best.point[i]) * 0.5 ** (round_ + 1)
+                    if positive[i] and moved[i] <= 0.0:
+                        continue
+                    trial = self.candidate(form, tuple(moved))
+                    trial_gain = _gain(trial, basis, left)
+                    if trial_gain > gain:
+                        gain, best = trial_gain, trial
+        return [(gain, best), *entry]
+
+    def _scored(
+        self, entry: list[tuple[float, Candidate]], model: Floats, energy: float
+    ) -> Scored | None:
+        """Return the best point with its error on unseen data, the point chosen without it."""
+        parts = [
+            (
+                candidate,
+                moments(
+                    np.concatenate((model, candidate.columns), axis=1),
+                    self.target,
+                    self.weighing.starts,
+                ),
+            )
+            for _, candidate in entry[:_POINTS_IN_FOLDS]
+        ]
+        errors = np.stack([heldout(part, self.weighing.fold) for _, part in parts])
+        blocks = np.empty(errors.shape[1])
+        for k in np.unique(self.weighing.fold):
+            inside = self.weighing.fold == k
+            # The point that the other folds like best: nothing of this fold chose it.
+            chosen = int(np.argmin(errors[:, ~inside].sum(axis=1)))
+            blocks[inside] = errors[chosen, inside]
+        candidate = entry[0][1]
+        from agent.explain.evidence import solve
+
+        gram, moment = parts[0][1].total
+        theta = solve(gram, moment)[-candidate.columns.shape[1] :]
+        return Scored(candidate, theta, entry[0][0] / max(energy, 1e-300), blocks)
+
+    def chance(self, terms: Sequence[Candidate], scored: Scored, seed: int = 0) -> float:
+        """Return how often shifted residuals give any form as much as this one, from 0 to 1.
+
+        The residual is shifted in a circle within each recording and its 2 s blocks change sign at
+        random, which keeps its autocorrelation; what every form gains is put in units of what it
+        gains by chance on average, so that the best of all forms is compared with the best.
+        """
+        basis = basis_of(self.model(terms))
+        left = self.target - basis @ (basis.T @ self.target)
+        shifted = self.shifted(left, seed)
+        best_of: dict[tuple[str, str], Floats] = {}
+        for candidate in (*self.candidates, scored.candidate):
+            own = basis_of(candidate.columns - basis @ (basis.T @ candidate.columns))
+            share = np.sum((own.T.astype(np.float32) @ shifted) ** 2, axis=0)
+            key = (candidate.form.effect, candidate.form.name)
+            best_of[key] = np.maximum(best_of.get(key, np.zeros(_SHIFTS)), share)
+        energy = float(left @ left)
+        key = (scored.form.effect, scored.form.name)
+        means = {k: max(float(v.mean()), 1e-12 * energy) for k, v in best_of.items()}
+        worst = np.max([v / means[k] for k, v in best_of.items()], axis=0)
+        found = scored.screened * energy / means[key]
+        return float((1 + np.sum(worst >= found)) / (1 + _SHIFTS))
+
+    def shifted(self, left: Floats, seed: int = 0) -> NDArray[np.float32]:
+        """Return a residual (m,), shifted within its recordings, block signs drawn: (m, shifts)."""
+        rng = np.random.default_rng(seed)
+        out = np.empty((left.shape[0], _SHIFTS), dtype=np.float32)
+        run = self.weighing.run
+        bounds = np.flatnonzero(np.diff(run, prepend=run[0] - 1))
+        stops = np.append(bounds[1:], run.shape[0])
+        lengths = np.diff(np.append(self.weighing.starts, run.shape[0]))
+        for j in range(_SHIFTS):
+            moved = left.copy()
+            for a, b in zip(bounds, stops, strict=True):
+                moved[a:b] = np.roll(left[a:b], int(rng.integers(0, max(b - a, 1))))
+            sign = rng.choice([-1.0, 1.0], lengths.shape[0])
+            out[:, j] = moved * np.repeat(sign, lengths)
+        return out
+
+
+def basis_of(columns: Floats, like: Floats | None = None) -> Floats:
+    """Return an orthonormal basis of columns, shape (m, r), those that are nothing left out.
+
+    A column is nothing against `like`, shape (m, k), of which it is what a projection left.
+    """
+    size = np.sqrt(np.einsum("ij,ij->j", columns, columns))
+    whole = size if like is None else np.sqrt(np.einsum("ij,ij->j", like, like))
+    kept = size > 1e-6 * np.maximum(whole, 1e-300)
+    if not kept.any():
+        return np.zeros((columns.shape[0], 0))
+    q, r = np.linalg.qr(columns[:, kept] / size[kept])
+    good = np.abs(np.diag(r)) > 1e-6
+    return np.asarray(q[:, good])
+
+
+def _gain(candidate: Candidate, basis: Floats, left: Floats) -> float:
+    """Return the squared residual that a candidate removes; 0 where its sign is impossible."""
+    columns = candidate.columns - basis @ (basis.T @ candidate.columns)
+    gram = columns.T @ columns
+    scale = np.sqrt(np.maximum(np.diag(gram), 0.0))
+    whole = np.sqrt(np.einsum("ij,ij->j", candidate.columns, candidate.columns))
+    if np.any(scale <= 1e-6 * np.maximum(whole, 1e-300)):
+        return 0.0
+    gram = gram / np.outer(scale, scale)
+    gram[np.diag_indices_from(gram)] += 1e-9
+    moment = columns.T @ left / scale
+    theta = np.linalg.solve(gram, moment)
+    for i, value in enumerate(theta):
+        if candidate.form.sign(i) * value < 0.0:
+            return 0.0
+    return float(moment @ theta)
+
+
+def _spacing(values: Floats) -> _Step:
+    """Return how far the grid's points are apart, in proportion or in absolute terms."""
+    unique = np.unique(values)
+    if unique.size < 2:
+        return _Step(0.0, proportional=False)
+    ratio = unique[1:] / unique[:-1] if unique[0] > 0.0 else np.zeros(1)
+    steps = np.diff(unique)
+    proportional = bool(unique[0] > 0.0 and np.ptp(ratio) < np.ptp(steps / steps.mean()))
+    size = float(np.median(ratio)) - 1.0 if proportional else float(np.median(steps))
+    return _Step(size, proportional=proportional)
+
+
+@dataclass(frozen=True)
+class _Step:
+    size: float
+    proportional: bool
+
+    def __call__(self, value: float) -> float:
+        return self.size * abs(value) if self.proportional else self.size
+
+
+def replaced(scored: Scored, blocks: Floats) -> Scored:
+    """Return the same candidate with other errors on unseen data."""
+    return replace(scored, blocks=blocks)
