@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 
 from agent.explain.result import Explanation, Finding, NextExperiment
 from agent.numbers import NO_NUMBER
-from agent.report.advice import next_steps
 from agent.report.explanation_rows import (
     error_rows,
     improvement_in_words,
@@ -22,7 +21,9 @@ from agent.report.explanation_words import (
     percent,
     region_in_words,
     share,
+    tells_apart,
     verdict_words,
+    what_to_do,
 )
 
 WIDTH = 80
@@ -43,7 +44,7 @@ def explanation_text(explanation: Explanation, *, axis: int | str = "", next_fil
     lines = [f"{words.status}.", *_wrapped(explanation.sentence or words.meaning)]
     if not decidable(explanation):
         lines += ["", "Why not:", *_items(explanation.reasons)]
-        lines += ["", "What to do:", *_items(next_steps(explanation.reasons))]
+        lines += ["", "What to do:", *_items(what_to_do(explanation))]
         return "\n".join(lines)
     lines += ["", *_errors(explanation)]
     if explanation.findings:
@@ -130,11 +131,9 @@ def _unexplained(explanation: Explanation) -> list[str]:
 def _next(experiment: NextExperiment, axis: str, file: str) -> list[str]:
     lines = ["Next:", *_wrapped(experiment.sentence)]
     lines += _wrapped(experiment.set_up)
-    apart = " from ".join(effect_label(effect) for effect in experiment.tells_apart)
-    if apart:
-        lasts = duration(experiment.seconds)
-        needed = f"; motion needed: about {lasts}" if lasts != NO_NUMBER else ""
-        lines += _wrapped(f"It tells {apart}{needed}.")
+    lasts = duration(experiment.seconds)
+    needed = f"Motion needed: about {lasts}." if lasts != NO_NUMBER else ""
+    lines += _wrapped(f"{tells_apart(experiment)} {needed}".strip())
     command = next_command(experiment, axis, file)
     return lines + [f"  {command}"] * bool(command)
 

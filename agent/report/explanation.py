@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from agent.explain.result import Explanation, Finding, NextExperiment, Trace
 from agent.numbers import units_unbroken
 from agent.record.atomic import publish
 from agent.report import explanation_rows as rows
 from agent.report import provenance
-from agent.report.advice import next_steps
 from agent.report.canvas import data_uri
 from agent.report.estimate import Picture
 from agent.report.explanation_map import heat_map
@@ -22,12 +24,24 @@ from agent.report.explanation_words import (
     effect_label,
     heading,
     next_command,
-    region_in_words,
     share,
+    tells_apart,
+    variable,
     verdict_words,
+    what_to_do,
 )
 from agent.report.figure_explanation_curve import figure_finding, finding_in_words
-from agent.report.figure_explanation_cycle import figure_residual, reach_of, residual_in_words
+from agent.report.figure_explanation_cycle import (
+    SHADED,
+    figure_residual,
+    reach_of,
+    residual_in_words,
+)
+from agent.report.figure_explanation_left import (
+    figure_left_over,
+    left_over,
+    left_over_in_words,
+)
 from agent.report.figure_explanation_moved import figure_moved, moved_in_words
 from agent.report.figure_explanation_proof import errors_in_words, figure_errors
 from agent.report.page import render
@@ -119,7 +133,9 @@ def explanation_page(
         decidable=decided,
         verdict=verdict_words(explanation),
         sentence=units_unbroken(explanation.sentence),
-        steps=() if decided else next_steps(explanation.reasons),
+        steps=what_to_do(explanation),
+        reasons=[units_unbroken(reason) for reason in explanation.reasons],
+        rivals=_rivals(explanation),
         following=_next(explanation.next_experiment, str(axis), next_file),
         further=[_next(e, str(axis), "") for e in explanation.further_experiments],
         tiles=rows.tiles(explanation) if decided else (),
@@ -132,9 +148,9 @@ def explanation_page(
         folded=folded,
         undrawn=undrawn,
         unexplained_share=share(explanation.unexplained_share),
-        unexplained_where=[
-            heading(region_in_words(region, names)) for region in explanation.unexplained_where
-        ],
+        unexplained_where=rows.places(explanation.unexplained_where, names),
+        left_over=_left_over(explanation) if decided else [],
+        unshaded=_unshaded(explanation) if decided else [],
         map=heat_map(explanation.cells) if decided else None,
         moved=[rows.moved_row(m) for m in explanation.moved] if decided else [],
         moved_picture=_moved(explanation) if decided else None,
@@ -163,11 +179,24 @@ def _next(experiment: NextExperiment | None, axis: str, file: str) -> NextView |
         return None
     return NextView(
         sentence=units_unbroken(experiment.sentence),
-        set_up=experiment.set_up,
-        tells_apart=" from ".join(effect_label(effect) for effect in experiment.tells_apart),
+        set_up=units_unbroken(experiment.set_up),
+        tells_apart=tells_apart(experiment),
         lasts=duration(experiment.seconds),
         command=next_command(experiment, axis, file),
     )
+
+
+def _rivals(explanation: Explanation) -> list[tuple[str, str]]:
+    """Return probability and name of each cause that a tie is between, the likeliest first."""
+    if explanation.verdict != "tied":
+        return []
+    causes: dict[str, float] = {}
+    for finding in explanation.findings:
+        if finding.alternatives:
+            causes[finding.effect] = finding.probability
+            causes.update((other.effect, other.probability) for other in finding.alternatives)
+    ranked = sorted(causes.items(), key=lambda cause: -cause[1])
+    return [(share(probability), effect_label(effect)) for effect, probability in ranked]
 
 
 def _proof(explanation: Explanation) -> Picture:
@@ -190,11 +219,38 @@ def _traces(explanation: Explanation) -> tuple[list[Picture], list[Picture], int
 
     What the fit had not seen comes first: that is where the proof is. All share one ordinate.
     """
-    traces = sorted(explanation.traces, key=lambda trace: not trace.held_out)
+    traces = sorted(_shown(explanation), key=lambda trace: not trace.held_out)
     reach_nm = max((reach_of(trace) for trace in traces), default=0.0)
     pictures = [_trace(t, explanation, reach_nm) for t in traces[:RECORDINGS_DRAWN]]
     undrawn = len(traces) - len(pictures)
     return pictures[:RECORDINGS_OPEN], pictures[RECORDINGS_OPEN:], undrawn
+
+
+def _shown(explanation: Explanation) -> list[Trace]:
+    """Return the traces without the stage that is not there when nothing was found."""
+    if explanation.findings:
+        return list(explanation.traces)
+    return [
+        dataclasses.replace(trace, extended_nm=np.full(trace.time_s.shape, np.nan))
+        for trace in explanation.traces
+    ]
+
+
+def _left_over(explanation: Explanation) -> list[Picture]:
+    """Return what is left along the axis of every region that has no explanation."""
+    pictures = []
+    for name in dict.fromkeys(region.variable for region in explanation.unexplained_where):
+        left = left_over(_shown(explanation), name)
+        if left is not None:
+            where = explanation.unexplained_where
+            pictures.append(
+                _picture(
+                    figure_left_over(left, where),
+                    figure_left_over(left, where, narrow=True),
+                    left_over_in_words(left),
+                )
+            )
+    return pictures
 
 
 def _trace(trace: Trace, explanation: Explanation, reach_nm: float) -> Picture:
@@ -216,6 +272,14 @@ def _trace(trace: Trace, explanation: Explanation, reach_nm: float) -> Picture:
     return _picture(
         drawn(narrow=False), drawn(narrow=True), residual_in_words(trace), trace.recording + role
     )
+
+
+def _unshaded(explanation: Explanation) -> list[str]:
+    """Return the axes of located regions that time and velocity do not tell: nothing is shaded."""
+    regions = [region for finding in explanation.findings for region in finding.where]
+    regions += explanation.unexplained_where
+    names = dict.fromkeys(region.variable for region in regions)
+    return [variable(name).label for name in names if name not in SHADED]
 
 
 def _carried(explanation: Explanation) -> Sequence[str]:

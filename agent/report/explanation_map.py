@@ -136,7 +136,15 @@ def axis_word(axis: str) -> str:
 
 
 def _name(cell: Cell) -> str:
-    return f"{parameter_word(cell.parameter)} along {axis_word(cell.axis)}"
+    return f"{_subject(cell.parameter)} along {axis_word(cell.axis)}"
+
+
+def _subject(parameter: str) -> str:
+    """Return a base parameter as a sentence names it."""
+    word = parameter_word(parameter)
+    if word in ("Coulomb", "Viscous"):
+        return f"{word.replace('V', 'v')} friction"
+    return word.lower()
 
 
 def _weight(cell: Cell) -> tuple[bool, float]:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from agent.explain.result import Explanation, Finding, Fit, Holdout, Moved
+from agent.explain.result import Explanation, Finding, Fit, Holdout, Moved, Region
 from agent.identify.result import Parameter
 from agent.numbers import (
     NO_NUMBER,
@@ -145,8 +145,10 @@ def finding_row(finding: Finding, explanation: Explanation) -> FindingRow:
         probability=share(finding.probability),
         form=finding.form,
         sentence=units_unbroken(finding.sentence),
-        where=tuple(heading(region_in_words(region, names)) for region in finding.where),
-        without=in_scale(without, error_scale(explanation)) if math.isfinite(without) else "",
+        where=places(finding.where, names),
+        without=units_unbroken(in_scale(without, error_scale(explanation)))
+        if math.isfinite(without)
+        else "",
         parameters=parameter_rows(finding.parameters),
         alternatives=tuple(
             AlternativeRow(
@@ -155,6 +157,11 @@ def finding_row(finding: Finding, explanation: Explanation) -> FindingRow:
             for other in finding.alternatives
         ),
     )
+
+
+def places(regions: Sequence[Region], recordings: Sequence[str]) -> tuple[str, ...]:
+    """Return where a mismatch lives, as it stands on the page."""
+    return tuple(units_unbroken(heading(region_in_words(region, recordings))) for region in regions)
 
 
 def parameter_rows(parameters: Mapping[str, Parameter]) -> tuple[ParameterRow, ...]:
@@ -259,7 +266,8 @@ def in_scale(value_nm: float, scale: Scale) -> str:
 def _tile(label: str, value_nm: float, scale: Scale, detail: str) -> Tile | None:
     if not math.isfinite(value_nm):
         return None
-    return Tile(label, significant(value_nm * scale.factor, 3), scale.unit, detail)
+    number = significant(value_nm * scale.factor, 3)
+    return Tile(label, number, scale.unit, units_unbroken(detail))
 
 
 def _refitted(refitted: Fit, scale: Scale) -> str:

@@ -12,7 +12,8 @@ import numpy as np
 
 from agent.explain.result import Explanation, NextExperiment, Region
 from agent.identify.result import Floats
-from agent.numbers import NO_NUMBER, fixed, parameter_label, scale_for, significant
+from agent.numbers import NO_NUMBER, fixed, parameter_label, parameter_unit, scale_for, significant
+from agent.report.advice import next_steps
 
 Tone = Literal["good", "open", "stop"]
 
@@ -62,15 +63,15 @@ _VERDICTS: Mapping[str, VerdictWords] = MappingProxyType(
     {
         "explained": VerdictWords(
             "Explained",
-            "What the simulation leaves out has a name, and the correction holds on data that "
-            "it was not made from.",
+            "The mismatch has a name, and correcting it holds on data that the correction was "
+            "not made from.",
             "good",
             "check",
         ),
         "tied": VerdictWords(
             "Several causes fit equally well",
-            "The mismatch is carried, but these recordings cannot tell which cause is the true "
-            "one; the next experiment can.",
+            "The mismatch can be corrected, but these recordings cannot tell which cause is the "
+            "true one.",
             "open",
             "fork",
         ),
@@ -159,7 +160,7 @@ def variable(name: str) -> Variable:
     if name in _VARIABLES:
         return _VARIABLES[name]
     label = parameter_label(name.replace("-", "_"))
-    return Variable(label[:1].lower() + label[1:])
+    return Variable(label[:1].lower() + label[1:], parameter_unit(name))
 
 
 def decidable(explanation: Explanation) -> bool:
@@ -173,6 +174,14 @@ def decidable(explanation: Explanation) -> bool:
 def verdict_words(explanation: Explanation) -> VerdictWords:
     """Return the verdict in words."""
     return _VERDICTS[explanation.verdict] if decidable(explanation) else NOT_DECIDABLE
+
+
+def what_to_do(explanation: Explanation) -> tuple[str, ...]:
+    """Return the steps out of an explanation that is not decidable; none where it is."""
+    if decidable(explanation):
+        return ()
+    *steps, _ = next_steps(explanation.reasons)  # the last one speaks of estimates
+    return (*steps, "Then record this axis again and explain again.")
 
 
 def torque(value_nm: float, digits: int = 3) -> str:
@@ -251,6 +260,14 @@ def _place(region: Region, recordings: Sequence[str]) -> str:
 def _recording(index: float, recordings: Sequence[str]) -> str:
     at = round(index) if math.isfinite(index) else -1
     return recordings[at] if 0 <= at < len(recordings) else f"recording {at + 1}"
+
+
+def tells_apart(experiment: NextExperiment) -> str:
+    """Say which causes an experiment tells apart; empty where it names none."""
+    labels = [effect_label(effect) for effect in experiment.tells_apart]
+    if len(labels) == 2:
+        return f"It tells {labels[0]} from {labels[1]}."
+    return f"It tells apart: {'; '.join(labels)}." if labels else ""
 
 
 def next_command(experiment: NextExperiment, axis: str, file: str) -> str:

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _HEIGHT_IN, _NARROW_HEIGHT_IN = 2.5, 2.1
-_KEY_LINE_IN = 0.22
 
 
 @styled
@@ -47,9 +46,7 @@ def figure_finding(curve: Curve, where: tuple[Region, ...] = (), *, narrow: bool
         Draw for a phone's width.
     """
     height = _NARROW_HEIGHT_IN if narrow else _HEIGHT_IN
-    (axes,) = stacked(
-        [Panel(height, WITH_LABELS_IN)], narrow=narrow, header_in=_KEY_LINE_IN * narrow
-    )
+    (axes,) = stacked([Panel(height, WITH_LABELS_IN)], narrow=narrow)
     abscissa = variable(curve.variable)
     scale = scale_for("N m", [_largest_nm(curve)])
     axes.axhline(0.0, color=MUTED, lw=0.7)
@@ -58,7 +55,7 @@ def figure_finding(curve: Curve, where: tuple[Region, ...] = (), *, narrow: bool
     _shade(axes, curve, where, abscissa)
     axes.set_xlabel(abscissa.title)
     axes.set_ylabel(f"torque that is missing, {scale.unit}")
-    key_in_header(axes, columns=1 if narrow else 3)
+    key_in_header(axes, columns=2)
     return figure_of(axes)
 
 
@@ -98,7 +95,7 @@ def _law(axes: Axes, curve: Curve, abscissa: Variable, scale: Scale) -> None:
         np.insert(values * scale.factor, breaks, np.nan)
         for values in (curve.line_nm, curve.lower_nm, curve.upper_nm)
     )
-    axes.fill_between(at, lower, upper, color=MEASURED_PALE, lw=0, label="its band", zorder=2)
+    axes.fill_between(at, lower, upper, color=MEASURED_PALE, lw=0, zorder=2)
     axes.plot(at, line, color=MEASURED, lw=2.2, label="law found", zorder=3)
 
 
@@ -107,7 +104,7 @@ def _means(axes: Axes, curve: Curve, abscissa: Variable, scale: Scale) -> None:
     axes.errorbar(
         abscissa.shown(curve.bin_at), curve.bin_nm * scale.factor, yerr=reach * scale.factor,
         fmt="o", ms=3.6, mew=0.0, color=INK, ecolor=INK, elinewidth=0.9, capsize=0.0, zorder=4,
-        label="measured less simulated, mean and 95 % interval",
+        label="measured less simulated",
     )  # fmt: skip
 
 

@@ -34,7 +34,19 @@ if TYPE_CHECKING:
 
 LOCATED = "#dcebf5"
 NOT_EXPLAINED = "#fbe0cf"
+SHADED = frozenset(
+    {
+        "velocity_rad_s",
+        "speed_rad_s",
+        "time_s",
+        "recording",
+        "acceleration_rad_s2",
+        "after_reversal_s",
+    }
+)
+"""Axes along which a region can be shaded over time."""
 _ALIKE = 0.02
+_FAR_OFF = 4.0
 _STRETCHES = 240
 _CLIP_QUANTILE, _CLIP_FACTOR = 0.998, 1.25
 
@@ -86,35 +98,45 @@ def figure_residual(
     velocity.set_ylabel("rad/s")
     velocity.tick_params(labelbottom=False)
     scale = scale_for("N m", [reach_nm or reach_of(trace)])
-    _residual(residual, trace, scale, bins_for(figure) // 2)
     limit = (reach_nm or reach_of(trace)) * scale.factor
+    _residual(residual, trace, scale, bins_for(figure) // 2, limit)
     if limit > 0.0:
         residual.set_ylim(-limit, limit)
+    if narrow:  # the key needs the line that the title has elsewhere
+        residual.set_title("")
+        residual.set_ylabel(f"residual, {scale.unit}")
     for axes in (velocity, residual):
         axes.set_xlim(*time_span_s(trace.time_s))
     return figure
 
 
 def lines_of(trace: Trace) -> list[Line]:
-    """Return the residuals that differ: what lies on another's line is not drawn twice."""
-    given = Line(trace.given_nm, "as given", MUTED)
-    refitted = Line(trace.refitted_nm, "refitted", PREDICTED)
-    extended = Line(trace.extended_nm, "extended", MEASURED)
-    there = [line for line in (given, refitted, extended) if np.isfinite(line.values_nm).any()]
+    """Return the residuals that differ: two that are one line to the eye share it."""
+    stages = (
+        Line(trace.given_nm, "as given", MUTED),
+        Line(trace.refitted_nm, "refitted", PREDICTED),
+        Line(trace.extended_nm, "extended", MEASURED),
+    )
     drawn: list[Line] = []
-    for line in there:
+    for line in stages:
+        if not np.isfinite(line.values_nm).any():
+            continue
         if drawn and _alike(drawn[-1].values_nm, line.values_nm):
-            drawn.pop()
-        drawn.append(line)
+            drawn[-1] = Line(line.values_nm, f"{drawn[-1].label} = {line.label}", line.color)
+        else:
+            drawn.append(line)
     return drawn
 
 
 def reach_of(trace: Trace) -> float:
-    """Return half of an ordinate, N m, that shows all but single peaks of the residuals drawn."""
-    sizes = [np.abs(line.values_nm[np.isfinite(line.values_nm)]) for line in lines_of(trace)]
-    return max(
-        (_CLIP_FACTOR * float(np.quantile(size, _CLIP_QUANTILE)) for size in sizes), default=0.0
-    )
+    """Return half of an ordinate, N m, that shows all but single peaks of the residuals drawn.
+
+    A simulation whose numbers are far off leaves the picture rather than flattening the others.
+    """
+    sizes = [_size(line.values_nm) for line in lines_of(trace)]
+    if len(sizes) > 1 and sizes[0] > _FAR_OFF * max(sizes[1:]) > 0.0:
+        sizes = sizes[1:]
+    return _CLIP_FACTOR * max(sizes, default=0.0)
 
 
 def residual_in_words(trace: Trace) -> str:
@@ -184,12 +206,13 @@ def _shade(upper: Axes, lower: Axes, time_s: Floats, mask: NDArray[np.bool_], co
         )  # fmt: skip
 
 
-def _residual(axes: Axes, trace: Trace, scale: Scale, bins: int) -> None:
+def _residual(axes: Axes, trace: Trace, scale: Scale, bins: int, limit: float) -> None:
     axes.axhline(0.0, color=MUTED, lw=0.7, zorder=1.5)
     for line in lines_of(trace):
         centre_s, low, mean, high = envelope(trace.time_s, line.values_nm * scale.factor, bins)
         axes.fill_between(centre_s, low, high, color=line.color, alpha=0.22, lw=0, zorder=2)
-        axes.plot(centre_s, mean, color=line.color, lw=1.2, label=line.label, zorder=3)
+        beyond = " (beyond the axis)" * (_size(line.values_nm) * scale.factor > limit > 0.0)
+        axes.plot(centre_s, mean, color=line.color, lw=1.2, label=line.label + beyond, zorder=3)
     if not axes.get_legend_handles_labels()[0]:
         axes.annotate(
             "nothing was compared here", (0.5, 0.6), xycoords="axes fraction", ha="center"
@@ -199,6 +222,12 @@ def _residual(axes: Axes, trace: Trace, scale: Scale, bins: int) -> None:
     axes.set_title("Residual")
     axes.set_ylabel(scale.unit)
     axes.set_xlabel("time, s")
+
+
+def _size(values: Floats) -> float:
+    """Return what all but single peaks stay below; 0 where there is no value."""
+    finite = np.abs(values[np.isfinite(values)])
+    return float(np.quantile(finite, _CLIP_QUANTILE)) if finite.size else 0.0
 
 
 def _alike(one: Floats, other: Floats) -> bool:

@@ -51,12 +51,11 @@ def figure_moved(moved: Sequence[Moved], *, narrow: bool = False) -> Figure:
     """
     if not moved:
         raise ValueError("expected parameters to draw, got none")
-    panels = [Panel(_HEIGHT_IN, _BELOW_IN)] * (len(moved) - 1) + [
-        Panel(_HEIGHT_IN, WITH_LABELS_IN - 0.1)
-    ]
-    column = stacked(panels, narrow=narrow)
+    below = WITH_LABELS_IN if narrow else _BELOW_IN
+    column = stacked([Panel(_HEIGHT_IN, below)] * len(moved), narrow=narrow)
     for axes, one in zip(column, moved, strict=True):
         _parameter(axes, one)
+        _move(axes, one, narrow=narrow)
     return figure_of(column[0])
 
 
@@ -105,6 +104,19 @@ def _parameter(axes: Axes, moved: Moved) -> None:
     axes.grid(axis="y", visible=False)
     axes.margins(x=0.25)
     axes.locator_params(axis="x", nbins=6)
+
+
+def _move(axes: Axes, moved: Moved, *, narrow: bool) -> None:
+    """Write the move beside the title, or below on a phone, where the title needs the line."""
+    if not math.isfinite(moved.sigmas):
+        return
+    text = f"moved by {significant(abs(moved.sigmas), 2)} standard deviations"
+    weight = "bold" if is_biased(moved) else "normal"
+    color = PREDICTED if is_biased(moved) else MUTED
+    if narrow:
+        axes.set_xlabel(text, loc="right", fontweight=weight, color=color)
+    else:
+        axes.set_title(text, loc="right", fontsize=9.0, fontweight=weight, color=color)
 
 
 def _dot(

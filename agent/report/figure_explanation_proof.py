@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -31,8 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _ROW_IN = 0.34
-_LEFT_IN, _NARROW_LEFT_IN = 3.0, 1.62
-_LABEL_CHARS = 24
+_LEFT_IN, _NARROW_LEFT_IN = 3.2, 1.62
 _LOGARITHMIC_FROM = 25.0
 _AGREE_POINTS = 0.5
 
@@ -46,6 +45,8 @@ class Row:
     color: str
     interval: tuple[float, float] | None = None
     hollow: bool = False
+    short: str = ""
+    marker: str = "o"
 
 
 @styled
@@ -67,7 +68,7 @@ def figure_errors(explanation: Explanation, *, narrow: bool = False) -> Figure:
     rows = error_rows(explanation)
     if not rows:
         raise ValueError("expected errors to draw, got none")
-    gains = gain_rows(explanation.holdout)
+    gains = gain_rows(explanation)
     panels = [Panel(_ROW_IN * (len(rows) + 0.3), WITH_LABELS_IN)]
     if gains:
         panels.append(Panel(_ROW_IN * (len(gains) + 0.3), WITH_LABELS_IN))
@@ -83,12 +84,9 @@ def figure_errors(explanation: Explanation, *, narrow: bool = False) -> Figure:
 def errors_in_words(explanation: Explanation) -> str:
     """Say in words what `figure_errors` shows, for those who do not see it."""
     parts = [f"{row.label} {torque(row.value)}" for row in error_rows(explanation)]
-    gains = [f"{row.label} {percent(row.value, 1)}" for row in gain_rows(explanation.holdout)]
+    gains = [f"{row.label} {percent(row.value, 1)}" for row in gain_rows(explanation)]
     removed = f" Error removed: {', '.join(gains)}." if gains else ""
-    return (
-        f"Root mean square errors: {', '.join(parts)}; noise floor "
-        f"{torque(explanation.floor.value_nm)}.{removed}"
-    )
+    return f"Root mean square errors: {', '.join(parts)}.{removed}"
 
 
 def error_rows(explanation: Explanation) -> list[Row]:
@@ -106,10 +104,11 @@ def error_rows(explanation: Explanation) -> list[Row]:
     if len(explanation.findings) > 1:
         rows += [
             Row(
-                f"all but {effect_label(finding.effect)}",
+                f"without {effect_label(finding.effect)}",
                 finding.holdout_rmse_without_nm,
                 MEASURED,
                 hollow=True,
+                short=f"without finding {finding.rank}",
             )
             for finding in explanation.findings
         ]
@@ -117,6 +116,8 @@ def error_rows(explanation: Explanation) -> list[Row]:
         rows.append(
             Row("extended by the findings", stages[2].rmse_nm, MEASURED, extended_interval(holdout))
         )
+    if any(math.isfinite(row.value) for row in rows):
+        rows.append(Row("noise floor", explanation.floor.value_nm, INK, hollow=True, marker="D"))
     return [row for row in rows if math.isfinite(row.value)]
 
 
@@ -138,9 +139,10 @@ def extended_interval(holdout: Holdout | None) -> tuple[float, float] | None:
     return None
 
 
-def gain_rows(holdout: Holdout | None) -> list[Row]:
+def gain_rows(explanation: Explanation) -> list[Row]:
     """Return how much of the error is removed: by what was found, and by the placebo; percent."""
-    if holdout is None:
+    holdout = explanation.holdout
+    if holdout is None or not explanation.findings:
         return []
     rows = [
         Row("findings", holdout.improvement_percent, MEASURED, holdout.improvement_ci95_percent),
@@ -157,16 +159,7 @@ def _errors(axes: Axes, rows: Sequence[Row], floor: Floor, *, narrow: bool) -> N
         if math.isfinite(route) and route > 0.0
     ]
     scale = scale_for("N m", values)
-    shown = [
-        Row(
-            row.label,
-            row.value * scale.factor,
-            row.color,
-            row.interval and (row.interval[0] * scale.factor, row.interval[1] * scale.factor),
-            row.hollow,
-        )
-        for row in rows
-    ]
+    shown = [_scaled(row, scale.factor) for row in rows]
     most = max(values) * scale.factor
     least = min([v for v in (*values, *floors) if v > 0.0], default=most) * scale.factor
     room = 1.45 if narrow else 1.2
@@ -182,19 +175,23 @@ def _errors(axes: Axes, rows: Sequence[Row], floor: Floor, *, narrow: bool) -> N
         )
     if math.isfinite(floor.value_nm):
         at = floor.value_nm * scale.factor
-        axes.axvline(
-            at, color=INK, lw=1.0, ls=(0, (4, 3)), label=f"noise floor {torque(floor.value_nm)}"
-        )
-        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.01))
+        axes.axvline(at, color=INK, lw=1.0, ls=(0, (4, 3)), zorder=2)
     _dots(axes, shown, [f"{significant(r.value, 3)} {scale.unit}" for r in shown], narrow=narrow)
     axes.set_xlabel(f"rms error, {scale.unit}")
+
+
+def _scaled(row: Row, factor: float) -> Row:
+    interval = None
+    if row.interval is not None:
+        interval = (row.interval[0] * factor, row.interval[1] * factor)
+    return dataclasses.replace(row, value=row.value * factor, interval=interval)
 
 
 def _gains(axes: Axes, rows: Sequence[Row], *, narrow: bool) -> None:
     least = min(
         0.0, *(row.value for row in rows), *(row.interval[0] for row in rows if row.interval)
     )
-    axes.set_xlim(1.1 * least, 125.0 if narrow else 112.0)
+    axes.set_xlim(min(1.1 * least, -4.0), 125.0 if narrow else 112.0)
     axes.set_xticks([tick for tick in (0, 25, 50, 75, 100) if tick >= least])
     axes.set_title("Error removed")
     axes.set_xlabel("% of the error before")
@@ -211,13 +208,22 @@ def _dots(axes: Axes, rows: Sequence[Row], texts: Sequence[str], *, narrow: bool
             axes.plot(row.interval, (k, k), color=row.color, lw=3.0, alpha=0.45, zorder=3)
             end = max(end, row.interval[1])
         face = "white" if row.hollow else row.color
-        axes.plot([row.value], [k], marker="o", ms=7.0, mec=row.color, mfc=face, mew=1.6, zorder=4)
+        axes.plot(
+            [row.value],
+            [k],
+            marker=row.marker,
+            ms=7.0 if row.marker == "o" else 5.5,
+            mec=row.color,
+            mfc=face,
+            mew=1.6,
+            zorder=4,
+        )
         axes.annotate(
             text, (end, k), xytext=(7, 0), textcoords="offset points", va="center", zorder=5,
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.85},
         )  # fmt: skip
     axes.set_ylim(len(rows) - 0.35, -0.65)
-    labels = [textwrap.fill(row.label, _LABEL_CHARS) if narrow else row.label for row in rows]
+    labels = [row.short or row.label if narrow else row.label for row in rows]
     axes.set_yticks(range(len(rows)), labels)
     axes.tick_params(axis="y", labelcolor=INK)
     axes.grid(axis="y", visible=False)
