@@ -28,9 +28,12 @@ from agent.physics.flexibility import (
 
 Complexes = NDArray[np.complex128]
 Kind = Literal["two-mass", "three-mass"]
+Structure = Literal["two-mass", "three-mass", "two-arms"]
+"""What hangs on the motor: a chain, or two single masses side by side, which swing as the modes of
+a chain of two do."""
 
-SHAPE_SIZE = {"two-mass": 2, "three-mass": 5}
-"""How many shape parameters a kind of chain has: (ln w, ln z) a mass, and one logit."""
+SHAPE_SIZE = {"two-mass": 2, "three-mass": 5, "two-arms": 4}
+"""How many shape parameters a structure has: (ln w, ln z) a mass; a chain of two has a logit."""
 
 
 @dataclass(frozen=True)
@@ -94,6 +97,13 @@ def chain_of(shape: Floats, total_kg_m2: float = 1.0) -> Chain:
         tuple(float(j * w * w) for j, w in zip(inertias, omegas, strict=True)),
         tuple(float(2.0 * z * w * j) for j, w, z in zip(inertias, omegas, zetas, strict=True)),
     )
+
+
+def chains_of(structure: Structure, shape: Floats) -> list[Chain]:
+    """Return the chains of unit inertia that hang on the motor side by side."""
+    if structure == "two-arms":
+        return [chain_of(shape[:2]), chain_of(shape[2:])]
+    return [chain_of(shape)]
 
 
 def shape_of(chain: Chain) -> Floats:

@@ -11,7 +11,7 @@ from agent.identify.flexible.preparation import Track
 from agent.identify.signals import Signals
 
 SLOWEST_HZ = 50.0
-SHORTEST_S = 2.0
+SHORTEST_S = 1.0  # a slow gear's antiresonance, 2 Hz, twice
 _SLOW = 0.02  # of the fastest speed: slower than this is ringing, not going
 _ONE_WAY = 0.05  # of the moving samples
 _FLAT_S = 0.03

@@ -16,29 +16,27 @@ from typing import Literal
 
 import numpy as np
 
+from agent.identify.flexible.attenuation import without_motion_noise
 from agent.identify.flexible.chain import Kind
 from agent.identify.flexible.checks import why_not
+from agent.identify.flexible.descent import approach, bounds_of, descend
 from agent.identify.flexible.intervals import parameters_of, physical
+from agent.identify.flexible.modes import approach_chain, second_mode_starts
 from agent.identify.flexible.preparation import (
     Prepared,
     Track,
+    even_cutoff_hz,
     prepare,
     quietest_cutoff_hz,
     tracks_of,
 )
-from agent.identify.flexible.projection import (
-    Point,
-    Problem,
-    bounds_of,
-    descend,
-    evaluate,
-)
+from agent.identify.flexible.projection import Point, Problem, evaluate
 from agent.identify.flexible.result import FlexibleFit, Start, joint_of
 from agent.identify.flexible.spectra import (
+    PLACES,
     frequency_range_hz,
     frequency_response,
-    second_modes,
-    start_shape,
+    start_shapes,
 )
 from agent.identify.result import Floats, Parameter
 from agent.identify.signals import Signals
@@ -48,9 +46,13 @@ from agent.physics.friction import COULOMB_VISCOUS, LAWS, FrictionLaw
 _DECADES = 1.0  # to either side of the start values: two decades in all
 _SAME = 1e-4  # relative difference of costs that one minimum may have
 _BAND = 8.0  # cutoff, of the highest start frequency
-_EVIDENCE = 5.0  # log-likelihood that flexibility must gain for each of its parameters
-_PLAIN = 0.1  # of the rigid body's squared residual
-_SEEN = 0.9  # of the cutoff
+_LEAST_MOTOR = 0.05  # of the whole inertia: what start values may say of the motor's
+_RESONANCE = 2.0  # cutoff, of the resonance, at least
+_FALSE_ALARMS = 1e-3  # of joints that are rigid
+# Structure that no model here has makes the samples look few; what leaves a tenth of the rigid
+# joint's squared residual, though, is no chance.
+_PLAIN = 0.1
+_SEEN = 0.9  # of the cutoff: nearer to it, the filter leaves of a resonance its flank alone
 
 
 @dataclass(frozen=True)
@@ -63,8 +65,8 @@ class Options:
     friction : str
         Name of a law in `agent.physics.friction.LAWS`.
     starts : int
-        Of the search: the one from the frequency response, and random ones over two decades
-        around it.
+        Of the search: from the frequency response (three masses: from several second modes beside
+        the first), and one less than this many random ones over two decades around it.
     seed : int
         Of the random starts.
     gravity : bool
@@ -126,15 +128,36 @@ def fit_flexible(recordings: Sequence[Signals], options: Options | None = None) 
                 "the recording; record longer, with a finer encoder"
             ],
         )
-    shape = _start(Problem(stretches, None, options.law, options.gravity), "two-mass")
-    # The band need not be wider than what the joint shows: less noise, fewer samples.
-    wanted_hz = _BAND * math.exp(shape[0]) / (2.0 * math.pi)
+    wanted_hz = _wanted_cutoff_hz(stretches, tracks, options)
     if wanted_hz < cutoff_hz:
         narrower = _prepared(tracks, wanted_hz)
         if narrower:
             stretches, cutoff_hz = narrower, wanted_hz
-    shape = _start(Problem(stretches, None, options.law, options.gravity), options.kind)
-    return _search(stretches, shape, cutoff_hz, options, recordings[0].gear_ratio)
+    starts = _starts(Problem(stretches, None, options.law, options.gravity), options.kind)
+    if not starts:
+        return refused(
+            options,
+            ["a second resonance is not excited; fit two masses, or record with higher jerk"],
+        )
+    return _search(stretches, starts, cutoff_hz, options, recordings[0].gear_ratio)
+
+
+def _wanted_cutoff_hz(
+    stretches: tuple[Prepared, ...], tracks: Sequence[Track], options: Options
+) -> float:
+    """Return how wide the band need be: less noise, fewer samples.
+
+    Not much wider than what the joint shows, and not so wide that noise of the motion prevails;
+    but the resonance stays inside.
+    """
+    start = _starts(Problem(stretches, None, options.law, options.gravity), "two-mass")[0]
+    problem = Problem(stretches, "two-mass", options.law, options.gravity)
+    motor, arm = evaluate(problem, start).linear[:2]
+    held_hz = math.exp(start[0]) / (2.0 * math.pi)
+    share = max(motor / max(motor + arm, 1e-300), _LEAST_MOTOR)
+    quiet_hz = even_cutoff_hz(tracks, share * (motor + arm))
+    free_hz = held_hz / math.sqrt(share)
+    return min(_BAND * held_hz, max(quiet_hz, _RESONANCE * free_hz))
 
 
 def refused(options: Options, reasons: Sequence[str]) -> FlexibleFit:
@@ -158,7 +181,7 @@ def _prepared(tracks: Sequence[Track], cutoff_hz: float) -> tuple[Prepared, ...]
 
 def _rigid(problem: Problem) -> Point:
     """Return the rigid body, fitted like the flexible joint."""
-    box = bounds_of(problem, 1.0, 1.0, _fastest(problem))
+    box = bounds_of(problem, 1.0, 1.0, problem.fastest_rad_s)
     start = np.zeros(problem.search_size)
     start[:-1] = _friction_start(problem)
     return descend(problem, start, box)[0]
@@ -166,45 +189,38 @@ def _rigid(problem: Problem) -> Point:
 
 def _friction_start(problem: Problem) -> Floats:
     """Return a start for friction's searched parameters: the middle of their ranges."""
-    fastest = _fastest(problem)
+    fastest = problem.fastest_rad_s
     ends = [r.bounds(fastest / 300.0, fastest) for r in problem.law.ranges]
     return np.array([0.5 * (math.log(a) + math.log(b)) for a, b in ends])
 
 
-def _fastest(problem: Problem) -> float:
-    return max(float(np.max(np.abs(p.track.velocity_rad_s))) for p in problem.stretches)
-
-
-def _start(rigid: Problem, kind: Kind) -> Floats:
-    """Return the chain's shape from the frequency response, friction taken out."""
+def _starts(rigid: Problem, kind: Kind) -> list[Floats]:
+    """Return starts of the search from the frequency response, friction taken out, best first."""
     point = _rigid(rigid)
-    linear = point.linear.copy()
-    linear[0] = 0.0
+    inertia, *others = point.linear
     rest, row = [], 0
     columns = rigid.all_columns(point.search)
     for p in rigid.stretches:
-        n = p.torque_nm.shape[0]
-        rest.append((p.torque_nm - columns[row : row + n] @ linear) * p.usable)
-        row += n
-    shape = start_shape(*frequency_response(rigid.stretches, rest))
-    if kind == "two-mass":
-        return shape
-    # One swinging mass first; then the second mode that explains most beside it.
-    nonlinear = point.search
-    low_hz, high_hz = frequency_range_hz(rigid.stretches)
+        own = columns[row : row + p.torque_nm.shape[0]]
+        row += own.shape[0]
+        # About standstill nobody knows friction: a gap there would ring at all frequencies.
+        rest.append(np.where(p.usable, p.torque_nm - own[:, 1:] @ others, own[:, 0] * inertia))
     one = Problem(rigid.stretches, "two-mass", rigid.law, rigid.has_gravity)
-    box = bounds_of(one, low_hz, high_hz, _fastest(one))
-    known = descend(one, np.concatenate((shape, nonlinear)), box)[0].search[: one.shape_size]
-    two = Problem(rigid.stretches, kind, rigid.law, rigid.has_gravity)
-    return min(
-        second_modes(known, low_hz, high_hz),
-        key=lambda trial: evaluate(two, np.concatenate((trial, nonlinear))).cost,
-    )
+    shapes = start_shapes(*frequency_response(rigid.stretches, rest))
+    starts = [np.concatenate((shape, point.search)) for shape in shapes]
+    start = min(starts, key=lambda s: evaluate(one, s).cost)
+    if kind == "two-mass":
+        return [start]
+    # One swinging mass first; then second modes that explain most beside it.
+    low_hz, high_hz = frequency_range_hz(rigid.stretches)
+    box = bounds_of(one, low_hz, high_hz, one.fastest_rad_s)
+    known = descend(one, start, box)[0].search
+    return second_mode_starts(one, known, low_hz, high_hz)
 
 
 def _search(
     stretches: tuple[Prepared, ...],
-    shape: Floats,
+    centres: Sequence[Floats],
     cutoff_hz: float,
     options: Options,
     gear_ratio: float,
@@ -214,21 +230,20 @@ def _search(
     rigid_problem = Problem(stretches, None, options.law, options.gravity)
     rigid = _rigid(rigid_problem)
     low_hz, high_hz = frequency_range_hz(stretches)
-    box = bounds_of(problem, low_hz, high_hz, _fastest(problem))
-    centre = np.concatenate((shape, rigid.search[:-1], [0.0]))
+    box = bounds_of(problem, low_hz, high_hz, problem.fastest_rad_s)
+    toward = approach if options.kind == "two-mass" else approach_chain
+    found = [descend(problem, centre, box) for centre in centres]
     rng = np.random.default_rng(options.seed)
-    found: list[tuple[Point, bool]] = []
-    for number in range(options.starts):
-        start = centre.copy()
-        if number:
-            reach = math.log(10.0) * _DECADES
-            start[:-1] += rng.uniform(-reach, reach, centre.shape[0] - 1)
-        found.append(descend(problem, start, box))
+    reach = math.log(10.0) * _DECADES
+    for _ in range(options.starts - 1):
+        start = centres[0].copy()
+        start[:-1] += rng.uniform(-reach, reach, start.shape[0] - 1)
+        found.append(descend(problem, toward(problem, start, box), box))
     best = min(found, key=lambda pair: pair[0].cost)[0]
     count = best.residual.shape[0]
     starts = tuple(
         Start(
-            "random" if number else "frequency-response",
+            "random" if number >= len(centres) else "frequency-response",
             math.sqrt(point.cost / count),
             _outcome(point, best, converged),
         )
@@ -237,6 +252,7 @@ def _search(
     reasons = _not_excited(problem, best, rigid, cutoff_hz)
     if reasons:
         return refused(options, reasons)
+    best = without_motion_noise(problem, best)
     parameters, condition = parameters_of(problem, best, box)
     scatter = float(np.linalg.norm(problem.target - problem.target.mean()))
     return FlexibleFit(
@@ -258,6 +274,17 @@ def _search(
     )
 
 
+def _wanted_gain(problem: Problem, samples: float) -> float:
+    """Return the log-likelihood by which a flexible joint must beat the rigid one.
+
+    Half a log of the samples for each parameter more (Schwarz 1978), and the log of how many
+    places the resonance was sought at over the false alarms allowed: the best of many places
+    explains more noise than any one of them.
+    """
+    added = problem.shape_size + 1
+    return 0.5 * added * math.log(max(samples, 2.0)) + math.log(PLACES / _FALSE_ALARMS)
+
+
 def _outcome(point: Point, best: Point, converged: bool) -> Literal["best", "local", "unfinished"]:
     if point.cost <= best.cost * (1.0 + _SAME):
         return "best"
@@ -271,9 +298,7 @@ def _not_excited(problem: Problem, best: Point, rigid: Point, cutoff_hz: float) 
     )
     samples = best.residual.shape[0] / correlation_time([best.residual])
     gain = 0.5 * samples * math.log(max(rigid.cost, 1e-300) / max(best.cost, 1e-300))
-    extra = problem.shape_size + 1
-    # Missing structure makes what is left look like few samples; a tenth is no chance, still.
-    if gain < _EVIDENCE * extra and best.cost > _PLAIN * rigid.cost:
+    if gain < _wanted_gain(problem, samples) and best.cost > _PLAIN * rigid.cost:
         return [
             f"no resonance is excited above the noise: a rigid joint explains as much; {advice}"
         ]

@@ -1,7 +1,8 @@
 """From the minimum to physical parameters with intervals, or with the reason why there are none.
 
 The prediction-error Jacobian has the linear columns and the slopes of the searched parameters. Its
-covariance comes from leaving out whole blocks of time, so that coloured residuals widen it.
+covariance comes from leaving out whole blocks of time, so that coloured residuals widen it, and
+Student's quantile from how few blocks carry a parameter.
 Physical parameters follow to first order; those that cannot be negative in the logarithm, so that
 their intervals stay above zero.
 """
@@ -9,15 +10,19 @@ their intervals stay above zero.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from agent.identify.flexible.chain import chain_of
-from agent.identify.flexible.projection import Bounds, Point, Problem, slopes
+from agent.identify.flexible.descent import Bounds
+from agent.identify.flexible.projection import Point, Problem, slopes
 from agent.identify.result import Floats, Parameter
-from agent.identify.uncertainty import block_jackknife, student_975
+from agent.identify.uncertainty import block_jackknife, correlation_time, student_975
 
-_BLOCKS = 80
+_MOST_BLOCKS, _FEWEST_BLOCKS = 80, 20
+_BLOCK_CORRELATIONS = 10.0  # correlation times in a block: what its ends share is a tenth of it
 _CERTAIN = 0.5  # relative standard error beyond which the data do not carry a positive number
 _STEP = 1e-6
 
@@ -60,32 +65,66 @@ def parameters_of(
     """Return every physical parameter, and the condition number of the Jacobian."""
     jacobian = np.concatenate((point.columns, -slopes(problem, point)), axis=1)
     norms = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
-    there = norms > 0.0
+    there = np.flatnonzero(norms > 0.0)
     size, named = jacobian.shape[1], len(problem.linear_names)
-    covariance = np.zeros((size, size))
-    blocks = np.minimum(
-        np.arange(jacobian.shape[0]) * _BLOCKS // jacobian.shape[0], _BLOCKS - 1
-    ).astype(np.int64)
     singular = np.linalg.svd(jacobian[:, there] / norms[there], compute_uv=False)
     condition = float(singular[0] / max(singular[-1], 1e-300))
-    _, part, dof = block_jackknife(jacobian[:, there], point.residual, blocks)
-    covariance[np.ix_(there, there)] = part
+    blocks = _blocks(point.residual)
+    covariance = np.zeros((size, size))
+    covariance[np.ix_(there, there)] = block_jackknife(jacobian[:, there], point.residual, blocks)[
+        1
+    ]
+    influence = np.zeros((size, jacobian.shape[0]))
+    influence[there] = np.linalg.pinv(jacobian[:, there] / norms[there]) / norms[there, np.newaxis]
     # Free motions are nobody's parameters: named ones and the search remain.
     index = np.r_[0:named, size - problem.search_size : size]
-    covariance = covariance[np.ix_(index, index)]
-    return _with_intervals(problem, point, bounds, covariance, student_975(dof)), condition
+    spread = _Spread(covariance[np.ix_(index, index)], influence[index], blocks)
+    return _with_intervals(problem, point, bounds, spread), condition
+
+
+def _blocks(residual: Floats) -> NDArray[np.int64]:
+    """Return the block of time of every row: long against what colours the residuals."""
+    rows = residual.shape[0]
+    longest = rows / (_BLOCK_CORRELATIONS * correlation_time([residual]))
+    count = int(np.clip(longest, _FEWEST_BLOCKS, _MOST_BLOCKS))
+    return np.asarray(np.arange(rows) * count // rows, dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class _Spread:
+    """How parameters scatter: named linear ones, then the search.
+
+    `influence`, shape (p, n), is what every row's residual does to them.
+    """
+
+    covariance: Floats
+    influence: Floats
+    blocks: NDArray[np.int64]
+
+    def of(self, gradient: Floats) -> tuple[float, float]:
+        """Return the standard error of a function of the parameters, and Student's quantile.
+
+        The degrees of freedom are Satterthwaite's, ``(sum c)^2 / sum c^2`` over the shares c that
+        the blocks would have under even noise: what a few corners of the motion carry is known no
+        better than from these few.
+        """
+        variance = float(gradient @ self.covariance @ gradient)
+        shares = np.bincount(self.blocks, (gradient @ self.influence) ** 2)
+        total = float(shares.sum())
+        dof = total**2 / float(shares @ shares) if total > 0.0 else 1.0
+        return math.sqrt(max(variance, 0.0)), student_975(dof)
 
 
 def _with_intervals(
-    problem: Problem, point: Point, bounds: Bounds, covariance: Floats, quantile: float
+    problem: Problem, point: Point, bounds: Bounds, spread: _Spread
 ) -> dict[str, Parameter]:
     named = len(problem.linear_names)
     centre = np.concatenate((point.linear[:named], point.search))
     values = physical(problem, point.search, point.linear)
-    spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    sizes = np.sqrt(np.maximum(np.diag(spread.covariance), 0.0))
     gradient = {name: np.zeros(centre.shape[0]) for name in values}
     for j in range(centre.shape[0]):
-        step = _STEP * max(abs(centre[j]), spread[j], 1e-6)
+        step = _STEP * max(abs(centre[j]), sizes[j], 1e-6)
         ahead, behind = centre.copy(), centre.copy()
         ahead[j] += step
         behind[j] -= step
@@ -96,7 +135,7 @@ def _with_intervals(
     stuck = _at_bound(problem, point, bounds)
     out = {}
     for name, value in values.items():
-        error = math.sqrt(max(float(gradient[name] @ covariance @ gradient[name]), 0.0))
+        error, quantile = spread.of(gradient[name])
         touched = [s for s in stuck if gradient[name][s] != 0.0]
         out[name] = _parameter(name, value, error, quantile, bool(touched))
     return out

@@ -1,8 +1,8 @@
 """Averaging a periodic recording over its periods (thesis 4.2.1).
 
 The noise falls with the root of the number of periods; what the periods do not share is measured
-by the way. Two averaged periods are laid end to end, so that the second starts with the arm in the
-state that the first has left it in.
+by the way. The mean period stands once: laid end to end with a copy of itself it would count its
+noise twice, and every interval would come out too narrow by the root of two.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ import numpy as np
 from agent.identify.result import Floats
 from agent.identify.signals import Signals
 
-LAID = 2
+LAID = 1
+"""How often the mean period stands in what `average_periods` returns."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class PeriodScatter:
 def average_periods(
     signals: Signals, *, period_s: float, first_s: float
 ) -> tuple[Signals, PeriodScatter]:
-    """Return the mean period of a recording, twice in a row, and the scatter about it.
+    """Return the mean period of a recording, and the scatter about it.
 
     Parameters
     ----------

@@ -26,9 +26,10 @@ _NOISE_SHARE = 0.001  # of the acceleration's energy: biases the motor's inertia
 _HIGHEST = 0.2  # cutoff, of the sampling rate
 _THIN = 5.0  # samples kept in a period of the cutoff
 _SIGN_SIGMAS = 4.0
-_REVERSAL_PERIODS = 1.0  # of the cutoff, to either side of a reversal or standstill
+_REVERSAL_PERIODS = 2.0  # of the cutoff, to either side of a reversal or standstill
 _EDGE_PERIODS = 1.0  # of the cutoff: at its ends the filter sees its own extension
 _SHORTEST_PERIODS = 20.0
+_TAPS = 8  # of the interpolation that undoes a delay
 
 
 @dataclass(frozen=True)
@@ -54,10 +55,8 @@ class Prepared:
         Between thinned samples.
     torque_nm : ndarray
         What the model explains.
-    torque_rates : ndarray, shape (3, n)
-        Its first three derivatives in time, by which a delay of the torque is undone.
-    linear : ndarray, shape (n, 4)
-        Columns that no parameter bends: acceleration, gravity's sine and cosine, and the constant.
+    angles : ndarray, shape (2, full n)
+        Sine and cosine of the arm's angle, filtered.
     spectrum, omega_rad_s : ndarray, shape (n // 2 + 1,)
         Of the acceleration.
     track : Track
@@ -74,8 +73,7 @@ class Prepared:
 
     period_s: float
     torque_nm: Floats
-    torque_rates: Floats
-    linear: Floats
+    angles: Floats
     spectrum: Complexes
     omega_rad_s: Floats
     track: Track
@@ -90,13 +88,40 @@ class Prepared:
         return np.asarray(np.arange(self.torque_nm.shape[0]) * self.period_s, dtype=np.float64)
 
     def filtered(self, rows: Floats) -> Floats:
-        """Return rows of the track's samples, shape (c, full n), filtered and thinned, (c, n)."""
-        return lowpass(rows, self.track.period_s, self.cutoff_hz)[..., :: self.stride]
+        """Return rows of the track's samples filtered, not thinned, shape (c, full n)."""
+        return lowpass(rows, self.track.period_s, self.cutoff_hz)
 
-    def through(self, response: Complexes) -> Floats:
-        """Return the acceleration passed through a frequency response, shape (n,)."""
-        out = np.fft.irfft(self.spectrum * response, n=self.torque_nm.shape[0])
+    def thinned(self, rows: Floats, delay_s: float = 0.0) -> Floats:
+        """Return filtered rows, shape (c, full n), as they were `delay_s` earlier, shape (c, n)."""
+        return _earlier(rows, delay_s / self.track.period_s, self.stride)
+
+    def through(self, response: Complexes, delay_s: float = 0.0) -> Floats:
+        """Return the acceleration passed through a frequency response and delayed, shape (n,)."""
+        late = response * np.exp(-1j * delay_s * self.omega_rad_s)
+        out = np.fft.irfft(self.spectrum * late, n=self.torque_nm.shape[0])
         return np.asarray(out, dtype=np.float64)
+
+
+def _earlier(rows: Floats, samples: float, stride: int) -> Floats:
+    """Return every `stride`-th sample of rows as they were a number of samples earlier.
+
+    Lagrange's polynomial through the eight samples around that moment: exact to 1e-4 below a fifth
+    of the sampling rate, where the low-pass ends.
+    """
+    whole = math.floor(samples)
+    share = samples - whole
+    nodes = np.arange(-(_TAPS // 2) + 1, _TAPS // 2 + 1)
+    weights = [
+        math.prod((share - m) / (k - m) for m in nodes.tolist() if m != k) for k in nodes.tolist()
+    ]
+    reach = abs(whole) + _TAPS
+    wide = np.pad(rows, ((0, 0), (reach, reach)), mode="edge")
+    n = rows.shape[1]
+    out = np.zeros((rows.shape[0], -(-n // stride)))
+    for k, weight in zip(nodes.tolist(), weights, strict=True):
+        begin = reach - whole - k
+        out += weight * wide[:, begin : begin + n : stride]
+    return out
 
 
 def tracks_of(signals: Signals) -> list[Track]:
@@ -139,27 +164,87 @@ def _second(values: Floats, period_s: float) -> Floats:
 def quietest_cutoff_hz(tracks: Sequence[Track]) -> float:
     """Return up to where the measured acceleration is motion and not noise.
 
-    Noise of the measured channel is white in the position (or the velocity), and its level is
-    read in the upper half of the band. The cutoff is the highest frequency up to which it makes
-    less than 0.1 % of the acceleration's energy, and at most a fifth of the sampling rate.
+    The highest frequency up to which noise of the measured channel makes less than 0.1 % of the
+    acceleration's energy, and at most a fifth of the sampling rate.
     """
     lowest = min(_HIGHEST / track.period_s for track in tracks)
     for track in tracks:
-        n = track.acceleration_rad_s2.shape[0]
-        window = np.hanning(n + 2)[1:-1]
-        power = np.abs(np.fft.rfft(track.acceleration_rad_s2 * window)) ** 2
-        frequency = np.fft.rfftfreq(n, track.period_s)
-        order = 2 if track.position_rad is not None else 1
-        turn = 2.0 * np.pi * frequency * track.period_s
-        shape = (2.0 - 2.0 * np.cos(turn)) ** 2 if order == 2 else np.sin(turn) ** 2
-        upper = slice(n // 4, int(0.475 * n))
-        ratio = power[upper] / np.maximum(shape[upper], 1e-9)
-        level = float(np.median(ratio)) / np.log(2.0) if ratio.size else 0.0
-        noise = np.cumsum(level * shape)
+        frequency, power, shape = _acceleration_spectrum(track)
+        noise = np.cumsum(_floor(power, shape) * shape)
         quiet = noise <= _NOISE_SHARE * max(float(power.sum() - noise[-1]), 0.0)
         quiet[0] = True
         lowest = min(lowest, float(frequency[np.flatnonzero(quiet)[-1]]))
     return lowest
+
+
+def even_cutoff_hz(tracks: Sequence[Track], inertia_kg_m2: float) -> float:
+    """Return where noise of the motion, as torque on an inertia, is as strong as the torque's own.
+
+    Above it the acceleration adds more noise to what is left than it tells of the motor's inertia.
+
+    Parameters
+    ----------
+    tracks : sequence of Track
+    inertia_kg_m2 : float
+        What moves at high frequency: the motor's.
+    """
+    lowest = math.inf
+    for track in tracks:
+        torque = torque_noise_nm(track)
+        motion = inertia_kg_m2 * motion_noise(track)
+        if motion > 0.0:
+            order = motion_order(track)
+            lowest = min(lowest, (torque / motion) ** (1.0 / order) / (2.0 * math.pi))
+    return lowest
+
+
+def motion_order(track: Track) -> int:
+    """Return how often the measured channel is differentiated: 2 for a position, 1 for a speed."""
+    return 1 if track.position_rad is None else 2
+
+
+def motion_noise(track: Track) -> float:
+    """Return the standard deviation of white noise in the measured channel, rad or rad/s.
+
+    Its level is read in the upper half of the band, where nothing moves.
+    """
+    _, power, shape = _acceleration_spectrum(track)
+    window = _window(track.acceleration_rad_s2.shape[0])
+    level = _floor(power, shape) / float(window @ window)
+    return math.sqrt(level) * track.period_s ** motion_order(track)
+
+
+def torque_noise_nm(track: Track) -> float:
+    """Return the standard deviation of white noise in the torque, read as `motion_noise` is."""
+    window = _window(track.torque_nm.shape[0])
+    power = np.abs(np.fft.rfft(track.torque_nm * window)) ** 2
+    return math.sqrt(_floor(power, np.ones_like(power)) / float(window @ window))
+
+
+def _acceleration_spectrum(track: Track) -> tuple[Floats, Floats, Floats]:
+    """Return frequency, energy of the acceleration, and the shape of white channel noise in it."""
+    n = track.acceleration_rad_s2.shape[0]
+    power = np.abs(np.fft.rfft(track.acceleration_rad_s2 * _window(n))) ** 2
+    frequency = np.fft.rfftfreq(n, track.period_s).astype(np.float64)
+    turn = 2.0 * np.pi * frequency * track.period_s
+    shape = (2.0 - 2.0 * np.cos(turn)) ** 2 if motion_order(track) == 2 else np.sin(turn) ** 2
+    return frequency, np.asarray(power, dtype=np.float64), np.asarray(shape, dtype=np.float64)
+
+
+def _window(samples: int) -> Floats:
+    return np.asarray(np.hanning(samples + 2)[1:-1], dtype=np.float64)
+
+
+def _floor(power: Floats, shape: Floats) -> float:
+    """Return the level of noise of a known spectral shape, from the upper half of the band.
+
+    The mean of an exponentially distributed power is its median over log 2, and the median does
+    not see a line in the band.
+    """
+    half = power.shape[0] // 2
+    upper = slice(half, int(0.95 * power.shape[0]))
+    ratio = power[upper] / np.maximum(shape[upper], 1e-9)
+    return float(np.median(ratio)) / math.log(2.0) if ratio.size else 0.0
 
 
 def prepare(track: Track, cutoff_hz: float) -> Prepared | None:
@@ -176,23 +261,17 @@ def prepare(track: Track, cutoff_hz: float) -> Prepared | None:
     )
     rows = np.vstack((track.torque_nm, track.acceleration_rad_s2, angle))
     full = lowpass(rows, track.period_s, cutoff_hz)
-    rates = [full[0]]
-    for _ in range(3):
-        rates.append(np.gradient(rates[-1], track.period_s))
-    torque, acceleration, sine, cosine = full[:, ::stride]
+    torque, acceleration = full[:2, ::stride]
     period_s = stride * track.period_s
     omega = 2.0 * np.pi * np.fft.rfftfreq(acceleration.shape[0], period_s).astype(np.float64)
-    spectrum = np.fft.rfft(acceleration) * _undone(track, omega)
-    acceleration = np.fft.irfft(spectrum, n=acceleration.shape[0])
     edge = int(np.ceil(_EDGE_PERIODS / (cutoff_hz * period_s)))
     usable = ~unsure[::stride]
     usable[:edge] = usable[-edge:] = False
     return Prepared(
         period_s,
         torque,
-        np.stack([r[::stride] for r in rates[1:]]),
-        np.stack((acceleration, sine, cosine, np.ones_like(sine)), axis=-1),
-        spectrum,
+        full[2:],
+        np.fft.rfft(acceleration) * _undone(track, omega),
         omega,
         track,
         cutoff_hz,

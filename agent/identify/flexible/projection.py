@@ -1,10 +1,12 @@
-"""The grey box as a separable least-squares problem, and its descent from one start.
+"""The grey box as a separable least-squares problem.
 
 Given the chain's shape (and the Stribeck velocity and exponent) the torque is linear in all else:
-``torque(t + delay) = Jm a + J M(shape) a + friction + gravity + offset + free motion``. The linear
-part is solved for at every step (variable projection, Golub & Pereyra 1973, with Kaufman's
-Jacobian), with the inertias and friction held at zero or above; only the shape and the delay of
-the torque against the motion are searched, by Levenberg and Marquardt's method.
+``torque(t) = [Jm a + J M(shape) a + friction + gravity](t - delay) + offset + free motion``. The
+linear part is solved for at every step (variable projection, Golub & Pereyra 1973, with Kaufman's
+Jacobian), with the inertias and friction held at zero or above; only the shape, friction's own
+non-linear parameters and the delay of the torque against the motion are searched. The delay acts
+on the motion, which is clean: shifting the torque instead would let its noise, differentiated,
+pass for information about the delay.
 """
 
 from __future__ import annotations
@@ -18,9 +20,9 @@ from numpy.typing import NDArray
 
 from agent.identify.flexible.chain import (
     SHAPE_SIZE,
-    Kind,
+    Structure,
     apparent_inertia,
-    chain_of,
+    chains_of,
     free_motion,
 )
 from agent.identify.flexible.preparation import Prepared
@@ -28,9 +30,7 @@ from agent.identify.result import Floats
 from agent.physics.friction import FrictionLaw
 
 _STEP = 1e-5  # of central differences, in logarithms
-_ITERATIONS = 60
-_CONVERGED = 1e-9  # relative fall of the cost
-_LONGEST_DELAY = 0.005  # s
+_DELAY_STEP_S = 1e-5
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,8 @@ class Problem:
     Parameters
     ----------
     stretches : tuple of Prepared
-    kind : {"two-mass", "three-mass"} or None
-        None is the rigid body.
+    kind : {"two-mass", "three-mass", "two-arms"} or None
+        What hangs on the motor; None is the rigid body.
     law : FrictionLaw
         Of the motor's friction.
     has_gravity : bool
@@ -49,7 +49,7 @@ class Problem:
     """
 
     stretches: tuple[Prepared, ...]
-    kind: Kind | None
+    kind: Structure | None
     law: FrictionLaw
     has_gravity: bool
 
@@ -66,15 +66,26 @@ class Problem:
     @property
     def linear_names(self) -> tuple[str, ...]:
         """Return the names of the linear parameters, free motions apart."""
-        inertias = ("inertia_kg_m2",) if self.kind is None else _FLEXIBLE
+        inertias = _INERTIAS.get(self.kind, _FLEXIBLE)
         gravity = ("gravity_sin_nm", "gravity_cos_nm") if self.has_gravity else ()
         return (*inertias, *self.law.linear, *gravity, "torque_offset_nm")
+
+    @cached_property
+    def fastest_rad_s(self) -> float:
+        """Return the highest speed of the motor."""
+        return max(float(np.max(np.abs(p.track.velocity_rad_s))) for p in self.stretches)
 
     @cached_property
     def positive(self) -> NDArray[np.bool_]:
         """Return which linear parameters cannot be negative."""
         count = len(self.linear_names) - 1 - 2 * self.has_gravity
         return np.arange(len(self.linear_names)) < count
+
+    def held(self, linear: Floats) -> NDArray[np.bool_]:
+        """Return which of the linear parameters, free motions included, are held at zero."""
+        out = np.zeros(linear.shape[0], dtype=np.bool_)
+        out[: self.positive.shape[0]] = self.positive & (linear[: self.positive.shape[0]] <= 0.0)
+        return out
 
     @cached_property
     def keep(self) -> NDArray[np.bool_]:
@@ -83,35 +94,18 @@ class Problem:
 
     @cached_property
     def target(self) -> Floats:
-        """Return the torque to explain, without delay, shape (n,)."""
+        """Return the torque to explain, shape (n,)."""
         return np.concatenate([p.torque_nm for p in self.stretches])[self.keep]
-
-    @cached_property
-    def target_rates(self) -> Floats:
-        """Return its first three derivatives in time, shape (3, n)."""
-        return np.concatenate([p.torque_rates for p in self.stretches], axis=1)[:, self.keep]
-
-    def advanced(self, delay_s: float) -> Floats:
-        """Return the torque of `delay_s` later, by Taylor's series, shape (n,)."""
-        first, second, third = self.target_rates
-        d = delay_s
-        later = self.target + d * (first + d * (0.5 * second + d * third / 6.0))
-        return np.asarray(later, dtype=np.float64)
-
-    def advanced_rate(self, delay_s: float) -> Floats:
-        """Return the derivative of `advanced` by the delay, shape (n,)."""
-        first, second, third = self.target_rates
-        return np.asarray(first + delay_s * (second + 0.5 * delay_s * third), dtype=np.float64)
 
     @cached_property
     def _fixed_friction(self) -> tuple[Floats, ...] | None:
         return None if self.law.nonlinear else tuple(self._friction(p, ()) for p in self.stretches)
 
     def _friction(self, p: Prepared, nonlinear: Sequence[float]) -> Floats:
-        """Return the friction law's columns of one stretch, filtered, shape (n, c)."""
+        """Return the friction law's columns of one stretch, filtered, shape (c, full n)."""
         share = np.abs(p.direction)[:, np.newaxis]
         speed = np.copysign(np.maximum(np.abs(p.track.velocity_rad_s), 1e-12), p.direction)
-        return p.filtered((share * self.law.columns(speed, *nonlinear)).T).T
+        return p.filtered((share * self.law.columns(speed, *nonlinear)).T)
 
     def columns(self, search: Floats) -> Floats:
         """Return the columns at the rows that count."""
@@ -120,8 +114,9 @@ class Problem:
     def all_columns(self, search: Floats) -> Floats:
         """Return the linear problem's columns: named ones, then the chain's free motions."""
         shape = search[: self.shape_size]
-        chain = None if self.kind is None else chain_of(shape)
+        chains = [] if self.kind is None else chains_of(self.kind, shape)
         nonlinear = np.exp(search[self.shape_size : -1])
+        delay_s = float(search[-1])
         named, free = [], []
         for i, p in enumerate(self.stretches):
             friction = (
@@ -129,19 +124,28 @@ class Problem:
                 if self._fixed_friction is None
                 else self._fixed_friction[i]
             )
-            parts = [p.linear[:, :1]]
-            if chain is not None:
-                parts.append(p.through(apparent_inertia(chain, p.omega_rad_s))[:, np.newaxis])
-                free.append(free_motion(chain, p.time_s))
-            parts += [friction, p.linear[:, 1:] if self.has_gravity else p.linear[:, 3:]]
-            named.append(np.concatenate(parts, axis=1))
+            rows = [p.through(np.ones_like(p.spectrum), delay_s)[np.newaxis]]
+            rows += [
+                p.through(apparent_inertia(c, p.omega_rad_s), delay_s)[np.newaxis] for c in chains
+            ]
+            if chains:
+                free.append(np.concatenate([free_motion(c, p.time_s) for c in chains], axis=1))
+            rows.append(p.thinned(friction, delay_s))
+            if self.has_gravity:
+                rows.append(p.thinned(p.angles, delay_s))
+            rows.append(np.ones((1, p.torque_nm.shape[0])))
+            named.append(np.concatenate(rows).T)
         out = np.concatenate(named)
         if free:
             out = np.concatenate((out, _diagonal(free)), axis=1)
         return out
 
 
-_FLEXIBLE = ("motor_inertia_kg_m2", "arm_inertia_kg_m2")
+_FLEXIBLE: tuple[str, ...] = ("motor_inertia_kg_m2", "arm_inertia_kg_m2")
+_INERTIAS: dict[Structure | None, tuple[str, ...]] = {
+    None: ("inertia_kg_m2",),
+    "two-arms": ("motor_inertia_kg_m2", "first_inertia_kg_m2", "second_inertia_kg_m2"),
+}
 
 
 def _diagonal(blocks: Sequence[Floats]) -> Floats:
@@ -171,9 +175,8 @@ class Point:
 def evaluate(problem: Problem, search: Floats) -> Point:
     """Solve the linear part at given searched parameters."""
     columns = problem.columns(search)
-    target = problem.advanced(float(search[-1]))
-    linear = solve_positive(columns, target, problem.positive)
-    residual = target - columns @ linear
+    linear = solve_positive(columns, problem.target, problem.positive)
+    residual = problem.target - columns @ linear
     return Point(search, linear, residual, columns, float(residual @ residual))
 
 
@@ -196,79 +199,20 @@ def solve_positive(columns: Floats, target: Floats, positive: NDArray[np.bool_])
         active[int(np.argmin(np.where(wrong, solution, 0.0)))] = False
 
 
-def slopes(problem: Problem, point: Point) -> Floats:
-    """Return the derivative of the residual by the searched parameters, linear part held."""
-    out = np.empty((point.residual.shape[0], problem.search_size))
-    for j in range(problem.search_size - 1):
-        ahead, behind = point.search.copy(), point.search.copy()
-        ahead[j] += _STEP
-        behind[j] -= _STEP
-        change = problem.columns(ahead) - problem.columns(behind)
-        out[:, j] = -(change @ point.linear) / (2.0 * _STEP)
-    out[:, -1] = problem.advanced_rate(float(point.search[-1]))
-    return out
+def slopes(problem: Problem, point: Point, free: NDArray[np.bool_] | None = None) -> Floats:
+    """Return the derivative of the residual by the searched parameters, linear part held.
 
-
-@dataclass(frozen=True)
-class Bounds:
-    """Where the search may go: lower and upper ends, shape (s,)."""
-
-    lower: Floats
-    upper: Floats
-
-    def clip(self, search: Floats) -> Floats:
-        """Return the nearest point inside."""
-        return np.clip(search, self.lower, self.upper)
-
-
-def bounds_of(problem: Problem, low_hz: float, high_hz: float, fastest_rad_s: float) -> Bounds:
-    """Return the box that the searched parameters must stay in.
-
-    Frequencies may leave the range that the data can show by a factor of four, so that a start
-    outside finds its way in; the delay is at most 5 ms, far within what the series
-    in `Problem.advanced` carries.
+    Those that are not `free` are left at zero.
     """
-    lower: list[float] = []
-    upper: list[float] = []
-    for _ in range(problem.shape_size // 2):
-        lower += [np.log(2.0 * np.pi * low_hz / 4.0), np.log(1e-4)]
-        upper += [np.log(2.0 * np.pi * high_hz * 4.0), np.log(5.0)]
-    if problem.shape_size % 2:
-        lower.append(-6.0)
-        upper.append(6.0)
-    for r in problem.law.ranges:
-        ends = r.bounds(fastest_rad_s / 300.0, fastest_rad_s)
-        lower.append(float(np.log(ends[0])))
-        upper.append(float(np.log(ends[1])))
-    return Bounds(np.array([*lower, -_LONGEST_DELAY]), np.array([*upper, _LONGEST_DELAY]))
-
-
-def descend(problem: Problem, start: Floats, bounds: Bounds) -> tuple[Point, bool]:
-    """Return the minimum that a start leads to, and whether the descent converged."""
-    point, damping = evaluate(problem, bounds.clip(start)), 1e-3
-    for _ in range(_ITERATIONS):
-        slope = slopes(problem, point)
-        # Kaufman: what the linear part can take over does not count.
-        taken = np.linalg.lstsq(
-            point.columns.T @ point.columns, point.columns.T @ slope, rcond=1e-13
-        )[0]
-        slope = slope - point.columns @ taken
-        gram, gradient = slope.T @ slope, slope.T @ point.residual
-        scale = np.maximum(np.diag(gram), 1e-12 * float(np.max(np.diag(gram))) + 1e-300)
-        better: Point | None = None
-        while better is None and damping < 1e8:
-            step = -np.linalg.solve(gram + damping * np.diag(scale), gradient)
-            step[:-1] = np.clip(step[:-1], -0.7, 0.7)
-            trial = evaluate(problem, bounds.clip(point.search + step))
-            if trial.cost < point.cost:
-                better = trial
-                damping = max(damping / 8.0, 1e-9)
-            else:
-                damping *= 6.0
-        if better is None:
-            return point, True
-        fall = (point.cost - better.cost) / max(point.cost, 1e-300)
-        point = better
-        if fall < _CONVERGED:
-            return point, True
-    return point, False
+    out = np.zeros((point.residual.shape[0], problem.search_size))
+    steps = np.full(problem.search_size, _STEP)
+    steps[-1] = _DELAY_STEP_S
+    for j, step in enumerate(steps):
+        if free is not None and not free[j]:
+            continue
+        ahead, behind = point.search.copy(), point.search.copy()
+        ahead[j] += step
+        behind[j] -= step
+        change = problem.columns(ahead) - problem.columns(behind)
+        out[:, j] = -(change @ point.linear) / (2.0 * step)
+    return out

@@ -10,18 +10,17 @@ chain's shape is searched exhaustively: no starting value is needed to find the 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import product
 
 import numpy as np
 
-from agent.identify.flexible.chain import Chain, apparent_inertia, chain_of, shape_of
+from agent.identify.flexible.chain import apparent_inertia, chain_of
 from agent.identify.flexible.preparation import Complexes, Prepared
 from agent.identify.result import Floats
 
 _BANDS = 160
-_GRID = 60
-_GRID_TWO = 24
-_APART = 8.0  # how far a second mode may lie from the first
+PLACES = 60
+"""How many frequencies of a resonance are tried."""
+_VALLEYS = 6
 _ZETAS = (0.005, 0.015, 0.04, 0.1, 0.25)
 _LOWEST_PERIODS = 6.0  # of a frequency, in the longest stretch
 
@@ -68,57 +67,25 @@ def frequency_response(
     return moment[there] / power[there], cross[there] / power[there], power[there]
 
 
-def start_shape(omega: Floats, response: Complexes, weight: Floats) -> Floats:
-    """Return the shape of one mass that fits the frequency response best, on a grid."""
-    candidates = [
-        np.log([w, z]) for w, z in product(np.geomspace(omega[0], omega[-1], _GRID), _ZETAS)
+def start_shapes(omega: Floats, response: Complexes, weight: Floats) -> list[Floats]:
+    """Return shapes of one mass that fit the frequency response, on a grid, the best first.
+
+    The misfit's valleys over frequency, each with its best damping: what drives the joint at few
+    frequencies only may carry several that are nearly as good, and the torque itself must choose.
+    """
+    grid = np.geomspace(omega[0], omega[-1], PLACES)
+    found = []
+    for w in grid:
+        shapes = [np.log([w, z]) for z in _ZETAS]
+        costs = [_misfit(apparent_inertia(chain_of(s), omega), response, weight) for s in shapes]
+        best = int(np.argmin(costs))
+        found.append((costs[best], shapes[best]))
+    costs = [np.inf, *(cost for cost, _ in found), np.inf]
+    valleys = [
+        pair for i, pair in enumerate(found, 1) if costs[i] <= min(costs[i - 1], costs[i + 1])
     ]
-    best, least = candidates[0], np.inf
-    for shape in candidates:
-        cost = _misfit(apparent_inertia(chain_of(shape), omega), response, weight)
-        if cost < least:
-            best, least = shape, cost
-    return best
-
-
-def second_modes(shape: Floats, low_hz: float, high_hz: float) -> list[Floats]:
-    """Return shapes of two masses that swing as one mass does, and in a second way.
-
-    Parameters
-    ----------
-    shape : ndarray, shape (2,)
-        Of the one mass.
-    low_hz, high_hz : float
-        Where the second way may lie.
-    """
-    known = float(np.exp(shape[0]))
-    out = []
-    low = max(2.0 * np.pi * low_hz, known / _APART)
-    high = max(min(2.0 * np.pi * high_hz, known * _APART), 1.2 * low)
-    for omega in np.geomspace(low, high, _GRID_TWO):
-        if abs(np.log(omega / known)) < 0.1:
-            continue
-        for share, zeta in product((0.05, 0.3, 0.7, 0.9, 0.97, 0.99), (0.02, 0.07)):
-            first, second = sorted((known, float(omega)))
-            out.append(_from_modes(first, second, share, zeta))
-    return out
-
-
-def _from_modes(first: float, second: float, share: float, zeta: float) -> Floats:
-    """Return the shape whose modes against a held motor are the given ones.
-
-    `share` of the inertia swings in the first mode. The moments ``mu_n = sum M_i w_i^(2n)`` of the
-    effective masses give the chain link by link: ``k1 = mu_1``, ``J1 = mu_1^2/mu_2``, ``k2 = mu_3
-    J1^2/mu_1^2 - k1``; by Cauchy's inequality nothing comes out negative.
-    """
-    masses = np.array([share, 1.0 - share])
-    squares = np.array([first, second]) ** 2
-    mu1, mu2, mu3 = (float(masses @ squares**n) for n in (1, 2, 3))
-    nearest = mu1 * mu1 / mu2
-    spring = mu3 * nearest**2 / mu1**2 - mu1
-    inertias, springs = (nearest, 1.0 - nearest), (mu1, spring)
-    dampers = tuple(2.0 * zeta * (j * k) ** 0.5 for j, k in zip(inertias, springs, strict=True))
-    return shape_of(Chain(inertias, springs, dampers))
+    valleys.sort(key=lambda pair: pair[0])
+    return [shape for _, shape in valleys[:_VALLEYS]]
 
 
 def _misfit(chain: Complexes, response: Complexes, weight: Floats) -> float:

@@ -96,7 +96,7 @@ def predicted_torque(
     friction = [getattr(joint, name) for name in law.linear]
     gravity = [joint.gravity_sin_nm, joint.gravity_cos_nm, joint.torque_offset_nm]
     known = np.array([*inertias, *friction, *gravity])
-    measured = problem.advanced(delay_s)
+    measured = problem.target
     predicted = columns[:, : known.shape[0]] @ known
     free = columns[:, known.shape[0] :]
     if free.shape[1]:

@@ -1,0 +1,79 @@
+"""Noise in the measured motion pulls inertias low; by how much is known, and is undone.
+
+The regressors are the measured acceleration and what the chain makes of it. Noise of variance s^2
+in the measured channel adds, on the average, ``E(p) = n int |(Jm + M(w)) w^m H(w)|^2 s^2`` to the
+sum of squares of n residuals (m = 2 for a position, 1 for a velocity, H the filter), and least
+squares makes that small as well. At the minimum the wanted gradient is therefore ``grad E / 2``,
+and one Newton step takes it back (bias-compensated least squares: Sagara & Wada 1977).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from agent.identify.flexible.chain import apparent_inertia, chain_of
+from agent.identify.flexible.preparation import Prepared, motion_noise, motion_order
+from agent.identify.flexible.projection import Point, Problem, slopes
+from agent.identify.lowpass import ORDER
+from agent.identify.result import Floats
+
+_LINES = 1024  # frequencies between zero and half the sampling rate
+_STEP = 1e-4  # relative, or in logarithms
+
+
+def without_motion_noise(problem: Problem, point: Point) -> Point:
+    """Return the minimum as it would be if the motion had been measured without noise.
+
+    Parameters
+    ----------
+    problem : Problem
+        With a chain.
+    point : Point
+        The minimum of its sum of squares, inside of all bounds; elsewhere it stays.
+
+    Returns
+    -------
+    Point
+        With search and linear parameters moved; the residuals are those of the minimum.
+    """
+    if not (point.linear[:2] > 0.0).all():
+        return point
+    noises = [motion_noise(p.track) for p in problem.stretches]
+    size = point.columns.shape[1]
+    centre = np.concatenate((point.linear, point.search))
+    moved = [0, 1, *range(size, size + problem.shape_size)]
+    pull = np.zeros(centre.shape[0])
+    for j in moved:
+        step = _STEP * (centre[j] if j < size else 1.0)
+        ahead, behind = centre.copy(), centre.copy()
+        ahead[j] += step
+        behind[j] -= step
+        change = _energy(problem, noises, ahead, size) - _energy(problem, noises, behind, size)
+        pull[j] = change / (4.0 * step)
+    jacobian = np.concatenate((point.columns, -slopes(problem, point)), axis=1)
+    scale = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
+    scale[scale == 0.0] = 1.0
+    gram = (jacobian / scale).T @ (jacobian / scale)
+    centre += np.linalg.lstsq(gram, pull / scale, rcond=1e-13)[0] / scale
+    return replace(point, linear=centre[:size], search=centre[size:])
+
+
+def _energy(problem: Problem, noises: list[float], values: Floats, size: int) -> float:
+    """Return what noise of the motion adds to the sum of squares, (N m)^2."""
+    chain = chain_of(values[size : size + problem.shape_size])
+    total = 0.0
+    for p, noise in zip(problem.stretches, noises, strict=True):
+        omega = (np.arange(_LINES, dtype=np.float64) + 0.5) * (np.pi / _LINES / p.track.period_s)
+        inertia = values[0] + values[1] * apparent_inertia(chain, omega)
+        power = np.abs(inertia * omega ** motion_order(p.track) * _filter(p, omega)) ** 2
+        total += int(p.usable.sum()) * noise**2 * float(power.mean())
+    return total
+
+
+def _filter(p: Prepared, omega_rad_s: Floats) -> Floats:
+    """Return the response of `agent.identify.lowpass.lowpass`."""
+    half = 0.5 * p.track.period_s
+    ratio = np.tan(omega_rad_s * half) / np.tan(2.0 * np.pi * p.cutoff_hz * half)
+    return np.asarray(1.0 / (1.0 + ratio ** (2 * ORDER)), dtype=np.float64)
