@@ -23,7 +23,8 @@ Floats = NDArray[np.float64]
 
 COLUMN = "torque_simulated_nm"
 _SHORTEST_PERIODS = 2.0  # of the cutoff: a shorter stretch has no acceleration to speak of
-_SHARE = 0.5  # of the torque's noise may come from the acceleration: together 12 % more
+_BAND = 16  # bins of a spectrum that are judged together
+_SHARE = 0.5  # of the torque's own noise: an error that hides in it
 _SEEN = 0.01  # of the acceleration's range: a difference that a plot would show
 
 
@@ -87,9 +88,7 @@ def _torque_nm(twin: Twin, signals: Signals, recording: Recording) -> Floats:
         if velocity.shape[0] * period_s * direction_hz < _SHORTEST_PERIODS:
             continue
         quiet_nm = _noise(stretch.on_grid(signals, signals.torque_nm))
-        cutoff_hz = _cutoff_hz(
-            1.0 / period_s, motion.velocity_noise_rad_s * twin.inertia_kg_m2, quiet_nm, direction_hz
-        )
+        cutoff_hz = _cutoff_hz(velocity, period_s, motion.velocity_derived, direction_hz)
         acceleration, known = _acceleration(
             velocity, period_s, cutoff_hz, _SHARE * quiet_nm, twin.inertia_kg_m2
         )
@@ -115,30 +114,42 @@ def _torque_nm(twin: Twin, signals: Signals, recording: Recording) -> Floats:
     return torque
 
 
-def _cutoff_hz(rate_hz: float, noise: float, quiet_nm: float, least_hz: float) -> float:
-    """Return the widest low-pass whose acceleration is quieter than the torque beside it.
+def _cutoff_hz(velocity: Floats, period_s: float, derived: bool, least_hz: float) -> float:
+    """Return where the velocity's spectrum sinks into its noise, but at least some cutoff.
 
-    White velocity noise of standard deviation s, differentiated and low-passed at f, is an
-    acceleration noise of ``s 2 pi sqrt(2 f^3/(3 rate))``. A narrower low-pass would take away the
-    ringing of a soft arm.
+    Above it a low-pass takes away more noise than motion; below, more motion than noise: a soft
+    arm's ringing is motion. The noise is read in the upper half of the band, where a joint does
+    not move. It is white in a drive's own velocity, and in the position behind a derived one.
 
     Parameters
     ----------
-    rate_hz : float
-        Sampling rate.
-    noise : float
-        s times the inertia, N m s.
-    quiet_nm : float
-        Standard deviation of the torque's own noise.
+    velocity : ndarray, shape (n,)
+        Of one stretch, evenly sampled.
+    period_s : float
+    derived : bool
+        Whether the velocity is the central difference of a position.
     least_hz : float
-        The cutoff that the motion itself asks for.
+        The cutoff that the motion's energy asks for.
     """
-    if noise == 0.0:
-        return rate_hz
-    if quiet_nm == 0.0:
+    samples = velocity.shape[0]
+    if samples < 8 * _BAND:
         return least_hz
-    share = _SHARE * quiet_nm / (2.0 * np.pi * noise)
-    return float(max((1.5 * rate_hz * share**2) ** (1.0 / 3.0), least_hz))
+    spectrum = np.fft.rfft((velocity - np.mean(velocity)) * np.hanning(samples))
+    power, frequency = np.abs(spectrum) ** 2, np.fft.rfftfreq(samples)
+    shape = np.sin(2.0 * np.pi * frequency) ** 2 if derived else np.ones_like(frequency)
+    # A central difference knows nothing above half of the Nyquist frequency.
+    top = 0.25 if derived else 0.5
+    upper = (frequency > 0.5 * top) & (frequency < 0.95 * top)
+    level = float(np.median(power[upper] / shape[upper])) / np.log(2.0)
+    starts, end = [0], int(np.flatnonzero(upper)[-1])
+    while starts[-1] + max(_BAND, starts[-1] // 8) < end:
+        starts.append(starts[-1] + max(_BAND, starts[-1] // 8))
+    power, shape = (np.add.reduceat(each[:end], starts) for each in (power, shape))
+    clear = power > 2.0 * level * shape
+    # One noisy band may lie in a hole of the motion's spectrum; two in a row are the end.
+    ends = np.flatnonzero(~clear[:-1] & ~clear[1:])
+    sinks_hz = float(frequency[starts[ends[0]]]) / period_s if ends.size else top / period_s
+    return max(sinks_hz, least_hz)
 
 
 def _acceleration(

@@ -134,10 +134,12 @@ def carried_arm(
     gear_ratio: float,
     substeps: int,
     acceleration: float = 0.0,
+    velocity: float = math.nan,
 ) -> Floats:
     """Return the torque, shape (n,), with which the motor carries an arm behind a spring.
 
-    At first the arm rides on the spring as the motor does, at the motor's first `acceleration`.
+    At first the arm rides on the spring with `velocity` (the motor's first where it is NaN) and
+    `acceleration`; in a gap it lies where they press it.
     Between samples the motor's angle is the cubic with the measured angles and velocities; the arm
     moves by velocity Verlet steps, of second order and without energy of their own: `substeps` in
     the longest step between samples, fewer in shorter ones.
@@ -155,7 +157,8 @@ def carried_arm(
         arm -= half_gap
     elif hang < 0.0:
         arm += half_gap
-    speed, push, torque = velocity_rad_s[0], acceleration, hang
+    speed = velocity_rad_s[0] if math.isnan(velocity) else velocity
+    push, torque = acceleration, hang
     out[0] = hang
     for k in range(1, time_s.shape[0]):
         dt = time_s[k] - time_s[k - 1]

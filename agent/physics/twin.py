@@ -147,9 +147,9 @@ class Twin:
         a late channel's past or future was not recorded.
 
         A column is only needed by a twin whose effects depend on it, the motor angle also by
-        gravity. Hidden states start as if the joint had long been moving as in the first sample:
-        the arm rides on its spring at that acceleration, friction's springs are drawn out where it
-        has a direction. Prediction in pieces starts anew with each.
+        gravity. Hidden states start as if the joint had long been moving as at first: the arm
+        rides on its spring at the motion's first acceleration, friction's springs are drawn out
+        where it has a direction. Prediction in pieces starts anew with each.
 
         Parameters
         ----------

