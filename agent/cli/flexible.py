@@ -10,7 +10,7 @@ from typing import get_args
 
 import typer
 
-from agent.cli.flexible_fit import Choice, Flexible, can_predict, flexible_of
+from agent.cli.flexible_fit import Choice, Flexible, can_predict, flexible_of, swings
 from agent.cli.flexible_text import flexible_text
 from agent.cli.ripple import one_axis, write_picture
 from agent.cli.talk import talker
@@ -54,7 +54,7 @@ def _choice(kind: str) -> Choice:
 
 def _draw(found: Flexible, path: Path) -> None:
     """Draw the picture, or say why there is nothing to draw."""
-    if not can_predict(found.fit):
+    if not (swings(found.fit) and can_predict(found.fit)):
         talker().print("No picture is drawn: no flexible joint was identified.")
         return
     from agent.report.figure_flexible import figure_flexible

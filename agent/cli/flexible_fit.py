@@ -106,11 +106,12 @@ def flexible_of(
     others = tuple(signals_of(r) for r in unseen)
     if not fit.decidable:
         return Flexible(sources, fit, considered, others)
-    if not can_predict(fit):
-        reason = (
-            "no torque can be predicted: how late the torque is reported came to rest on the bound "
-            "of its search"
-        )
+    reason = ""
+    if not swings(fit):
+        reason = "the recordings do not carry where the arm swings"
+    elif not can_predict(fit):
+        reason = "how late the torque is reported came to rest on the bound of its search"
+    if reason:
         return Flexible(sources, fit, considered, others, not_validated=(reason,))
     validations, reasons = [], []
     for signals in others:
@@ -147,12 +148,13 @@ def choose(
             torque["gravity"] = {"gravity": True}
         # Masses last: a spring must not explain what friction and gravity do.
         rounds = [torque, torque] + ([{"kind": {"kind": "three-mass"}}] if kind == "auto" else [])
-    taken = 0
+    taken, tried = 0, {(options.kind, options.friction, options.gravity)}
     for changes in rounds:
-        for what, change in list(changes.items()):
+        for what, change in changes.items():
             trial = dataclasses.replace(options, **change)
-            if trial == options:
+            if (trial.kind, trial.friction, trial.gravity) in tried:
                 continue
+            tried.add((trial.kind, trial.friction, trial.gravity))
             fit = fit_flexible(signals, trial)
             considered.append(_considered(fit, trial))
             if _better(fit, best, signals, _ADDED[what]):
@@ -203,6 +205,12 @@ def residual_of(fit: FlexibleFit, signals: Sequence[Signals], cutoff_hz: float) 
         return np.zeros(0)
     measured, predicted = predicted_torque(stretches, fit, fit.joint)
     return measured - predicted
+
+
+def swings(fit: FlexibleFit) -> bool:
+    """Return whether the recordings carry where motor and arm swing."""
+    named = [p for name, p in fit.parameters.items() if "resonance" in name]
+    return fit.decidable and all(p.identified for p in named)
 
 
 def can_predict(fit: FlexibleFit) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from agent.cli.flexible_fit import Considered, Flexible
+from agent.cli.flexible_fit import Considered, Flexible, swings
 from agent.cli.flexible_periods import Source
 from agent.identify.flexible.result import FlexibleFit, Start
 from agent.numbers import (
@@ -17,6 +17,7 @@ from agent.numbers import (
     written,
 )
 
+_SHOWN = 6  # minima
 _SAME = 1e-3  # relative difference of what starts leave that one minimum may have
 
 
@@ -43,29 +44,29 @@ def flexible_text(found: Flexible) -> str:
 
 def sentence(fit: FlexibleFit) -> str:
     """Say in one sentence what swings behind the gear, and what knowing it is worth."""
-    stopped = _frequencies(fit, "antiresonance")
-    free = _frequencies(fit, "resonance")
-    what = "the arm swings" if fit.kind == "two-mass" else "gear and arm swing"
-    several = "s" if fit.kind == "three-mass" else ""
     scale = scale_for("N m", (fit.rigid_rmse_nm,))
     left, rigid = (
-        significant(scale.factor * value, 3) for value in (fit.rmse_nm, fit.rigid_rmse_nm)
+        f"{significant(scale.factor * value, 3)} {scale.unit}"
+        for value in (fit.rmse_nm, fit.rigid_rmse_nm)
     )
+    if not swings(fit):
+        return (
+            f"Not identified: a {fit.kind} joint leaves {left} of the torque where a rigid one "
+            f"leaves {rigid}, but the recordings do not say where it swings; record a triangle "
+            "wave of velocity with high jerk, ten periods or more."
+        )
+    what = "the arm swings" if fit.kind == "two-mass" else "gear and arm swing"
+    several = "s" if fit.kind == "three-mass" else ""
     return (
-        f"Behind the motor {what} at {stopped} Hz (antiresonance{several}) and {free} Hz "
-        f"(resonance{several}); the flexible joint leaves {left} {scale.unit} of the torque where "
-        f"a rigid one leaves {rigid}."
+        f"Behind the motor {what} at {_frequencies(fit, 'antiresonance')} Hz (antiresonance"
+        f"{several}) and {_frequencies(fit, 'resonance')} Hz (resonance{several}); the flexible "
+        f"joint leaves {left} of the torque where a rigid one leaves {rigid}."
     )
 
 
 def _frequencies(fit: FlexibleFit, name: str) -> str:
     numbers = ("",) if fit.kind == "two-mass" else ("_1", "_2")
-    shown = []
-    for number in numbers:
-        parameter = fit.parameters[f"{name}{number}_hz"]
-        value = significant(parameter.value, 3)
-        shown.append(value if parameter.identified else "an unknown number of")
-    return " and ".join(shown)
+    return " and ".join(significant(fit.parameters[f"{name}{n}_hz"].value, 3) for n in numbers)
 
 
 def _averages(sources: Sequence[Source]) -> list[str]:
@@ -120,13 +121,21 @@ def _starts(starts: Sequence[Start]) -> list[str]:
         "unfinished": "search not finished, discarded",
     }
     lines = [f"Starts of the search ({len(starts)}; torque left):"]
-    for group in groups:
+    for group in groups[:_SHOWN]:
         scale = scale_for("N m", (group[0].rmse_nm,))
         left = f"{significant(scale.factor * group[0].rmse_nm, 3)} {scale.unit}"
-        count = f"{len(group)} start" + ("" if len(group) == 1 else "s")
         note = ", with the one from the frequency response" if first in group else ""
-        lines.append(f"  {left:>12}  {count:<10} {words[group[0].outcome]}{note}")
+        lines.append(f"  {left:>12}  {_starts_in(group):<10} {words[group[0].outcome]}{note}")
+    rest = [start for group in groups[_SHOWN:] for start in group]
+    if rest:
+        lines.append(f"  {'more':>12}  {_starts_in(rest):<10} elsewhere, discarded")
+    if sum(s.outcome == "best" for s in starts) == 1 < len(starts):
+        lines.append("  No two starts ended in that minimum: do not rely on these parameters.")
     return lines
+
+
+def _starts_in(group: Sequence[Start]) -> str:
+    return f"{len(group)} start" + ("" if len(group) == 1 else "s")
 
 
 def _validation(found: Flexible) -> list[str]:

@@ -24,6 +24,8 @@ from agent.cli.flexible_text import flexible_text
 from agent.cycle.plan import NAMED, triangle_of
 from agent.errors import InputError
 from agent.identify.flexible.fit import Options, fit_flexible
+from agent.identify.flexible.result import Start
+from agent.identify.result import Parameter
 from agent.identify.signals import Signals
 from agent.record.reading import read
 from agent.record.recording import Metadata, Recording
@@ -155,6 +157,22 @@ def test_a_technician_reads_the_finding_first(driven: Driven) -> None:
         driven.stair.name,
     ):
         assert part in said
+
+
+def test_a_resonance_that_is_not_carried_is_not_named(driven: Driven) -> None:
+    found = flexible_of([read(driven.triangle)], (), "two-mass", starts=1)
+    unknown = {
+        name: Parameter.not_identified("on its bound") if "resonance" in name else parameter
+        for name, parameter in found.fit.parameters.items()
+    }
+    alone = (Start("random", 0.1, "best"), Start("random", 0.2, "unfinished"))
+    fit = dataclasses.replace(found.fit, parameters=unknown, starts=alone)
+    said = flexible_text(dataclasses.replace(found, fit=fit))
+    assert said.startswith("Not identified: a two-mass joint leaves")
+    assert "record a triangle wave" in said
+    assert "Antiresonance                          not identified: on its bound" in said
+    assert "No two starts ended in that minimum" in said
+    assert "No two starts" not in flexible_text(found)
 
 
 def saved(folder: Path, signals: Signals, *, axis: int = 1, trajectory: Any = None) -> Path:
