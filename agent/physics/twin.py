@@ -16,9 +16,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.physics.effects import Motion
-
 if TYPE_CHECKING:
+    from agent.physics.effects import Motion
     from agent.physics.prediction import Smooth
 
 Floats = NDArray[np.float64]
@@ -116,6 +115,9 @@ class Twin:
         As `predict`, with the columns of `agent.physics.effects.Motion` one by one; `direction`
         is the velocity's sign where none is given.
         """
+        # Late: a twin that is only written (`stribeck twin`) needs none of the library.
+        from agent.physics.effects import Motion
+
         motion = Motion(
             velocity_rad_s,
             acceleration_rad_s2,
