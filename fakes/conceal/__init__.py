@@ -3,6 +3,7 @@
 Import late: the physics is compiled, and numba is slow to load.
 """
 
+from fakes.conceal.campaign import KINDS, SNRS, Order, Tally, cases, orders
 from fakes.conceal.case import FIRST_SCORED_SEED, ConcealedCase, ConcealedRun, conceal
 from fakes.conceal.concealment import UnreachableError
 from fakes.conceal.label import SealBrokenError, canonical, open_label, seal
@@ -13,16 +14,22 @@ from fakes.conceal.writing import WrittenCase, write_case, write_csv
 __all__ = [
     "EFFECTS",
     "FIRST_SCORED_SEED",
+    "KINDS",
     "LOOK_ALIKES",
     "OUTSIDERS",
+    "SNRS",
     "ConcealedCase",
     "ConcealedRun",
+    "Order",
     "SealBrokenError",
+    "Tally",
     "UnreachableError",
     "WrittenCase",
     "canonical",
+    "cases",
     "conceal",
     "open_label",
+    "orders",
     "seal",
     "write_case",
     "write_csv",

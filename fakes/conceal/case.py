@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fakes.conceal.concealment import UnreachableError
 from fakes.conceal.design import Design, Run, plan_runs
 from fakes.conceal.label import Label
 from fakes.conceal.labelling import describe
@@ -25,6 +26,9 @@ FIRST_SCORED_SEED = 10_000
 """Seeds below it are for development: no score counts a case that a threshold was tuned on."""
 
 LABEL_SCHEMA = "stribeck.concealed/1"
+LEAST_ENERGY_SHARE = 0.1
+"""Of a mixture's excess energy, for each of its effects; below it the case is dropped."""
+
 AXIS = 1
 _FIRST_DAY = datetime(2026, 3, 2, 5, 0, tzinfo=UTC)
 Columns = Mapping[str, NDArray[np.float64] | NDArray[np.str_]]
@@ -111,7 +115,8 @@ def conceal(
     Raises
     ------
     UnreachableError
-        An effect cannot be that large here; drop the case, and count it.
+        An effect cannot be that large here, or a mixture's effects cancel one another; drop the
+        case, and count it.
     ValueError
         An argument cannot be used.
     """
@@ -137,6 +142,8 @@ def conceal(
         _record(number, robot, run, drive, chance)
         for number, (run, drive, chance) in enumerate(zip(runs, seen, noise, strict=True), start=1)
     )
+    described = describe(rehearsal, small, large)
+    _require_visible(described)
     label = {
         "schema": LABEL_SCHEMA,
         "seed": seed,
@@ -144,9 +151,22 @@ def conceal(
         "snr_asked": snr,
         "twin": twin,
         "twin_error_factors": factors,
-        **describe(rehearsal, small, large),
+        **described,
     }
     return ConcealedCase(f"case-{seed:05d}", recorded, _twin_toml(robot, twin), label)
+
+
+def _require_visible(described: Mapping[str, Any]) -> None:
+    """Drop a mixture in which effects hide behind one another: then nobody could find them all."""
+    found = described["effects"]
+    if len({effect["basis"] for effect in found}) != 1:
+        return  # what a refit absorbs has next to no share beside what it does not, and yet shows
+    for effect in found:
+        if effect["energy_share"] < LEAST_ENERGY_SHARE:
+            raise UnreachableError(
+                f"{effect['effect']}: only {effect['energy_share']:.3f} of what the mixture leaves "
+                "is its own; the others cancel or carry the rest"
+            )
 
 
 class _Streams:

@@ -131,6 +131,12 @@ def angle(rng: np.random.Generator) -> float:
     return float(rng.uniform(0.0, 2.0 * math.pi))
 
 
+def time_to_travel_s(robot: Robot, distance_rad: float) -> float:
+    """Return how long a gentle start takes for a distance: ``x = jerk t^3 / 6``."""
+    gentle = 0.6 * robot.jerk_rad_s3
+    return math.cbrt(6.0 * distance_rad / gentle)
+
+
 def heaviest_nm(robot: Robot) -> float:
     """Return about the largest torque that the robot's trajectories ask for."""
     truth = robot.truth

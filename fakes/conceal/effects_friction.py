@@ -17,6 +17,7 @@ from fakes.conceal.concealment import (
     speeds,
     stroke,
     stroke_ends,
+    time_to_travel_s,
     whole_axis,
 )
 from fakes.conceal.robot import Robot
@@ -175,8 +176,8 @@ def presliding_hysteresis(rng: np.random.Generator, robot: Robot) -> Concealment
     del rng
 
     def where(truth: Truth) -> tuple[Region, ...]:
-        # The last element slips after four times its distance; a ramp takes so long for that.
-        slipped = math.sqrt(8.0 * truth.presliding_rad / robot.acceleration_rad_s2)
+        # The last element slips after four times its distance.
+        slipped = time_to_travel_s(robot, 4.0 * truth.presliding_rad)
         return (Region("after_reversal_s", 0.0, slipped),)
 
     return Concealment(

@@ -18,6 +18,7 @@ from fakes.conceal.concealment import (
     speeds,
     stroke,
     stroke_ends,
+    time_to_travel_s,
     whole_axis,
 )
 from fakes.conceal.robot import Robot
@@ -291,8 +292,13 @@ def backlash(rng: np.random.Generator, robot: Robot) -> Concealment:
     del rng
 
     def where(truth: Truth) -> tuple[Region, ...]:
-        crossed = math.sqrt(4.0 * truth.half_gap_rad / robot.acceleration_rad_s2)
-        return (Region("after_reversal_s", 0.0, crossed + 0.15),)
+        # It is crossed after a reversal, and wherever the load changes sign while slowing down.
+        crossed = time_to_travel_s(robot, 2.0 * truth.half_gap_rad)
+        light = 0.2 * heaviest_nm(robot)
+        return (
+            Region("after_reversal_s", 0.0, crossed + 0.15),
+            Region("load_torque_nm", -light, light),
+        )
 
     return Concealment(
         "backlash",

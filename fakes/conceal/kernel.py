@@ -268,14 +268,15 @@ def simulate(  # noqa: C901 - one loop with local names: a call that carries the
         stiff = p.tool_stiffness_nm_per_rad * (arm - tool)
         stiff += p.tool_damping_nm_s_per_rad * (arm_velocity - tool_velocity)
         arm_z = min(max(arm_z + arm_velocity * dt, -d2), d2)
-        held = arm_load_nm(p, angle, slip) + p.arm_coulomb_nm * worn * arm_z / d2
+        arm_dry = p.arm_coulomb_nm * worn * arm_z / d2
+        held = arm_load_nm(p, angle, slip) + arm_dry
         arm_velocity += dt * (shaft - stiff - held) / p.arm_inertia_kg_m2
         tool_velocity += dt * stiff / p.tool_inertia_kg_m2
         position += dt * velocity
         arm += dt * arm_velocity
         tool += dt * tool_velocity
 
-        heat += (level + p.arm_coulomb_nm) * speed + slope_nm_s * speed * speed
+        heat += (level * slip + slope_nm_s * velocity) * velocity + arm_dry * arm_velocity
         copper += torque * torque
         if step % _HEAT_EVERY == 0:
             span = _HEAT_EVERY * dt

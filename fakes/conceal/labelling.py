@@ -47,19 +47,39 @@ def describe(rehearsal: Rehearsal, small: Sequence[Put], large: Sequence[Put]) -
                 "counts_as_true": energy >= MATERIAL * residual,
             }
         )
+    if all(put.concealment.effect != "joint-flexibility" for put in large):
+        nuisances.append(_own_spring(rehearsal, residual))
     return {
         "effects": found,
         "nuisances": nuisances,
         "noise_floor_nm": rehearsal.floor_nm,
         "basis": basis,
         "excess_nm": excess**0.5,
-        "snr": excess**0.5 / rehearsal.floor_nm,
+        "snr_reached": excess**0.5 / rehearsal.floor_nm,
         "structure_left_nm": without**0.5,
         "base": known_numbers(robot.truth),
         "refitted": everything.numbers,
         "gear_ratio": robot.truth.gear_ratio,
         "sensing": asdict(robot.sensing),
         "expected_verdict": _verdict(large),
+    }
+
+
+def _own_spring(rehearsal: Rehearsal, residual_nm2: float) -> dict[str, Any]:
+    """Return what a stiff gear leaves after all: no joint is rigid."""
+    truth = rehearsal.robot.truth
+    energy = rehearsal.fit(rehearsal.see(truth)).rms_nm ** 2
+    return {
+        "effect": "joint-flexibility",
+        "also": [],
+        "form": "the stiff gear's own",
+        "basis": "refitted",
+        "snr": energy**0.5 / rehearsal.floor_nm,
+        "parameters": {"stiffness_nm_per_rad": truth.stiffness_nm_per_rad},
+        "where": [],
+        "energy_nm2": energy,
+        "share_of_residual": energy / residual_nm2,
+        "counts_as_true": energy >= MATERIAL * residual_nm2,
     }
 
 

@@ -35,6 +35,9 @@ EFFECTS: Mapping[str, Maker] = {
 }
 """Every effect of contract section 4."""
 
+ABSORBED = frozenset({"inertia-error", "wrong-number", "gravity-imbalance", "torque-saturation"})
+"""What a refit of the base structure to the measured motion takes in or cannot see."""
+
 LOOK_ALIKES: tuple[tuple[str, str], ...] = (
     ("temperature-dependent-friction", "friction-drift"),
     ("torque-constant-error", "temperature-dependent-friction"),

@@ -83,6 +83,7 @@ def see(truth: Truth, robot: Robot, run: Run, command: Floats) -> Seen:
     position, velocity, torque = column["position"], column["velocity"], column["torque"]
     if sensing.velocity == "difference":
         velocity = np.diff(position, prepend=position[0]) * rate
+        torque = 0.5 * (torque + np.r_[torque[0], torque[:-1]])
     if truth.motion_delay_s != 0.0:
         position = np.interp(time - truth.motion_delay_s, time, position)
         velocity = np.interp(time - truth.motion_delay_s, time, velocity)

@@ -23,8 +23,8 @@ class Sensing:
     encoder_counts_per_rev : int
         Position is only reported in these steps.
     velocity : {"measured", "filtered", "difference"}
-        From an observer in the drive; through the filter that the torque goes through as well; or
-        the difference of two reported positions, which lags by half a sample.
+        From an observer in the drive; through a filter that the torque goes through as well; or
+        the difference of two reported positions, with torque averaged over the same sample.
     velocity_noise_rad_s : float
         Standard deviation, from sample to sample.
     white_nm, coloured_nm, coloured_time_s : float
@@ -88,7 +88,7 @@ def draw_robot(rng: np.random.Generator, *, gravity: bool, sample_rate_hz: float
 
     Coulomb friction sets the scale. Accelerating takes one to two and a half times as much torque,
     gravity up to twice, viscous friction at top speed about as much; noise is 2.5 to 7 percent of
-    it. The arm's locked frequency is 25 to 50 Hz, so that a rigid body suffices for what is
+    it. The arm's locked frequency is 35 to 65 Hz, so that a rigid body suffices for what is
     driven; contacts yield 3 to 8 mrad at the motor before they slip.
     """
     draw = rng.uniform
@@ -104,11 +104,14 @@ def draw_robot(rng: np.random.Generator, *, gravity: bool, sample_rate_hz: float
         viscous=draw(0.6, 1.4) * coulomb / top,
         gravity=(weight * math.cos(angle), weight * math.sin(angle)),
     )
+    sensing = _draw_sensing(rng, floor, sample_rate_hz)
+    if sensing.velocity == "filtered":
+        truth = truth._replace(report_lag_s=draw(0.0005, 0.002))
     shortest = 0.65 * top * top / acceleration / truth.gear_ratio
     return Robot(
-        name=f"concealed-{int(rng.integers(10_000)):04d}",
+        name=f"robot-{int(rng.integers(10_000)):04d}",
         truth=truth,
-        sensing=_draw_sensing(rng, floor, sample_rate_hz),
+        sensing=sensing,
         top_rad_s=top,
         acceleration_rad_s2=acceleration,
         jerk_rad_s3=acceleration / draw(0.12, 0.2),
@@ -131,9 +134,9 @@ def _base_truth(
     motor = inertia * draw(0.4, 0.6)
     tool = inertia * draw(0.05, 0.15)
     arm = inertia - motor - tool
-    locked = 2.0 * math.pi * draw(25.0, 50.0)
+    locked = 2.0 * math.pi * draw(35.0, 65.0)
     stiffness = (arm + tool) * locked**2
-    tool_rate = 2.0 * math.pi * draw(60.0, 90.0)
+    tool_rate = 2.0 * math.pi * draw(80.0, 110.0)
     bandwidth = 2.0 * math.pi * draw(7.0, 13.0)
     friction_w = coulomb * 40.0
     return Truth(
@@ -169,10 +172,13 @@ def _base_truth(
 
 def _draw_sensing(rng: np.random.Generator, floor_nm: float, sample_rate_hz: float) -> Sensing:
     coloured = rng.uniform(0.15, 0.5)
+    velocity = str(rng.choice(VELOCITY_KINDS, p=(0.5, 0.35, 0.15)))
+    # Nobody differentiates a coarse encoder at the recording's rate.
+    fewest_bits = 16 if velocity == "difference" else 14
     return Sensing(
         sample_rate_hz=sample_rate_hz,
-        encoder_counts_per_rev=2 ** int(rng.integers(14, 20)),
-        velocity=str(rng.choice(VELOCITY_KINDS, p=(0.5, 0.35, 0.15))),
+        encoder_counts_per_rev=2 ** int(rng.integers(fewest_bits, 20)),
+        velocity=velocity,
         velocity_noise_rad_s=float(10.0 ** rng.uniform(-2.3, -1.5)),
         white_nm=floor_nm * math.sqrt(1.0 - coloured**2),
         coloured_nm=floor_nm * coloured,
