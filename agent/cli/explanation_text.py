@@ -7,11 +7,8 @@ from collections.abc import Iterable, Sequence
 
 from agent.explain.result import Explanation, Finding, NextExperiment
 from agent.numbers import NO_NUMBER
-from agent.report.explanation_rows import (
-    error_rows,
-    improvement_in_words,
-    parameter_rows,
-)
+from agent.report.explanation_errors import error_rows, improvement_in_words
+from agent.report.explanation_rows import parameter_rows
 from agent.report.explanation_words import (
     decidable,
     duration,

@@ -34,18 +34,9 @@ _PARAMETERS: Mapping[str, str] = MappingProxyType(
 _UNITS = ("_nm_s_per_rad", "_kg_m2", "_nm")
 _AXES: Mapping[str, str] = MappingProxyType(
     {
-        "speed": "speed",
-        "direction": "direction",
-        "position": "position",
-        "temperature": "gearbox temperature",
-        "time": "time in the cycle",
+        "velocity_rad_s": "motor speed",
+        "load_torque_nm": "size of the load",
         "time_s": "time in the cycle",
-        "load": "load",
-        "acceleration": "acceleration",
-        "recording": "recording",
-        "lag": "lag",
-        "lag_s": "lag",
-        "travel": "travel since the reversal",
     }
 )
 

@@ -10,12 +10,15 @@ from typing import Literal
 
 import numpy as np
 
-from agent.explain.result import Explanation, NextExperiment, Region
+from agent.explain.result import Explanation, Moved, NextExperiment, Region
 from agent.identify.result import Floats
 from agent.numbers import NO_NUMBER, fixed, parameter_label, parameter_unit, scale_for, significant
 from agent.report.advice import next_steps
 
 Tone = Literal["good", "open", "stop"]
+
+BIASED_SIGMAS = 2.0
+"""A move of more than this many standard deviations is a bias that the missing physics caused."""
 
 EFFECTS: Mapping[str, str] = MappingProxyType(
     {
@@ -121,7 +124,7 @@ _DEGREES = math.degrees(1.0)
 _VARIABLES: Mapping[str, Variable] = MappingProxyType(
     {
         "time_s": Variable("time", "s"),
-        "total_time_s": Variable("time since the first recording", "s"),
+        "elapsed_s": Variable("time since the first recording", "s"),
         "velocity_rad_s": Variable("motor velocity", "rad/s"),
         "speed_rad_s": Variable("motor speed", "rad/s"),
         "acceleration_rad_s2": Variable("motor acceleration", "rad/s²"),
@@ -139,8 +142,7 @@ _VARIABLES: Mapping[str, Variable] = MappingProxyType(
         "motor_phase_rad": Variable("angle within a motor turn", "degrees", _DEGREES),
         "frequency_hz": Variable("frequency", "Hz"),
         "after_reversal_s": Variable("time since the reversal", "s"),
-        "travel_since_reversal_rad": Variable("motor travel since the reversal", "rad"),
-        "after_step_s": Variable("time since the speed step", "s"),
+        "after_reversal_rad": Variable("motor travel since the reversal", "rad"),
     }
 )
 
@@ -156,11 +158,22 @@ def heading(label: str) -> str:
 
 
 def variable(name: str) -> Variable:
-    """Return how an axis is written; one that is not known keeps its own name and unit."""
+    """Return how an axis is written; one that is not known keeps its own name and unit.
+
+    An order may be part of the name, as ``order_per_motor_rev 12``.
+    """
     if name in _VARIABLES:
         return _VARIABLES[name]
+    kind, _, order = name.partition(" ")
+    if order and kind.startswith("order_per_") and kind in _VARIABLES:
+        return Variable(f"order {order}{_VARIABLES[kind].label.removeprefix('order')}")
     label = parameter_label(name.replace("-", "_"))
     return Variable(label[:1].lower() + label[1:], parameter_unit(name))
+
+
+def is_biased(moved: Moved) -> bool:
+    """Tell whether the missing physics had bent a number of the simulation."""
+    return abs(moved.sigmas) > BIASED_SIGMAS
 
 
 def decidable(explanation: Explanation) -> bool:

@@ -42,6 +42,7 @@ SHADED = frozenset(
         "recording",
         "acceleration_rad_s2",
         "after_reversal_s",
+        "after_reversal_rad",
     }
 )
 """Axes along which a region can be shaded over time."""
@@ -162,7 +163,11 @@ def column_of(trace: Trace, variable: str, index: int = -1) -> Floats | None:
     if variable == "acceleration_rad_s2":
         return np.asarray(np.gradient(trace.velocity_rad_s, trace.time_s))
     if variable == "after_reversal_s":
-        return _after_reversal_s(trace)
+        return _since_reversal(trace, trace.time_s)
+    if variable == "after_reversal_rad":
+        steps = np.diff(trace.time_s, prepend=trace.time_s[:1])
+        travel = np.cumsum(np.nan_to_num(np.abs(trace.velocity_rad_s)) * steps)
+        return _since_reversal(trace, travel)
     return None
 
 
@@ -176,8 +181,8 @@ def located_mask(trace: Trace, regions: Sequence[Region], index: int = -1) -> ND
     return mask
 
 
-def _after_reversal_s(trace: Trace) -> Floats:
-    """Return the time since the direction last changed, shape (n,); infinite before that."""
+def _since_reversal(trace: Trace, clock: Floats) -> Floats:
+    """Return how far a clock, shape (n,), went on since the direction changed; infinite before."""
     direction = np.sign(trace.velocity_rad_s)
     moving = np.flatnonzero(direction)
     out = np.full(trace.time_s.shape, np.inf)
@@ -185,7 +190,7 @@ def _after_reversal_s(trace: Trace) -> Floats:
     if turned.size:
         last = np.searchsorted(turned, np.arange(out.size), side="right") - 1
         known = last >= 0
-        out[known] = trace.time_s[known] - trace.time_s[turned[last[known]]]
+        out[known] = clock[known] - clock[turned[last[known]]]
     return out
 
 

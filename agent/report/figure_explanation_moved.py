@@ -21,13 +21,11 @@ from agent.report.canvas import (
     stacked,
     styled,
 )
+from agent.report.explanation_words import is_biased
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-BIASED_SIGMAS = 2.0
-"""A move of more than this many standard deviations is a bias that the missing physics caused."""
 
 _HEIGHT_IN = 0.72
 _BELOW_IN = 0.34
@@ -72,11 +70,6 @@ def moved_in_words(moved: Sequence[Moved]) -> str:
         "The simulation's numbers as given, refitted, and extended by the findings, with 95 % "
         f"intervals. From refitted to extended they moved: {', '.join(parts)}."
     )
-
-
-def is_biased(moved: Moved) -> bool:
-    """Tell whether the missing physics had bent this number."""
-    return abs(moved.sigmas) > BIASED_SIGMAS
 
 
 def _parameter(axes: Axes, moved: Moved) -> None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -31,110 +30,32 @@ from agent.explain.result import (
 )
 from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Effect, Twin
+from tests.unit.explanation_stairs import (
+    BASE,
+    GEAR_RATIO,
+    GIVEN,
+    NOISE_NM,
+    TRUTH,
+    Law,
+    Run,
+    at_30_rad_s,
+    bump,
+    columns_of,
+    drive,
+    fitted,
+    none,
+    ones,
+    stribeck,
+    temperature,
+)
 from trajectories import Segment, Trajectory
 
-RATE_HZ = 50.0
-GEAR_RATIO = 224.0
-NOISE_NM = 0.012
-SPEEDS_RAD_S = (2.0, 4.0, 7.0, 11.0, 18.0, 30.0, 45.0, 60.0)
-BASE = ("inertia_kg_m2", "viscous_nm_s_per_rad", "coulomb_nm", "torque_offset_nm")
-TRUTH = np.array([0.0184, 0.0107, 0.6042, 0.0])
-GIVEN = np.array([0.0184, 0.0100, 0.6400, 0.0])
 METADATA: dict[str, object] = {
     "started_at": "2026-03-01T02:03:04.567Z",
     "trajectory": {"name": "stair", "parameters": {"steps": 16}},
     "drive": {"name": "EPOS4", "serial": 123456},
     "software": "stribeck 0.1.0",
 }
-
-Law = Callable[["Run"], Floats]
-
-
-@dataclass(frozen=True)
-class Run:
-    """One simulated stair: time, motion, temperature, and what was measured; arrays (n,)."""
-
-    name: str
-    time_s: Floats
-    velocity: Floats
-    acceleration: Floats
-    temperature: Floats
-    number: int
-    measured_nm: Floats
-
-    @property
-    def base(self) -> Floats:
-        """Return the plain twin's columns, shape (n, 4)."""
-        return np.column_stack(
-            (self.acceleration, self.velocity, np.sign(self.velocity), np.ones(self.time_s.size))
-        )
-
-
-def drive(name: str, number: int, degc: tuple[float, float], missing: Sequence[Law]) -> Run:
-    """Simulate one stair between two temperatures with the physics that the twin lacks."""
-    rng = np.random.default_rng(100 + number)
-    levels = np.array([s * d for s in SPEEDS_RAD_S for d in (1.0, -1.0)])
-    if number % 2:
-        levels = levels[::-1]
-    step = int(2.0 * RATE_HZ)
-    window = np.hanning(int(0.5 * RATE_HZ))
-    velocity = np.convolve(np.repeat(levels, step), window / window.sum(), mode="same")
-    time_s = np.arange(velocity.size) / RATE_HZ
-    bare = Run(
-        name,
-        time_s,
-        velocity,
-        np.asarray(np.gradient(velocity, time_s)),
-        np.linspace(*degc, time_s.size),
-        number,
-        np.zeros(time_s.size),
-    )
-    torque = bare.base @ TRUTH + NOISE_NM * rng.standard_normal(time_s.size)
-    return dataclasses.replace(bare, measured_nm=torque + sum(law(bare) for law in missing))
-
-
-def stribeck(run: Run) -> Floats:
-    """Return extra friction near standstill."""
-    return 0.31 * np.exp(-(np.abs(run.velocity / 6.0) ** 1.3)) * np.sign(run.velocity)
-
-
-def temperature(run: Run) -> Floats:
-    """Return viscous friction that falls as the gearbox warms."""
-    return -0.00012 * (run.temperature - 35.0) * run.velocity
-
-
-def bump(run: Run) -> Floats:
-    """Return what no library has: a burst of torque in the middle of fast motion."""
-    return 0.22 * np.exp(-(((np.abs(run.velocity) - 38.0) / 5.0) ** 2))
-
-
-def none(run: Run) -> Floats:
-    """Return nothing."""
-    return np.zeros(run.time_s.size)
-
-
-def ones(run: Run) -> Floats:
-    """Return one everywhere."""
-    return np.ones(run.time_s.size)
-
-
-def at_30_rad_s(run: Run) -> Floats:
-    """Return the velocity as a multiple of 30 rad/s."""
-    return run.velocity / 30.0
-
-
-def fitted(runs: Sequence[Run], laws: Sequence[Law]) -> tuple[Floats, Floats]:
-    """Return base and law coefficients, and their standard deviations."""
-    columns = np.vstack([_columns(run, laws) for run in runs])
-    torque = np.concatenate([run.measured_nm for run in runs])
-    theta, *_ = np.linalg.lstsq(columns, torque, rcond=None)
-    left = torque - columns @ theta
-    covariance = np.linalg.pinv(columns.T @ columns) * np.mean(left**2)
-    return theta, np.sqrt(np.diag(covariance))
-
-
-def _columns(run: Run, laws: Sequence[Law]) -> Floats:
-    return np.column_stack([run.base, *(law(run) for law in laws)])
 
 
 def with_interval(value: float, deviation: float) -> Parameter:
@@ -157,7 +78,7 @@ def traces(
             run.measured_nm,
             run.measured_nm - run.base @ given,
             run.measured_nm - run.base @ plain,
-            run.measured_nm - _columns(run, laws) @ whole,
+            run.measured_nm - columns_of(run, laws) @ whole,
         )
         for run in (*runs, *held_out)
     ]
@@ -338,18 +259,21 @@ def temperature_finding(runs: Sequence[Run], parts: Sequence[Trace], rank: int =
         0.93,
         0.33,
         (Region("gearbox_temperature_degc", 24.0, 46.0, 96.0, 0.33),),
-        "Viscous friction falls by 0.12 mN m s/rad for each degree that the gearbox warms.",
-        {"viscous_per_degree": with_interval(-0.00012, 0.000004)},
+        "Viscous friction falls by 0.12 mN m s/rad with each degree that the gearbox warms.",
+        {
+            "viscous_thermal_nm_s_per_rad": with_interval(0.0042, 0.00013),
+            "decay_k": with_interval(35.0, 1.4),
+        },
         (),
         holdout_rmse_without_nm=0.041,
-        form="linear in temperature",
+        form="viscosity",
         curve=curve(runs, parts, temperature, "gearbox_temperature_degc", at_30_rad_s),
     )
 
 
-def warm_runs(missing: Sequence[Law]) -> tuple[list[Run], list[Run]]:
-    """Return three stairs at three temperatures, and one to hold out."""
-    bands = ((24.0, 26.0), (33.0, 36.0), (43.0, 46.0))
+def warm_runs(missing: Sequence[Law], count: int = 2) -> tuple[list[Run], list[Run]]:
+    """Return stairs at several temperatures, and one to hold out."""
+    bands = ((24.0, 26.0), (43.0, 46.0), (33.0, 36.0))[:count]
     runs = [drive(f"stair-{k}.parquet", k, band, missing) for k, band in enumerate(bands)]
     return runs, [drive("night-run.parquet", 7, (38.0, 40.0), missing)]
 
@@ -357,7 +281,7 @@ def warm_runs(missing: Sequence[Law]) -> tuple[list[Run], list[Run]]:
 def explained() -> Explanation:
     """Return two findings, proved on a hold-out recording."""
     laws = (stribeck, temperature)
-    runs, held_out = warm_runs(laws)
+    runs, held_out = warm_runs(laws, 3)
     made, parts = whole(runs, held_out, laws)
     holdout = made.holdout
     assert holdout is not None
@@ -529,6 +453,21 @@ def undecided() -> Explanation:
         moved=(),
         next_experiment=None,
         recordings=("ur3-production.parquet",),
+    )
+
+
+def trace_of(velocity: list[float], residual: list[list[float]]) -> Trace:
+    """Return a trace with these velocities and these residuals: given, refitted, extended."""
+    given, refitted, extended = (np.array(values) for values in residual)
+    return Trace(
+        "a.parquet",
+        held_out=False,
+        time_s=np.arange(float(len(velocity))),
+        velocity_rad_s=np.array(velocity),
+        measured_nm=np.ones(len(velocity)),
+        given_nm=given,
+        refitted_nm=refitted,
+        extended_nm=extended,
     )
 
 

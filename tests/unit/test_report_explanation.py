@@ -12,10 +12,13 @@ import numpy as np
 import pytest
 
 from agent.cli.explanation_text import WIDTH, explanation_text
-from agent.explain.result import Cell, Explanation, Fit, NextExperiment, Region, Trace
+from agent.explain.result import Cell, Explanation, Fit, NextExperiment, Region
 from agent.identify.result import Parameter
-from agent.report.explanation import RECORDINGS_DRAWN, explanation_page, write_explanation_page
-from agent.report.explanation_map import heat_map
+from agent.physics.effects import LIBRARY
+from agent.report import explanation_pictures
+from agent.report.explanation import explanation_page, write_explanation_page
+from agent.report.explanation_quantities import quantity_label, quantity_scale
+from agent.report.explanation_rows import parameter_rows
 from agent.report.explanation_words import (
     EFFECTS,
     decidable,
@@ -25,51 +28,12 @@ from agent.report.explanation_words import (
     variable,
     verdict_words,
 )
-from agent.report.figure_explanation_curve import figure_finding
-from agent.report.figure_explanation_cycle import (
-    figure_residual,
-    lines_of,
-    located_mask,
-    reach_of,
-)
-from agent.report.figure_explanation_left import left_over
-from agent.report.figure_explanation_moved import figure_moved
-from agent.report.figure_explanation_proof import (
-    error_rows,
-    extended_interval,
-    figure_errors,
-    gain_rows,
-)
 from tests.unit import explanation_examples as examples
 from tests.unit.test_report_page import Page
 
 Case = Callable[[], Explanation]
 LIMIT_BYTES = 1_500_000
 HOSTILE = "<script>alert(1)</script>\"'><img src=x onerror=alert(2)> {{ 7*7 }} $x$"
-EFFECT_IDS = {
-    "stribeck",
-    "viscous-nonlinear",
-    "direction-asymmetry",
-    "load-dependent-friction",
-    "temperature-dependent-friction",
-    "position-dependent-friction",
-    "presliding-hysteresis",
-    "friction-drift",
-    "torque-ripple",
-    "kinematic-error",
-    "torque-constant-error",
-    "torque-offset",
-    "torque-saturation",
-    "measurement-delay",
-    "resolver-error",
-    "inertia-error",
-    "wrong-number",
-    "gravity-imbalance",
-    "cable-force",
-    "joint-flexibility",
-    "backlash",
-    "local-fault",
-}
 
 
 @functools.cache
@@ -115,7 +79,7 @@ def test_sentence_and_verdict_in_words_come_first_and_no_id_is_shown(case: Case)
     headline = f"{words.status} {explanation(case).sentence}"
     assert headline in text
     assert text.index(headline) < 200
-    for ident in {"tied", "partly-explained", "no-mismatch", *EFFECT_IDS} - {"backlash"}:
+    for ident in {"tied", "partly-explained", "no-mismatch", *EFFECTS} - {"backlash"}:
         if "-" in ident or ident == "tied":
             assert f" {ident} " not in text
 
@@ -159,7 +123,7 @@ def test_numbers_on_the_page_are_the_explanation_s() -> None:
     assert float(row[3]) == pytest.approx(holdout.extended.rmse_nm, rel=0.005)
     assert float(row[4]) == pytest.approx(holdout.extended.fit_percent, abs=0.05)
     assert f"{holdout.improvement_percent:.1f} %" in said(examples.explained)
-    assert parsed.row("Extra friction at standstill (Stribeck)")[1:3] == ["0.310", "N m"]
+    assert parsed.row("Extra friction at standstill")[1:3] == ["0.310", "N m"]
     moved = parsed.row("Coulomb friction")
     assert float(moved[2]) == pytest.approx(0.64)
     assert moved[5] == f"{abs(made.moved[2].sigmas):.2g}"
@@ -260,22 +224,61 @@ def test_page_is_written_whole_and_the_same_every_time(tmp_path: Path) -> None:
     assert once == again
 
 
-def test_many_recordings_are_folded_counted_and_stay_small() -> None:
+def test_many_recordings_are_folded_counted_and_not_all_drawn(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(explanation_pictures, "RECORDINGS_DRAWN", 4)
     made = explanation(examples.tied)
     many = tuple(
-        dataclasses.replace(made.traces[0], recording=f"run-{k}.parquet")
-        for k in range(RECORDINGS_DRAWN + 2)
+        dataclasses.replace(made.traces[0], recording=f"run-{k}.parquet") for k in range(6)
     )
     bare = dataclasses.replace(made, traces=many, findings=(), moved=(), cells=())
     text = explanation_page(dataclasses.replace(bare, verdict="no-mismatch"))
-    assert "7 more recordings" in text
+    assert "1 more recording<" in text
     assert "2 more recordings were used and are not drawn" in text
-    assert len(text.encode()) < LIMIT_BYTES
+    assert text.count("<img ") == 4 + 1
 
 
-def test_every_effect_of_the_contract_is_called_something() -> None:
-    assert set(EFFECTS) == EFFECT_IDS
+def test_every_effect_of_the_library_and_each_of_its_numbers_is_called_something() -> None:
+    assert set(EFFECTS) == set(LIBRARY)
     assert len(set(EFFECTS.values())) == len(EFFECTS)
+    names = {n for card in LIBRARY.values() for form in card.forms for n in form.parameters}
+    for name in names:
+        label = quantity_label(name)
+        assert not {"nm", "rad", "per"} & set(label.lower().split()) - {"per"}, name
+        assert not label.lower().endswith((" k", " h", " per rad")), name
+    without_unit = {name for name in names if not quantity_scale(name, [1.0]).unit}
+    assert without_unit == {
+        "exponent",
+        "shape_exponent",
+        "factor",
+        "load_coefficient",
+        "load_boundary_coefficient",
+        "order_per_arm_rev",
+        "order_per_motor_rev",
+        "reference_run",
+        "reference_started_at",
+    }
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "written"),
+    [
+        ("coulomb_nm_per_k", 0.0021, "2.100 mN m/K"),
+        ("viscous_nm_s_per_rad_per_h", 0.000052, "52.00 µN m s/rad/h"),
+        ("coulomb_nm_per_run", 0.2, "0.2000 N m per run"),
+        ("stiffness_nm_per_arm_rad", 4.0, "4.000 N m/rad"),
+        ("center_arm_rad", math.pi / 4.0, "45.00 degrees"),
+        ("factor_per_k", -0.001, "−0.001000 1/K"),
+        ("torque_delay_s", 0.004, "4.000 ms"),
+        ("decay_k", 20.7, "20.70 K"),
+    ],
+)
+def test_numbers_of_an_effect_are_written_in_a_unit_that_fits(
+    name: str, value: float, written: str
+) -> None:
+    (row,) = parameter_rows({name: Parameter(value, None)})
+    assert f"{row.value} {row.unit}" == written
 
 
 @pytest.mark.parametrize("case", examples.ALL)
@@ -294,7 +297,7 @@ def test_text_says_what_the_page_says() -> None:
     assert "stribeck run CELL.toml --axis 3 --trajectory next.json" in text
     text = " ".join(explanation_text(explanation(examples.partly)).split())
     assert "Without explanation: 38 % of the mismatch" in text
-    assert "Stribeck exponent: not identified: no speed below 2 rad/s" in text
+    assert "Exponent: not identified: no speed below 2 rad/s" in text
     assert "Looks" not in explanation_text(explanation(examples.undecided))
 
 
@@ -311,6 +314,7 @@ def test_text_says_what_the_page_says() -> None:
         (Region("recording", 0.0, 1.0), "from a.parquet to b.parquet"),
         (Region("recording", 7.0, 7.0), "in recording 8"),
         (Region("time_s", 2.0, 4.0, 2.0, 0.254), "time 2 to 4 s (2 s, 25 % of the mismatch)"),
+        (Region("order_per_motor_rev 12", 0.0, 6.0), "order 12 per motor turn 0 to 6"),
         (Region("oil_age_s", 1.0, 2.0), "oil age 1 to 2 s"),
     ],
 )
@@ -325,132 +329,3 @@ def test_change_of_the_set_up_has_no_command() -> None:
     assert next_command(change, "1", "next.json") == ""
     assert tells_apart(change) == "It tells apart: a b; c; d."
     assert variable("recording").shown(np.array([0.0])).tolist() == [1.0]
-
-
-def trace(velocity: list[float], residual: list[list[float]]) -> Trace:
-    given, refitted, extended = (np.array(values) for values in residual)
-    return Trace(
-        "a.parquet",
-        held_out=False,
-        time_s=np.arange(float(len(velocity))),
-        velocity_rad_s=np.array(velocity),
-        measured_nm=np.ones(len(velocity)),
-        given_nm=given,
-        refitted_nm=refitted,
-        extended_nm=extended,
-    )
-
-
-def test_located_samples_are_the_ones_inside_the_regions() -> None:
-    one = trace([1.0, 5.0, -5.0, -1.0, 3.0], [[0.0] * 5] * 3)
-    fast = Region("velocity_rad_s", 4.0, 9.0)
-    assert located_mask(one, [fast]).tolist() == [False, True, False, False, False]
-    soon = Region("after_reversal_s", 0.0, 0.5)
-    assert located_mask(one, [soon]).tolist() == [False, False, True, False, True]
-    assert located_mask(one, [fast, soon]).sum() == 3
-    assert located_mask(one, [Region("recording", 2.0, 2.0)], index=2).all()
-    assert not located_mask(one, [Region("gearbox_temperature_degc", 0.0, 99.0)]).any()
-
-
-def test_residuals_that_are_one_line_are_drawn_once_and_far_ones_do_not_flatten() -> None:
-    noise = np.random.default_rng(1).normal(0.0, 0.01, 400)
-    same = trace([1.0] * 400, [list(noise + 9.0), list(noise), list(noise)])
-    assert [line.label for line in lines_of(same)] == ["as given", "refitted = extended"]
-    assert 0.01 < reach_of(same) < 0.1
-    lines = figure_residual(same, ()).axes[1].get_lines()
-    assert any("beyond the axis" in str(one.get_label()) for one in lines)
-    nothing = trace([1.0] * 400, [[math.nan] * 400] * 3)
-    assert lines_of(nothing) == []
-    assert "nothing was compared" in figure_residual(nothing, ()).axes[1].texts[0].get_text()
-
-
-def test_left_over_is_the_mean_of_the_last_stage_that_is_there() -> None:
-    velocity = np.repeat(np.linspace(-10.0, 10.0, 41), 20)
-    bump = np.where(velocity > 5.0, 0.3, 0.0)
-    one = trace(velocity.tolist(), [list(bump + 9.0), list(bump), [math.nan] * bump.size])
-    left = left_over([one], "velocity_rad_s")
-    assert left is not None
-    assert left.mean_nm[left.at > 5.6] == pytest.approx(0.3)
-    assert left.mean_nm[left.at < 4.4] == pytest.approx(0.0)
-    assert left_over([one], "gearbox_temperature_degc") is None
-    assert left_over([], "velocity_rad_s") is None
-
-
-def test_law_is_broken_at_the_reversal_where_friction_jumps() -> None:
-    curve = explanation(examples.explained).findings[0].curve
-    assert curve is not None
-    (law,) = (
-        one for one in figure_finding(curve).axes[0].get_lines() if one.get_label() == "law found"
-    )
-    at, line = (np.asarray(values, dtype=np.float64) for values in law.get_data())
-    assert np.isnan(line[np.flatnonzero(np.isnan(at))]).all()
-    jumps = np.abs(np.diff(line))
-    assert np.nanmax(jumps) < 0.1  # from -0.3 to 0.3 N m it would be 0.6
-
-
-def test_proof_has_every_stage_the_floor_and_an_interval_that_follows_from_the_gain() -> None:
-    made = explanation(examples.explained)
-    holdout = made.holdout
-    assert holdout is not None
-    labels = [row.label for row in error_rows(made)]
-    assert labels[0] == "simulation as given"
-    assert labels[-2:] == ["extended by the findings", "noise floor"]
-    assert sum(label.startswith("without ") for label in labels) == 2
-    interval = extended_interval(holdout)
-    assert interval is not None
-    assert holdout.improvement_ci95_percent is not None
-    low, high = holdout.improvement_ci95_percent
-    gains = [100.0 * (1.0 - end / holdout.refitted.rmse_nm) for end in interval]
-    assert gains == pytest.approx([high, low])
-    elsewhere = dataclasses.replace(holdout, improvement_percent=holdout.improvement_percent - 9.0)
-    assert extended_interval(elsewhere) is None
-    assert [row.label for row in gain_rows(made)] == ["findings", "placebo"]
-    assert gain_rows(explanation(examples.unexplained)) == []
-
-
-def test_errors_far_apart_are_drawn_on_a_logarithmic_axis() -> None:
-    made = explanation(examples.explained)
-    assert figure_errors(made).axes[0].get_xscale() == "linear"
-    holdout = made.holdout
-    assert holdout is not None
-    far = dataclasses.replace(holdout, baseline=Fit(5.0, 1.0))
-    wild = figure_errors(dataclasses.replace(made, holdout=far), narrow=True).axes[0]
-    assert wild.get_xscale() == "log"
-    left, right = wild.get_xlim()
-    assert left < 0.0117 < 5.0 < right
-    with pytest.raises(ValueError, match="got none"):
-        figure_errors(explanation(examples.undecided))
-
-
-def test_map_prints_gains_outlines_what_counts_and_keeps_the_best_of_a_place() -> None:
-    cells = (
-        Cell("coulomb_nm", "velocity_rad_s", 0.62, 0.002, counts=True),
-        Cell("viscous_nm_s_per_rad", "velocity_rad_s", -0.01, 0.7, counts=False),
-        Cell("scale", "order_per_motor_rev", 0.01, 0.3, counts=False),
-        Cell("scale", "order_per_motor_rev", 0.12, 0.004, counts=True),
-    )
-    shown = heat_map(cells)
-    assert shown is not None
-    assert shown.columns == ("Coulomb", "Viscous", "Scale")
-    assert [row.label for row in shown.rows] == ["Motor velocity", "Order per motor turn"]
-    first, second = (row.cells for row in shown.rows)
-    assert [cell.text for cell in first] == ["62", "–", ""]
-    assert [cell.counts for cell in first] == [True, False, False]
-    assert second[2].text == "12"
-    assert first[0].level > second[2].level > first[1].level
-    assert len(shown.ranked) == 4
-    assert "Coulomb friction along motor velocity (62 %)" in shown.sentence
-    assert heat_map(()) is None
-
-
-def test_moves_are_written_and_what_is_not_identified_has_no_dot() -> None:
-    made = explanation(examples.explained).moved[2]
-    unknown = dataclasses.replace(
-        made, extended=Parameter.not_identified("one speed only"), sigmas=math.nan
-    )
-    first, second = figure_moved([made, unknown]).axes
-    assert "moved by" in first.get_title(loc="right")
-    assert second.get_title(loc="right") == ""
-    assert "not identified" in [text.get_text() for text in second.texts]
-    with pytest.raises(ValueError, match="got none"):
-        figure_moved([])

@@ -1,0 +1,117 @@
+"""The numbers of an effect, named and scaled for a technician.
+
+`agent.numbers` knows the twin's own parameters; what effects add is here: rates per kelvin,
+hour and run, angles of the arm in degrees, and names that say what a number does.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+
+from agent.numbers import Scale, parameter_label, parameter_unit, scale_for
+
+_LABELS: Mapping[str, str] = MappingProxyType(
+    {
+        "arm_inertia_kg_m2": "Inertia of the arm, motor side",
+        "center_arm_rad": "Middle of the place, arm angle",
+        "cos_nm": "Cosine part",
+        "cos_rad": "Cosine part, motor angle",
+        "coulomb_change_nm": "Coulomb friction, change in the end",
+        "coulomb_difference_nm": "Coulomb friction, forward less backward",
+        "coulomb_extra_nm": "Coulomb friction, true less simulated",
+        "coulomb_nm_per_h": "Coulomb friction, growth with time",
+        "coulomb_nm_per_k": "Coulomb friction, growth with temperature",
+        "coulomb_nm_per_run": "Coulomb friction, growth from run to run",
+        "cubic_stiffness_nm_per_rad3": "Stiffness that grows with twist",
+        "damping_nm_s_per_rad": "Damping",
+        "decay_k": "Warming that leaves 1/e of it",
+        "exponent": "Exponent",
+        "factor": "Real over reported torque",
+        "factor_per_k": "Real over reported torque, growth with temperature",
+        "gravity_cos_nm": "Gravity missing, cosine of the arm angle",
+        "gravity_sin_nm": "Gravity missing, sine of the arm angle",
+        "half_gap_rad": "Half of the gap, motor angle",
+        "height_nm": "Height",
+        "hysteresis_nm": "Inner friction",
+        "hysteresis_travel_arm_rad": "Travel of the inner friction, arm angle",
+        "inertia_extra_kg_m2": "Inertia, true less simulated",
+        "limit_nm": "Torque limit of the drive",
+        "load_boundary_coefficient": "Friction per load at low speed",
+        "load_coefficient": "Friction per load",
+        "load_velocity_rad_s": "Speed at which that has faded",
+        "neutral_arm_rad": "Arm angle without pull",
+        "order_per_arm_rev": "Order per arm turn",
+        "order_per_motor_rev": "Order per motor turn",
+        "power_nm": "Bend, torque at the reference speed",
+        "reference_degc": "Reference temperature",
+        "reference_run": "Reference run",
+        "reference_started_at": "Reference time",
+        "reference_velocity_rad_s": "Reference speed",
+        "settling_h": "Time that leaves 1/e of the change",
+        "shape_exponent": "Shape exponent",
+        "sin_nm": "Sine part",
+        "sin_rad": "Sine part, motor angle",
+        "sliding_travel_rad": "Motor travel until all of it slides",
+        "static_extra_nm": "Extra friction at standstill",
+        "static_nm": "Extra friction at standstill, at 0 °C",
+        "static_nm_per_k": "Extra friction, growth with temperature",
+        "stiffness_nm_per_arm_rad": "Stiffness over the arm angle",
+        "stiffness_nm_per_rad": "Stiffness",
+        "stribeck_velocity_rad_s": "Stribeck velocity",
+        "stribeck_velocity_rad_s_per_k": "Stribeck velocity, growth with temperature",
+        "torque_delay_s": "Delay of the torque",
+        "velocity_delay_s": "Delay of the velocity",
+        "viscous_change_nm_s_per_rad": "Viscous friction, change in the end",
+        "viscous_difference_nm_s_per_rad": "Viscous friction, forward less backward",
+        "viscous_extra_nm_s_per_rad": "Viscous friction, true less simulated",
+        "viscous_nm_s_per_rad_per_h": "Viscous friction, growth with time",
+        "viscous_nm_s_per_rad_per_run": "Viscous friction, growth from run to run",
+        "viscous_thermal_nm_s_per_rad": "Viscous friction that warmth takes away",
+        "width_arm_rad": "Half of its width, arm angle",
+    }
+)
+
+# A rate's name ends with what it is taken per.
+_PER: Mapping[str, str] = MappingProxyType({"_per_k": "/K", "_per_h": "/h", "_per_run": " per run"})
+_WHOLE: Mapping[str, str] = MappingProxyType(
+    {"_nm_per_arm_rad": "N m/rad", "_nm_per_rad3": "N m/rad³", "_k": "K", "_h": "h"}
+)
+_SCALED = ("N m s/rad", "N m")  # what `scale_for` can write small, the longest first
+
+
+def quantity_label(name: str) -> str:
+    """Return what a number of an effect is called."""
+    return _LABELS.get(name) or parameter_label(name)
+
+
+def quantity_scale(name: str, values: Iterable[float]) -> Scale:
+    """Return the unit in which a number of an effect is written, and the factor from SI to it.
+
+    Parameters
+    ----------
+    name : str
+        As in a twin; it ends with the unit.
+    values : iterable of float
+        What is to be written; what is not finite is left out.
+    """
+    if name.endswith("_arm_rad") and "_per_" not in name:
+        return Scale(math.degrees(1.0), "degrees")
+    unit = _unit(name)
+    for base in _SCALED:
+        if unit.startswith(base):
+            scale = scale_for(base, values)
+            return Scale(scale.factor, scale.unit + unit.removeprefix(base))
+    return scale_for(unit, values)
+
+
+def _unit(name: str) -> str:
+    for suffix, per in _PER.items():
+        if name.endswith(suffix):
+            unit = parameter_unit(name.removesuffix(suffix))
+            return f"{unit}{per}" if unit else f"1{per}"
+    for suffix, unit in _WHOLE.items():
+        if name.endswith(suffix):
+            return unit
+    return parameter_unit(name)
