@@ -7,7 +7,7 @@ from pathlib import Path
 
 import typer
 
-from agent.cli.outcome import conclude
+from agent.cli.outcome import Conclusion, conclude
 from agent.cli.summary import summary
 from agent.cli.talk import talker
 from agent.errors import InputError
@@ -30,11 +30,22 @@ def run_estimate(
     if as_json:
         typer.echo(conclusion.json())
         return
+    if not conclusion.estimate.decidable:
+        typer.echo(_undecided(conclusion))
+        return
     typer.echo(summary(conclusion.estimate))
     validated = conclusion.estimate.validation
     if validated is not None and validated.position is not None:
         words = in_words(validated.position)
         typer.echo(f"\nPosition on {validated.recording}: {words}.")
+
+
+def _undecided(conclusion: Conclusion) -> str:
+    """Return why nothing is identified, and what to do instead; no numbers of a law."""
+    lines = ["Not decidable, friction is not identified:"]
+    lines += [f"  - {reason}" for reason in conclusion.estimate.reasons]
+    lines += ["", "What to do instead:", *(f"  - {step}" for step in conclusion.next_steps())]
+    return "\n".join(lines)
 
 
 def run_twin(patterns: Sequence[str], out: Path) -> None:

@@ -12,6 +12,7 @@ from agent.identify.detail import RecordingDetail, detail_of
 from agent.identify.forward import position_error
 from agent.identify.friction_curve import CurveFit, friction_curve
 from agent.identify.friction_models import fit_friction_models
+from agent.identify.objections import objections, too_few_speeds
 from agent.identify.passes import PositionTorque
 from agent.identify.preprocess import Motion, read_motion
 from agent.identify.regression import Regression, regress, rows_of
@@ -32,6 +33,7 @@ from agent.identify.windows import SteadyWindow, find_windows
 from agent.physics.rigid_body import PARAMETERS
 from agent.physics.twin import Twin
 
+_FEWEST_SPEEDS = 3
 _MOSTLY_STEADY = 0.2  # of the moving samples
 
 
@@ -87,6 +89,7 @@ def identify(
     motions = [read_motion(s) for s in signals]
     windows = [w for i, motion in enumerate(motions) for w in find_windows(motion, i)]
     refused = diagnosis.refusals(motions)
+    refused = (*refused, *_objections(motions, windows, refused))
     if refused:
         return _undecided(motions, windows, refused)
     regression = regress(motions, cutoff_hz)
@@ -163,6 +166,20 @@ def twin_from_estimate(result: Estimate, *, robot: str, axis: int, gear_ratio: f
     )
 
 
+def _objections(
+    motions: Sequence[Motion], windows: Sequence[SteadyWindow], said: Sequence[str]
+) -> list[str]:
+    """Return what speaks against each recording, one by one, beside what has been said."""
+    found = [
+        text
+        for i, motion in enumerate(motions)
+        for text in objections(motion, [w for w in windows if w.recording == i])
+    ]
+    if any("cut off at a limit" in reason for reason in said):
+        return [text for text in found if "cut off at a limit" not in text]
+    return found
+
+
 def _position_torque(body: RigidBodyFit | None) -> PositionTorque | None:
     """Return gravity and offset for speeds whose passes do not meet."""
     if body is None or not body.parameters["torque_offset_nm"].identified:
@@ -190,6 +207,9 @@ def _undecidable(
     backwards = ("friction comes out negative: torque and velocity have opposite signs",)
     if models:
         assert curve is not None
+        speeds = curve.curve.velocity_rad_s
+        if speeds.size < _FEWEST_SPEEDS:
+            return (too_few_speeds(speeds.tolist()),)
         return backwards if np.all(curve.curve.friction_nm < 0.0) else ()
     body, moving = regression.body, regression.rows.torque_nm.shape[0]
     steady = sum(w.stop - w.start for w in windows) > _MOSTLY_STEADY * moving
@@ -220,7 +240,7 @@ def _undecided(
         decidable=False,
         reasons=reasons,
         quality=_quality(motions),
-        sentence=f"Not decidable: {'; '.join(reasons)}.",
+        sentence=f"Not decidable, friction is not identified: {'; '.join(reasons)}.",
         notes=tuple(note for motion in motions for note in motion.notes),
     )
     details = tuple(

@@ -10,7 +10,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from agent.identify.estimate import estimate, twin_from_estimate
+from agent.identify.friction_curve import friction_curve
+from agent.identify.preprocess import read_motion
 from agent.identify.signals import Signals
+from agent.identify.windows import find_windows
 
 pytestmark = pytest.mark.real
 
@@ -127,14 +130,20 @@ def test_slow_cogging_in_one_direction_is_not_decidable(real_recordings: Path) -
 
 @pytest.mark.parametrize("drive", [1, 2])
 def test_start_stop_moves_agree_with_the_steady_ones(real_recordings: Path, drive: int) -> None:
-    moves = estimate([load(real_recordings, f"epos-screw-drives/drive{drive}-start-stop")])
+    moves = load(real_recordings, f"epos-screw-drives/drive{drive}-start-stop")
     steady = estimate([load(real_recordings, f"epos-screw-drives/drive{drive}-steady")])
-    assert moves.friction_curve is not None
+    motion = read_motion(moves)
+    curve = friction_curve([motion], find_windows(motion))
+    assert curve is not None
+    assert curve.curve.velocity_rad_s.size == 2
     assert steady.friction_curve is not None
-    assert moves.friction_curve.velocity_rad_s.size == 2
     expected = np.interp(
-        moves.friction_curve.velocity_rad_s,
+        curve.curve.velocity_rad_s,
         steady.friction_curve.velocity_rad_s,
         steady.friction_curve.friction_nm,
     )
-    np.testing.assert_allclose(moves.friction_curve.friction_nm, expected, rtol=0.08)
+    np.testing.assert_allclose(curve.curve.friction_nm, expected, rtol=0.08)
+    # Two speeds carry points of a curve, but no law.
+    alone = estimate([moves])
+    assert not alone.decidable
+    assert "only two steady speeds" in alone.reasons[0]
