@@ -29,7 +29,7 @@ _LINES = 120  # bands between the lowest and the highest frequency of an aperiod
 _SEGMENT_S = 8.0
 _BEYOND = 1.6  # times the fit's cutoff: where its band ends is shown, too
 _CLEAR = 0.25  # relative standard error up to which a line counts as measured
-_NEIGHBOURS, _LEAST, _UNCLEAR = 2, 0.03, 4.0
+_NEIGHBOURS, _LEAST, _UNCLEAR = 2, 0.03, 2.0
 _ANTIRESONANCES = 14.0  # how long a stretch is drawn: periods of the slowest antiresonance
 
 
@@ -70,7 +70,7 @@ class Response:
     def excited_hz(self) -> tuple[float, float]:
         """Return the band in which excited lines are clear, but for a few; NaN without one.
 
-        Of all bands the one with the most clear lines, four of them lost for every one that is not.
+        Of all bands the one with the most clear lines, two of them lost for every one that is not.
         """
         lines = np.flatnonzero(self.excited)
         score = np.where(self.clear[lines], 1.0, -_UNCLEAR)
@@ -207,7 +207,11 @@ def _torque_of_inertia(fit: FlexibleFit, track: Track) -> Floats:
     if ready is None or not ready.usable.any():
         return np.asarray(rest, dtype=np.float64)
     known = np.repeat(ready.usable, ready.stride)[: samples.size]
-    left = np.interp(samples, samples[known], (rest - expected)[known])
+    # The bridge rests on means: a single sample's noise would go across the whole gap.
+    width = np.ones(max(round(1.0 / (fit.cutoff_hz * track.period_s)), 1))
+    left = np.where(known, rest - expected, 0.0)
+    mean = np.convolve(left, width, "same") / np.maximum(np.convolve(known, width, "same"), 1.0)
+    left[~known] = np.interp(samples[~known], samples[known], mean[known])
     return np.asarray(expected + left, dtype=np.float64)
 
 
