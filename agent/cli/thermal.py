@@ -119,7 +119,7 @@ def thermal_of(recordings: Sequence[Recording], until_degc: float, oil: str = ""
     compared = None
     if oils and surface.identified and points is not None:
         speeds = np.geomspace(points.speed_rad_s.min(), points.speed_rad_s.max(), _SPEEDS)
-        compared = compare_oils(surface, name, oils, speeds)
+        compared = compare_oils(surface, name, oils, speeds, points.levels_degc())
     return Thermal(
         tuple(Path(r.source).name for r in recordings),
         history.sensor,

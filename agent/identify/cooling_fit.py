@@ -70,7 +70,7 @@ def neighbours(time_s: Floats, most: int) -> NDArray[np.int64]:
 
 def followed(rate_per_s: float, time_s: Floats, ambient_degc: Floats | None) -> Floats:
     """Return the gearbox's answer to the ambient temperature's changes about its mean."""
-    if ambient_degc is None:
+    if ambient_degc is None or float(np.ptp(ambient_degc)) == 0.0:
         return np.zeros_like(time_s)
     return followed_k(rate_per_s, time_s, ambient_degc - ambient_degc.mean())
 

@@ -30,7 +30,6 @@ ASSUMPTION = (
     "additives alike; on the thesis's oils that holds to about a fifth"
 )
 _COLDEST_DEGC, _HOTTEST_DEGC, _STEP_DEGC = -20.0, 150.0, 0.02
-_CANDIDATES = 41
 _MARGIN_DEGC = 0.5
 
 
@@ -103,7 +102,11 @@ def equivalent_degc(own: Oil, other: Oil, temperature_degc: float) -> float:
 
 
 def compare_oils(
-    surface: Surface, own_name: str, oils: Mapping[str, Oil], speed_rad_s: Floats
+    surface: Surface,
+    own_name: str,
+    oils: Mapping[str, Oil],
+    speed_rad_s: Floats,
+    candidates_degc: Floats,
 ) -> OilComparison:
     """Predict the friction curve with every oil, at the temperature that shows most of them.
 
@@ -116,6 +119,8 @@ def compare_oils(
     oils : mapping of str to Oil
     speed_rad_s : ndarray, shape (n,)
         Above zero.
+    candidates_degc : ndarray, shape (k,)
+        Temperatures to choose from: those that were measured, so that points lie on the curve.
 
     Raises
     ------
@@ -133,8 +138,7 @@ def compare_oils(
         return sum(low - _MARGIN_DEGC <= t <= high + _MARGIN_DEGC for t in at)
 
     middle = 0.5 * (low + high)
-    grid = np.linspace(low, high, _CANDIDATES)
-    best = float(max(grid, key=lambda t: (seen(float(t)), -abs(float(t) - middle))))
+    best = float(max(candidates_degc, key=lambda t: (seen(float(t)), -abs(float(t) - middle))))
     curves = [
         _curve(surface, name, name == own_name, equivalent_degc(own, oil, best), speed_rad_s)
         for name, oil in oils.items()

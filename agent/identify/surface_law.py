@@ -63,6 +63,11 @@ class SurfacePoints:
         out[order] = np.cumsum(steps > _SAME_DEGC)
         return out
 
+    def levels_degc(self) -> Floats:
+        """Return the mean of each temperature that was measured at, shape (g,), rising."""
+        groups = self.groups()
+        return np.asarray(np.bincount(groups, weights=self.temperature_degc) / np.bincount(groups))
+
 
 @dataclass(frozen=True)
 class SurfaceLaw:

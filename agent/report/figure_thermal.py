@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _HOUR_S = 3600.0
+_NAMED = 6  # temperatures in the key
 _AHEAD = 1.3  # of the curve: how far the forecast is drawn
 _COLD, _WARM = np.array([0.0, 0.447, 0.698]), np.array([0.769, 0.322, 0.0])
 
@@ -110,9 +111,9 @@ def _oils(axes: Axes, oils: OilComparison, points: SurfacePoints) -> None:
             lw=1.2,
             label=label,
         )
-    groups = points.groups()
-    means = np.array([points.temperature_degc[groups == g].mean() for g in range(groups.max() + 1)])
+    means = points.levels_degc()
     nearest = int(np.argmin(np.abs(means - oils.temperature_degc)))
+    groups = points.groups()
     own = points.take(groups == nearest)
     axes.plot(
         own.speed_rad_s,
@@ -169,12 +170,12 @@ def _temperature(axes: Axes, time_s: Floats, temperature: Floats, cooling: Cooli
 
 def _friction(axes: Axes, surface: Surface, points: SurfacePoints) -> None:
     scale = scale_for("N m", (float(points.friction_nm.max()),))
-    groups = points.groups()
+    groups, levels = points.groups(), points.levels_degc()
     low, high = float(points.temperature_degc.min()), float(points.temperature_degc.max())
     speeds = np.geomspace(points.speed_rad_s.min(), points.speed_rad_s.max(), 120)
-    for group in range(int(groups.max()) + 1):
+    named = set(np.linspace(0, levels.size - 1, min(levels.size, _NAMED)).round().astype(int))
+    for group, temperature in enumerate(levels):
         own = points.take(groups == group)
-        temperature = float(own.temperature_degc.mean())
         share = (temperature - low) / (high - low) if high > low else 0.0
         color = tuple(_COLD + share * (_WARM - _COLD))
         axes.plot(
@@ -183,7 +184,7 @@ def _friction(axes: Axes, surface: Surface, points: SurfacePoints) -> None:
             "o",
             ms=3,
             color=color,
-            label=f"{temperature:.0f} °C" if surface.law else None,
+            label=f"{temperature:.0f} °C" if surface.law and group in named else None,
         )
         if surface.law:
             friction = surface.friction_nm(speeds, np.full_like(speeds, temperature))
@@ -192,7 +193,7 @@ def _friction(axes: Axes, surface: Surface, points: SurfacePoints) -> None:
     axes.set_ylabel(f"friction torque, {scale.unit}")
     axes.set_title("friction at each temperature")
     if surface.law:
-        key_in_header(axes, columns=6)
+        key_in_header(axes, columns=_NAMED)
     else:
         axes.annotate(
             "no temperature law", (0.99, 0.03), xycoords="axes fraction", ha="right", color=MUTED
