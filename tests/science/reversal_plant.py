@@ -11,6 +11,7 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,9 @@ COUNTS = 1 << 16
 INERTIA, VISCOUS = 0.004, 0.02
 STIFF, DAMPED = 900.0, 6.0  # of the position loop
 FINE_S = 2.5e-4
+GEAR_STEP_S = 2.5e-5
+MOTOR_INERTIA, ARM_INERTIA = 0.003, 0.002
+MOTOR_COULOMB, ARM_COULOMB = 0.3, 0.3
 SAMPLE_S = 1e-3
 
 
@@ -44,7 +48,7 @@ def swings(
     amplitude_rad: float = 1.0,
     *,
     halvings: int = 3,
-    count: int = 3,
+    count: int = 2,
     velocity_rad_s: float = 1.0,
     acceleration_rad_s2: float = 6.0,
 ) -> Trajectory:
@@ -146,6 +150,63 @@ def integrate(rule: Bristles, size: int, motion: Trajectory) -> Run:
         ]
     )
     return Run(time_s, position, velocity, torque)
+
+
+@functools.cache
+def geared(gap_rad: float, stiffness_nm_per_rad: float, motion: Trajectory | None = None) -> Run:
+    """Drive a motor that carries an arm through a gap and a spring, both with dry friction.
+
+    Fixed small steps; dry friction takes away as much momentum as it can in each.
+    """
+    motion = swings() if motion is None else motion
+    fine = np.arange(0.0, motion.duration_s, GEAR_STEP_S)
+    points = motion.sample(fine)
+    rows = _gear_loop(
+        points.position_rad,
+        points.velocity_rad_s,
+        points.acceleration_rad_s2,
+        gap_rad,
+        stiffness_nm_per_rad,
+    )
+    every = round(FINE_S / GEAR_STEP_S)
+    position, velocity, torque, arm = rows[::every].T
+    return Run(fine[::every], position, velocity, torque, arm)
+
+
+def _gear_loop(q_ref: Floats, v_ref: Floats, a_ref: Floats, gap: float, stiff: float) -> Floats:
+    return np.asarray(_compiled()(q_ref, v_ref, a_ref, gap, stiff))
+
+
+@functools.cache
+def _compiled() -> Callable[..., Floats]:
+    import numba
+
+    loop: Any = numba.njit(_gear_steps)
+    return cast("Callable[..., Floats]", loop)
+
+
+def _gear_steps(q_ref: Floats, v_ref: Floats, a_ref: Floats, gap: float, stiff: float) -> Floats:
+    """Return motor angle, velocity, torque and the arm's angle, shape (n, 4)."""
+    dt, damp = GEAR_STEP_S, 0.005 * math.sqrt(stiff)
+    q = v = arm = rate = 0.0
+    out = np.empty((q_ref.size, 4))
+    for k in range(q_ref.size):
+        torque = (MOTOR_INERTIA + ARM_INERTIA) * a_ref[k]
+        torque += STIFF * (q_ref[k] - q) + DAMPED * (v_ref[k] - v)
+        twist = q - arm
+        tooth = 0.0
+        if twist > gap / 2:
+            tooth = max(stiff * (twist - gap / 2) + damp * (v - rate), 0.0)
+        elif twist < -gap / 2:
+            tooth = min(stiff * (twist + gap / 2) + damp * (v - rate), 0.0)
+        out[k, 0], out[k, 1], out[k, 2], out[k, 3] = q, v, torque, arm
+        v += dt * (torque - tooth - VISCOUS * v) / MOTOR_INERTIA
+        v = math.copysign(max(abs(v) - dt * MOTOR_COULOMB / MOTOR_INERTIA, 0.0), v)
+        rate += dt * tooth / ARM_INERTIA
+        rate = math.copysign(max(abs(rate) - dt * ARM_COULOMB / ARM_INERTIA, 0.0), rate)
+        q += dt * v
+        arm += dt * rate
+    return out
 
 
 def sampled(

@@ -43,7 +43,7 @@ TRUTH = {
 @pytest.mark.parametrize("law", ["dahl", "bliman-sorine", "lugre"])
 def test_each_law_is_selected_and_its_parameters_recovered(law: str) -> None:
     found = identify_reversals([sampled(bristled(law), 7)])
-    assert found.reversals == 24
+    assert found.reversals == 16
     assert found.selected is not None
     assert found.selected.law == law
     # A single recording: five standard errors of each, which chance does not reach.
@@ -53,13 +53,16 @@ def test_each_law_is_selected_and_its_parameters_recovered(law: str) -> None:
         low, high = parameter.ci95
         assert abs(parameter.value - truth) < 2.5 * 0.5 * (high - low), name
         assert 0.5 * (high - low) < 0.5 * truth, name
+    gap = found.clearance.backlash_rad
+    assert not gap.identified
+    assert "cannot be told from presliding" in gap.reason
     simple = found.law("coulomb")
     assert simple.heldout_rmse_nm > 10.0 * found.selected.heldout_rmse_nm
 
 
 def test_intervals_cover_the_truth_of_dahl() -> None:
     inside = dict.fromkeys(TRUTH["dahl"], 0)
-    seeds = 20
+    seeds = 12
     for seed in range(seeds):
         motion = read_tracks([sampled(bristled("dahl"), seed)])
         range_ = range_of(motion)
@@ -67,8 +70,8 @@ def test_intervals_cover_the_truth_of_dahl() -> None:
         for name, truth in TRUTH["dahl"].items():
             interval = named[name].ci95
             inside[name] += interval is not None and interval[0] <= truth <= interval[1]
-    # 95 % of 20: fewer than 15 happens to an honest interval once in 3000 campaigns.
-    assert min(inside.values()) >= 15, inside
+    # 95 % of 12: fewer than 9 happens to an honest interval once in 400 campaigns.
+    assert min(inside.values()) >= 9, inside
 
 
 def test_an_encoder_that_does_not_see_presliding_gets_no_space_constant() -> None:

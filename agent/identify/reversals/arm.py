@@ -9,6 +9,7 @@ leaves the motor without load while the lead crosses it; a spring loads it from 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,15 +18,19 @@ from numpy.typing import NDArray
 from agent.identify.result import Floats, Parameter
 from agent.identify.reversals.laws import Range, ReversalLaw
 from agent.identify.reversals.result import Clearance
-from agent.identify.reversals.search import Solution, data_of, linear_by_turn, solve
+from agent.identify.reversals.search import Solution, data_of, least_squares, solve
 from agent.identify.reversals.selection import not_better
+from agent.identify.reversals.smoothing import resolution
 from agent.identify.reversals.turns import Motion, Track, standing
+from agent.identify.uncertainty import student_975
 from agent.physics.backlash import dead_zone
 
 _TAKEN_UP = 1.5  # times the lost motion: travel after a turn from which the arm surely follows
-_PUSHING = 0.1  # of the largest acceleration: more against the motion, the arm may push the motor
+_PUSHING = 0.5  # of the usual torque
+_RINGING = 0.4  # of a swing
 _LEAST_TURNS = 4
 _LEAST_SAMPLES = 5
+_STIFF = 0.2  # of the lost motion: a wind-up that is smaller is not told well
 _BESIDE = 0.95  # of the lost motion: a gap that is larger leaves no wind-up to see
 
 
@@ -109,44 +114,70 @@ def _round(motion: Motion, beyond_rad: float) -> tuple[Floats, Floats, tuple[int
     """Return weights, half intervals and the recordings of the constants, from settled samples."""
     recordings = tuple(sorted({t.recording for t in motion.tracks}))
     rows: list[Floats] = []
-    lead: list[Floats] = []
+    target: list[Floats] = []
     turn: list[NDArray[np.intp]] = []
+    noise: list[float] = []
     for track in motion.tracks:
-        assert track.lead_rad is not None
+        raw = np.asarray(track.lead_rad)
+        filtered = track.filtered(raw)
+        passed = min(2.0 * track.cutoff_hz * track.period_s, 1.0)
+        noise.append(resolution(raw)[1] * math.sqrt(passed))
         for index in _settled(track, beyond_rad):
             v = track.velocity_rad_s[index]
             offset = np.tile([float(track.recording == r) for r in recordings], (index.size, 1))
             rows.append(np.column_stack((np.sign(v), v, track.acceleration_rad_s2[index], offset)))
-            lead.append(track.lead_rad[index])
+            target.append(filtered[index])
             turn.append(np.full(index.size, len(turn)))
     if len(turn) < _LEAST_TURNS:
         return None
-    weights, half = linear_by_turn(np.concatenate(rows), np.concatenate(lead), np.concatenate(turn))
-    return weights, half, recordings
+    columns, lead = np.concatenate(rows), np.concatenate(target)
+    weights, half, left = _by_turn(columns, lead, np.concatenate(turn))
+    # Ringing and the gear's own errors are alike at all reversals, which leaving one out does not
+    # show: a weight may err by what is left beyond the encoders' noise.
+    beyond = math.sqrt(max(left**2 - float(np.median(noise)) ** 2, 0.0))
+    size = np.sqrt(np.mean(columns**2, axis=0))
+    return weights, np.hypot(half, beyond / np.where(size > 0.0, size, 1.0)), recordings
+
+
+def _by_turn(columns: Floats, lead: Floats, turn: NDArray[np.intp]) -> tuple[Floats, Floats, float]:
+    """Return least squares, half intervals with one reversal left out at a time, and the rest."""
+    weights = least_squares(columns, lead)
+    without = np.stack(
+        [least_squares(columns[turn != g], lead[turn != g]) for g in np.unique(turn)]
+    )
+    count = without.shape[0]
+    spread = without - without.mean(axis=0)
+    deviation = np.sqrt((count - 1.0) / count * np.sum(spread**2, axis=0))
+    rest = lead - columns @ weights
+    half = np.asarray(student_975(count - 1.0) * deviation)
+    return weights, half, float(np.sqrt(np.mean(rest**2)))
 
 
 def _settled(track: Track, beyond_rad: float) -> list[NDArray[np.intp]]:
     """Return for every turn the samples after it in which the motor drives the arm."""
-    hardest = float(np.abs(track.acceleration_rad_s2).max())
-    direction = np.sign(track.velocity_rad_s)
-    driving = direction * track.acceleration_rad_s2 >= -_PUSHING * hardest
-    usable = driving & ~standing(track)
+    # A motor that hardly pushes any more may be pushed by its arm, from the other flank.
+    push = track.filtered(track.torque_nm) * np.sign(track.velocity_rad_s)
+    moving = ~standing(track)
+    usable = moving & (push > _PUSHING * float(np.median(np.abs(push[moving]))))
     out = []
     ends = [*(turn.at for turn in track.turns[1:]), track.time_s.size]
     for turn, end in zip(track.turns, ends, strict=True):
         index = np.arange(turn.at, end)
         away = np.abs(track.position_rad[index] - track.position_rad[turn.at])
-        index = index[usable[index] & (away > max(beyond_rad, track.resolution_rad))]
+        # The first part of a swing still rings from the arm's being caught up.
+        least = max(beyond_rad, _RINGING * float(away.max()), track.resolution_rad)
+        index = index[usable[index] & (away > least)]
         if index.size >= _LEAST_SAMPLES:
             out.append(index)
     return out
 
 
 def _columns(track: Track, gap_rad: float) -> Floats:
-    """Return the motor's dry friction, and the twist that loads the gear, shape (n, 2)."""
+    """Return the motor's dry friction, the gear's twist and, where it bears, the twist's rate."""
     assert track.lead_rad is not None
     twist = dead_zone(track.lead_rad, 0.5 * gap_rad)
-    return np.stack((np.sign(track.velocity_rad_s), twist), axis=-1)
+    rate = np.gradient(track.filtered(track.lead_rad), track.period_s)
+    return np.stack((np.sign(track.velocity_rad_s), twist, rate * (twist != 0.0)), axis=-1)
 
 
 def _gap_or_spring(
@@ -156,14 +187,15 @@ def _gap_or_spring(
     tracks = tuple(
         replace(
             track,
-            lead_rad=track.filtered(np.asarray(track.lead_rad) - lead.skew * track.velocity_rad_s)
+            lead_rad=np.asarray(track.lead_rad)
+            - lead.skew * track.velocity_rad_s
             - lead.middle_rad[track.recording],
         )
         for track in motion.tracks
     )
     centred = replace(motion, tracks=tracks)
     data = data_of(centred)
-    levels = ("motor_coulomb_nm", "stiffness_nm_per_rad")
+    levels = ("motor_coulomb_nm", "stiffness_nm_per_rad", "gear_damping_nm_s_per_rad")
     spring = ReversalLaw(
         "spring", (), levels, lambda t, _: _columns(t, 0.0), lambda _: np.zeros((0, 2))
     )
@@ -199,10 +231,17 @@ def _width(parted: Solution, lead: _Lead, refusal: str) -> Parameter:
     gradient = np.zeros(parted.shifts.shape[1])
     gradient[0] = 1.0
     half = value * parted.half_width(gradient)
+    if lead.lost_motion.ci95 is not None:
+        # Where the lead's middle is not known better, the gap is not, either.
+        half = math.hypot(half, 0.5 * (lead.lost_motion.ci95[1] - lead.lost_motion.ci95[0]))
     low, high = lead.lost_motion.ci95 if lead.lost_motion.ci95 is not None else (value, value)
     if bool(parted.at_bound.any()) or value >= _BESIDE * lead.value:
         # No wind-up beside the gap can be seen: then the gap is the lost motion.
         return Parameter(lead.value, (min(low, value - half), high))
+    if value > (1.0 - _STIFF) * lead.value:
+        # A stiff spring's flank is steeper than these samples: it comes out too soft, the gap too
+        # small, and all of the lost motion may be gap.
+        return Parameter(value, (max(value - half, 0.0), high))
     return Parameter(value, (max(value - half, 0.0), min(value + half, high)))
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from agent.identify.result import Floats
 from agent.identify.reversals.turns import Motion, Track
+from agent.physics.backlash import dead_zone
 from agent.physics.friction_dynamic import Dahl, LuGre, stop
 
 COMMON = ("viscous_nm_s_per_rad", "inertia_kg_m2")
@@ -107,35 +108,32 @@ def _lugre(track: Track, shape: Floats) -> Floats:
 
 
 def _wind_up(track: Track, shape: Floats) -> Floats:
-    """Return dry friction of the motor, and that of an arm behind a spring, both of level 1."""
-    travel, reach = track.travel_rad, 0.5 * float(shape[0])
-    drawn = stop(np.concatenate(([_start(track) * reach], travel[1:])), reach) / reach
-    return np.stack((np.sign(track.velocity_rad_s), drawn), axis=-1)
+    """Return the motor's dry friction, and friction and momentum of an arm behind a spring."""
+    return _geared(track, 0.0, float(shape[0]))
 
 
 def _backlash(track: Track, shape: Floats) -> Floats:
-    """Return the motor's dry friction, and friction and inertia of an arm behind a clearance.
+    """Return the motor's dry friction, and those of an arm behind a clearance and a spring."""
+    return _geared(track, float(shape[0]), float(shape[1]))
 
-    In the gap the arm stands: the motor carries neither. A step that ends the crossing counts by
-    the share of it that was in contact, so that the columns do not jump as the gap grows.
+
+def _geared(track: Track, gap_rad: float, wind_up_rad: float) -> Floats:
+    """Return columns of an arm that stands until gap and wind-up are taken up, shape (n, 3).
+
+    The gear's torque is the dead zone of the motor's place between the flanks, and yields at the
+    arm's friction. The arm's momentum jumps where it is caught up: the derivative of that is the
+    impact.
     """
-    direction = np.sign(track.velocity_rad_s)
-    share = contact(track, float(shape[0]))
-    return np.stack((direction, direction * share, track.acceleration_rad_s2 * share), axis=-1)
-
-
-def contact(track: Track, gap_rad: float) -> Floats:
-    """Return which share of the step to each sample the motor drives the arm, shape (n,)."""
-    half = 0.5 * gap_rad
-    travel = np.concatenate(([_start(track) * half], track.travel_rad[1:]))
-    place = stop(travel, half)
+    reach = 0.5 * (gap_rad + wind_up_rad)
+    travel = track.travel_rad
+    place = stop(np.concatenate(([_start(track) * reach], travel[1:])), reach)
+    load = dead_zone(place, 0.5 * gap_rad) / (0.5 * wind_up_rad)
     before = np.concatenate((place[:1], place[:-1]))
-    beyond = np.abs(before + track.travel_rad) - half
-    moved = np.abs(track.travel_rad)
-    share = np.clip(beyond / np.maximum(moved, 1e-300), 0.0, 1.0)
-    resting = moved <= 1e-12 * half
-    touching = np.abs(place) >= half * (1.0 - 1e-9)
-    return np.where(resting, touching.astype(np.float64), share)
+    # The share of a step after the arm was caught up: columns must not jump as the gap grows.
+    beyond = np.abs(before + travel) - reach
+    share = np.clip(beyond / np.maximum(np.abs(travel), 1e-300), 0.0, 1.0)
+    momentum = np.gradient(track.velocity_rad_s * share, track.period_s)
+    return np.stack((np.sign(track.velocity_rad_s), load, momentum), axis=-1)
 
 
 def share_of(ratio: float) -> float:
@@ -151,6 +149,8 @@ def _bounds(*more: tuple[float, float]) -> Callable[[Range], Floats]:
     return lambda range_: np.array([_length(range_), *more])
 
 
+_GEARED = ("motor_coulomb_nm", "arm_coulomb_nm", "arm_inertia_kg_m2")
+
 NONE = ReversalLaw("coulomb", (), ("coulomb_nm",), _coulomb, lambda _: np.zeros((0, 2)))
 
 LAWS: Mapping[str, ReversalLaw] = MappingProxyType(
@@ -159,7 +159,7 @@ LAWS: Mapping[str, ReversalLaw] = MappingProxyType(
         for law in (
             NONE,
             ReversalLaw(
-                "dahl", ("space_constant_rad",), ("coulomb_nm",), _dahl, _bounds(), grid=(24,)
+                "dahl", ("space_constant_rad",), ("coulomb_nm",), _dahl, _bounds(), grid=(14,)
             ),
             ReversalLaw(
                 "bliman-sorine",
@@ -167,7 +167,7 @@ LAWS: Mapping[str, ReversalLaw] = MappingProxyType(
                 ("fast_nm", "slow_nm"),
                 _bliman_sorine,
                 _bounds((0.02, 20.0)),
-                grid=(16, 6),
+                grid=(10, 4),
             ),
             ReversalLaw(
                 "lugre",
@@ -177,26 +177,26 @@ LAWS: Mapping[str, ReversalLaw] = MappingProxyType(
                 lambda r: np.array(
                     [_length(r), (1e-3, 5.0), (2e-3 * r.fastest_rad_s, r.fastest_rad_s)]
                 ),
-                grid=(8, 3, 4),
+                grid=(7, 2, 3),
             ),
             ReversalLaw(
                 "wind-up",
                 ("wind_up_rad",),
-                ("motor_coulomb_nm", "arm_coulomb_nm"),
+                _GEARED,
                 _wind_up,
                 _bounds(),
-                grid=(40,),
+                grid=(24,),
                 step=1e-2,
                 presliding=False,
             ),
             ReversalLaw(
                 "backlash",
-                ("backlash_rad",),
-                ("motor_coulomb_nm", "arm_coulomb_nm", "arm_inertia_kg_m2"),
+                ("backlash_rad", "wind_up_rad"),
+                _GEARED,
                 _backlash,
-                _bounds(),
-                grid=(60,),
-                step=2e-2,
+                lambda r: np.array([_length(r), _length(r)]),
+                grid=(14, 4),
+                step=1e-2,
                 presliding=False,
             ),
         )

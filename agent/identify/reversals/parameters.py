@@ -35,11 +35,8 @@ def parameters_of(found: Solution, range_: Range) -> dict[str, Parameter]:
 
 
 def unresolved(found: Solution, range_: Range) -> str:
-    """Return why the law's length is not the joint's own; empty where it is."""
-    for name in found.law.shape:
-        if name in _LENGTHS:
-            return _shape(found, name, range_).reason
-    return ""
+    """Return why the law's first length is not the joint's own; empty where it is."""
+    return _shape(found, found.law.shape[0], range_).reason if found.law.shape else ""
 
 
 def _shape(found: Solution, name: str, range_: Range) -> Parameter:

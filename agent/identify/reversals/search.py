@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from agent.identify.result import Floats
 from agent.identify.reversals.laws import Range, ReversalLaw
+from agent.identify.reversals.smoothing import resolution
 from agent.identify.reversals.turns import Motion, standing
 from agent.identify.uncertainty import student_975
 
@@ -26,6 +27,7 @@ _ITERATIONS = 25
 _CONVERGED = 1e-7  # relative fall of the squared error
 _REFINED = 2  # points of the grid that are refined
 _PER_CUTOFF = 4.0  # samples that are used, to one period of the cutoff
+_CHANCE = 1.2  # times the noise: what may be left without calling it misfit
 _AT_BOUND = 0.02  # in the logarithm
 
 
@@ -45,6 +47,8 @@ class Data:
         The columns that every law has, filtered alike.
     turn : ndarray of int, shape (N,)
         Number of the reversal that each belongs to.
+    noise_nm : float
+        Standard deviation of the torque's white noise behind the low-pass.
     """
 
     motion: Motion
@@ -52,6 +56,7 @@ class Data:
     torque_nm: Floats
     common: Floats
     turn: NDArray[np.intp]
+    noise_nm: float
 
     @property
     def turns(self) -> int:
@@ -66,7 +71,7 @@ class Data:
 
 def data_of(motion: Motion) -> Data:
     """Gather the samples about every reversal, less those that stand."""
-    kept, torque, turn = [], [], []
+    kept, torque, turn, noise = [], [], [], []
     number = 0
     for track in motion.tracks:
         moving = ~standing(track)
@@ -82,8 +87,15 @@ def data_of(motion: Motion) -> Data:
             turn.append(np.full(own.size, number))
             number += 1
         kept.append(np.concatenate(index))
+        passed = min(2.0 * track.cutoff_hz * track.period_s, 1.0)
+        noise.append(resolution(track.torque_nm)[1] * math.sqrt(passed))
     return Data(
-        motion, tuple(kept), np.concatenate(torque), _common(motion, kept), np.concatenate(turn)
+        motion,
+        tuple(kept),
+        np.concatenate(torque),
+        _common(motion, kept),
+        np.concatenate(turn),
+        float(np.median(noise)),
     )
 
 
@@ -136,6 +148,8 @@ class Solution:
         Covariance of the shifts under white noise of variance 1.
     at_bound : ndarray of bool, shape (p,)
         Whether the shape ran to the end of its range.
+    misfit : float
+        What the law leaves as a multiple of the torque's noise, at least 1.
     """
 
     law: ReversalLaw
@@ -146,6 +160,7 @@ class Solution:
     shifts: Floats
     expected: Floats
     at_bound: NDArray[np.bool_]
+    misfit: float
 
     @property
     def rmse_nm(self) -> float:
@@ -169,10 +184,18 @@ class Solution:
             return self.law.shape.index(name)
         return self.x.size + self.law.linear.index(name)
 
+    def upper(self, name: str) -> float:
+        """Return the upper end of a linear parameter's interval."""
+        gradient = np.zeros(self.shifts.shape[1])
+        gradient[self.place(name)] = 1.0
+        return self.value(name) + self.half_width(gradient)
+
     def half_width(self, gradient: Floats) -> float:
         """Return half of the 95 % interval of a function with this gradient over `shifts`.
 
-        Shape parameters count by their logarithm.
+        Shape parameters count by their logarithm. A law that leaves more than the noise errs
+        alike at all reversals, which leaving one out does not show: its intervals grow with what
+        it leaves.
         """
         count = self.shifts.shape[0]
         variance = (count - 1.0) / count * float(np.sum((self.shifts @ gradient) ** 2))
@@ -181,7 +204,7 @@ class Solution:
         if total <= 0.0:
             return math.inf
         freedom = total**2 / float(np.sum(each**2))
-        return student_975(max(freedom, 1.0)) * math.sqrt(variance)
+        return self.misfit * student_975(max(freedom, 1.0)) * math.sqrt(variance)
 
 
 def solve(law: ReversalLaw, data: Data, range_: Range) -> Solution:
@@ -306,25 +329,18 @@ def _finish(law: ReversalLaw, data: Data, x: Floats, bounds: Floats) -> Solution
         shifts / scale,
         expected / (scale[:, np.newaxis] * scale),
         at_bound,
+        _misfit(rest, data.noise_nm),
     )
 
 
-def linear_by_turn(
-    columns: Floats, target: Floats, turn: NDArray[np.intp]
-) -> tuple[Floats, Floats]:
-    """Return least squares and half of each 95 % interval, one reversal left out at a time.
+def _misfit(rest: Floats, noise_nm: float) -> float:
+    """Return what is left as a multiple of the noise; what could be chance counts as 1."""
+    if noise_nm <= 0.0:
+        return 1.0
+    ratio = math.sqrt(float(np.mean(rest**2))) / noise_nm
+    return ratio if ratio > _CHANCE else 1.0
 
-    Parameters
-    ----------
-    columns : ndarray, shape (n, m)
-    target : ndarray, shape (n,)
-    turn : ndarray of int, shape (n,)
-        Number of the reversal of every row, rising.
-    """
-    weights, _ = _project(columns, target)
-    groups = [turn == g for g in np.unique(turn)]
-    without = np.stack([_project(columns[~g], target[~g])[0] for g in groups])
-    count = len(groups)
-    spread = without - without.mean(axis=0)
-    deviation = np.sqrt((count - 1.0) / count * np.sum(spread**2, axis=0))
-    return weights, np.asarray(student_975(count - 1.0) * deviation)
+
+def least_squares(columns: Floats, target: Floats) -> Floats:
+    """Return the weights of least squares, shape (m,); columns may depend on each other."""
+    return _project(columns, target)[0]

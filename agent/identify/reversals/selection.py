@@ -19,7 +19,7 @@ from agent.identify.reversals.search import Data, Solution
 from agent.identify.uncertainty import correlation_time
 
 _STRONG_BIC = 10.0
-_SLIPS = ("coulomb_nm", "fast_nm", "slow_nm", "arm_coulomb_nm")
+_SLIPS = ("coulomb_nm", "fast_nm", "slow_nm", "motor_coulomb_nm", "arm_coulomb_nm")
 
 
 def select(
@@ -57,6 +57,9 @@ def objection(found: Solution, range_: Range) -> str:
     for name in _SLIPS:
         if name in found.law.levels and found.value(name) <= 0.0:
             return f"{name} comes out negative, which friction cannot be"
+    arm = "arm_inertia_kg_m2"
+    if arm in found.law.levels and found.upper(arm) < 0.0:
+        return f"{arm} comes out negative, which no mass has"
     if found.law.name == "bliman-sorine" and found.value("slow_nm") >= found.value("fast_nm"):
         return "the slow element comes out stronger than the fast one: friction would drive"
     return ""

@@ -18,6 +18,8 @@ from agent.identify.result import Floats
 _EXCESS = 0.97  # of the encoder's error: what the filter may take away at the turns
 _HIGHEST = 0.25
 _STEPS = 14  # cutoffs to try, each lower by the square root of 2
+_JOLT = 1.6  # of the encoder's error: the same over the worst stretch, an impact for example
+_SHORTEST = 8  # samples of such a stretch
 _ABOUT_S = 0.5  # of the cutoff's period, to either side of a turn
 _DUST = 1e-9  # of the range: below, two positions are the same number
 
@@ -70,8 +72,18 @@ def cutoff_for(values: Floats, period_s: float, error: float, turns: NDArray[np.
         near = np.unique(
             np.clip(turns[:, np.newaxis] + np.arange(-reach, reach + 1), 0, values.size - 1)
         )
-        rest = values[near] - lowpass(values, period_s, cutoff)[near]
-        if float(np.sqrt(np.mean(rest**2))) > _EXCESS * error:
+        rest = values - lowpass(values, period_s, cutoff)
+        if float(np.sqrt(np.mean(rest[near] ** 2))) > _EXCESS * error:
+            break
+        if _worst(rest, max(round(1.0 / (cutoff * period_s)), _SHORTEST)) > _JOLT * error:
             break
         chosen = cutoff
     return chosen
+
+
+def _worst(rest: Floats, width: int) -> float:
+    """Return the root mean square over the worst stretch of so many samples."""
+    if rest.size <= width:
+        return 0.0
+    total = np.concatenate(([0.0], np.cumsum(rest**2)))
+    return math.sqrt(max(float(np.max(total[width:] - total[:-width])) / width, 0.0))
