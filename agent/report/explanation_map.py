@@ -40,6 +40,33 @@ _AXES: Mapping[str, str] = MappingProxyType(
     }
 )
 
+# What a cell usually stands for: a parameter that varies along an axis, read as physics.
+_READINGS: Mapping[tuple[str, str], str] = MappingProxyType(
+    {
+        ("Coulomb", "velocity_rad_s"): "friction falls or bends with speed",
+        ("Viscous", "velocity_rad_s"): "friction bends with speed",
+        ("Coulomb", "direction"): "friction differs by direction",
+        ("Viscous", "direction"): "friction differs by direction",
+        ("Offset", "direction"): "friction differs by direction",
+        ("Viscous", "gearbox_temperature_degc"): "the oil thins",
+        ("Coulomb", "gearbox_temperature_degc"): "friction changes with temperature",
+        ("Coulomb", "load_torque_nm"): "friction grows with the load",
+        ("Coulomb", "arm_position_rad"): "a tight spot",
+        ("Offset", "arm_position_rad"): "a cable, gravity or a local fault",
+        ("Coulomb", "after_reversal_rad"): "presliding",
+        ("Offset", "after_reversal_rad"): "presliding or backlash",
+        ("Gravity", "recording"): "another payload",
+        ("Coulomb", "recording"): "friction drifts from run to run",
+        ("Viscous", "recording"): "friction drifts from run to run",
+        ("Coulomb", "elapsed_s"): "run-in or wear",
+        ("Viscous", "elapsed_s"): "run-in or wear",
+        ("Scale", "motor_temperature_degc"): "the magnets weaken with warmth",
+        ("Offset", "order_per_motor_rev"): "torque ripple",
+        ("Inertia", "order_per_motor_rev"): "the gear's ratio wobbles",
+        ("Inertia", "acceleration_rad_s2"): "a soft gear, or torque cut off",
+    }
+)
+
 
 @dataclass(frozen=True)
 class MapCell:
@@ -60,13 +87,24 @@ class MapRow:
 
 
 @dataclass(frozen=True)
+class RankedCell:
+    """One cell in the list of all, the greatest gain among those that count first."""
+
+    name: str
+    gain: str
+    p_value: str
+    counts: bool
+    reads_as: str
+
+
+@dataclass(frozen=True)
 class HeatMap:
     """The map: names of its columns, its rows, and the whole of it as a sorted list."""
 
     columns: tuple[str, ...]
     rows: tuple[MapRow, ...]
     sentence: str
-    ranked: tuple[tuple[str, str, str, str, str], ...]
+    ranked: tuple[RankedCell, ...]
 
 
 def heat_map(cells: Sequence[Cell]) -> HeatMap | None:
@@ -174,11 +212,18 @@ def _p_value(cell: Cell) -> str:
     return significant(cell.p_value, 2) if cell.p_value > 0.0 else "0"
 
 
-def _ranked(cell: Cell) -> tuple[str, str, str, str, str]:
-    return (
-        parameter_word(cell.parameter),
-        heading(axis_word(cell.axis)),
+def reading(cell: Cell) -> str:
+    """Return what a cell that counts usually stands for; empty where physics has no word for it."""
+    if not cell.counts:
+        return ""
+    return _READINGS.get((parameter_word(cell.parameter), cell.axis.partition(" ")[0]), "")
+
+
+def _ranked(cell: Cell) -> RankedCell:
+    return RankedCell(
+        heading(_name(cell)),
         percent(100.0 * cell.gain, 1),
         _p_value(cell),
-        "yes" if cell.counts else "no",
+        cell.counts,
+        heading(reading(cell)),
     )

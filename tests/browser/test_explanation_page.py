@@ -11,11 +11,43 @@ from pathlib import Path
 
 import pytest
 
+from agent.explain.result import Cell
 from agent.report.explanation import explanation_page
 from tests.browser.test_report_layout import BROWSER, FLAGS, MEASURE, WIDTHS_PX
 from tests.unit import explanation_examples as examples
 
-LONG = "a-name-without-any-space-that-is-longer-than-a-phone-is-wide-" * 2
+LONG = "a_name_without_any_space_that_is_longer_than_a_phone_is_wide_" * 2
+
+
+def wide_map() -> tuple[Cell, ...]:
+    """Return every base parameter along every axis that there is."""
+    axes = (
+        "velocity_rad_s",
+        "direction",
+        "acceleration_rad_s2",
+        "after_reversal_rad",
+        "time_s",
+        "elapsed_s",
+        "arm_position_rad",
+        "load_torque_nm",
+        "order_per_motor_rev 12.5",
+        "gearbox_temperature_degc",
+        "motor_temperature_degc",
+        "recording",
+    )
+    parameters = (
+        "offset",
+        "inertia_kg_m2",
+        "viscous_nm_s_per_rad",
+        "coulomb_nm",
+        "gravity",
+        "scale",
+    )
+    return tuple(
+        Cell(parameter, axis, 0.013 * (i + k), 0.01, counts=i + k > 9)
+        for i, axis in enumerate(axes)
+        for k, parameter in enumerate(parameters)
+    )
 
 
 def pages() -> list[str]:
@@ -26,6 +58,7 @@ def pages() -> list[str]:
     long = dataclasses.replace(
         tied,
         recordings=(LONG, LONG),
+        cells=wide_map(),
         reasons=(LONG,),
         aliases=((LONG, LONG),),
         not_judged={LONG: LONG},

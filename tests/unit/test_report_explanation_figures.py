@@ -139,6 +139,8 @@ def test_map_prints_gains_outlines_what_counts_and_keeps_the_best_of_a_place() -
     assert second[2].text == "12"
     assert first[0].level > second[2].level > first[1].level
     assert len(shown.ranked) == 4
+    assert shown.ranked[0].reads_as == "Friction falls or bends with speed"
+    assert [cell.reads_as for cell in shown.ranked if not cell.counts] == ["", ""]
     assert "Coulomb friction along motor speed (62 %)" in shown.sentence
     assert heat_map(()) is None
 
