@@ -91,6 +91,22 @@ def numbers(**fields: str) -> Callable[[Truth], Mapping[str, float]]:
     return lambda truth: {name: float(getattr(truth, field)) for name, field in fields.items()}
 
 
+def wave_numbers(
+    amplitude: str, order: str, phase: str, unit: str, *, turn: str = "motor"
+) -> Callable[[Truth], Mapping[str, float]]:
+    """Return a `parameters` of ``A sin(n q + phase)``, as its cosine, sine and order."""
+
+    def parameters(truth: Truth) -> Mapping[str, float]:
+        size, angle_rad = getattr(truth, amplitude), getattr(truth, phase)
+        return {
+            f"cos_{unit}": size * math.sin(angle_rad),
+            f"sin_{unit}": size * math.cos(angle_rad),
+            f"order_per_{turn}_rev": float(getattr(truth, order)),
+        }
+
+    return parameters
+
+
 def whole_axis(variable: str, low: float, high: float) -> Callable[[Truth], tuple[Region, ...]]:
     """Return a `where` of an effect that fills its axis."""
     region = (Region(variable, low, high),)

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from fakes.conceal.robot import Robot
+from fakes.conceal.robot import Robot, half_pass_rad
 from fakes.conceal.truth import RunState
 from trajectories import Segment, Trajectory, reversals, stair_paired
 from trajectories.point_to_point import move
@@ -100,7 +100,7 @@ def _stair(rng: np.random.Generator, robot: Robot, *, speed_factor: float) -> Tr
     top = robot.top_rad_s * speed_factor
     speeds = np.geomspace(top / rng.uniform(45.0, 70.0), top, _SPEEDS)
     order = rng.permutation(_SPEEDS)
-    half = 0.62 * top * top / robot.acceleration_rad_s2
+    half = half_pass_rad(top, robot.acceleration_rad_s2, robot.jerk_rad_s3)
     half = max(half, min(0.5 * (high - low), 0.5 * half + 0.35 * (high - low)))
     middle = rng.uniform(low + half, high - half) if high - low > 2.0 * half else 0.5 * (low + high)
     stair = stair_paired(

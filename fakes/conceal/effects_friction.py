@@ -18,6 +18,7 @@ from fakes.conceal.concealment import (
     stroke,
     stroke_ends,
     time_to_travel_s,
+    wave_numbers,
     whole_axis,
 )
 from fakes.conceal.robot import Robot
@@ -71,8 +72,12 @@ def viscous_nonlinear(rng: np.random.Generator, robot: Robot) -> Concealment:
         3.0 * robot.truth.dry_nm,
         speeds(robot),
         numbers(
-            bend_nm="bend_nm", bend_velocity_rad_s="bend_velocity_rad_s", exponent="bend_exponent"
-        ),
+            power_nm="bend_nm",
+            reference_velocity_rad_s="bend_velocity_rad_s",
+            exponent="bend_exponent",
+        )
+        if form == "power"
+        else numbers(bend_nm="bend_nm", bend_velocity_rad_s="bend_velocity_rad_s"),
     )
 
 
@@ -87,7 +92,7 @@ def direction_asymmetry(rng: np.random.Generator, robot: Robot) -> Concealment:
             robot.floor_nm,
             0.8 * robot.truth.dry_nm,
             speeds(robot),
-            numbers(coulomb_asymmetry_nm="asymmetry_nm"),
+            lambda truth: {"coulomb_difference_nm": 2.0 * truth.asymmetry_nm},
             also=("torque-offset",),
         )
     return Concealment(
@@ -97,7 +102,7 @@ def direction_asymmetry(rng: np.random.Generator, robot: Robot) -> Concealment:
         2.0 * robot.floor_nm / robot.top_rad_s,
         0.8 * robot.truth.viscous_nm_s_per_rad,
         speeds(robot),
-        numbers(viscous_asymmetry_nm_s_per_rad="asymmetry_nm_s_per_rad"),
+        lambda truth: {"viscous_difference_nm_s_per_rad": 2.0 * truth.asymmetry_nm_s_per_rad},
     )
 
 
@@ -128,7 +133,11 @@ def temperature_dependent_friction(rng: np.random.Generator, robot: Robot) -> Co
         0.3,
         1.3,
         whole_axis("gearbox_temperature_degc", 20.0, 60.0),
-        numbers(viscous_share="oil_share", scale_k="oil_scale_k"),
+        lambda truth: {
+            "viscous_thermal_nm_s_per_rad": truth.oil_share * truth.viscous_nm_s_per_rad,
+            "reference_degc": 40.0,
+            "decay_k": truth.oil_scale_k,
+        },
     )
 
 
@@ -147,10 +156,8 @@ def position_dependent_friction(rng: np.random.Generator, robot: Robot) -> Conce
             2.0 * robot.floor_nm,
             0.8 * robot.truth.dry_nm,
             stroke(robot),
-            numbers(
-                amplitude_nm="tight_nm",
-                order_per_arm_rev="tight_order_per_arm_rev",
-                phase_rad="tight_phase_rad",
+            wave_numbers(
+                "tight_nm", "tight_order_per_arm_rev", "tight_phase_rad", "nm", turn="arm"
             ),
         )
     half = rng.uniform(0.1, 0.25) * (high - low)
@@ -187,7 +194,7 @@ def presliding_hysteresis(rng: np.random.Generator, robot: Robot) -> Concealment
         0.1,
         6.0,
         where,
-        numbers(presliding_rad="presliding_rad"),
+        lambda truth: {"sliding_travel_rad": 2.0 * truth.presliding_rad},
     )
 
 
@@ -203,5 +210,10 @@ def friction_drift(rng: np.random.Generator, robot: Robot) -> Concealment:
         0.05,
         0.6,
         whole_axis("recording", 0.0, 8.0),
-        numbers(coulomb_share="drift_share", settles_over_runs="drift_runs"),
+        numbers(coulomb_share="drift_share", settles_over_runs="drift_runs")
+        if run_in
+        else lambda truth: {
+            "coulomb_nm_per_run": truth.drift_share * truth.dry_nm,
+            "reference_run": 0.0,
+        },
     )

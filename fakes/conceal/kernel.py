@@ -62,7 +62,7 @@ def raised_cosine(away: float, half_width: float) -> float:
 def place_nm(p: Truth, arm: float) -> float:
     """Return what friction has, at an arm angle, beyond its mean level."""
     if p.tight_order_per_arm_rev != 0.0:
-        return p.tight_nm * math.cos(p.tight_order_per_arm_rev * arm + p.tight_phase_rad)
+        return p.tight_nm * math.sin(p.tight_order_per_arm_rev * arm + p.tight_phase_rad)
     return p.tight_nm * raised_cosine(arm - p.tight_center_arm_rad, p.tight_half_width_arm_rad)
 
 

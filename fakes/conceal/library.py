@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from fakes.conceal import effects_friction as friction
-from fakes.conceal import effects_other as other
+from fakes.conceal import effects_mechanical as mechanical
+from fakes.conceal import effects_reported as reported
 from fakes.conceal.concealment import Maker
 from fakes.conceal.outsiders import OUTSIDERS
 
@@ -18,20 +19,20 @@ EFFECTS: Mapping[str, Maker] = {
     "position-dependent-friction": friction.position_dependent_friction,
     "presliding-hysteresis": friction.presliding_hysteresis,
     "friction-drift": friction.friction_drift,
-    "torque-ripple": other.torque_ripple,
-    "kinematic-error": other.kinematic_error,
-    "torque-constant-error": other.torque_constant_error,
-    "torque-offset": other.torque_offset,
-    "torque-saturation": other.torque_saturation,
-    "measurement-delay": other.measurement_delay,
-    "resolver-error": other.resolver_error,
-    "inertia-error": other.inertia_error,
-    "wrong-number": other.wrong_number,
-    "gravity-imbalance": other.gravity_imbalance,
-    "cable-force": other.cable_force,
-    "joint-flexibility": other.joint_flexibility,
-    "backlash": other.backlash,
-    "local-fault": other.local_fault,
+    "torque-ripple": mechanical.torque_ripple,
+    "kinematic-error": mechanical.kinematic_error,
+    "torque-constant-error": reported.torque_constant_error,
+    "torque-offset": reported.torque_offset,
+    "torque-saturation": reported.torque_saturation,
+    "measurement-delay": reported.measurement_delay,
+    "resolver-error": reported.resolver_error,
+    "inertia-error": mechanical.inertia_error,
+    "wrong-number": mechanical.wrong_number,
+    "gravity-imbalance": mechanical.gravity_imbalance,
+    "cable-force": mechanical.cable_force,
+    "joint-flexibility": mechanical.joint_flexibility,
+    "backlash": mechanical.backlash,
+    "local-fault": mechanical.local_fault,
 }
 """Every effect of contract section 4."""
 

@@ -104,22 +104,29 @@ def draw_robot(rng: np.random.Generator, *, gravity: bool, sample_rate_hz: float
         viscous=draw(0.6, 1.4) * coulomb / top,
         gravity=(weight * math.cos(angle), weight * math.sin(angle)),
     )
+    jerk = acceleration / draw(0.12, 0.2)
+    room = half_pass_rad(top, acceleration, jerk)
     sensing = _draw_sensing(rng, floor, sample_rate_hz)
     if sensing.velocity == "filtered":
         truth = truth._replace(report_lag_s=draw(0.0005, 0.002))
-    shortest = 0.65 * top * top / acceleration / truth.gear_ratio
     return Robot(
         name=f"robot-{int(rng.integers(10_000)):04d}",
         truth=truth,
         sensing=sensing,
         top_rad_s=top,
         acceleration_rad_s2=acceleration,
-        jerk_rad_s3=acceleration / draw(0.12, 0.2),
+        jerk_rad_s3=jerk,
         centre_arm_rad=draw(-0.4, 0.4),
         # Gravity tells from an offset on a long stroke only.
-        reach_arm_rad=max(draw(1.1, 1.7) if gravity else draw(0.5, 0.9), shortest),
+        reach_arm_rad=max(draw(1.1, 1.7) if gravity else draw(0.5, 0.9), room / truth.gear_ratio),
         floor_nm=floor,
     )
+
+
+def half_pass_rad(speed_rad_s: float, acceleration_rad_s2: float, jerk_rad_s3: float) -> float:
+    """Return half of what it takes to reach a speed, hold it for a moment, and stop."""
+    ramp_s = speed_rad_s / acceleration_rad_s2 + acceleration_rad_s2 / jerk_rad_s3
+    return 0.5 * speed_rad_s * (ramp_s + 0.1)
 
 
 def _base_truth(
