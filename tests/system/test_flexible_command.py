@@ -18,7 +18,7 @@ from typer.testing import CliRunner, Result
 from agent.cell import Axis, parse_cell
 from agent.cli.app import app
 from agent.cli.fake_cell import fake_cell_text
-from agent.cli.flexible_fit import flexible_of
+from agent.cli.flexible_fit import choose, flexible_of
 from agent.cli.flexible_periods import source_of
 from agent.cli.flexible_text import flexible_text
 from agent.cycle.plan import NAMED, triangle_of
@@ -32,7 +32,13 @@ from agent.record.recording import Metadata, Recording
 from agent.record.writing import write
 from agent.wire import CycleRequest, drive_cycle
 from fakes.specification import FakeSpecification
-from tests.science.flexible_plant import PLAIN, drive, there_and_back, triangle_wave
+from tests.science.flexible_plant import (
+    PLAIN,
+    drive,
+    there_and_back,
+    three_mass_recording,
+    triangle_wave,
+)
 from tests.system.rig import rig
 from trajectories import (
     Trajectory,
@@ -293,6 +299,15 @@ def test_averaging_does_not_count_its_noise_twice() -> None:
             inside += interval is not None and interval[0] <= value <= interval[1]
     # 95 % are meant; a mean that stood there twice would hold 72 to 83 % of them.
     assert inside >= 0.87 * 4 * count
+
+
+def test_three_masses_are_taken_where_there_are_three() -> None:
+    truth, recording = three_mass_recording()
+    fit, considered = choose([recording], "auto", starts=3)
+    assert fit.kind == "three-mass"
+    assert [c.kind for c in considered if c.taken] == ["three-mass"]
+    for name in ("gear_spring_nm_per_rad", "arm_spring_nm_per_rad"):
+        assert fit.parameters[name].value == pytest.approx(truth[name], rel=0.02)
 
 
 def axis_with(**edits: dict[str, Any] | None) -> Axis:
