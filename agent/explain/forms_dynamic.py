@@ -14,6 +14,7 @@ import numpy as np
 
 from agent.explain.form import Form, Point
 from agent.explain.forms_sliding import stack
+from agent.explain.hidden_arm import hidden_arm
 from agent.explain.scene import Scene, log_grid
 from agent.identify.result import Floats
 
@@ -107,31 +108,20 @@ def _saturation_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapp
 
 def _swing_grid(scene: Scene) -> Sequence[Point]:
     highest = 1.5 * scene.table.cutoff_hz
-    frequencies = log_grid(max(1.0, highest / 20.0), highest, 12)
-    return tuple((f, d) for f in frequencies for d in (0.02, 0.08, 0.3))
+    frequencies = log_grid(max(1.0, highest / 15.0), highest, 8)
+    friction = (0.0, 0.6, 1.2)
+    return tuple((f, d, s) for f in frequencies for d in (0.05, 0.25) for s in friction)
 
 
 def _flexible(scene: Scene, point: Point) -> Floats:
-    """Return the arm's acceleration behind a spring, less the motor's, shape (N, 1)."""
-    omega, damping = 2.0 * math.pi * point[0], point[1]
-    out = np.zeros(scene.direction.shape[0])
-    for at, period_s in scene.each_piece():
-        a = scene.full("acceleration_rad_s2")[at]
-        out[at] = _swung(a, period_s, omega, damping) - a
-    return stack(out)
+    """Return the torque of an arm behind a spring, over its inertia, shape (N, 1)."""
+    frequency_hz, damping, share = point
+    return stack(hidden_arm(scene, frequency_hz, damping, share * _slowing(scene)))
 
 
-def _swung(values: Floats, period_s: float, omega: float, damping: float) -> Floats:
-    """Return what a spring and a damper pass on, from rest: a recursion of the second order."""
-    from scipy.signal import bilinear, lfilter
-
-    warped = 2.0 / period_s * math.tan(min(0.5 * omega * period_s, 1.5))
-    b, a = bilinear(
-        [2.0 * damping * warped, warped**2],
-        [1.0, 2.0 * damping * warped, warped**2],
-        1.0 / period_s,
-    )
-    return np.asarray(lfilter(b, a, values), dtype=np.float64)
+def _slowing(scene: Scene) -> float:
+    """Return how fast dry friction alone would slow the joint, rad/s2."""
+    return max(float(scene.theta[2]), 0.0) / max(float(scene.theta[0]), 1e-12)
 
 
 def _flexible_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
@@ -237,7 +227,7 @@ FORMS: tuple[Form, ...] = (
         "one spring",
         ("arm_inertia_kg_m2",),
         _flexible,
-        ("antiresonance_hz", "damping_ratio"),
+        ("antiresonance_hz", "damping_ratio", "friction_share"),
         _swing_grid,
         (1,),
         at_edges=True,

@@ -96,6 +96,8 @@ class Table:
         Not standing still, not at a stretch's end.
     simulated : bool
         Whether recorded simulations took the twin's place.
+    aligned : bool
+        Whether the velocity was brought in step with the position.
     """
 
     runs: tuple[Run, ...]
@@ -112,6 +114,7 @@ class Table:
     stratum: NDArray[np.int64]
     used: NDArray[np.bool_]
     simulated: bool
+    aligned: bool
 
     @property
     def target_nm(self) -> Floats:
@@ -137,8 +140,17 @@ class Table:
         return out[:, 0] if raw.ndim == 1 else out
 
 
-def tabulate(twin: Twin, runs: Sequence[Run], cutoff_hz: float | None = None) -> Table:
+def tabulate(
+    twin: Twin,
+    runs: Sequence[Run],
+    cutoff_hz: float | None = None,
+    *,
+    align_velocity: bool | None = None,
+) -> Table:
     """Put runs into one table.
+
+    A drive may report its velocity later than its position, and the torque in step with either:
+    the velocity is taken in whichever step leaves the plain structure less unexplained.
 
     Parameters
     ----------
@@ -148,6 +160,8 @@ def tabulate(twin: Twin, runs: Sequence[Run], cutoff_hz: float | None = None) ->
         Of one axis, at least one with a stretch that can be filtered.
     cutoff_hz : float, optional
         The band; chosen from the noise where not given, so that hold-out data use the same.
+    align_velocity : bool, optional
+        Whether the velocity is brought in step with the position; chosen where not given.
 
     Raises
     ------
@@ -183,9 +197,36 @@ def tabulate(twin: Twin, runs: Sequence[Run], cutoff_hz: float | None = None) ->
             )
         )
         at_full, at_row = at_full + count, at_row + rows
-    full = _full_rate(runs, motions, pieces, [v for _, _, v in kept], cutoff_hz, at_full)
     simulated = all("torque_simulated_nm" in run.columns for run in runs)
-    return _rows(twin, tuple(runs), tuple(pieces), full, cutoff_hz, at_row, simulated=simulated)
+    aligned = (False, True) if align_velocity is None else (align_velocity,)
+    tables = []
+    for align in aligned:
+        full = _full_rate(
+            runs, motions, pieces, [v for _, _, v in kept], cutoff_hz, at_full, align=align
+        )
+        tables.append(
+            _rows(
+                twin,
+                tuple(runs),
+                tuple(pieces),
+                full,
+                cutoff_hz,
+                at_row,
+                simulated=simulated,
+                aligned=align,
+            )
+        )
+    return min(tables, key=_structure_leaves)
+
+
+def _structure_leaves(table: Table) -> float:
+    """Return the mean square of what the plain structure, refitted, leaves while sliding."""
+    rows = table.sliding
+    size = np.sqrt(np.mean(table.base[rows] ** 2, axis=0))
+    columns = table.base[rows][:, size > 1e-12] / size[size > 1e-12]
+    target = table.target_nm[rows]
+    left = target - columns @ np.linalg.lstsq(columns, target, rcond=1e-9)[0]
+    return float(np.mean(left**2)) if left.size else 0.0
 
 
 def choose_band(motions: Sequence[Motion], inertia_kg_m2: float) -> float:
@@ -227,6 +268,8 @@ def _full_rate(
     velocities: Sequence[Floats],
     cutoff_hz: float,
     samples: int,
+    *,
+    align: bool,
 ) -> dict[str, Floats]:
     """Return the smooth motion and the recorded columns at full rate, each shape (N,)."""
     full = {name: np.full(samples, np.nan) for name in (*_OWN, *OPTIONAL)}
@@ -239,7 +282,8 @@ def _full_rate(
         if signals.position_rad is not None:
             position = stretch.on_grid(signals, signals.position_rad)
             full["position_rad"][at] = position
-            velocity = _aligned(velocity, position, piece.period_s, cutoff_hz)
+            if align:
+                velocity = _aligned(velocity, position, piece.period_s, cutoff_hz)
         smooth = lowpass(velocity, piece.period_s, cutoff_hz)
         full["time_s"][at] = stretch.time_s
         started = run.started_s - origin_s if math.isfinite(origin_s) else math.nan
@@ -302,6 +346,7 @@ def _rows(
     count: int,
     *,
     simulated: bool,
+    aligned: bool,
 ) -> Table:
     """Filter everything alike and take it at the rows."""
     samples = full["time_s"].shape[0]
@@ -334,6 +379,7 @@ def _rows(
         stratum=np.zeros(count, dtype=np.int64),
         used=np.ones(count, dtype=np.bool_),
         simulated=simulated,
+        aligned=aligned,
     )
     base = bare.band(raw)
     measured = bare.band(full["torque_nm"])
@@ -361,6 +407,7 @@ def _rows(
             "stratum": stratum,
             "used": used & np.isfinite(measured) & np.isfinite(given),
             "simulated": simulated,
+            "aligned": aligned,
         }
     )
 
