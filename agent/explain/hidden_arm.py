@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit  # type: ignore[import-untyped]  # numba has no type information
+from numba import njit
 
 from agent.explain.scene import Scene
 from agent.identify.result import Floats
@@ -18,7 +18,7 @@ from agent.identify.result import Floats
 _STEPS_PER_RAD = 12.0  # of the spring's own swing
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]  # numba has no type information
+@njit(cache=True)
 def _shaft(
     velocity: Floats,
     period_s: float,
