@@ -19,6 +19,8 @@ from agent.report.explanation_words import (
     region_in_words,
     share,
     tells_apart,
+    trajectory_hint,
+    unexplained_in_words,
     verdict_words,
     what_to_do,
 )
@@ -120,7 +122,7 @@ def _unexplained(explanation: Explanation) -> list[str]:
     names = (*explanation.recordings, *explanation.held_out)
     return [
         "",
-        f"Without explanation: {share(explanation.unexplained_share)} of the mismatch, here:",
+        f"{unexplained_in_words(explanation)} It lies here:",
         *_items(region_in_words(region, names) for region in explanation.unexplained_where),
     ]
 
@@ -131,6 +133,7 @@ def _next(experiment: NextExperiment, axis: str, file: str) -> list[str]:
     lasts = duration(experiment.seconds)
     needed = f"Motion needed: about {lasts}." if lasts != NO_NUMBER else ""
     lines += _wrapped(f"{tells_apart(experiment)} {needed}".strip())
+    lines += _wrapped(trajectory_hint(experiment, file))
     command = next_command(experiment, axis, file)
     return lines + [f"  {command}"] * bool(command)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from agent.explain.result import Explanation, Finding, NextExperiment
 from agent.numbers import units_unbroken
@@ -31,13 +30,12 @@ from agent.report.explanation_words import (
     next_command,
     share,
     tells_apart,
+    trajectory_hint,
+    unexplained_in_words,
     verdict_words,
     what_to_do,
 )
 from agent.report.page import render
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True)
@@ -56,6 +54,7 @@ class NextView:
     set_up: str
     tells_apart: str
     lasts: str
+    hint: str
     command: str
 
 
@@ -124,7 +123,11 @@ def explanation_page(
         reasons=[units_unbroken(reason) for reason in explanation.reasons],
         rivals=_rivals(explanation),
         following=_next(explanation.next_experiment, str(axis), next_file),
-        further=[_next(e, str(axis), "") for e in explanation.further_experiments],
+        further=[
+            _next(e, str(axis), "")
+            for e in explanation.further_experiments
+            if e != explanation.next_experiment
+        ],
         tiles=errors.tiles(explanation) if decided else (),
         findings=[_finding(f, explanation) for f in explanation.findings] if decided else [],
         errors=stages if decided else (),
@@ -134,7 +137,8 @@ def explanation_page(
         opened=opened,
         folded=folded,
         undrawn=undrawn,
-        unexplained_share=share(explanation.unexplained_share),
+        unexplained=unexplained_in_words(explanation),
+        judged_on=errors.judged_on(explanation),
         unexplained_where=rows.places(explanation.unexplained_where, names),
         left_over=left_over_pictures(explanation) if decided else [],
         unshaded=unshaded(explanation) if decided else [],
@@ -162,6 +166,7 @@ def _next(experiment: NextExperiment | None, axis: str, file: str) -> NextView |
         set_up=units_unbroken(experiment.set_up),
         tells_apart=tells_apart(experiment),
         lasts=duration(experiment.seconds),
+        hint=trajectory_hint(experiment, file),
         command=next_command(experiment, axis, file),
     )
 

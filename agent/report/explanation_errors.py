@@ -48,6 +48,12 @@ def stages(explanation: Explanation) -> tuple[Fit, Fit, Fit]:
     return holdout.baseline, holdout.refitted, holdout.extended
 
 
+def judged_on(explanation: Explanation) -> str:
+    """Say which data the key errors are of."""
+    holdout = explanation.holdout
+    return "the data fitted" if holdout is None else holdout.source
+
+
 def error_scale(explanation: Explanation) -> Scale:
     """Return the one unit in which this explanation's errors and its noise are written."""
     fits = (explanation.baseline, explanation.refitted, explanation.extended)

@@ -24,7 +24,7 @@ from agent.report.figure_explanation_left import (
     left_over_in_words,
 )
 from agent.report.figure_explanation_moved import figure_moved, moved_in_words
-from agent.report.figure_explanation_proof import errors_in_words, figure_errors
+from agent.report.figure_explanation_proof import error_rows, errors_in_words, figure_errors
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,8 +45,10 @@ def finding_picture(finding: Finding) -> Picture | None:
     )
 
 
-def proof_picture(explanation: Explanation) -> Picture:
-    """Return the errors against the noise floor, and the placebo."""
+def proof_picture(explanation: Explanation) -> Picture | None:
+    """Return the errors against the noise floor, and the placebo; None where none was taken."""
+    if not error_rows(explanation):
+        return None
     return _picture(
         figure_errors(explanation),
         figure_errors(explanation, narrow=True),
@@ -100,12 +102,13 @@ def unshaded(explanation: Explanation) -> list[str]:
 
 
 def _shown(explanation: Explanation) -> list[Trace]:
-    """Return the traces without the stage that is not there when nothing was found."""
+    """Return the traces that make a line, without the stage that nothing found cannot have."""
+    traces = [trace for trace in explanation.traces if trace.time_s.size > 1]
     if explanation.findings:
-        return list(explanation.traces)
+        return traces
     return [
         dataclasses.replace(trace, extended_nm=np.full(trace.time_s.shape, np.nan))
-        for trace in explanation.traces
+        for trace in traces
     ]
 
 

@@ -227,11 +227,11 @@ def duration(seconds: float) -> str:
     """Write how long something takes as a technician says it."""
     if not math.isfinite(seconds):
         return NO_NUMBER
-    if seconds < 90.0:
+    if seconds < 120.0:
         return f"{short(seconds)} s"
-    if seconds < 5400.0:
-        return f"{fixed(seconds / 60.0, 0)} min"
-    return f"{fixed(seconds / 3600.0, 1)} h"
+    if seconds < 7200.0:
+        return f"{short(round(seconds / 60.0, 1 if seconds < 600.0 else 0))} min"
+    return f"{short(round(seconds / 3600.0, 1))} h"
 
 
 def region_in_words(region: Region, recordings: Sequence[str] = ()) -> str:
@@ -275,12 +275,26 @@ def _recording(index: float, recordings: Sequence[str]) -> str:
     return recordings[at] if 0 <= at < len(recordings) else f"recording {at + 1}"
 
 
+def unexplained_in_words(explanation: Explanation) -> str:
+    """Say how much of the mismatch has no explanation."""
+    part = explanation.unexplained_share
+    known = share(part) if math.isfinite(part) else "A part"
+    return f"{heading(known)} of the mismatch has no explanation."
+
+
 def tells_apart(experiment: NextExperiment) -> str:
     """Say which causes an experiment tells apart; empty where it names none."""
     labels = [effect_label(effect) for effect in experiment.tells_apart]
     if len(labels) == 2:
         return f"It tells {labels[0]} from {labels[1]}."
     return f"It tells apart: {'; '.join(labels)}." if labels else ""
+
+
+def trajectory_hint(experiment: NextExperiment, file: str) -> str:
+    """Say where the trajectory of an experiment is to be had, where no file holds it yet."""
+    if experiment.trajectory is None or file:
+        return ""
+    return "Save next_experiment.trajectory of explanation.json as next.json."
 
 
 def next_command(experiment: NextExperiment, axis: str, file: str) -> str:

@@ -53,6 +53,8 @@ def figure_finding(curve: Curve, where: tuple[Region, ...] = (), *, narrow: bool
     _law(axes, curve, abscissa, scale)
     _means(axes, curve, abscissa, scale)
     _shade(axes, curve, where, abscissa)
+    if curve.variable == "recording":
+        axes.set_xticks(np.unique(np.round(abscissa.shown(curve.bin_at))))
     axes.set_xlabel(abscissa.title)
     axes.set_ylabel(f"torque that is missing, {scale.unit}")
     key_in_header(axes, columns=2)

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from agent.explain.result import Explanation, Fit, Floor, Holdout
-from agent.numbers import scale_for, significant
+from agent.explain.result import Explanation, Floor, Holdout
+from agent.numbers import Scale
 from agent.report.canvas import (
     GRID,
     INK,
@@ -24,6 +24,7 @@ from agent.report.canvas import (
     stacked,
     styled,
 )
+from agent.report.explanation_errors import error_scale, in_scale, stages
 from agent.report.explanation_words import effect_label, percent, torque
 
 if TYPE_CHECKING:
@@ -73,7 +74,7 @@ def figure_errors(explanation: Explanation, *, narrow: bool = False) -> Figure:
     if gains:
         panels.append(Panel(_ROW_IN * (len(gains) + 0.3), WITH_LABELS_IN))
     errors, *others = stacked(panels, narrow=narrow)
-    _errors(errors, rows, explanation.floor, narrow=narrow)
+    _errors(errors, rows, explanation.floor, error_scale(explanation), narrow=narrow)
     source = "on data not seen by the fit" if explanation.holdout else "on the data fitted"
     errors.set_title(f"Error {source}")
     for axes in others:
@@ -91,15 +92,10 @@ def errors_in_words(explanation: Explanation) -> str:
 
 def error_rows(explanation: Explanation) -> list[Row]:
     """Return the errors of the hold-out, or of the training data where there is none; N m rms."""
-    holdout = explanation.holdout
-    stages: tuple[Fit, Fit, Fit] = (
-        (explanation.baseline, explanation.refitted, explanation.extended)
-        if holdout is None
-        else (holdout.baseline, holdout.refitted, holdout.extended)
-    )
+    given, refitted, extended = stages(explanation)
     rows = [
-        Row("simulation as given", stages[0].rmse_nm, MUTED),
-        Row("its numbers refitted", stages[1].rmse_nm, PREDICTED),
+        Row("simulation as given", given.rmse_nm, MUTED),
+        Row("its numbers refitted", refitted.rmse_nm, PREDICTED),
     ]
     if len(explanation.findings) > 1:
         rows += [
@@ -113,9 +109,8 @@ def error_rows(explanation: Explanation) -> list[Row]:
             for finding in explanation.findings
         ]
     if explanation.findings:
-        rows.append(
-            Row("extended by the findings", stages[2].rmse_nm, MEASURED, extended_interval(holdout))
-        )
+        interval = extended_interval(explanation.holdout)
+        rows.append(Row("extended by the findings", extended.rmse_nm, MEASURED, interval))
     if any(math.isfinite(row.value) for row in rows):
         rows.append(Row("noise floor", explanation.floor.value_nm, INK, hollow=True, marker="D"))
     return [row for row in rows if math.isfinite(row.value)]
@@ -151,24 +146,14 @@ def gain_rows(explanation: Explanation) -> list[Row]:
     return [row for row in rows if math.isfinite(row.value)]
 
 
-def _errors(axes: Axes, rows: Sequence[Row], floor: Floor, *, narrow: bool) -> None:
+def _errors(axes: Axes, rows: Sequence[Row], floor: Floor, scale: Scale, *, narrow: bool) -> None:
     values = [row.value for row in rows]
     floors = [
         route
         for route in (floor.value_nm, floor.repeats_nm, floor.neighbours_nm, floor.standstill_nm)
         if math.isfinite(route) and route > 0.0
     ]
-    scale = scale_for("N m", values)
-    shown = [_scaled(row, scale.factor) for row in rows]
-    most = max(values) * scale.factor
-    least = min([v for v in (*values, *floors) if v > 0.0], default=most) * scale.factor
-    room = 1.45 if narrow else 1.2
-    if most > _LOGARITHMIC_FROM * least > 0.0:
-        axes.set_xscale("log")
-        axes.set_xlim(least / 1.6, most * (most / least) ** (0.35 if narrow else 0.15))
-        plain_ticks(axes)
-    else:
-        axes.set_xlim(0.0, max(most, max(floors, default=0.0) * scale.factor, 1e-12) * room)
+    _range(axes, [value * scale.factor for value in (*values, *floors)], narrow=narrow)
     if floors:
         axes.axvspan(
             min(floors) * scale.factor, max(floors) * scale.factor, color=NOISE, alpha=0.5, lw=0
@@ -176,8 +161,21 @@ def _errors(axes: Axes, rows: Sequence[Row], floor: Floor, *, narrow: bool) -> N
     if math.isfinite(floor.value_nm):
         at = floor.value_nm * scale.factor
         axes.axvline(at, color=INK, lw=1.0, ls=(0, (4, 3)), zorder=2)
-    _dots(axes, shown, [f"{significant(r.value, 3)} {scale.unit}" for r in shown], narrow=narrow)
+    shown = [_scaled(row, scale.factor) for row in rows]
+    _dots(axes, shown, [in_scale(value, scale) for value in values], narrow=narrow)
     axes.set_xlabel(f"rms error, {scale.unit}")
+
+
+def _range(axes: Axes, values: Sequence[float], *, narrow: bool) -> None:
+    """Set the abscissa, logarithmic for errors far apart; the numbers need room at the right."""
+    most = max(values)
+    least = min((value for value in values if value > 0.0), default=most)
+    if most > _LOGARITHMIC_FROM * least > 0.0:
+        axes.set_xscale("log")
+        axes.set_xlim(least / 1.6, most * (most / least) ** (0.35 if narrow else 0.15))
+        plain_ticks(axes)
+    else:
+        axes.set_xlim(0.0, max(most, 1e-12) * (1.45 if narrow else 1.2))
 
 
 def _scaled(row: Row, factor: float) -> Row:

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from agent.cli.explanation_text import WIDTH, explanation_text
-from agent.explain.result import Cell, Explanation, Fit, NextExperiment, Region
+from agent.explain.result import Cell, Explanation, Fit, Floor, NextExperiment, Region
 from agent.identify.result import Parameter
 from agent.physics.effects import LIBRARY
 from agent.report import explanation_pictures
@@ -25,6 +25,7 @@ from agent.report.explanation_words import (
     next_command,
     region_in_words,
     tells_apart,
+    trajectory_hint,
     variable,
     verdict_words,
 )
@@ -135,7 +136,7 @@ def test_tie_names_both_causes_and_the_command_that_decides() -> None:
     assert "stribeck run CELL.toml --axis 1 --trajectory next.json" in text
     assert "stribeck explain TWIN.toml" in text
     assert text.index("What to do next") < text.index("What was found")
-    assert "Motion needed: about 2 min" in text
+    assert "Motion needed: about 2.5 min" in text
 
 
 def test_unexplained_shows_where_and_in_which_shape_and_invents_no_stage() -> None:
@@ -162,6 +163,11 @@ def test_not_decidable_shows_reasons_and_steps_and_no_numbers() -> None:
     assert "estimate again" not in parsed.text
     assert not parsed.all("img")
     assert "N m" not in parsed.text
+    unproved = dataclasses.replace(explanation(examples.no_mismatch), traces=(), cells=())
+    assert unproved.holdout is not None
+    empty = dataclasses.replace(unproved.holdout, baseline=Fit(), refitted=Fit(), extended=Fit())
+    floorless = dataclasses.replace(unproved, holdout=empty, floor=Floor(*[math.nan] * 4))
+    assert not Page(explanation_page(floorless)).all("img")
     reckless = dataclasses.replace(explanation(examples.explained), baseline=Fit())
     assert not Page(explanation_page(reckless)).all("img")
 
@@ -296,7 +302,7 @@ def test_text_says_what_the_page_says() -> None:
     assert "friction that drifts from run to run (46 %); told apart by: The same speeds" in text
     assert "stribeck run CELL.toml --axis 3 --trajectory next.json" in text
     text = " ".join(explanation_text(explanation(examples.partly)).split())
-    assert "Without explanation: 38 % of the mismatch" in text
+    assert "38 % of the mismatch has no explanation. It lies here:" in text
     assert "Exponent: not identified: no speed below 2 rad/s" in text
     assert "Looks" not in explanation_text(explanation(examples.undecided))
 
@@ -320,6 +326,14 @@ def test_text_says_what_the_page_says() -> None:
 )
 def test_region_in_words(region: Region, words: str) -> None:
     assert region_in_words(region, ("a.parquet", "b.parquet")) == words
+
+
+def test_command_names_no_file_that_is_not_there() -> None:
+    following = explanation(examples.tied).next_experiment
+    assert following is not None
+    assert trajectory_hint(following, "") in explanation_text(explanation(examples.tied))
+    assert trajectory_hint(following, "next.json") == ""
+    assert "Save next_experiment.trajectory" not in said(examples.tied)
 
 
 def test_change_of_the_set_up_has_no_command() -> None:
