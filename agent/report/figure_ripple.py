@@ -118,20 +118,6 @@ def _spectrum(axes: Axes, found: Ripple, columns: int) -> None:
     key_in_header(axes, columns=columns)
 
 
-def ripple_in_words(found: Ripple) -> str:
-    """Say in words what `figure_ripple` shows, for those who do not see it."""
-    if not found.lines:
-        return "Amplitude of the torque over orders per motor turn; nothing stands out."
-    top = found.lines[0].amplitude_nm.value
-    scale = scale_for("N m", (top,))
-    parts = ", ".join(
-        f"{significant(line.order_per_motor_rev.value, 3)} "
-        f"({significant(line.amplitude_nm.value * scale.factor, 3)} {scale.unit})"
-        for line in found.lines[:_NAMED]
-    )
-    return f"Amplitude of the torque over orders per motor turn; what stands out: {parts}."
-
-
 def _highest(found: Ripple) -> float:
     """Return the order up to which is drawn: some way beyond the highest one found."""
     last = float(found.order[-1])

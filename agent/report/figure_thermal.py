@@ -138,19 +138,6 @@ def _oils(axes: Axes, oils: OilComparison, points: SurfacePoints) -> None:
         )
 
 
-def thermal_in_words(cooling: Cooling, surface: Surface) -> str:
-    """Say in words what `figure_thermal` shows, for those who do not see it."""
-    first = (
-        f"Temperature over time, from {cooling.initial_degc.value:.1f} towards "
-        f"{cooling.settled_degc.value:.1f} degrees Celsius, with its law and forecast"
-        if cooling.identified
-        else "Temperature over time, without a law"
-    )
-    if not surface.law:
-        return f"{first}."
-    return f"{first}; friction over speed, one line for each temperature ({surface.law})."
-
-
 def _temperature(axes: Axes, time_s: Floats, temperature: Floats, cooling: Cooling) -> None:
     start = float(time_s[0])
     x, y = polyline((time_s - start) / _HOUR_S, temperature, bins_for(figure_of(axes)))
