@@ -36,8 +36,17 @@ EFFECTS: Mapping[str, Maker] = {
 }
 """Every effect of contract section 4."""
 
-ABSORBED = frozenset({"inertia-error", "wrong-number", "gravity-imbalance", "torque-saturation"})
-"""What a refit of the base structure to the measured motion takes in or cannot see."""
+ABSORBED = frozenset(
+    {
+        "inertia-error",
+        "wrong-number",
+        "gravity-imbalance",
+        "torque-constant-error",
+        "torque-saturation",
+    }
+)
+"""What a refit of the base structure to the measured motion takes in or cannot see, at least in
+one of its forms."""
 
 LOOK_ALIKES: tuple[tuple[str, str], ...] = (
     ("temperature-dependent-friction", "friction-drift"),

@@ -154,7 +154,7 @@ def _solve(
     low, high = 0.0, math.inf
     amplitude, power = min(first, most), 1.0
     last: tuple[float, float] | None = None
-    for _ in range(_TRIES):
+    for number in range(_TRIES):
         value = excess(amplitude)
         if abs(value - target) <= _CLOSE * target:
             return amplitude, value
@@ -173,7 +173,8 @@ def _solve(
         last = amplitude, value
         step = (target / value) ** (1.0 / power) if value > 0.0 else 8.0
         guess = amplitude * min(max(step, 0.05), 8.0)
-        if not low < guess < high:
+        closing = number % 3 == 2 and low > 0.0 and high < math.inf  # where a secant creeps
+        if closing or not low < guess < high:
             guess = math.sqrt(low * high) if low > 0.0 and high < math.inf else 0.5 * (low + high)
         amplitude = min(guess, most)
     return None
