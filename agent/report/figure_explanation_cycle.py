@@ -93,14 +93,14 @@ def figure_residual(
     for regions, color in ((located, LOCATED), (unexplained, NOT_EXPLAINED)):
         _shade(velocity, residual, trace.time_s, located_mask(trace, regions, index), color)
     velocity.plot(
-        *polyline(trace.time_s, trace.velocity_rad_s, bins_for(figure)), color=MUTED, lw=1.0
+        *polyline(trace.time_s, trace.velocity_rad_s, bins_for(figure) // 2), color=MUTED, lw=1.0
     )
     velocity.set_title("Motor velocity")
     velocity.set_ylabel("rad/s")
     velocity.tick_params(labelbottom=False)
     scale = scale_for("N m", [reach_nm or reach_of(trace)])
     limit = (reach_nm or reach_of(trace)) * scale.factor
-    _residual(residual, trace, scale, bins_for(figure) // 2, limit)
+    _residual(residual, trace, scale, bins_for(figure) // 3, limit)
     if limit > 0.0:
         residual.set_ylim(-limit, limit)
     if narrow:  # the key needs the line that the title has elsewhere

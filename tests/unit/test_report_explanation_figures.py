@@ -12,7 +12,9 @@ import pytest
 
 from agent.explain.result import Cell, Explanation, Fit, Region
 from agent.identify.result import Parameter
+from agent.report.canvas import data_uri
 from agent.report.explanation_map import heat_map
+from agent.report.explanation_pictures import RECORDINGS_DRAWN
 from agent.report.figure_explanation_curve import figure_finding
 from agent.report.figure_explanation_cycle import (
     figure_residual,
@@ -60,6 +62,14 @@ def test_residuals_that_are_one_line_are_drawn_once_and_far_ones_do_not_flatten(
     nothing = examples.trace_of([1.0] * 400, [[math.nan] * 400] * 3)
     assert lines_of(nothing) == []
     assert "nothing was compared" in figure_residual(nothing, ()).axes[1].texts[0].get_text()
+
+
+def test_long_noisy_recording_stays_small_enough_to_draw_ten_of_them() -> None:
+    rng = np.random.default_rng(2)
+    residuals = [list(0.1 * (3 - k) * rng.standard_normal(15_000)) for k in range(3)]
+    long = examples.trace_of(list(60.0 * np.sin(np.arange(15_000) / 40.0)), residuals)
+    sizes = [len(data_uri(figure_residual(long, (), narrow=narrow))) for narrow in (False, True)]
+    assert RECORDINGS_DRAWN * sum(sizes) < 1_300_000
 
 
 def test_left_over_is_the_mean_of_the_last_stage_that_is_there() -> None:
