@@ -45,6 +45,11 @@ def test_gap_wind_up_and_skew_are_told_apart_by_the_arms_encoder(
             # Nine numbers: half as much again, so that chance does not fail the test.
             spare = 0.25 * (high - low)
             assert low - spare <= truth <= high + spare, (low, truth, high)
+        # A compliance that the gap hides is not guessed at.
+        compliance = found.compliance_rad_per_nm
+        assert (compliance.ci95 is None) == (stiffness == TEETH)
+        if compliance.ci95 is not None:
+            assert compliance.ci95[0] <= 1.0 / stiffness <= compliance.ci95[1]
         low, high = found.backlash_rad.ci95 or (0.0, 1.0)
         assert high - low < 0.2 * gap_rad
 

@@ -210,13 +210,13 @@ def _gap_or_spring(
     )
     plain, parted = solve(spring, data, range_), solve(gap, data, range_)
     refusal = not_better(plain, parted, data)
-    width, compliance = _width(parted, lead, refusal), _compliance(plain, parted, lead, refusal)
+    found, width = plain if refusal else parted, _width(parted, lead, refusal)
     return Clearance(
         "arm-encoder",
         width,
         lead.lost_motion,
-        compliance,
-        _widened(lead.skew_s, viscous_nm_s_per_rad, compliance),
+        _compliance(found, lead, width),
+        _widened(lead.skew_s, viscous_nm_s_per_rad, found),
     )
 
 
@@ -245,26 +245,32 @@ def _width(parted: Solution, lead: _Lead, refusal: str) -> Parameter:
     return Parameter(value, (max(value - half, 0.0), min(value + half, high)))
 
 
-def _compliance(plain: Solution, parted: Solution, lead: _Lead, refusal: str) -> Parameter:
-    """Return the gear's compliance, rad of motor per N m of motor."""
-    found = plain if refusal else parted
-    if not refusal and found.value("backlash_rad") >= _BESIDE * lead.value:
-        return Parameter.not_identified(
-            "not identified: no wind-up is seen beside the gap; record reversals with a load"
-        )
+def _compliance(found: Solution, lead: _Lead, gap: Parameter) -> Parameter:
+    """Return the gear's compliance, rad of motor per N m of motor.
+
+    Beside a gap the spring is known as well as what the gap leaves of the lost motion.
+    """
     stiffness = found.value("stiffness_nm_per_rad")
-    gradient = np.zeros(found.shifts.shape[1])
-    gradient[found.place("stiffness_nm_per_rad")] = 1.0
-    half = found.half_width(gradient)
+    half = found.upper("stiffness_nm_per_rad") - stiffness
     if stiffness <= half:
         return Parameter.not_identified("not identified: the lead does not load the motor")
-    return Parameter(1.0 / stiffness, (1.0 / (stiffness + half), 1.0 / (stiffness - half)))
+    value, low, high = 1.0 / stiffness, 1.0 / (stiffness + half), 1.0 / (stiffness - half)
+    if gap.ci95 is not None:
+        wind_up = lead.value - gap.value
+        least, most = lead.value - gap.ci95[1], lead.value - gap.ci95[0]
+        if least < 0.5 * wind_up:
+            return Parameter.not_identified(
+                "not identified: the wind-up is too small beside the gap; record reversals with a "
+                "load"
+            )
+        low, high = low * least / wind_up, high * most / wind_up
+    return Parameter(value, (low, high))
 
 
-def _widened(skew_s: Parameter, viscous: float, compliance: Parameter) -> Parameter:
+def _widened(skew_s: Parameter, viscous: float, found: Solution) -> Parameter:
     """Return the skew; viscous friction behind the gear's spring looks like some of it."""
-    if skew_s.ci95 is None or compliance.ci95 is None:
+    stiffness = found.value("stiffness_nm_per_rad")
+    if skew_s.ci95 is None or stiffness <= 0.0:
         return skew_s
-    alike = max(viscous, 0.0) * compliance.ci95[1]
     low, high = skew_s.ci95
-    return Parameter(skew_s.value, (low - alike, high), reason=skew_s.reason)
+    return Parameter(skew_s.value, (low - max(viscous, 0.0) / stiffness, high))

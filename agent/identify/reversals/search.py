@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from agent.identify.result import Floats
 from agent.identify.reversals.laws import Range, ReversalLaw
-from agent.identify.reversals.smoothing import resolution
+from agent.identify.reversals.smoothing import resolution, white_noise
 from agent.identify.reversals.turns import Motion, standing
 from agent.identify.uncertainty import student_975
 
@@ -27,6 +27,7 @@ _ITERATIONS = 25
 _CONVERGED = 1e-7  # relative fall of the squared error
 _REFINED = 2  # points of the grid that are refined
 _PER_CUTOFF = 4.0  # samples that are used, to one period of the cutoff
+_PASSED = 1.8  # of cutoff over sampling rate: the share of white noise that the filter passes
 _CHANCE = 1.2  # times the noise: what may be left without calling it misfit
 _AT_BOUND = 0.02  # in the logarithm
 
@@ -87,8 +88,10 @@ def data_of(motion: Motion) -> Data:
             turn.append(np.full(own.size, number))
             number += 1
         kept.append(np.concatenate(index))
-        passed = min(2.0 * track.cutoff_hz * track.period_s, 1.0)
-        noise.append(resolution(track.torque_nm)[1] * math.sqrt(passed))
+        passed = min(_PASSED * track.cutoff_hz * track.period_s, 1.0)
+        # A drive's coarse torque can be noisier than its own step.
+        own_noise = max(resolution(track.torque_nm)[1], white_noise(track.torque_nm))
+        noise.append(own_noise * math.sqrt(passed))
     return Data(
         motion,
         tuple(kept),

@@ -41,7 +41,9 @@ def verdict(fit: PreslidingFit, clearance: Clearance, finest_rad: float) -> str:
     first = _first(fit, finest_rad)
     gap = clearance.backlash_rad
     if clearance.source == "arm-encoder":
-        return f"{first} {_by_arm(clearance)}"
+        # The arm's encoder knows more of gap and wind-up than a law of the motor's torque.
+        told = fit.law in ("backlash", "wind-up") and clearance.lost_motion_rad.identified
+        return _by_arm(clearance) if told else f"{first} {_by_arm(clearance)}"
     if gap.identified and fit.law != "backlash":
         return f"{first} The gear has {_quantity('backlash_rad', gap)} of clearance."
     return first

@@ -31,9 +31,6 @@ def resolution(values: Floats) -> tuple[float, float]:
     is ``step/sqrt(12)``; otherwise the step is 0 and the error comes from third differences, whose
     variance is 20 times that of white noise.
     """
-    third = np.diff(values, n=3)
-    if not third.size:
-        return 0.0, 0.0
     steps = np.abs(np.diff(values))
     moved = steps > _DUST * max(float(np.ptp(values)), 1e-300)
     waits, steps = not moved.all(), steps[moved]
@@ -46,7 +43,15 @@ def resolution(values: Floats) -> tuple[float, float]:
     whole = float(np.mean(np.abs(multiples - np.rint(multiples)))) < 0.02
     if whole and (waits or multiples.max() > 1.5):
         return smallest, smallest / math.sqrt(12.0)
-    return 0.0, float(np.median(np.abs(third))) / (0.6745 * math.sqrt(20.0))
+    return 0.0, white_noise(values)
+
+
+def white_noise(values: Floats) -> float:
+    """Return the standard deviation of white noise, from third differences; 0 for too few."""
+    third = np.diff(values, n=3)
+    if not third.size:
+        return 0.0
+    return float(np.median(np.abs(third))) / (0.6745 * math.sqrt(20.0))
 
 
 def cutoff_for(values: Floats, period_s: float, error: float, turns: NDArray[np.intp]) -> float:
