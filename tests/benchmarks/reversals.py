@@ -12,9 +12,10 @@ import time
 import numpy as np
 
 from agent.identify.reversals.arm import arm_clearance
+from agent.identify.reversals.data import data_of
 from agent.identify.reversals.laws import LAWS, range_of
 from agent.identify.reversals.parameters import parameters_of
-from agent.identify.reversals.search import data_of, solve
+from agent.identify.reversals.search import solve
 from agent.identify.reversals.selection import select
 from agent.identify.reversals.turns import read_tracks
 from tests.science.reversal_plant import ARM_COULOMB, VISCOUS, bristled, geared, sampled

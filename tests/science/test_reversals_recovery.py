@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from agent.identify.reversals.data import data_of
 from agent.identify.reversals.identification import identify_reversals
 from agent.identify.reversals.laws import LAWS, range_of
 from agent.identify.reversals.parameters import parameters_of
-from agent.identify.reversals.search import data_of, solve
+from agent.identify.reversals.search import solve
 from agent.identify.reversals.turns import read_tracks
 from tests.science.reversal_plant import INERTIA, VISCOUS, bristled, sampled
 

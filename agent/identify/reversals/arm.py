@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify.result import Floats, Parameter
+from agent.identify.reversals.data import data_of
 from agent.identify.reversals.laws import Range, ReversalLaw
 from agent.identify.reversals.result import Clearance
-from agent.identify.reversals.search import Solution, data_of, least_squares, solve
+from agent.identify.reversals.search import Solution, least_squares, solve
 from agent.identify.reversals.selection import not_better
 from agent.identify.reversals.smoothing import resolution
 from agent.identify.reversals.turns import Motion, Track, standing

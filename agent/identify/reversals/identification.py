@@ -9,6 +9,7 @@ import numpy as np
 
 from agent.identify.result import Parameter
 from agent.identify.reversals.arm import arm_clearance
+from agent.identify.reversals.data import Data, columns_of, data_of
 from agent.identify.reversals.laws import LAWS, Range, range_of
 from agent.identify.reversals.parameters import parameters_of
 from agent.identify.reversals.result import (
@@ -18,7 +19,7 @@ from agent.identify.reversals.result import (
     Trace,
     nothing,
 )
-from agent.identify.reversals.search import Data, Solution, columns_of, data_of, solve
+from agent.identify.reversals.search import Solution, solve
 from agent.identify.reversals.selection import not_better, objection, select
 from agent.identify.reversals.sentence import undecided, verdict
 from agent.identify.reversals.turns import Motion, read_tracks

@@ -13,9 +13,10 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from agent.identify.reversals.data import Data
 from agent.identify.reversals.laws import Range
 from agent.identify.reversals.parameters import unresolved
-from agent.identify.reversals.search import Data, Solution
+from agent.identify.reversals.search import Solution
 from agent.identify.uncertainty import correlation_time
 
 _STRONG_BIC = 10.0
