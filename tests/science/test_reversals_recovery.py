@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -83,3 +85,12 @@ def test_an_encoder_that_does_not_see_presliding_gets_no_space_constant() -> Non
     assert np.isnan(dahl.parameters["space_constant_rad"].value)
     assert "finer encoder" in dahl.parameters["space_constant_rad"].reason
     assert not dahl.parameters["stiffness_nm_per_rad"].identified
+
+
+def test_a_torque_that_knows_no_direction_carries_no_number() -> None:
+    signals = sampled(bristled("dahl"), 1)
+    noise = np.random.default_rng(1).normal(0.0, 0.01, signals.time_s.size)
+    found = identify_reversals([dataclasses.replace(signals, torque_nm=noise)])
+    assert not found.decidable
+    assert not found.laws
+    assert "the same in both directions" in found.reasons[0]

@@ -28,6 +28,7 @@ from agent.identify.signals import Signals
 _LEAST_REVERSALS = 4
 _LEAST_SAMPLES = 8  # between four fifths of the speed before a turn and after it
 _SLOW_HZ = 20.0  # slower, what looks like noise may be motion
+_SILENT = 1.5  # times the torque's noise
 _TRACES = 12
 _SOFT = 0.5  # of the arm's own friction: decelerated harder, the arm does not stand in the gap
 
@@ -51,12 +52,15 @@ def identify_reversals(recordings: Sequence[Signals]) -> ReversalFit:
         raise ValueError("expected recordings of one axis, got different gear ratios")
     names = tuple(s.name for s in recordings)
     motion = read_tracks(recordings)
+    data = data_of(motion) if motion.turns else None
     reason = _why_not(motion)
-    if reason:
+    if data is not None and not reason:
+        reason = _silent(data)
+    if reason or data is None:
         return ReversalFit(
             names, False, (reason,), motion.turns, math.nan, (), nothing(reason), undecided(reason)
         )
-    range_, data = range_of(motion), data_of(motion)
+    range_ = range_of(motion)
     solutions = {name: solve(law, data, range_) for name, law in LAWS.items()}
     presliding = [s for s in solutions.values() if s.law.presliding]
     chosen, reasons = select(presliding, data, range_)
@@ -75,6 +79,11 @@ def identify_reversals(recordings: Sequence[Signals]) -> ReversalFit:
     )
     clearance = _clearance(motion, range_, fits, chosen, winner, solutions["backlash"])
     notes = _notes(winner, clearance)
+    if any(signals.position_rad is None for signals in recordings):
+        notes += (
+            "no position was recorded: the travel is the integral of the velocity, whose error the "
+            "intervals do not hold; record position_rad",
+        )
     return ReversalFit(
         names,
         True,
@@ -122,6 +131,16 @@ def _why_not(motion: Motion) -> str:
             f"least {_LEAST_REVERSALS}, better twenty, of several amplitudes"
         )
     return ""
+
+
+def _silent(data: Data) -> str:
+    """Return that the torque holds nothing but its noise; empty where it holds more."""
+    if float(np.std(data.torque_nm)) > _SILENT * data.noise_nm:
+        return ""
+    return (
+        "not identified: the torque is the same in both directions, within its noise; check that "
+        "torque_nm is the motor's torque"
+    )
 
 
 def _rivals(
