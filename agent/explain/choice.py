@@ -79,8 +79,15 @@ class Choice:
         return tuple(term.candidate for term in self.terms)
 
 
-def choose(library: Library) -> Choice:
-    """Choose the effects that a library's target consists of."""
+def choose(library: Library, *, rivals: bool = True) -> Choice:
+    """Choose the effects that a library's target consists of.
+
+    Parameters
+    ----------
+    library : Library
+    rivals : bool
+        Whether to look for what could stand in each term's place as well.
+    """
     plain = library.errors([])
     energy = float(plain.sum())
     chosen: list[Term] = []
@@ -99,7 +106,8 @@ def choose(library: Library) -> Choice:
         chosen.append(Term(best, chance))
         current = best.blocks
         chosen, current = _pruned(library, chosen, energy)
-    chosen, current = _settled(library, chosen)
+    if rivals:
+        chosen, current = _settled(library, chosen)
     return Choice(tuple(chosen), plain, current)
 
 

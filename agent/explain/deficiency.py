@@ -50,11 +50,8 @@ def axes_of(scene: Scene) -> tuple[Axis, ...]:
         _smooth("time_s", rows["time_s"], scene),
     ]
     if scene.has("position_rad"):
-        arm = rows["position_rad"] / table.gear_ratio
-        out.append(_smooth("arm_position_rad", arm, scene))
-        gravity = table.base[:, 3:5] @ scene.theta[3:5]
-        load = gravity + table.base[:, 0] * scene.theta[0]
-        out.append(_smooth("load_torque_nm", np.abs(load), scene))
+        out.append(_smooth("arm_position_rad", scene.arm_rows(), scene))
+        out.append(_smooth("load_torque_nm", np.abs(scene.load_rows()), scene))
         for order in strong_orders(scene, "torque")[:2]:
             angle = order * rows["position_rad"]
             waves = np.stack([f(k * angle) for k in (1, 2) for f in (np.cos, np.sin)], axis=-1)

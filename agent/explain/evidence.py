@@ -50,6 +50,21 @@ class Weighing:
         taken = values[self.rows]
         return np.asarray(taken * (self.weight if taken.ndim == 1 else self.weight[:, np.newaxis]))
 
+    def part(self, blocks: NDArray[np.bool_]) -> tuple[Weighing, NDArray[np.bool_]]:
+        """Return the weighing over some blocks, and which rows those are, shape (m,)."""
+        lengths = np.diff(np.append(self.starts, self.rows.shape[0]))
+        kept = np.repeat(blocks, lengths)
+        starts = np.concatenate(([0], np.cumsum(lengths[blocks])[:-1])).astype(np.int64)
+        part = Weighing(
+            self.rows[kept],
+            self.weight[kept],
+            starts,
+            self.fold[blocks],
+            self.run[kept],
+            self.by_run,
+        )
+        return part, kept
+
 
 def weigh(table: Table, residual_nm: Floats) -> Weighing:
     """Weigh rows by what the refitted twin leaves in their stratum, and share them out in folds.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
@@ -142,6 +143,28 @@ def _run_in(scene: Scene, point: Point) -> Floats:
     return stack(scene.direction * share)
 
 
+def _instant(scene: Scene, elapsed_s: float) -> str:
+    """Return an instant of the table's own clock as a date and time, UTC."""
+    started = min(run.started_s for run in scene.table.runs)
+    return datetime.fromtimestamp(started + elapsed_s, tz=UTC).isoformat()
+
+
+def _drift_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    return ({**values, "reference_started_at": _instant(scene, scene.mean("elapsed_s"))},)
+
+
+def _run_in_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    """Return the change since the first sample; what was there then belongs to the base."""
+    first = float(np.nanmin(scene.full("elapsed_s")))
+    return (
+        {
+            "coulomb_change_nm": -values["run_in_nm"],
+            "settling_h": values["run_in_s"] / _HOUR_S,
+            "reference_started_at": _instant(scene, first),
+        },
+    )
+
+
 def _run_in_grid(scene: Scene) -> Sequence[Point]:
     lower, upper = scene.span("elapsed_s")
     return tuple((t,) for t in log_grid(0.1 * (upper - lower), 1.0 * (upper - lower), 4))
@@ -258,6 +281,7 @@ FORMS: tuple[Form, ...] = (
         ("coulomb_nm_per_h",),
         _drift_coulomb,
         needs=("elapsed_s",),
+        to_twin=_drift_twin,
         catch_all=True,
     ),
     Form(
@@ -266,6 +290,7 @@ FORMS: tuple[Form, ...] = (
         ("coulomb_nm_per_h", "viscous_nm_s_per_rad_per_h"),
         _drift_both,
         needs=("elapsed_s",),
+        to_twin=_drift_twin,
         catch_all=True,
     ),
     Form(
@@ -276,6 +301,7 @@ FORMS: tuple[Form, ...] = (
         ("run_in_s",),
         _run_in_grid,
         needs=("elapsed_s",),
+        to_twin=_run_in_twin,
         catch_all=True,
     ),
     Form(

@@ -7,11 +7,9 @@ and the traces of each recording before and after.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
-
-import numpy as np
 
 from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Twin
@@ -385,13 +383,3 @@ class Explanation:
 def number(value: float) -> float | None:
     """Return a finite number as it is, and None for any other."""
     return float(value) if math.isfinite(value) else None
-
-
-def fit_of(measured_nm: Sequence[float] | Floats, residual_nm: Sequence[float] | Floats) -> Fit:
-    """Return root mean square and fit percent of a residual against what was measured."""
-    y, r = np.asarray(measured_nm, dtype=np.float64), np.asarray(residual_nm, dtype=np.float64)
-    if not y.size:
-        return Fit()
-    spread = float(np.linalg.norm(y - y.mean()))
-    percent = 100.0 * (1.0 - float(np.linalg.norm(r)) / spread) if spread > 0.0 else math.nan
-    return Fit(float(np.sqrt(np.mean(r**2))), percent)

@@ -63,6 +63,15 @@ class Scene:
             load = load + gravity[0] * np.sin(self.arm_rad) + gravity[1] * np.cos(self.arm_rad)
         return np.asarray(load)
 
+    def arm_rows(self) -> Floats:
+        """Return the arm's angle at the rows, shape (n,)."""
+        return self.table.rows["position_rad"] / self.table.gear_ratio
+
+    def load_rows(self) -> Floats:
+        """Return the torque of gravity and inertia at the rows, shape (n,)."""
+        gravity = self.table.base[:, 3:5] @ self.theta[3:5]
+        return np.asarray(gravity + self.table.base[:, 0] * self.theta[0])
+
     @cached_property
     def predicted_nm(self) -> Floats:
         """Return the refitted twin's torque at full rate, shape (N,)."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.evidence import Weighing, heldout, moments
+from agent.explain.evidence import Weighing, heldout, moments, solve
 from agent.explain.form import Form, Point
 from agent.explain.scene import Scene
 from agent.identify.result import Floats
@@ -66,6 +66,7 @@ class Scored:
         return out
 
 
+@dataclass(frozen=True)
 class Library:
     """All candidates of one scene, computed once, and compared with any model.
 
@@ -73,27 +74,50 @@ class Library:
     ----------
     scene : Scene
     weighing : Weighing
-    forms : sequence of Form
-        Those whose columns were recorded.
+    target : ndarray, shape (m,)
+        Weighted measured less given torque.
+    base : ndarray, shape (m, p)
+        Weighted columns of the twin's own numbers, as far as they are excited.
+    candidates : tuple of Candidate
     """
 
-    def __init__(self, scene: Scene, weighing: Weighing, forms: Sequence[Form]) -> None:
-        self.scene = scene
-        self.weighing = weighing
-        self.forms = tuple(forms)
-        self.target = weighing.weighted(scene.table.target_nm)
-        self.base = weighing.weighted(scene.table.base)
-        self.base = self.base[:, np.sqrt(np.mean(scene.table.base**2, axis=0)) > 1e-12]
-        self.candidates: list[Candidate] = []
-        for form in self.forms:
-            self.candidates += self._all_points(form)
+    scene: Scene
+    weighing: Weighing
+    target: Floats
+    base: Floats
+    candidates: tuple[Candidate, ...]
+
+    @classmethod
+    def of(cls, scene: Scene, weighing: Weighing, forms: Sequence[Form]) -> Library:
+        """Compute all columns of forms whose signals were recorded."""
+        carried = np.sqrt(np.mean(scene.table.base**2, axis=0)) > 1e-12
+        empty = cls(
+            scene,
+            weighing,
+            weighing.weighted(scene.table.target_nm),
+            weighing.weighted(scene.table.base)[:, carried],
+            (),
+        )
+        return replace(empty, candidates=tuple(c for f in forms for c in empty.all_points(f)))
+
+    def part(self, blocks: NDArray[np.bool_]) -> Library:
+        """Return the library over some of its blocks, shape (b,)."""
+        weighing, rows = self.weighing.part(blocks)
+        return Library(
+            self.scene,
+            weighing,
+            self.target[rows],
+            self.base[rows],
+            tuple(replace(c, columns=c.columns[rows]) for c in self.candidates),
+        )
 
     def candidate(self, form: Form, point: Point) -> Candidate:
         """Compute one candidate's columns."""
         raw = form.columns(self.scene, point)
         return Candidate(form, point, self.weighing.weighted(self.scene.table.band(raw)))
 
-    def _all_points(self, form: Form) -> list[Candidate]:
+    def all_points(self, form: Form) -> list[Candidate]:
+        """Compute a form's columns over its whole grid."""
         points = list(form.grid(self.scene))
         if not points:
             return []
@@ -195,8 +219,6 @@ class Library:
             chosen = int(np.argmin(errors[:, ~inside].sum(axis=1)))
             blocks[inside] = errors[chosen, inside]
         candidate = entry[0][1]
-        from agent.explain.evidence import solve
-
         gram, moment = parts[0][1].total
         theta = solve(gram, moment)[-candidate.columns.shape[1] :]
         return Scored(candidate, theta, entry[0][0] / max(energy, 1e-300), blocks)
@@ -224,15 +246,15 @@ class Library:
         found = scored.screened * energy / means[key]
         return float((1 + np.sum(worst >= found)) / (1 + _SHIFTS))
 
-    def shifted(self, left: Floats, seed: int = 0) -> NDArray[np.float32]:
+    def shifted(self, left: Floats, seed: int = 0, count: int = _SHIFTS) -> NDArray[np.float32]:
         """Return a residual (m,), shifted within its recordings, block signs drawn: (m, shifts)."""
         rng = np.random.default_rng(seed)
-        out = np.empty((left.shape[0], _SHIFTS), dtype=np.float32)
+        out = np.empty((left.shape[0], count), dtype=np.float32)
         run = self.weighing.run
         bounds = np.flatnonzero(np.diff(run, prepend=run[0] - 1))
         stops = np.append(bounds[1:], run.shape[0])
         lengths = np.diff(np.append(self.weighing.starts, run.shape[0]))
-        for j in range(_SHIFTS):
+        for j in range(count):
             moved = left.copy()
             for a, b in zip(bounds, stops, strict=True):
                 moved[a:b] = np.roll(left[a:b], int(rng.integers(0, max(b - a, 1))))
@@ -293,8 +315,3 @@ class _Step:
 
     def __call__(self, value: float) -> float:
         return self.size * abs(value) if self.proportional else self.size
-
-
-def replaced(scored: Scored, blocks: Floats) -> Scored:
-    """Return the same candidate with other errors on unseen data."""
-    return replace(scored, blocks=blocks)

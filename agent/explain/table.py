@@ -34,6 +34,7 @@ _BLOCK_S = 2.0
 _MOST_BLOCKS = 240
 _EDGE_ARM_RAD = 2e-4
 _LONGEST_LAG_S = 0.03
+_ALIGNED_GAINS = 0.98  # of the squared residual: less is no reason to move the velocity
 _STANDING_S = 0.1  # a reversal crosses zero faster; longer is standstill
 _END_PERIODS = 1.5
 _UNKNOWN_SHARE = 0.05
@@ -216,17 +217,38 @@ def tabulate(
                 aligned=align,
             )
         )
-    return min(tables, key=_structure_leaves)
+    if len(tables) == 1:
+        return tables[0]
+    plain, aligned_table = tables
+    better = _structure_leaves(aligned_table) < _ALIGNED_GAINS * _structure_leaves(plain)
+    return aligned_table if better else plain
 
 
 def _structure_leaves(table: Table) -> float:
-    """Return the mean square of what the plain structure, refitted, leaves while sliding."""
+    """Return the mean square of what the plain structure leaves while sliding.
+
+    Beside a free friction curve and a free torque along the position, so that what is missing of
+    either does not decide in which step the signals are.
+    """
     rows = table.sliding
-    size = np.sqrt(np.mean(table.base[rows] ** 2, axis=0))
-    columns = table.base[rows][:, size > 1e-12] / size[size > 1e-12]
+    speed = np.abs(table.rows["velocity_rad_s"][rows])
+    free = [np.sign(table.rows["velocity_rad_s"][rows])[:, np.newaxis] * _hats(speed)]
+    if table.has("position_rad"):
+        free.append(_hats(table.rows["position_rad"][rows]))
+    columns = np.concatenate([table.base[rows], *free], axis=1)
+    size = np.sqrt(np.mean(columns**2, axis=0)) if columns.size else np.zeros(columns.shape[1])
+    columns = columns[:, size > 1e-12] / size[size > 1e-12]
     target = table.target_nm[rows]
     left = target - columns @ np.linalg.lstsq(columns, target, rcond=1e-9)[0]
     return float(np.mean(left**2)) if left.size else 0.0
+
+
+def _hats(values: Floats, count: int = 8) -> Floats:
+    """Return hat functions over an axis's quantiles, shape (n, k)."""
+    if not values.size:
+        return np.zeros((0, 0))
+    knots = np.unique(np.quantile(values, np.linspace(0.0, 1.0, count)))
+    return np.stack([np.interp(values, knots, row) for row in np.eye(knots.size)], axis=-1)
 
 
 def choose_band(motions: Sequence[Motion], inertia_kg_m2: float) -> float:

@@ -1,0 +1,151 @@
+"""A wrong number is no missing physics: which of the twin's own numbers the recordings refute.
+
+The twin's structure, refitted, must remove a material share of what the twin as given leaves; then
+a number is wrong when holding it, all else refitted, costs a material share again, with and without
+the effects that were found. A twin whose numbers were fitted without the missing physics passes:
+its numbers are biased, not wrong, and refitting its structure alone gains nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.explain.evidence import heldout, moments
+from agent.explain.model import Model
+from agent.explain.search import Candidate, Library
+from agent.explain.table import BASE
+from agent.identify.result import Floats, Parameter
+from agent.physics.twin import Twin
+
+MATERIAL = 0.02
+_ALIKE = 1.05  # one factor for all explains the error as well, within five percent
+_GROUPS: Mapping[str, tuple[str, ...]] = {
+    "inertia-error": ("inertia_kg_m2",),
+    "wrong-number": ("coulomb_nm", "viscous_nm_s_per_rad"),
+    "gravity-imbalance": ("gravity_sin_nm", "gravity_cos_nm"),
+}
+_CONTRACT: Mapping[str, str] = {
+    "inertia_kg_m2": "inertia_extra_kg_m2",
+    "coulomb_nm": "coulomb_extra_nm",
+    "viscous_nm_s_per_rad": "viscous_extra_nm_s_per_rad",
+    "gravity_sin_nm": "gravity_sin_nm",
+    "gravity_cos_nm": "gravity_cos_nm",
+}
+
+
+@dataclass(frozen=True)
+class WrongNumber:
+    """One effect of the twin's own numbers.
+
+    `energy_share` is of what the twin as given leaves above the floor, on unseen blocks.
+    """
+
+    effect: str
+    energy_share: float
+    parameters: Mapping[str, Parameter]
+
+
+def wrong_numbers(
+    library: Library, twin: Twin, model: Model, terms: Sequence[Candidate], floor_nm: float
+) -> tuple[WrongNumber, ...]:
+    """Return which of the twin's numbers are not what the recordings say.
+
+    Parameters
+    ----------
+    library : Library
+    twin : Twin
+        As given.
+    model : Model
+        Base and effects fitted together.
+    terms : sequence of Candidate
+        The effects' columns.
+    floor_nm : float
+    """
+    weighing = library.weighing
+    given = _errors(library, np.zeros((library.target.shape[0], 0)))
+    refitted = _errors(library, library.base)
+    noise = floor_nm**2 * float(np.sum(weighing.weight**2))
+    above = max(float(given.sum()) - noise, 0.02 * float(given.sum()))
+    if float(given.sum() - refitted.sum()) < MATERIAL * float(given.sum()):
+        return ()
+    factor = _one_factor(library, twin, given, refitted, above)
+    if factor is not None:
+        return (factor,)
+    carried = [BASE[i] for i in np.flatnonzero(_carried(library))]
+    beside = np.concatenate(
+        [np.zeros((library.target.shape[0], 0)), *(t.columns for t in terms)], axis=1
+    )
+    whole = _errors(library, np.concatenate((library.base, beside), axis=1))
+    out = []
+    for effect, names in _GROUPS.items():
+        held = [i for i, name in enumerate(carried) if name not in names]
+        if len(held) == len(carried):
+            continue
+        alone = _errors(library, library.base[:, held]) - refitted
+        loss = _errors(library, np.concatenate((library.base[:, held], beside), axis=1)) - whole
+        material = MATERIAL * float(given.sum())
+        if min(float(alone.sum()), float(loss.sum())) < material or not _lasting(loss):
+            continue
+        share = min(float(loss.sum()) / above, 1.0)
+        out.append(WrongNumber(effect, share, _extras(twin, model, names)))
+    return tuple(sorted(out, key=lambda w: -w.energy_share))
+
+
+def _errors(library: Library, columns: Floats) -> Floats:
+    part = moments(columns, library.target, library.weighing.starts)
+    if not columns.shape[1]:
+        return part.square
+    return heldout(part, library.weighing.fold)
+
+
+def _carried(library: Library) -> NDArray[np.bool_]:
+    size = np.sqrt(np.mean(library.scene.table.base**2, axis=0))
+    return np.asarray(size > 1e-12)
+
+
+def _lasting(loss: Floats) -> bool:
+    return float(loss.sum()) > 2.0 * float(np.std(loss)) * float(np.sqrt(loss.shape[0]))
+
+
+def _extras(twin: Twin, model: Model, names: Sequence[str]) -> dict[str, Parameter]:
+    out = {}
+    for name in names:
+        found = model.base[name]
+        if found.ci95 is None:
+            continue
+        given = float(getattr(twin, name))
+        out[_CONTRACT[name]] = Parameter(
+            found.value - given, (found.ci95[0] - given, found.ci95[1] - given)
+        )
+    return out
+
+
+def _one_factor(
+    library: Library, twin: Twin, given: Floats, refitted: Floats, above: float
+) -> WrongNumber | None:
+    """Return the torque constant's error, where one factor explains what all numbers explain."""
+    table = library.scene.table
+    numbers = np.array([getattr(twin, name) for name in BASE])
+    if np.count_nonzero(numbers[_carried(library)]) < 3:
+        return None
+    scale = library.weighing.weighted(table.base @ numbers)[:, np.newaxis]
+    one = _errors(library, scale)
+    gained = float(given.sum() - one.sum())
+    if float(one.sum()) > _ALIKE * float(refitted.sum()) or gained < MATERIAL * float(given.sum()):
+        return None
+    part = moments(scale, library.target, library.weighing.starts)
+    blocks = part.moment[:, 0], part.gram[:, 0, 0]
+    share = float(blocks[0].sum() / blocks[1].sum())
+    without = np.array(
+        [(blocks[0].sum() - m) / (blocks[1].sum() - g) for m, g in zip(*blocks, strict=True)]
+    )
+    count = without.shape[0]
+    spread = float(np.sqrt((count - 1.0) / count * np.sum((without - without.mean()) ** 2)))
+    low, high = 1.0 + share - 1.96 * spread, 1.0 + share + 1.96 * spread
+    # The reported torque is the true one over the factor.
+    factor = Parameter(1.0 / (1.0 + share), (1.0 / high, 1.0 / low))
+    return WrongNumber("torque-constant-error", min(gained / above, 1.0), {"factor": factor})

@@ -1,0 +1,198 @@
+"""What the findings are worth on data that neither their choice nor their fit has seen."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.explain.choice import choose
+from agent.explain.evidence import solve
+from agent.explain.model import predicted
+from agent.explain.result import Fit, Holdout
+from agent.explain.run import Run
+from agent.explain.scene import refit
+from agent.explain.search import Candidate, Library, basis_of
+from agent.explain.table import BASE, Table, tabulate
+from agent.identify.result import Floats
+from agent.physics.twin import Twin
+
+_FOLDS = 3
+_DRAWS = 400
+_LAGS = 20
+_WHITE = 3.0
+
+
+@dataclass(frozen=True)
+class Compared:
+    """Residuals of three predictions on one set of rows, all shape (m,), and the rows' blocks."""
+
+    measured: Floats
+    given: Floats
+    refitted: Floats
+    extended: Floats
+    block: NDArray[np.int64]
+
+
+def compare_runs(
+    twin: Twin, refitted: Twin, extended: Twin, runs: Sequence[Run], like: Table
+) -> tuple[Compared, Table]:
+    """Return how three twins predict hold-out runs, in the band of the training table."""
+    table = tabulate(twin, runs, like.cutoff_hz, align_velocity=like.aligned)
+    rows = np.flatnonzero(table.sliding)
+    if table.simulated:
+        # A recorded simulation stands for the twin: what was learnt is added to it.
+        base = table.given_nm - predicted(table, twin)
+    else:
+        base = np.zeros(table.measured_nm.shape[0])
+    left = [table.measured_nm - base - predicted(table, t) for t in (twin, refitted, extended)]
+    good = rows[np.all([np.isfinite(x[rows]) for x in left], axis=0)]
+    return (
+        Compared(
+            table.measured_nm[good],
+            left[0][good],
+            left[1][good],
+            left[2][good],
+            table.block[good],
+        ),
+        table,
+    )
+
+
+def compare_folds(library: Library) -> tuple[Compared, str]:
+    """Return what the search finds without each fold predicts of that fold.
+
+    Folds are whole recordings where there are three or more, else interleaved blocks of time.
+    """
+    weighing = library.weighing
+    lengths = np.diff(np.append(weighing.starts, weighing.rows.shape[0]))
+    run = weighing.run[weighing.starts]
+    several = np.unique(run).size >= _FOLDS
+    fold = (np.unique(run, return_inverse=True)[1] if several else np.arange(run.size)) % _FOLDS
+    scale = 1.0 / weighing.weight
+    refitted, extended = np.empty_like(library.target), np.empty_like(library.target)
+    for k in range(_FOLDS):
+        train = fold != k
+        test = np.repeat(~train, lengths)
+        part = library.part(train)
+        found = choose(part, rivals=False).candidates
+        refitted[test] = _left(library, part, (), test)
+        extended[test] = _left(library, part, found, test)
+    table = library.scene.table
+    compared = Compared(
+        table.measured_nm[weighing.rows],
+        library.target * scale,
+        refitted * scale,
+        extended * scale,
+        np.repeat(np.arange(lengths.size), lengths),
+    )
+    source = "recordings left out in turn" if several else "blocks of time left out in turn"
+    return compared, source
+
+
+def _left(
+    library: Library, part: Library, found: Sequence[Candidate], test: NDArray[np.bool_]
+) -> Floats:
+    """Return the weighted residual on test rows of a model fitted to a part's rows."""
+    whole = [library.candidate(c.form, c.point) for c in found]
+    columns = library.model(whole)
+    own = part.model(found)
+    theta = solve(own.T @ own, own.T @ part.target)
+    return np.asarray(library.target[test] - columns[test] @ theta)
+
+
+def prove(
+    compared: Compared, source: str, floor_nm: float, placebo_percent: float, cutoff_rows: float
+) -> Holdout:
+    """Return the proof in numbers.
+
+    Parameters
+    ----------
+    compared : Compared
+    source : str
+        Which data these are, for a sentence.
+    floor_nm : float
+    placebo_percent : float
+        What the same search improves on shifted residuals.
+    cutoff_rows : float
+        Rows per cutoff period: correlation that the filter itself makes lasts so long.
+    """
+    blocks = np.unique(compared.block, return_inverse=True)[1]
+    count = int(blocks.max()) + 1
+    squares = [
+        np.bincount(blocks, x**2, minlength=count)
+        for x in (compared.given, compared.refitted, compared.extended)
+    ]
+    rng = np.random.default_rng(0)
+    draws = rng.integers(0, count, (_DRAWS, count))
+    ratio = np.sqrt(squares[2][draws].sum(axis=1) / squares[0][draws].sum(axis=1))
+    low, high = (100.0 * (1.0 - float(x)) for x in np.quantile(ratio, [0.975, 0.025]))
+    fits = [
+        fit_of_rows(compared.measured, x)
+        for x in (compared.given, compared.refitted, compared.extended)
+    ]
+    return Holdout(
+        source=source,
+        baseline=fits[0],
+        refitted=fits[1],
+        extended=fits[2],
+        improvement_percent=100.0 * (1.0 - fits[2].rmse_nm / fits[0].rmse_nm),
+        improvement_ci95_percent=(low, high) if count > 3 else None,
+        floor_ratio=fits[2].rmse_nm / floor_nm if floor_nm > 0.0 else math.nan,
+        wins=int(np.sum(squares[2] < squares[1])),
+        blocks=count,
+        placebo_percent=placebo_percent,
+        white=_white(compared.extended, blocks, cutoff_rows),
+    )
+
+
+def fit_of_rows(measured: Floats, left: Floats) -> Fit:
+    """Return root mean square and fit percent of what is left of a measured torque."""
+    spread = float(np.linalg.norm(measured - measured.mean()))
+    percent = 100.0 * (1.0 - float(np.linalg.norm(left)) / spread) if spread > 0.0 else math.nan
+    return Fit(float(np.sqrt(np.mean(left**2))), percent)
+
+
+def _white(left: Floats, blocks: NDArray[np.int64], cutoff_rows: float) -> bool:
+    """Return whether the residual is uncorrelated beyond the filter's own memory."""
+    x = left - left.mean()
+    energy = float(x @ x)
+    if energy <= 0.0:
+        return True
+    first = math.ceil(2.0 * cutoff_rows)
+    limit = _WHITE / math.sqrt(x.shape[0] / max(cutoff_rows, 1.0))
+    for lag in range(first, first + _LAGS):
+        same = blocks[lag:] == blocks[:-lag]
+        if abs(float(np.sum(x[lag:][same] * x[:-lag][same]))) / energy > limit:
+            return False
+    return True
+
+
+def placebo(library: Library) -> float:
+    """Return by how many percent the same search improves a residual that was shifted.
+
+    The residual is turned in a circle within each recording, its blocks change sign at random:
+    nothing in it follows any axis any more, and whatever improves on unseen data is luck.
+    """
+    basis = basis_of(library.base)
+    fitted = basis @ (basis.T @ library.target)
+    shifted = library.shifted(library.target - fitted, seed=7, count=1)[:, 0].astype(np.float64)
+    choice = choose(replace(library, target=fitted + shifted), rivals=False)
+    return 100.0 * (1.0 - math.sqrt(float(choice.full.sum()) / float(choice.plain.sum())))
+
+
+def refitted_twin(table: Table, twin: Twin) -> Twin:
+    """Return the twin's own structure with the numbers that fit the table best."""
+    delta, _ = refit(table)
+    names = dict(zip(BASE, delta, strict=True))
+    return replace(
+        twin,
+        inertia_kg_m2=max(twin.inertia_kg_m2 + names["inertia_kg_m2"], 0.0),
+        viscous_nm_s_per_rad=max(twin.viscous_nm_s_per_rad + names["viscous_nm_s_per_rad"], 0.0),
+        coulomb_nm=max(twin.coulomb_nm + names["coulomb_nm"], 0.0),
+        gravity_sin_nm=twin.gravity_sin_nm + names["gravity_sin_nm"],
+        gravity_cos_nm=twin.gravity_cos_nm + names["gravity_cos_nm"],
+    )
