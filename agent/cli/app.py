@@ -118,6 +118,23 @@ def twin(
     run_twin(recordings, out)
 
 
+@app.command(short_help="what a simulation leaves out: located, named, modelled, proven")
+def explain(
+    twin: Annotated[Path, typer.Argument(metavar="TWIN.toml", help="What the simulation knows.")],
+    recordings: Recordings,
+    out: Annotated[Path, typer.Option(help="Where report, explanation and extended twin go.")],
+    holdout: Annotated[
+        list[str] | None,
+        typer.Option(metavar="RECORDING", help="Prove it on these; repeatable."),
+    ] = None,
+    json: Json = False,
+) -> None:
+    """Say where simulation and recordings differ, what physics is missing, and prove it."""
+    from agent.cli.explain import run_explain
+
+    run_explain(twin, recordings, holdout or [], out, as_json=json)
+
+
 @app.command(short_help="a twin's torque beside a recording's own")
 def simulate(
     twin: Annotated[Path, typer.Argument(metavar="TWIN.toml", help="The twin.")],
@@ -151,12 +168,16 @@ def ripple(
 def study(
     recordings: Recordings,
     out: Annotated[Path, typer.Option(help="Where study.html and study.json go.")],
+    validation: Annotated[
+        str | None,
+        typer.Option(metavar="RECORDING", help="Judge the residual on this run (reversed stair)."),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Study the rigid body's regression: acceleration thresholds, residual correlations."""
     from agent.cli.study import run_study
 
-    run_study(recordings, out, as_json=json)
+    run_study(recordings, out, as_json=json, validation=validation)
 
 
 @app.command(short_help="how the gearbox cools; friction over temperature")

@@ -209,4 +209,5 @@ def _row_seconds(scene: Scene) -> float:
     """Return how much time one row stands for."""
     pieces = scene.table.pieces
     total = math.fsum((p.rows.stop - p.rows.start) * p.period_s * p.stride for p in pieces)
-    return total / max(sum(p.rows.stop - p.rows.start for p in pieces), 1)
+    count: int = sum(p.rows.stop - p.rows.start for p in pieces)
+    return total / max(count, 1)

@@ -1,0 +1,179 @@
+"""`stribeck explain`: where a simulation and recordings differ, what that is, what it is worth."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+from pathlib import Path
+
+import typer
+
+from agent.cli.simulate import read_twin
+from agent.cli.talk import talker
+from agent.errors import InputError, StorageError
+from agent.explain.explain import explain
+from agent.explain.result import Explanation
+from agent.explain.run import Run
+from agent.identify.result import Floats
+from agent.physics.twin import Twin, TwinError, format_twin
+from agent.record.atomic import publish
+from agent.record.reading import read_all
+from agent.record.recording import Recording
+
+NEXT_FILE = "next-experiment.json"
+
+
+def run_explain(
+    twin_path: Path,
+    patterns: Sequence[str],
+    holdout: Sequence[str],
+    out: Path,
+    *,
+    as_json: bool,
+) -> None:
+    """Explain recordings, write explanation.json, twin.toml and report.html, print the answer.
+
+    Raises
+    ------
+    agent.errors.InputError
+        Twin or recordings cannot be used, are not of one axis, or a hold-out is among the
+        recordings to learn from.
+    """
+    twin = read_twin(twin_path)
+    recordings = read_all(patterns)
+    unseen = read_all(holdout) if holdout else ()
+    fits_together(twin, twin_path, (*recordings, *unseen))
+    _apart(recordings, unseen)
+    talker().print(f"Explaining {len(recordings)} recordings, {len(unseen)} held out ...")
+    found = explained(twin, twin_path, recordings, unseen)
+    _write(out, found, recordings)
+    if as_json:
+        typer.echo(json.dumps(found.to_json(), indent=2))
+        return
+    from agent.cli.explanation_text import explanation_text
+
+    next_file = str(out / NEXT_FILE) if _has_next(found) else ""
+    typer.echo(explanation_text(found, axis=twin.axis, next_file=next_file))
+    talker().print(f"Open {out / 'report.html'}; the extended twin is {out / 'twin.toml'}.")
+
+
+def explained(
+    twin: Twin, where: Path, recordings: Sequence[Recording], unseen: Sequence[Recording]
+) -> Explanation:
+    """Return the explanation of recordings; a twin that cannot predict them is refused."""
+    try:
+        return explain(twin, runs_of(recordings), runs_of(unseen))
+    except TwinError as error:
+        raise InputError(f"{where}: {error}") from error
+
+
+def runs_of(recordings: Sequence[Recording]) -> tuple[Run, ...]:
+    """Return recordings as the explanation takes them; names are the files', made unique."""
+    names = [Path(r.source).name for r in recordings]
+    return tuple(
+        Run.from_columns(
+            _numbers(recording),
+            recording.metadata.gear_ratio,
+            name=name if names.count(name) == 1 else recording.source,
+            started_s=_started(recording),
+            payload_kg=(
+                math.nan
+                if recording.metadata.payload_kg is None
+                else float(recording.metadata.payload_kg)
+            ),
+        )
+        for recording, name in zip(recordings, names, strict=True)
+    )
+
+
+def _numbers(recording: Recording) -> Mapping[str, Floats]:
+    """Return the columns of numbers that the contract knows."""
+    from agent.record.recording import FLOAT_COLUMNS
+
+    return {name: recording[name] for name in FLOAT_COLUMNS if name in recording}
+
+
+def _started(recording: Recording) -> float:
+    try:
+        return datetime.fromisoformat(recording.metadata.started_at).timestamp()
+    except ValueError:
+        return math.nan
+
+
+def fits_together(twin: Twin, where: Path, recordings: Sequence[Recording]) -> None:
+    """Refuse recordings of several axes, and those of another axis or gear than the twin.
+
+    Raises
+    ------
+    agent.errors.InputError
+        Saying which.
+    """
+    for recording in recordings:
+        about = recording.metadata
+        if about.axis != twin.axis or about.robot != twin.robot:
+            raise InputError(
+                f"{where} is {twin.robot} axis {twin.axis}, but {recording.source} is "
+                f"{about.robot} axis {about.axis}.",
+                "Take the twin and the recordings of one axis.",
+            )
+        if not math.isclose(about.gear_ratio, twin.gear_ratio, rel_tol=1e-6):
+            raise InputError(
+                f"{where} has gear ratio {twin.gear_ratio:g}, but {recording.source} has "
+                f"{about.gear_ratio:g}."
+            )
+
+
+def _apart(recordings: Sequence[Recording], unseen: Sequence[Recording]) -> None:
+    """Refuse a hold-out that is also learnt from, under whatever name."""
+    known = {_fingerprint(r): r.source for r in recordings}
+    for recording in unseen:
+        same = known.get(_fingerprint(recording))
+        if same is not None:
+            raise InputError(
+                f"{recording.source} is held out, but {same} is the same recording and is to be "
+                "learnt from.",
+                "A proof needs recordings that nothing was learnt from.",
+            )
+
+
+def _fingerprint(recording: Recording) -> str:
+    digest = hashlib.sha256()
+    for name in ("time_s", "torque_nm"):
+        digest.update(recording[name].tobytes())
+    return digest.hexdigest()
+
+
+def _has_next(found: Explanation) -> bool:
+    return found.next_experiment is not None and found.next_experiment.trajectory is not None
+
+
+def _write(out: Path, found: Explanation, recordings: Sequence[Recording]) -> None:
+    """Write everything into a folder; what was there under these names is replaced."""
+    from agent.report.explanation import write_explanation_page
+
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StorageError(f"{out}: the folder cannot be made: {error}.") from error
+    files = {out / "explanation.json": json.dumps(found.to_json(), indent=2).encode()}
+    if found.twin is not None:
+        files[out / "twin.toml"] = format_twin(found.twin).encode()
+    following = found.next_experiment
+    next_file = ""
+    if following is not None and following.trajectory is not None:
+        files[out / NEXT_FILE] = json.dumps(dict(following.trajectory), indent=2).encode()
+        next_file = str(out / NEXT_FILE)
+    publish(files, overwrite=True)
+    about = recordings[0].metadata
+    write_explanation_page(
+        out / "report.html",
+        found,
+        title=f"{about.robot}, axis {about.axis}",
+        robot=about.robot,
+        axis=about.axis,
+        next_file=next_file,
+        metadata=about.to_json(),
+    )
