@@ -14,13 +14,17 @@ import numpy as np
 
 from agent.explain.form import Form, Point
 from agent.explain.forms_sliding import stack
-from agent.explain.hidden_arm import hidden_arm
+from agent.explain.hidden_arm import HiddenArm, inertia_of
+from agent.explain.load_changes import arm_shares
 from agent.explain.scene import Scene, log_grid
 from agent.identify.result import Floats
 
 _DELAYS_S = tuple(1e-3 * d for d in (-16, -8, -4, -2, -1, 1, 2, 4, 8, 16))
 _PLATEAU = 0.002  # of the largest torque: what counts as flat
 _PLATEAU_SHARE = 0.01
+_ARM_REACHES = (3e-5, 3e-4)  # rad of the arm: how far its own friction gives way before it slips
+_WIDEST_ARM_GAP = 2e-3  # rad of the arm, half of a worn planetary gear's
+_GAPS, _PLACES = 18, 2
 
 
 def _presliding_grid(scene: Scene) -> Sequence[Point]:
@@ -109,19 +113,36 @@ def _saturation_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapp
 def _swing_grid(scene: Scene) -> Sequence[Point]:
     highest = 1.5 * scene.table.cutoff_hz
     frequencies = log_grid(max(1.0, highest / 15.0), highest, 8)
-    friction = (0.0, 0.6, 1.2)
-    return tuple((f, d, s) for f in frequencies for d in (0.05, 0.25) for s in friction)
+    return tuple((f, d) for f in frequencies for d in (0.03, 0.1, 0.3))
 
 
 def _flexible(scene: Scene, point: Point) -> Floats:
     """Return the torque of an arm behind a spring, over its inertia, shape (N, 1)."""
-    frequency_hz, damping, share = point
-    return stack(hidden_arm(scene, frequency_hz, damping, share * _slowing(scene)))
+    return stack(HiddenArm(*point).extra_rad_s2(scene))
+
+
+def _rubbing_grid(scene: Scene) -> Sequence[Point]:
+    highest = 1.5 * scene.table.cutoff_hz
+    frequencies = log_grid(max(1.0, highest / 15.0), highest, 7)
+    reaches = [arm * scene.table.gear_ratio for arm in _ARM_REACHES]
+    return tuple(
+        (f, (0.06, 0.2)[(i + j + k) % 2], s, r)
+        for i, f in enumerate(frequencies)
+        for j, s in enumerate((0.4, 1.0))
+        for k, r in enumerate(reaches)
+    )
+
+
+def _rubbing(scene: Scene, point: Point) -> Floats:
+    """Return the torque of an arm with dry friction behind a spring, over its inertia, (N, 1)."""
+    frequency_hz, damping, share, reach = point
+    arm = HiddenArm(frequency_hz, damping, share * _slowing(scene), reach)
+    return stack(arm.extra_rad_s2(scene))
 
 
 def _slowing(scene: Scene) -> float:
     """Return how fast dry friction alone would slow the joint, rad/s2."""
-    return max(float(scene.theta[2]), 0.0) / max(float(scene.theta[0]), 1e-12)
+    return max(float(scene.theta[2]), 0.0) / inertia_of(scene)
 
 
 def _flexible_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
@@ -138,52 +159,37 @@ def _flexible_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mappin
 
 
 def _gap_grid(scene: Scene) -> Sequence[Point]:
-    gaps = log_grid(1e-4 * scene.table.gear_ratio, 1e-2 * scene.table.gear_ratio, 6)
-    hz = (0.3 * scene.table.cutoff_hz, scene.table.cutoff_hz)
-    return tuple((g, f) for g in gaps for f in hz)
+    """Return gaps of all sizes at the arm's likeliest shares of inertia and friction."""
+    cutoff, gear = scene.table.cutoff_hz, scene.table.gear_ratio
+    # A gap that is crossed faster than the band can follow leaves no trace.
+    smallest = 0.1 * _slowing(scene) / (2.0 * math.pi * cutoff) ** 2
+    gaps = log_grid(smallest, _WIDEST_ARM_GAP * gear, _GAPS)
+    return tuple(
+        (gap, share, friction, (0.7, 1.3)[k % 2] * cutoff, (0.2, 0.4)[(i + k) % 2])
+        for i, (share, friction) in enumerate(arm_shares(scene, _PLACES))
+        for k, gap in enumerate(gaps)
+    )
 
 
 def _gap(scene: Scene, point: Point) -> Floats:
-    """Return the torque of an arm of half the inertia behind a gap, less that of a tight gear."""
-    from agent.physics.kernels import carried_arm
-
-    half_gap, hz = point
-    inertia = 0.5 * float(scene.theta[0])
-    omega = 2.0 * math.pi * hz
-    full = scene.table.full
-    out = np.zeros(scene.direction.shape[0])
-    sin, cos = float(scene.theta[3]), float(scene.theta[4])
-    for at, period_s in scene.each_piece():
-        steps = max(1, math.ceil(10.0 * omega * period_s))
-        shaft = carried_arm(
-            full["time_s"][at],
-            full["position_rad"][at],
-            full["velocity_rad_s"][at],
-            inertia,
-            inertia * omega**2,
-            0.0,
-            2.0 * 0.2 * inertia * omega,
-            half_gap,
-            sin,
-            cos,
-            scene.table.gear_ratio,
-            steps,
-        )
-        arm = scene.arm_rad[at]
-        stiff = inertia * full["acceleration_rad_s2"][at] + sin * np.sin(arm) + cos * np.cos(arm)
-        out[at] = shaft - stiff
-    return stack(out)
+    """Return the torque of an arm behind a gap, less that of a tight gear, over its inertia."""
+    half_gap, inertia_share, friction_share, hz, damping = point
+    friction = max(friction_share, 0.0) * _slowing(scene) / inertia_share
+    arm = HiddenArm(
+        hz, damping, friction, _ARM_REACHES[0] * scene.table.gear_ratio, half_gap, inertia_share
+    )
+    return stack(arm.extra_rad_s2(scene))
 
 
 def _gap_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
-    inertia = 0.5 * float(scene.theta[0]) * values["share"]
+    inertia = values["arm_share"] * float(scene.theta[0])
     omega = 2.0 * math.pi * values["contact_hz"]
     return (
         {
             "half_gap_rad": values["half_gap_rad"],
             "arm_inertia_kg_m2": inertia,
             "stiffness_nm_per_rad": inertia * omega**2,
-            "damping_nm_s_per_rad": 0.4 * inertia * omega,
+            "damping_nm_s_per_rad": 2.0 * values["damping_ratio"] * inertia * omega,
         },
     )
 
@@ -227,8 +233,19 @@ FORMS: tuple[Form, ...] = (
         "one spring",
         ("arm_inertia_kg_m2",),
         _flexible,
-        ("antiresonance_hz", "damping_ratio", "friction_share"),
+        ("antiresonance_hz", "damping_ratio"),
         _swing_grid,
+        (1,),
+        at_edges=True,
+        to_twin=_flexible_twin,
+    ),
+    Form(
+        "joint-flexibility",
+        "one spring, and an arm with friction",
+        ("arm_inertia_kg_m2",),
+        _rubbing,
+        ("antiresonance_hz", "damping_ratio", "friction_share", "friction_reach_rad"),
+        _rubbing_grid,
         (1,),
         at_edges=True,
         to_twin=_flexible_twin,
@@ -236,9 +253,9 @@ FORMS: tuple[Form, ...] = (
     Form(
         "backlash",
         "gap",
-        ("share",),
+        ("arm_inertia_kg_m2",),
         _gap,
-        ("half_gap_rad", "contact_hz"),
+        ("half_gap_rad", "arm_share", "arm_friction_share", "contact_hz", "damping_ratio"),
         _gap_grid,
         (1,),
         needs=("position_rad",),

@@ -1,101 +1,90 @@
 """The arm behind a soft or loose gear, simulated on the measured motion of the motor.
 
 Everything is per unit of the arm's inertia, so that the shaft's torque is proportional to that
-inertia: it is the one linear number. The arm's own dry friction holds it at rest until the spring
-is wound up far enough; gravity, which only shifts the spring's rest, is left to the base model.
+inertia: it is the one linear number. The arm has dry friction of its own, which gives way like a
+spring before it slips; without that an arm would stop dead and ring otherwise than real ones do.
+Gravity decides on which side of a gap the arm rests; without a gap it only shifts the twist.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from agent.explain.scene import Scene
 from agent.identify.result import Floats
 
-_STEPS_PER_RAD = 12.0  # of the spring's own swing
+_STEPS_PER_SWING = 16.0
+_SOFTEST = 0.5  # of the gear's spring: friction that is stiffer before it slips is as good as rigid
 
 
-@njit(cache=True)
-def _shaft(
-    velocity: Floats,
-    period_s: float,
-    omega: float,
-    damping: float,
-    friction: float,
-    half_gap: float,
-    steps: int,
-) -> Floats:
-    """Return the shaft's torque over the arm's inertia, rad/s2, shape (n,)."""
-    out = np.empty(velocity.shape[0])
-    dt = period_s / steps
-    stiffness, damper = omega * omega, 2.0 * damping * omega
-    # A stretch may begin in full motion: the arm then follows the motor.
-    arm = velocity[0]
-    start = 0.0
-    if velocity[0] > 0.0:
-        start = friction
-    elif velocity[0] < 0.0:
-        start = -friction
-    twist = start / stiffness
-    if start != 0.0:
-        twist += math.copysign(half_gap, start)
-    for i in range(velocity.shape[0]):
-        slope = (velocity[i + 1] - velocity[i]) / steps if i + 1 < velocity.shape[0] else 0.0
-        pull = 0.0
-        for j in range(steps):
-            motor = velocity[i] + slope * j
-            open_ = abs(twist) - half_gap
-            if open_ > 0.0:
-                pull = stiffness * math.copysign(open_, twist) + damper * (motor - arm)
-            else:
-                pull = 0.0
-            if j == 0:
-                out[i] = pull
-            arm += dt * pull
-            # Dry friction takes what speed it can within the step, and no more: it never drives.
-            hold = friction * dt
-            if arm > hold:
-                arm -= hold
-            elif arm < -hold:
-                arm += hold
-            else:
-                arm = 0.0
-            twist += dt * (motor - arm)
-    return out
-
-
-def hidden_arm(
-    scene: Scene, frequency_hz: float, damping: float, friction_rad_s2: float, half_gap: float = 0.0
-) -> Floats:
-    """Return the shaft's torque less that of a stiff gear, over the arm's inertia, shape (N,).
+@dataclass(frozen=True)
+class HiddenArm:
+    """What is behind the gear, per unit of the arm's inertia.
 
     Parameters
     ----------
-    scene : Scene
-    frequency_hz, damping : float
-        Of the arm's swing on its spring while the motor is held.
+    frequency_hz : float
+        Of the arm's swing on the gear's spring while the motor is held.
+    damping_ratio : float
+        Of that swing.
     friction_rad_s2 : float
         The arm's dry friction over its inertia.
-    half_gap : float
-        Half of the clearance, rad at the motor.
+    reach_rad : float
+        How far that friction gives way, like a spring, before it slips, seen from the motor.
+    half_gap_rad : float
+        Half of the gear's clearance, seen from the motor.
+    inertia_share : float
+        The arm's share of the whole inertia, which says how hard gravity pulls it.
     """
-    omega = 2.0 * math.pi * frequency_hz
-    velocity = scene.full("velocity_rad_s")
-    stiff = scene.full("acceleration_rad_s2") + friction_rad_s2 * scene.direction
-    out = np.zeros(velocity.shape[0])
-    for at, period_s in scene.each_piece():
-        steps = max(1, math.ceil(_STEPS_PER_RAD * omega * period_s / (2.0 * math.pi)))
-        shaft = _shaft(
-            np.ascontiguousarray(velocity[at]),
-            period_s,
-            omega,
-            damping,
-            friction_rad_s2,
-            half_gap,
-            steps,
-        )
-        out[at] = shaft - stiff[at]
-    return out
+
+    frequency_hz: float
+    damping_ratio: float
+    friction_rad_s2: float = 0.0
+    reach_rad: float = 1.0
+    half_gap_rad: float = 0.0
+    inertia_share: float = 1.0
+
+    def extra_rad_s2(self, scene: Scene) -> Floats:
+        """Return the shaft's torque less that of a stiff gear, over the arm's inertia, shape (N,).
+
+        The velocity is taken as it was recorded: its smooth form would lack the swing itself.
+        """
+        from agent.explain.arm_kernel import shaft_rad_s2
+
+        omega = 2.0 * math.pi * self.frequency_hz
+        # Stiffer friction would ask for smaller steps, and the band would not show the difference.
+        reach = max(self.reach_rad, self.friction_rad_s2 / (_SOFTEST * omega**2), 1e-12)
+        velocity = scene.full("velocity_raw_rad_s")
+        weight = weight_nm(scene) / (self.inertia_share * inertia_of(scene))
+        out = np.zeros(velocity.shape[0])
+        for at, period_s in scene.each_piece():
+            own, pull = np.ascontiguousarray(velocity[at]), np.ascontiguousarray(weight[at])
+            shaft = shaft_rad_s2(
+                own,
+                pull,
+                period_s,
+                omega,
+                self.damping_ratio,
+                self.friction_rad_s2,
+                reach,
+                self.half_gap_rad,
+                max(1, math.ceil(_STEPS_PER_SWING * self.frequency_hz * period_s)),
+            )
+            out[at] = shaft - pull - np.gradient(own, period_s)
+        return out - self.friction_rad_s2 * scene.direction
+
+
+def inertia_of(scene: Scene) -> float:
+    """Return the refitted twin's inertia, kg m2, kept away from zero."""
+    return max(float(scene.theta[0]), 1e-12)
+
+
+def weight_nm(scene: Scene) -> Floats:
+    """Return gravity's torque as the refitted twin has it, shape (N,)."""
+    if not scene.has("position_rad"):
+        return np.zeros(scene.direction.shape[0])
+    sin_nm, cos_nm = scene.theta[3:5]
+    return np.asarray(sin_nm * np.sin(scene.arm_rad) + cos_nm * np.cos(scene.arm_rad))
