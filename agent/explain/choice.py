@@ -16,10 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.explain.evidence import effective_size
+from agent.explain.floor import noise_floor
 from agent.explain.search import Candidate, Library, Scored, basis_of
 from agent.identify.result import Floats
 
-MATERIAL = 0.02
+MATERIAL = 0.02  # of the mismatch's energy
+_OF_NOISE = 0.06  # of the noise's energy: a quarter of its amplitude; less matters to nobody
 _ACCIDENT = 0.01
 _MOST_TERMS = 6
 _DECISIVE = 3.0  # of log density: a rival that is further behind is out
@@ -89,14 +91,16 @@ def choose(library: Library, *, rivals: bool = True) -> Choice:
         Whether to look for what could stand in each term's place as well.
     """
     plain = library.errors([])
-    energy = float(plain.sum())
     chosen: list[Term] = []
     current = plain
     while len(chosen) < _MOST_TERMS:
         terms = [t.candidate for t in chosen]
         ranked = _allowed(library.rank(terms), chosen)
         best = _preferred(library, ranked)
-        if best is None or float(current.sum()) - best.error < MATERIAL * energy:
+        if best is None:
+            break
+        material = _material(library, plain, [*terms, best.candidate])
+        if float(current.sum()) - best.error < material:
             break
         if not _steady(current - best.blocks):
             break
@@ -105,10 +109,23 @@ def choose(library: Library, *, rivals: bool = True) -> Choice:
             break
         chosen.append(Term(best, chance))
         current = best.blocks
-        chosen, current = _pruned(library, chosen, energy)
+        chosen, current = _pruned(library, chosen, material)
     if rivals:
         chosen, current = _settled(library, chosen)
     return Choice(tuple(chosen), plain, current)
+
+
+def _material(library: Library, plain: Floats, terms: Sequence[Candidate]) -> float:
+    """Return the least squared error that a term must remove to be worth a name.
+
+    The noise is that of the model with the term, which other missing physics enlarges less.
+    """
+    weighing, table = library.weighing, library.scene.table
+    left = np.zeros(table.used.shape[0])
+    left[weighing.rows] = library.residual(terms) / weighing.weight
+    floor_nm = noise_floor(table, left).value_nm
+    noise = floor_nm**2 * float(np.sum(weighing.weight**2)) if floor_nm > 0.0 else 0.0
+    return max(MATERIAL * float(plain.sum()), _OF_NOISE * noise)
 
 
 def _allowed(ranked: Sequence[Scored], chosen: Sequence[Term]) -> list[Scored]:
@@ -145,7 +162,7 @@ def _preferred(library: Library, ranked: Sequence[Scored]) -> Scored | None:
     return min(close, key=lambda s: (s.form.catch_all, s.form.size, s.error), default=best)
 
 
-def _pruned(library: Library, chosen: list[Term], energy: float) -> tuple[list[Term], Floats]:
+def _pruned(library: Library, chosen: list[Term], material: float) -> tuple[list[Term], Floats]:
     """Take back every term that the others have made immaterial."""
     while True:
         whole = library.errors([t.candidate for t in chosen])
@@ -156,7 +173,7 @@ def _pruned(library: Library, chosen: list[Term], energy: float) -> tuple[list[T
             without = library.errors([t.candidate for j, t in enumerate(chosen) if j != i])
             losses.append(float(without.sum() - whole.sum()))
         weakest = int(np.argmin(losses))
-        if losses[weakest] >= MATERIAL * energy:
+        if losses[weakest] >= material:
             return chosen, whole
         del chosen[weakest]
 

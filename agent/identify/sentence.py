@@ -65,10 +65,9 @@ def _feeny_moon(parameters: Mapping[str, Parameter]) -> str:
 
 
 def _quantity(name: str, parameter: Parameter) -> str:
-    """Return value, half of the interval and unit; without an interval, that it has none."""
-    scale = scale_for(parameter_unit(name), (parameter.value,))
+    """Return value, half of the interval and unit; what was not identified has no number."""
     if not parameter.identified or parameter.ci95 is None:
-        value = significant(scale.factor * parameter.value, 3)
-        return f"{value} {scale.unit} (not well determined)"
+        return "an undetermined amount"
+    scale = scale_for(parameter_unit(name), (parameter.value,))
     value, _, half_width = written(parameter, scale.factor)
     return f"{value} ±{half_width} {scale.unit}" if half_width else f"{value} {scale.unit}"
