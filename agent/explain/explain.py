@@ -29,6 +29,7 @@ from agent.explain.result import (
     Region,
     Trace,
     Verdict,
+    fit_of,
 )
 from agent.explain.run import Run
 from agent.explain.scene import Scene, refit
@@ -209,9 +210,9 @@ def _explanation(
         sentence=sentence,
         reasons=(),
         floor=study.floor,
-        baseline=proof.fit_of_rows(measured, table.target_nm[rows]),
-        refitted=proof.fit_of_rows(measured, study.refitted_nm[rows]),
-        extended=proof.fit_of_rows(measured, left),
+        baseline=fit_of(measured, table.target_nm[rows]),
+        refitted=fit_of(measured, study.refitted_nm[rows]),
+        extended=fit_of(measured, left),
         holdout=proven,
         findings=findings,
         unexplained_share=share,

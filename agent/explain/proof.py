@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from agent.explain.choice import choose
 from agent.explain.evidence import solve
 from agent.explain.model import predicted
-from agent.explain.result import Fit, Holdout
+from agent.explain.result import Holdout, fit_of
 from agent.explain.run import Run
 from agent.explain.scene import refit
 from agent.explain.search import Candidate, Library, basis_of
@@ -131,8 +131,7 @@ def prove(
     ratio = np.sqrt(squares[2][draws].sum(axis=1) / squares[0][draws].sum(axis=1))
     low, high = (100.0 * (1.0 - float(x)) for x in np.quantile(ratio, [0.975, 0.025]))
     fits = [
-        fit_of_rows(compared.measured, x)
-        for x in (compared.given, compared.refitted, compared.extended)
+        fit_of(compared.measured, x) for x in (compared.given, compared.refitted, compared.extended)
     ]
     return Holdout(
         source=source,
@@ -147,13 +146,6 @@ def prove(
         placebo_percent=placebo_percent,
         white=_white(compared.extended, blocks, cutoff_rows),
     )
-
-
-def fit_of_rows(measured: Floats, left: Floats) -> Fit:
-    """Return root mean square and fit percent of what is left of a measured torque."""
-    spread = float(np.linalg.norm(measured - measured.mean()))
-    percent = 100.0 * (1.0 - float(np.linalg.norm(left)) / spread) if spread > 0.0 else math.nan
-    return Fit(float(np.sqrt(np.mean(left**2))), percent)
 
 
 def _white(left: Floats, blocks: NDArray[np.int64], cutoff_rows: float) -> bool:

@@ -11,6 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+import numpy as np
+
 from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Twin
 
@@ -383,3 +385,13 @@ class Explanation:
 def number(value: float) -> float | None:
     """Return a finite number as it is, and None for any other."""
     return float(value) if math.isfinite(value) else None
+
+
+def fit_of(measured_nm: Floats, residual_nm: Floats) -> Fit:
+    """Return root mean square and fit percent of a residual against what was measured."""
+    if not measured_nm.size:
+        return Fit()
+    spread = float(np.linalg.norm(measured_nm - measured_nm.mean()))
+    left = float(np.linalg.norm(residual_nm))
+    percent = 100.0 * (1.0 - left / spread) if spread > 0.0 else math.nan
+    return Fit(left / math.sqrt(measured_nm.size), percent)
