@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from fakes.checks import require_finite, require_not_negative, require_positive
 from fakes.friction import FrictionParameters
+from fakes.imperfections import Imperfections
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,8 @@ class JointParameters:
         Where the arm hangs when the drive is switched on.
     friction : FrictionParameters
         What the motor has to overcome.
+    imperfections : Imperfections
+        What a plain simulation of the joint lacks; none by default.
     """
 
     motor_inertia_kg_m2: float = 0.0084
@@ -45,6 +48,7 @@ class JointParameters:
     brake_nm: float = 0.0
     initial_arm_position_rad: float = 0.0
     friction: FrictionParameters = field(default_factory=FrictionParameters)
+    imperfections: Imperfections = field(default_factory=Imperfections)
 
     def __post_init__(self) -> None:
         require_finite(self)
@@ -75,13 +79,29 @@ class JointParameters:
             arm_position_rad
         )
 
+    def load_nm(self, arm_position_rad: float) -> float:
+        """Return the motor torque that balances gravity and cables at an arm angle."""
+        more = self.imperfections
+        cable = more.cable_nm_per_arm_rad * (arm_position_rad - more.cable_rest_arm_rad)
+        return self.gravity_nm(arm_position_rad) + cable
+
     def require_stable_at(self, dt_s: float) -> None:
         """Refuse a step that the integrator could not follow.
 
         Semi-implicit Euler keeps an undamped mode of angular frequency w bounded for
         ``w dt < 2``; a tenth of that keeps its frequency right to 0.1 %. The damper is taken
-        explicitly and asks for ``d dt (1/Jm + 1/Ja) < 1``.
+        explicitly and asks for ``d dt (1/Jm + 1/Ja) < 1``. Bristles of presliding friction
+        stiffen the motor alone.
         """
+        bristles = self.imperfections.bristle_stiffness_nm_per_rad(
+            self.friction.coulomb_nm + self.friction.static_extra_nm
+        )
+        bristle_rad_s = math.sqrt(bristles / self.motor_inertia_kg_m2)
+        if bristle_rad_s * dt_s > 0.2:
+            raise ValueError(
+                f"imperfections.presliding_rad: {self.imperfections.presliding_rad} is too short "
+                f"for a step of {dt_s} s (w dt = {bristle_rad_s * dt_s:.3f}, expected up to 0.2)"
+            )
         stiff = 2.0 * math.pi * self.resonance_frequency_hz * dt_s
         damped = self.damper_nm_s_per_rad * dt_s
         damped *= 1.0 / self.motor_inertia_kg_m2 + 1.0 / self.arm_inertia_kg_m2

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from fakes.checks import require_finite, require_positive
 from fakes.friction import FrictionTruth
+from fakes.imperfections import Reaction
 from fakes.joint import JointParameters
 from fakes.thermal import Gearbox, ThermalParameters
 
@@ -78,6 +79,7 @@ class Plant:
         "_gearbox",
         "_heat_j",
         "_integral_nm",
+        "_reaction",
         "_since_thermal_s",
         "arm_position_rad",
         "arm_velocity_rad_s",
@@ -116,14 +118,30 @@ class Plant:
         self.torque_reference_nm: float | None = None
         arm = self.joint.initial_arm_position_rad
         self.arm_position_rad = arm * self.joint.gear_ratio  # motor side, like everything here
-        # The spring carries gravity from the start: the arm hangs at rest.
-        twist = self.joint.gravity_nm(arm) / self.joint.spring_nm_per_rad
+        # The spring carries the load from the start: the arm hangs at rest, on one flank.
+        load = self.joint.load_nm(arm)
+        twist = load / self.joint.spring_nm_per_rad
+        twist += math.copysign(0.5 * self.joint.imperfections.backlash_rad, load)
         self.motor_position_rad = self.arm_position_rad + twist
+        self._reaction = self._reaction_at(self.motor_position_rad)
         self.motor_velocity_rad_s = self.arm_velocity_rad_s = 0.0
         self.reference_rad_s = self.velocity_measured_rad_s = 0.0
         self.torque_nm = self._integral_nm = 0.0
         self._heat_j = self._since_thermal_s = 0.0
         self._counts = math.floor(self.motor_position_rad * self._counts_per_rad)
+
+    def _reaction_at(self, motor_position_rad: float) -> Reaction | None:
+        """Return how an imperfect joint answers; None for one that is as simple as it gets."""
+        joint = self.joint
+        if not joint.imperfections.act_in_the_joint:
+            return None
+        return Reaction(
+            joint.imperfections,
+            spring_nm_per_rad=joint.spring_nm_per_rad,
+            damper_nm_s_per_rad=joint.damper_nm_s_per_rad,
+            gear_ratio=joint.gear_ratio,
+            motor_position_rad=motor_position_rad,
+        )
 
     @property
     def _counts_per_rad(self) -> float:
@@ -184,9 +202,13 @@ class Plant:
         reach = STRIBECK_REACH * friction.stribeck_velocity_rad_s
         slip = 1.0 / (1.0 + friction.viscous_nm_s_per_rad * motor_share)
         per_gear = 1.0 / joint.gear_ratio
+        reaction, viscous = self._reaction, friction.viscous_nm_s_per_rad
+        has_bristles = reaction is not None and reaction.has_bristles
         gravity_sin, gravity_cos = joint.gravity_sin_nm, joint.gravity_cos_nm
-        has_gravity = gravity_sin != 0.0 or gravity_cos != 0.0
-        gravity, sin, cos, exp = 0.0, math.sin, math.cos, math.exp
+        cable = joint.imperfections.cable_nm_per_arm_rad
+        cable_rest = joint.imperfections.cable_rest_arm_rad
+        is_loaded = gravity_sin != 0.0 or gravity_cos != 0.0 or cable != 0.0
+        load, sin, cos, exp = 0.0, math.sin, math.cos, math.exp
         reference, measured = self.reference_rad_s, self.velocity_measured_rad_s
         integral, torque = self._integral_nm, self.torque_nm
         motor_position, motor_velocity = self.motor_position_rad, self.motor_velocity_rad_s
@@ -197,7 +219,8 @@ class Plant:
         for _ in range(steps):
             # Encoder, differentiated and filtered as a drive does it.
             before = counts
-            counts = motor_position * counts_per_rad // 1.0
+            angle = motor_position if reaction is None else reaction.angle_read_rad(motor_position)
+            counts = angle * counts_per_rad // 1.0
             measured += filter_share * ((counts - before) * rad_s_per_count - measured)
             if powered:
                 if torque_reference is None:
@@ -227,26 +250,43 @@ class Plant:
                     integral += integral_gain * error
             torque += current_share * (command - torque)
 
-            twist = spring * (motor_position - arm_position) + damper * (
-                motor_velocity - arm_velocity
-            )
-            free = motor_velocity + motor_share * (torque - twist)
             speed = motor_velocity if motor_velocity >= 0.0 else -motor_velocity
             hold = dry
             if speed < reach:
                 hold += extra * exp(-((speed * per_stribeck) ** exponent))
+            if reaction is None:
+                twist = spring * (motor_position - arm_position) + damper * (
+                    motor_velocity - arm_velocity
+                )
+                push, back = torque - twist, hold
+            else:
+                against, twist = reaction.gear_nm(
+                    motor_position, motor_velocity, arm_position, arm_velocity
+                )
+                push = reaction.drive_nm(torque, motor_position) - against
+                ahead_nm, back_nm = reaction.dry_nm(hold / motor_share, twist, motor_position)
+                if has_bristles:
+                    bent = reaction.bristles_nm(motor_position, ahead_nm, back_nm)
+                    push -= bent
+                    heat += bent * motor_share * motor_velocity
+                    hold = back = 0.0
+                else:
+                    hold, back = ahead_nm * motor_share, back_nm * motor_share
+                slip = 1.0 / (1.0 + reaction.viscous_nm_s_per_rad(viscous, speed) * motor_share)
+            free = motor_velocity + motor_share * push
             if free > hold:
                 motor_velocity = (free - hold) * slip
                 heat += (free - motor_velocity) * motor_velocity
-            elif free < -hold:
-                motor_velocity = (free + hold) * slip
+            elif free < -back:
+                motor_velocity = (free + back) * slip
                 heat += (free - motor_velocity) * motor_velocity
             else:
                 motor_velocity = 0.0
-            if has_gravity:
+            if is_loaded:
                 angle = arm_position * per_gear
-                gravity = gravity_sin * sin(angle) + gravity_cos * cos(angle)
-            arm_velocity += arm_share * (twist - gravity)
+                load = gravity_sin * sin(angle) + gravity_cos * cos(angle)
+                load += cable * (angle - cable_rest)
+            arm_velocity += arm_share * (twist - load)
             motor_position += dt * motor_velocity
             arm_position += dt * arm_velocity
 
