@@ -7,11 +7,11 @@ from pathlib import Path
 
 import typer
 
-from agent.cell import read_cell
+from agent.cell import Axis, read_cell
 from agent.cli.outcome import conclude
 from agent.cli.summary import summary
 from agent.cli.talk import progress_bar, stop_on_signal, talker
-from agent.cycle.plan import trajectory_of
+from agent.cycle.plan import NAMED, trajectory_of
 from agent.errors import InputError, RefusedError
 from agent.record.reading import read
 from agent.wire import CycleRequest, drive_cycle
@@ -31,13 +31,41 @@ def dry_run_axis(
     """
     cell = read_cell(cell_path)
     axis = cell.axis_numbered(number)
-    trajectory = trajectory_of(axis, read_trajectory(trajectory_path), reverse=reverse)
+    trajectory = trajectory_of(axis, asked_for(axis, trajectory_path), reverse=reverse)
     plan = summarise(trajectory, axis.motor_limits, axis.torque_model, gear_ratio=axis.gear_ratio)
     typer.echo("\n".join([f"{cell.robot}, axis {number}: dry run, nothing moves.", *plan.lines()]))
     if not axis.commissioned:
         typer.echo("The axis is not commissioned: `stribeck run` would refuse it.")
     if plan.excesses:
-        raise RefusedError("The stair does not fit the axis's limits.")
+        raise RefusedError("What would be driven does not fit the axis's limits.")
+
+
+def asked_for(axis: Axis, what: Path | None) -> Trajectory | None:
+    """Return what `--trajectory` asks for: a document, or a name where no such file exists.
+
+    Parameters
+    ----------
+    axis : agent.cell.Axis
+        A named trajectory is made from its numbers.
+    what : pathlib.Path, optional
+        A file, or one of `agent.cycle.plan.NAMED`; None asks for the cell's stair.
+
+    Raises
+    ------
+    agent.errors.InputError
+        Where it is neither.
+    trajectories.TrajectoryError
+        Where the axis cannot drive what is named.
+    """
+    if what is not None and not what.exists():
+        made = NAMED.get(str(what))
+        if made is not None:
+            return made(axis)
+        raise InputError(
+            f"The trajectory {what} cannot be read: there is no such file.",
+            f"Give a file that `stribeck plan` wrote, or a name: {', '.join(NAMED)}.",
+        )
+    return read_trajectory(what)
 
 
 def read_trajectory(path: Path | None) -> Trajectory | None:
@@ -79,7 +107,7 @@ def run_axis(
         axis,
         own if out is None else out,
         reverse,
-        read_trajectory(trajectory_path),
+        asked_for(axis, trajectory_path),
         journal_folder=own,
     )
     with stop_on_signal() as stop_requested, progress_bar(f"axis {number}") as progress:
