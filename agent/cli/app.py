@@ -135,6 +135,24 @@ def explain(
     run_explain(twin, recordings, holdout or [], out, as_json=json)
 
 
+@app.command(short_help="conceals effects, explains them blind, prints the score")
+def prove(
+    cases: Annotated[int, typer.Option(help="How many cases; 12 take about two minutes.")] = 12,
+    seed: Annotated[
+        int, typer.Option(help="First seed; below 10000 is for development and no score.")
+    ] = 10000,
+    full: Annotated[
+        bool, typer.Option("--full", help="All cases of docs/proof.md: about 20 minutes.")
+    ] = False,
+    processes: Annotated[int, typer.Option(help="How many cases at a time.")] = 2,
+    json: Json = False,
+) -> None:
+    """Conceal effects in simulated recordings, explain them blind, open the labels, score."""
+    from agent.cli.prove import run_prove
+
+    run_prove(cases, seed, full=full, processes=processes, as_json=json)
+
+
 @app.command(short_help="a twin's torque beside a recording's own")
 def simulate(
     twin: Annotated[Path, typer.Argument(metavar="TWIN.toml", help="The twin.")],
