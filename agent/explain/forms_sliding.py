@@ -15,6 +15,7 @@ from agent.physics.friction import boundary_share
 
 _HOUR_S = 3600.0
 _ARM_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the inertia, behind the gear
+_ARM_FRICTION = (0.0, 0.15, 0.3, 0.45)  # of the dry friction, behind the gear
 
 
 def stack(*columns: Floats) -> Floats:
@@ -66,17 +67,18 @@ def _asymmetric_both(scene: Scene, point: Point) -> Floats:
 
 
 def _load(scene: Scene, point: Point) -> Floats:
-    return stack(scene.direction * np.abs(scene.load_nm(point[0])))
+    behind = point[1] * max(float(scene.theta[2]), 0.0) * scene.direction
+    return stack(scene.direction * np.abs(scene.load_nm(point[0]) + behind))
 
 
 def _load_boundary(scene: Scene, point: Point) -> Floats:
-    load = _load(scene, point[:1])[:, 0]
+    load = _load(scene, (point[0], 0.0))[:, 0]
     return stack(load, load * boundary_share(scene.speed, point[1], 1.0))
 
 
 def _load_grid(scene: Scene) -> Sequence[Point]:
     del scene
-    return tuple((share,) for share in _ARM_SHARES)
+    return tuple((share, friction) for share in _ARM_SHARES for friction in _ARM_FRICTION)
 
 
 def _load_boundary_grid(scene: Scene) -> Sequence[Point]:
@@ -86,8 +88,9 @@ def _load_boundary_grid(scene: Scene) -> Sequence[Point]:
 
 def _load_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
     numbers = dict(values)
-    share = numbers.pop("arm_share")
-    return ({**numbers, "arm_inertia_kg_m2": share * float(scene.theta[0])},)
+    inertia = numbers.pop("arm_share") * float(scene.theta[0])
+    friction = numbers.pop("arm_friction_share", 0.0) * max(float(scene.theta[2]), 0.0)
+    return ({**numbers, "arm_inertia_kg_m2": inertia, "arm_coulomb_nm": friction},)
 
 
 def _warmer(scene: Scene, decay_k: float) -> Floats:
@@ -228,7 +231,7 @@ FORMS: tuple[Form, ...] = (
         "proportional",
         ("load_coefficient",),
         _load,
-        ("arm_share",),
+        ("arm_share", "arm_friction_share"),
         _load_grid,
         (1,),
         needs=("position_rad",),

@@ -15,13 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.explain.evidence import heldout, moments
-from agent.explain.model import Model
+from agent.explain.model import Model, fit_model
 from agent.explain.search import Candidate, Library
 from agent.explain.table import BASE
 from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Twin
 
-MATERIAL = 0.02
+MATERIAL = 0.04  # of what the twin as given leaves: less is a number's ordinary uncertainty
+_SAME_MOVE = 0.6  # of the move beside the effects
 _ALIKE = 1.05  # one factor for all explains the error as well, within five percent
 _GROUPS: Mapping[str, tuple[str, ...]] = {
     "inertia-error": ("inertia_kg_m2",),
@@ -80,6 +81,7 @@ def wrong_numbers(
         [np.zeros((library.target.shape[0], 0)), *(t.columns for t in terms)], axis=1
     )
     whole = _errors(library, np.concatenate((library.base, beside), axis=1))
+    alone_model = fit_model(library, twin, ())
     out = []
     for effect, names in _GROUPS.items():
         held = [i for i, name in enumerate(carried) if name not in names]
@@ -90,9 +92,25 @@ def wrong_numbers(
         material = MATERIAL * float(given.sum())
         if min(float(alone.sum()), float(loss.sum())) < material or not _lasting(loss):
             continue
+        if not _agrees(twin, model, alone_model, names):
+            continue
         share = min(float(loss.sum()) / above, 1.0)
         out.append(WrongNumber(effect, share, _extras(twin, model, names)))
     return tuple(sorted(out, key=lambda w: -w.energy_share))
+
+
+def _agrees(twin: Twin, model: Model, alone: Model, names: Sequence[str]) -> bool:
+    """Return whether a number is as wrong without the effects as it is beside them.
+
+    Where most of the move appears only beside the effects, the number had been biased by their
+    absence: the twin had it right for its own structure.
+    """
+    for name in names:
+        given = float(getattr(twin, name))
+        beside, by_itself = model.base[name].value - given, alone.base[name].value - given
+        if beside != 0.0 and by_itself / beside > _SAME_MOVE:
+            return True
+    return False
 
 
 def _errors(library: Library, columns: Floats) -> Floats:

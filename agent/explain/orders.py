@@ -14,7 +14,7 @@ Weighting = Literal["torque", "friction", "inertia"]
 _HIGHEST = 64.0  # per motor turn
 _PEAKS = 5
 _BINS_PER_WAVE = 4.0
-_FEWEST_WAVES = 1.5  # in the range that was driven: fewer are a trend
+_FEWEST_WAVES = 3.0  # in the range that was driven: fewer are a trend
 
 
 def strong_orders(scene: Scene, weighting: Weighting) -> tuple[float, ...]:

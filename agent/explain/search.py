@@ -182,13 +182,14 @@ class Library:
         if form.step is not None:
             steps = [_Step(size, proportional=False) for size in form.step(self.scene)]
         positive = points.min(axis=0) > 0.0
+        bounded = points.min(axis=0) == 0.0
         gain, best = entry[0]
         for round_ in range(_ROUNDS):
             for i, step in enumerate(steps):
                 for side in (-1.0, 1.0):
                     moved = list(best.point)
                     moved[i] += side * step(best.point[i]) * 0.5 ** (round_ + 1)
-                    if positive[i] and moved[i] <= 0.0:
+                    if (positive[i] and moved[i] <= 0.0) or (bounded[i] and moved[i] < 0.0):
                         continue
                     trial = self.candidate(form, tuple(moved))
                     trial_gain = _gain(trial, basis, left)

@@ -71,6 +71,8 @@ def _asymmetry(p: Numbers, motion: Motion, base: Base) -> Floats:
 def _load(p: Numbers, motion: Motion, base: Base) -> Floats:
     numbers = dict(p)
     load = numbers.pop("arm_inertia_kg_m2") * motion.acceleration_rad_s2 + base.weight_nm(motion)
+    # Dry friction behind the gear is a torque that the gear has to transmit, too.
+    load = load + numbers.pop("arm_coulomb_nm") * motion.direction
     return LoadDependent(**numbers).torque_nm(motion.velocity_rad_s, load, motion.direction)
 
 
@@ -224,6 +226,9 @@ CARDS = (
                     "exponent": positive(1.0),
                     "arm_inertia_kg_m2": not_negative(
                         0.0, "Ja: the load is Ja a and gravity; Ja seen by the motor"
+                    ),
+                    "arm_coulomb_nm": not_negative(
+                        0.0, "dry friction behind the gear, seen by the motor: part of the load"
                     ),
                 },
                 _load,
