@@ -18,8 +18,10 @@ from agent.explain.hidden_arm import HiddenArm, inertia_of
 from agent.explain.load_changes import arm_shares
 from agent.explain.scene import Scene, log_grid
 from agent.identify.result import Floats
+from agent.physics.presliding import MaxwellSlip
 
 _DELAYS_S = tuple(1e-3 * d for d in (-16, -8, -4, -2, -1, 1, 2, 4, 8, 16))
+_SHORTEST_DELAY_S = 2e-4
 _PLATEAU = 0.002  # of the largest torque: what counts as flat
 _PLATEAU_SHARE = 0.01
 _ARM_REACHES = (3e-5, 3e-4)  # rad of the arm: how far its own friction gives way before it slips
@@ -71,24 +73,52 @@ def _presliding_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapp
     return ({"stiffness_nm_per_rad": float(scene.theta[2]) / values["reach_rad"]},)
 
 
+def _slipping_grid(scene: Scene) -> Sequence[Point]:
+    arm = log_grid(3e-5, 5e-2, 9)
+    return tuple((travel * scene.table.gear_ratio, p) for travel in arm for p in (1.0, 2.0, 3.5))
+
+
+def _slipping(scene: Scene, point: Point) -> Floats:
+    """Return a chain of slipping springs of unit height, less the sign it settles to, (N, 1)."""
+    from agent.physics.kernels import slipping
+
+    stiffness, level = MaxwellSlip(point[0], max(point[1], 1.0)).elements()
+    out = np.zeros(scene.direction.shape[0])
+    for at, _ in scene.each_piece():
+        time, velocity = scene.full("time_s")[at], scene.full("velocity_rad_s")[at]
+        start = float(scene.direction[at][0])
+        out[at] = slipping(time.copy(), velocity.copy(), stiffness, level, start)
+    return stack(out - scene.direction)
+
+
+def _slipping_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    del scene
+    exponent = max(values["shape_exponent"], 1.0)
+    return ({"sliding_travel_rad": values["sliding_travel_rad"], "shape_exponent": exponent},)
+
+
 def _delay_grid(scene: Scene) -> Sequence[Point]:
     del scene
     return tuple((d,) for d in _DELAYS_S)
 
 
 def _delay(scene: Scene, point: Point) -> Floats:
-    """Return the refitted torque, later by the delay, less itself, over the delay."""
+    """Return the refitted torque, later by a trial delay, less itself, over the trial, (N, 1).
+
+    Its coefficient is the torque's delay, below zero where the motion is the late one; the trial
+    only bends the column, to the second order of how far it is from the delay.
+    """
+    trial_s = math.copysign(max(abs(point[0]), _SHORTEST_DELAY_S), point[0])
     out = np.zeros(scene.direction.shape[0])
     for at, _ in scene.each_piece():
         time, torque = scene.full("time_s")[at], scene.predicted_nm[at]
-        out[at] = (np.interp(time - point[0], time, torque) - torque) / abs(point[0])
+        out[at] = (np.interp(time - trial_s, time, torque) - torque) / trial_s
     return stack(out)
 
 
 def _delay_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
     del scene
-    sign = math.copysign(1.0, values["trial_s"])
-    return ({"torque_delay_s": sign * values["size_s"]},)
+    return ({"torque_delay_s": values["torque_delay_s"]},)
 
 
 def _limit_grid(scene: Scene) -> Sequence[Point]:
@@ -207,13 +237,23 @@ FORMS: tuple[Form, ...] = (
         to_twin=_presliding_twin,
     ),
     Form(
+        "presliding-hysteresis",
+        "Maxwell slip",
+        ("height_nm",),
+        _slipping,
+        ("sliding_travel_rad", "shape_exponent"),
+        _slipping_grid,
+        (1,),
+        at_edges=True,
+        to_twin=_slipping_twin,
+    ),
+    Form(
         "measurement-delay",
         "torque late or early",
-        ("size_s",),
+        ("torque_delay_s",),
         _delay,
         ("trial_s",),
         _delay_grid,
-        (1,),
         at_edges=True,
         to_twin=_delay_twin,
     ),
