@@ -8,17 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify.flexible.preparation import Track
+from agent.identify.preprocess import read_motion
+from agent.identify.saturation import limited_share
 from agent.identify.signals import Signals
 
 SLOWEST_HZ = 50.0
 SHORTEST_S = 1.0  # a slow gear's antiresonance, 2 Hz, twice
 _SLOW = 0.02  # of the fastest speed: slower than this is ringing, not going
 _ONE_WAY = 0.05  # of the moving samples
-_FLAT_S = 0.03
-_FLAT_SIGMAS = 5.0
-_TOP = 0.97  # of the largest torque
-_MOVED = 0.1  # of the fastest speed, while the torque is flat
-_FLAT_SHARE = 0.02
+_MEAN_S = 0.01  # an average that a limit outlasts
 
 
 def why_not(recordings: Sequence[Signals], tracks: Sequence[Track]) -> list[str]:
@@ -45,55 +43,37 @@ def why_not(recordings: Sequence[Signals], tracks: Sequence[Track]) -> list[str]
             "motion in one direction only: Coulomb friction cannot be told from a torque offset; "
             "record a triangle wave of velocity in both directions"
         )
-    names = [s.name for s in recordings if _saturated(s, [t for t in tracks if t.name == s.name])]
+    names = [s.name for s in recordings if _saturated(s)]
     if names:
         out.append(
-            f"the torque is saturated in {', '.join(names)}: its top is flat while the velocity "
-            "goes on changing; record with lower acceleration"
+            f"the torque is saturated in {', '.join(names)}: it stays at its highest value while "
+            "the speed changes; record with lower acceleration"
         )
     return out
 
 
-def _saturated(signals: Signals, tracks: Sequence[Track]) -> bool:
-    """Return whether the torque has flat tops while the speed changes."""
-    command = signals.velocity_command_rad_s
-    flat = total = 0
-    for track in tracks:
-        count = max(int(_FLAT_S / track.period_s), 5)
-        if track.torque_nm.shape[0] < 4 * count:
-            continue
-        flat += _flat_samples(track, count)
-        total += track.torque_nm.shape[0]
-    if total == 0 or flat < _FLAT_SHARE * total:
-        return False
-    if command is None or signals.velocity_rad_s is None:
-        return True
-    # A set-point that is kept everywhere says that the drive had torque enough.
-    short = np.abs(command - signals.velocity_rad_s)[signals.valid]
-    fastest = float(np.max(np.abs(command[signals.valid]), initial=0.0))
-    return bool(np.quantile(short, 0.98) > 0.05 * fastest)
+def _saturated(signals: Signals) -> bool:
+    """Return whether a drive's limit cuts the torque off: see `agent.identify.saturation`.
+
+    Noise that is added behind the limit blurs it; means over a hundredth of a second see it again.
+    """
+    return any(limited_share(read_motion(s)) > 0.0 for s in (signals, _averaged(signals)))
 
 
-def _flat_samples(track: Track, count: int) -> int:
-    """Return how many samples lie on a flat top during which the velocity changes."""
-    torque, speed = track.torque_nm, track.velocity_rad_s
-    noise = float(np.median(np.abs(np.diff(torque, n=2)))) / (0.6745 * np.sqrt(6.0))
-    smooth = np.convolve(torque, np.ones(count) / count, mode="same")
-    out = 0
-    for sign in (1.0, -1.0):
-        top = float(np.max(sign * smooth))
-        if top <= 0.0:
-            continue
-        margin = max(_FLAT_SIGMAS * noise / np.sqrt(count), 1e-9 * top, 0.003 * top)
-        high = sign * smooth > max(top - 2.0 * margin, _TOP * top)
-        for begin, end in _runs(high):
-            moved = abs(float(speed[end - 1] - speed[begin]))
-            if end - begin >= count and moved > _MOVED * float(np.max(np.abs(speed))):
-                out += end - begin
-    return out
-
-
-def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return the beginnings and ends of the runs of True."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], mask.astype(np.int8), [0]))))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+def _averaged(signals: Signals) -> Signals:
+    """Return means over `_MEAN_S` of the samples, at least over one each."""
+    step_s = float(np.median(np.diff(signals.time_s))) if signals.time_s.size > 1 else _MEAN_S
+    count = max(round(_MEAN_S / step_s), 1)
+    whole = signals.time_s.size // count * count
+    columns = {
+        "time_s": signals.time_s,
+        "torque_nm": signals.torque_nm,
+        "position_rad": signals.position_rad,
+        "velocity_rad_s": signals.velocity_rad_s,
+    }
+    means: dict[str, NDArray[np.generic]] = {
+        name: values[:whole].reshape(-1, count).mean(axis=1)
+        for name, values in columns.items()
+        if values is not None
+    }
+    return Signals.from_columns(means, signals.gear_ratio, name=signals.name)
