@@ -9,38 +9,73 @@ import numpy as np
 from agent.explain import forms_dynamic, forms_position, forms_sliding
 from agent.explain.form import Form
 from agent.explain.table import Table
+from agent.identify.result import Floats
+from agent.physics.effects.library import card_of
 
 FORMS: tuple[Form, ...] = (*forms_sliding.FORMS, *forms_position.FORMS, *forms_dynamic.FORMS)
 
-_MISSING: Mapping[str, str] = {
-    "gearbox_temperature_degc": "the gearbox temperature was not recorded",
-    "motor_temperature_degc": "the motor temperature was not recorded",
-    "position_rad": "the position was not recorded",
-    "elapsed_s": "the recordings do not say when they began",
+_COLUMNS: Mapping[str, str] = {
+    "gearbox_temperature_degc": "the gearbox temperature",
+    "motor_temperature_degc": "the motor temperature",
+    "position_rad": "the position",
+    "velocity_command_rad_s": "the velocity command",
 }
-_CONSTANT: Mapping[str, tuple[str, float]] = {
-    "gearbox_temperature_degc": ("the gearbox temperature hardly changed", 2.0),
-    "motor_temperature_degc": ("the motor temperature hardly changed", 2.0),
-}
+_LEAST_K = 2.0
+_TEMPERATURES = ("gearbox_temperature_degc", "motor_temperature_degc")
 
 
 def judgeable(table: Table) -> tuple[tuple[Form, ...], dict[str, str]]:
     """Return the forms that a table can show, and for every other effect why not.
 
+    A form is judged where its own columns and those that its effect's law needs are recorded: what
+    a twin could not repeat is not named.
+
     Parameters
     ----------
     table : Table
+
+    Returns
+    -------
+    forms : tuple of Form
+    reasons : dict of str to str
+        Effect to a sentence, ``the position was not recorded, so torque-ripple cannot be judged``.
     """
-    reasons = {name: words for name, words in _MISSING.items() if not table.has(name)}
-    for name, (words, least) in _CONSTANT.items():
-        values = table.rows[name][table.used]
-        if name not in reasons and float(np.ptp(values)) < least:
-            reasons[name] = words
-    shown = tuple(f for f in FORMS if not any(need in reasons for need in f.needs))
+    reasons: dict[str, str] = {}
+    for name in {need for form in FORMS for need in _needs(form)}:
+        why = _missing(table, name)
+        if why:
+            reasons[name] = why
+    shown = tuple(f for f in FORMS if not any(need in reasons for need in _needs(f)))
     effects = {f.effect for f in shown}
     out = {}
     for form in FORMS:
         if form.effect not in effects:
-            why = next(reasons[need] for need in form.needs if need in reasons)
+            why = next(reasons[need] for need in _needs(form) if need in reasons)
             out[form.effect] = f"{why}, so {form.effect} cannot be judged"
     return shown, out
+
+
+def _needs(form: Form) -> tuple[str, ...]:
+    return tuple(dict.fromkeys((*form.needs, *card_of(form.effect).needs)))
+
+
+def _missing(table: Table, name: str) -> str:
+    """Return why a column is of no use, or nothing."""
+    if name == "elapsed_s":
+        return "" if table.has(name) else "the recordings do not all say when they began"
+    called = _COLUMNS.get(name, name)
+    if not table.has(name):
+        without = _runs_without(table, table.rows[name])
+        if len(without) < len(table.runs):
+            return f"{called} was not recorded throughout {', '.join(without)}"
+        return f"{called} was not recorded"
+    values = table.rows[name][table.used]
+    if name in _TEMPERATURES and float(np.ptp(values)) < _LEAST_K:
+        return f"{called} changed by less than {_LEAST_K:g} °C"
+    return ""
+
+
+def _runs_without(table: Table, values: Floats) -> list[str]:
+    """Return the names of the recordings in which a column is not known throughout."""
+    bad = table.used & ~np.isfinite(values)
+    return [run.name for index, run in enumerate(table.runs) if bad[table.run == index].any()]

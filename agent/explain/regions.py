@@ -1,4 +1,8 @@
-"""Where a finding lives: its curve over the axis that its physics names, and connected regions."""
+"""Where a finding lives: its curve over the axis that its physics names, and connected regions.
+
+An effect that is local (a bump, friction at low speed) lives where its law has at least a fifth of
+its greatest torque; one that works along all of its axis lives wherever that axis was driven.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +15,13 @@ from numpy.typing import NDArray
 
 from agent.explain.result import Curve, Region
 from agent.explain.scene import Scene
-from agent.identify.result import Floats
+from agent.identify.result import Floats, Parameter
 
 _BINS = 40
 _FEWEST = 5
-_OF_FLOOR = 0.2
+_VISIBLE = 0.2  # of a law's greatest torque: there it ends
+_FINE = 200
+_LEAST_SHARE = 0.02
 _NORMAL = 1.96
 _SIMULTANEOUS = 3.0  # standard errors: about 95 % over forty bins at once
 _FOLLOWS_SIGN = frozenset(
@@ -26,6 +32,9 @@ _FOLLOWS_SIGN = frozenset(
         "friction-drift",
     }
 )
+_LOCAL = frozenset({"stribeck", "presliding-hysteresis", "backlash", "local-fault"})
+_RESONANCE = (0.5, 2.0)  # times its frequency
+_HALF_ORDER = 0.5
 
 AXIS: Mapping[str, str] = MappingProxyType(
     {
@@ -141,71 +150,99 @@ def _edges(values: Floats, variable: str) -> Floats:
     if variable == "after_reversal_s":
         return np.geomspace(max(low, 1e-3), max(high, 2e-3), _BINS + 1)
     if variable == "velocity_rad_s":
-        # As many samples in every bin: a stair holds few speeds, and most of them slow.
-        return np.unique(np.quantile(values, np.linspace(0.0, 1.0, _BINS + 1)))
+        # As many samples in every bin, as a stair holds few speeds; no bin mixes both directions.
+        sides = [values[values < 0.0], values[values > 0.0]]
+        points = [np.quantile(x, np.linspace(0.0, 1.0, _BINS // 2 + 1)) for x in sides if x.size]
+        return np.unique(np.concatenate([*points, [0.0]])) if points else np.array([low, high])
     return np.linspace(low, max(high, low + 1e-12), _BINS + 1)
 
 
 def regions_of(
-    scene: Scene, rows: NDArray[np.int64], curve: Curve, floor_nm: float, order: float = 0.0
+    scene: Scene,
+    rows: NDArray[np.int64],
+    effect: str,
+    form: str,
+    added_nm: Floats,
+    parameters: Mapping[str, Parameter],
+    order: float = 0.0,
 ) -> tuple[Region, ...]:
-    """Return connected sets of an axis where the band excludes zero by a fifth of the floor.
+    """Return where an effect lives, the part with most of its energy first.
 
     Parameters
     ----------
     scene : Scene
     rows : ndarray of int, shape (m,)
-    curve : Curve
-    floor_nm : float
+    effect, form : str
+    added_nm : ndarray, shape (m,)
+        What the effect adds at the rows.
+    parameters : mapping of str to Parameter
+        The form's own numbers.
     order : float
-        For effects that repeat with an angle: the region is the order's line.
+        For effects that repeat with an angle.
     """
-    if curve.variable.startswith("order_per_"):
-        position = scene.table.rows["position_rad"][rows]
-        half = np.pi / max(float(np.ptp(position)), 1e-9)
-        return (Region(curve.variable, order - half, order + half),)
-    limit = _OF_FLOOR * floor_nm
-    if curve.variable == "recording":
-        return (Region("recording", float(curve.at.min()), float(curve.at.max())),)
-    outside = (curve.lower_nm > limit) | (curve.upper_nm < -limit)
-    if not outside.any():
-        return ()
-    values = axis_values(scene, curve.variable)[rows]
-    seconds = _row_seconds(scene)
-    energy = float(np.sum(curve.line_nm**2))
-    edges = np.flatnonzero(np.diff(outside.astype(np.int8), prepend=0, append=0))
+    variable = AXIS[effect]
+    if variable.startswith("order_per_"):
+        half = min(_HALF_ORDER, 0.5 * order)
+        return (Region(variable, order - half, order + half),)
+    if "antiresonance_hz" in parameters:
+        hz = parameters["antiresonance_hz"].value
+        return (Region("frequency_hz", _RESONANCE[0] * hz, _RESONANCE[1] * hz),)
+    if effect == "torque-saturation":
+        return _where_visible(scene, "torque_nm", scene.table.measured_nm[rows], added_nm)
+    values = axis_values(scene, variable)[rows]
+    if effect in _LOCAL or (effect == "position-dependent-friction" and form == "tight spot"):
+        return _where_visible(scene, variable, values, added_nm)
+    return (_whole(scene, variable, values),)
+
+
+def _whole(scene: Scene, variable: str, values: Floats) -> Region:
+    """Return all of an axis that was driven."""
+    good = values[np.isfinite(values)]
+    low, high = (float(x) for x in np.quantile(good, [0.001, 0.999]))
+    return Region(variable, low, high, row_seconds(scene) * good.shape[0], 1.0)
+
+
+def _where_visible(
+    scene: Scene, variable: str, values: Floats, added_nm: Floats
+) -> tuple[Region, ...]:
+    """Return the connected parts of an axis in which a law has a fifth of its greatest torque."""
+    good = np.isfinite(values)
+    values, size = values[good], np.abs(added_nm[good])
+    edges = _fine_edges(scene, variable, values)
+    index = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, edges.shape[0] - 2)
+    count = np.bincount(index, minlength=edges.shape[0] - 1)
+    mean = np.bincount(index, size, edges.shape[0] - 1) / np.maximum(count, 1)
+    there = np.flatnonzero(count)
+    visible = mean[there] >= _VISIBLE * float(mean.max())
+    energy = np.bincount(index, size**2, edges.shape[0] - 1)
+    ends = np.flatnonzero(np.diff(visible.astype(np.int8), prepend=0, append=0))
     out = []
-    for begin, end in zip(edges[::2], edges[1::2], strict=True):
-        low, high = float(curve.at[begin]), float(curve.at[end - 1])
-        inside = (values >= low) & (values <= high)
-        share = float(np.sum(curve.line_nm[begin:end] ** 2)) / energy if energy else 0.0
-        out.append(Region(curve.variable, low, high, seconds * float(inside.sum()), share))
-    joined = _across_zero(out, curve)
-    return tuple(sorted(joined, key=lambda region: -region.share))
+    for begin, end in zip(ends[::2], ends[1::2], strict=True):
+        inside = there[begin:end]
+        low, high = float(edges[inside[0]]), float(edges[inside[-1] + 1])
+        if variable == "after_reversal_s" and begin == 0:
+            low = 0.0  # what lies before the first row is the filter's, not the joint's
+        share = float(energy[inside].sum()) / max(float(energy.sum()), 1e-300)
+        seconds = row_seconds(scene) * float(count[inside].sum())
+        if share >= _LEAST_SHARE:
+            out.append(Region(variable, low, high, seconds, share))
+    return tuple(sorted(out, key=lambda region: -region.share))
 
 
-def _across_zero(regions: list[Region], curve: Curve) -> list[Region]:
-    """Join a region below zero speed with the one above, where no bin lies between them."""
-    if curve.variable != "velocity_rad_s":
-        return regions
-    below = [r for r in regions if r.upper < 0.0]
-    above = [r for r in regions if r.lower > 0.0]
-    if not below or not above:
-        return regions
-    left, right = max(below, key=lambda r: r.upper), min(above, key=lambda r: r.lower)
-    if np.any((curve.at > left.upper) & (curve.at < right.lower)):
-        return regions
-    both = Region(
-        curve.variable,
-        left.lower,
-        right.upper,
-        left.seconds + right.seconds,
-        left.share + right.share,
-    )
-    return [both, *(r for r in regions if r not in (left, right))]
+def _fine_edges(scene: Scene, variable: str, values: Floats) -> Floats:
+    """Return narrow bins; fine at low speeds, and at short times after a reversal."""
+    low, high = float(values.min()), float(values.max())
+    if variable == "after_reversal_s":
+        return np.geomspace(max(low, 1e-3), max(high, 2e-3), _FINE + 1)
+    if variable == "velocity_rad_s":
+        slow = scene.slowest
+        return np.asarray(
+            slow * np.sinh(np.linspace(np.arcsinh(low / slow), np.arcsinh(high / slow), _FINE + 1))
+        )
+    return np.linspace(low, max(high, low + 1e-12), _FINE + 1)
 
 
-def _row_seconds(scene: Scene) -> float:
+def row_seconds(scene: Scene) -> float:
     """Return how much time one row stands for."""
     pieces = scene.table.pieces
     total = math.fsum((p.rows.stop - p.rows.start) * p.period_s * p.stride for p in pieces)

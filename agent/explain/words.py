@@ -1,4 +1,4 @@
-"""The explanation in sentences that a technician understands."""
+"""What an explanation says in sentences that a technician understands."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
-from agent.explain.result import Finding, Holdout, Region
+from agent.explain.places import place_in_words
+from agent.explain.result import Finding, Fit, Holdout, Region
+from agent.identify.result import Parameter
+from agent.numbers import fixed, scale_for, significant
 
 NAMES: Mapping[str, str] = MappingProxyType(
     {
@@ -20,14 +23,14 @@ NAMES: Mapping[str, str] = MappingProxyType(
         "friction-drift": "friction that changes with time or use",
         "torque-ripple": "torque ripple that repeats with the motor's angle",
         "kinematic-error": "a gear whose ratio wobbles with the angle",
-        "torque-constant-error": "a torque constant that is not what the twin says",
+        "torque-constant-error": "a torque constant that is not what the simulation says",
         "torque-offset": "a constant torque beside the reported one",
         "torque-saturation": "a drive that clips its torque",
         "measurement-delay": "one channel that is late against another",
         "resolver-error": "a motor angle that is measured with a periodic error",
-        "inertia-error": "an inertia that is not what the twin says",
-        "wrong-number": "a Coulomb or viscous friction that is not what the twin says",
-        "gravity-imbalance": "a payload or imbalance that the twin does not know",
+        "inertia-error": "an inertia that is not what the simulation says",
+        "wrong-number": "a Coulomb or viscous friction that is not what the simulation says",
+        "gravity-imbalance": "a payload or imbalance that the simulation does not know",
         "cable-force": "hoses and cables that pull like a spring",
         "joint-flexibility": "an arm that swings behind a soft gear",
         "backlash": "clearance in the gear",
@@ -36,40 +39,31 @@ NAMES: Mapping[str, str] = MappingProxyType(
 )
 """What each effect of contract section 4 is called in a sentence."""
 
-_AXES: Mapping[str, tuple[str, str, float]] = MappingProxyType(
+FOLLOWS_DIRECTION = frozenset(
     {
-        "velocity_rad_s": ("a motor speed", "rad/s", 1.0),
-        "acceleration_rad_s2": ("an acceleration", "rad/s²", 1.0),
-        "arm_position_rad": ("an arm angle", "°", 180.0 / math.pi),
-        "load_torque_nm": ("a load", "N m", 1.0),
-        "gearbox_temperature_degc": ("a gearbox temperature", "°C", 1.0),
-        "motor_temperature_degc": ("a motor temperature", "°C", 1.0),
-        "after_reversal_s": ("the time after a reversal", "ms", 1e3),
-        "time_s": ("the time", "s", 1.0),
-        "frequency_hz": ("a frequency", "Hz", 1.0),
+        "stribeck",
+        "viscous-nonlinear",
+        "load-dependent-friction",
+        "temperature-dependent-friction",
+        "position-dependent-friction",
+        "presliding-hysteresis",
+        "friction-drift",
+        "wrong-number",
     }
 )
+"""Effects whose torque brakes: told in the direction of motion."""
 
-
-def where_in_words(region: Region) -> str:
-    """Return where a region lies, to begin a sentence with."""
-    low, high = region.lower, region.upper
-    if region.variable == "velocity_rad_s" and low < 0.0 < high:
-        return f"Below {_short(max(-low, high))} rad/s"
-    if region.variable.startswith("order_per_"):
-        per = "motor turn" if region.variable.endswith("motor_rev") else "arm turn"
-        return f"{_short(0.5 * (low + high))} times per {per}"
-    if region.variable == "recording":
-        return f"From recording {round(low) + 1} to {round(high) + 1}"
-    if region.variable == "after_reversal_s":
-        return f"In the first {_short(1e3 * high)} ms after a start or a reversal"
-    name, unit, scale = _AXES.get(region.variable, (region.variable, "", 1.0))
-    ends = f"{_short(scale * low)} and {_short(scale * high)} {unit}".strip()
-    return f"At {name} between {ends}"
+_ONE_SIDED = 0.15  # of the greater side: less on the other side is not worth a word
 
 
 def finding_sentence(
-    effect: str, where: Sequence[Region], largest_nm: float, energy_share: float
+    effect: str,
+    where: Sequence[Region],
+    reach_nm: tuple[float, float],
+    energy_share: float,
+    parameters: Mapping[str, Parameter],
+    *,
+    first: bool = True,
 ) -> str:
     """Return a finding's sentence: where, how much, what it is, how much it explains.
 
@@ -78,47 +72,106 @@ def finding_sentence(
     effect : str
     where : sequence of Region
         The first is said.
-    largest_nm : float
-        The greatest torque that the effect adds.
+    reach_nm : tuple of float
+        The least and the greatest torque that the effect adds; along the motion for friction.
     energy_share : float
+    parameters : mapping of str to Parameter
+        As in a twin; a number that says more than the torque is added.
+    first : bool
+        Whether this is the main finding; another one is told more shortly.
     """
-    place = where_in_words(where[0]) if where else "Over the whole cycle"
-    return (
-        f"{place} the joint differs from the simulation by up to {_short(largest_nm)} N m; "
-        f"{NAMES[effect]} explains {_percent(energy_share)} of the mismatch."
-    )
+    place = place_in_words(where[0] if where else None, effect)
+    begin = f"{place[:1].upper()}{place[1:]} {_amount(effect, reach_nm)}"
+    name = NAMES[effect] + _detail(effect, parameters)
+    if first:
+        return f"{begin}; {name} explains {_percent(energy_share)} of the mismatch."
+    return f"{begin}: {name}, {_percent(energy_share)} of the mismatch."
 
 
-def number_sentence(effect: str, changes: Mapping[str, tuple[float, float]], share: float) -> str:
+def _amount(effect: str, reach_nm: tuple[float, float]) -> str:
+    """Return by how much the joint differs from the simulation."""
+    low, high = reach_nm
+    largest = max(-low, high)
+    size = _torque(largest)
+    kind = "friction torque" if effect in FOLLOWS_DIRECTION else "torque"
+    if high > 0.0 and -low <= _ONE_SIDED * high:
+        return f"the joint needs up to {size} more {kind} than the simulation"
+    if low < 0.0 and high <= -_ONE_SIDED * low:
+        return f"the joint needs up to {size} less {kind} than the simulation"
+    return f"the {kind} differs from the simulation's by up to ±{size}"
+
+
+def _detail(effect: str, parameters: Mapping[str, Parameter]) -> str:
+    """Return the one number that says more than the torque, in brackets; nothing without one."""
+    known = {n: p.value for n, p in parameters.items() if p.identified and math.isfinite(p.value)}
+    if effect == "torque-constant-error":
+        return _factor(known)
+    if "torque_delay_s" in known:
+        late = "late" if known["torque_delay_s"] > 0.0 else "early"
+        return f" (the torque is {_time(known['torque_delay_s'])} {late} against the motion)"
+    if "velocity_delay_s" in known:
+        late = "late" if known["velocity_delay_s"] > 0.0 else "early"
+        return f" (the velocity is {_time(known['velocity_delay_s'])} {late})"
+    if effect == "torque-saturation" and "limit_nm" in known:
+        return f" (at {_torque(known['limit_nm'])})"
+    return ""
+
+
+def _factor(known: Mapping[str, float]) -> str:
+    per_k = known.get("factor_per_k", 0.0)
+    if per_k:
+        way = "falls" if per_k < 0.0 else "grows"
+        return (
+            f" (the factor from reported to real torque {way} by {_short(100.0 * abs(per_k))} % "
+            "per kelvin of the motor)"
+        )
+    if "factor" in known:
+        return f" (the real torque is the reported one times a factor of {known['factor']:.3f})"
+    return ""
+
+
+def number_sentence(
+    effect: str, changes: Mapping[str, tuple[float, float, str]], share: float
+) -> str:
     """Return the sentence of a wrong number.
 
     Parameters
     ----------
     effect : str
-    changes : mapping of str to (float, float)
-        What is wrong in words, to what the twin says and what the recordings say.
+    changes : mapping of str to (float, float, str)
+        What is wrong in words, to what the twin says, what the recordings say, and the SI unit.
     share : float
         Of what the twin as given leaves.
     """
-    said = " and ".join(
-        f"{name} is {_short(found)}, not {_short(given)}"
-        for name, (given, found) in changes.items()
-    )
-    return (
-        f"The twin's number is wrong, no physics is missing: {said}. "
-        f"This explains {_percent(share)} of the difference to the twin as given."
-        if effect != "gravity-imbalance"
-        else f"The twin does not know all of the load: {said}. "
-        f"This explains {_percent(share)} of the difference to the twin as given."
-    )
+    worth = f"This explains {_percent(share)} of the difference to the simulation as given."
+    if effect == "torque-constant-error":
+        _, found, _ = next(iter(changes.values()))
+        return (
+            "The torque constant is wrong: the real torque is the reported one times a factor of "
+            f"{found:.3f}. {worth}"
+        )
+    said = " and ".join(_change(name, *numbers) for name, numbers in changes.items())
+    if effect == "gravity-imbalance":
+        return f"The simulation does not know all of the load: {said}. {worth}"
+    return f"A number of the simulation is wrong: {said}. {worth}"
+
+
+def _change(name: str, given: float, found: float, unit: str) -> str:
+    scale = scale_for(unit, (given, found))
+    texts = [significant(value * scale.factor, 3) for value in (found, given)]
+    return f"{name} is {texts[0]}, not {texts[1]} {scale.unit}".rstrip()
 
 
 def proof_sentence(holdout: Holdout, floor_nm: float) -> str:
     """Return what the findings are worth on data that was not seen."""
     before, after = holdout.baseline.rmse_nm, holdout.extended.rmse_nm
+    values = (before, after, floor_nm)
+    scale = scale_for("N m", [v for v in values if math.isfinite(v)])
+    texts = [significant(value * scale.factor, 2) for value in values]
+    falls = "falls" if after < before else "does not fall: it goes"
+    noise = f"; noise is {texts[2]} {scale.unit}" if math.isfinite(floor_nm) else ""
     return (
-        f"On {holdout.source} the error falls from {_short(before)} to {_short(after)} N m; "
-        f"noise is {_short(floor_nm)} N m."
+        f"On {holdout.source} the error {falls} from {texts[0]} to {texts[1]} {scale.unit}{noise}."
     )
 
 
@@ -126,7 +179,7 @@ def tie_sentence(finding: Finding) -> str:
     """Return what a finding cannot be told apart from, and what decides."""
     others = " or ".join(NAMES[a.effect] for a in finding.alternatives)
     first = finding.alternatives[0].told_apart_by
-    return f"These recordings cannot tell it from {others}. To decide: {first}"
+    return f"These recordings cannot tell {NAMES[finding.effect]} from {others}. To decide: {first}"
 
 
 def summary(
@@ -134,20 +187,32 @@ def summary(
     findings: Sequence[Finding],
     holdout: Holdout | None,
     floor_nm: float,
+    refitted: Fit,
     left: Sequence[Region],
     left_share: float,
 ) -> str:
-    """Return the whole answer."""
+    """Return the whole answer.
+
+    Parameters
+    ----------
+    verdict : Verdict
+    findings : sequence of Finding
+    holdout : Holdout or None
+    floor_nm : float
+    refitted : Fit
+        Of the simulation with its own numbers refitted.
+    left : sequence of Region
+        Where what nothing explains lies.
+    left_share : float
+    """
     if verdict == "no-mismatch":
-        return "Simulation and recordings agree: what is left is noise."
+        rest = _torque(refitted.rmse_nm)
+        return f"Simulation and recordings agree: what is left, {rest} rms, is noise."
     parts = [f.sentence for f in findings[:3]]
+    if len(findings) > 3:
+        parts.append(f"{len(findings) - 3} smaller findings are listed below.")
     if verdict in ("unexplained", "partly-explained"):
-        place = where_in_words(left[0]) if left else "Over the cycle"
-        begin = place[0].lower() + place[1:]
-        parts.append(
-            f"{_percent(left_share)} of the mismatch is located {begin}, and no known effect "
-            "carries it."
-        )
+        parts.append(_left_sentence(findings, floor_nm, refitted, left, left_share))
     if holdout is not None and findings:
         parts.append(proof_sentence(holdout, floor_nm))
     tied = [f for f in findings if f.alternatives]
@@ -156,12 +221,40 @@ def summary(
     return " ".join(parts)
 
 
+def _left_sentence(
+    findings: Sequence[Finding],
+    floor_nm: float,
+    refitted: Fit,
+    left: Sequence[Region],
+    share: float,
+) -> str:
+    """Return how much has no name, and where it lies."""
+    place = " and ".join(dict.fromkeys(place_in_words(region) for region in left[:2]))
+    lies = f"It is greatest {place}." if place else "It follows nothing that was recorded."
+    if findings:
+        return f"{_percent(share)} of the mismatch has no name in the library. {lies}"
+    scale = scale_for("N m", (refitted.rmse_nm, floor_nm))
+    error, noise = (significant(v * scale.factor, 2) for v in (refitted.rmse_nm, floor_nm))
+    return (
+        f"The simulation, its numbers refitted, is off by {error} {scale.unit} rms where noise is "
+        f"{noise}, and no effect of the library carries that. {lies}"
+    )
+
+
 def _percent(share: float) -> str:
-    return f"{100.0 * min(max(share, 0.0), 1.0):.0f} %"
+    whole = 100.0 * min(max(share, 0.0), 1.0)
+    return f"{fixed(whole, 0)} %" if whole >= 1.0 or whole == 0.0 else "less than 1 %"
+
+
+def _torque(value: float) -> str:
+    scale = scale_for("N m", (value,))
+    return f"{significant(value * scale.factor, 2)} {scale.unit}"
+
+
+def _time(value: float) -> str:
+    scale = scale_for("s", (value,))
+    return f"{significant(abs(value) * scale.factor, 2)} {scale.unit}"
 
 
 def _short(value: float) -> str:
-    if value == 0.0 or not math.isfinite(value):
-        return f"{value:.0f}"
-    digits = max(0, 1 - math.floor(math.log10(abs(value))))
-    return f"{value:.{min(digits, 6)}f}"
+    return significant(value, 2)

@@ -14,6 +14,7 @@ from agent.numbers import Scale, parameter_label, parameter_unit, scale_for
 
 _LABELS: Mapping[str, str] = MappingProxyType(
     {
+        "arm_coulomb_nm": "Coulomb friction of the arm, motor side",
         "arm_inertia_kg_m2": "Inertia of the arm, motor side",
         "center_arm_rad": "Middle of the place, arm angle",
         "cos_nm": "Cosine part",
@@ -28,8 +29,8 @@ _LABELS: Mapping[str, str] = MappingProxyType(
         "damping_nm_s_per_rad": "Damping",
         "decay_k": "Warming that leaves 1/e of it",
         "exponent": "Exponent",
-        "factor": "Real over reported torque",
-        "factor_per_k": "Real over reported torque, growth with temperature",
+        "factor": "Torque factor (real over reported)",
+        "factor_per_k": "Torque factor, growth with temperature",
         "gravity_cos_nm": "Gravity missing, cosine of the arm angle",
         "gravity_sin_nm": "Gravity missing, sine of the arm angle",
         "half_gap_rad": "Half of the gap, motor angle",

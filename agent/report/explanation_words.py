@@ -259,6 +259,8 @@ def _place(region: Region, recordings: Sequence[str]) -> str:
     if region.variable == "recording":
         names = [_recording(end, recordings) for end in (region.lower, region.upper)]
         return f"in {names[0]}" if names[0] == names[1] else f"from {names[0]} to {names[1]}"
+    if region.variable in ("order_per_motor_rev", "order_per_arm_rev"):
+        return f"{axis.label} {short(0.5 * (low + high))}"
     if not math.isfinite(low) or not math.isfinite(high):
         if math.isfinite(high):
             return f"{axis.label} below {short(high)}{unit}"

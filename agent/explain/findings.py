@@ -1,0 +1,187 @@
+"""What was found, effect by effect: where, how much, its numbers, and what else it may be."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from agent.explain import words
+from agent.explain.choice import Term
+from agent.explain.evidence import effective_size
+from agent.explain.numbers import WrongNumber
+from agent.explain.places import axis_name
+from agent.explain.quantities import as_in_twin
+from agent.explain.regions import curve_of, regions_of
+from agent.explain.result import Alternative, Finding
+from agent.explain.scene import Scene
+from agent.explain.study import Study
+from agent.identify.result import Floats, Parameter
+from agent.numbers import parameter_unit
+from agent.physics.effects.library import card_of
+from agent.physics.twin import Twin
+
+_PAIR = frozenset({"torque-offset", "direction-asymmetry"})
+_NUMBERS: Mapping[str, Mapping[str, str]] = {
+    "inertia-error": {"inertia_kg_m2": "the inertia on the motor side"},
+    "wrong-number": {
+        "coulomb_nm": "Coulomb friction",
+        "viscous_nm_s_per_rad": "viscous friction",
+    },
+    "gravity-imbalance": {
+        "gravity_sin_nm": "gravity's sine part",
+        "gravity_cos_nm": "gravity's cosine part",
+    },
+}
+
+
+def findings_of(study: Study) -> tuple[Finding, ...]:
+    """Return what was found, physics and wrong numbers, the greatest share first.
+
+    Parameters
+    ----------
+    study : Study
+    """
+    shares = [_energy_share(study, index) for index in range(len(study.choice.terms))]
+    main = max(shares, default=0.0)
+    found = [
+        _finding(study, index, term, share, first=share == main)
+        for index, (term, share) in enumerate(zip(study.choice.terms, shares, strict=True))
+    ]
+    found += [_number_finding(study, wrong) for wrong in study.numbers]
+    found.sort(key=lambda f: -f.energy_share)
+    return tuple(replace(f, rank=rank) for rank, f in enumerate(found, start=1))
+
+
+def _energy_share(study: Study, index: int) -> float:
+    """Return the share of the mismatch that an effect removes on unseen data."""
+    choice, weighing = study.choice, study.library.weighing
+    without = _without(study, index)
+    noise = study.floor.value_nm**2 * float(np.sum(weighing.weight**2))
+    above = max(float(choice.plain.sum()) - noise, float(choice.plain.sum() - choice.full.sum()))
+    share = float(without.sum() - choice.full.sum()) / above if above > 0.0 else 0.0
+    return min(max(share, 0.0), 1.0)
+
+
+def _without(study: Study, index: int) -> Floats:
+    """Return the blocks' squared errors on unseen data with one effect taken out again."""
+    others = [t.candidate for i, t in enumerate(study.choice.terms) if i != index]
+    return study.library.errors(others)
+
+
+def _finding(study: Study, index: int, term: Term, share: float, *, first: bool) -> Finding:
+    """Return one effect of the model as a finding."""
+    library, model = study.library, study.model
+    weighing, scene = library.weighing, library.scene
+    form, own = term.scored.form, model.parameters[index]
+    added = term.candidate.columns @ model.coefficients[model.slices()[index]] / weighing.weight
+    size = effective_size(scene.table, weighing, model.residual_nm * weighing.weight)
+    order = _order(scene, own)
+    curve = curve_of(
+        scene,
+        weighing.rows,
+        form.effect,
+        added,
+        model.residual_nm,
+        independent=size / len(weighing.rows),
+        order=order,
+    )
+    where = regions_of(scene, weighing.rows, form.effect, form.name, added, own, order)
+    parameters = as_in_twin(form, scene, own)
+    scale = float(np.sqrt(np.mean(1.0 / weighing.weight**2)))
+    return Finding(
+        effect=form.effect,
+        rank=0,
+        probability=term.probability,
+        energy_share=share,
+        where=where,
+        sentence=words.finding_sentence(
+            form.effect, where, _reach(study, form.effect, added), share, parameters, first=first
+        ),
+        parameters=parameters,
+        alternatives=_alternatives(term),
+        holdout_rmse_without_nm=float(
+            np.sqrt(_without(study, index).sum() / len(weighing.rows)) * scale
+        ),
+        form=form.name,
+        curve=curve,
+    )
+
+
+def _reach(study: Study, effect: str, added: Floats) -> tuple[float, float]:
+    """Return the least and the greatest torque of an effect; along the motion where it brakes."""
+    rows = study.library.weighing.rows
+    if effect in words.FOLLOWS_DIRECTION:
+        added = added * np.sign(study.table.rows["velocity_rad_s"][rows])
+    low, high = np.quantile(added, [0.005, 0.995])
+    return float(low), float(high)
+
+
+def _order(scene: Scene, parameters: Mapping[str, Parameter]) -> float:
+    """Return a finding's order per motor turn, 0 for none."""
+    if "order_per_motor_rev" in parameters:
+        return parameters["order_per_motor_rev"].value
+    if "order_per_arm_rev" in parameters:
+        return parameters["order_per_arm_rev"].value / scene.table.gear_ratio
+    return 0.0
+
+
+def _alternatives(term: Term) -> tuple[Alternative, ...]:
+    """Return a term's rivals, each with the measurement that decides."""
+    effect = term.scored.form.effect
+    out = []
+    for rival in term.rivals[:3]:
+        other = rival.scored.form.effect
+        out.append(Alternative(other, rival.probability, told_apart_by(effect, other)))
+    if effect in _PAIR and not any(a.effect in _PAIR for a in out):
+        partner = next(iter(_PAIR - {effect}))
+        if term.scored.form.name in ("constant", "Coulomb"):
+            out.insert(0, Alternative(partner, 0.5, told_apart_by(effect, partner)))
+    return tuple(out)
+
+
+def told_apart_by(effect: str, other: str) -> str:
+    """Return the measurement that tells two effects apart, in one sentence."""
+    for alike in card_of(effect).look_alikes:
+        if alike.effect == other:
+            return alike.told_apart_by
+    first, second = (axis_name(card_of(e).axes[0]) for e in (effect, other))
+    return (
+        f"Record a cycle in which {first} and {second} vary independently of each other."
+        if first != second
+        else "Repeat the cycle with more speeds, and over a longer stroke."
+    )
+
+
+def _number_finding(study: Study, wrong: WrongNumber) -> Finding:
+    """Return a wrong number of the twin as a finding."""
+    rows = study.library.weighing.rows
+    changes = _changes(study.twin, study, wrong)
+    return Finding(
+        effect=wrong.effect,
+        rank=0,
+        probability=1.0,
+        energy_share=wrong.energy_share,
+        where=(),
+        sentence=words.number_sentence(wrong.effect, changes, wrong.energy_share),
+        parameters=wrong.parameters,
+        holdout_rmse_without_nm=float(np.sqrt(np.mean(study.table.target_nm[rows] ** 2))),
+        form="the twin's own number",
+    )
+
+
+def _changes(twin: Twin, study: Study, wrong: WrongNumber) -> dict[str, tuple[float, float, str]]:
+    """Return what is wrong in words: what the twin says, what the recordings say, the unit."""
+    if wrong.effect == "torque-constant-error":
+        return {"factor": (1.0, wrong.parameters["factor"].value, "")}
+    return {
+        called: (
+            float(getattr(twin, name)),
+            study.model.base[name].value,
+            parameter_unit(name),
+        )
+        for name, called in _NUMBERS.get(wrong.effect, {}).items()
+        if study.model.base[name].identified and math.isfinite(study.model.base[name].value)
+    }

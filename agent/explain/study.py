@@ -1,0 +1,141 @@
+"""Everything that a verdict is drawn from: the mismatch located, named and modelled."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from agent.explain.choice import Choice, choose
+from agent.explain.deficiency import deficiency_map
+from agent.explain.evidence import weigh
+from agent.explain.floor import noise_floor
+from agent.explain.library import judgeable
+from agent.explain.model import Model, extended_twin, fit_model, predicted
+from agent.explain.numbers import WrongNumber, wrong_numbers
+from agent.explain.result import Cell, Floor
+from agent.explain.scene import Scene, refit
+from agent.explain.search import Library
+from agent.explain.table import BASE, Table
+from agent.identify.result import Floats
+from agent.physics.twin import Effect, Twin, TwinError
+
+_MOST_REFUSALS = 5
+
+
+@dataclass(frozen=True)
+class Study:
+    """A mismatch located, named and modelled.
+
+    Parameters
+    ----------
+    twin, extended : Twin
+        As given, and with what was found.
+    table : Table
+    library : Library
+    choice : Choice
+    model : Model
+    numbers : tuple of WrongNumber
+        Which of the twin's own numbers the recordings refute.
+    floor : Floor
+    cells, left_cells : tuple of Cell
+        The deficiency map of the refitted twin, and that of the extended one.
+    refitted_nm : ndarray, shape (n,)
+        What the refitted twin leaves at the table's rows.
+    not_judged : mapping of str to str
+        Effects that these recordings cannot show, and why.
+    """
+
+    twin: Twin
+    table: Table
+    library: Library
+    choice: Choice
+    model: Model
+    extended: Twin
+    numbers: tuple[WrongNumber, ...]
+    floor: Floor
+    cells: tuple[Cell, ...]
+    left_cells: tuple[Cell, ...]
+    refitted_nm: Floats
+    not_judged: Mapping[str, str]
+
+    @property
+    def ratio(self) -> float:
+        """Return the root mean square of what is left over the noise floor; 1 without a floor."""
+        if not self.floor.value_nm > 0.0:
+            return 1.0
+        return float(np.sqrt(np.mean(self.model.residual_nm**2))) / self.floor.value_nm
+
+
+def study(twin: Twin, table: Table) -> Study:
+    """Locate, name and model what a twin leaves of a table.
+
+    Parameters
+    ----------
+    twin : Twin
+    table : Table
+        Of recordings that slide.
+    """
+    delta, refitted = refit(table)
+    theta = np.array([getattr(twin, name) for name in BASE]) + delta
+    scene = Scene(table, theta, np.where(table.used, refitted, 0.0))
+    forms, not_judged = judgeable(table)
+    library = Library.of(scene, weigh(table, refitted), forms)
+    cells = deficiency_map(library)
+    library, choice, model, extended = _named(library, twin)
+    left = np.zeros(table.used.shape[0])
+    left[library.weighing.rows] = model.residual_nm
+    floor = noise_floor(table, left)
+    return Study(
+        twin=twin,
+        table=table,
+        library=library,
+        choice=choice,
+        model=model,
+        extended=extended,
+        numbers=wrong_numbers(library, twin, model, choice.candidates, floor.value_nm),
+        floor=floor,
+        cells=cells,
+        left_cells=deficiency_map(library, choice.candidates) if choice.terms else cells,
+        refitted_nm=refitted,
+        not_judged=not_judged,
+    )
+
+
+def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
+    """Choose and fit effects; a form whose numbers its own law refuses is left out, and again.
+
+    A fit that needs a spring to push instead of pull may describe the data; it is no spring.
+    """
+    for _ in range(_MOST_REFUSALS):
+        choice = choose(library)
+        model = fit_model(library, twin, choice.terms)
+        try:
+            return library, choice, model, extended_twin(library, twin, model)
+        except TwinError:
+            refused = _refused(library, twin, model)
+            if not refused:
+                raise
+            left = tuple(
+                c for c in library.candidates if (c.form.effect, c.form.name) not in refused
+            )
+            library = replace(library, candidates=left)
+    empty = replace(library, candidates=())
+    choice = choose(empty)
+    model = fit_model(empty, twin, ())
+    return empty, choice, model, extended_twin(empty, twin, model)
+
+
+def _refused(library: Library, twin: Twin, model: Model) -> set[tuple[str, str]]:
+    """Return effect and form of the terms that a twin does not take with the numbers found."""
+    out = set()
+    for term, numbers in zip(model.terms, model.parameters, strict=True):
+        form = term.scored.form
+        tables = form.to_twin(library.scene, {name: p.value for name, p in numbers.items()})
+        effects = tuple(Effect(form.effect, dict(numbers)) for numbers in tables)
+        try:
+            predicted(library.scene.table, replace(twin, effects=effects))
+        except TwinError:
+            out.add((form.effect, form.name))
+    return out

@@ -1,0 +1,61 @@
+"""The verdict, and how much of the mismatch stays unexplained."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from agent.explain.result import Finding, Verdict
+from agent.explain.study import Study
+
+CLOSE = 1.10
+"""Up to so many times the noise floor nothing is looked for any more."""
+
+_MOST_LEFT = 0.30  # of the mismatch: with more left over, what was named explains too little
+_CELL_BETTER = 1.20
+
+OWN_NUMBERS = frozenset(
+    {"inertia-error", "wrong-number", "gravity-imbalance", "torque-constant-error"}
+)
+"""What the twin's own numbers can be wrong by: named even where physics beside them is not."""
+
+
+def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> Verdict:
+    """Return the verdict of contract section 6.
+
+    Parameters
+    ----------
+    study : Study
+    findings : sequence of Finding
+    left_share : float
+        Of the mismatch, what stays.
+    """
+    counts = [cell for cell in study.left_cells if cell.counts]
+    missing = bool(counts) and study.ratio > CLOSE
+    if not study.choice.terms:
+        if missing:
+            return "partly-explained" if findings else "unexplained"
+        return "explained" if findings else "no-mismatch"
+    plain, full = float(study.choice.plain.sum()), float(study.choice.full.sum())
+    best_cell = max((cell.gain for cell in study.cells if cell.counts), default=0.0)
+    outdone = best_cell * plain > _CELL_BETTER * (plain - full) and study.ratio > CLOSE
+    if missing and (left_share > _MOST_LEFT or outdone):
+        return "unexplained"
+    if missing and left_share > 0.5 * _MOST_LEFT:
+        return "partly-explained"
+    return "tied" if any(f.alternatives for f in findings) else "explained"
+
+
+def left_share(study: Study) -> float:
+    """Return which share of the refitted twin's mismatch, above the noise, the findings leave.
+
+    Zero where what is left is noise: a mismatch that was hardly there cannot be left over.
+    """
+    if study.ratio <= CLOSE and not study.choice.terms:
+        return 0.0
+    rows = study.library.weighing.rows
+    noise = study.floor.value_nm**2 if study.floor.value_nm > 0.0 else 0.0
+    before = float(np.mean(study.refitted_nm[rows] ** 2)) - noise
+    after = max(float(np.mean(study.model.residual_nm**2)) - noise, 0.0)
+    return min(after / before, 1.0) if before > 0.0 else 0.0
