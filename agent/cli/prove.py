@@ -50,6 +50,7 @@ class Opened:
             "label_text": self.sealed.label_text,
             "explanation": dict(self.answer.explanation),
             "seconds": self.answer.seconds,
+            "processor_seconds": self.answer.processor_seconds,
             "score": self.score.to_json(),
         }
 

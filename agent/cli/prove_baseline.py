@@ -40,9 +40,13 @@ def first_terms(twin: Twin, runs: Sequence[Run], count: int = 3) -> tuple[str, .
     twin : Twin
     runs : sequence of Run
     count : int
-        How many terms; there is no rule that stops it.
+        How many terms; there is no rule that stops it. Recordings that cannot be compared with the
+        twin have none.
     """
-    library = _library(twin, runs)
+    try:
+        library = _library(twin, runs)
+    except ValueError:
+        return ()
     names: list[str] = []
     terms: list[Candidate] = []
     while len(names) < count:

@@ -174,9 +174,13 @@ def _pairs(
 
 
 def _cell_right(concealed: Sequence[Document], cells: Sequence[Document]) -> bool | None:
-    """Return whether the map's first cells point along a concealed effect's axis."""
-    if not concealed or not cells:
+    """Return whether the map's first cells point along a concealed effect's axis.
+
+    The map is of the refitted twin: an effect that shows only without a refit has no cell in it.
+    """
+    seen = [effect for effect in concealed if effect["basis"] == "refitted"]
+    if not seen or not cells:
         return None
-    wanted = {region["variable"] for effect in concealed for region in effect["where"]}
+    wanted = {region["variable"] for effect in seen for region in effect["where"]}
     axes = [str(cell["axis"]).split()[0] for cell in cells[:_FIRST_CELLS]]
     return any(_AXIS_WORDS.get(axis, axis) in wanted for axis in axes)

@@ -102,7 +102,9 @@ def _false_names(cases: Cases) -> dict[str, Any]:
         "outsiders_not_misnamed": _count(outsiders, "not_misnamed").to_json(),
         "outsiders_cell_right": _count(outsiders, "cell_right").to_json(),
         "known_with_absent_name": share_of(known, lambda c: bool(c["score"]["absent"])).to_json(),
-        "known_cell_right": _count(known, "cell_right").to_json(),
+        "known_cell_right": _count(
+            [c for c in known if c["score"]["cell_right"] is not None], "cell_right"
+        ).to_json(),
     }
 
 
@@ -127,7 +129,7 @@ def _numbers(cases: Cases) -> dict[str, Any]:
         "parameter_error": errors,
         "parameter_within_five_percent": share_of(errors, lambda x: x <= 0.05).to_json(),
         "interval_has_truth": share_of(intervals, bool).to_json(),
-        "seconds": [c["seconds"] for c in cases],
+        "processor_seconds": [c["processor_seconds"] for c in cases],
     }
 
 
@@ -246,8 +248,10 @@ def _number_lines(numbers: Mapping[str, Any]) -> list[str]:
                 "90-98 %",
             ),
             (
-                "seconds a case, on one core",
-                quantile_text(numbers["seconds"], (0.5, 1.0), "median {:.1f}, most {:.1f}"),
+                "processor seconds a case",
+                quantile_text(
+                    numbers["processor_seconds"], (0.5, 1.0), "median {:.1f}, most {:.1f}"
+                ),
                 "<= 10",
             ),
         )

@@ -26,6 +26,7 @@ def effect(name: str, **more: Any) -> Json:
         "effect": name,
         "also": [],
         "form": "sine",
+        "basis": "refitted",
         "snr": 1.0,
         "where": [],
         "parameters": {},
@@ -167,6 +168,11 @@ def test_only_the_first_three_cells_count() -> None:
     assert of(label(order), said(cells=("order_per_motor_rev 6.01",))).cell_right
 
 
+def test_what_a_refit_takes_in_has_no_cell() -> None:
+    wrong = effect("wrong-number", basis="as-given", where=OUTSIDER["where"])
+    assert of(label(wrong), said(cells=("velocity_rad_s",))).cell_right is None
+
+
 def test_a_tool_that_crashed_has_missed() -> None:
     found = of(label(RIPPLE), {"verdict": "crashed", "reasons": ["ValueError: x"]})
     assert not found.first_right
@@ -285,7 +291,8 @@ def case(group: str, true: Json, explanation: Json, **more: Any) -> Json:
         "rival": None,
         "group": group,
         "explanation": explanation,
-        "seconds": 2.0,
+        "seconds": 9.0,
+        "processor_seconds": 2.0,
         "score": of(true, explanation, ("torque-ripple",)).to_json(),
     }
     return dict(json.loads(json.dumps(document | more)))
