@@ -16,14 +16,15 @@ from agent.explain.form import Form, Point
 from agent.explain.forms_sliding import stack
 from agent.explain.hidden_arm import HiddenArm, inertia_of
 from agent.explain.load_changes import arm_shares
+from agent.explain.saturation import saturation_evidence
 from agent.explain.scene import Scene, log_grid
+from agent.explain.twin_law import best_entry, fitted_amplitude
 from agent.identify.result import Floats
 from agent.physics.presliding import MaxwellSlip
 
 _DELAYS_S = tuple(1e-3 * d for d in (-16, -8, -4, -2, -1, 1, 2, 4, 8, 16))
+_NEAR = np.geomspace(0.4, 2.5, 7)  # of a found travel: what the twin's law may need
 _SHORTEST_DELAY_S = 2e-4
-_PLATEAU = 0.002  # of the largest torque: what counts as flat
-_PLATEAU_SHARE = 0.01
 _ARM_REACHES = (3e-5, 3e-4)  # rad of the arm: how far its own friction gives way before it slips
 _WIDEST_ARM_GAP = 2e-3  # rad of the arm, half of a worn planetary gear's
 _GAPS, _PLACES = 18, 2
@@ -70,7 +71,11 @@ def _relaxed(velocity: Floats, period_s: float, reach_rad: float) -> Floats:
 
 
 def _presliding_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
-    return ({"stiffness_nm_per_rad": float(scene.theta[2]) / values["reach_rad"]},)
+    """Return the spring that yields at the twin's own dry level, not at the form's height."""
+    level = max(float(scene.theta[2]), 0.0)
+    reaches = values["reach_rad"] * _NEAR
+    entries = [{"stiffness_nm_per_rad": level / float(r)} for r in reaches if level > 0.0]
+    return best_entry(scene, "presliding-hysteresis", entries)
 
 
 def _slipping_grid(scene: Scene) -> Sequence[Point]:
@@ -92,9 +97,14 @@ def _slipping(scene: Scene, point: Point) -> Floats:
 
 
 def _slipping_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
-    del scene
-    exponent = max(values["shape_exponent"], 1.0)
-    return ({"sliding_travel_rad": values["sliding_travel_rad"], "shape_exponent": exponent},)
+    """Return the chain that slips at the twin's own dry level, not at the form's height."""
+    exponents = {max(values["shape_exponent"], 1.0), 2.0}
+    entries = [
+        {"sliding_travel_rad": float(travel), "shape_exponent": exponent}
+        for travel in values["sliding_travel_rad"] * _NEAR
+        for exponent in exponents
+    ]
+    return best_entry(scene, "presliding-hysteresis", entries)
 
 
 def _delay_grid(scene: Scene) -> Sequence[Point]:
@@ -122,15 +132,13 @@ def _delay_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[s
 
 
 def _limit_grid(scene: Scene) -> Sequence[Point]:
-    """Return the torque at which flat tops lie, if there are any."""
-    torque = scene.full("torque_nm")
-    top = float(np.quantile(np.abs(torque), 0.9995))
-    flat = np.abs(np.abs(torque) - top) < _PLATEAU * top
-    still = np.abs(np.gradient(torque)) < _PLATEAU * top
-    return ((top,),) if float(np.mean(flat & still)) > _PLATEAU_SHARE else ()
+    """Return the torque at which the drive clips, if there are signs of it."""
+    evidence = saturation_evidence(scene.table)
+    return () if evidence is None else ((evidence.limit_nm,),)
 
 
 def _saturation(scene: Scene, point: Point) -> Floats:
+    """Return what a limit takes from the refitted torque, shape (N, 1)."""
     torque = scene.predicted_nm
     return stack(np.clip(torque, -point[0], point[0]) - torque)
 
@@ -177,15 +185,33 @@ def _slowing(scene: Scene) -> float:
 
 def _flexible_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
     del scene
-    omega = 2.0 * math.pi * values["antiresonance_hz"]
-    inertia = values["arm_inertia_kg_m2"]
     return (
-        {
-            "arm_inertia_kg_m2": inertia,
-            "stiffness_nm_per_rad": inertia * omega**2,
-            "damping_nm_s_per_rad": 2.0 * values["damping_ratio"] * inertia * omega,
-        },
+        _spring_entry(
+            values["arm_inertia_kg_m2"], values["antiresonance_hz"], values["damping_ratio"]
+        ),
     )
+
+
+def _rubbing_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    """Return the spring that does best without the arm's friction, which the twin does not have."""
+    del values
+    fits = []
+    for frequency_hz, damping in _swing_grid(scene):
+        inertia, removed = fitted_amplitude(scene, _flexible(scene, (frequency_hz, damping))[:, 0])
+        if inertia > 0.0:
+            fits.append((removed, _spring_entry(inertia, frequency_hz, damping)))
+    fits.sort(key=lambda fit: -fit[0])
+    return best_entry(scene, "joint-flexibility", [entry for _, entry in fits[:2]])
+
+
+def _spring_entry(inertia: float, frequency_hz: float, damping: float) -> dict[str, float]:
+    """Return a spring's numbers as the twin names them."""
+    omega = 2.0 * math.pi * frequency_hz
+    return {
+        "arm_inertia_kg_m2": inertia,
+        "stiffness_nm_per_rad": inertia * omega**2,
+        "damping_nm_s_per_rad": 2.0 * damping * inertia * omega,
+    }
 
 
 def _gap_grid(scene: Scene) -> Sequence[Point]:
@@ -212,16 +238,9 @@ def _gap(scene: Scene, point: Point) -> Floats:
 
 
 def _gap_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
-    inertia = values["arm_share"] * float(scene.theta[0])
-    omega = 2.0 * math.pi * values["contact_hz"]
-    return (
-        {
-            "half_gap_rad": values["half_gap_rad"],
-            "arm_inertia_kg_m2": inertia,
-            "stiffness_nm_per_rad": inertia * omega**2,
-            "damping_nm_s_per_rad": 2.0 * values["damping_ratio"] * inertia * omega,
-        },
-    )
+    inertia = values["arm_share"] * inertia_of(scene)
+    spring = _spring_entry(inertia, values["contact_hz"], values["damping_ratio"])
+    return best_entry(scene, "backlash", [{"half_gap_rad": values["half_gap_rad"], **spring}])
 
 
 FORMS: tuple[Form, ...] = (
@@ -288,7 +307,7 @@ FORMS: tuple[Form, ...] = (
         _rubbing_grid,
         (1,),
         at_edges=True,
-        to_twin=_flexible_twin,
+        to_twin=_rubbing_twin,
     ),
     Form(
         "backlash",

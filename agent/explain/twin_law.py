@@ -1,0 +1,86 @@
+"""How well the twin's own law of an effect does, where a candidate form knows more than it.
+
+A twin's entry must predict as it says. Where a form has numbers for which the twin's law has no
+place, the law's own numbers are fitted in their stead; a law that then removes nothing is left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from agent.explain.scene import Scene, refit
+from agent.explain.table import effects_nm
+from agent.identify.result import Floats
+from agent.physics.twin import Effect, Twin
+
+_WORTH = 0.99  # of the squared residual: a law that leaves more is no better than none
+
+
+def best_entry(
+    scene: Scene, effect: str, entries: Sequence[Mapping[str, float]]
+) -> Sequence[Mapping[str, Any]]:
+    """Return the entry with which the twin predicts best, or nothing where none helps it.
+
+    Parameters
+    ----------
+    scene : Scene
+    effect : str
+        Id of contract section 4.
+    entries : sequence of mapping of str to float
+        Parameter tables of the twin's law.
+    """
+    whole = _left(scene, None)
+    lefts = [_left(scene, _as_twin(scene, effect, entry)) for entry in entries]
+    if not lefts or not min(lefts) < _WORTH * whole:
+        return ()
+    return (dict(entries[int(np.argmin(lefts))]),)
+
+
+def fitted_amplitude(scene: Scene, column: Floats) -> tuple[float, float]:
+    """Return with which factor a column fits the residual best, and the square that it removes.
+
+    Parameters
+    ----------
+    scene : Scene
+    column : ndarray, shape (N,)
+        At full rate, of which only a positive multiple makes sense: else both are 0.
+    """
+    used = scene.table.used
+    base, left = scene.table.base[used], scene.residual_nm[used]
+    size = np.sqrt(np.mean(base**2, axis=0))
+    own = base[:, size > 1e-12] / size[size > 1e-12]
+    filtered = scene.table.band(column)[used]
+    filtered = filtered - own @ np.linalg.lstsq(own, filtered, rcond=1e-9)[0]
+    energy, along = float(filtered @ filtered), float(filtered @ left)
+    return (along / energy, along**2 / energy) if along > 0.0 else (0.0, 0.0)
+
+
+def _as_twin(scene: Scene, effect: str, entry: Mapping[str, float]) -> Floats:
+    """Return what the twin's law says at full rate, shape (N,)."""
+    table = scene.table
+    inertia, viscous, coulomb = (max(float(x), 0.0) for x in scene.theta[:3])
+    twin = Twin(
+        robot="scene",
+        axis=1,
+        gear_ratio=table.gear_ratio,
+        inertia_kg_m2=inertia,
+        coulomb_nm=coulomb,
+        viscous_nm_s_per_rad=viscous,
+        gravity_sin_nm=float(scene.theta[3]),
+        gravity_cos_nm=float(scene.theta[4]),
+        effects=(Effect(effect, dict(entry)),),
+    )
+    return effects_nm(twin, table.runs, table.pieces, table.full)
+
+
+def _left(scene: Scene, torque_nm: Floats | None) -> float:
+    """Return the squared residual that is left beside a torque, the twin's numbers refitted."""
+    table = scene.table
+    if torque_nm is None:
+        return float(np.sum(refit(table)[1][table.used] ** 2))
+    known = table.band(torque_nm)
+    rest = refit(table, known)[1][table.used]
+    return float(np.sum(rest**2)) if np.isfinite(rest).all() else np.inf
