@@ -1,0 +1,340 @@
+"""What an experiment is worth: by how much the rival's best refit falls behind (T-optimality).
+
+``T(design) = min over theta_2 of sum (eta_1(x) - eta_2(x, theta_2))^2 / sigma^2`` (Atkinson and
+Fedorov, Biometrika 62, 1975, 57), here over the recordings that are there already and the
+experiment together, because the rival has to carry both. Half of it is the expected gain in log
+density. Each hypothesis is the truth in its turn, weighed by its probability (Ponce de Leon and
+Atkinson, Biometrika 78, 1991, 601).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.explain.evidence import effective_size, solve
+from agent.explain.experiment_motion import Elsewhere
+from agent.explain.form import Form, Point
+from agent.explain.scene import Scene
+from agent.explain.search import Candidate, Library, Scored, basis_of
+from agent.identify.result import Floats
+
+_MOST_ROWS = 3000
+_INEXACT = 0.05  # of an effect's energy: no law's form is so exact that missing less refutes
+_OUT_OF_QUESTION = 15.0  # of log density, on the recordings alone
+_MOST_POINTS = 10
+_NUDGE = 0.01
+_GRAVITY = np.array([3, 4])  # among the base columns
+
+Contest = tuple[int, int, int]
+"""Number of the truth, of its rival, and of the rival's point."""
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """One of the tied effects, fitted beside the model's other terms."""
+
+    scored: Scored
+    probability: float
+
+    @property
+    def effect(self) -> str:
+        """Return its id."""
+        return self.scored.form.effect
+
+
+@dataclass(frozen=True)
+class _Side:
+    """Every hypothesis on some rows, weighted as in the library.
+
+    Parameters
+    ----------
+    common : ndarray, shape (m, p)
+        Columns of the twin's numbers and of the other terms.
+    designs : for every hypothesis and point, ndarray, shape (m, k)
+        A point's columns; for the fitted point also the directions in which its non-linear numbers
+        move it.
+    added : for every hypothesis, ndarray, shape (m,)
+        What it adds as it was fitted.
+    per_row : float
+        How many independent samples a row is worth.
+    """
+
+    common: Floats
+    designs: tuple[tuple[Floats, ...], ...]
+    added: tuple[Floats, ...]
+    per_row: float
+
+    def gram(self, contest: Contest) -> Floats:
+        """Return the Gram matrix of a rival's columns and, last, of the truth's torque."""
+        i, j, k = contest
+        parts = (self.common, self.designs[j][k], self.added[i][:, np.newaxis])
+        columns = np.concatenate(parts, axis=1)
+        return np.asarray(self.per_row * (columns.T @ columns))
+
+    def part(self, rows: NDArray[np.int64], own: Floats | None) -> _Side:
+        """Return some rows, shape (r,); columns that they alone have, (r, q), projected out."""
+        basis = None if own is None else basis_of(own)
+
+        def taken(values: Floats) -> Floats:
+            here = values[rows]
+            return here if basis is None else np.asarray(here - basis @ (basis.T @ here))
+
+        return _Side(
+            taken(self.common),
+            tuple(tuple(taken(d) for d in designs) for designs in self.designs),
+            tuple(taken(a) for a in self.added),
+            self.per_row,
+        )
+
+
+@dataclass(frozen=True)
+class Duel:
+    """Tied hypotheses on recordings, ready to be compared on any experiment.
+
+    Parameters
+    ----------
+    library : Library
+        Of the recordings.
+    others : tuple of Candidate
+        The model's other terms.
+    hypotheses : tuple of Hypothesis
+        At least two, of different effects.
+    points : for every hypothesis, tuple of (Form, Point)
+        The fitted one, and all others of its effect that might pass for another hypothesis.
+    variance : float
+        Of the weighted noise.
+    per_second : float
+        Independent samples in a second.
+    grams : mapping of Contest to ndarray
+        Of the recordings.
+    """
+
+    library: Library
+    others: tuple[Candidate, ...]
+    hypotheses: tuple[Hypothesis, ...]
+    points: tuple[tuple[tuple[Form, Point], ...], ...]
+    variance: float
+    per_second: float
+    grams: dict[Contest, Floats]
+
+    @classmethod
+    def of(
+        cls,
+        library: Library,
+        others: Sequence[Candidate],
+        hypotheses: Sequence[Hypothesis],
+        floor_nm: float,
+    ) -> Duel:
+        """Prepare the recordings' side.
+
+        Parameters
+        ----------
+        library : Library
+        others : sequence of Candidate
+        hypotheses : sequence of Hypothesis
+        floor_nm : float
+            Standard deviation of what no model explains.
+        """
+        weighing, table = library.weighing, library.scene.table
+        count = weighing.rows.shape[0]
+        rows = np.sort(np.random.default_rng(0).permutation(count)[:_MOST_ROWS])
+        residual = library.residual([*others, hypotheses[0].scored.candidate])
+        independent = effective_size(table, weighing, residual)
+        per_row = independent / rows.shape[0]
+        variance = floor_nm**2 * float(np.mean(weighing.weight**2))
+        common = library.model(others)[rows]
+        added = tuple(h.scored.candidate.columns[rows] @ h.scored.coefficients for h in hypotheses)
+        points = tuple(
+            _possible(library, rows, common, added, j, own.scored, 0.5 * per_row / variance)
+            for j, own in enumerate(hypotheses)
+        )
+        designs = tuple(
+            tuple(_weighted(library, d)[rows] for d in _designs(library.scene, h.scored, each))
+            for h, each in zip(hypotheses, points, strict=True)
+        )
+        side = _Side(common, designs, added, per_row)
+        seconds = count * table.pieces[0].period_s * table.pieces[0].stride
+        return cls(
+            library,
+            tuple(others),
+            tuple(hypotheses),
+            points,
+            variance,
+            min(independent / seconds, 2.0 * table.cutoff_hz),
+            {contest: side.gram(contest) for contest in _contests(points)},
+        )
+
+    def on(self, scene: Elsewhere) -> Experiments:
+        """Return everything that is needed to judge experiments that make up one scene."""
+        table = scene.table
+        weight = _weights(self.library, scene)[:, np.newaxis]
+        carried = np.sqrt(np.mean(self.library.scene.table.base**2, axis=0)) > 1e-12
+        others = [table.band(c.form.columns(scene, c.point)) for c in self.others]
+        designs = tuple(
+            tuple(weight * table.band(d) for d in _designs(scene, h.scored, each))
+            for h, each in zip(self.hypotheses, self.points, strict=True)
+        )
+        added = tuple(
+            d[0][:, : len(h.scored.coefficients)] @ h.scored.coefficients
+            for d, h in zip(designs, self.hypotheses, strict=True)
+        )
+        common = weight * np.concatenate([table.base[:, carried], *others], axis=1)
+        row_s = table.pieces[0].period_s * table.pieces[0].stride
+        return Experiments(self, scene, _Side(common, designs, added, self.per_second * row_s))
+
+    def missed(self, gram: Floats, contest: Contest) -> float:
+        """Return what a rival's refit misses beyond what any law's form may be off.
+
+        Parameters
+        ----------
+        gram : ndarray, shape (p, p)
+            Of the rival's columns and, last, of the truth's torque.
+        contest : Contest
+        """
+        _, j, k = contest
+        form = self.points[j][k][0]
+        first = self.library.base.shape[1] + sum(c.columns.shape[1] for c in self.others)
+        without = _left(gram, first)
+        theta = solve(gram[:-1, :-1], gram[:-1, -1])
+        if any(form.sign(n) * theta[first + n] < 0.0 for n in range(len(form.linear))):
+            return (1.0 - _INEXACT) * without
+        return float(gram[-1, -1] - gram[:-1, -1] @ theta) - _INEXACT * without
+
+
+@dataclass(frozen=True)
+class Experiments:
+    """Every hypothesis on a scene of experiments."""
+
+    duel: Duel
+    scene: Elsewhere
+    side: _Side
+
+    def only(self, runs: Sequence[int]) -> Experiment:
+        """Return one experiment, which consists of some of the scene's runs."""
+        table = self.scene.table
+        rows = np.flatnonzero(table.used & np.isin(table.run, np.asarray(runs)))
+        # Another payload is not known beforehand: its gravity is fitted with the rest.
+        loaded = not np.allclose(self.scene.theta, self.scene.home.theta)
+        side = self.side.part(rows, table.base[np.ix_(rows, _GRAVITY)] if loaded else None)
+        contests = _contests(self.duel.points)
+        return Experiment(self.duel, {contest: side.gram(contest) for contest in contests})
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One experiment: the Gram matrices that it adds to those of the recordings."""
+
+    duel: Duel
+    grams: dict[Contest, Floats]
+
+    def gain(self, times: float = 1.0, enough: float = math.inf) -> float:
+        """Return the expected gain in log density of driving it so many times.
+
+        Parameters
+        ----------
+        times : float
+        enough : float
+            More than this counts for nothing, whichever hypothesis is true: else one that is
+            unlikely but easily refuted would outweigh the others.
+        """
+        hypotheses = self.duel.hypotheses
+        total = sum(h.probability for h in hypotheses)
+        expected = 0.0
+        for i, truth in enumerate(hypotheses):
+            nearest = min(self._against(i, j, times) for j in range(len(hypotheses)) if j != i)
+            expected += truth.probability / total * min(nearest, enough)
+        return expected
+
+    def _against(self, i: int, j: int, times: float) -> float:
+        """Return by how much log density a rival falls behind a truth."""
+        now, then = [], []
+        for k in range(len(self.duel.points[j])):
+            before = self.duel.grams[i, j, k]
+            after = before + times * self.grams[i, j, k]
+            now.append(self.duel.missed(before, (i, j, k)))
+            then.append(self.duel.missed(after, (i, j, k)))
+        return 0.5 * max(max(min(then), 0.0) - max(min(now), 0.0), 0.0) / self.duel.variance
+
+
+def _contests(points: Sequence[Sequence[object]]) -> Iterator[Contest]:
+    for i in range(len(points)):
+        for j, each in enumerate(points):
+            if i != j:
+                yield from ((i, j, k) for k in range(len(each)))
+
+
+def _possible(
+    library: Library,
+    rows: NDArray[np.int64],
+    common: Floats,
+    added: Sequence[Floats],
+    j: int,
+    own: Scored,
+    per_square: float,
+) -> tuple[tuple[Form, Point], ...]:
+    """Return a rival's fitted point, and those of its effect that the recordings do not refute.
+
+    `per_square` turns a squared misfit into log density.
+    """
+    basis = basis_of(common)
+    targets = [a - basis @ (basis.T @ a) for i, a in enumerate(added) if i != j]
+    found: list[tuple[float, Form, Point]] = []
+    for candidate in library.candidates:
+        if candidate.form.effect != own.form.effect:
+            continue
+        columns = candidate.columns[rows]
+        copy = basis_of(columns - basis @ (basis.T @ columns), like=columns)
+        behind = min(
+            per_square * float(target @ target - np.sum((copy.T @ target) ** 2))
+            for target in targets
+        )
+        if behind < _OUT_OF_QUESTION:
+            found.append((behind, candidate.form, candidate.point))
+    found.sort(key=lambda entry: entry[0])
+    nearest = [(form, point) for _, form, point in found[:_MOST_POINTS]]
+    return ((own.form, own.candidate.point), *nearest)
+
+
+def _designs(scene: Scene, own: Scored, points: Sequence[tuple[Form, Point]]) -> Iterator[Floats]:
+    """Yield every point's columns at full rate, the fitted point's with its tangents."""
+    for form, point in points:
+        columns = form.columns(scene, point)
+        if form is not own.form or point != own.candidate.point:
+            yield columns
+            continue
+        moved = [form.columns(scene, p) - columns for p in _nudged(scene, form, point)]
+        yield np.concatenate((columns, *((m @ own.coefficients)[:, None] for m in moved)), axis=1)
+
+
+def _nudged(scene: Scene, form: Form, point: Point) -> Iterator[Point]:
+    """Yield points that differ a little in one non-linear number each."""
+    steps = None if form.step is None else form.step(scene)
+    for i, value in enumerate(point if form.refine else ()):
+        size = abs(value) if steps is None else steps[i]
+        yield (*point[:i], value + _NUDGE * (size if size > 0.0 else 1.0), *point[i + 1 :])
+
+
+def _weighted(library: Library, raw: Floats) -> Floats:
+    """Return full-rate columns as the library's weighted rows, shape (m, k)."""
+    return library.weighing.weighted(library.scene.table.band(raw))
+
+
+def _weights(library: Library, scene: Scene) -> Floats:
+    """Return the weight that the library gives a row of every stratum, at a scene's rows, (n,)."""
+    weighing = library.weighing
+    known = library.scene.table.stratum[weighing.rows]
+    out = np.full(scene.table.used.shape[0], float(np.mean(weighing.weight)))
+    for stratum in np.unique(known):
+        out[scene.table.stratum == stratum] = weighing.weight[np.argmax(known == stratum)]
+    return out
+
+
+def _left(gram: Floats, count: int) -> float:
+    """Return the squared torque that the first columns of a Gram matrix leave of its last."""
+    moment = gram[:count, -1]
+    return float(gram[-1, -1] - moment @ solve(gram[:count, :count], moment))
