@@ -206,7 +206,7 @@ def _with_rivals(
         first_of.setdefault(scored.form.effect, scored)
     entries = []
     for effect, scored in first_of.items():
-        if effect == best.form.effect:
+        if effect == best.form.effect or best.form.effect in scored.form.contains:
             continue
         loss = scored.blocks - best.blocks
         error = float(np.std(loss)) * math.sqrt(loss.shape[0])

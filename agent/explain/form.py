@@ -45,6 +45,8 @@ class Form:
         Scene to the points that are tried; refined around the best one.
     signs : tuple of int
         For every coefficient: 1 where physics only allows it to be positive, else 0.
+    highest : tuple of float
+        For every coefficient: what it cannot exceed in size; empty where nothing is known.
     needs : tuple of str
         Columns that must have been recorded.
     at_edges : bool
@@ -55,6 +57,11 @@ class Form:
         Scene to how far each non-linear number may be moved; else the grid's own spacing.
     to_twin : callable
         (scene, values by name) to the parameter tables of the twin's effects.
+    limits : callable, optional
+        Scene to the lowest and highest value of each non-linear number, where the grid's best point
+        may not be moved beyond.
+    contains : tuple of str
+        Effects that are special cases of this form: beside one of them it is no rival.
     catch_all : bool
         Whether it may stand for anything that varies with it: others come first on a tie.
     """
@@ -66,11 +73,14 @@ class Form:
     nonlinear: tuple[str, ...] = ()
     grid: Grid = _no_grid
     signs: tuple[int, ...] = ()
+    highest: tuple[float, ...] = ()
     needs: tuple[str, ...] = ()
     at_edges: bool = False
     refine: bool = True
     step: Callable[[Scene], Point] | None = None
     to_twin: ToTwin = _as_named
+    limits: Callable[[Scene], Sequence[tuple[float, float]]] | None = None
+    contains: tuple[str, ...] = ()
     catch_all: bool = False
 
     @property

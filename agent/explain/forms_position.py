@@ -77,6 +77,14 @@ def _places(scene: Scene) -> Sequence[Point]:
     return tuple((float(c), float(w)) for c in centers for w in widths)
 
 
+def _within_stroke(scene: Scene) -> Sequence[tuple[float, float]]:
+    """Return where a spot may lie, and how narrow or wide it may be: wider is no spot."""
+    lower, upper = scene.span("position_rad")
+    lower, upper = lower / scene.table.gear_ratio, upper / scene.table.gear_ratio
+    stroke = upper - lower
+    return ((lower, upper), (0.003 * stroke, 0.12 * stroke))
+
+
 def _tight_spot(scene: Scene, point: Point) -> Floats:
     return stack(scene.direction * _bump(scene, point))
 
@@ -157,6 +165,17 @@ def _cable_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[s
     return ({**values, "neutral_arm_rad": _middle(scene)},)
 
 
+def _cable_anywhere(scene: Scene, point: Point) -> Floats:
+    del point
+    return stack(scene.arm_rad - _middle(scene), np.ones_like(scene.arm_rad))
+
+
+def _cable_anywhere_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    stiffness = values["stiffness_nm_per_arm_rad"]
+    neutral = _middle(scene) - values["constant_nm"] / stiffness if stiffness else 0.0
+    return ({"stiffness_nm_per_arm_rad": stiffness, "neutral_arm_rad": neutral},)
+
+
 def _another_payload(scene: Scene, point: Point) -> Floats:
     there = (scene.runs() == int(point[0])).astype(np.float64)
     return stack(there * np.sin(scene.arm_rad), there * np.cos(scene.arm_rad))
@@ -211,6 +230,7 @@ FORMS: tuple[Form, ...] = (
         _tight_spot,
         ("center_arm_rad", "width_arm_rad"),
         _places,
+        limits=_within_stroke,
         needs=_POSITION,
     ),
     Form(
@@ -220,6 +240,7 @@ FORMS: tuple[Form, ...] = (
         _fault,
         ("center_arm_rad", "width_arm_rad"),
         _places,
+        limits=_within_stroke,
         needs=_POSITION,
     ),
     Form(
@@ -248,8 +269,19 @@ FORMS: tuple[Form, ...] = (
         "spring",
         ("stiffness_nm_per_arm_rad",),
         _cable,
+        signs=(1,),
         needs=_POSITION,
         to_twin=_cable_twin,
+    ),
+    Form(
+        "cable-force",
+        "spring at rest elsewhere",
+        ("stiffness_nm_per_arm_rad", "constant_nm"),
+        _cable_anywhere,
+        signs=(1, 0),
+        needs=_POSITION,
+        to_twin=_cable_anywhere_twin,
+        contains=("torque-offset", "direction-asymmetry"),
     ),
     Form(
         "gravity-imbalance",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -25,11 +25,14 @@ class Scene:
         The refitted twin's numbers, in the order of `table.BASE`.
     residual_nm : ndarray, shape (n,)
         What the refitted twin leaves, at the rows; 0 where a row is not used.
+    given : ndarray, shape (5,), optional
+        The twin's numbers as given; `theta` where it says nothing.
     """
 
     table: Table
     theta: Floats
     residual_nm: Floats
+    given: Floats | None = field(default=None, kw_only=True)
 
     def full(self, name: str) -> Floats:
         """Return a full-rate column, shape (N,)."""

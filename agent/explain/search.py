@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -11,12 +12,17 @@ from numpy.typing import NDArray
 from agent.explain.evidence import Weighing, heldout, moments, solve
 from agent.explain.form import Form, Point
 from agent.explain.scene import Scene
+from agent.explain.table import BASE
 from agent.identify.result import Floats
 
 _POINTS_IN_FOLDS = 4
 _WORTH_FOLDS = 0.25  # of the best screened gain: less is not followed further
 _SHIFTS = 199
 _ROUNDS = 5
+_NOT_NEGATIVE = tuple(
+    BASE.index(name) for name in ("inertia_kg_m2", "viscous_nm_s_per_rad", "coulomb_nm")
+)
+_TOLERATED = 0.05
 
 
 @dataclass(frozen=True)
@@ -181,15 +187,14 @@ class Library:
         steps = [_spacing(points[:, i]) for i in range(points.shape[1])]
         if form.step is not None:
             steps = [_Step(size, proportional=False) for size in form.step(self.scene)]
-        positive = points.min(axis=0) > 0.0
-        bounded = points.min(axis=0) == 0.0
+        limits = _limits(form, self.scene, points)
         gain, best = entry[0]
         for round_ in range(_ROUNDS):
             for i, step in enumerate(steps):
                 for side in (-1.0, 1.0):
                     moved = list(best.point)
                     moved[i] += side * step(best.point[i]) * 0.5 ** (round_ + 1)
-                    if (positive[i] and moved[i] <= 0.0) or (bounded[i] and moved[i] < 0.0):
+                    if not limits[i][0] <= moved[i] <= limits[i][1]:
                         continue
                     trial = self.candidate(form, tuple(moved))
                     trial_gain = _gain(trial, basis, left)
@@ -221,8 +226,25 @@ class Library:
             blocks[inside] = errors[chosen, inside]
         candidate = entry[0][1]
         gram, moment = parts[0][1].total
-        theta = solve(gram, moment)[-candidate.columns.shape[1] :]
-        return Scored(candidate, theta, entry[0][0] / max(energy, 1e-300), blocks)
+        theta = solve(gram, moment)
+        if not self._possible(theta):
+            return None
+        own = theta[-candidate.columns.shape[1] :]
+        if any(abs(value) > top for value, top in zip(own, candidate.form.highest, strict=False)):
+            return None
+        return Scored(candidate, own, entry[0][0] / max(energy, 1e-300), blocks)
+
+    def _possible(self, theta: Floats) -> bool:
+        """Return whether a fit leaves inertia, viscous and Coulomb friction above zero.
+
+        A candidate that needs a joint without them has only traded one column for another.
+        """
+        carried = np.sqrt(np.mean(self.scene.table.base**2, axis=0)) > 1e-12
+        given = self.scene.theta if self.scene.given is None else self.scene.given
+        moved = given[carried] + theta[: self.base.shape[1]]
+        usual = np.abs(self.scene.theta[carried])
+        must = np.isin(np.flatnonzero(carried), _NOT_NEGATIVE)
+        return bool(np.all(moved[must] >= -_TOLERATED * usual[must]))
 
     def chance(self, terms: Sequence[Candidate], scored: Scored, seed: int = 0) -> float:
         """Return how often shifted residuals give any form as much as this one, from 0 to 1.
@@ -295,6 +317,17 @@ def _gain(candidate: Candidate, basis: Floats, left: Floats) -> float:
         if candidate.form.sign(i) * value < 0.0:
             return 0.0
     return float(moment @ theta)
+
+
+def _limits(form: Form, scene: Scene, points: Floats) -> Sequence[tuple[float, float]]:
+    """Return how far each non-linear number may be moved; what starts positive stays so."""
+    if form.limits is not None:
+        return form.limits(scene)
+    lowest = points.min(axis=0)
+    return [
+        (1e-3 * float(low) if low > 0.0 else (0.0 if low == 0.0 else -math.inf), math.inf)
+        for low in lowest
+    ]
 
 
 def _spacing(values: Floats) -> _Step:

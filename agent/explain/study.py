@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from agent.explain.choice import Choice, choose
+from agent.explain.choice import MATERIAL, Choice, choose
 from agent.explain.deficiency import deficiency_map
 from agent.explain.evidence import weigh
 from agent.explain.floor import noise_floor
@@ -61,11 +62,18 @@ class Study:
     not_judged: Mapping[str, str]
 
     @property
+    def noise_nm(self) -> float:
+        """Return the noise floor; where it was not to be had, what the best cell would leave."""
+        if self.floor.value_nm > 0.0:
+            return self.floor.value_nm
+        gain = max((cell.gain for cell in self.left_cells if cell.counts), default=0.0)
+        return math.sqrt(float(np.mean(self.model.residual_nm**2)) * max(1.0 - gain, 0.0))
+
+    @property
     def ratio(self) -> float:
-        """Return the root mean square of what is left over the noise floor; 1 without a floor."""
-        if not self.floor.value_nm > 0.0:
-            return 1.0
-        return float(np.sqrt(np.mean(self.model.residual_nm**2))) / self.floor.value_nm
+        """Return the root mean square of what is left over the noise."""
+        left = math.sqrt(float(np.mean(self.model.residual_nm**2)))
+        return left / self.noise_nm if self.noise_nm > 0.0 else 1.0
 
 
 def study(twin: Twin, table: Table) -> Study:
@@ -79,7 +87,7 @@ def study(twin: Twin, table: Table) -> Study:
     """
     delta, refitted = refit(table)
     theta = np.array([getattr(twin, name) for name in BASE]) + delta
-    scene = Scene(table, theta, np.where(table.used, refitted, 0.0))
+    scene = Scene(table, theta, np.where(table.used, refitted, 0.0), given=theta - delta)
     forms, not_judged = judgeable(table)
     library = Library.of(scene, weigh(table, refitted), forms)
     cells = deficiency_map(library)
@@ -87,6 +95,7 @@ def study(twin: Twin, table: Table) -> Study:
     left = np.zeros(table.used.shape[0])
     left[library.weighing.rows] = model.residual_nm
     floor = noise_floor(table, left)
+    noise_nm = floor.value_nm if floor.value_nm > 0.0 else 0.0
     return Study(
         twin=twin,
         table=table,
@@ -94,7 +103,7 @@ def study(twin: Twin, table: Table) -> Study:
         choice=choice,
         model=model,
         extended=extended,
-        numbers=wrong_numbers(library, twin, model, choice.candidates, floor.value_nm),
+        numbers=wrong_numbers(library, twin, model, choice.candidates, noise_nm),
         floor=floor,
         cells=cells,
         left_cells=deficiency_map(library, choice.candidates) if choice.terms else cells,
@@ -109,7 +118,7 @@ def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
     A fit that needs a spring to push instead of pull may describe the data; it is no spring.
     """
     for _ in range(_MOST_REFUSALS):
-        choice = choose(library)
+        choice = _material(library, choose(library))
         model = fit_model(library, twin, choice.terms)
         try:
             return library, choice, model, extended_twin(library, twin, model)
@@ -125,6 +134,22 @@ def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
     choice = choose(empty)
     model = fit_model(empty, twin, ())
     return empty, choice, model, extended_twin(empty, twin, model)
+
+
+def _material(library: Library, choice: Choice) -> Choice:
+    """Leave out terms that remove nothing on unseen data beside the others."""
+    terms, full = list(choice.terms), choice.full
+    while terms:
+        losses = [
+            float((library.errors([t.candidate for t in terms if t is not term]) - full).sum())
+            for term in terms
+        ]
+        weakest = int(np.argmin(losses))
+        if losses[weakest] >= MATERIAL * float(choice.plain.sum()):
+            break
+        del terms[weakest]
+        full = library.errors([t.candidate for t in terms])
+    return replace(choice, terms=tuple(terms), full=full)
 
 
 def _refused(library: Library, twin: Twin, model: Model) -> set[tuple[str, str]]:
