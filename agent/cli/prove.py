@@ -20,7 +20,8 @@ import typer
 from agent.cli.prove_case import Answer, Sealed, answer, make
 from agent.cli.prove_plan import FULL, Asked, plan
 from agent.cli.prove_score import Score, score
-from agent.cli.prove_table import summary_of, table_text
+from agent.cli.prove_summary import summary_of
+from agent.cli.prove_table import table_text
 from agent.cli.talk import talker
 from agent.errors import InputError
 

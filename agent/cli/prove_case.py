@@ -81,7 +81,7 @@ def make(order: Order, folder: Path) -> Sealed | str:
 
 def answer(folder: Path) -> Answer:
     """Explain the recordings of a folder as `stribeck explain` does; nothing else is known."""
-    from agent.cli.explain import explained, fits_together, runs_of
+    from agent.cli.explain import explained, runs_of
     from agent.cli.prove_baseline import first_terms
     from agent.cli.simulate import read_twin
     from agent.record.reading import read_all
@@ -91,7 +91,6 @@ def answer(folder: Path) -> Answer:
     twin = read_twin(path)
     recordings = read_all([folder / "training"])
     unseen = read_all([folder / "holdout"])
-    fits_together(twin, path, (*recordings, *unseen))
     document: Mapping[str, Any]
     try:
         document = explained(twin, path, recordings, unseen).to_json()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from agent.cli.prove_plan import NULL, OUTSIDER
+from agent.cli.prove_plan import OUTSIDER
 
 Case = Mapping[str, Any]
 
@@ -19,8 +19,6 @@ def is_miss(case: Case) -> bool:
         One of the `cases` of a `stribeck.proof/1` document.
     """
     score = case["score"]
-    if case["group"] == NULL:
-        return bool(score["named"])
     if case["group"] == OUTSIDER:
         return not score["not_misnamed"]
     return not score["exact"]

@@ -13,7 +13,8 @@ from agent.cli.prove_numbers import located, measured, overlap
 from agent.cli.prove_plan import ALIKE, FULL, NULL, POOR, QUOTA, RICH, plan
 from agent.cli.prove_score import Score, score
 from agent.cli.prove_share import Share, quantile_text, share_of
-from agent.cli.prove_table import summary_of, table_text
+from agent.cli.prove_summary import summary_of
+from agent.cli.prove_table import table_text
 from agent.errors import InputError
 from fakes.conceal import EFFECTS, FIRST_SCORED_SEED, LOOK_ALIKES, SNRS
 
@@ -313,7 +314,7 @@ def test_the_table_counts_groups_and_prints_every_miss() -> None:
     assert summary["names"]["one effect, SNR 0.25"]["first_right"]["hits"] == 0
     assert summary["names"]["look-alikes"]["rival_named"]["hits"] == 1
     assert summary["names"]["look-alikes"]["baseline_first_right"]["hits"] == 1
-    assert summary["false_names"]["nulls_with_absent_name"]["hits"] == 1
+    assert summary["false_names"]["nulls_with_false_name"]["hits"] == 1
     assert summary["false_names"]["nulls_without_mismatch"]["hits"] == 1
     assert [is_miss(c) for c in cases] == [False, True, True, False, True]
     document = {
