@@ -16,7 +16,6 @@ _FEWEST_WINDOWS = 8
 _FEWEST_INDEPENDENT = 6.0  # samples in a window: fewer do not bear a parabola
 _TREND = 3.0  # numbers that a parabola takes
 _SAME_SPEED, _SAME_PLACE = 0.01, 0.02
-_STANDING_S = 0.5
 
 
 def noise_floor(table: Table, residual_nm: Floats) -> Floor:
@@ -107,21 +106,25 @@ def _repeats(table: Table, residual_nm: Floats) -> float:
 
 
 def _standstill(table: Table) -> float:
-    """Return the torque's scatter while the joint stands, each stand's own level taken off, N m."""
-    squares, count = 0.0, 0.0
+    """Return the torque's scatter while the joint stands, N m.
+
+    The median over half-second windows, each about its own parabola: a joint that stands may still
+    be pulled from one holding torque to another, which is no noise.
+    """
+    independent = 2.0 * table.cutoff_hz * _WINDOW_S
+    if independent < _FEWEST_INDEPENDENT:
+        return math.nan
+    variances = []
     for piece in table.pieces:
         still = table.full["direction"][piece.full] == 0.0
         torque = lowpass(table.full["torque_nm"][piece.full], piece.period_s, table.cutoff_hz)
         edges = np.flatnonzero(np.diff(still.astype(np.int8), prepend=0, append=0))
         margin = math.ceil(1.5 / (table.cutoff_hz * piece.period_s))
+        length = round(_WINDOW_S / piece.period_s)
         for begin, end in zip(edges[::2], edges[1::2], strict=True):
-            inner = torque[begin + margin : end - margin]
-            if inner.shape[0] * piece.period_s < _STANDING_S:
-                continue
-            t = np.linspace(-1.0, 1.0, inner.shape[0])
-            left = inner - np.polyval(np.polyfit(t, inner, 2), t)
-            independent = 2.0 * table.cutoff_hz * inner.shape[0] * piece.period_s
-            weight = max(independent - _TREND, 0.0)
-            squares += weight * float(np.mean(left**2)) * independent / max(weight, 1.0)
-            count += weight
-    return math.sqrt(squares / count) if count > 0.0 else math.nan
+            for at in range(begin + margin, end - margin - length + 1, length):
+                inner = torque[at : at + length]
+                t = np.linspace(-1.0, 1.0, inner.shape[0])
+                left = inner - np.polyval(np.polyfit(t, inner, 2), t)
+                variances.append(float(np.mean(left**2)) * independent / (independent - _TREND))
+    return math.sqrt(float(np.median(variances))) if variances else math.nan
