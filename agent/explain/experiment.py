@@ -67,12 +67,12 @@ def next_experiments(
     if paired:
         partner = next(iter(_PAIR - {effect}))
         hypotheses = [h for h in hypotheses if h.effect != partner]
-    out: list[NextExperiment] = []
-    if len(hypotheses) > 1:
-        others = [t.candidate for k, t in enumerate(terms) if k != index]
-        out += _ranked(library, others, hypotheses, floor_nm, limits)
-        if not out:
-            out.append(_set_up_only(effect, [h.effect for h in hypotheses[1:]]))
+    others = [t.candidate for k, t in enumerate(terms) if k != index]
+    out = _ranked(library, others, hypotheses, floor_nm, limits) if len(hypotheses) > 1 else []
+    told = {name for experiment in out for name in experiment.tells_apart}
+    left = [h.effect for h in hypotheses[1:] if h.effect not in told]
+    if left:
+        out.append(_set_up_only(effect, left))
     if paired:
         out.append(_set_up_only(effect, [partner]))
     return tuple(out)
@@ -87,6 +87,7 @@ def _ranked(
 ) -> list[NextExperiment]:
     """Return the menu's entries that decide within reasonable time, the best first."""
     duel = Duel.of(library, others, hypotheses, floor_nm)
+    placed = library.scene.has("position_rad")
     proposals = menu(library.scene, limits)
     out = []
     for load in sorted({part.load for proposal in proposals for part in proposal.parts}):
@@ -99,50 +100,67 @@ def _ranked(
             first += len(proposal.parts)
             worth = _worth(experiments.only(runs), proposal)
             if worth is not None:
-                out.append(_as_experiment(proposal, worth, hypotheses, library))
+                out.append(_as_experiment(proposal, worth, hypotheses, placed=placed))
     return sorted(out, key=lambda e: -e.gain_per_s)
 
 
 @dataclass(frozen=True)
 class _Worth:
-    """What a proposal gains when driven once, and how often it must be driven."""
+    """What a proposal is worth.
 
-    gain_per_s: float
+    Parameters
+    ----------
+    rivals : tuple of int
+        Numbers of the hypotheses that it tells from the first.
+    times : int
+        How often it must be driven for that.
+    gain_per_s : float
+        Expected gain in log density over the rivals, for a second of driving and setting up.
+    """
+
+    rivals: tuple[int, ...]
     times: int
+    gain_per_s: float
 
 
 def _worth(experiment: Experiment, proposal: Proposal) -> _Worth | None:
-    """Return what a proposal is worth; None where it does not decide within the longest time."""
+    """Return what a proposal is worth; None where it decides nothing within the longest time."""
+    hypotheses = experiment.duel.hypotheses
+    most = max(1, math.floor(_LONGEST_S / proposal.driven_s))
 
-    def decides(times: int) -> bool:
-        return experiment.gain(float(times), _ENOUGH) >= DECISIVE
+    def decides(rival: int, times: int) -> bool:
+        return experiment.gain(rival, float(times), _ENOUGH) >= DECISIVE
 
-    low, high = 0, max(1, math.floor(_LONGEST_S / proposal.driven_s))
-    if not decides(high):
+    rivals = tuple(j for j in range(1, len(hypotheses)) if decides(j, most))
+    if not rivals:
         return None
-    if decides(1):
+    low, high = 0, most
+    if all(decides(j, 1) for j in rivals):
         high = 1
     while high - low > 1:
         middle = (low + high) // 2
-        low, high = (low, middle) if decides(middle) else (middle, high)
-    whole_s = proposal.set_up_s + high * proposal.driven_s
-    return _Worth(experiment.gain(float(high), _PLENTY) / whole_s, high)
+        enough = all(decides(j, middle) for j in rivals)
+        low, high = (low, middle) if enough else (middle, high)
+    gained = sum(
+        hypotheses[j].probability * experiment.gain(j, float(high), _PLENTY) for j in rivals
+    ) / sum(h.probability for h in hypotheses[1:])
+    return _Worth(rivals, high, gained / (proposal.set_up_s + high * proposal.driven_s))
 
 
 def _as_experiment(
-    proposal: Proposal, worth: _Worth, hypotheses: Sequence[Hypothesis], library: Library
+    proposal: Proposal, worth: _Worth, hypotheses: Sequence[Hypothesis], *, placed: bool
 ) -> NextExperiment:
+    """Return a proposal as what an explanation says; without a place it cannot be driven."""
     seconds = worth.times * proposal.driven_s
-    effects = tuple(h.effect for h in hypotheses)
+    rivals = tuple(hypotheses[j].effect for j in worth.rivals)
     often = "" if worth.times == 1 else f", {worth.times} times"
     wait = f" {proposal.set_up}" if proposal.set_up else ""
-    placed = library.scene.has("position_rad")
     return NextExperiment(
         sentence=(
             f"{proposal.what}{often}: {math.ceil(seconds)} s of driving should tell "
-            f"{_listed(effects)} apart.{wait}"
+            f"{_told(hypotheses[0].effect, rivals)}.{wait}"
         ),
-        tells_apart=effects,
+        tells_apart=(hypotheses[0].effect, *rivals),
         seconds=seconds,
         gain_per_s=worth.gain_per_s,
         trajectory=proposal.trajectory.to_json() if placed else None,
@@ -153,19 +171,18 @@ def _as_experiment(
 def _set_up_only(effect: str, rivals: Sequence[str]) -> NextExperiment:
     """Return what else decides where no motion does."""
     advice = " ".join(dict.fromkeys(told_apart_by(effect, rival) for rival in rivals))
-    effects = (effect, *rivals)
     return NextExperiment(
         sentence=(
             "No motion within the strokes, speeds and accelerations of these recordings tells "
-            f"{_listed(effects)} apart: the one copies the other. In general: {advice}"
+            f"{_told(effect, rivals)}: the one copies the other. In general: {advice}"
         ),
-        tells_apart=effects,
+        tells_apart=(effect, *rivals),
         seconds=math.nan,
         gain_per_s=0.0,
         set_up=advice,
     )
 
 
-def _listed(effects: Sequence[str]) -> str:
-    names = [NAMES[effect] for effect in effects]
-    return f"{', '.join(names[:-1])} and {names[-1]}"
+def _told(effect: str, rivals: Sequence[str]) -> str:
+    """Return who is told from whom, in words."""
+    return f"{NAMES[effect]} from {' and from '.join(NAMES[rival] for rival in rivals)}"

@@ -3,7 +3,7 @@
 ``T(design) = min over theta_2 of sum (eta_1(x) - eta_2(x, theta_2))^2 / sigma^2`` (Atkinson and
 Fedorov, Biometrika 62, 1975, 57), here over the recordings that are there already and the
 experiment together, because the rival has to carry both. Half of it is the expected gain in log
-density. Each hypothesis is the truth in its turn, weighed by its probability (Ponce de Leon and
+density. Of a pair each is the truth in its turn, weighed by its probability (Ponce de Leon and
 Atkinson, Biometrika 78, 1991, 601).
 """
 
@@ -31,7 +31,7 @@ _NUDGE = 0.01
 _GRAVITY = np.array([3, 4])  # among the base columns
 
 Contest = tuple[int, int, int]
-"""Number of the truth, of its rival, and of the rival's point."""
+"""Number of the truth, of its rival, and of the rival's point; one of the two is 0."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class Duel:
     others : tuple of Candidate
         The model's other terms.
     hypotheses : tuple of Hypothesis
-        At least two, of different effects.
+        What was found, and its rivals: other effects.
     points : for every hypothesis, tuple of (Form, Point)
         The fitted one, and all others of its effect that might pass for another hypothesis.
     variance : float
@@ -232,23 +232,23 @@ class Experiment:
     duel: Duel
     grams: dict[Contest, Floats]
 
-    def gain(self, times: float = 1.0, enough: float = math.inf) -> float:
-        """Return the expected gain in log density of driving it so many times.
+    def gain(self, rival: int, times: float = 1.0, enough: float = math.inf) -> float:
+        """Return the expected gain in log density between the first hypothesis and a rival.
 
         Parameters
         ----------
+        rival : int
+            Number of the rival, from 1.
         times : float
+            How often the experiment is driven.
         enough : float
-            More than this counts for nothing, whichever hypothesis is true: else one that is
-            unlikely but easily refuted would outweigh the others.
+            More than this counts for nothing, whichever of the two is true: else the one that is
+            unlikely but easily refuted would outweigh the other.
         """
-        hypotheses = self.duel.hypotheses
-        total = sum(h.probability for h in hypotheses)
-        expected = 0.0
-        for i, truth in enumerate(hypotheses):
-            nearest = min(self._against(i, j, times) for j in range(len(hypotheses)) if j != i)
-            expected += truth.probability / total * min(nearest, enough)
-        return expected
+        first, second = (self.duel.hypotheses[i].probability for i in (0, rival))
+        share = first / (first + second)
+        either = self._against(0, rival, times), self._against(rival, 0, times)
+        return share * min(either[0], enough) + (1.0 - share) * min(either[1], enough)
 
     def _against(self, i: int, j: int, times: float) -> float:
         """Return by how much log density a rival falls behind a truth."""
@@ -262,10 +262,9 @@ class Experiment:
 
 
 def _contests(points: Sequence[Sequence[object]]) -> Iterator[Contest]:
-    for i in range(len(points)):
-        for j, each in enumerate(points):
-            if i != j:
-                yield from ((i, j, k) for k in range(len(each)))
+    for rival in range(1, len(points)):
+        yield from ((0, rival, k) for k in range(len(points[rival])))
+        yield from ((rival, 0, k) for k in range(len(points[0])))
 
 
 def _possible(
@@ -285,7 +284,8 @@ def _possible(
     targets = [a - basis @ (basis.T @ a) for i, a in enumerate(added) if i != j]
     found: list[tuple[float, Form, Point]] = []
     for candidate in library.candidates:
-        if candidate.form.effect != own.form.effect:
+        fitted = candidate.form is own.form and candidate.point == own.candidate.point
+        if candidate.form.effect != own.form.effect or fitted:
             continue
         columns = candidate.columns[rows]
         copy = basis_of(columns - basis @ (basis.T @ columns), like=columns)

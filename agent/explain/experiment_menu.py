@@ -37,7 +37,7 @@ _COOLING_S, _PAYLOAD_S = 3600.0, 900.0
 _LEAST_WARMING_K = 2.0
 _FELT = 0.05  # of Coulomb friction: a load that weighs less changes nothing
 _TRIANGLE_PERIOD_S, _TRIANGLE_PERIODS = 1.6, 6
-_CHANGES, _SLOWER_HALF = 3, 0.25
+_CHANGES = 3
 
 
 @dataclass(frozen=True)
@@ -206,7 +206,7 @@ def _motions(driven: Driven, limits: AxisLimits | None) -> Iterator[tuple[str, T
     """Yield every motion that fits, and what it is in words."""
     slow, fast = driven.slowest_rad_s, driven.reachable_rad_s
     geometric, half = spaced_speeds(slow, fast, 6), 0.5 * fast
-    crawl = _SLOWER_HALF * slow
+    crawl, creep = 0.25 * slow, 0.05 * slow
     entries: list[tuple[str, Callable[[], Trajectory]]] = [
         (
             "Repeat the stair of speeds as it was",
@@ -215,6 +215,11 @@ def _motions(driven: Driven, limits: AxisLimits | None) -> Iterator[tuple[str, T
         (
             f"Drive a stair with speeds down to {crawl:.2g} rad/s, a quarter of the slowest so far",
             lambda: _stair(driven, (*spaced_speeds(crawl, 2.0 * slow, 5), fast)),
+        ),
+        (
+            f"Drive a stair with speeds down to {creep:.2g} rad/s, a twentieth of the slowest so "
+            "far",
+            lambda: _stair(driven, (*spaced_speeds(creep, slow, 5), fast)),
         ),
         (
             "Drive a stair with twice as many speeds",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -36,7 +36,7 @@ class Elsewhere(Scene):
         The recordings.
     """
 
-    home: Scene
+    home: Scene = field(kw_only=True)
 
     @cached_property
     def speeds(self) -> tuple[float, float]:
@@ -93,7 +93,9 @@ def elsewhere(home: Scene, parts: Sequence[Part]) -> Elsewhere:
         plain_twin(theta, home.table.gear_ratio), runs, cutoff_hz, align_velocity=False
     )
     table = replace(table, full={**table.full, "elapsed_s": _elapsed(home, table, parts)})
-    return Elsewhere(table, theta, np.zeros(table.used.shape[0]), home)
+    same = {f.name: getattr(home, f.name) for f in fields(Scene)}
+    left = np.zeros(table.used.shape[0])
+    return Elsewhere(**{**same, "table": table, "theta": theta, "residual_nm": left, "home": home})
 
 
 def simulated_run(
