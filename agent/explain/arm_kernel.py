@@ -39,6 +39,7 @@ def shaft_rad_s2(
     twist = borne / stiffness
     if borne != 0.0:
         twist += math.copysign(half_gap, borne)
+    push = 0.0  # the arm's speed stands half a step behind its twist, which damping must not feel
     for i in range(velocity.shape[0]):
         slope = (velocity[i + 1] - velocity[i]) / steps if i + 1 < velocity.shape[0] else 0.0
         for j in range(steps):
@@ -46,12 +47,14 @@ def shaft_rad_s2(
             pressed = abs(twist) - half_gap
             pull = 0.0
             if pressed > 0.0:
-                pull = stiffness * math.copysign(pressed, twist) + damper * (motor - arm)
+                pull = stiffness * math.copysign(pressed, twist)
+                pull += damper * (motor - arm - 0.5 * dt * push)
                 if half_gap > 0.0 and pull * twist < 0.0:
                     pull = 0.0
             if j == 0:
                 out[i] = pull
-            arm += dt * (pull - weight[i] - friction * drawn)
+            push = pull - weight[i] - friction * drawn
+            arm += dt * push
             drawn = min(max(drawn + dt * arm / reach, -1.0), 1.0)
             twist += dt * (motor + 0.5 * slope - arm)
     return out

@@ -1,0 +1,245 @@
+"""Dynamic candidates of an explanation against joints that were integrated apart from them."""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from agent.explain.choice import choose
+from agent.explain.evidence import weigh
+from agent.explain.forms_dynamic import FORMS
+from agent.explain.hidden_arm import HiddenArm
+from agent.explain.library import judgeable
+from agent.explain.load_changes import arm_shares
+from agent.explain.run import Run
+from agent.explain.saturation import saturation_evidence
+from agent.explain.scene import Scene, refit
+from agent.explain.search import Library, Scored
+from agent.explain.table import BASE, tabulate
+from agent.explain.twin_law import best_entry, fitted_amplitude
+from agent.physics.twin import Twin
+from tests.science.explain_plant import GEAR, Joint, record
+
+TWIN = Twin("plant", 1, GEAR, 0.006, 0.5, 0.004, 0.5, 0.2)
+GAP = Joint(half_gap=0.004)
+SOFT = Joint(stiffness=25.0, damping=0.03)
+CREEPING = Joint(motor_reach=0.08)
+
+
+def scene_of(runs: list[Run]) -> Scene:
+    table = tabulate(TWIN, runs)
+    delta, left = refit(table)
+    theta = np.array([getattr(TWIN, name) for name in BASE]) + delta
+    return Scene(table, theta, np.where(table.used, left, 0.0))
+
+
+@functools.cache
+def seen(joint: Joint, torque_late_s: float = 0.0, gravity: bool = True) -> Scene:
+    if not gravity:
+        joint = joint._replace(gravity_sin=0.0, gravity_cos=0.0)
+    return scene_of([record(joint, seed, torque_late_s=torque_late_s) for seed in (1, 2)])
+
+
+@functools.cache
+def library_of(scene_key: tuple[Joint, float, bool]) -> Library:
+    scene = seen(*scene_key)
+    return Library.of(scene, weigh(scene.table, scene.residual_nm), judgeable(scene.table)[0])
+
+
+def best(effect: str, library: Library) -> Scored:
+    return next(s for s in library.rank([]) if s.form.effect == effect)
+
+
+@pytest.mark.parametrize(
+    ("effect", "joint", "late_s"),
+    [
+        ("backlash", GAP, 0.0),
+        ("joint-flexibility", SOFT, 0.0),
+        ("presliding-hysteresis", CREEPING, 0.0),
+        ("measurement-delay", Joint(), 0.0053),
+    ],
+)
+def test_names_what_was_concealed(effect: str, joint: Joint, late_s: float) -> None:
+    choice = choose(library_of((joint, late_s, True)))
+    assert choice.terms[0].scored.form.effect == effect
+
+
+def test_a_tight_stiff_joint_is_not_said_to_have_play() -> None:
+    named = {t.scored.form.effect for t in choose(library_of((Joint(), 0.0, True))).terms}
+    assert "backlash" not in named
+
+
+def test_finds_the_gap_and_what_part_of_the_joint_is_behind_it() -> None:
+    values = best("backlash", library_of((GAP, 0.0, True))).values()
+    assert values["half_gap_rad"] == pytest.approx(0.004, rel=0.25)
+    assert values["arm_share"] == pytest.approx(0.5, rel=0.05)
+    assert values["arm_friction_share"] == pytest.approx(0.15 / 0.5, rel=0.15)
+
+
+@pytest.mark.parametrize("gravity", [True, False])
+def test_the_load_changes_sides_where_the_gap_is_crossed(gravity: bool) -> None:
+    scene = seen(GAP, 0.0, gravity)
+    inertia, friction = arm_shares(scene, 1)[0]
+    assert friction / inertia == pytest.approx(0.3 / 0.5, rel=0.2)
+    if gravity:  # without a weight only their ratio shows
+        assert inertia == pytest.approx(0.5, rel=0.15)
+
+
+def test_nothing_is_restless_where_nothing_is_left() -> None:
+    scene = seen(GAP)
+    still = Scene(scene.table, scene.theta, np.zeros_like(scene.residual_nm))
+    assert arm_shares(still, 2) == ()
+
+
+def test_finds_the_spring() -> None:
+    values = best("joint-flexibility", library_of((SOFT, 0.0, True))).values()
+    locked_hz = math.sqrt(SOFT.stiffness / SOFT.arm_inertia) / (2.0 * math.pi)
+    assert values["antiresonance_hz"] == pytest.approx(locked_hz, rel=0.15)
+
+
+def test_finds_how_far_friction_yields() -> None:
+    library = library_of((CREEPING, 0.0, True))
+    values = {s.form.name: s.values() for s in library.rank([])}
+    assert values["Dahl"]["reach_rad"] == pytest.approx(0.08, rel=0.05)
+    # Half of the way up after the travel at which Dahl's curve is: ln 2 of its reach.
+    slip = values["Maxwell slip"]
+    half = slip["sliding_travel_rad"] * (1.0 - 0.5 ** (1.0 / slip["shape_exponent"]))
+    assert half == pytest.approx(0.08 * math.log(2.0), rel=0.5)
+
+
+@pytest.mark.parametrize("name", ["Dahl", "Maxwell slip"])
+def test_the_twin_predicts_the_presliding_that_was_found(name: str) -> None:
+    scene = seen(CREEPING)
+    library = library_of((CREEPING, 0.0, True))
+    found = next(s for s in library.rank([]) if s.form.name == name)
+    (entry,) = found.form.to_twin(scene, found.values())
+    # Close to any nearby entry of the same law, and better than one that is far off.
+    far = {key: 20.0 * value for key, value in entry.items()}
+    assert best_entry(scene, "presliding-hysteresis", [far, entry]) == (entry,)
+
+
+@pytest.mark.parametrize("late_s", [0.0053, -0.0053])
+def test_a_delay_is_found_to_a_fraction_of_a_sample_with_its_sign(late_s: float) -> None:
+    found = best("measurement-delay", library_of((Joint(), late_s, True)))
+    assert found.values()["torque_delay_s"] == pytest.approx(late_s, abs=0.0004)
+    (entry,) = found.form.to_twin(seen(Joint(), late_s), found.values())
+    assert math.copysign(1.0, entry["torque_delay_s"]) == math.copysign(1.0, late_s)
+
+
+def test_a_law_that_does_not_help_is_left_out_of_the_twin() -> None:
+    scene = seen(Joint())
+    wild = {"arm_inertia_kg_m2": 0.003, "stiffness_nm_per_rad": 0.5, "damping_nm_s_per_rad": 0.0}
+    assert best_entry(scene, "joint-flexibility", [wild]) == ()
+
+
+def test_a_column_that_only_fits_upside_down_has_no_amplitude() -> None:
+    scene = seen(CREEPING)
+    column = scene.predicted_nm - scene.full("torque_nm")
+    assert fitted_amplitude(scene, column) == (0.0, 0.0)
+    amplitude, removed = fitted_amplitude(scene, -2.0 * column)
+    assert amplitude == pytest.approx(0.5, rel=0.02)
+    assert removed == pytest.approx(float(np.sum(scene.residual_nm**2)), rel=0.05)
+
+
+@pytest.mark.parametrize("driven_hz", [4.0, 12.0, 33.0])
+def test_an_arm_on_a_spring_answers_a_sine_as_theory_says(driven_hz: float) -> None:
+    scene = seen(Joint())
+    time = scene.full("time_s")
+    omega, own, damping = 2.0 * math.pi * driven_hz, 2.0 * math.pi * 20.0, 0.15
+    swung = {**scene.table.full, "velocity_raw_rad_s": np.cos(omega * time)}
+    alone = Scene(
+        replace(scene.table, full=swung), np.append(scene.theta[:3], (0.0, 0.0)), scene.residual_nm
+    )
+    extra = HiddenArm(20.0, damping).extra_rad_s2(alone)
+    # Ja aa = k x + d dx/dt with x = q - qa, for a motor that moves as it likes.
+    carried = (own**2 + 2j * damping * own * omega) / (
+        own**2 - omega**2 + 2j * damping * own * omega
+    )
+    expected = np.real((carried - 1.0) * 1j * omega * np.exp(1j * omega * time))
+    settled = slice(2000, 12000)  # the first swing has died down, and the first stretch lasts
+    wrong = np.std(extra[settled] - expected[settled])
+    assert wrong < 0.04 * np.std(expected[settled])
+
+
+def test_gravity_only_shifts_the_twist_of_a_gear_without_a_gap() -> None:
+    scene = seen(Joint())
+    light = HiddenArm(25.0, 0.1, 40.0, 0.01, 0.0, 1.0).extra_rad_s2(scene)
+    heavy = HiddenArm(25.0, 0.1, 40.0, 0.01, 0.0, 0.3).extra_rad_s2(scene)
+    moved = scene.table.band(heavy - light)[scene.table.used]
+    assert np.std(moved) < 0.02 * np.std(scene.table.band(light)[scene.table.used])
+
+
+def test_a_heavy_arm_holds_a_wide_gap_shut() -> None:
+    scene = seen(Joint())
+    weightless = Scene(scene.table, np.append(scene.theta[:3], (0.0, 0.0)), scene.residual_nm)
+    pressed = Scene(scene.table, np.append(scene.theta[:3], (0.0, 50.0)), scene.residual_nm)
+    loose = HiddenArm(40.0, 0.3, 0.0, 1.0, 0.2, 0.5)
+    shut = HiddenArm(40.0, 0.3, 0.0, 1.0, 0.0, 0.5)
+
+    def apart(of: Scene) -> float:
+        return float(np.mean(np.abs(loose.extra_rad_s2(of) - shut.extra_rad_s2(of)) > 1.0))
+
+    # It hangs over to the other side where the arm passes a quarter turn.
+    assert apart(pressed) < 0.05
+    assert apart(weightless) > 0.5
+
+
+def test_every_form_moves_when_each_of_its_numbers_does() -> None:
+    scene = seen(GAP)
+    for form in FORMS:
+        points = list(form.grid(scene))
+        for index in range(len(form.nonlinear)):
+            values = sorted({p[index] for p in points})
+            if len(values) < 2:
+                continue
+            pairs = [(p, (*p[:index], values[-1], *p[index + 1 :])) for p in points[-3:]]
+            pairs += [(p, (*p[:index], values[0], *p[index + 1 :])) for p in points[-3:]]
+            moved = [form.columns(scene, p) - form.columns(scene, q) for p, q in pairs if p != q]
+            assert max(np.std(m) for m in moved) > 0.0, (form.effect, form.nonlinear[index])
+
+
+def limited(**changes: float | bool) -> Scene:
+    options = {"limit": 1.2, "torque_step_nm": 0.0, "has_command": True, **changes}
+    joint = Joint(limit=float(options["limit"]))
+    return scene_of(
+        [
+            record(
+                joint,
+                seed,
+                torque_step_nm=float(options["torque_step_nm"]),
+                has_command=bool(options["has_command"]),
+            )
+            for seed in (1, 2)
+        ]
+    )
+
+
+@pytest.mark.parametrize("step_nm", [0.0, 0.05])
+def test_a_torque_limit_is_found_with_its_interval(step_nm: float) -> None:
+    evidence = saturation_evidence(limited(torque_step_nm=step_nm).table)
+    assert evidence is not None
+    low, high = evidence.limit_ci95_nm
+    assert low <= 1.2 <= high
+    assert high - low < 0.01 + 1.2 * step_nm
+    assert evidence.share > 0.02
+    assert evidence.missing_nm > 0.1
+
+
+@pytest.mark.parametrize("step_nm", [0.0, 0.02, 0.1])
+def test_smooth_peaks_and_coarse_torque_are_no_limit(step_nm: float) -> None:
+    assert saturation_evidence(limited(limit=1e9, torque_step_nm=step_nm).table) is None
+
+
+def test_flat_torque_without_a_command_says_nothing() -> None:
+    assert saturation_evidence(limited(has_command=False).table) is None
+
+
+def test_steady_acceleration_is_flat_without_falling_short() -> None:
+    table = limited(has_command=True).table
+    # The drive kept up with what it was asked for: only then flat torque is what the motion needs.
+    kept_up = {**table.full, "velocity_command_rad_s": table.full["velocity_rad_s"] + 0.2}
+    assert saturation_evidence(replace(table, full=kept_up)) is None
