@@ -1,0 +1,193 @@
+"""The whole loop on the wire: an effect concealed in the drive's joint, its cycle, and its name.
+
+The fake drive's physics shares no code with the product's laws, and the twin is what an engineer's
+simulation of that very joint knows: everything but the concealed effect.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from agent.cli.explain import explained
+from agent.explain.result import Explanation
+from agent.physics.twin import Twin
+from agent.record.reading import read
+from agent.record.recording import Recording
+from fakes.friction import FrictionParameters
+from fakes.imperfections import Imperfections
+from fakes.joint import JointParameters
+from fakes.plant import ServoParameters
+from fakes.specification import FakeSpecification
+from fakes.thermal import ThermalParameters
+from tests.system.rig import rig
+
+PLAIN = FrictionParameters(static_extra_nm=0.0)
+STIFF = JointParameters(spring_nm_per_rad=2500.0, damper_nm_s_per_rad=4.0, friction=PLAIN)
+LOADED = replace(STIFF, gravity_sin_nm=1.2, gravity_cos_nm=0.3)
+# A fine encoder needs little filtering, so that velocity is hardly late against torque.
+SERVO = ServoParameters(velocity_filter_s=0.0005, encoder_counts_per_rev=1 << 17)
+
+
+@dataclass(frozen=True)
+class Concealed:
+    """One joint, and what the twin of it lacks.
+
+    `parameters` are numbers of the first finding that are known, each with its relative tolerance;
+    `starts_degc` is the gearbox temperature at which each recording begins.
+    """
+
+    effect: str
+    joint: JointParameters
+    known: JointParameters
+    parameters: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    starts_degc: tuple[float, ...] = (25.0,)
+    seconds: float = 16.0
+    speeds: int = 6
+
+
+def with_(joint: JointParameters = STIFF, **numbers: Any) -> JointParameters:
+    return replace(joint, imperfections=Imperfections(**numbers))
+
+
+CONCEALED = {
+    case.effect: case
+    for case in (
+        Concealed(
+            "stribeck",
+            replace(STIFF, friction=replace(PLAIN, static_extra_nm=0.2)),
+            STIFF,
+            {"static_extra_nm": (0.2, 0.1), "stribeck_velocity_rad_s": (6.0, 0.1)},
+        ),
+        Concealed(
+            "viscous-nonlinear",
+            with_(thinning_velocity_rad_s=120.0),
+            STIFF,
+            seconds=20.0,
+            speeds=7,
+        ),
+        Concealed(
+            "torque-ripple",
+            with_(ripple_nm=0.06, ripple_order_per_motor_rev=6.0),
+            STIFF,
+            {"sin_nm": (0.06, 0.1), "order_per_motor_rev": (6.0, 1e-3)},
+        ),
+        Concealed(
+            "position-dependent-friction",
+            with_(position_share=0.15, position_order_per_arm_rev=5.0),
+            STIFF,
+        ),
+        Concealed("presliding-hysteresis", with_(presliding_rad=1.0), STIFF),
+        Concealed(
+            "load-dependent-friction",
+            with_(LOADED, load_share=0.25),
+            LOADED,
+            {"load_coefficient": (0.25, 0.1)},
+        ),
+        Concealed(
+            "torque-constant-error",
+            with_(LOADED, torque_constant_ratio=0.9),
+            LOADED,
+            {"factor": (0.9, 0.02)},
+        ),
+        Concealed(
+            "joint-flexibility",
+            replace(STIFF, spring_nm_per_rad=25.3, damper_nm_s_per_rad=0.04),
+            STIFF,
+            {"stiffness_nm_per_rad": (25.3, 0.3)},
+            seconds=20.0,
+            speeds=7,
+        ),
+        Concealed("temperature-dependent-friction", STIFF, STIFF, starts_degc=(15.0, 35.0, 15.0)),
+    )
+}
+
+
+def ask_for(cell: dict[str, Any], case: Concealed) -> None:
+    """Ask for a stair; the drive's ramps are those of the stair, so that torque is even.
+
+    A drive that ramps faster than the set-points change stops between them, and every sample sees
+    the same phase of that.
+    """
+    axis = cell["axis"][0]
+    axis["stair"] |= {
+        "duration_s": case.seconds,
+        "speeds": case.speeds,
+        "motor_velocity_min_rad_s": 3.0,
+    }
+    axis["stair"] |= {"motor_jerk_rad_s3": 7500.0}
+    axis["limits"]["motor_acceleration_max_rad_s2"] = 310.0
+
+
+def twin_of(joint: JointParameters) -> Twin:
+    """Return the simulation of a joint: rigid body, gravity, Coulomb and viscous at 25 degC."""
+    law = joint.friction.truth(25.0)
+    return Twin(
+        "simulated-joint",
+        1,
+        joint.gear_ratio,
+        joint.inertia_kg_m2,
+        law.coulomb_nm,
+        law.viscous_nm_s_per_rad,
+        joint.gravity_sin_nm,
+        joint.gravity_cos_nm,
+    )
+
+
+def driven(folder: Path, case: Concealed) -> tuple[Recording, ...]:
+    """Drive the stair over the bus, once for each temperature, and read what was recorded."""
+    out = []
+    for index, start_degc in enumerate(case.starts_degc):
+        thermal = ThermalParameters(initial_degc=start_degc, ambient_degc=start_degc)
+        specification = FakeSpecification(case.joint, SERVO, thermal)
+        own = folder / str(index)
+        own.mkdir()
+        with rig(own, specification=specification, edit=lambda cell: ask_for(cell, case)) as bench:
+            out.append(read(bench.run().recording))
+    return tuple(out)
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], tuple[Recording, ...]]:
+    """Return what gives the recordings of a case, driven once."""
+    known: dict[str, tuple[Recording, ...]] = {}
+
+    def of(effect: str) -> tuple[Recording, ...]:
+        if effect not in known:
+            known[effect] = driven(tmp_path_factory.mktemp(effect), CONCEALED[effect])
+        return known[effect]
+
+    return of
+
+
+@pytest.fixture(scope="module")
+def explanation(
+    recorded: Callable[[str], tuple[Recording, ...]],
+) -> Callable[[str], Explanation]:
+    """Return what gives the explanation of a case, made once."""
+    known: dict[str, Explanation] = {}
+
+    def of(effect: str) -> Explanation:
+        if effect not in known:
+            twin = twin_of(CONCEALED[effect].known)
+            known[effect] = explained(twin, Path("twin.toml"), recorded(effect), ())
+        return known[effect]
+
+    return of
+
+
+@pytest.mark.parametrize("effect", CONCEALED)
+def test_the_concealed_effect_is_named(
+    effect: str, explanation: Callable[[str], Explanation]
+) -> None:
+    found = explanation(effect)
+    first = found.findings[0]
+    assert first.effect == effect, found.sentence
+    assert len(first.alternatives) <= 1, found.sentence
+    assert found.extended.rmse_nm < 0.5 * found.baseline.rmse_nm
+    for name, (value, tolerance) in CONCEALED[effect].parameters.items():
+        assert first.parameters[name].value == pytest.approx(value, rel=tolerance)
