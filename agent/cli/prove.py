@@ -8,6 +8,7 @@ import multiprocessing
 import os
 import signal
 import tempfile
+import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import asdict, dataclass
@@ -86,12 +87,17 @@ def run_prove(cases: int, first_seed: int, *, full: bool, processes: int, as_jso
     asked = plan(FULL if full else cases, first_seed)
     opened: list[Opened] = []
     dropped: list[Dropped] = []
-    for outcome in outcomes(asked, processes):
-        if isinstance(outcome, Opened):
-            opened.append(outcome)
-        else:
-            dropped.append(outcome)
-        talker().print(_progress(outcome, len(asked)))
+    # A request to end is answered like Ctrl-C, so that no recordings stay behind.
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        for outcome in outcomes(asked, processes):
+            if isinstance(outcome, Opened):
+                opened.append(outcome)
+            else:
+                dropped.append(outcome)
+            talker().print(_progress(outcome, len(asked)))
+    finally:
+        signal.signal(signal.SIGTERM, before)
     document = proof_of(opened, dropped, first_seed)
     typer.echo(json.dumps(document, indent=2) if as_json else table_text(document))
 
@@ -124,9 +130,12 @@ def outcomes(asked: Sequence[Asked], processes: int) -> Iterator[Opened | Droppe
         try:
             for future in under_way:
                 yield future.result()
-        finally:
+        except BaseException:  # Ctrl-C or an error: nobody waits for cases that nobody will see
             for future in under_way:
                 future.cancel()
+            for process in multiprocessing.active_children():
+                process.terminate()
+            raise
 
 
 @contextlib.contextmanager
@@ -140,8 +149,7 @@ def _workers(count: int) -> Iterator[Executor]:
     pool = ProcessPoolExecutor(
         count,
         mp_context=multiprocessing.get_context("spawn"),
-        initializer=signal.signal,
-        initargs=(signal.SIGINT, signal.SIG_IGN),  # Ctrl-C is the parent's to answer
+        initializer=_begin_worker,
     )
     try:
         yield pool
@@ -152,6 +160,19 @@ def _workers(count: int) -> Iterator[Executor]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
+
+
+def _begin_worker() -> None:
+    """Leave Ctrl-C to the parent, and end with it, however it ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _through(pool: Executor, case: Asked) -> Opened | Dropped:
