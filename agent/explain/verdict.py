@@ -12,6 +12,7 @@ from agent.explain.study import Study
 CLOSE = 1.10
 """Up to so many times the noise floor nothing is looked for any more."""
 
+_FAR = 1.25  # times the noise floor: something is missing, even where no axis shows it
 _MOST_LEFT = 0.30  # of the mismatch: with more left over, what was named explains too little
 _CELL_BETTER = 1.20
 
@@ -31,8 +32,8 @@ def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> 
     left_share : float
         Of the mismatch, what stays.
     """
-    counts = [cell for cell in study.left_cells if cell.counts]
-    missing = bool(counts) and study.ratio > CLOSE
+    shown = any(cell.counts for cell in study.left_cells)
+    missing = study.ratio > (CLOSE if shown else _FAR)
     if not study.choice.terms:
         if missing:
             return "partly-explained" if findings else "unexplained"
@@ -55,7 +56,7 @@ def left_share(study: Study) -> float:
     if study.ratio <= CLOSE and not study.choice.terms:
         return 0.0
     rows = study.library.weighing.rows
-    noise = study.floor.value_nm**2 if study.floor.value_nm > 0.0 else 0.0
+    noise = study.noise_nm**2
     before = float(np.mean(study.refitted_nm[rows] ** 2)) - noise
     after = max(float(np.mean(study.model.residual_nm**2)) - noise, 0.0)
     return min(after / before, 1.0) if before > 0.0 else 0.0
