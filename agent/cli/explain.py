@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 from collections.abc import Mapping, Sequence
@@ -11,6 +10,7 @@ from pathlib import Path
 
 import typer
 
+from agent.cli.explain_checks import check_recordings
 from agent.cli.simulate import read_twin
 from agent.cli.talk import talker
 from agent.errors import InputError, StorageError
@@ -45,11 +45,11 @@ def run_explain(
     twin = read_twin(twin_path)
     recordings = read_all(patterns)
     unseen = read_all(holdout) if holdout else ()
-    fits_together(twin, twin_path, (*recordings, *unseen))
-    _apart(recordings, unseen)
-    talker().print(f"Explaining {len(recordings)} recordings, {len(unseen)} held out ...")
+    check_recordings(twin, twin_path, recordings, unseen)
+    count = f"{len(recordings)} recording{'s' * (len(recordings) != 1)}"
+    talker().print(f"Explaining {count}, {len(unseen)} held out ...")
     found = explained(twin, twin_path, recordings, unseen)
-    _write(out, found, recordings)
+    _write(out, found, twin, recordings)
     if as_json:
         typer.echo(json.dumps(found.to_json(), indent=2))
         return
@@ -57,7 +57,8 @@ def run_explain(
 
     next_file = str(out / NEXT_FILE) if _has_next(found) else ""
     typer.echo(explanation_text(found, axis=twin.axis, next_file=next_file))
-    talker().print(f"Open {out / 'report.html'}; the extended twin is {out / 'twin.toml'}.")
+    learnt = "extended twin" if found.twin is not None else "twin as given (nothing was learnt)"
+    talker().print(f"Open {out / 'report.html'}; the {learnt} is {out / 'twin.toml'}.")
 
 
 def explained(
@@ -103,54 +104,11 @@ def _started(recording: Recording) -> float:
         return math.nan
 
 
-def fits_together(twin: Twin, where: Path, recordings: Sequence[Recording]) -> None:
-    """Refuse recordings of several axes, and those of another axis or gear than the twin.
-
-    Raises
-    ------
-    agent.errors.InputError
-        Saying which.
-    """
-    for recording in recordings:
-        about = recording.metadata
-        if about.axis != twin.axis or about.robot != twin.robot:
-            raise InputError(
-                f"{where} is {twin.robot} axis {twin.axis}, but {recording.source} is "
-                f"{about.robot} axis {about.axis}.",
-                "Take the twin and the recordings of one axis.",
-            )
-        if not math.isclose(about.gear_ratio, twin.gear_ratio, rel_tol=1e-6):
-            raise InputError(
-                f"{where} has gear ratio {twin.gear_ratio:g}, but {recording.source} has "
-                f"{about.gear_ratio:g}."
-            )
-
-
-def _apart(recordings: Sequence[Recording], unseen: Sequence[Recording]) -> None:
-    """Refuse a hold-out that is also learnt from, under whatever name."""
-    known = {_fingerprint(r): r.source for r in recordings}
-    for recording in unseen:
-        same = known.get(_fingerprint(recording))
-        if same is not None:
-            raise InputError(
-                f"{recording.source} is held out, but {same} is the same recording and is to be "
-                "learnt from.",
-                "A proof needs recordings that nothing was learnt from.",
-            )
-
-
-def _fingerprint(recording: Recording) -> str:
-    digest = hashlib.sha256()
-    for name in ("time_s", "torque_nm"):
-        digest.update(recording[name].tobytes())
-    return digest.hexdigest()
-
-
 def _has_next(found: Explanation) -> bool:
     return found.next_experiment is not None and found.next_experiment.trajectory is not None
 
 
-def _write(out: Path, found: Explanation, recordings: Sequence[Recording]) -> None:
+def _write(out: Path, found: Explanation, twin: Twin, recordings: Sequence[Recording]) -> None:
     """Write everything into a folder; what was there under these names is replaced."""
     from agent.report.explanation import write_explanation_page
 
@@ -158,14 +116,18 @@ def _write(out: Path, found: Explanation, recordings: Sequence[Recording]) -> No
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise StorageError(f"{out}: the folder cannot be made: {error}.") from error
-    files = {out / "explanation.json": json.dumps(found.to_json(), indent=2).encode()}
-    if found.twin is not None:
-        files[out / "twin.toml"] = format_twin(found.twin).encode()
+    files = {
+        out / "explanation.json": json.dumps(found.to_json(), indent=2).encode(),
+        out / "twin.toml": format_twin(found.twin or twin).encode(),
+    }
     following = found.next_experiment
     next_file = ""
     if following is not None and following.trajectory is not None:
         files[out / NEXT_FILE] = json.dumps(dict(following.trajectory), indent=2).encode()
         next_file = str(out / NEXT_FILE)
+    else:
+        # An earlier explanation's experiment would be driven for this one.
+        (out / NEXT_FILE).unlink(missing_ok=True)
     publish(files, overwrite=True)
     about = recordings[0].metadata
     write_explanation_page(

@@ -15,6 +15,7 @@ from agent.report.explanation_words import (
     effect_label,
     heading,
     next_command,
+    not_judged,
     percent,
     region_in_words,
     share,
@@ -56,7 +57,7 @@ def explanation_text(explanation: Explanation, *, axis: int | str = "", next_fil
     if explanation.not_judged:
         lines += ["", "Not judged:"]
         lines += _items(
-            f"{effect_label(effect)}: {why}" for effect, why in explanation.not_judged.items()
+            f"{heading(why)}: {'; '.join(labels)}." for why, labels in not_judged(explanation)
         )
     if explanation.reasons:
         lines += ["", "Bear in mind:", *_items(explanation.reasons)]

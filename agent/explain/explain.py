@@ -8,7 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from agent.explain import proof, words
+from agent.explain.aliases import aliases
 from agent.explain.evidence import effective_size
+from agent.explain.experiment import next_experiments
 from agent.explain.findings import findings_of
 from agent.explain.leftover import left_regions
 from agent.explain.model import fit_model
@@ -18,6 +20,7 @@ from agent.explain.result import (
     Floor,
     Holdout,
     Moved,
+    NextExperiment,
     Region,
     Trace,
     fit_of,
@@ -30,6 +33,7 @@ from agent.explain.verdict import CLOSE, OWN_NUMBERS, left_share, verdict_of
 from agent.physics.twin import Twin
 
 _LEAST_ROWS = 300
+_FEWEST_BLOCKS = 12  # of two seconds: folds and the jackknife leave them out in turn
 _SLOWEST_HZ = 10.0
 
 
@@ -103,6 +107,13 @@ def _undecidable(runs: Sequence[Run]) -> str:
 def _too_little(table: Table) -> str:
     """Return why a table does not carry an explanation, or nothing."""
     count = int(np.count_nonzero(table.sliding))
+    blocks = np.unique(table.block[table.used]).shape[0]
+    if count >= _LEAST_ROWS and blocks < _FEWEST_BLOCKS:
+        seconds = 2.0 * blocks
+        return (
+            f"not decidable: the joint slides for only about {seconds:.0f} s in these recordings, "
+            f"and parts of them must be left out to judge by; record {2 * _FEWEST_BLOCKS} s or more"
+        )
     if count < _LEAST_ROWS:
         return (
             "not decidable: the joint hardly slides in these recordings; record a stair of speeds "
@@ -150,12 +161,13 @@ def _explanation(
     if verdict == "unexplained":
         findings = tuple(f for f in findings if f.effect in OWN_NUMBERS)
     refitted = fit_of(measured, found.refitted_nm[rows])
+    following = _experiments(found) if any(f.alternatives for f in findings) else ()
     return Explanation(
         verdict=verdict,
         sentence=words.summary(
             verdict, findings, proven, found.floor.value_nm, refitted, where, share
         ),
-        reasons=(),
+        reasons=_bear_in_mind(found),
         floor=found.floor,
         baseline=fit_of(measured, table.target_nm[rows]),
         refitted=refitted,
@@ -166,13 +178,46 @@ def _explanation(
         unexplained_where=where,
         cells=found.cells,
         moved=_moves(found),
-        next_experiment=None,
+        next_experiment=following[0] if following else None,
+        further_experiments=following[1:],
         recordings=recordings,
         held_out=held_out,
         not_judged=found.not_judged,
+        aliases=aliases(found.library),
         twin=found.extended,
         traces=traces,
     )
+
+
+def _experiments(found: Study) -> tuple[NextExperiment, ...]:
+    """Return what to run to break the ties, for the term that has the closest rival first."""
+    tied = [i for i, term in enumerate(found.choice.terms) if term.rivals]
+    tied.sort(key=lambda i: found.choice.terms[i].probability)
+    for index in tied:
+        menu = next_experiments(found.library, found.choice.terms, index, found.noise_nm)
+        if menu:
+            return menu
+    return ()
+
+
+def _bear_in_mind(found: Study) -> tuple[str, ...]:
+    """Return what limits the answer as a whole."""
+    out = []
+    if not found.floor.value_nm > 0.0:
+        out.append(
+            "the noise floor could not be measured, as no speed was held long enough: what is left "
+            "may be noise or not"
+        )
+    if found.table.simulated:
+        out.append(
+            "the simulation questioned is the recordings' own torque_simulated_nm; twin.toml holds "
+            "what was found beside the numbers of the twin that was given"
+        )
+    compared = {piece.run for piece in found.table.pieces}
+    for index, run in enumerate(found.table.runs):
+        if index not in compared:
+            out.append(f"{run.name} was left out: no stretch of it is long enough to be compared")
+    return tuple(out)
 
 
 def _left_where(found: Study) -> tuple[Region, ...]:
@@ -184,7 +229,7 @@ def _left_where(found: Study) -> tuple[Region, ...]:
     left = found.model.residual_nm
     size = effective_size(found.table, library.weighing, left * weight)
     axes = tuple(cell.axis for cell in found.left_cells if cell.counts)
-    return left_regions(library.scene, rows, left, found.floor.value_nm, size / rows.shape[0], axes)
+    return left_regions(library.scene, rows, left, found.noise_nm, size / rows.shape[0], axes)
 
 
 def _moves(found: Study) -> tuple[Moved, ...]:

@@ -14,9 +14,10 @@ from agent.explain.evidence import effective_size
 from agent.explain.numbers import WrongNumber
 from agent.explain.places import axis_name
 from agent.explain.quantities import as_in_twin
-from agent.explain.regions import curve_of, regions_of
-from agent.explain.result import Alternative, Finding
+from agent.explain.regions import AXIS, axis_values, curve_of, regions_of
+from agent.explain.result import Alternative, Finding, Region
 from agent.explain.scene import Scene
+from agent.explain.search import basis_of
 from agent.explain.study import Study
 from agent.identify.result import Floats, Parameter
 from agent.numbers import parameter_unit
@@ -59,7 +60,8 @@ def _energy_share(study: Study, index: int) -> float:
     """Return the share of the mismatch that an effect removes on unseen data."""
     choice, weighing = study.choice, study.library.weighing
     without = _without(study, index)
-    noise = study.floor.value_nm**2 * float(np.sum(weighing.weight**2))
+    floor_nm = study.floor.value_nm if study.floor.value_nm > 0.0 else 0.0
+    noise = floor_nm**2 * float(np.sum(weighing.weight**2))
     above = max(float(choice.plain.sum()) - noise, float(choice.plain.sum() - choice.full.sum()))
     share = float(without.sum() - choice.full.sum()) / above if above > 0.0 else 0.0
     return min(max(share, 0.0), 1.0)
@@ -98,7 +100,12 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         energy_share=share,
         where=where,
         sentence=words.finding_sentence(
-            form.effect, where, _reach(study, form.effect, added), share, parameters, first=first
+            form.effect,
+            where,
+            _reach(study, form.effect, added, where),
+            share,
+            parameters,
+            first=first,
         ),
         parameters=parameters,
         alternatives=_alternatives(term),
@@ -110,13 +117,41 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
     )
 
 
-def _reach(study: Study, effect: str, added: Floats) -> tuple[float, float]:
-    """Return the least and the greatest torque of an effect; along the motion where it brakes."""
-    rows = study.library.weighing.rows
+def _reach(
+    study: Study, effect: str, added: Floats, where: tuple[Region, ...]
+) -> tuple[float, float]:
+    """Return by how much an effect and the twin as given differ, least and greatest.
+
+    In the effect's first region, along the motion where it brakes. What the twin's own numbers had
+    taken over of the effect, when they were fitted without it, is no difference to the simulation.
+    """
+    library = study.library
+    rows, weight = library.weighing.rows, library.weighing.weight
+    basis = basis_of(library.base)
+    weighted = added * weight
+    copied = basis @ (basis.T @ weighted)
+    net = (weighted - _taken_over(study, basis) * copied) / weight
     if effect in words.FOLLOWS_DIRECTION:
-        added = added * np.sign(study.table.rows["velocity_rad_s"][rows])
-    low, high = np.quantile(added, [0.005, 0.995])
+        net = net * np.sign(study.table.rows["velocity_rad_s"][rows])
+    if where and where[0].variable == AXIS[effect] and not AXIS[effect].startswith("order_"):
+        values = axis_values(library.scene, AXIS[effect])[rows]
+        inside = (values >= where[0].lower) & (values <= where[0].upper)
+        net = net[inside] if inside.any() else net
+    low, high = np.quantile(net, [0.005, 0.995])
     return float(low), float(high)
+
+
+def _taken_over(study: Study, basis: Floats) -> float:
+    """Return how far the twin's numbers are on the way from the extended to the refitted ones.
+
+    One for a twin that was fitted without the missing physics, zero for one whose own numbers are
+    right.
+    """
+    library, width = study.library, study.library.base.shape[1]
+    extended = library.base @ study.model.coefficients[:width]
+    way = extended - basis @ (basis.T @ library.target)
+    length = float(way @ way)
+    return min(max(float(extended @ way) / length, 0.0), 1.0) if length > 0.0 else 0.0
 
 
 def _order(scene: Scene, parameters: Mapping[str, Parameter]) -> float:

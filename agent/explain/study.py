@@ -137,15 +137,20 @@ def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
 
 
 def _material(library: Library, choice: Choice) -> Choice:
-    """Leave out terms that remove nothing on unseen data beside the others."""
+    """Leave out terms that remove nothing on unseen data beside the others.
+
+    And those, the weakest first, for which there are not enough blocks to leave one out.
+    """
     terms, full = list(choice.terms), choice.full
+    blocks = library.weighing.starts.shape[0]
     while terms:
         losses = [
             float((library.errors([t.candidate for t in terms if t is not term]) - full).sum())
             for term in terms
         ]
         weakest = int(np.argmin(losses))
-        if losses[weakest] >= MATERIAL * float(choice.plain.sum()):
+        borne = library.model([t.candidate for t in terms]).shape[1] < blocks
+        if borne and losses[weakest] >= MATERIAL * float(choice.plain.sum()):
             break
         del terms[weakest]
         full = library.errors([t.candidate for t in terms])

@@ -53,7 +53,7 @@ FOLLOWS_DIRECTION = frozenset(
 )
 """Effects whose torque brakes: told in the direction of motion."""
 
-_ONE_SIDED = 0.15  # of the greater side: less on the other side is not worth a word
+_ONE_SIDED = 0.6  # of the greater side: less on the other side is not worth a word
 
 
 def finding_sentence(
@@ -210,7 +210,8 @@ def summary(
         return f"Simulation and recordings agree: what is left, {rest} rms, is noise."
     parts = [f.sentence for f in findings[:3]]
     if len(findings) > 3:
-        parts.append(f"{len(findings) - 3} smaller findings are listed below.")
+        more = len(findings) - 3
+        parts.append(f"{more} smaller finding{'s are' if more > 1 else ' is'} listed below.")
     if verdict in ("unexplained", "partly-explained"):
         parts.append(_left_sentence(findings, floor_nm, refitted, left, left_share))
     if holdout is not None and findings:

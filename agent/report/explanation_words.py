@@ -284,6 +284,15 @@ def unexplained_in_words(explanation: Explanation) -> str:
     return f"{heading(known)} of the mismatch has no explanation."
 
 
+def not_judged(explanation: Explanation) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """Return why effects were not judged, each reason with what those effects are called."""
+    out: dict[str, tuple[str, ...]] = {}
+    for effect, sentence in explanation.not_judged.items():
+        why = sentence.removesuffix(f", so {effect} cannot be judged")
+        out[why] = (*out.get(why, ()), effect_label(effect))
+    return tuple(out.items())
+
+
 def tells_apart(experiment: NextExperiment) -> str:
     """Say which causes an experiment tells apart; empty where it names none."""
     labels = [effect_label(effect) for effect in experiment.tells_apart]

@@ -1,0 +1,249 @@
+"""`stribeck explain` as a user meets it: a clear answer, or a clear refusal, whatever is given."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from agent.cli.explain import explained, run_explain
+from agent.cli.explain_checks import check_recordings
+from agent.cli.simulate import read_twin, run_simulate
+from agent.errors import InputError
+from agent.explain.result import Explanation
+from agent.physics.twin import parse_twin
+from agent.record.reading import read_all
+from agent.record.recording import Metadata, Recording
+from tests.system import explain_recordings as made
+from tests.system.explain_recordings import Joint
+from tests.system.processes import stribeck
+
+STRIBECK = Joint(stribeck_nm=0.12)
+
+
+def recordings(joint: Joint, seeds: range) -> tuple[Recording, ...]:
+    return tuple(
+        Recording(
+            made.columns(joint, seed),
+            Metadata(joint.robot, joint.axis, joint.gear, started_at=f"2026-03-02T0{seed}:00:00Z"),
+            f"run{seed}.parquet",
+        )
+        for seed in seeds
+    )
+
+
+def found(joint: Joint, text: str = made.PLAIN, training: range = range(2)) -> Explanation:
+    return explained(
+        parse_twin(text),
+        Path("twin.toml"),
+        recordings(joint, training),
+        recordings(joint, range(5, 6)),
+    )
+
+
+@cache
+def stribeck_found() -> Explanation:
+    return found(STRIBECK)
+
+
+def refused(twin: str, training: tuple[Recording, ...], unseen: tuple[Recording, ...] = ()) -> str:
+    with pytest.raises(InputError) as caught:
+        check_recordings(parse_twin(twin), Path("twin.toml"), training, unseen)
+    return str(caught.value)
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Explain two recordings in a process of its own; return the folder with all that there is."""
+    folder = tmp_path_factory.mktemp("explained")
+    twin = made.twin(folder / "twin.toml")
+    runs = [made.save(folder / f"run{k}.parquet", STRIBECK, k) for k in range(2)]
+    done = stribeck("explain", twin, *runs, "--out", folder / "out", "--json", timeout_s=120.0)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == json.loads((folder / "out/explanation.json").read_text())
+    return folder
+
+
+def test_everything_is_written_and_the_extended_twin_is_taken_again(written: Path) -> None:
+    answer = json.loads((written / "out/explanation.json").read_text())
+    assert answer["schema"] == "stribeck.explanation/1"
+    assert [f["effect"] for f in answer["findings"]] == ["stribeck"]
+    assert "<html" in (written / "out/report.html").read_text()
+    twin = written / "out/twin.toml"
+    again = explained(read_twin(twin), twin, read_all([str(written / "run*")]), ())
+    assert again.verdict == "no-mismatch"
+
+
+def test_main_sentence_says_place_size_name_share_and_proof() -> None:
+    answer = stribeck_found()
+    assert answer.verdict == "explained"
+    (finding,) = answer.findings
+    extra = finding.parameters["static_extra_nm"]
+    assert extra.ci95 is not None
+    assert extra.ci95[0] <= 0.12 <= extra.ci95[1]
+    for part in (
+        "Below ",
+        " rad/s the joint needs up to ",
+        "more friction torque than the simulation",
+        "friction that falls with speed (Stribeck) explains",
+        "On recordings that it had not seen the error falls from",
+        "noise is",
+    ):
+        assert part in answer.sentence
+    assert answer.unexplained_where == ()
+
+
+def test_missing_columns_are_named_with_the_effect_that_they_hide() -> None:
+    why = stribeck_found().not_judged
+    assert why["temperature-dependent-friction"] == (
+        "the gearbox temperature was not recorded, so temperature-dependent-friction cannot be "
+        "judged"
+    )
+    assert "the motor temperature was not recorded" in why["torque-constant-error"]
+    assert "torque-ripple" not in why
+
+
+def test_inertia_off_by_ten_is_a_wrong_number_and_no_missing_physics() -> None:
+    answer = found(Joint(), made.PLAIN.replace("inertia_kg_m2 = 0.008", "inertia_kg_m2 = 0.08"))
+    assert [f.effect for f in answer.findings] == ["inertia-error"]
+    extra = answer.findings[0].parameters["inertia_extra_kg_m2"]
+    assert extra.value == pytest.approx(made.INERTIA - 0.08, rel=0.01)
+    assert "the inertia on the motor side is 80" in answer.sentence
+    assert "not 800" in answer.sentence
+    assert answer.unexplained_share == 0.0
+
+
+def test_recorded_simulation_takes_the_twins_place() -> None:
+    """Its column is right: nothing is missing, however wrong the twin's own numbers are."""
+    joint = Joint()
+    runs: list[Recording] = []
+    for recording in recordings(joint, range(2)):
+        time_s, velocity, acceleration = made.motion(len(runs), joint.rate_hz)
+        position = recording["position_rad"]
+        exact = (
+            made.INERTIA * acceleration
+            + made.VISCOUS * velocity
+            + made.COULOMB * np.tanh(velocity / 0.05)
+            + made.GRAVITY_SIN * np.sin(position / joint.gear)
+        )
+        assert time_s.shape == exact.shape
+        columns = {**recording.columns, "torque_simulated_nm": exact}
+        runs.append(Recording(columns, recording.metadata, recording.source))
+    wrong = made.PLAIN.replace("coulomb_nm = 0.5", "coulomb_nm = 5.0")
+    answer = explained(parse_twin(wrong), Path("twin.toml"), runs, ())
+    assert answer.verdict == "no-mismatch"
+    assert answer.baseline.rmse_nm < made.NOISE_NM
+    assert any("torque_simulated_nm" in reason for reason in answer.reasons)
+
+
+def test_one_recording_alone_is_judged_on_blocks_of_itself() -> None:
+    joint = dataclasses.replace(STRIBECK, hold_s=3.0)
+    answer = explained(parse_twin(made.PLAIN), Path("t"), recordings(joint, range(1)), ())
+    assert [f.effect for f in answer.findings] == ["stribeck"]
+    assert answer.holdout is not None
+    assert answer.holdout.source == "blocks of time left out in turn"
+
+
+def test_one_short_recording_is_not_decidable() -> None:
+    answer = explained(parse_twin(made.PLAIN), Path("t"), recordings(STRIBECK, range(1)), ())
+    assert answer.findings == ()
+    assert "record 24 s or more" in answer.sentence
+
+
+def test_twin_of_another_robot_axis_or_gear_is_refused() -> None:
+    runs = recordings(Joint(), range(1))
+    assert "is cell8 axis 1, but" in refused(made.PLAIN.replace("cell7", "cell8"), runs)
+    assert "is cell7 axis 2, but" in refused(made.PLAIN.replace("axis = 1", "axis = 2"), runs)
+    said = refused(made.PLAIN.replace("gear_ratio = 100.0", "gear_ratio = 120.0"), runs)
+    assert "gear ratio 120, but run0.parquet has 100" in said
+
+
+def test_mixed_axes_are_refused_by_name() -> None:
+    runs = (*recordings(Joint(), range(1)), *recordings(Joint(axis=2), range(1, 2)))
+    said = refused(made.PLAIN, runs)
+    assert "run0.parquet is cell7 axis 1" in said
+    assert "run1.parquet is cell7 axis 2" in said
+
+
+def test_holdout_that_is_learnt_from_is_refused_even_cut_or_renamed() -> None:
+    (run,) = recordings(Joint(), range(1))
+    part = {name: values[700:1900] for name, values in run.columns.items()}
+    cut = Recording(part, run.metadata, "another-name.parquet")
+    said = refused(made.PLAIN, (run,), (cut,))
+    assert "another-name.parquet is held out, but it holds samples of run0.parquet" in said
+    assert "Give every recording once" in refused(made.PLAIN, (run, cut))
+    check_recordings(
+        parse_twin(made.PLAIN), Path("t"), (run,), recordings(Joint(), range(1, 2))
+    )  # another run of the same trajectory is no copy
+
+
+def test_simulation_in_some_recordings_only_is_refused() -> None:
+    first, second = recordings(Joint(), range(2))
+    extra = {**first.columns, "torque_simulated_nm": first["torque_nm"]}
+    said = refused(made.PLAIN, (Recording(extra, first.metadata, "a.parquet"), second))
+    assert "a.parquet has torque_simulated_nm, but run1.parquet has not" in said
+
+
+@pytest.mark.parametrize(
+    ("joint", "says"),
+    [
+        (Joint(rate_hz=1.0), "samples a second"),
+        (Joint(moves=False), "hardly slides"),
+    ],
+    ids=["1 Hz", "never moves"],
+)
+def test_what_carries_no_answer_is_said_and_nothing_is_made_up(joint: Joint, says: str) -> None:
+    if joint.rate_hz < 10.0:  # as long as a production log
+        runs = tuple(_long(r) for r in recordings(joint, range(1)))
+    else:
+        runs = recordings(joint, range(1))
+    answer = explained(parse_twin(made.PLAIN), Path("t"), runs, ())
+    assert answer.findings == ()
+    assert says in answer.sentence
+    document = json.dumps(answer.to_json(), allow_nan=False)
+    assert json.loads(document)["baseline"] == {}
+
+
+def _long(recording: Recording) -> Recording:
+    columns = {name: np.tile(values, 20) for name, values in recording.columns.items()}
+    columns["time_s"] = np.arange(columns["time_s"].shape[0], dtype=np.float64)
+    return Recording(columns, recording.metadata, recording.source)
+
+
+def test_undecided_leaves_the_twin_as_given_and_no_old_experiment(tmp_path: Path) -> None:
+    still = made.save(tmp_path / "still.parquet", dataclasses.replace(Joint(), moves=False), 0)
+    twin = made.twin(tmp_path / "twin.toml")
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "next-experiment.json").write_text("{}")
+    run_explain(twin, [str(still)], [], out, as_json=True)
+    assert read_twin(out / "twin.toml") == read_twin(twin)
+    assert not (out / "next-experiment.json").exists()
+
+
+def test_empty_folder_and_missing_twin_end_with_bad_input(tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    twin = made.twin(tmp_path / "twin.toml")
+    for arguments in ((twin, tmp_path / "empty"), (tmp_path / "no.toml", tmp_path / "empty")):
+        done = stribeck("explain", *arguments, "--out", tmp_path / "out")
+        assert done.returncode == 3
+        assert "Traceback" not in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_simulate_agrees_with_the_extended_residual(written: Path, tmp_path: Path) -> None:
+    """What `simulate` adds with the extended twin is what the explanation says it predicts."""
+    said = json.loads((written / "out/explanation.json").read_text())
+    run_simulate(
+        written / "out/twin.toml", str(written / "run0.parquet"), tmp_path / "simulated.parquet"
+    )
+    (simulated,) = read_all([str(tmp_path / "simulated.parquet")])
+    left = simulated["torque_nm"] - simulated["torque_simulated_nm"]
+    moving = np.abs(simulated["velocity_rad_s"]) > 1.0
+    # The column is unfiltered: its noise is all of the torque's and that of the acceleration.
+    rms = float(np.sqrt(np.nanmean(left[moving] ** 2)))
+    assert said["extended"]["rmse_nm"] < rms < 2.5 * made.NOISE_NM
