@@ -72,7 +72,9 @@ def run(
 def plan(
     cell: Annotated[Path, typer.Argument(metavar="CELL.toml", help="The cell's description.")],
     axis: Annotated[int, typer.Option(help="Number of the axis.")],
-    seconds: Annotated[float, typer.Option(help="How long the stair may last.")],
+    seconds: Annotated[
+        float | None, typer.Option(help="How long the stair may last; not needed for --aliases.")
+    ] = None,
     out: Annotated[
         Path, typer.Option(help="Folder for plan.json (for `run --trajectory`) and the picture.")
     ] = Path("stribeck-plan"),
@@ -82,12 +84,28 @@ def plan(
     dwell_s: Annotated[
         float, typer.Option(help="No speed is held for less; 0.7 and more where the arm is soft.")
     ] = 0.5,
+    aliases: Annotated[
+        bool,
+        typer.Option(
+            "--aliases",
+            help="Say what the cycle cannot tell apart; without --seconds, the cell's own.",
+        ),
+    ] = False,
     json: Json = False,
 ) -> None:
     """Design the stair that tells most in the time there is; say what it can and cannot see."""
     from agent.cli.plan import run_plan
 
-    run_plan(cell, axis, seconds, out, noise_nm=noise_nm, dwell_s=dwell_s, as_json=json)
+    run_plan(
+        cell,
+        axis,
+        seconds,
+        out,
+        noise_nm=noise_nm,
+        dwell_s=dwell_s,
+        as_json=json,
+        with_aliases=aliases,
+    )
 
 
 @app.command(short_help="friction and rigid body from recordings")

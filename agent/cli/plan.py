@@ -9,8 +9,10 @@ from typing import Any
 
 import typer
 
-from agent.cell import Axis, read_cell
+from agent.cell import Axis, Cell, read_cell
+from agent.cli.plan_aliases import aliases_document, planned_aliases
 from agent.cli.plan_outlook import Outlook, basis, can_see, cannot_see, outlook_of, rows
+from agent.cycle.plan import stair_of
 from agent.errors import StorageError
 from agent.record.atomic import publish
 from trajectories import summarise
@@ -21,29 +23,65 @@ SCHEMA = "stribeck.plan/1"
 def run_plan(
     cell_path: Path,
     number: int,
-    seconds: float,
+    seconds: float | None,
     out: Path,
     *,
     noise_nm: float,
     dwell_s: float,
     as_json: bool,
+    with_aliases: bool = False,
 ) -> None:
-    """Design the stair, write trajectory and picture, and say what it can and cannot see."""
+    """Design the stair, write trajectory and picture, and say what it can and cannot see.
+
+    Without `seconds` nothing is designed or written: `with_aliases` then asks the cell's own stair.
+
+    Raises
+    ------
+    typer.BadParameter
+        Neither `seconds` nor `with_aliases`.
+    agent.errors.InputError
+        The cell does not say what joint to expect.
+    """
     cell = read_cell(cell_path)
     axis = cell.axis_numbered(number)
+    if seconds is None:
+        if not with_aliases:
+            raise typer.BadParameter(
+                "How long may the stair last? Give it, or --aliases to ask the cell's own stair "
+                "what it cannot tell apart.",
+                param_hint="--seconds",
+            )
+        _say_aliases(cell, axis, as_json=as_json)
+        return
     outlook = outlook_of(cell, axis, seconds, noise_nm=noise_nm, dwell_s=dwell_s)
     trajectory_path, picture_path = out / "plan.json", out / "plan.html"
     _write(outlook, trajectory_path, picture_path, axis.gear_ratio)
+    confused = planned_aliases(cell, axis, outlook.trajectory) if with_aliases else None
     if as_json:
-        typer.echo(json.dumps(_document(outlook), indent=2, allow_nan=False))
+        document = _document(outlook)
+        if confused is not None:
+            document["aliases"] = confused.to_json()
+        typer.echo(json.dumps(document, indent=2, allow_nan=False))
         return
     typer.echo(plan_in_words(outlook, axis))
+    if confused is not None:
+        typer.echo("\n".join(["", *confused.lines()]))
     typer.echo("\nFiles:")
     typer.echo(f"  {'plan':<10} {trajectory_path}")
     typer.echo(f"  {'picture':<10} {picture_path}")
     typer.echo(
         f"\nDrive it with: stribeck run {cell_path} --axis {number} --trajectory {trajectory_path}"
     )
+
+
+def _say_aliases(cell: Cell, axis: Axis, *, as_json: bool) -> None:
+    """Say what the cell's own stair cannot tell apart."""
+    stair = stair_of(axis)
+    if as_json:
+        typer.echo(json.dumps(aliases_document(cell, axis, stair), indent=2, allow_nan=False))
+        return
+    head = f"{cell.robot}, axis {axis.number}: the cell's own stair of {stair.duration_s:.1f} s."
+    typer.echo("\n".join([head, "", *planned_aliases(cell, axis, stair).lines()]))
 
 
 def plan_in_words(outlook: Outlook, axis: Axis) -> str:
