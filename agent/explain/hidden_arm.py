@@ -17,7 +17,7 @@ from agent.explain.scene import Scene
 from agent.identify.result import Floats
 
 _STEPS_PER_SWING = 16.0
-_SOFTEST = 0.5  # of the gear's spring: friction that is stiffer before it slips is as good as rigid
+_HARDEST = 16.0  # gear's springs: friction that is harder before it slips is as good as rigid
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,8 @@ class HiddenArm:
 
         omega = 2.0 * math.pi * self.frequency_hz
         # Stiffer friction would ask for smaller steps, and the band would not show the difference.
-        reach = max(self.reach_rad, self.friction_rad_s2 / (_SOFTEST * omega**2), 1e-12)
+        reach = max(self.reach_rad, self.friction_rad_s2 / (_HARDEST * omega**2), 1e-12)
+        fastest_hz = math.sqrt(omega**2 + self.friction_rad_s2 / reach) / (2.0 * math.pi)
         velocity = scene.full("velocity_raw_rad_s")
         weight = weight_nm(scene) / (self.inertia_share * inertia_of(scene))
         out = np.zeros(velocity.shape[0])
@@ -71,7 +72,7 @@ class HiddenArm:
                 self.friction_rad_s2,
                 reach,
                 self.half_gap_rad,
-                max(1, math.ceil(_STEPS_PER_SWING * self.frequency_hz * period_s)),
+                max(1, math.ceil(_STEPS_PER_SWING * fastest_hz * period_s)),
             )
             out[at] = shaft - pull - np.gradient(own, period_s)
         return out - self.friction_rad_s2 * scene.direction
