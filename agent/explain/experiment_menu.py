@@ -14,7 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from agent.explain.scene import Scene
-from agent.explain.table import STEADY, Table
+from agent.explain.strata import STEADY
+from agent.explain.table import Table
 from trajectories import (
     AxisLimits,
     Segment,

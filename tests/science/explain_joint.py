@@ -24,7 +24,7 @@ from trajectories import SetPoints, Trajectory, stair_paired
 GEAR_RATIO = 100.0
 NOISE_NM = 0.02
 TWIN = Twin("bench", 1, GEAR_RATIO, 0.012, 0.5, 0.01)
-RATE_HZ = 400.0
+RATE_HZ = 250.0
 
 Missing = Callable[[SetPoints, "Conditions"], Floats]
 
@@ -38,7 +38,7 @@ class Conditions:
 
 
 def stair(
-    speeds_rad_s: Sequence[float], stroke_rad: float = 120.0, duration_s: float = 30.0
+    speeds_rad_s: Sequence[float], stroke_rad: float = 120.0, duration_s: float = 24.0
 ) -> Trajectory:
     """Return a paired stair about zero."""
     return stair_paired(
