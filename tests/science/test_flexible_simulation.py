@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -104,6 +106,7 @@ def test_the_loop_carries_the_friction_and_gravity_of_the_laws(
         one,
         np.array([0.6, 0.25, 3.0, 1.4]),
         np.array([1.7, -0.9, 35.0]),
+        0.0,
         0.001,
         np.array([push, push]),
         np.array([velocity]),
@@ -128,3 +131,24 @@ def test_the_apparent_inertia_is_that_of_the_state_space(law: type[TwoMass | Thr
     omega = 2.0 * np.pi * hertz
     whole = 1.0 / (1j * omega * space.response(hertz))
     np.testing.assert_allclose(jm + apparent_inertia(chain, omega), whole, rtol=1e-9)
+
+
+def test_a_stiffening_spring_follows_a_fine_integration() -> None:
+    from scipy.integrate import solve_ivp
+
+    law = TwoMass(0.0084, 0.01, 25.3, 0.04, 300.0)
+    joint = FlexibleJoint(0.0084, TWO, cubic_spring_nm_per_rad3=300.0)
+    time_s = np.arange(1001) * 0.001
+    torque = 2.5 * np.sin(2.0 * np.pi * 9.0 * time_s)
+
+    def slope(
+        t: float, x: np.ndarray[tuple[int], np.dtype[np.float64]]
+    ) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+        return law.derivative(x, 2.5 * math.sin(2.0 * math.pi * 9.0 * t))
+
+    fine = solve_ivp(slope, (0.0, 1.0), np.zeros(3), t_eval=time_s, rtol=1e-9, atol=1e-9)
+    velocity = simulate(joint, torque, 0.001).velocity_rad_s
+    linear = simulate(FlexibleJoint(0.0084, TWO), torque, 0.001).velocity_rad_s
+    size = float(np.sqrt(np.mean(fine.y[1] ** 2)))
+    assert float(np.sqrt(np.mean((velocity - fine.y[1]) ** 2))) < 0.01 * size
+    assert float(np.sqrt(np.mean((linear - fine.y[1]) ** 2))) > 0.2 * size

@@ -55,8 +55,12 @@ def without_motion_noise(problem: Problem, point: Point) -> Point:
     jacobian = np.concatenate((point.columns, -slopes(problem, point)), axis=1)
     scale = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
     scale[scale == 0.0] = 1.0
-    gram = (jacobian / scale).T @ (jacobian / scale)
-    centre += np.linalg.lstsq(gram, pull / scale, rcond=1e-13)[0] / scale
+    # What is held at zero stays there.
+    free = np.ones(centre.shape[0], dtype=np.bool_)
+    free[:size] = ~problem.held(point.linear)
+    gram = (jacobian / scale)[:, free].T @ (jacobian / scale)[:, free]
+    centre[free] += np.linalg.lstsq(gram, (pull / scale)[free], rcond=1e-13)[0] / scale[free]
+    centre[:size] = problem.feasible(centre[:size])
     return replace(point, linear=centre[:size], search=centre[size:])
 
 

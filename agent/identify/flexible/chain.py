@@ -125,6 +125,20 @@ def apparent_inertia(chain: Chain, omega_rad_s: Floats) -> Complexes:
     )
 
 
+def stiffening(chain: Chain, omega_rad_s: Floats) -> Complexes:
+    """Return the torque on the motor per torque of a cubic spring beside that of a single mass.
+
+    ``J s^2/(J s^2 + d s + k)``: slow torque moves the mass and is felt as its inertia already.
+    """
+    (inertia,), (spring,), (damper,) = (
+        chain.inertia_kg_m2,
+        chain.spring_nm_per_rad,
+        chain.damper_nm_s_per_rad,
+    )
+    s = 1j * omega_rad_s
+    return np.asarray(inertia * s * s / (inertia * s * s + damper * s + spring))
+
+
 def free_motion(chain: Chain, time_s: Floats) -> Floats:
     """Return how the chain's torque dies away by itself while the motor stands.
 

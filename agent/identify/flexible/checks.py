@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 
 from agent.identify.flexible.preparation import Track
 from agent.identify.preprocess import read_motion
+from agent.identify.result import Floats
 from agent.identify.saturation import limited_share
 from agent.identify.signals import Signals
 
@@ -16,7 +18,8 @@ SLOWEST_HZ = 50.0
 SHORTEST_S = 1.0  # a slow gear's antiresonance, 2 Hz, twice
 _SLOW = 0.02  # of the fastest speed: slower than this is ringing, not going
 _ONE_WAY = 0.05  # of the moving samples
-_MEAN_S = 0.01  # an average that a limit outlasts
+_MEANS = (1, 2, 4, 8, 16)  # samples
+_STILL_NOISE = 1.6  # times what noise would be: more is motion
 
 
 def why_not(recordings: Sequence[Signals], tracks: Sequence[Track]) -> list[str]:
@@ -55,24 +58,36 @@ def why_not(recordings: Sequence[Signals], tracks: Sequence[Track]) -> list[str]
 def _saturated(signals: Signals) -> bool:
     """Return whether a drive's limit cuts the torque off: see `agent.identify.saturation`.
 
-    Noise that is added behind the limit blurs it; means over a hundredth of a second see it again.
+    Noise that was added behind the limit blurs it; means over some samples see it again, as long as
+    their scatter is that of noise and not of the motion.
     """
-    return any(limited_share(read_motion(s)) > 0.0 for s in (signals, _averaged(signals)))
+    noise = _scatter(signals.torque_nm[signals.valid], 2)
+    for count in _MEANS:
+        means = _averaged(signals, count)
+        if count > 1 and _scatter(means.torque_nm, 1) > _STILL_NOISE * noise / math.sqrt(count):
+            break
+        if limited_share(read_motion(means)) > 0.0:
+            return True
+    return False
 
 
-def _averaged(signals: Signals) -> Signals:
-    """Return means over `_MEAN_S` of the samples, at least over one each."""
-    step_s = float(np.median(np.diff(signals.time_s))) if signals.time_s.size > 1 else _MEAN_S
-    count = max(round(_MEAN_S / step_s), 1)
-    whole = signals.time_s.size // count * count
+def _scatter(values: Floats, order: int) -> float:
+    """Return the standard deviation of white noise, from the differences of some order."""
+    steps = np.abs(np.diff(values, n=order))
+    return float(np.median(steps)) / (0.6745 * math.sqrt(math.comb(2 * order, order)))
+
+
+def _averaged(signals: Signals, count: int) -> Signals:
+    """Return means over so many valid samples, one after the other."""
     columns = {
         "time_s": signals.time_s,
         "torque_nm": signals.torque_nm,
         "position_rad": signals.position_rad,
         "velocity_rad_s": signals.velocity_rad_s,
     }
+    whole = int(signals.valid.sum()) // count * count
     means: dict[str, NDArray[np.generic]] = {
-        name: values[:whole].reshape(-1, count).mean(axis=1)
+        name: values[signals.valid][:whole].reshape(-1, count).mean(axis=1)
         for name, values in columns.items()
         if values is not None
     }

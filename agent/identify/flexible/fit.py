@@ -9,19 +9,18 @@ parameters linear but the shape of the resonance, whose start is read from the f
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from agent.identify.flexible.attenuation import without_motion_noise
 from agent.identify.flexible.chain import Kind
 from agent.identify.flexible.checks import why_not
-from agent.identify.flexible.descent import approach, bounds_of, descend
+from agent.identify.flexible.excitation import not_excited, notes_of, wrong_minimum
 from agent.identify.flexible.intervals import parameters_of, physical
-from agent.identify.flexible.modes import approach_chain, second_mode_starts
 from agent.identify.flexible.preparation import (
     Prepared,
     Track,
@@ -30,29 +29,20 @@ from agent.identify.flexible.preparation import (
     quietest_cutoff_hz,
     tracks_of,
 )
-from agent.identify.flexible.projection import Point, Problem, evaluate
-from agent.identify.flexible.result import FlexibleFit, Start, joint_of
-from agent.identify.flexible.spectra import (
-    PLACES,
-    frequency_range_hz,
-    frequency_response,
-    start_shapes,
-)
+from agent.identify.flexible.projection import Problem, evaluate
+from agent.identify.flexible.result import FlexibleFit, joint_of
+from agent.identify.flexible.rivals import lack_of
+from agent.identify.flexible.search import lowest_minimum
+from agent.identify.flexible.starts import rigid_minimum, starts_of
+from agent.identify.flexible.twist import stiffened
 from agent.identify.result import Floats, Parameter
 from agent.identify.signals import Signals
-from agent.identify.uncertainty import correlation_time
 from agent.physics.friction import COULOMB_VISCOUS, LAWS, FrictionLaw
 
-_DECADES = 1.0  # to either side of the start values: two decades in all
-_SAME = 1e-4  # relative difference of costs that one minimum may have
 _BAND = 8.0  # cutoff, of the highest start frequency
 _LEAST_MOTOR = 0.05  # of the whole inertia: what start values may say of the motor's
 _RESONANCE = 2.0  # cutoff, of the resonance, at least
-_FALSE_ALARMS = 1e-3  # of joints that are rigid
-# Structure that no model here has makes the samples look few; what leaves a tenth of the rigid
-# joint's squared residual, though, is no chance.
-_PLAIN = 0.1
-_SEEN = 0.9  # of the cutoff: nearer to it, the filter leaves of a resonance its flank alone
+_STIFFENS = 0.1  # of the squared residual: what a stiffening spring explains to be taken unasked
 
 
 @dataclass(frozen=True)
@@ -71,6 +61,9 @@ class Options:
         Of the random starts.
     gravity : bool
         Whether gravity on the arm is part of the model; needs a position.
+    cubic : bool or None
+        Whether the spring of a two-mass joint has a cubic part; None takes one where the
+        recordings show it.
     """
 
     kind: Kind = "two-mass"
@@ -78,12 +71,15 @@ class Options:
     starts: int = 20
     seed: int = 0
     gravity: bool = False
+    cubic: bool | None = None
 
     def __post_init__(self) -> None:
         if self.friction not in LAWS:
             raise ValueError(f"friction: expected one of {', '.join(LAWS)}, got {self.friction!r}")
         if self.kind not in ("two-mass", "three-mass"):
             raise ValueError(f"kind: expected two-mass or three-mass, got {self.kind!r}")
+        if self.cubic and self.kind != "two-mass":
+            raise ValueError("cubic: expected a two-mass joint; that of three has linear springs")
         if self.starts < 1:
             raise ValueError(f"starts: expected 1 or more, got {self.starts}")
 
@@ -133,13 +129,13 @@ def fit_flexible(recordings: Sequence[Signals], options: Options | None = None) 
         narrower = _prepared(tracks, wanted_hz)
         if narrower:
             stretches, cutoff_hz = narrower, wanted_hz
-    starts = _starts(Problem(stretches, None, options.law, options.gravity), options.kind)
+    starts = starts_of(Problem(stretches, None, options.law, options.gravity), options.kind)
     if not starts:
         return refused(
             options,
             ["a second resonance is not excited; fit two masses, or record with higher jerk"],
         )
-    return _search(stretches, starts, cutoff_hz, options, recordings[0].gear_ratio)
+    return _fitted(stretches, starts, cutoff_hz, options, recordings[0].gear_ratio)
 
 
 def _wanted_cutoff_hz(
@@ -150,7 +146,7 @@ def _wanted_cutoff_hz(
     Not much wider than what the joint shows, and not so wide that noise of the motion prevails;
     but the resonance stays inside.
     """
-    start = _starts(Problem(stretches, None, options.law, options.gravity), "two-mass")[0]
+    start = starts_of(Problem(stretches, None, options.law, options.gravity), "two-mass")[0]
     problem = Problem(stretches, "two-mass", options.law, options.gravity)
     motor, arm = evaluate(problem, start).linear[:2]
     held_hz = math.exp(start[0]) / (2.0 * math.pi)
@@ -162,7 +158,8 @@ def _wanted_cutoff_hz(
 
 def refused(options: Options, reasons: Sequence[str]) -> FlexibleFit:
     """Return a result without numbers."""
-    problem = Problem((), options.kind, options.law, options.gravity)
+    cubes = () if options.cubic else None
+    problem = Problem((), options.kind, options.law, options.gravity, cubes)
     names = physical(problem, np.zeros(problem.search_size), np.ones(len(problem.linear_names)))
     reason = "; ".join(reasons)
     return FlexibleFit(
@@ -179,81 +176,30 @@ def _prepared(tracks: Sequence[Track], cutoff_hz: float) -> tuple[Prepared, ...]
     return tuple(p for p in ready if p is not None)
 
 
-def _rigid(problem: Problem) -> Point:
-    """Return the rigid body, fitted like the flexible joint."""
-    box = bounds_of(problem, 1.0, 1.0, problem.fastest_rad_s)
-    start = np.zeros(problem.search_size)
-    start[:-1] = _friction_start(problem)
-    return descend(problem, start, box)[0]
-
-
-def _friction_start(problem: Problem) -> Floats:
-    """Return a start for friction's searched parameters: the middle of their ranges."""
-    fastest = problem.fastest_rad_s
-    ends = [r.bounds(fastest / 300.0, fastest) for r in problem.law.ranges]
-    return np.array([0.5 * (math.log(a) + math.log(b)) for a, b in ends])
-
-
-def _starts(rigid: Problem, kind: Kind) -> list[Floats]:
-    """Return starts of the search from the frequency response, friction taken out, best first."""
-    point = _rigid(rigid)
-    inertia, *others = point.linear
-    rest, row = [], 0
-    columns = rigid.all_columns(point.search)
-    for p in rigid.stretches:
-        own = columns[row : row + p.torque_nm.shape[0]]
-        row += own.shape[0]
-        # About standstill nobody knows friction: a gap there would ring at all frequencies.
-        rest.append(np.where(p.usable, p.torque_nm - own[:, 1:] @ others, own[:, 0] * inertia))
-    one = Problem(rigid.stretches, "two-mass", rigid.law, rigid.has_gravity)
-    shapes = start_shapes(*frequency_response(rigid.stretches, rest))
-    starts = [np.concatenate((shape, point.search)) for shape in shapes]
-    start = min(starts, key=lambda s: evaluate(one, s).cost)
-    if kind == "two-mass":
-        return [start]
-    # One swinging mass first; then second modes that explain most beside it.
-    low_hz, high_hz = frequency_range_hz(rigid.stretches)
-    box = bounds_of(one, low_hz, high_hz, one.fastest_rad_s)
-    known = descend(one, start, box)[0].search
-    return second_mode_starts(one, known, low_hz, high_hz)
-
-
-def _search(
+def _fitted(
     stretches: tuple[Prepared, ...],
     centres: Sequence[Floats],
     cutoff_hz: float,
     options: Options,
     gear_ratio: float,
 ) -> FlexibleFit:
-    """Descend from every start and keep the lowest minimum."""
+    """Search, and say what was found or why nothing was."""
     problem = Problem(stretches, options.kind, options.law, options.gravity)
-    rigid_problem = Problem(stretches, None, options.law, options.gravity)
-    rigid = _rigid(rigid_problem)
-    low_hz, high_hz = frequency_range_hz(stretches)
-    box = bounds_of(problem, low_hz, high_hz, problem.fastest_rad_s)
-    toward = approach if options.kind == "two-mass" else approach_chain
-    found = [descend(problem, centre, box) for centre in centres]
-    rng = np.random.default_rng(options.seed)
-    reach = math.log(10.0) * _DECADES
-    for _ in range(options.starts - 1):
-        start = centres[0].copy()
-        start[:-1] += rng.uniform(-reach, reach, start.shape[0] - 1)
-        found.append(descend(problem, toward(problem, start, box), box))
-    best = min(found, key=lambda pair: pair[0].cost)[0]
-    count = best.residual.shape[0]
-    starts = tuple(
-        Start(
-            "random" if number >= len(centres) else "frequency-response",
-            math.sqrt(point.cost / count),
-            _outcome(point, best, converged),
-        )
-        for number, (point, converged) in enumerate(found)
-    )
-    reasons = _not_excited(problem, best, rigid, cutoff_hz)
+    rigid_problem = dataclasses.replace(problem, kind=None)
+    rigid = rigid_minimum(rigid_problem)
+    found = lowest_minimum(problem, centres, options.starts, options.seed)
+    reasons = not_excited(problem, found.point, rigid, cutoff_hz)
+    reasons = reasons or wrong_minimum(problem, found.lack)
     if reasons:
         return refused(options, reasons)
+    best, lack = found.point, found.lack
+    stiffens = lack.share_of("stiffening") > _STIFFENS
+    if options.cubic or (options.cubic is None and stiffens):
+        problem, best = stiffened(problem, best, found.bounds)
+        lack = lack_of(problem, best)
     best = without_motion_noise(problem, best)
-    parameters, condition = parameters_of(problem, best, box)
+    parameters, condition = parameters_of(problem, best, found.bounds, lack)
+    count = best.residual.shape[0]
     scatter = float(np.linalg.norm(problem.target - problem.target.mean()))
     return FlexibleFit(
         options.kind,
@@ -267,48 +213,9 @@ def _search(
         rigid_fit_percent=100.0 * (1.0 - math.sqrt(rigid.cost) / scatter),
         condition_number=condition,
         cutoff_hz=cutoff_hz,
-        starts=starts,
+        starts=found.starts,
         gear_ratio=gear_ratio,
+        notes=notes_of(problem, lack),
         joint=joint_of(physical(problem, best.search, best.linear), gear_ratio),
         rigid=joint_of(physical(rigid_problem, rigid.search, rigid.linear), gear_ratio),
     )
-
-
-def _wanted_gain(problem: Problem, samples: float) -> float:
-    """Return the log-likelihood by which a flexible joint must beat the rigid one.
-
-    Half a log of the samples for each parameter more (Schwarz 1978), and the log of how many
-    places the resonance was sought at over the false alarms allowed: the best of many places
-    explains more noise than any one of them.
-    """
-    added = problem.shape_size + 1
-    return 0.5 * added * math.log(max(samples, 2.0)) + math.log(PLACES / _FALSE_ALARMS)
-
-
-def _outcome(point: Point, best: Point, converged: bool) -> Literal["best", "local", "unfinished"]:
-    if point.cost <= best.cost * (1.0 + _SAME):
-        return "best"
-    return "local" if converged else "unfinished"
-
-
-def _not_excited(problem: Problem, best: Point, rigid: Point, cutoff_hz: float) -> list[str]:
-    """Return why the minimum says nothing about a resonance, where that is so."""
-    advice = (
-        "record a triangle wave of velocity with high jerk, ten periods or more, at 250 Hz or more"
-    )
-    samples = best.residual.shape[0] / correlation_time([best.residual])
-    gain = 0.5 * samples * math.log(max(rigid.cost, 1e-300) / max(best.cost, 1e-300))
-    if gain < _wanted_gain(problem, samples) and best.cost > _PLAIN * rigid.cost:
-        return [
-            f"no resonance is excited above the noise: a rigid joint explains as much; {advice}"
-        ]
-    values = physical(problem, best.search, best.linear)
-    seen = [v for name, v in values.items() if name.startswith("antiresonance")]
-    if max(seen) > _SEEN * cutoff_hz:
-        return [
-            f"the resonance lies outside of what the recording shows (up to {cutoff_hz:.3g} Hz); "
-            "record at a higher rate"
-        ]
-    if min(best.linear[0], best.linear[1]) <= 0.0:
-        return [f"motor and arm cannot be told apart: one inertia comes out as zero; {advice}"]
-    return []

@@ -17,14 +17,25 @@ from numpy.typing import NDArray
 
 from agent.identify.flexible.chain import chain_of
 from agent.identify.flexible.descent import Bounds
-from agent.identify.flexible.projection import Point, Problem, slopes
+from agent.identify.flexible.projection import CUBIC, Point, Problem, slopes
+from agent.identify.flexible.rivals import PLAIN, Effect, Lack
 from agent.identify.result import Floats, Parameter
 from agent.identify.uncertainty import block_jackknife, correlation_time, student_975
 
 _MOST_BLOCKS, _FEWEST_BLOCKS = 80, 20
 _BLOCK_CORRELATIONS = 10.0  # correlation times in a block: what its ends share is a tenth of it
 _CERTAIN = 0.5  # relative standard error beyond which the data do not carry a positive number
+_MOVED = 0.05  # of a parameter: by more, first order is no correction of a model plainly wrong
+_STIFF = 0.3  # the same for a cubic spring: its absence is what one expects
 _STEP = 1e-6
+_HIDDEN = (
+    "the joint shows what this model lacks, and the number would be wrong: fit the model that the "
+    "notes name, or record a motion that does not show it"
+)
+_TOO_SMALL = (
+    "the spring's twist is too small to show whether it stiffens; record a motion with higher "
+    "acceleration"
+)
 
 
 def physical(problem: Problem, search: Floats, linear: Floats) -> dict[str, float]:
@@ -60,9 +71,12 @@ def _chain_values(shape: Floats, values: dict[str, float]) -> dict[str, float]:
 
 
 def parameters_of(
-    problem: Problem, point: Point, bounds: Bounds
+    problem: Problem, point: Point, bounds: Bounds, lack: Lack
 ) -> tuple[dict[str, Parameter], float]:
-    """Return every physical parameter, and the condition number of the Jacobian."""
+    """Return every physical parameter, and the condition number of the Jacobian.
+
+    Intervals reach as far as what the model lacks would move their parameter.
+    """
     jacobian = np.concatenate((point.columns, -slopes(problem, point)), axis=1)
     norms = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
     there = np.flatnonzero(norms > 0.0)
@@ -79,7 +93,9 @@ def parameters_of(
     # Free motions are nobody's parameters: named ones and the search remain.
     index = np.r_[0:named, size - problem.search_size : size]
     spread = _Spread(covariance[np.ix_(index, index)], influence[index], blocks)
-    return _with_intervals(problem, point, bounds, spread), condition
+    plain = frozenset(r.effect for r in lack.rivals if r.share > PLAIN)
+    bias = _Bias(lack.shift[index], plain)
+    return _with_intervals(problem, point, bounds, spread, bias), condition
 
 
 def _blocks(residual: Floats) -> NDArray[np.int64]:
@@ -115,8 +131,24 @@ class _Spread:
         return math.sqrt(max(variance, 0.0)), student_975(dof)
 
 
+@dataclass(frozen=True)
+class _Bias:
+    """How what the model lacks would move the parameters, and what it plainly lacks."""
+
+    shift: Floats
+    plain: frozenset[Effect]
+
+    def hides(self, name: str, value: float, moved: float, half_width: float) -> bool:
+        """Return whether a parameter is not known for what the model plainly lacks."""
+        # With one mass too few, inertias and springs are those of no part of the joint.
+        part = name.endswith(("inertia_kg_m2", "spring_nm_per_rad", "damper_nm_s_per_rad"))
+        if part and "mode" in self.plain:
+            return True
+        return bool(self.plain) and abs(moved) > max(half_width, _MOVED * abs(value))
+
+
 def _with_intervals(
-    problem: Problem, point: Point, bounds: Bounds, spread: _Spread
+    problem: Problem, point: Point, bounds: Bounds, spread: _Spread, bias: _Bias
 ) -> dict[str, Parameter]:
     named = len(problem.linear_names)
     centre = np.concatenate((point.linear[:named], point.search))
@@ -137,7 +169,12 @@ def _with_intervals(
     for name, value in values.items():
         error, quantile = spread.of(gradient[name])
         touched = [s for s in stuck if gradient[name][s] != 0.0]
-        out[name] = _parameter(name, value, error, quantile, bool(touched))
+        moved = float(gradient[name] @ bias.shift)
+        hidden = name not in _SIGNED and bias.hides(name, value, moved, quantile * error)
+        if hidden and not touched:
+            out[name] = Parameter.not_identified(_HIDDEN)
+        else:
+            out[name] = _parameter(name, value, (error, quantile), moved, bool(touched))
     return out
 
 
@@ -153,13 +190,20 @@ def _at_bound(problem: Problem, point: Point, bounds: Bounds) -> list[int]:
 _SIGNED = frozenset({"gravity_sin_nm", "gravity_cos_nm", "torque_offset_nm", "torque_delay_s"})
 
 
-def _parameter(name: str, value: float, error: float, quantile: float, bounded: bool) -> Parameter:
+def _parameter(
+    name: str, value: float, spread: tuple[float, float], moved: float, bounded: bool
+) -> Parameter:
+    """Return a parameter from standard error, quantile, and what may have moved it."""
+    error, quantile = spread
     if not (math.isfinite(value) and math.isfinite(error)):
         return Parameter.not_identified("the recordings do not excite it")
+    low, high = quantile * error - min(moved, 0.0), quantile * error + max(moved, 0.0)
     if name in _SIGNED:
         if bounded:
             return Parameter.not_identified("it lies on the bound of its search")
-        return Parameter(value, (value - quantile * error, value + quantile * error))
+        return Parameter(value, (value - low, value + high))
+    if name == CUBIC and (bounded or error > _STIFF * value):
+        return Parameter.not_identified(_TOO_SMALL)
     if bounded or value <= 0.0:
         return Parameter.not_identified(
             "it came to rest on the bound of what is physically possible; the recordings do not "
@@ -170,5 +214,4 @@ def _parameter(name: str, value: float, error: float, quantile: float, bounded: 
         return Parameter.not_identified(
             f"the recordings do not excite it: its standard error is {100.0 * relative:.0f} % of it"
         )
-    factor = math.exp(quantile * relative)
-    return Parameter(value, (value / factor, value * factor))
+    return Parameter(value, (value * math.exp(-low / value), value * math.exp(high / value)))

@@ -15,6 +15,7 @@ def simulate_steps(
     load_gain: Floats,
     friction: Floats,
     gravity: Floats,
+    cubic: float,
     period_s: float,
     torque: Floats,
     state: Floats,
@@ -39,6 +40,8 @@ def simulate_steps(
         Coulomb level, extra level at standstill, Stribeck velocity, exponent.
     gravity : ndarray, shape (3,)
         Torques on sine and cosine of the arm angle; gear ratio.
+    cubic : float
+        Torque of the spring per third power of its twist; zero where there is more than one mass.
     torque, position, velocity : ndarray, shape (n,)
         Input, and outputs, of which element 0 is the initial condition.
     state : ndarray, shape (m,)
@@ -56,8 +59,15 @@ def simulate_steps(
         if has_gravity:
             angle = position[k] / gravity[2]
             load = gravity[0] * math.sin(angle) + gravity[1] * math.cos(angle)
+        stiff = 0.0
+        if cubic != 0.0:
+            # At the twist in the middle of the step: at its beginning it would come half a step
+            # late and swing by itself.
+            twist = state[1] + 0.5 * period_s * (state[0] - state[2])
+            stiff = cubic * twist * twist * twist
         for i in range(states):
-            total = torque_now[i] * torque[k] + torque_next[i] * torque[k + 1] - load_gain[i] * load
+            total = torque_now[i] * torque[k] + torque_next[i] * torque[k + 1]
+            total -= load_gain[i] * (load - stiff) + friction_gain[i] * stiff
             for j in range(states):
                 total += transition[i, j] * state[j]
             fresh[i] = total

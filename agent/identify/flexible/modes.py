@@ -63,16 +63,44 @@ def approach_chain(chain: Problem, start: Floats, bounds: Bounds) -> Floats:
     """Return a start for a chain of two masses, from wherever one began: by way of its modes."""
     search = bounds.clip(start)
     both = replace(chain, kind="two-arms")
-    low, high = float(np.min(bounds.lower[:4:2])), float(np.max(bounds.upper[:4:2]))
-    box = Bounds(
-        np.concatenate(([low, bounds.lower[1]] * 2, bounds.lower[5:])),
-        np.concatenate(([high, bounds.upper[1]] * 2, bounds.upper[5:])),
-    )
+    box = _mode_bounds(bounds)
     held = np.log(chain_of(search[:5]).antiresonances_rad_s())
     modes = np.concatenate(([held[0], search[1], held[1], search[3]], search[5:]))
     point = descend(both, approach(both, modes, box), box)[0]
     found = _chains([point])
     return bounds.clip(found[0]) if found else search
+
+
+def with_mode(problem: Problem, known: Floats, omega_rad_s: float, bounds: Bounds) -> list[Floats]:
+    """Return starts that have a mode at a frequency, beside or in place of what was found.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of one or two masses behind the motor.
+    known : ndarray
+        Searched parameters of its minimum, which lacks the mode.
+    omega_rad_s : float
+        Where it swings, the motor held.
+    """
+    size = problem.shape_size
+    mode, rest = [np.log(omega_rad_s), np.log(_RATIO)], known[size:]
+    if problem.kind == "two-mass":
+        return [np.concatenate((mode, rest))]
+    both = replace(problem, kind="two-arms")
+    held = np.log(chain_of(known[:size]).antiresonances_rad_s())
+    box = _mode_bounds(bounds)
+    trials = (np.concatenate(([w, known[1]], mode, rest)) for w in held)
+    return _chains([descend(both, t, box)[0] for t in trials])
+
+
+def _mode_bounds(bounds: Bounds) -> Bounds:
+    """Return the box of two arms that belongs to that of a chain of two masses."""
+    low, high = float(np.min(bounds.lower[:4:2])), float(np.max(bounds.upper[:4:2]))
+    return Bounds(
+        np.concatenate(([low, bounds.lower[1]] * 2, bounds.lower[5:])),
+        np.concatenate(([high, bounds.upper[1]] * 2, bounds.upper[5:])),
+    )
 
 
 def _chains(points: Sequence[Point]) -> list[Floats]:

@@ -101,6 +101,11 @@ class Prepared:
         out = np.fft.irfft(self.spectrum * late, n=self.torque_nm.shape[0])
         return np.asarray(out, dtype=np.float64)
 
+    def passed(self, values: Floats, response: Complexes) -> Floats:
+        """Return thinned values, shape (n,), passed through a frequency response."""
+        out = np.fft.irfft(np.fft.rfft(values) * response, n=values.shape[0])
+        return np.asarray(out, dtype=np.float64)
+
 
 def _earlier(rows: Floats, samples: float, stride: int) -> Floats:
     """Return every `stride`-th sample of rows as they were a number of samples earlier.

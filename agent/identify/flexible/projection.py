@@ -22,8 +22,10 @@ from agent.identify.flexible.chain import (
     SHAPE_SIZE,
     Structure,
     apparent_inertia,
+    chain_of,
     chains_of,
     free_motion,
+    stiffening,
 )
 from agent.identify.flexible.preparation import Prepared
 from agent.identify.result import Floats
@@ -46,12 +48,16 @@ class Problem:
         Of the motor's friction.
     has_gravity : bool
         Whether gravity is part of the model.
+    cubes : tuple of ndarray or None
+        Third power of every stretch's twist, rad^3, where the single spring may stiffen: see
+        `agent.identify.flexible.twist`.
     """
 
     stretches: tuple[Prepared, ...]
     kind: Structure | None
     law: FrictionLaw
     has_gravity: bool
+    cubes: tuple[Floats, ...] | None = None
 
     @property
     def shape_size(self) -> int:
@@ -67,8 +73,9 @@ class Problem:
     def linear_names(self) -> tuple[str, ...]:
         """Return the names of the linear parameters, free motions apart."""
         inertias = _INERTIAS.get(self.kind, _FLEXIBLE)
+        cubic = () if self.cubes is None else (CUBIC,)
         gravity = ("gravity_sin_nm", "gravity_cos_nm") if self.has_gravity else ()
-        return (*inertias, *self.law.linear, *gravity, "torque_offset_nm")
+        return (*inertias, *cubic, *self.law.linear, *gravity, "torque_offset_nm")
 
     @cached_property
     def fastest_rad_s(self) -> float:
@@ -87,6 +94,13 @@ class Problem:
         out[: self.positive.shape[0]] = self.positive & (linear[: self.positive.shape[0]] <= 0.0)
         return out
 
+    def feasible(self, linear: Floats) -> Floats:
+        """Return linear parameters with those at zero that cannot be negative and are."""
+        out = linear.copy()
+        count = self.positive.shape[0]
+        out[:count] = np.where(self.positive, np.maximum(linear[:count], 0.0), linear[:count])
+        return out
+
     @cached_property
     def keep(self) -> NDArray[np.bool_]:
         """Return which rows count, over all stretches."""
@@ -99,13 +113,9 @@ class Problem:
 
     @cached_property
     def _fixed_friction(self) -> tuple[Floats, ...] | None:
-        return None if self.law.nonlinear else tuple(self._friction(p, ()) for p in self.stretches)
-
-    def _friction(self, p: Prepared, nonlinear: Sequence[float]) -> Floats:
-        """Return the friction law's columns of one stretch, filtered, shape (c, full n)."""
-        share = np.abs(p.direction)[:, np.newaxis]
-        speed = np.copysign(np.maximum(np.abs(p.track.velocity_rad_s), 1e-12), p.direction)
-        return p.filtered((share * self.law.columns(speed, *nonlinear)).T)
+        if self.law.nonlinear:
+            return None
+        return tuple(friction_columns(p, self.law, ()) for p in self.stretches)
 
     def columns(self, search: Floats) -> Floats:
         """Return the columns at the rows that count."""
@@ -120,7 +130,7 @@ class Problem:
         named, free = [], []
         for i, p in enumerate(self.stretches):
             friction = (
-                self._friction(p, tuple(nonlinear))
+                friction_columns(p, self.law, tuple(nonlinear))
                 if self._fixed_friction is None
                 else self._fixed_friction[i]
             )
@@ -130,6 +140,8 @@ class Problem:
             ]
             if chains:
                 free.append(np.concatenate([free_motion(c, p.time_s) for c in chains], axis=1))
+            if self.cubes is not None:
+                rows.append(cubic_column(p, self.cubes[i], shape)[np.newaxis])
             rows.append(p.thinned(friction, delay_s))
             if self.has_gravity:
                 rows.append(p.thinned(p.angles, delay_s))
@@ -141,11 +153,27 @@ class Problem:
         return out
 
 
+CUBIC = "cubic_spring_nm_per_rad3"
 _FLEXIBLE: tuple[str, ...] = ("motor_inertia_kg_m2", "arm_inertia_kg_m2")
 _INERTIAS: dict[Structure | None, tuple[str, ...]] = {
     None: ("inertia_kg_m2",),
     "two-arms": ("motor_inertia_kg_m2", "first_inertia_kg_m2", "second_inertia_kg_m2"),
 }
+
+
+def friction_columns(p: Prepared, law: FrictionLaw, nonlinear: Sequence[float]) -> Floats:
+    """Return a friction law's columns of one stretch, filtered, shape (c, full n)."""
+    share = np.abs(p.direction)[:, np.newaxis]
+    speed = np.copysign(np.maximum(np.abs(p.track.velocity_rad_s), 1e-12), p.direction)
+    return p.filtered((share * law.columns(speed, *nonlinear)).T)
+
+
+def cubic_column(p: Prepared, cube_rad3: Floats, shape: Floats) -> Floats:
+    """Return what a cubic spring of 1 N m/rad^3 adds to the torque of one stretch, shape (n,).
+
+    The cube of the twist is late by the torque's delay already.
+    """
+    return p.passed(cube_rad3, stiffening(chain_of(shape), p.omega_rad_s))
 
 
 def _diagonal(blocks: Sequence[Floats]) -> Floats:

@@ -21,15 +21,15 @@ class Start:
 
     Parameters
     ----------
-    origin : {"frequency-response", "random"}
-        Where the start came from.
+    origin : {"frequency-response", "random", "residual"}
+        Where the start came from; the last one from what the lowest minimum before it left.
     rmse_nm : float
         Root mean square of what it left unexplained.
     outcome : {"best", "local", "unfinished"}
         The common minimum; another one, which is discarded; or no minimum within the iterations.
     """
 
-    origin: Literal["frequency-response", "random"]
+    origin: Literal["frequency-response", "random", "residual"]
     rmse_nm: float
     outcome: Literal["best", "local", "unfinished"]
 
@@ -67,6 +67,9 @@ class FlexibleFit:
         What came of every start.
     gear_ratio : float
         Motor turns per arm turn.
+    notes : tuple of str
+        What the model lacks, in plain words; intervals reach as far as that may have moved their
+        parameters.
     joint, rigid : FlexibleJoint or None
         The flexible joint, to simulate with, and the rigid one that was fitted to the same
         samples; None when not decidable.
@@ -85,6 +88,7 @@ class FlexibleFit:
     cutoff_hz: float = math.nan
     starts: tuple[Start, ...] = ()
     gear_ratio: float = 1.0
+    notes: tuple[str, ...] = ()
     joint: FlexibleJoint | None = None
     rigid: FlexibleJoint | None = None
 
@@ -112,6 +116,7 @@ class FlexibleFit:
             "reasons": list(self.reasons),
             "parameters": {name: p.to_json() for name, p in self.parameters.items()},
             **numbers,
+            "notes": list(self.notes),
             "starts": [s.to_json() for s in self.starts],
         }
 
@@ -140,6 +145,7 @@ def joint_of(values: Mapping[str, float], gear_ratio: float) -> FlexibleJoint:
 def _optional(values: Mapping[str, float]) -> dict[str, float]:
     """Return friction, gravity and offset, as far as they are there."""
     names = (
+        "cubic_spring_nm_per_rad3",
         "coulomb_nm",
         "viscous_nm_s_per_rad",
         "static_extra_nm",

@@ -36,6 +36,8 @@ class FlexibleJoint:
         As in `agent.physics.rigid_body`; gravity pulls at the last mass.
     gear_ratio : float
         Motor turns per arm turn.
+    cubic_spring_nm_per_rad3 : float
+        Of a chain of a single mass, beside its spring; zero or more.
     """
 
     motor_inertia_kg_m2: float
@@ -49,6 +51,7 @@ class FlexibleJoint:
     gravity_cos_nm: float = 0.0
     torque_offset_nm: float = 0.0
     gear_ratio: float = 1.0
+    cubic_spring_nm_per_rad3: float = 0.0
 
     def __post_init__(self) -> None:
         for name in (
@@ -59,7 +62,16 @@ class FlexibleJoint:
         ):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) > 0.0):
                 raise ValueError(f"{name}: expected a number above zero, got {getattr(self, name)}")
-        for name in ("coulomb_nm", "viscous_nm_s_per_rad", "static_extra_nm"):
+        if self.cubic_spring_nm_per_rad3 and (
+            self.chain is None or len(self.chain.inertia_kg_m2) != 1
+        ):
+            raise ValueError("cubic_spring_nm_per_rad3: expected zero but for a single mass")
+        for name in (
+            "coulomb_nm",
+            "viscous_nm_s_per_rad",
+            "static_extra_nm",
+            "cubic_spring_nm_per_rad3",
+        ):
             if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
                 raise ValueError(f"{name}: expected zero or more, got {getattr(self, name)}")
         for name in ("gravity_sin_nm", "gravity_cos_nm", "torque_offset_nm"):
@@ -155,6 +167,7 @@ def simulate(
             ]
         ),
         np.array([joint.gravity_sin_nm, joint.gravity_cos_nm, joint.gear_ratio]),
+        joint.cubic_spring_nm_per_rad3,
         period_s,
         torque,
         _initial_state(joint, size, position_rad, velocity_rad_s),

@@ -7,7 +7,9 @@ add up in it over the whole run, as they do in an open loop.
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,12 +17,15 @@ import numpy as np
 
 from agent.identify.flexible.chain import shape_of
 from agent.identify.flexible.preparation import Prepared, prepare, tracks_of
-from agent.identify.flexible.projection import Problem
+from agent.identify.flexible.projection import Point, Problem
 from agent.identify.flexible.result import FlexibleFit
 from agent.identify.flexible.simulation import FlexibleJoint, simulate
+from agent.identify.flexible.twist import predicted_cubes
 from agent.identify.result import Floats
 from agent.identify.signals import Signals
 from agent.physics.friction import LAWS
+
+_TURNS = 3  # of a stiffening spring's twist and the free motion that it is known from
 
 
 @dataclass(frozen=True)
@@ -90,18 +95,32 @@ def predicted_torque(
     problem = Problem(stretches, None if chain is None else fit.kind, law, has_gravity=True)
     shape = np.zeros(0) if chain is None else shape_of(chain)
     nonlinear = [math.log(getattr(joint, name)) for name in law.nonlinear]
-    delay_s = fit.parameters["torque_delay_s"].value
-    columns = problem.columns(np.concatenate((shape, nonlinear, [delay_s])))
+    search = np.concatenate((shape, nonlinear, [fit.parameters["torque_delay_s"].value]))
     inertias = [joint.motor_inertia_kg_m2] + ([] if chain is None else [chain.total_kg_m2])
     friction = [getattr(joint, name) for name in law.linear]
     gravity = [joint.gravity_sin_nm, joint.gravity_cos_nm, joint.torque_offset_nm]
-    known = np.array([*inertias, *friction, *gravity])
-    measured = problem.target
-    predicted = columns[:, : known.shape[0]] @ known
-    free = columns[:, known.shape[0] :]
-    if free.shape[1]:
-        predicted = predicted + free @ np.linalg.lstsq(free, measured - predicted)[0]
-    return measured, predicted
+    point = _freed(problem, search, [*inertias, *friction, *gravity])
+    cubic = joint.cubic_spring_nm_per_rad3
+    if cubic > 0.0:
+        known = [*inertias, cubic, *friction, *gravity]
+        named = len(known) - 1
+        for _ in range(_TURNS):
+            stiff = dataclasses.replace(problem, cubes=predicted_cubes(problem, point, cubic))
+            free = _freed(stiff, search, known)
+            linear = np.concatenate((point.linear[:named], free.linear[named + 1 :]))
+            point = dataclasses.replace(free, linear=linear)
+    return problem.target, problem.target - point.residual
+
+
+def _freed(problem: Problem, search: Floats, known: Sequence[float]) -> Point:
+    """Return the solution with known parameters, the chain's free motions alone fitted."""
+    columns = problem.columns(search)
+    rest = problem.target - columns[:, : len(known)] @ np.array(known)
+    free = columns[:, len(known) :]
+    motions = np.linalg.lstsq(free, rest)[0] if free.shape[1] else np.zeros(0)
+    rest = rest - free @ motions
+    linear = np.concatenate((known, motions))
+    return Point(search, linear, rest, columns, float(rest @ rest))
 
 
 def _agreement(

@@ -1,0 +1,86 @@
+"""Whether a minimum says anything about a resonance, and what it lacks, in plain words."""
+
+from __future__ import annotations
+
+import math
+
+from agent.identify.flexible.intervals import physical
+from agent.identify.flexible.projection import Point, Problem
+from agent.identify.flexible.rivals import PLAIN, Lack, Rival
+from agent.identify.flexible.spectra import PLACES
+from agent.identify.uncertainty import correlation_time
+
+_FALSE_ALARMS = 1e-3  # of joints that are rigid
+# Structure that no model here has makes the samples look few; what leaves a tenth of the rigid
+# joint's squared residual, though, is no chance.
+_RIGID = 0.1
+_SEEN = 0.9  # of the cutoff: nearer to it, the filter leaves of a resonance its flank alone
+
+
+def _wanted_gain(problem: Problem, samples: float) -> float:
+    """Return the log-likelihood by which a flexible joint must beat the rigid one.
+
+    Half a log of the samples for each parameter more (Schwarz 1978), and the log of how many
+    places the resonance was sought at over the false alarms allowed: the best of many places
+    explains more noise than any one of them.
+    """
+    added = problem.shape_size + 1
+    return 0.5 * added * math.log(max(samples, 2.0)) + math.log(PLACES / _FALSE_ALARMS)
+
+
+def not_excited(problem: Problem, best: Point, rigid: Point, cutoff_hz: float) -> list[str]:
+    """Return why the minimum says nothing about a resonance, where that is so."""
+    advice = (
+        "record a triangle wave of velocity with high jerk, ten periods or more, at 250 Hz or more"
+    )
+    samples = best.residual.shape[0] / correlation_time([best.residual])
+    gain = 0.5 * samples * math.log(max(rigid.cost, 1e-300) / max(best.cost, 1e-300))
+    if gain < _wanted_gain(problem, samples) and best.cost > _RIGID * rigid.cost:
+        return [
+            f"no resonance is excited above the noise: a rigid joint explains as much; {advice}"
+        ]
+    values = physical(problem, best.search, best.linear)
+    seen = [v for name, v in values.items() if name.startswith("antiresonance")]
+    if max(seen) > _SEEN * cutoff_hz:
+        return [
+            f"the resonance lies outside of what the recording shows (up to {cutoff_hz:.3g} Hz); "
+            "record at a higher rate"
+        ]
+    if min(best.linear[0], best.linear[1]) <= 0.0:
+        return [f"motor and arm cannot be told apart: one inertia comes out as zero; {advice}"]
+    return []
+
+
+def wrong_minimum(problem: Problem, lack: Lack) -> list[str]:
+    """Return why the minimum is no joint of three masses, where what it leaves still swings."""
+    modes = [r for r in lack.rivals if r.effect == "mode" and r.share > PLAIN]
+    if problem.kind != "three-mass" or not modes:
+        return []
+    return [
+        f"the search found no joint of three masses: most of what the best one leaves swings near "
+        f"{_hertz(modes[0])} Hz; fit two masses, or record with higher jerk"
+    ]
+
+
+def notes_of(problem: Problem, lack: Lack) -> tuple[str, ...]:
+    """Return what a minimum lacks, in plain words, each with what to do about it."""
+    return tuple(_note(problem, rival) for rival in lack.rivals)
+
+
+def _note(problem: Problem, rival: Rival) -> str:
+    share = f"{100.0 * rival.share:.0f} % of the squared torque that is left"
+    if rival.effect == "mode":
+        advice = "fit three masses" if problem.kind == "two-mass" else "the joint has more masses"
+        return f"one more mass that swings near {_hertz(rival)} Hz would explain {share}; {advice}"
+    if rival.effect == "friction":
+        return (
+            f"friction that bends near {rival.at_rad_s:.2g} rad/s, which the {problem.law.name} "
+            f"law does not, would explain {share}; fit the stribeck law"
+        )
+    if rival.effect == "gravity":
+        return f"gravity on the arm would explain {share}; fit it with gravity"
+    return f"a spring that stiffens with its twist would explain {share}; fit it with a cubic part"
+
+
+def _hertz(rival: Rival) -> str:
+    return f"{rival.at_rad_s / (2.0 * math.pi):.3g}"
