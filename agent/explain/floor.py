@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from agent.explain.result import Floor
-from agent.explain.table import STEADY, Table
+from agent.explain.strata import STEADY
+from agent.explain.table import Table
 from agent.identify.lowpass import lowpass
 from agent.identify.result import Floats
 

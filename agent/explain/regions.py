@@ -7,12 +7,13 @@ its greatest torque; one that works along all of its axis lives wherever that ax
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.explain.pieces import Piece
 from agent.explain.result import Curve, Region
 from agent.explain.scene import Scene
 from agent.identify.result import Floats, Parameter
@@ -199,7 +200,7 @@ def _whole(scene: Scene, variable: str, values: Floats) -> Region:
     """Return all of an axis that was driven."""
     good = values[np.isfinite(values)]
     low, high = (float(x) for x in np.quantile(good, [0.001, 0.999]))
-    return Region(variable, low, high, row_seconds(scene) * good.shape[0], 1.0)
+    return Region(variable, low, high, row_seconds(scene.table.pieces) * good.shape[0], 1.0)
 
 
 def _where_visible(
@@ -223,7 +224,7 @@ def _where_visible(
         if variable == "after_reversal_s" and begin == 0:
             low = 0.0  # what lies before the first row is the filter's, not the joint's
         share = float(energy[inside].sum()) / max(float(energy.sum()), 1e-300)
-        seconds = row_seconds(scene) * float(count[inside].sum())
+        seconds = row_seconds(scene.table.pieces) * float(count[inside].sum())
         if share >= _LEAST_SHARE:
             out.append(Region(variable, low, high, seconds, share))
     return tuple(sorted(out, key=lambda region: -region.share))
@@ -242,9 +243,8 @@ def _fine_edges(scene: Scene, variable: str, values: Floats) -> Floats:
     return np.linspace(low, max(high, low + 1e-12), _FINE + 1)
 
 
-def row_seconds(scene: Scene) -> float:
-    """Return how much time one row stands for."""
-    pieces = scene.table.pieces
+def row_seconds(pieces: Sequence[Piece]) -> float:
+    """Return how much time one row of a table stands for."""
     total = math.fsum((p.rows.stop - p.rows.start) * p.period_s * p.stride for p in pieces)
     count: int = sum(p.rows.stop - p.rows.start for p in pieces)
     return total / max(count, 1)

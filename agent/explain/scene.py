@@ -10,7 +10,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.table import BASE, Table, travel_rad
+from agent.explain.strata import travel_rad
+from agent.explain.table import BASE, Table
 from agent.identify.result import Floats
 
 

@@ -1,0 +1,46 @@
+"""Where every stretch of every run stands, and the one filter that everything passes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from agent.identify.lowpass import lowpass
+from agent.identify.result import Floats
+from agent.identify.sampling import Stretch
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One stretch of one run: where it stands among the full-rate samples and among the rows."""
+
+    run: int
+    stretch: Stretch
+    full: slice
+    rows: slice
+    stride: int
+
+    @property
+    def period_s(self) -> float:
+        """Return the even grid's period."""
+        return self.stretch.period_s
+
+
+def banded(raw: Floats, pieces: Sequence[Piece], cutoff_hz: float) -> Floats:
+    """Return full-rate columns, shape (N,) or (N, k), low-passed, at the rows: (n,) or (n, k)."""
+    two = raw.reshape(raw.shape[0], -1)
+    out = np.empty((pieces[-1].rows.stop, two.shape[1]))
+    for piece in pieces:
+        filtered = lowpass(two[piece.full].T, piece.period_s, cutoff_hz)
+        out[piece.rows] = filtered[:, :: piece.stride].T
+    return out[:, 0] if raw.ndim == 1 else out
+
+
+def thinned(values: Floats, pieces: Sequence[Piece]) -> Floats:
+    """Return full-rate values at the rows, shape (n,), as they are."""
+    out = np.empty(pieces[-1].rows.stop)
+    for piece in pieces:
+        out[piece.rows] = values[piece.full][:: piece.stride]
+    return out
