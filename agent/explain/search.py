@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from agent.explain.evidence import Weighing, heldout, moments, solve
 from agent.explain.form import Form, Point
+from agent.explain.refinement import limits_of, steps_of
 from agent.explain.scene import Scene
 from agent.explain.table import BASE
 from agent.identify.result import Floats
@@ -184,10 +184,8 @@ class Library:
         if not form.refine or not form.nonlinear:
             return entry
         points = np.array([c.point for _, c in entry])
-        steps = [_spacing(points[:, i]) for i in range(points.shape[1])]
-        if form.step is not None:
-            steps = [_Step(size, proportional=False) for size in form.step(self.scene)]
-        limits = _limits(form, self.scene, points)
+        steps = steps_of(form, self.scene, points)
+        limits = limits_of(form, self.scene, points)
         gain, best = entry[0]
         for round_ in range(_ROUNDS):
             for i, step in enumerate(steps):
@@ -317,35 +315,3 @@ def _gain(candidate: Candidate, basis: Floats, left: Floats) -> float:
         if candidate.form.sign(i) * value < 0.0:
             return 0.0
     return float(moment @ theta)
-
-
-def _limits(form: Form, scene: Scene, points: Floats) -> Sequence[tuple[float, float]]:
-    """Return how far each non-linear number may be moved; what starts positive stays so."""
-    if form.limits is not None:
-        return form.limits(scene)
-    lowest = points.min(axis=0)
-    return [
-        (1e-3 * float(low) if low > 0.0 else (0.0 if low == 0.0 else -math.inf), math.inf)
-        for low in lowest
-    ]
-
-
-def _spacing(values: Floats) -> _Step:
-    """Return how far the grid's points are apart, in proportion or in absolute terms."""
-    unique = np.unique(values)
-    if unique.size < 2:
-        return _Step(0.0, proportional=False)
-    ratio = unique[1:] / unique[:-1] if unique[0] > 0.0 else np.zeros(1)
-    steps = np.diff(unique)
-    proportional = bool(unique[0] > 0.0 and np.ptp(ratio) < np.ptp(steps / steps.mean()))
-    size = float(np.median(ratio)) - 1.0 if proportional else float(np.median(steps))
-    return _Step(size, proportional=proportional)
-
-
-@dataclass(frozen=True)
-class _Step:
-    size: float
-    proportional: bool
-
-    def __call__(self, value: float) -> float:
-        return self.size * abs(value) if self.proportional else self.size
