@@ -14,6 +14,7 @@ from agent.explain.experiment import next_experiments
 from agent.explain.findings import findings_of
 from agent.explain.leftover import left_regions
 from agent.explain.model import fit_model
+from agent.explain.regions import row_seconds
 from agent.explain.result import (
     Explanation,
     Fit,
@@ -35,6 +36,8 @@ from agent.physics.twin import Twin
 _LEAST_ROWS = 300
 _FEWEST_BLOCKS = 12  # of two seconds: folds and the jackknife leave them out in turn
 _SLOWEST_HZ = 10.0
+_SLIDES = 0.1  # of the time: with less the joint stands
+_GAP_S = 1.0
 
 
 def explain(twin: Twin, runs: Sequence[Run], holdout: Sequence[Run] = ()) -> Explanation:
@@ -114,12 +117,23 @@ def _too_little(table: Table) -> str:
             f"not decidable: the joint slides for only about {seconds:.0f} s in these recordings, "
             f"and parts of them must be left out to judge by; record {2 * _FEWEST_BLOCKS} s or more"
         )
-    if count < _LEAST_ROWS:
+    if count >= _LEAST_ROWS:
+        return ""
+    if float(np.mean(table.full["direction"] != 0.0)) < _SLIDES:
         return (
             "not decidable: the joint hardly slides in these recordings; record a stair of speeds "
             "in both directions"
         )
-    return ""
+    recorded_s = sum(
+        float(np.minimum(np.diff(run.signals.time_s), _GAP_S).sum()) for run in table.runs
+    )
+    return (
+        f"not decidable: only {count * row_seconds(table.pieces):.0f} s of {recorded_s:.0f} s "
+        f"recorded can be compared, in the band of {table.cutoff_hz:.2g} Hz that the slowest "
+        "sampling rate and the noise of the velocity allow; the rest is near standstill, or in "
+        "stretches that are too short; record at one rate of 250 Hz or faster and hold every speed "
+        "for 2 s"
+    )
 
 
 def _nothing(reason: str, recordings: tuple[str, ...], held_out: tuple[str, ...]) -> Explanation:

@@ -106,7 +106,7 @@ def _above_noise(
         share = float(excess[begin:end].sum()) / max(float(excess.sum()), 1e-300)
         if share < _LEAST_SHARE:
             continue
-        seconds = row_seconds(scene) * float(count[begin:end].sum())
+        seconds = row_seconds(scene.table.pieces) * float(count[begin:end].sum())
         low, up = float(edges[begin]), float(edges[end])
         if variable == "recording":
             low, up = low + 0.5, up - 0.5
