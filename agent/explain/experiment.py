@@ -68,7 +68,9 @@ def next_experiments(
         partner = next(iter(_PAIR - {effect}))
         hypotheses = [h for h in hypotheses if h.effect != partner]
     others = [t.candidate for k, t in enumerate(terms) if k != index]
-    out = _ranked(library, others, hypotheses, floor_nm, limits) if len(hypotheses) > 1 else []
+    out: list[NextExperiment] = []
+    if len(hypotheses) > 1 and floor_nm > 0.0:
+        out = _ranked(library, others, hypotheses, floor_nm, limits)
     told = {name for experiment in out for name in experiment.tells_apart}
     left = [h.effect for h in hypotheses[1:] if h.effect not in told]
     if left:

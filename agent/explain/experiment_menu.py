@@ -98,6 +98,12 @@ class Driven:
         return self.high_rad - self.low_rad
 
     @property
+    def moves(self) -> bool:
+        """Return whether there is a range to plan within."""
+        sizes = self.room_rad, self.slowest_rad_s, self.acceleration_rad_s2, self.jerk_rad_s3
+        return all(math.isfinite(size) and size > 0.0 for size in sizes)
+
+    @property
     def centre_rad(self) -> float:
         """Return the stroke's middle."""
         return 0.5 * (self.low_rad + self.high_rad)
@@ -195,6 +201,8 @@ def menu(scene: Scene, limits: AxisLimits | None = None) -> tuple[Proposal, ...]
         Without them nothing leaves the range that was driven.
     """
     driven = Driven.of(scene, limits)
+    if not driven.moves:
+        return ()
     out = [
         Proposal(what, (Part(trajectory),))
         for what, trajectory in _motions(driven, limits)
@@ -206,12 +214,11 @@ def menu(scene: Scene, limits: AxisLimits | None = None) -> tuple[Proposal, ...]
 def _motions(driven: Driven, limits: AxisLimits | None) -> Iterator[tuple[str, Trajectory]]:
     """Yield every motion that fits, and what it is in words."""
     slow, fast = driven.slowest_rad_s, driven.reachable_rad_s
-    geometric, half = spaced_speeds(slow, fast, 6), 0.5 * fast
     crawl, creep = 0.25 * slow, 0.05 * slow
     entries: list[tuple[str, Callable[[], Trajectory]]] = [
         (
             "Repeat the stair of speeds as it was",
-            lambda: _stair(driven, geometric),
+            lambda: _stair(driven, spaced_speeds(slow, fast, 6)),
         ),
         (
             f"Drive a stair with speeds down to {crawl:.2g} rad/s, a quarter of the slowest so far",
@@ -228,11 +235,11 @@ def _motions(driven: Driven, limits: AxisLimits | None) -> Iterator[tuple[str, T
         ),
         (
             "Drive a stair of fast speeds, evenly spaced",
-            lambda: _stair(driven, spaced_speeds(half, fast, 5, "linear")),
+            lambda: _stair(driven, spaced_speeds(0.5 * fast, fast, 5, "linear")),
         ),
         (
             "Drive the stair with the fastest speed first",
-            lambda: _stair(driven, geometric[::-1]),
+            lambda: _stair(driven, spaced_speeds(slow, fast, 6)[::-1]),
         ),
         ("Swing to and fro, each time half as far", lambda: _halving(driven)),
         (
@@ -250,7 +257,7 @@ def _motions(driven: Driven, limits: AxisLimits | None) -> Iterator[tuple[str, T
             lambda: _sweeps(driven, (driven.room_rad / 8.0,)),
         ),
         *(
-            (what, lambda wide=wide: _stair(wide, geometric))
+            (what, lambda wide=wide: _stair(wide, spaced_speeds(slow, fast, 6)))
             for what, wide in _other_strokes(driven, limits)
         ),
     ]
