@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import secrets
+from collections.abc import Iterable
 from pathlib import Path
 
 import typer
 
-from agent.cell import parse_cell
+from agent.cell import Axis, Cell, parse_cell
+from agent.cli.demo_concealed import opened, secrets_of, simulation_of
+from agent.cli.explain import run_explain
 from agent.cli.fake_cell import fake_cell_text
 from agent.cli.outcome import conclude
 from agent.cli.summary import summary
 from agent.cli.talk import progress_bar, stop_on_signal, talker
 from agent.errors import StorageError
+from agent.physics.twin import format_twin
+from agent.record.atomic import publish
 from agent.record.reading import read
 from agent.wire import CycleRequest, drive_cycle
 from drivers.clock import SteppedClock
@@ -24,7 +29,7 @@ INTERFACE = "virtual"
 
 
 def run_demo(out: Path, seed: int) -> None:
-    """Drive the stair and its reverse on the simulated joint, estimate, report, name the files."""
+    """Drive, estimate, report, explain what a simulation of the joint lacks, name the files."""
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -37,6 +42,20 @@ def run_demo(out: Path, seed: int) -> None:
         "A simulated robot joint on a virtual CAN bus: CiA 402 drive, gear "
         f"{specification.joint.gear_ratio:g}, friction with Stribeck effect. Nothing real moves."
     )
+    stair, reverse = _drive(specification, cell, axis, out, channel, seed)
+    typer.echo(_chapter(1, "What the joint is like: the stair, estimated"))
+    files = [("recording", stair), ("reversed run", reverse), *_estimate(stair, reverse, out)]
+    typer.echo(_chapter(2, "What a simulation of this joint leaves out"))
+    files += _explain(specification, cell, axis, (stair, reverse), out)
+    typer.echo("\nOpen these files:")
+    for what, path in files:
+        typer.echo(f"  {what:<13} {path}")
+
+
+def _drive(
+    specification: FakeSpecification, cell: Cell, axis: Axis, out: Path, channel: str, seed: int
+) -> tuple[Path, Path]:
+    """Drive the stair and its reverse over the bus; return their recordings."""
     clock = SteppedClock()
     bus = open_bus(INTERFACE, channel)
     try:
@@ -55,16 +74,39 @@ def run_demo(out: Path, seed: int) -> None:
                 paths.append(result.recording)
     finally:
         bus.shutdown()
-    stair, reverse_run = (read(path) for path in paths)
-    conclusion = conclude([stair], reverse_run)
-    json_path = conclusion.write_json(out / "demo.estimate.json")
-    report_path = conclusion.write_report(out / "demo.report.html")
+    return paths[0], paths[1]
+
+
+def _estimate(stair: Path, reverse: Path, out: Path) -> Iterable[tuple[str, Path]]:
+    """Estimate the stair, predict its reverse, print and write both; yield the files."""
+    conclusion = conclude([read(stair)], read(reverse))
     typer.echo(summary(conclusion.estimate))
-    typer.echo("\nOpen these files:")
-    for what, path in (
-        ("recording", paths[0]),
-        ("reversed run", paths[1]),
-        ("estimate", json_path),
-        ("report", report_path),
-    ):
-        typer.echo(f"  {what:<13} {path}")
+    yield "estimate", conclusion.write_json(out / "demo.estimate.json")
+    yield "report", conclusion.write_report(out / "demo.report.html")
+
+
+def _explain(
+    specification: FakeSpecification,
+    cell: Cell,
+    axis: Axis,
+    recordings: tuple[Path, Path],
+    out: Path,
+) -> Iterable[tuple[str, Path]]:
+    """Explain the stair to a plain simulation, prove it on the reverse; yield the files."""
+    stair, reverse = recordings
+    simulation, folder = out / "simulation.toml", out / "explanation"
+    twin = simulation_of(specification, robot=cell.robot, axis=axis.number)
+    publish({simulation: format_twin(twin).encode()}, overwrite=True)
+    typer.echo(
+        "A plain simulation knows this joint's inertia, Coulomb and viscous friction, all of them\n"
+        "right. Nobody tells `stribeck explain` what it lacks; the reversed stair is the proof.\n"
+    )
+    run_explain(simulation, [str(stair)], [str(reverse)], folder, as_json=False)
+    typer.echo(f"\n{opened(secrets_of(specification), folder / 'explanation.json')}")
+    yield "simulation", simulation
+    yield "explanation", folder / "report.html"
+    yield "better twin", folder / "twin.toml"
+
+
+def _chapter(number: int, title: str) -> str:
+    return f"\n{number}. {title}\n{'-' * (len(title) + 3)}\n"
