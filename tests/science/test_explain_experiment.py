@@ -11,7 +11,8 @@ import pytest
 
 from agent.explain.choice import Choice
 from agent.explain.experiment import DECISIVE, next_experiments
-from agent.explain.experiment_menu import Driven, menu
+from agent.explain.experiment_driven import Driven
+from agent.explain.experiment_menu import menu
 from agent.explain.experiment_motion import elsewhere
 from agent.explain.result import NextExperiment
 from agent.explain.run import Run
