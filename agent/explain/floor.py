@@ -32,12 +32,13 @@ def noise_floor(table: Table, residual_nm: Floats) -> Floor:
     Returns
     -------
     Floor
-        Its value is the neighbours' route, else the repeated passes, else standstill.
+        Its value is the neighbours' route, else the repeated passes: a joint that stands has
+        another noise than one that moves.
     """
     neighbours = _neighbours(table, residual_nm)
     repeats = _repeats(table, residual_nm)
     standstill = _standstill(table)
-    value = next((v for v in (neighbours, repeats, standstill) if math.isfinite(v)), math.nan)
+    value = next((v for v in (neighbours, repeats) if math.isfinite(v)), math.nan)
     return Floor(value, repeats, neighbours, standstill)
 
 
@@ -100,7 +101,9 @@ def _repeats(table: Table, residual_nm: Floats) -> float:
             if abs(other[2] - place) > _SAME_PLACE * stroke or other[3].start < window.stop + 2:
                 continue
             taken.update((i, j))
-            difference = residual_nm[window] - residual_nm[other[3]]
+            first, second = residual_nm[window], residual_nm[other[3]]
+            length = min(first.shape[0], second.shape[0])
+            difference = first[:length] - second[:length]
             squares.append(0.5 * float(np.mean(difference**2)))
             break
     return math.sqrt(float(np.mean(squares))) if len(squares) >= _FEWEST_WINDOWS else math.nan

@@ -18,7 +18,7 @@ from agent.explain.hidden_arm import HiddenArm, inertia_of
 from agent.explain.load_changes import arm_shares
 from agent.explain.saturation import saturation_evidence
 from agent.explain.scene import Scene, log_grid
-from agent.explain.twin_law import best_entry, fitted_amplitude
+from agent.explain.twin_law import best_entry
 from agent.identify.result import Floats
 from agent.physics.presliding import MaxwellSlip
 
@@ -193,15 +193,13 @@ def _flexible_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mappin
 
 
 def _rubbing_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
-    """Return the spring that does best without the arm's friction, which the twin does not have."""
-    del values
-    fits = []
-    for frequency_hz, damping in _swing_grid(scene):
-        inertia, removed = fitted_amplitude(scene, _flexible(scene, (frequency_hz, damping))[:, 0])
-        if inertia > 0.0:
-            fits.append((removed, _spring_entry(inertia, frequency_hz, damping)))
-    fits.sort(key=lambda fit: -fit[0])
-    return best_entry(scene, "joint-flexibility", [entry for _, entry in fits[:2]])
+    inertia = values["arm_inertia_kg_m2"]
+    spring = _spring_entry(inertia, values["antiresonance_hz"], values["damping_ratio"])
+    friction = {
+        "arm_coulomb_nm": max(values["friction_share"], 0.0) * _slowing(scene) * inertia,
+        "arm_yield_rad": values["friction_reach_rad"],
+    }
+    return best_entry(scene, "joint-flexibility", [{**spring, **friction}, spring])
 
 
 def _spring_entry(inertia: float, frequency_hz: float, damping: float) -> dict[str, float]:
@@ -240,7 +238,12 @@ def _gap(scene: Scene, point: Point) -> Floats:
 def _gap_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
     inertia = values["arm_share"] * inertia_of(scene)
     spring = _spring_entry(inertia, values["contact_hz"], values["damping_ratio"])
-    return best_entry(scene, "backlash", [{"half_gap_rad": values["half_gap_rad"], **spring}])
+    gap = {
+        "half_gap_rad": values["half_gap_rad"],
+        "arm_coulomb_nm": max(values["arm_friction_share"] * float(scene.theta[2]), 0.0),
+        "arm_yield_rad": _ARM_REACHES[0] * scene.table.gear_ratio,
+    }
+    return best_entry(scene, "backlash", [{**gap, **spring}])
 
 
 FORMS: tuple[Form, ...] = (

@@ -15,6 +15,7 @@ import numpy as np
 
 from agent.explain.choice import Term
 from agent.explain.evidence import effective_size
+from agent.explain.pieces import known_part
 from agent.explain.search import Candidate, Library, basis_of
 from agent.explain.table import BASE, Table, effects_nm
 from agent.identify.linear import solve_blocks
@@ -23,7 +24,6 @@ from agent.physics.twin import Effect, Twin
 
 _LIMIT = 3.84  # chi-square, one degree of freedom, 95 %
 _HALVINGS = 14
-_UNKNOWN = 1e-3
 _NOT_NEGATIVE = ("inertia_kg_m2", "viscous_nm_s_per_rad", "coulomb_nm")
 
 
@@ -208,12 +208,7 @@ def predicted(table: Table, twin: Twin) -> Floats:
     if not twin.effects:
         return np.asarray(plain)
     extra = effects_nm(twin, table.runs, table.pieces, table.full)
-    # Where the twin does not know (before a late channel's first sample), no row is compared.
-    unknown = ~np.isfinite(extra)
-    added = table.band(np.where(unknown, 0.0, extra))
-    if unknown.any():
-        added[np.abs(table.band(unknown.astype(np.float64))) > _UNKNOWN] = np.nan
-    return np.asarray(plain + added)
+    return np.asarray(plain + known_part(extra, table.pieces, table.cutoff_hz))
 
 
 def _base_beside(table: Table, library: Library, twin: Twin) -> Floats:

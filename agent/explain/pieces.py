@@ -11,6 +11,8 @@ from agent.identify.lowpass import lowpass
 from agent.identify.result import Floats
 from agent.identify.sampling import Stretch
 
+_UNKNOWN = 1e-3  # of a filter's weight
+
 
 @dataclass(frozen=True)
 class Piece:
@@ -43,4 +45,16 @@ def thinned(values: Floats, pieces: Sequence[Piece]) -> Floats:
     out = np.empty(pieces[-1].rows.stop)
     for piece in pieces:
         out[piece.rows] = values[piece.full][:: piece.stride]
+    return out
+
+
+def known_part(raw: Floats, pieces: Sequence[Piece], cutoff_hz: float) -> Floats:
+    """Return a full-rate torque (N,) as `banded` does, NaN only where the unknown reaches.
+
+    A twin may not know its torque everywhere, as before a late channel's first sample.
+    """
+    unknown = ~np.isfinite(raw)
+    out = banded(np.where(unknown, 0.0, raw), pieces, cutoff_hz)
+    if unknown.any():
+        out[np.abs(banded(unknown.astype(np.float64), pieces, cutoff_hz)) > _UNKNOWN] = np.nan
     return out

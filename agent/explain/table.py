@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.explain.full_rate import choose_band, full_rate
-from agent.explain.pieces import Piece, banded, thinned
+from agent.explain.pieces import Piece, banded, known_part, thinned
 from agent.explain.run import Run
 from agent.explain.strata import EDGE, END_PERIODS, blocks_of, strata_of, travel_rad
 from agent.identify.preprocess import read_motion
@@ -211,7 +211,7 @@ def _table(
     else:
         given = base @ np.array([getattr(twin, name) for name in BASE])
         if twin.effects:
-            given = given + banded(effects_nm(twin, runs, pieces, full), pieces, cutoff_hz)
+            given = given + known_part(effects_nm(twin, runs, pieces, full), pieces, cutoff_hz)
     rows = {name: thinned(values, pieces) for name, values in full.items()}
     rows["travel_rad"] = thinned(travel_rad(full, pieces), pieces)
     measured = banded(full["torque_nm"], pieces, cutoff_hz)

@@ -39,25 +39,6 @@ def best_entry(
     return (dict(entries[int(np.argmin(lefts))]),)
 
 
-def fitted_amplitude(scene: Scene, column: Floats) -> tuple[float, float]:
-    """Return with which factor a column fits the residual best, and the square that it removes.
-
-    Parameters
-    ----------
-    scene : Scene
-    column : ndarray, shape (N,)
-        At full rate, of which only a positive multiple makes sense: else both are 0.
-    """
-    used = scene.table.used
-    base, left = scene.table.base[used], scene.residual_nm[used]
-    size = np.sqrt(np.mean(base**2, axis=0))
-    own = base[:, size > 1e-12] / size[size > 1e-12]
-    filtered = scene.table.band(column)[used]
-    filtered = filtered - own @ np.linalg.lstsq(own, filtered, rcond=1e-9)[0]
-    energy, along = float(filtered @ filtered), float(filtered @ left)
-    return (along / energy, along**2 / energy) if along > 0.0 else (0.0, 0.0)
-
-
 def _as_twin(scene: Scene, effect: str, entry: Mapping[str, float]) -> Floats:
     """Return what the twin's law says at full rate, shape (N,)."""
     table = scene.table

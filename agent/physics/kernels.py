@@ -135,8 +135,12 @@ def carried_arm(
     substeps: int,
     acceleration: float = 0.0,
     velocity: float = math.nan,
+    dry: float = 0.0,
+    dry_travel: float = 1.0,
 ) -> Floats:
     """Return the torque, shape (n,), with which the motor carries an arm behind a spring.
+
+    The arm's own friction is `dry`; before it slips it gives way like a spring, over `dry_travel`.
 
     At first the arm rides on the spring with `velocity` (the motor's first where it is NaN) and
     `acceleration`; in a gap it lies where they press it.
@@ -151,7 +155,10 @@ def carried_arm(
         longest = max(longest, time_s[k] - time_s[k - 1])
     angle = position_rad[0] / gear_ratio
     weight = gravity_sin * math.sin(angle) + gravity_cos * math.cos(angle)
-    hang = weight + inertia * acceleration
+    drawn = 0.0
+    if dry != 0.0 and velocity_rad_s[0] != 0.0:
+        drawn = math.copysign(1.0, velocity_rad_s[0])
+    hang = weight + dry * drawn + inertia * acceleration
     arm = position_rad[0] - _twist(hang, stiffness, cubic)
     if hang > 0.0:
         arm -= half_gap
@@ -177,6 +184,7 @@ def carried_arm(
             motor += q1 * u * u * (3 - 2 * u) + v1 * u * u * w
             half = speed + 0.5 * h * push
             arm += h * half
+            drawn = min(max(drawn + h * half / dry_travel, -1.0), 1.0)
             d = motor - arm
             x = d - half_gap if d > half_gap else (d + half_gap if d < -half_gap else 0.0)
             torque = stiffness * x + cubic * x * x * x
@@ -189,7 +197,7 @@ def carried_arm(
             sin1, cos1 = e * (1 - e * e * (1 / 6)), 1 - 0.5 * e * e * (1 - e * e * (1 / 12))
             weight = gravity_sin * (sin0 * cos1 + cos0 * sin1)
             weight += gravity_cos * (cos0 * cos1 - sin0 * sin1)
-            push = (torque - weight) * per_inertia
+            push = (torque - weight - dry * drawn) * per_inertia
             speed = half + 0.5 * h * push
         out[k] = torque
     return out

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,9 +21,9 @@ from agent.explain.run import Run
 from agent.explain.saturation import saturation_evidence
 from agent.explain.scene import Scene, refit
 from agent.explain.search import Library, Scored
-from agent.explain.table import BASE, tabulate
-from agent.explain.twin_law import best_entry, fitted_amplitude
-from agent.physics.twin import Twin
+from agent.explain.table import BASE, effects_nm, tabulate
+from agent.explain.twin_law import best_entry
+from agent.physics.twin import Effect, Twin
 from tests.science.explain_plant import GEAR, Joint, record
 
 TWIN = Twin("plant", 1, GEAR, 0.006, 0.5, 0.004, 0.5, 0.2)
@@ -136,13 +138,22 @@ def test_a_law_that_does_not_help_is_left_out_of_the_twin() -> None:
     assert best_entry(scene, "joint-flexibility", [wild]) == ()
 
 
-def test_a_column_that_only_fits_upside_down_has_no_amplitude() -> None:
-    scene = seen(CREEPING)
-    column = scene.predicted_nm - scene.full("torque_nm")
-    assert fitted_amplitude(scene, column) == (0.0, 0.0)
-    amplitude, removed = fitted_amplitude(scene, -2.0 * column)
-    assert amplitude == pytest.approx(0.5, rel=0.02)
-    assert removed == pytest.approx(float(np.sum(scene.residual_nm**2)), rel=0.05)
+@pytest.mark.parametrize(("effect", "joint"), [("backlash", GAP), ("joint-flexibility", SOFT)])
+def test_the_twin_predicts_the_hidden_arm_that_was_found(effect: str, joint: Joint) -> None:
+    scene = seen(joint)
+    found = best(effect, library_of((joint, 0.0, True)))
+    (entry,) = found.form.to_twin(scene, found.values())
+    assert removed_by_twin(scene, effect, entry) > 0.6 * found.screened
+
+
+def removed_by_twin(scene: Scene, effect: str, entry: Mapping[str, Any]) -> float:
+    """Return which share of the squared residual the twin's own law removes."""
+    table = scene.table
+    inertia, viscous, coulomb, sine, cosine = (float(x) for x in scene.theta)
+    twin = Twin("plant", 1, GEAR, inertia, coulomb, viscous, sine, cosine, (Effect(effect, entry),))
+    extra = table.band(effects_nm(twin, table.runs, table.pieces, table.full))
+    left = refit(table, extra)[1][table.used]
+    return 1.0 - float(np.sum(left**2) / np.sum(scene.residual_nm[table.used] ** 2))
 
 
 @pytest.mark.parametrize("driven_hz", [4.0, 12.0, 33.0])

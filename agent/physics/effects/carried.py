@@ -27,6 +27,8 @@ _STEPS_PER_RAD = 20.0  # of the arm's own swing: the error of its steps is then 
 _FEWEST = 3  # samples that have a slope and something left
 _NOISE_SAMPLES = 200  # that the noise is read from
 _AS_NOISE = 1.5  # times the noise: more is motion
+_YIELD_RAD = 0.01
+_SILENT = {"arm_yield_rad": _YIELD_RAD}  # defaults that say nothing against another entry's number
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,8 @@ class Carrier:
     damping_nm_s_per_rad: float = 0.0
     cubic_stiffness_nm_per_rad3: float = 0.0
     half_gap_rad: float = 0.0
+    arm_coulomb_nm: float = 0.0
+    arm_yield_rad: float = _YIELD_RAD
 
     def extra_nm(self, motion: Motion, base: Base) -> Floats:
         """Return the shaft's torque less that of a stiff gear, shape (n,).
@@ -45,6 +49,9 @@ class Carrier:
         The motor's own share of the twin's inertia is what the arm leaves of it.
         """
         stiff = self.arm_inertia_kg_m2 * motion.acceleration_rad_s2 + base.weight_nm(motion)
+        # The twin's Coulomb level is motor's and arm's together: only what the spring does to the
+        # arm's part is extra.
+        stiff = stiff + self.arm_coulomb_nm * motion.direction
         return np.asarray(self.shaft_nm(motion, base) - stiff)
 
     def shaft_nm(self, motion: Motion, base: Base) -> Floats:
@@ -64,10 +71,15 @@ class Carrier:
         start = self._start(time[known], motion.velocity_rad_s[known])
         longest_s = float(np.max(np.diff(time[known]), initial=0.0))
         shaft = np.full_like(time, np.nan)
+        # The spring is driven by the velocity alone: a position of coarse steps, or one that is not
+        # quite in step with the velocity, would shake a stiff one.
+        speed = motion.velocity_rad_s[known]
+        way = 0.5 * (speed[1:] + speed[:-1]) * np.diff(time[known])
+        driven = position[known][0] + np.concatenate(([0.0], np.cumsum(way)))
         shaft[known] = carried_arm(
             # Copies: a loop is compiled anew for every mixture of writeable and read-only columns.
             time[known].copy(),
-            position[known].copy(),
+            driven,
             motion.velocity_rad_s[known].copy(),
             law.arm_inertia_kg_m2,
             law.stiffness_nm_per_rad,
@@ -79,6 +91,8 @@ class Carrier:
             base.gear_ratio,
             math.ceil(_STEPS_PER_RAD * self._rate_per_s(motion, base) * longest_s),
             *start,
+            self.arm_coulomb_nm,
+            self.arm_yield_rad,
         )
         return shaft
 
@@ -166,7 +180,7 @@ def _merged(flexible: Numbers | None, gap: Numbers) -> dict[str, float]:
         return dict(gap)
     for name in gap:
         # Damping has a default of zero, which says nothing against the spring's own.
-        if name in flexible and gap[name] not in (flexible[name], 0.0):
+        if name in flexible and gap[name] not in (flexible[name], _SILENT.get(name, 0.0)):
             raise ValueError(
                 f"joint-flexibility and backlash carry the same arm: {name} is {flexible[name]:g}"
                 f" and {gap[name]:g}; leave it out of backlash"
@@ -183,6 +197,12 @@ def _gap_alone(p: Numbers, motion: Motion, base: Base) -> Floats:
 
 
 _GAP = {"half_gap_rad": not_negative()}
+_ARM_FRICTION = {
+    "arm_coulomb_nm": not_negative(0.0, "Fa, the arm's part of the twin's Coulomb level"),
+    "arm_yield_rad": positive(
+        _YIELD_RAD, meaning="how far it gives way, seen from the motor, before it slips"
+    ),
+}
 
 CARDS = (
     EffectCard(
@@ -197,6 +217,7 @@ CARDS = (
                     "stiffness_nm_per_rad": positive(),
                     "damping_nm_s_per_rad": not_negative(0.0),
                     "cubic_stiffness_nm_per_rad3": not_negative(0.0),
+                    **_ARM_FRICTION,
                 },
                 _flexible_alone,
                 equation="tau_s - Ja a - gravity; Ja aa = tau_s - gravity,"
@@ -222,6 +243,7 @@ CARDS = (
                     "damping_nm_s_per_rad": not_negative(
                         0.0, "d, of the teeth in contact; they push, and do not pull"
                     ),
+                    **_ARM_FRICTION,
                 },
                 _gap_alone,
                 equation="tau_s - Ja a - gravity; Ja aa = tau_s - gravity, tau_s = k D(q - qa)",
