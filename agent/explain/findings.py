@@ -16,6 +16,7 @@ from agent.explain.places import axis_name
 from agent.explain.quantities import as_in_twin
 from agent.explain.regions import AXIS, axis_values, curve_of, regions_of
 from agent.explain.result import Alternative, Finding, Region
+from agent.explain.saturation import saturation_evidence
 from agent.explain.scene import Scene
 from agent.explain.search import basis_of
 from agent.explain.study import Study
@@ -53,6 +54,9 @@ def findings_of(study: Study) -> tuple[Finding, ...]:
     ]
     found += [_number_finding(study, wrong) for wrong in study.numbers]
     found.sort(key=lambda f: -f.energy_share)
+    if not any(f.effect == "torque-saturation" for f in found):
+        # A drive at its limit comes first: whatever else is found, the motion was not the one asked.
+        found = [*_saturation_findings(study), *found]
     return tuple(replace(f, rank=rank) for rank, f in enumerate(found, start=1))
 
 
@@ -205,6 +209,35 @@ def _number_finding(study: Study, wrong: WrongNumber) -> Finding:
         holdout_rmse_without_nm=float(np.sqrt(np.mean(study.table.target_nm[rows] ** 2))),
         form="the twin's own number",
     )
+
+
+def _saturation_findings(study: Study) -> list[Finding]:
+    """Return a torque limit that the signals themselves show.
+
+    A twin that is driven by the measured motion misses nothing there: the finding has no share of
+    its mismatch.
+    """
+    evidence = saturation_evidence(study.table)
+    if evidence is None:
+        return []
+    rows = study.library.weighing.rows
+    return [
+        Finding(
+            effect="torque-saturation",
+            rank=0,
+            probability=1.0,
+            energy_share=0.0,
+            where=(),
+            sentence=words.saturation_sentence(
+                evidence.limit_nm, evidence.tops, evidence.shortfall_rad_s
+            ),
+            parameters={"limit_nm": Parameter(evidence.limit_nm, evidence.limit_ci95_nm)},
+            holdout_rmse_without_nm=float(
+                np.sqrt(np.mean(study.model.residual_nm[: len(rows)] ** 2))
+            ),
+            form="flat tops of the torque",
+        )
+    ]
 
 
 def _changes(twin: Twin, study: Study, wrong: WrongNumber) -> dict[str, tuple[float, float, str]]:

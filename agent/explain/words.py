@@ -162,6 +162,14 @@ def _change(name: str, given: float, found: float, unit: str) -> str:
     return f"{name} is {texts[0]}, not {texts[1]} {scale.unit}".rstrip()
 
 
+def saturation_sentence(limit_nm: float, tops: int, shortfall_rad_s: float) -> str:
+    """Return the sentence of a torque limit: how often it is reached, and what the motion lacks."""
+    return (
+        f"{tops} times the torque stays at {_torque(limit_nm)} while the velocity falls short of "
+        f"its command by {_short(shortfall_rad_s)} rad/s: the drive clips its torque there."
+    )
+
+
 def proof_sentence(holdout: Holdout, floor_nm: float) -> str:
     """Return what the findings are worth on data that was not seen."""
     before, after = holdout.baseline.rmse_nm, holdout.extended.rmse_nm
