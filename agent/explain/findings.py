@@ -55,7 +55,7 @@ def findings_of(study: Study) -> tuple[Finding, ...]:
     found += [_number_finding(study, wrong) for wrong in study.numbers]
     found.sort(key=lambda f: -f.energy_share)
     if not any(f.effect == "torque-saturation" for f in found):
-        # A drive at its limit comes first: whatever else is found, the motion was not the one asked.
+        # A drive at its limit comes first: the motion was not the one that was asked for.
         found = [*_saturation_findings(study), *found]
     return tuple(replace(f, rank=rank) for rank, f in enumerate(found, start=1))
 
