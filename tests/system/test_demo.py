@@ -1,4 +1,4 @@
-"""`stribeck demo`, on half a stair: the whole story, told by its files and its last lines."""
+"""`stribeck demo`, on a shorter stair: the whole story, told by its files and its last lines."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from fakes.specification import FakeSpecification
 
 
 def quick_cell_text(*arguments: Any, **keywords: Any) -> str:
-    """Return the demo's cell with half of its stair, sampled half as often."""
+    """Return the demo's cell with a shorter stair, sampled half as often."""
     cell = tomllib.loads(fake_cell_text(*arguments, **keywords))
-    cell["axis"][0]["stair"] |= {"duration_s": 20.0, "speeds": 7}
+    cell["axis"][0]["stair"] |= {"duration_s": 28.0, "speeds": 8}
     cell["recording"]["sample_rate_hz"] = 250.0
     return tomli_w.dumps(cell)
 

@@ -46,8 +46,8 @@ class Concealed:
     known: JointParameters
     parameters: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     starts_degc: tuple[float, ...] = (25.0,)
-    seconds: float = 16.0
-    speeds: int = 6
+    seconds: float = 28.0
+    speeds: int = 8
 
 
 def with_(joint: JointParameters = STIFF, **numbers: Any) -> JointParameters:
@@ -67,8 +67,6 @@ CONCEALED = {
             "viscous-nonlinear",
             with_(thinning_velocity_rad_s=120.0),
             STIFF,
-            seconds=20.0,
-            speeds=7,
         ),
         Concealed(
             "torque-ripple",
@@ -86,23 +84,22 @@ CONCEALED = {
             "load-dependent-friction",
             with_(LOADED, load_share=0.25),
             LOADED,
-            {"load_coefficient": (0.25, 0.1)},
-        ),
-        Concealed(
-            "torque-constant-error",
-            with_(LOADED, torque_constant_ratio=0.9),
-            LOADED,
-            {"factor": (0.9, 0.02)},
+            {"load_coefficient": (0.25, 0.15)},
         ),
         Concealed(
             "joint-flexibility",
             replace(STIFF, spring_nm_per_rad=25.3, damper_nm_s_per_rad=0.04),
             STIFF,
             {"stiffness_nm_per_rad": (25.3, 0.3)},
-            seconds=20.0,
-            speeds=7,
         ),
-        Concealed("temperature-dependent-friction", STIFF, STIFF, starts_degc=(15.0, 35.0, 15.0)),
+        Concealed(
+            "temperature-dependent-friction",
+            STIFF,
+            STIFF,
+            starts_degc=(15.0, 35.0, 15.0),
+            seconds=16.0,
+            speeds=6,
+        ),
     )
 }
 
