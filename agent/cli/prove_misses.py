@@ -45,9 +45,10 @@ def _line(case: Case) -> str:
 
 
 def _said(case: Case) -> str:
-    """Return the findings with their alternatives in brackets."""
+    """Return the findings with their alternatives in brackets, or why there is none."""
     parts = []
     for finding in case["explanation"].get("findings", []):
         tied = ", ".join(a["effect"] for a in finding["alternatives"])
         parts.append(f"{finding['effect']} ({tied})" if tied else finding["effect"])
-    return " + ".join(parts) or "no name"
+    why = "".join(f" ({reason})" for reason in case["explanation"].get("reasons", [])[:1])
+    return " + ".join(parts) or f"no name{why}"

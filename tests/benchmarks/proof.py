@@ -38,7 +38,7 @@ from agent.identify.result import Floats
 from agent.record.reading import read_all
 from fakes.conceal import FIRST_SCORED_SEED, open_label
 
-STLSQ, FROLS = 0.2, 0.02
+STLSQ, FROLS = 0.2, 0.05
 TUNED: Mapping[str, tuple[float, ...]] = {
     "pysindy STLSQ": (0.05, 0.1, 0.2, 0.3),
     "sysidentpy FROLS": (0.005, 0.02, 0.05),

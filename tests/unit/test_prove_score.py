@@ -307,6 +307,7 @@ def test_the_table_counts_groups_and_prints_every_miss() -> None:
         case(ALIKE, label(RIPPLE), said(finding("inertia-error")), rival="inertia-error", seed=78),
         case(NULL, null, said(verdict="no-mismatch")),
         case(NULL, null, said(finding("backlash")), seed=79),
+        case(POOR, label(RIPPLE), {"verdict": "crashed", "reasons": ["ValueError: x"]}, seed=80),
     ]
     summary = summary_of(cases)
     assert summary["names"]["one effect, SNR 0.5 and up"]["first_right"]["hits"] == 1
@@ -316,11 +317,11 @@ def test_the_table_counts_groups_and_prints_every_miss() -> None:
     assert summary["names"]["look-alikes"]["baseline_first_right"]["hits"] == 1
     assert summary["false_names"]["nulls_with_false_name"]["hits"] == 1
     assert summary["false_names"]["nulls_without_mismatch"]["hits"] == 1
-    assert [is_miss(c) for c in cases] == [False, True, True, False, True]
+    assert [is_miss(c) for c in cases] == [False, True, True, False, True, True]
     document = {
         "first_seed": 1,
         "counts_as_score": False,
-        "made": 5,
+        "made": 6,
         "dropped": [],
         "cases": cases,
         "summary": summary,
@@ -329,6 +330,7 @@ def test_the_table_counts_groups_and_prints_every_miss() -> None:
     assert "no score" in text
     assert "77 rich 0.25: torque-ripple -> stribeck [explained]" in text
     assert "79 rich 1: nothing -> backlash [explained]" in text
+    assert "80 rich 1: torque-ripple -> no name (ValueError: x) [crashed]" in text
     assert max(len(line) for line in text.splitlines()) <= 100
 
 
