@@ -94,7 +94,7 @@ def _finding(finding: Finding, explanation: Explanation) -> list[str]:
     name = f"{finding.rank}. {heading(effect_label(finding.effect))}"
     lines = [f"{name:<60}{share(finding.energy_share):>8}{share(finding.probability):>9}"]
     names = (*explanation.recordings, *explanation.held_out)
-    if len(explanation.findings) > 1:  # else the sentence above has said it
+    if finding.sentence not in explanation.sentence:
         lines += _wrapped(finding.sentence, "   ")
     if finding.where:
         places = "; ".join(region_in_words(region, names) for region in finding.where)
