@@ -19,12 +19,22 @@ from agent.identify.flexible.result import FlexibleFit
 from agent.identify.flexible.simulation import FlexibleJoint, simulate, state_space
 from agent.identify.flexible.validation import validate
 from agent.identify.result import Floats
-from tests.science.flexible_chain import NOISE_NM, SAMPLE_S, Robot, Run, run
+from tests.science.flexible_chain import (
+    DEFAULT_COUNTS,
+    NOISE_NM,
+    SAMPLE_S,
+    STRIBECK,
+    THREE,
+    Robot,
+    Run,
+    run,
+)
 from tests.science.flexible_plant import PLAIN, drive, stair, there_and_back, triangle_wave
 
 RATE_HZ = 4000.0
 STAIR_S = 40.0
 SEEDS = 100
+FEWER = 4  # times fewer seeds for what takes longer
 
 
 def seconds(work: Callable[[], object]) -> float:
@@ -69,11 +79,14 @@ def starts() -> FlexibleFit:
     return fit
 
 
-def bound(recorded: Run, robot: Robot) -> dict[str, float]:
-    """Return the Cramer-Rao bound of standard errors for white torque noise and known motion.
+def bound(recorded: Run, robot: Robot, counts: int) -> dict[str, float]:
+    """Return the Cramer-Rao bound of standard errors, noise of torque and of encoder in it.
 
-    Every sample counts, reversals too; offset and delay are unknown. The arm behind the motor's
-    prescribed motion is simulated, and its torque differenced by every parameter.
+    An error of the position is one of the torque that the motion needs: the noise is coloured,
+    ``S(w) = s_torque^2 + |F(w)|^2 s_position^2`` with ``F = s^2 (Jm + Ja M(s)) + fv s`` and the
+    steps of the encoder as white noise of variance ``step^2/12``. Every moving sample counts,
+    reversals too; offset and delay are unknown. The arm behind the motor's prescribed motion is
+    simulated, and its torque differenced by every parameter.
     """
     from scipy.signal import lsim
 
@@ -99,33 +112,59 @@ def bound(recorded: Run, robot: Robot) -> dict[str, float]:
     for name in names:
         step = 1e-4 * (abs(truth[name]) or 1.0)
         ahead = torque(truth | {name: truth[name] + step})
-        columns.append((ahead - torque(truth | {name: truth[name] - step}))[moving] / (2.0 * step))
-    jacobian = np.stack(columns, axis=-1)
+        change = ahead - torque(truth | {name: truth[name] - step})
+        columns.append(np.where(moving, change, 0.0) / (2.0 * step))
+    lines = np.fft.fft(np.stack(columns, axis=-1), axis=0, norm="ortho")
+    jacobian = lines / np.sqrt(_noise_power(truth, position.size, counts))[:, np.newaxis]
     size = np.linalg.norm(jacobian, axis=0)
-    inverse = np.linalg.inv((jacobian / size).T @ (jacobian / size))
-    errors = NOISE_NM * np.sqrt(np.diag(inverse)) / size
+    inverse = np.linalg.inv(((jacobian / size).conj().T @ (jacobian / size)).real)
+    errors = np.sqrt(np.diag(inverse)) / size
     return dict(zip(names, errors.tolist(), strict=True))
 
 
-def coverage(seeds: int) -> None:
-    """Print coverage of the 95 % intervals and errors over the bound; 2^16 counts a turn."""
-    robot = Robot()
-    truth, least = robot.truth, bound(run(triangle_wave(6), counts=1 << 22), robot)
+def _noise_power(truth: dict[str, float], samples: int, counts: int) -> Floats:
+    """Return the power of the noise in the torque balance at every line, (N m)^2."""
+    s = 2j * np.pi * np.abs(np.fft.fftfreq(samples, SAMPLE_S))
+    k, d = truth["spring_nm_per_rad"], truth["damper_nm_s_per_rad"]
+    arm, motor = truth["arm_inertia_kg_m2"], truth["motor_inertia_kg_m2"]
+    carried = arm * (d * s + k) / (arm * s * s + d * s + k)
+    stiffness = s * s * (motor + carried) + truth["viscous_nm_s_per_rad"] * s
+    step = 2.0 * math.pi / counts / math.sqrt(12.0)
+    return np.asarray(NOISE_NM**2 + np.abs(stiffness * step) ** 2, dtype=np.float64)
+
+
+def coverage(title: str, robot: Robot, options: Options, seeds: int) -> None:
+    """Print coverage of the 95 % intervals, errors over the bound, and bias; 2^16 counts a turn.
+
+    Where a parameter is not identified there is no interval: it counts in neither column, and is
+    counted in the last.
+    """
+    truth = robot.truth
+    least: dict[str, float] = {}
+    if options.kind == "two-mass" and "cubic_spring_nm_per_rad3" not in truth:
+        least = bound(run(triangle_wave(6), counts=1 << 22), robot, DEFAULT_COUNTS)
     inside = dict.fromkeys(truth, 0)
     errors: dict[str, list[float]] = {name: [] for name in truth}
     for seed in range(seeds):
         rng = np.random.default_rng(seed)
-        recorded = run(triangle_wave(6), start_rad=0.01 * rng.uniform())
-        fit = fit_flexible([recorded.measured(seed + 1)], Options(starts=1))
+        recorded = run(triangle_wave(6), robot=robot, start_rad=0.01 * rng.uniform())
+        fit = fit_flexible([recorded.measured(seed + 1)], options)
         for name, value in truth.items():
-            parameter = fit.parameters[name]
-            interval = parameter.ci95
-            inside[name] += interval is not None and interval[0] <= value <= interval[1]
+            parameter = fit.parameters.get(name)
+            if parameter is None or parameter.ci95 is None:
+                continue
+            inside[name] += parameter.ci95[0] <= value <= parameter.ci95[1]
             errors[name].append(parameter.value - value)
-    for name, count in inside.items():
-        rmse = math.sqrt(statistics.fmean(e * e for e in errors[name]))
-        ratio = f"{rmse / least[name]:8.2f} x bound" if name in least else ""
-        print(f"coverage {name:<22} {100.0 * count / seeds:6.1f} % of {seeds}{ratio}")
+    print(f"{title}: {seeds} seeds{'coverage':>24}{'rmse/bound':>12}{'bias/sd':>9}{'none':>6}")
+    for name, found in errors.items():
+        if not found:
+            print(f"  {name:<34}{'':>38}{seeds:>6}")
+            continue
+        rmse = math.sqrt(statistics.fmean(e * e for e in found))
+        ratio = f"{rmse / least[name]:.2f}" if name in least else ""
+        bias = statistics.fmean(found) / (statistics.pstdev(found) or math.inf)
+        share = 100.0 * inside[name] / len(found)
+        print(f"  {name:<34}{share:>10.1f} %{ratio:>12}{bias:>9.2f}{seeds - len(found):>6}")
 
 
 def validation(fit: FlexibleFit) -> None:
@@ -150,7 +189,16 @@ def main() -> None:
     """Print the tables; the first argument is the number of seeds."""
     simulation()
     validation(starts())
-    coverage(int(sys.argv[1]) if len(sys.argv) > 1 else SEEDS)
+    seeds = int(sys.argv[1]) if len(sys.argv) > 1 else SEEDS
+    alone = Options(starts=1)
+    coverage("two masses", Robot(), alone, seeds)
+    fewer = max(seeds // FEWER, 1)
+    stiff = Robot().with_(cubic_spring_nm_per_rad3=200.0)
+    coverage("a stiffening spring", stiff, Options(starts=1, cubic=True), fewer)
+    coverage("Stribeck friction, not asked for", Robot().with_(**STRIBECK), alone, fewer)
+    slight = Robot().with_(**STRIBECK | {"static_extra_nm": 0.03})
+    coverage("slight Stribeck friction, not asked for", slight, alone, fewer)
+    coverage("three masses", Robot(dict(THREE)), Options(kind="three-mass", starts=1), fewer)
 
 
 if __name__ == "__main__":

@@ -9,12 +9,16 @@ import math
 import numpy as np
 import pytest
 
+from agent.identify.flexible import search, starts
 from agent.identify.flexible.checks import why_not
 from agent.identify.flexible.fit import Options, fit_flexible
 from agent.identify.flexible.periods import average_periods
 from agent.identify.flexible.preparation import tracks_of
+from agent.identify.flexible.projection import Problem
 from agent.identify.flexible.validation import validate
+from agent.identify.result import Floats
 from agent.identify.signals import Signals
+from tests.science.flexible_chain import STRIBECK, THREE, Robot, run
 from tests.science.flexible_plant import PLAIN, drive, there_and_back, triangle_wave
 from trajectories import triangle
 
@@ -53,7 +57,7 @@ def refused_because(signals: Signals, words: str) -> None:
 
 
 def test_slow_logs_are_refused() -> None:
-    refused_because(thinned(drive(triangle_wave(8)), 1000), "sampled at 1 Hz")
+    refused_because(thinned(run(triangle_wave(8)).measured(1), 1000), "sampled at 1 Hz")
 
 
 def test_one_direction_is_refused() -> None:
@@ -64,8 +68,9 @@ def test_one_direction_is_refused() -> None:
 def test_saturated_torque_is_refused(noise_nm: float) -> None:
     clipped = drive(triangle_wave(4), torque_limit_nm=3.0, noise_nm=noise_nm)
     refused_because(clipped, "saturated")
-    free = drive(triangle_wave(4), noise_nm=noise_nm)
-    assert not why_not([free], tracks_of(free))
+    for robot in (Robot(), Robot(dict(THREE))):
+        free = run(triangle_wave(3), robot=robot).measured(1, noise_nm=noise_nm)
+        assert not why_not([free], tracks_of(free))
 
 
 def test_standstill_is_refused() -> None:
@@ -79,11 +84,70 @@ def test_standstill_is_refused() -> None:
     refused_because(still, "stands still")
 
 
-def test_a_motion_too_smooth_to_ring_is_refused() -> None:
+@pytest.mark.parametrize("noise_nm", [0.02, 0.1])
+def test_a_motion_too_smooth_to_ring_is_refused(noise_nm: float) -> None:
     lazy = triangle(
         0.0, peak_velocity_rad_s=8.0, acceleration_rad_s2=8.0, jerk_rad_s3=10.0, periods=3
     )
-    refused_because(drive(lazy, noise_nm=0.5), "no resonance is excited")
+    refused_because(run(lazy).measured(1, noise_nm=noise_nm), "no resonance is excited")
+
+
+def test_friction_that_falls_with_speed_is_noted_and_not_taken_for_coulombs() -> None:
+    for extra_nm in (0.05, 0.15):
+        robot = Robot().with_(**STRIBECK | {"static_extra_nm": extra_nm})
+        fit = fit_flexible([run(triangle_wave(4), robot=robot).measured(1)], Options(starts=1))
+        assert fit.decidable, fit.reasons
+        assert any("stribeck" in note for note in fit.notes), fit.notes
+        coulomb = fit.parameters["coulomb_nm"]
+        if coulomb.ci95 is None:
+            assert extra_nm > 0.1, "little of it widens the interval"
+            assert math.isnan(coulomb.value)
+        else:
+            assert coulomb.ci95[0] <= robot.truth["coulomb_nm"] <= coulomb.ci95[1]
+        spring = fit.parameters["spring_nm_per_rad"].ci95
+        assert spring is not None, "friction says nothing against the spring"
+        assert spring[0] <= robot.truth["spring_nm_per_rad"] <= spring[1]
+
+
+def test_two_masses_are_no_description_of_three() -> None:
+    recording = run(triangle_wave(4), robot=Robot(dict(THREE))).measured(1)
+    fit = fit_flexible([recording], Options(starts=1))
+    assert any("27.7 Hz" in note and "three masses" in note for note in fit.notes), fit.notes
+    for name in ("motor_inertia_kg_m2", "arm_inertia_kg_m2", "spring_nm_per_rad"):
+        assert not fit.parameters[name].identified, name
+
+
+def test_a_wrong_minimum_is_left_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    robot = Robot(dict(THREE))
+    recording = run(triangle_wave(4), robot=robot).measured(1)
+    right = fit_flexible([recording], Options(kind="three-mass", starts=1))
+
+    def misled(_: Problem, known: Floats, *__: float) -> list[Floats]:
+        """Start with the second mode where there is none."""
+        omega = 2.0 * math.pi * 3.0
+        return [np.concatenate((known[:2], [math.log(omega), -3.0, 2.0], known[2:]))]
+
+    monkeypatch.setattr(starts, "second_mode_starts", misled)
+    again = fit_flexible([recording], Options(kind="three-mass", starts=1))
+    assert again.decidable, again.reasons
+    assert any(s.origin == "residual" and s.outcome == "best" for s in again.starts)
+    assert again.rmse_nm == pytest.approx(right.rmse_nm, rel=1e-3)
+    monkeypatch.setattr(search, "_AGAIN", 0)
+    stuck = fit_flexible([recording], Options(kind="three-mass", starts=1))
+    assert not stuck.decidable
+    assert "found no joint of three masses" in " ".join(stuck.reasons)
+
+
+def test_a_spring_that_does_not_stiffen_gets_no_cubic_part() -> None:
+    recording = run(triangle_wave(4)).measured(1)
+    fit = fit_flexible([recording], Options(starts=1, cubic=True))
+    cubic = fit.parameters["cubic_spring_nm_per_rad3"]
+    assert not cubic.identified
+    assert "twist is too small" in cubic.reason
+    assert fit.parameters["spring_nm_per_rad"].identified
+    unasked = fit_flexible([recording], Options(starts=1))
+    assert "cubic_spring_nm_per_rad3" not in unasked.parameters
+    assert not unasked.notes
 
 
 def test_a_rigid_joint_is_not_given_a_spring() -> None:
@@ -105,6 +169,8 @@ def test_arguments_that_make_no_sense_are_named() -> None:
         fit_flexible([])
     with pytest.raises(ValueError, match="friction"):
         Options(friction="magic")
+    with pytest.raises(ValueError, match="cubic"):
+        Options(kind="three-mass", cubic=True)
     with pytest.raises(ValueError, match="starts"):
         Options(starts=0)
     other = dataclasses.replace(drive(triangle_wave(1)), gear_ratio=PLAIN.gear_ratio / 2.0)

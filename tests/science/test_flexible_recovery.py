@@ -79,12 +79,12 @@ def test_a_joint_behind_its_drive_comes_back_inside_its_intervals() -> None:
             outside += 1
         for name in ("motor_inertia_kg_m2", "arm_inertia_kg_m2", "spring_nm_per_rad"):
             assert fit.parameters[name].value == pytest.approx(TRUTH[name], rel=0.006)
-    assert outside <= 8  # of 40; the intervals of one seed are not independent
+    assert outside <= 4  # of 40, of which 5 % are expected; those of one seed are no strangers
 
 
 def test_a_common_encoder_gives_honest_intervals() -> None:
     outside: dict[str, int] = {}
-    for seed in range(8):
+    for seed in range(6):
         robot = Robot()
         recording = run(triangle_wave(6), start_rad=0.0007 * seed).measured(seed)
         fit = fit_flexible([recording], Options(starts=1))
@@ -92,8 +92,27 @@ def test_a_common_encoder_gives_honest_intervals() -> None:
         for name, off in misses(fit, robot.truth).items():
             assert off < 2.0, (seed, name, off)
             outside[name] = outside.get(name, 0) + 1
-    # Three of eight outside of 95 % intervals happen by chance once in 170 times.
+    # Two of six outside of 95 % intervals happen by chance once in 30 times.
     assert max(outside.values(), default=0) <= 2, outside
+    assert sum(outside.values()) <= 6, outside  # of 60, of which three are expected
+
+
+def test_a_stiffening_spring_is_found_unasked_and_predicts() -> None:
+    robot = Robot().with_(cubic_spring_nm_per_rad3=400.0)
+    recording = run(triangle_wave(4), robot=robot).measured(2)
+    fit = fit_flexible([recording], Options(starts=1))
+    assert not fit.notes
+    for name, off in misses(fit, robot.truth).items():
+        assert off < 2.0, (name, off)
+    cubic = fit.parameters["cubic_spring_nm_per_rad3"]
+    assert cubic.value == pytest.approx(400.0, rel=0.03)
+    unseen = run(triangle_wave(3, peak_rad_s=45.0), robot=robot).measured(3)
+    result = validate(fit, unseen)
+    assert result.flexible.torque_rmse_nm < 1.2 * fit.rmse_nm
+    assert result.flexible.velocity_fit_percent > 99.0
+    straight = fit_flexible([recording], Options(starts=1, cubic=False))
+    assert any("stiffens" in note for note in straight.notes), straight.notes
+    assert validate(straight, unseen).flexible.torque_rmse_nm > 3.0 * fit.rmse_nm
 
 
 def test_what_is_left_is_the_noise() -> None:
@@ -105,14 +124,14 @@ def test_what_is_left_is_the_noise() -> None:
     assert fit.fit_percent > 99.0 > fit.rigid_fit_percent
 
 
-def test_a_hundred_starts_over_two_decades_end_alike_or_are_discarded() -> None:
+def test_starts_over_two_decades_end_alike_or_are_discarded() -> None:
     recording = noisy_triangle(2)
-    many = fit_flexible([recording], Options(starts=100, seed=7))
+    many = fit_flexible([recording], Options(starts=40, seed=7))  # a hundred: in the benchmark
     alone = fit_flexible([recording], Options(starts=1))
     ends = [s.outcome for s in many.starts]
-    assert len(ends) == 100
+    assert len(ends) == 40
     assert ends[0] == "best", "the start from the frequency response is the right one"
-    assert ends.count("best") >= 95
+    assert ends.count("best") >= 38
     for name, parameter in alone.parameters.items():
         assert many.parameters[name].value == pytest.approx(parameter.value, rel=1e-3, abs=1e-6)
     best = [s.rmse_nm for s in many.starts if s.outcome == "best"]
@@ -170,7 +189,7 @@ def test_stribeck_friction_is_found_beside_the_spring() -> None:
         friction=FrictionParameters(static_extra_nm=0.3, viscous_floor_share=1.0)
     )
     recording = drive(stair(), triangle_wave(3), joint=joint, seed=3)
-    fit = fit_flexible([recording], Options(friction="stribeck", starts=3))
+    fit = fit_flexible([recording], Options(friction="stribeck", starts=1))
     plain = fit_flexible([recording], Options(starts=1))
     assert fit.decidable, fit.reasons
     assert fit.rmse_nm < 0.9 * plain.rmse_nm
@@ -180,7 +199,7 @@ def test_stribeck_friction_is_found_beside_the_spring() -> None:
 
 def test_two_masses_behind_the_motor_come_back() -> None:
     truth, recording = three_mass_recording()
-    fit = fit_flexible([recording], Options(kind="three-mass", starts=3))
+    fit = fit_flexible([recording], Options(kind="three-mass", starts=1))
     assert fit.decidable, fit.reasons
     wrong = misses(fit, truth)
     assert len(wrong) <= 2, wrong

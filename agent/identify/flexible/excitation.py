@@ -14,6 +14,10 @@ _FALSE_ALARMS = 1e-3  # of joints that are rigid
 # Structure that no model here has makes the samples look few; what leaves a tenth of the rigid
 # joint's squared residual, though, is no chance.
 _RIGID = 0.1
+_STAND_IN = 50.0  # times what the model lacks must its spring explain
+_ADVICE = (
+    "record a triangle wave of velocity with high jerk, ten periods or more, at 250 Hz or more"
+)
 _SEEN = 0.9  # of the cutoff: nearer to it, the filter leaves of a resonance its flank alone
 
 
@@ -30,14 +34,11 @@ def _wanted_gain(problem: Problem, samples: float) -> float:
 
 def not_excited(problem: Problem, best: Point, rigid: Point, cutoff_hz: float) -> list[str]:
     """Return why the minimum says nothing about a resonance, where that is so."""
-    advice = (
-        "record a triangle wave of velocity with high jerk, ten periods or more, at 250 Hz or more"
-    )
     samples = best.residual.shape[0] / correlation_time([best.residual])
     gain = 0.5 * samples * math.log(max(rigid.cost, 1e-300) / max(best.cost, 1e-300))
     if gain < _wanted_gain(problem, samples) and best.cost > _RIGID * rigid.cost:
         return [
-            f"no resonance is excited above the noise: a rigid joint explains as much; {advice}"
+            f"no resonance is excited above the noise: a rigid joint explains as much; {_ADVICE}"
         ]
     values = physical(problem, best.search, best.linear)
     seen = [v for name, v in values.items() if name.startswith("antiresonance")]
@@ -47,8 +48,24 @@ def not_excited(problem: Problem, best: Point, rigid: Point, cutoff_hz: float) -
             "record at a higher rate"
         ]
     if min(best.linear[0], best.linear[1]) <= 0.0:
-        return [f"motor and arm cannot be told apart: one inertia comes out as zero; {advice}"]
+        return [f"motor and arm cannot be told apart: one inertia comes out as zero; {_ADVICE}"]
     return []
+
+
+def hardly_excited(best: Point, rigid: Point, lack: Lack) -> list[str]:
+    """Return why the spring may stand for something else, where that is so.
+
+    Where the motion hardly excites the resonance, what a second resonance or a bent spring would
+    explain of the rest is not far below what the spring itself does: then it is the stand-in of
+    what no model here has, such as the moment of a reversal.
+    """
+    swinging = max(lack.share_of("mode"), lack.share_of("stiffening"))
+    if rigid.cost - best.cost > _STAND_IN * swinging * best.cost:
+        return []
+    return [
+        "no resonance is excited well enough: what the spring explains of the torque is hardly "
+        f"more than what it cannot explain; {_ADVICE}"
+    ]
 
 
 def wrong_minimum(problem: Problem, lack: Lack) -> list[str]:

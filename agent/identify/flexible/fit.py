@@ -19,7 +19,7 @@ import numpy as np
 from agent.identify.flexible.attenuation import without_motion_noise
 from agent.identify.flexible.chain import Kind
 from agent.identify.flexible.checks import why_not
-from agent.identify.flexible.excitation import not_excited, notes_of, wrong_minimum
+from agent.identify.flexible.excitation import hardly_excited, not_excited, notes_of, wrong_minimum
 from agent.identify.flexible.intervals import parameters_of, physical
 from agent.identify.flexible.preparation import (
     Prepared,
@@ -197,6 +197,9 @@ def _fitted(
     if options.cubic or (options.cubic is None and stiffens):
         problem, best = stiffened(problem, best, found.bounds)
         lack = lack_of(problem, best)
+    reasons = hardly_excited(best, rigid, lack)
+    if reasons:
+        return refused(options, reasons)
     best = without_motion_noise(problem, best)
     parameters, condition = parameters_of(problem, best, found.bounds, lack)
     count = best.residual.shape[0]

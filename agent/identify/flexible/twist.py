@@ -22,7 +22,8 @@ from agent.physics.flexibility import held_poles_per_s
 
 _TURNS = 40
 _ROUNDS = 10
-_CORRECTIONS = 3  # of a step's end
+_CORRECTIONS = 2  # of a step's end
+_FINER = 4  # steps a sample
 _SETTLED = 1e-5  # relative change of the parameters
 _CUBIC = 2  # place of the cubic spring among the linear parameters
 _FARTHEST = 1e6  # rad: no spring twists so far, and its cube is still a number
@@ -73,8 +74,8 @@ def stiffened(problem: Problem, point: Point, bounds: Bounds) -> tuple[Problem, 
     return problem, point
 
 
-def predicted_cubes(problem: Problem, point: Point, cubic: float) -> tuple[Floats, ...]:
-    """Return the third power of every stretch's twist as the motion alone makes it, rad^3.
+def stiffening_torque(problem: Problem, point: Point, cubic: float) -> Floats:
+    """Return what a cubic spring adds to the torque that the motion needs, at the rows that count.
 
     Parameters
     ----------
@@ -91,35 +92,42 @@ def predicted_cubes(problem: Problem, point: Point, cubic: float) -> tuple[Float
     out = []
     for p, torque in zip(problem.stretches, _shaft_torque(problem, predicted), strict=True):
         linear = _twist(p, torque, spring, damper, 0.0)
-        out.append(_swung(linear, p.period_s, chain, cubic) ** 3)
-    return tuple(out)
+        more, rate = _swung(linear, p.period_s, chain, cubic)
+        out.append(spring * more + damper * rate + cubic * (linear + more) ** 3)
+    return np.concatenate(out)[problem.keep]
 
 
-def _swung(linear: Floats, period_s: float, chain: Chain, cubic: float) -> Floats:
-    """Return the twist of a stiffening spring from that of a linear one.
+def _swung(linear: Floats, period_s: float, chain: Chain, cubic: float) -> tuple[Floats, Floats]:
+    """Return how much more a stiffening spring twists than a linear one, and at what rate.
 
-    Their difference obeys ``y'' + 2 z w y' + w^2 y = -(k3/J) (x + y)^3`` and begins at rest; its
-    two poles are stepped exactly for a force that runs straight between samples.
+    The difference obeys ``y'' + 2 z w y' + w^2 y = -(k3/J) (x + y)^3`` and begins at rest; its
+    two poles are stepped exactly for a force that runs straight between steps, which are finer
+    than the samples: the cube swings three times as fast as the twist.
     """
-    s = held_poles_per_s(chain.inertia_kg_m2, chain.spring_nm_per_rad, chain.damper_nm_s_per_rad)
-    step = s * period_s
-    decay = np.exp(step)
-    whole = (decay - 1.0) / step
-    end = (whole - 1.0) / step
-    scale = -cubic / chain.total_kg_m2
-    apart = s[0] - s[1]
-    out = linear.copy()
+    count = linear.shape[0]
+    finer = np.fft.irfft(_FINER * np.fft.rfft(linear), n=_FINER * count)
+    period_s /= _FINER
+    poles = held_poles_per_s(
+        chain.inertia_kg_m2, chain.spring_nm_per_rad, chain.damper_nm_s_per_rad
+    )
+    decay = np.exp(poles * period_s)
+    whole = (decay - 1.0) / poles
+    end = (whole / period_s - 1.0) / poles
+    scale, apart = -cubic / chain.total_kg_m2, complex(poles[0] - poles[1])
+    twist = finer.tolist()
+    rate = np.zeros(len(twist))
     state = np.zeros(2, dtype=np.complex128)
-    force = scale * float(linear[0]) ** 3
-    for i in range(1, linear.shape[0]):
-        begun = decay * state + period_s * (whole - end) * force
-        ahead = scale * float(out[i - 1]) ** 3
+    force = scale * twist[0] ** 3
+    for i in range(1, len(twist)):
+        begun = decay * state + (whole - end) * force
+        ahead, alone = scale * twist[i - 1] ** 3, twist[i]
         for _ in range(_CORRECTIONS):
-            fresh = begun + period_s * end * ahead
-            out[i] = linear[i] + float(((fresh[0] - fresh[1]) / apart).real)
-            ahead = scale * float(out[i]) ** 3
-        state, force = begun + period_s * end * ahead, ahead
-    return out
+            fresh = begun + end * ahead
+            twist[i] = alone + (complex(fresh[0] - fresh[1]) / apart).real
+            ahead = scale * twist[i] ** 3
+        state, force = begun + end * ahead, ahead
+        rate[i] = (complex(poles[0] * state[0] - poles[1] * state[1]) / apart).real
+    return np.array(twist[::_FINER]) - linear, rate[::_FINER]
 
 
 def _shaft_torque(problem: Problem, point: Point) -> list[Floats]:

@@ -7,9 +7,7 @@ add up in it over the whole run, as they do in an open loop.
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,12 +18,13 @@ from agent.identify.flexible.preparation import Prepared, prepare, tracks_of
 from agent.identify.flexible.projection import Point, Problem
 from agent.identify.flexible.result import FlexibleFit
 from agent.identify.flexible.simulation import FlexibleJoint, simulate
-from agent.identify.flexible.twist import predicted_cubes
+from agent.identify.flexible.twist import stiffening_torque
 from agent.identify.result import Floats
 from agent.identify.signals import Signals
 from agent.physics.friction import LAWS
 
-_TURNS = 3  # of a stiffening spring's twist and the free motion that it is known from
+_TURNS = 40  # of a stiffening spring's twist and the free motion that it is known from
+_SETTLED = 1e-3  # relative change of the squared error
 
 
 @dataclass(frozen=True)
@@ -99,24 +98,23 @@ def predicted_torque(
     inertias = [joint.motor_inertia_kg_m2] + ([] if chain is None else [chain.total_kg_m2])
     friction = [getattr(joint, name) for name in law.linear]
     gravity = [joint.gravity_sin_nm, joint.gravity_cos_nm, joint.torque_offset_nm]
-    point = _freed(problem, search, [*inertias, *friction, *gravity])
+    known = np.array([*inertias, *friction, *gravity])
     cubic = joint.cubic_spring_nm_per_rad3
-    if cubic > 0.0:
-        known = [*inertias, cubic, *friction, *gravity]
-        named = len(known) - 1
-        for _ in range(_TURNS):
-            stiff = dataclasses.replace(problem, cubes=predicted_cubes(problem, point, cubic))
-            free = _freed(stiff, search, known)
-            linear = np.concatenate((point.linear[:named], free.linear[named + 1 :]))
-            point = dataclasses.replace(free, linear=linear)
+    stiff = np.zeros_like(problem.target)
+    point = _freed(problem, search, known, stiff)
+    for _ in range(_TURNS if cubic > 0.0 else 0):
+        stiff = stiffening_torque(problem, point, cubic)
+        point, before = _freed(problem, search, known, stiff), point
+        if abs(before.cost - point.cost) < _SETTLED * point.cost:
+            break
     return problem.target, problem.target - point.residual
 
 
-def _freed(problem: Problem, search: Floats, known: Sequence[float]) -> Point:
+def _freed(problem: Problem, search: Floats, known: Floats, stiff: Floats) -> Point:
     """Return the solution with known parameters, the chain's free motions alone fitted."""
     columns = problem.columns(search)
-    rest = problem.target - columns[:, : len(known)] @ np.array(known)
-    free = columns[:, len(known) :]
+    rest = problem.target - stiff - columns[:, : known.shape[0]] @ known
+    free = columns[:, known.shape[0] :]
     motions = np.linalg.lstsq(free, rest)[0] if free.shape[1] else np.zeros(0)
     rest = rest - free @ motions
     linear = np.concatenate((known, motions))
