@@ -18,6 +18,7 @@ from agent.explain.result import Explanation
 from agent.physics.twin import Twin
 from agent.record.reading import read
 from agent.record.recording import Recording
+from agent.wire import CycleRequest, drive_cycle
 from fakes.friction import FrictionParameters
 from fakes.imperfections import Imperfections
 from fakes.joint import JointParameters
@@ -25,12 +26,15 @@ from fakes.plant import ServoParameters
 from fakes.specification import FakeSpecification
 from fakes.thermal import ThermalParameters
 from tests.system.rig import rig
+from trajectories import Trajectory
 
 PLAIN = FrictionParameters(static_extra_nm=0.0)
 STIFF = JointParameters(spring_nm_per_rad=2500.0, damper_nm_s_per_rad=4.0, friction=PLAIN)
 LOADED = replace(STIFF, gravity_sin_nm=1.2, gravity_cos_nm=0.3)
 # A fine encoder needs little filtering, so that velocity is hardly late against torque.
 SERVO = ServoParameters(velocity_filter_s=0.0005, encoder_counts_per_rev=1 << 17)
+
+HIGHEST_RAD_S2 = 380.0  # what the joint does at a ramp of 300: an experiment may ask for as much
 
 
 @dataclass(frozen=True)
@@ -117,7 +121,7 @@ def ask_for(cell: dict[str, Any], case: Concealed) -> None:
         "motor_velocity_min_rad_s": 3.0,
     }
     axis["stair"] |= {"motor_jerk_rad_s3": 7500.0}
-    axis["limits"]["motor_acceleration_max_rad_s2"] = 310.0
+    axis["limits"]["motor_acceleration_max_rad_s2"] = HIGHEST_RAD_S2
 
 
 def twin_of(joint: JointParameters) -> Twin:
@@ -135,8 +139,13 @@ def twin_of(joint: JointParameters) -> Twin:
     )
 
 
-def driven(folder: Path, case: Concealed) -> tuple[Recording, ...]:
-    """Drive the stair over the bus, once for each temperature, and read what was recorded."""
+def driven(
+    folder: Path, case: Concealed, trajectory: Trajectory | None = None
+) -> tuple[Recording, ...]:
+    """Drive over the bus, once for each temperature, and read what was recorded.
+
+    What is driven is the cell's stair, where no trajectory is given.
+    """
     out = []
     for index, start_degc in enumerate(case.starts_degc):
         thermal = ThermalParameters(initial_degc=start_degc, ambient_degc=start_degc)
@@ -144,7 +153,8 @@ def driven(folder: Path, case: Concealed) -> tuple[Recording, ...]:
         own = folder / str(index)
         own.mkdir()
         with rig(own, specification=specification, edit=lambda cell: ask_for(cell, case)) as bench:
-            out.append(read(bench.run().recording))
+            request = CycleRequest(bench.cell, bench.cell.axis[0], own, trajectory=trajectory)
+            out.append(read(drive_cycle(request, bench.clock).recording))
     return tuple(out)
 
 
@@ -188,3 +198,26 @@ def test_the_concealed_effect_is_named(
     assert found.extended.rmse_nm < 0.5 * found.baseline.rmse_nm
     for name, (value, tolerance) in CONCEALED[effect].parameters.items():
         assert first.parameters[name].value == pytest.approx(value, rel=tolerance)
+
+
+def test_the_next_experiment_breaks_a_tie(
+    recorded: Callable[[str], tuple[Recording, ...]],
+    explanation: Callable[[str], Explanation],
+    tmp_path: Path,
+) -> None:
+    """What an explanation asks for is driven on the same joint, and all is explained together."""
+    effect = "load-dependent-friction"
+    before = explanation(effect)
+    assert before.verdict == "tied"
+    asked = before.next_experiment
+    assert asked is not None
+    assert effect in asked.tells_apart
+    assert asked.trajectory is not None
+    trajectory = Trajectory.from_json(dict(asked.trajectory))
+    more = driven(tmp_path, CONCEALED[effect], trajectory)
+    twin = twin_of(CONCEALED[effect].known)
+    after = explained(twin, Path("twin.toml"), (*recorded(effect), *more), ())
+    first = after.findings[0]
+    assert first.effect == effect, after.sentence
+    rivals = {other.effect for other in first.alternatives}
+    assert not rivals.intersection(asked.tells_apart), after.sentence
