@@ -25,6 +25,7 @@ from tests.science.flexible_chain import (
     SAMPLE_S,
     STRIBECK,
     THREE,
+    TWO,
     Robot,
     Run,
     run,
@@ -141,7 +142,7 @@ def coverage(title: str, robot: Robot, options: Options, seeds: int) -> None:
     """
     truth = robot.truth
     least: dict[str, float] = {}
-    if options.kind == "two-mass" and "cubic_spring_nm_per_rad3" not in truth:
+    if robot.values.keys() == TWO.keys():
         least = bound(run(triangle_wave(6), counts=1 << 22), robot, DEFAULT_COUNTS)
     inside = dict.fromkeys(truth, 0)
     errors: dict[str, list[float]] = {name: [] for name in truth}
