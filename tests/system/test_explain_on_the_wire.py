@@ -24,7 +24,6 @@ from fakes.imperfections import Imperfections
 from fakes.joint import JointParameters
 from fakes.plant import ServoParameters
 from fakes.specification import FakeSpecification
-from fakes.thermal import ThermalParameters
 from tests.system.rig import rig
 from trajectories import Trajectory
 
@@ -41,17 +40,13 @@ HIGHEST_RAD_S2 = 380.0  # what the joint does at a ramp of 300: an experiment ma
 class Concealed:
     """One joint, and what the twin of it lacks.
 
-    `parameters` are numbers of the first finding that are known, each with its relative tolerance;
-    `starts_degc` is the gearbox temperature at which each recording begins.
+    `parameters` are numbers of the first finding that are known, each with its relative tolerance.
     """
 
     effect: str
     joint: JointParameters
     known: JointParameters
     parameters: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    starts_degc: tuple[float, ...] = (25.0,)
-    seconds: float = 28.0
-    speeds: int = 8
 
 
 def with_(joint: JointParameters = STIFF, **numbers: Any) -> JointParameters:
@@ -96,30 +91,18 @@ CONCEALED = {
             STIFF,
             {"stiffness_nm_per_rad": (25.3, 0.3)},
         ),
-        Concealed(
-            "temperature-dependent-friction",
-            STIFF,
-            STIFF,
-            starts_degc=(15.0, 35.0, 15.0),
-            seconds=16.0,
-            speeds=6,
-        ),
     )
 }
 
 
-def ask_for(cell: dict[str, Any], case: Concealed) -> None:
+def ask_for(cell: dict[str, Any]) -> None:
     """Ask for a stair; the drive's ramps are those of the stair, so that torque is even.
 
     A drive that ramps faster than the set-points change stops between them, and every sample sees
     the same phase of that.
     """
     axis = cell["axis"][0]
-    axis["stair"] |= {
-        "duration_s": case.seconds,
-        "speeds": case.speeds,
-        "motor_velocity_min_rad_s": 3.0,
-    }
+    axis["stair"] |= {"duration_s": 28.0, "speeds": 8, "motor_velocity_min_rad_s": 3.0}
     axis["stair"] |= {"motor_jerk_rad_s3": 7500.0}
     axis["limits"]["motor_acceleration_max_rad_s2"] = HIGHEST_RAD_S2
 
@@ -139,31 +122,19 @@ def twin_of(joint: JointParameters) -> Twin:
     )
 
 
-def driven(
-    folder: Path, case: Concealed, trajectory: Trajectory | None = None
-) -> tuple[Recording, ...]:
-    """Drive over the bus, once for each temperature, and read what was recorded.
-
-    What is driven is the cell's stair, where no trajectory is given.
-    """
-    out = []
-    for index, start_degc in enumerate(case.starts_degc):
-        thermal = ThermalParameters(initial_degc=start_degc, ambient_degc=start_degc)
-        specification = FakeSpecification(case.joint, SERVO, thermal)
-        own = folder / str(index)
-        own.mkdir()
-        with rig(own, specification=specification, edit=lambda cell: ask_for(cell, case)) as bench:
-            request = CycleRequest(bench.cell, bench.cell.axis[0], own, trajectory=trajectory)
-            out.append(read(drive_cycle(request, bench.clock).recording))
-    return tuple(out)
+def driven(folder: Path, case: Concealed, trajectory: Trajectory | None = None) -> Recording:
+    """Drive the cell's stair over the bus, or the trajectory given, and read what was recorded."""
+    with rig(folder, specification=FakeSpecification(case.joint, SERVO), edit=ask_for) as bench:
+        request = CycleRequest(bench.cell, bench.cell.axis[0], folder, trajectory=trajectory)
+        return read(drive_cycle(request, bench.clock).recording)
 
 
 @pytest.fixture(scope="module")
-def recorded(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], tuple[Recording, ...]]:
-    """Return what gives the recordings of a case, driven once."""
-    known: dict[str, tuple[Recording, ...]] = {}
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Recording]:
+    """Return what gives the recording of a case, driven once."""
+    known: dict[str, Recording] = {}
 
-    def of(effect: str) -> tuple[Recording, ...]:
+    def of(effect: str) -> Recording:
         if effect not in known:
             known[effect] = driven(tmp_path_factory.mktemp(effect), CONCEALED[effect])
         return known[effect]
@@ -173,7 +144,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], tuple[
 
 @pytest.fixture(scope="module")
 def explanation(
-    recorded: Callable[[str], tuple[Recording, ...]],
+    recorded: Callable[[str], Recording],
 ) -> Callable[[str], Explanation]:
     """Return what gives the explanation of a case, made once."""
     known: dict[str, Explanation] = {}
@@ -181,7 +152,7 @@ def explanation(
     def of(effect: str) -> Explanation:
         if effect not in known:
             twin = twin_of(CONCEALED[effect].known)
-            known[effect] = explained(twin, Path("twin.toml"), recorded(effect), ())
+            known[effect] = explained(twin, Path("twin.toml"), (recorded(effect),), ())
         return known[effect]
 
     return of
@@ -201,7 +172,7 @@ def test_the_concealed_effect_is_named(
 
 
 def test_the_next_experiment_breaks_a_tie(
-    recorded: Callable[[str], tuple[Recording, ...]],
+    recorded: Callable[[str], Recording],
     explanation: Callable[[str], Explanation],
     tmp_path: Path,
 ) -> None:
@@ -216,7 +187,7 @@ def test_the_next_experiment_breaks_a_tie(
     trajectory = Trajectory.from_json(dict(asked.trajectory))
     more = driven(tmp_path, CONCEALED[effect], trajectory)
     twin = twin_of(CONCEALED[effect].known)
-    after = explained(twin, Path("twin.toml"), (*recorded(effect), *more), ())
+    after = explained(twin, Path("twin.toml"), (recorded(effect), more), ())
     first = after.findings[0]
     assert first.effect == effect, after.sentence
     rivals = {other.effect for other in first.alternatives}
