@@ -98,8 +98,9 @@ def _explain(
     twin = simulation_of(specification, robot=cell.robot, axis=axis.number)
     publish({simulation: format_twin(twin).encode()}, overwrite=True)
     typer.echo(
-        "A plain simulation knows this joint's inertia, Coulomb and viscous friction, all of them\n"
-        "right. Nobody tells `stribeck explain` what it lacks; the reversed stair is the proof.\n"
+        "A plain simulation knows this joint's inertia, Coulomb and viscous friction, and\n"
+        "they are right. Nobody tells `stribeck explain` what it lacks. It learns\n"
+        "from the stair, and the reversed stair, which it has not seen, is the proof.\n"
     )
     run_explain(simulation, [str(stair)], [str(reverse)], folder, as_json=False)
     typer.echo(f"\n{opened(secrets_of(specification), folder / 'explanation.json')}")

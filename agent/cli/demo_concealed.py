@@ -71,7 +71,7 @@ def secrets_of(specification: FakeSpecification) -> tuple[Secret, ...]:
     return (
         Secret("gear as a spring", spring, "stiffness_nm_per_rad", joint.spring_nm_per_rad),
         Secret("arm behind it, motor side", spring, "arm_inertia_kg_m2", joint.arm_inertia_kg_m2),
-        Secret("friction at standstill", stribeck, "static_extra_nm", friction.static_extra_nm),
+        Secret("more friction at rest", stribeck, "static_extra_nm", friction.static_extra_nm),
         Secret(
             "... fading with speed",
             stribeck,
