@@ -139,6 +139,8 @@ def measured(effect: Document, finding: Document) -> list[Measured]:
             continue
         together = next((pair for pair in _VECTORS if name in pair), (name,))
         error = _relative(true, found, together)
+        if not math.isfinite(error):
+            continue  # of what is not there, no error is a share
         interval = entry.get("ci95")
         covered = None if not interval else bool(interval[0] <= true[name] <= interval[1])
         out.append(Measured(key[0], name, float(effect["snr"]), error, covered))

@@ -240,6 +240,12 @@ def test_a_number_without_interval_has_no_coverage() -> None:
     assert found.error == pytest.approx(0.05)
 
 
+def test_an_error_is_no_share_of_nothing() -> None:
+    true = effect("torque-offset", form="constant", parameters={"torque_offset_nm": 0.0})
+    numbers = {"torque_offset_nm": number(0.01, -0.01, 0.03)}
+    assert measured(true, finding("torque-offset", form="constant", parameters=numbers)) == []
+
+
 def test_shares_say_what_their_number_is_worth() -> None:
     share = share_of([True, True, True, False], bool)
     assert share == Share(3, 4)
