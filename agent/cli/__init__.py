@@ -17,8 +17,10 @@ def main() -> None:
         logging.basicConfig(level=logging.DEBUG)
     else:  # libraries talk to their developers; what matters to a user comes as a sentence
         logging.getLogger().addHandler(logging.NullHandler())
+    from agent.cli.arguments import repeated
+
     try:
-        app()
+        app(args=repeated(sys.argv[1:]))
     except Exception as error:
         if "--debug" in sys.argv:
             raise

@@ -133,12 +133,12 @@ def deficiency_map(library: Library, terms: Sequence[Candidate] = ()) -> tuple[C
 
 def _tail(share: float, null: Floats) -> float:
     """Return how likely a gain is under a gamma law of the mean and variance of the null's."""
-    from scipy.stats import gamma
+    from scipy.special import gammaincc
 
     mean, variance = float(null.mean()), float(null.var())
     if mean <= 0.0 or variance <= 0.0:
         return 1.0
-    return float(gamma.sf(share, mean**2 / variance, scale=variance / mean))
+    return float(gammaincc(mean**2 / variance, share * mean / variance))
 
 
 def _discoveries(p_values: Sequence[float]) -> list[bool]:

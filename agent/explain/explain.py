@@ -36,6 +36,7 @@ from agent.physics.twin import Twin
 _LEAST_ROWS = 300
 _FEWEST_BLOCKS = 12  # of two seconds: folds and the jackknife leave them out in turn
 _SLOWEST_HZ = 10.0
+_UNPROVEN = 1.5  # times the noise on unseen data, and no noise in kind: not all is explained
 _SLIDES = 0.1  # of the time: with less the joint stands
 _GAP_S = 1.0
 
@@ -172,6 +173,8 @@ def _explanation(
     findings = findings_of(found)
     share, where = left_share(found), _left_where(found)
     verdict = verdict_of(found, findings, share)
+    if verdict == "explained" and proven.floor_ratio > _UNPROVEN and not proven.white:
+        verdict = "partly-explained"
     if verdict == "unexplained":
         findings = tuple(f for f in findings if f.effect in OWN_NUMBERS)
     refitted = fit_of(measured, found.refitted_nm[rows])

@@ -141,7 +141,7 @@ def prove(
         improvement_percent=100.0 * (1.0 - fits[2].rmse_nm / fits[0].rmse_nm),
         improvement_ci95_percent=(low, high) if count > 3 else None,
         floor_ratio=fits[2].rmse_nm / floor_nm if floor_nm > 0.0 else math.nan,
-        wins=int(np.sum(squares[2] < squares[1])),
+        wins=int(np.sum(squares[2] < squares[0])),
         blocks=count,
         placebo_percent=placebo_percent,
         white=_white(compared.extended, blocks, cutoff_rows),
