@@ -17,6 +17,7 @@ NO_NUMBER = "–"
 # A parameter's name ends with its unit; the longest ending that fits is taken.
 _UNIT_OF_SUFFIX = {
     "_nm_s_per_rad": "N m s/rad",
+    "_nm_per_rad3": "N m/rad³",
     "_nm_per_rad": "N m/rad",
     "_kg_m2": "kg m²",
     "_s_per_rad": "s/rad",

@@ -38,6 +38,7 @@ def flexible_text(found: Flexible) -> str:
         scale = own if own.unit.endswith("s") else scales.get(parameter_unit(name), own)
         value, interval, _ = written(parameter, scale.factor)
         lines.append(f"{label} {value:>9} {scale.unit:<10} ({interval})".rstrip())
+    lines += [f"Note: {note}." for note in (n.rstrip(".") for n in fit.notes)]
     lines += ["", *_averages(found.sources), *_models(found.considered), *_starts(fit.starts)]
     return "\n".join([*lines, "", *_validation(found)])
 
