@@ -52,7 +52,7 @@ def run(
     ] = False,
     trajectory: Annotated[
         Path | None,
-        typer.Option(metavar="PLAN.json", help="Drive this, not the cell's stair (`plan --out`)."),
+        typer.Option(metavar="PLAN.json", help="Drive this (`plan --out`), or `triangle`."),
     ] = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Say what would be driven; open no bus.")
