@@ -10,7 +10,8 @@ from agent.explain import forms_dynamic, forms_position, forms_sliding
 from agent.explain.form import Form
 from agent.explain.table import Table
 from agent.identify.result import Floats
-from agent.physics.effects.library import card_of
+from agent.physics.effects.library import CARRIED, card_of
+from agent.physics.twin import Twin
 
 FORMS: tuple[Form, ...] = (*forms_sliding.FORMS, *forms_position.FORMS, *forms_dynamic.FORMS)
 
@@ -24,7 +25,7 @@ _LEAST_K = 2.0
 _TEMPERATURES = ("gearbox_temperature_degc", "motor_temperature_degc")
 
 
-def judgeable(table: Table) -> tuple[tuple[Form, ...], dict[str, str]]:
+def judgeable(table: Table, twin: Twin | None = None) -> tuple[tuple[Form, ...], dict[str, str]]:
     """Return the forms that a table can show, and for every other effect why not.
 
     A form is judged where its own columns and those that its effect's law needs are recorded: what
@@ -33,6 +34,8 @@ def judgeable(table: Table) -> tuple[tuple[Form, ...], dict[str, str]]:
     Parameters
     ----------
     table : Table
+    twin : Twin, optional
+        An arm that it carries on a spring, or in a gap, cannot be carried twice.
 
     Returns
     -------
@@ -45,11 +48,17 @@ def judgeable(table: Table) -> tuple[tuple[Form, ...], dict[str, str]]:
         why = _missing(table, name)
         if why:
             reasons[name] = why
-    shown = tuple(f for f in FORMS if not any(need in reasons for need in _needs(f)))
+    there = {e.id for e in twin.effects if e.id in CARRIED} if twin is not None else set()
+    shown = tuple(
+        f for f in FORMS if f.effect not in there and not any(need in reasons for need in _needs(f))
+    )
     effects = {f.effect for f in shown}
-    out = {}
+    out = {
+        effect: f"the twin has it already, so a second {effect} is not looked for"
+        for effect in sorted(there)
+    }
     for form in FORMS:
-        if form.effect not in effects:
+        if form.effect not in effects | there:
             why = next(reasons[need] for need in _needs(form) if need in reasons)
             out[form.effect] = f"{why}, so {form.effect} cannot be judged"
     return shown, out

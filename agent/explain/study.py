@@ -88,7 +88,7 @@ def study(twin: Twin, table: Table) -> Study:
     delta, refitted = refit(table)
     theta = np.array([getattr(twin, name) for name in BASE]) + delta
     scene = Scene(table, theta, np.where(table.used, refitted, 0.0), given=theta - delta)
-    forms, not_judged = judgeable(table)
+    forms, not_judged = judgeable(table, twin)
     library = Library.of(scene, weigh(table, refitted), forms)
     cells = deficiency_map(library)
     library, choice, model, extended = _named(library, twin)
