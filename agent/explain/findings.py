@@ -9,20 +9,20 @@ from dataclasses import replace
 import numpy as np
 
 from agent.explain import words
+from agent.explain.aliases import told_apart_by
 from agent.explain.choice import Term
 from agent.explain.evidence import effective_size
 from agent.explain.numbers import WrongNumber
-from agent.explain.places import axis_name
 from agent.explain.quantities import as_in_twin
 from agent.explain.regions import AXIS, axis_values, curve_of, regions_of
 from agent.explain.result import Alternative, Finding, Region
 from agent.explain.saturation import saturation_evidence
 from agent.explain.scene import Scene
 from agent.explain.search import basis_of
+from agent.explain.short_stroke import gravity_look_alikes
 from agent.explain.study import Study
 from agent.identify.result import Floats, Parameter
 from agent.numbers import parameter_unit
-from agent.physics.effects.library import card_of
 from agent.physics.twin import Twin
 
 _PAIR = frozenset({"torque-offset", "direction-asymmetry"})
@@ -181,31 +181,25 @@ def _alternatives(term: Term) -> tuple[Alternative, ...]:
     return tuple(out)
 
 
-def told_apart_by(effect: str, other: str) -> str:
-    """Return the measurement that tells two effects apart, in one sentence."""
-    for alike in card_of(effect).look_alikes:
-        if alike.effect == other:
-            return alike.told_apart_by
-    first, second = (axis_name(card_of(e).axes[0]) for e in (effect, other))
-    return (
-        f"Record a cycle in which {first} and {second} vary independently of each other."
-        if first != second
-        else "Repeat the cycle with more speeds, and over a longer stroke."
-    )
-
-
 def _number_finding(study: Study, wrong: WrongNumber) -> Finding:
     """Return a wrong number of the twin as a finding."""
     rows = study.library.weighing.rows
     changes = _changes(study.twin, study, wrong)
+    alike: tuple[str, ...] = ()
+    if wrong.effect == "gravity-imbalance":
+        alike = gravity_look_alikes(study.library, study.twin, study.model)
+    even = 1.0 / (1.0 + len(alike))
     return Finding(
         effect=wrong.effect,
         rank=0,
-        probability=1.0,
+        probability=even,
         energy_share=wrong.energy_share,
         where=(),
         sentence=words.number_sentence(wrong.effect, changes, wrong.energy_share),
         parameters=wrong.parameters,
+        alternatives=tuple(
+            Alternative(other, even, told_apart_by(wrong.effect, other)) for other in alike
+        ),
         holdout_rmse_without_nm=float(np.sqrt(np.mean(study.table.target_nm[rows] ** 2))),
         form="the twin's own number",
     )

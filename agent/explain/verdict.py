@@ -37,7 +37,9 @@ def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> 
     if not study.choice.terms:
         if missing:
             return "partly-explained" if findings else "unexplained"
-        return "explained" if findings else "no-mismatch"
+        if not findings:
+            return "no-mismatch"
+        return "tied" if any(f.alternatives for f in findings) else "explained"
     plain, full = float(study.choice.plain.sum()), float(study.choice.full.sum())
     best_cell = max((cell.gain for cell in study.cells if cell.counts), default=0.0)
     outdone = best_cell * plain > _CELL_BETTER * (plain - full) and study.ratio > CLOSE
