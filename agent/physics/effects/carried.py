@@ -71,11 +71,7 @@ class Carrier:
         start = self._start(time[known], motion.velocity_rad_s[known])
         longest_s = float(np.max(np.diff(time[known]), initial=0.0))
         shaft = np.full_like(time, np.nan)
-        # The spring is driven by the velocity alone: a position of coarse steps, or one that is not
-        # quite in step with the velocity, would shake a stiff one.
-        speed = motion.velocity_rad_s[known]
-        way = 0.5 * (speed[1:] + speed[:-1]) * np.diff(time[known])
-        driven = position[known][0] + np.concatenate(([0.0], np.cumsum(way)))
+        driven = self._driven_rad(time[known], position[known], motion.velocity_rad_s[known])
         shaft[known] = carried_arm(
             # Copies: a loop is compiled anew for every mixture of writeable and read-only columns.
             time[known].copy(),
@@ -95,6 +91,21 @@ class Carrier:
             self.arm_yield_rad,
         )
         return shaft
+
+    def _driven_rad(self, time_s: Floats, position_rad: Floats, velocity_rad_s: Floats) -> Floats:
+        """Return the motor's angle that drives the spring, shape (n,): the quieter of two.
+
+        A position of coarse steps, or one that is not quite in step with the velocity, would shake
+        a stiff spring; a noisy velocity, summed up, would let a soft one wander. White noise of the
+        velocity adds up for as long as the spring takes to answer.
+        """
+        steps = np.diff(time_s)
+        answer_s = math.sqrt(self.arm_inertia_kg_m2 / self.stiffness_nm_per_rad)
+        wander = _white(velocity_rad_s) * math.sqrt(float(np.mean(steps)) * answer_s)
+        if wander > _white(position_rad):
+            return position_rad.copy()
+        way = 0.5 * (velocity_rad_s[1:] + velocity_rad_s[:-1]) * steps
+        return np.asarray(position_rad[0] + np.concatenate(([0.0], np.cumsum(way))))
 
     def _start(self, time_s: Floats, velocity_rad_s: Floats) -> tuple[float, float]:
         """Return acceleration and velocity that the arm starts with.
@@ -167,6 +178,13 @@ def carried_parts_nm(
         return {"backlash": both.extra_nm(motion, base)}
     spring = Carrier(**flexible).extra_nm(motion, base)
     return {"joint-flexibility": spring, "backlash": both.extra_nm(motion, base) - spring}
+
+
+def _white(values: Floats) -> float:
+    """Return the standard deviation of a channel's white noise, from third differences."""
+    if values.shape[0] < 4:
+        return 0.0
+    return float(np.sqrt(np.mean(np.diff(values, n=3) ** 2) / 20.0))
 
 
 def _merged(flexible: Numbers | None, gap: Numbers) -> dict[str, float]:
