@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from agent.explain.scene import Scene
 from agent.identify.result import Floats
 
@@ -13,6 +15,11 @@ Point = tuple[float, ...]
 Columns = Callable[[Scene, Point], Floats]
 Grid = Callable[[Scene], Sequence[Point]]
 ToTwin = Callable[[Scene, Mapping[str, float]], Sequence[Mapping[str, Any]]]
+
+
+def stack(*columns: Floats) -> Floats:
+    """Return columns of shape (N,) side by side, shape (N, k)."""
+    return np.stack(columns, axis=-1)
 
 
 def _no_grid(scene: Scene) -> Sequence[Point]:

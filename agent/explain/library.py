@@ -6,14 +6,30 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from agent.explain import forms_dynamic, forms_position, forms_sliding
+from agent.explain import (
+    forms_arm,
+    forms_order,
+    forms_place,
+    forms_reversal,
+    forms_signal,
+    forms_speed,
+    forms_warmth,
+)
 from agent.explain.form import Form
 from agent.explain.table import Table
 from agent.identify.result import Floats
 from agent.physics.effects.library import CARRIED, card_of
 from agent.physics.twin import Twin
 
-FORMS: tuple[Form, ...] = (*forms_sliding.FORMS, *forms_position.FORMS, *forms_dynamic.FORMS)
+FORMS: tuple[Form, ...] = (
+    *forms_speed.FORMS,
+    *forms_warmth.FORMS,
+    *forms_order.FORMS,
+    *forms_place.FORMS,
+    *forms_reversal.FORMS,
+    *forms_signal.FORMS,
+    *forms_arm.FORMS,
+)
 
 _COLUMNS: Mapping[str, str] = {
     "gearbox_temperature_degc": "the gearbox temperature",

@@ -73,6 +73,12 @@ def _spectrum(
     return order[inside], np.asarray(power[inside])
 
 
+def half_a_line(scene: Scene) -> tuple[float]:
+    """Return half the width of an order's line over the stroke, per motor turn."""
+    lower, upper = scene.span("position_rad")
+    return (0.5 * 2.0 * math.pi / max(upper - lower, 1e-9),)
+
+
 def snapped(order: float, resolution: float, gear_ratio: float) -> float:
     """Return the order moved to a whole number per motor or arm turn within half the resolution."""
     if abs(order - round(order)) < 0.5 * resolution and round(order) >= 1:

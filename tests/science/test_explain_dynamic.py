@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from agent.explain import forms_arm, forms_reversal, forms_signal
 from agent.explain.choice import choose
 from agent.explain.evidence import weigh
-from agent.explain.forms_dynamic import FORMS
 from agent.explain.hidden_arm import HiddenArm
 from agent.explain.library import judgeable
 from agent.explain.load_changes import arm_shares
@@ -201,7 +201,7 @@ def test_a_heavy_arm_holds_a_wide_gap_shut() -> None:
 
 def test_every_form_moves_when_each_of_its_numbers_does() -> None:
     scene = seen(GAP)
-    for form in FORMS:
+    for form in (*forms_reversal.FORMS, *forms_signal.FORMS, *forms_arm.FORMS):
         points = list(form.grid(scene))
         for index in range(len(form.nonlinear)):
             values = sorted({p[index] for p in points})
