@@ -7,6 +7,7 @@
     |   |-- BusOverflowError        frames came faster than they were taken away
     |   `-- WorkerDiedError         the bus's owner thread has ended
     |-- NodeMissingError            nobody answers under this node id
+    |-- AnswerError                 an answer came, and cannot be used (refused, garbled, checksum)
     |-- SdoError                    an object could not be read or written (abort code, time-out)
     |-- IdentityError               another device than the one that the cell describes
     |-- ConfigurationError          something that was set does not read back as set
@@ -56,6 +57,17 @@ class NodeMissingError(DriverError):
     """Nobody answers under this node id."""
 
     retryable = True
+
+
+class AnswerError(DriverError):
+    """A device answered, and the answer cannot be used: refused, garbled, of the wrong length.
+
+    `exception_code` is the Modbus exception, or None where the answer itself is broken.
+    """
+
+    def __init__(self, what: str, do: str = "", exception_code: int | None = None) -> None:
+        super().__init__(what, do)
+        self.exception_code = exception_code
 
 
 class SdoError(DriverError):

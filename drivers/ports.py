@@ -6,6 +6,7 @@ Implementations live in the other rooms of `drivers`; fakes speak bytes, never t
 from __future__ import annotations
 
 import enum
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol
@@ -35,6 +36,24 @@ class Command(NamedTuple):
     velocity_rad_s: float  # motor side; ignored unless the goal is ON
 
 
+class Quality(enum.Enum):
+    """What a measured value is worth; the value is the word that a recording uses."""
+
+    GOOD = "good"
+    ABSENT = "no-sensor"  # the device says so, with a sentinel
+    BAD = "bad"  # the device or its map calls the value wrong
+    STALE = "stale"  # nothing new has come for too long
+
+
+class TemperatureReading(NamedTuple):
+    """One temperature from a device of its own. Anything but GOOD is NaN, with its reason."""
+
+    degc: float
+    taken_s: float  # when it was asked for, on the injected clock
+    quality: Quality
+    reason: str = ""  # why it is no number; or, of a GOOD one, why none has followed it
+
+
 class Sample(NamedTuple):
     """One answer of the drive to one SYNC."""
 
@@ -46,6 +65,10 @@ class Sample(NamedTuple):
     gearbox_temperature_degc: float  # NaN: no sensor, or its value is a sentinel
     state: DriveState
     internal_limit_active: bool
+    # Of a temperature that another device measures, NaN and GOOD where the drive measures it:
+    gearbox_temperature_age_s: float = math.nan
+    gearbox_temperature_quality: Quality = Quality.GOOD
+    gearbox_temperature_reason: str = ""
 
 
 @dataclass(frozen=True)
@@ -133,4 +156,35 @@ class Axis(Protocol):
         drivers.errors.ConfigurationError
             Naming every object that could not be restored.
         """
+        ...
+
+
+class TemperatureProbe(Protocol):
+    """A device that measures a gearbox's temperature beside the drive.
+
+    Called from the control tick: only `open` waits.
+    """
+
+    def open(self) -> Mapping[str, str | int | float]:
+        """Reach the device, take the first reading, and return what the device is.
+
+        Raises
+        ------
+        drivers.errors.DriverError
+            Nobody answers, or another device than the cell describes.
+        """
+        ...
+
+    def latest(self) -> TemperatureReading:
+        """Return the newest reading, however old; never waits.
+
+        Raises
+        ------
+        drivers.errors.WorkerDiedError
+            Whoever reads the device has ended.
+        """
+        ...
+
+    def close(self) -> None:
+        """Let the device go. May be repeated."""
         ...

@@ -298,6 +298,33 @@ def fake(
     run_fake(request, write_cell, short=short)
 
 
+@app.command("verify-map", short_help="does a Modbus register map fit the device?")
+def verify_map(
+    map_name: Annotated[str, typer.Argument(metavar="MAP", help="A shipped map, or MAP.toml.")],
+    tcp: Annotated[str | None, typer.Option(metavar="HOST:PORT", help="Modbus TCP.")] = None,
+    rtu: Annotated[str | None, typer.Option(metavar="PORT", help="Modbus RTU.")] = None,
+    baudrate: Annotated[int, typer.Option(min=300, help="Of the serial line.")] = 19_200,
+    parity: Annotated[str, typer.Option(help="Of the serial line: N, E or O.")] = "E",
+    stopbits: Annotated[int, typer.Option(min=1, max=2, help="Of the serial line.")] = 1,
+    device: Annotated[int, typer.Option(min=0, max=255, help="Unit or station.")] = 1,
+    register: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="Only this one; repeatable.")
+    ] = None,
+    rounds: Annotated[int, typer.Option(min=1, max=1000, help="How often to read.")] = 5,
+    interval_s: Annotated[float, typer.Option(min=0.0, help="Between rounds.")] = 0.2,
+    timeout_s: Annotated[float, typer.Option(min=0.01, help="For each request.")] = 1.0,
+    json: Json = False,
+) -> None:
+    """Read a Modbus device by a register map and say which of its values make no sense."""
+    from agent.cli.verify_map import VerifyRequest, run_verify_map
+
+    request = VerifyRequest(
+        map_name, tcp, rtu, baudrate, parity, stopbits, device, tuple(register or ()), rounds,
+        interval_s, timeout_s,
+    )  # fmt: skip
+    run_verify_map(request, as_json=json)
+
+
 @app.command(short_help="finish what a kill or power cut left")
 def recover(
     recordings: Annotated[
