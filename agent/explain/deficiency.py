@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.explain.evidence import heldout, moments
+from agent.explain.lines import Line
 from agent.explain.orders import strong_orders
 from agent.explain.result import Cell
 from agent.explain.scene import Scene
@@ -95,7 +96,9 @@ def parameters_of(scene: Scene) -> Mapping[str, Floats]:
     return {n: c for n, c in zip(_NAMES, columns, strict=True) if np.any(c)}
 
 
-def deficiency_map(library: Library, terms: Sequence[Candidate] = ()) -> tuple[Cell, ...]:
+def deficiency_map(
+    library: Library, terms: Sequence[Candidate] = (), lines: Sequence[Line] = ()
+) -> tuple[Cell, ...]:
     """Return every cell of the map of a model's residual, the greatest gain first.
 
     Parameters
@@ -103,6 +106,8 @@ def deficiency_map(library: Library, terms: Sequence[Candidate] = ()) -> tuple[C
     library : Library
     terms : sequence of Candidate
         What the model has beside its base.
+    lines : sequence of Line
+        Of the model's residual: each is a cell of the offset along the frequency.
     """
     weighing, scene = library.weighing, library.scene
     model = library.model(terms)
@@ -123,6 +128,7 @@ def deficiency_map(library: Library, terms: Sequence[Candidate] = ()) -> tuple[C
             share = float(np.sum((own.T @ left) ** 2)) / energy
             null = np.sum((own.T.astype(np.float32) @ shifted) ** 2, axis=0) / energy
             cells.append((name, axis.variable, gain, _tail(share, null)))
+    cells += [("offset", line.axis, line.share, line.p_value) for line in lines]
     counted = _discoveries([p for *_, p in cells])
     out = [
         Cell(name, variable, gain, p, bool(passes and gain > MATERIAL))

@@ -12,7 +12,7 @@ from agent.explain.aliases import aliases
 from agent.explain.evidence import effective_size
 from agent.explain.experiment import next_experiments
 from agent.explain.findings import findings_of
-from agent.explain.leftover import left_regions
+from agent.explain.leftover import left_regions, line_regions
 from agent.explain.model import fit_model
 from agent.explain.regions import row_seconds
 from agent.explain.result import (
@@ -239,14 +239,16 @@ def _bear_in_mind(found: Study) -> tuple[str, ...]:
 
 def _left_where(found: Study) -> tuple[Region, ...]:
     """Return where what is left lies; nowhere where it is noise."""
+    lines = line_regions(found.lines)
     if found.ratio <= CLOSE:
-        return ()
+        return lines
     library = found.library
     rows, weight = library.weighing.rows, library.weighing.weight
     left = found.model.residual_nm
     size = effective_size(found.table, library.weighing, left * weight)
     axes = tuple(cell.axis for cell in found.left_cells if cell.counts)
-    return left_regions(library.scene, rows, left, found.noise_nm, size / rows.shape[0], axes)
+    own = left_regions(library.scene, rows, left, found.noise_nm, size / rows.shape[0], axes)
+    return (*lines, *own)
 
 
 def _moves(found: Study) -> tuple[Moved, ...]:

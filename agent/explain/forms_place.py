@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from agent.explain.form import Form, Point, stack
+from agent.explain.form import Form, Grid, Point, stack
 from agent.explain.orders import half_a_line, strong_orders
 from agent.explain.scene import Scene
+from agent.explain.spots import strong_places
 from agent.identify.result import Floats
 
 _PLACES = 24
+_LOCAL = 0.028  # of the stroke: wider, the bell is seen along more than a tenth of it, and no fault
+_NARROWEST, _WIDEST = 0.003, 0.12
 _POSITION = ("position_rad",)
+
+Limits = Callable[[Scene], Sequence[tuple[float, float]]]
 
 
 def _half_an_arm_line(scene: Scene) -> Point:
@@ -41,21 +46,45 @@ def _bump(scene: Scene, point: Point) -> Floats:
     return np.exp(-0.5 * ((scene.arm_rad - point[0]) / point[1]) ** 2)
 
 
-def _places(scene: Scene) -> Sequence[Point]:
+def _stroke(scene: Scene) -> tuple[float, float]:
     lower, upper = scene.span("position_rad")
-    lower, upper = lower / scene.table.gear_ratio, upper / scene.table.gear_ratio
-    stroke = upper - lower
-    centers = np.linspace(lower, upper, _PLACES)
-    widths = (0.02 * stroke, 0.04 * stroke, 0.08 * stroke)
-    return tuple((float(c), float(w)) for c in centers for w in widths)
+    return lower / scene.table.gear_ratio, upper / scene.table.gear_ratio
 
 
-def _within_stroke(scene: Scene) -> Sequence[tuple[float, float]]:
-    """Return where a spot may lie, and how narrow or wide it may be: wider is no spot."""
-    lower, upper = scene.span("position_rad")
-    lower, upper = lower / scene.table.gear_ratio, upper / scene.table.gear_ratio
-    stroke = upper - lower
-    return ((lower, upper), (0.003 * stroke, 0.12 * stroke))
+def _places(widths: Sequence[float], *, friction: bool) -> Grid:
+    """Return spots all along the stroke, and finer ones where the residual stands out.
+
+    Parameters
+    ----------
+    widths : sequence of float
+        Of the stroke, narrow to wide.
+    friction : bool
+        Whether the spot brakes; else it pushes.
+    """
+
+    def grid(scene: Scene) -> Sequence[Point]:
+        lower, upper = _stroke(scene)
+        centers = np.linspace(lower, upper, _PLACES)
+        even = [(float(c), w * (upper - lower)) for w in widths[-2:] for c in centers]
+        return (*even, *strong_places(scene, widths, friction=friction))
+
+    return grid
+
+
+def _within_stroke(narrowest: float, widest: float) -> Limits:
+    """Return where a spot may lie, and how narrow or wide it may be, of the stroke."""
+
+    def limits(scene: Scene) -> Sequence[tuple[float, float]]:
+        lower, upper = _stroke(scene)
+        return ((lower, upper), (narrowest * (upper - lower), widest * (upper - lower)))
+
+    return limits
+
+
+def _spot_step(scene: Scene) -> Point:
+    """Return how far a spot is moved and widened at first: it is nearly found."""
+    lower, upper = _stroke(scene)
+    return (0.5 * (upper - lower) / _PLACES, 0.5 * _LOCAL * (upper - lower))
 
 
 def _tight_spot(scene: Scene, point: Point) -> Floats:
@@ -123,8 +152,8 @@ FORMS: tuple[Form, ...] = (
         ("height_nm",),
         _tight_spot,
         ("center_arm_rad", "width_arm_rad"),
-        _places,
-        limits=_within_stroke,
+        _places((_LOCAL, 0.04, 0.08), friction=True),
+        limits=_within_stroke(_LOCAL, _WIDEST),
         needs=_POSITION,
     ),
     Form(
@@ -133,8 +162,20 @@ FORMS: tuple[Form, ...] = (
         ("height_nm",),
         _fault,
         ("center_arm_rad", "width_arm_rad"),
-        _places,
-        limits=_within_stroke,
+        _places((0.01, 0.02, 0.04, 0.08), friction=False),
+        step=_spot_step,
+        limits=_within_stroke(_NARROWEST, _WIDEST),
+        needs=_POSITION,
+    ),
+    Form(
+        "local-fault",
+        "rubbing",
+        ("rubbing_nm",),
+        _tight_spot,
+        ("center_arm_rad", "width_arm_rad"),
+        _places((0.007, 0.014, _LOCAL), friction=True),
+        step=_spot_step,
+        limits=_within_stroke(_NARROWEST, _LOCAL),
         needs=_POSITION,
     ),
     Form(

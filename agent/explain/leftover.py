@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.explain.lines import Line
 from agent.explain.regions import axis_values, row_seconds
 from agent.explain.result import Region
 from agent.explain.scene import Scene
@@ -54,6 +57,8 @@ def left_regions(
     out: list[Region] = []
     seen: list[str] = []
     for axis in axes:
+        if axis.startswith("frequency_hz"):
+            continue
         variable = _variable(axis, scene)
         if variable in seen or len(seen) == _MOST_AXES:
             continue
@@ -68,6 +73,20 @@ def left_regions(
             seen.append(variable)
             out += found
     return tuple(out[:_MOST_REGIONS])
+
+
+def line_regions(lines: Sequence[Line]) -> tuple[Region, ...]:
+    """Return the frequencies at which the torque swings of its own, as far as they matter."""
+    return tuple(
+        Region(
+            "frequency_hz",
+            line.frequency_hz - line.half_width_hz,
+            line.frequency_hz + line.half_width_hz,
+            share=line.share,
+        )
+        for line in lines
+        if line.matters
+    )
 
 
 def _variable(axis: str, scene: Scene) -> str:

@@ -90,6 +90,8 @@ def place_in_words(region: Region | None, effect: str = "") -> str:
         return f"in recording {first}" if first == last else f"from recording {first} to {last}"
     if name == "after_reversal_s":
         return _after_reversal(low, high)
+    if name == "frequency_hz" and not effect:
+        return f"at {_short(0.5 * (low + high))} Hz, whatever the joint does"
     if name == "frequency_hz":
         return f"around the resonance ({_short(low)} to {_short(high)} Hz)"
     said, scale, unit = _AXES.get(name, (f"at {name}", 1.0, ""))

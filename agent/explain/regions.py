@@ -113,9 +113,9 @@ def curve_of(
     values = axis_values(scene, variable, order)[rows]
     if not np.isfinite(values).all():
         return None
-    sign = np.ones(rows.shape[0])
-    if effect in _FOLLOWS_SIGN:
-        sign = np.sign(scene.table.rows["velocity_rad_s"][rows])
+    sign = np.sign(scene.table.rows["velocity_rad_s"][rows])
+    if not _follows_sign(effect, added_nm, sign):
+        sign = np.ones(rows.shape[0])
     edges = _edges(values, variable)
     index = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, edges.shape[0] - 2)
     count = np.bincount(index, minlength=edges.shape[0] - 1).astype(np.float64)
@@ -142,6 +142,13 @@ def curve_of(
         bin_nm=data,
         bin_ci_nm=_NORMAL * error,
     )
+
+
+def _follows_sign(effect: str, added_nm: Floats, sign: Floats) -> bool:
+    """Return whether an effect turns with the velocity; a local fault may rub, or push."""
+    if effect == "local-fault":
+        return abs(float(sign @ added_nm)) > abs(float(added_nm.sum()))
+    return effect in _FOLLOWS_SIGN
 
 
 def _edges(values: Floats, variable: str) -> Floats:

@@ -13,6 +13,7 @@ from agent.explain.deficiency import deficiency_map
 from agent.explain.evidence import weigh
 from agent.explain.floor import noise_floor
 from agent.explain.library import judgeable
+from agent.explain.lines import Line, lines_of
 from agent.explain.model import Model, extended_twin, fit_model, predicted
 from agent.explain.numbers import WrongNumber, wrong_numbers
 from agent.explain.result import Cell, Floor
@@ -42,6 +43,8 @@ class Study:
     floor : Floor
     cells, left_cells : tuple of Cell
         The deficiency map of the refitted twin, and that of the extended one.
+    lines : tuple of Line
+        What swings at a frequency of its own in what the extended twin leaves.
     refitted_nm : ndarray, shape (n,)
         What the refitted twin leaves at the table's rows.
     not_judged : mapping of str to str
@@ -58,6 +61,7 @@ class Study:
     floor: Floor
     cells: tuple[Cell, ...]
     left_cells: tuple[Cell, ...]
+    lines: tuple[Line, ...]
     refitted_nm: Floats
     not_judged: Mapping[str, str]
 
@@ -90,10 +94,13 @@ def study(twin: Twin, table: Table) -> Study:
     scene = Scene(table, theta, np.where(table.used, refitted, 0.0), given=theta - delta)
     forms, not_judged = judgeable(table, twin)
     library = Library.of(scene, weigh(table, refitted), forms)
-    cells = deficiency_map(library)
+    lines = lines_of(table, refitted)
+    cells = deficiency_map(library, lines=lines)
     library, choice, model, extended = _named(library, twin)
     left = np.zeros(table.used.shape[0])
     left[library.weighing.rows] = model.residual_nm
+    if choice.terms:
+        lines = lines_of(table, left)
     floor = noise_floor(table, left)
     noise_nm = floor.value_nm if floor.value_nm > 0.0 else 0.0
     return Study(
@@ -106,7 +113,8 @@ def study(twin: Twin, table: Table) -> Study:
         numbers=wrong_numbers(library, twin, model, choice.candidates, noise_nm),
         floor=floor,
         cells=cells,
-        left_cells=deficiency_map(library, choice.candidates) if choice.terms else cells,
+        left_cells=deficiency_map(library, choice.candidates, lines) if choice.terms else cells,
+        lines=lines,
         refitted_nm=refitted,
         not_judged=not_judged,
     )

@@ -34,8 +34,9 @@ def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> 
     """
     shown = any(cell.counts for cell in study.left_cells)
     missing = study.ratio > (CLOSE if shown else _FAR)
+    lined = any(line.matters for line in study.lines)
     if not study.choice.terms:
-        if missing:
+        if missing or lined:
             return "partly-explained" if findings else "unexplained"
         if not findings:
             return "no-mismatch"
@@ -45,7 +46,7 @@ def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> 
     outdone = best_cell * plain > _CELL_BETTER * (plain - full) and study.ratio > CLOSE
     if missing and (left_share > _MOST_LEFT or outdone):
         return "unexplained"
-    if missing and left_share > 0.5 * _MOST_LEFT:
+    if (missing or lined) and left_share > 0.5 * _MOST_LEFT:
         return "partly-explained"
     return "tied" if any(f.alternatives for f in findings) else "explained"
 
@@ -55,10 +56,16 @@ def left_share(study: Study) -> float:
 
     Zero where what is left is noise: a mismatch that was hardly there cannot be left over.
     """
-    if study.ratio <= CLOSE and not study.choice.terms:
+    # What swings of its own is outside the band, or passes for noise where little else is left.
+    apart = sum(
+        line.energy_nm2
+        for line in study.lines
+        if line.matters and (not line.in_band or study.ratio <= CLOSE)
+    )
+    if study.ratio <= CLOSE and not study.choice.terms and not apart:
         return 0.0
     rows = study.library.weighing.rows
     noise = study.noise_nm**2
-    before = float(np.mean(study.refitted_nm[rows] ** 2)) - noise
-    after = max(float(np.mean(study.model.residual_nm**2)) - noise, 0.0)
+    before = max(float(np.mean(study.refitted_nm[rows] ** 2)) - noise, 0.0) + apart
+    after = max(float(np.mean(study.model.residual_nm**2)) - noise, 0.0) + apart
     return min(after / before, 1.0) if before > 0.0 else 0.0

@@ -54,6 +54,7 @@ FOLLOWS_DIRECTION = frozenset(
 """Effects whose torque brakes: told in the direction of motion."""
 
 _TOLD = 3  # findings in the summary
+_AS_NOISE = 1.1  # times the noise floor: up to there the band of the comparison holds nothing
 # Of the greater side: less on the other side is not worth a word. Where friction grows, the twin's
 # own level, fitted without it, makes up for some elsewhere.
 _ONE_SIDED, _ONE_SIDED_FRICTION = 0.15, 0.6
@@ -246,6 +247,11 @@ def _left_sentence(
     lies = f"It is greatest {place}." if place else "It follows nothing that was recorded."
     if findings:
         return f"{_percent(share)} of the mismatch has no name in the library. {lies}"
+    if left and left[0].variable == "frequency_hz" and refitted.rmse_nm < _AS_NOISE * floor_nm:
+        return (
+            "The simulation, its numbers refitted, agrees with the recordings but for a torque "
+            f"that swings {place}: no effect of the library carries that."
+        )
     scale = scale_for("N m", (refitted.rmse_nm, floor_nm))
     error, noise = (significant(v * scale.factor, 2) for v in (refitted.rmse_nm, floor_nm))
     return (

@@ -128,8 +128,10 @@ PAIRS: tuple[tuple[str, str, str, str], ...] = (
     (
         "position-dependent-friction",
         "local-fault",
-        "both sit at one place",
-        f"{_BOTH_WAYS}, a fault does not.",
+        "both sit at one place, and a fault that rubs turns its sign with the motion, as friction"
+        " does",
+        "Pass the place slowly, in both directions, over a longer stroke: a fault is narrow and"
+        " comes once, friction of the path is wide or returns elsewhere.",
     ),
     (
         "local-fault",

@@ -16,6 +16,7 @@ from agent.physics.effects.card import (
 )
 from agent.physics.effects.motion import Base, Motion
 from agent.physics.external import CableForce, LocalFault
+from agent.physics.friction_static import TightSpot
 from agent.physics.law import Law
 from agent.physics.rigid_body import gravity_columns
 
@@ -60,6 +61,11 @@ def _cable(p: Numbers, motion: Motion, base: Base) -> Floats:
 
 def _fault(p: Numbers, motion: Motion, base: Base) -> Floats:
     return LocalFault(**p).torque_nm(base.arm_rad(motion))
+
+
+def _rubbing(p: Numbers, motion: Motion, base: Base) -> Floats:
+    law = TightSpot(p["rubbing_nm"], p["center_arm_rad"], p["width_arm_rad"])
+    return law.torque_nm(base.arm_rad(motion), motion.direction)
 
 
 CARDS = (
@@ -111,7 +117,8 @@ CARDS = (
     ),
     EffectCard(
         "local-fault",
-        "At one place of the travel the joint meets an extra torque, as from a damaged tooth.",
+        "At one place of the travel the joint meets an extra torque, as from a damaged tooth or"
+        " something that rubs.",
         (
             Form(
                 "bump",
@@ -122,6 +129,16 @@ CARDS = (
                     "width_arm_rad": positive(),
                 },
                 _fault,
+            ),
+            Form(
+                "rubbing",
+                TightSpot.law,
+                {
+                    "rubbing_nm": amplitude(meaning="h, friction at the place's middle"),
+                    "center_arm_rad": free(),
+                    "width_arm_rad": positive(),
+                },
+                _rubbing,
             ),
         ),
         ("arm_position_rad",),

@@ -1,0 +1,88 @@
+"""What sits at one place of the arm: narrow or wide, pushing or rubbing."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+
+from agent.explain import forms_place
+from agent.explain.choice import Term, choose
+from agent.explain.evidence import weigh
+from agent.explain.scene import Scene, refit
+from agent.explain.search import Library
+from agent.explain.spots import strong_places
+from agent.explain.table import BASE, tabulate
+from agent.identify.result import Floats
+from tests.science.explain_joint import GEAR_RATIO, TWIN, Conditions, record, stair
+from trajectories import SetPoints, Trajectory
+
+STROKE_RAD = 120.0
+CENTER_ARM_RAD = 0.23
+HEIGHT_NM = 0.25
+
+
+@cache
+def cycle(scale: float) -> Trajectory:
+    return stair([scale * v for v in (6.0, 17.0, 40.0, 75.0)], STROKE_RAD)
+
+
+def scene_with(width: float, *, rubs: bool, seed: int = 3) -> Scene:
+    """Return two recordings with a raised cosine at one place; `width` is of the stroke."""
+    half = width * STROKE_RAD / GEAR_RATIO
+
+    def spot(points: SetPoints, at: Conditions) -> Floats:
+        del at
+        away = points.position_rad / GEAR_RATIO - CENTER_ARM_RAD
+        bump = np.where(np.abs(away) < half, 0.5 + 0.5 * np.cos(math.pi * away / half), 0.0)
+        return HEIGHT_NM * bump * (np.sign(points.velocity_rad_s) if rubs else 1.0)
+
+    runs = [
+        record(cycle(scale), spot, Conditions(), seed + k, name=f"run {k}")
+        for k, scale in enumerate((1.0, 0.9))
+    ]
+    table = tabulate(TWIN, runs)
+    delta, left = refit(table)
+    theta = np.array([getattr(TWIN, name) for name in BASE]) + delta
+    return Scene(table, theta, np.where(table.used, left, 0.0))
+
+
+def named(scene: Scene) -> tuple[Term, ...]:
+    library = Library.of(scene, weigh(scene.table, scene.residual_nm), forms_place.FORMS)
+    return choose(library).terms
+
+
+@pytest.mark.parametrize(
+    ("width", "rubs", "effect", "form"),
+    [
+        (0.03, True, "local-fault", "rubbing"),
+        (0.03, False, "local-fault", "bump"),
+        (0.18, True, "position-dependent-friction", "tight spot"),
+    ],
+)
+def test_one_place_is_named_by_its_width_and_by_its_sign(
+    width: float, rubs: bool, effect: str, form: str
+) -> None:
+    (term,) = named(scene_with(width, rubs=rubs))
+    assert (term.scored.form.effect, term.scored.form.name) == (effect, form)
+    values = term.scored.values()
+    assert values["center_arm_rad"] == pytest.approx(CENTER_ARM_RAD, abs=0.01)
+    # A raised cosine's bell of the same second moment.
+    half = width * STROKE_RAD / GEAR_RATIO
+    bell = half * math.sqrt(1.0 / 3.0 - 2.0 / math.pi**2)
+    assert values["width_arm_rad"] == pytest.approx(bell, rel=0.25)
+    assert term.scored.coefficients[0] == pytest.approx(HEIGHT_NM, rel=0.2)
+
+
+def test_neither_narrow_nor_wide_is_a_tie() -> None:
+    (term,) = named(scene_with(0.08, rubs=True))
+    effects = {term.scored.form.effect, *(rival.scored.form.effect for rival in term.rivals)}
+    assert effects >= {"local-fault", "position-dependent-friction"}
+
+
+def test_the_strongest_place_is_where_the_spot_is() -> None:
+    scene = scene_with(0.03, rubs=True)
+    (center, _), *_ = strong_places(scene, (0.014,), friction=True)
+    assert center == pytest.approx(CENTER_ARM_RAD, abs=0.01)
