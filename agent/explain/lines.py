@@ -127,7 +127,7 @@ class _Sought:
         self.energy_nm2 = float(sum(s @ s for s in self.signals)) / max(float(count), 1.0)
 
     def period_s(self, piece: Piece) -> float:
-        return float(piece.period_s * (piece.stride if self.in_band else 1))
+        return piece.period_s * (piece.stride if self.in_band else 1)
 
     def band_hz(self) -> tuple[float, float]:
         slowest = max(self.period_s(p) for p in self.pieces)
@@ -137,7 +137,7 @@ class _Sought:
 
 
 def _seconds(piece: Piece) -> float:
-    return (piece.full.stop - piece.full.start) * piece.period_s
+    return float((piece.full.stop - piece.full.start) * piece.period_s)
 
 
 def _used(table: Table, piece: Piece, *, in_band: bool) -> NDArray[np.bool_]:
