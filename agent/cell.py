@@ -49,11 +49,15 @@ class _Part(BaseModel):
 
 
 class Bus(_Part):
-    """How the CAN bus is reached; names as python-can has them."""
+    """How the CAN bus is reached; names as python-can has them.
+
+    `fast_reader` lets a process of its own receive where that is possible (SocketCAN on Linux).
+    """
 
     interface: str = Field(min_length=1)
     channel: str | int
     bitrate: int = Field(default=1_000_000, gt=0)
+    fast_reader: bool = True
     options: dict[str, str | int | float | bool] = {}
 
 

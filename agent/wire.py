@@ -106,7 +106,9 @@ def drive_cycle(
 
 def bus_config(bus: Bus) -> CanBusConfig:
     """Return the drivers' description of the cell's bus."""
-    return CanBusConfig(bus.interface, bus.channel, bus.bitrate, bus.options)
+    return CanBusConfig(
+        bus.interface, bus.channel, bus.bitrate, bus.options, fast_reader=bus.fast_reader
+    )
 
 
 def drive_config(cell: Cell, axis: Axis) -> Cia402Config:

@@ -94,8 +94,26 @@ class AxisEvidence:
 class SyncAccount:
     """How many samples were asked for and what became of them.
 
-    `jitter_s` is the standard deviation of the answers' delay; `late` counts answers that came
-    after the next SYNC had been sent.
+    Parameters
+    ----------
+    expected, received, lost : int
+        SYNCs that were sent; that were answered; that were not, while somebody listened.
+    late : int
+        Answers that came after the next SYNC had been sent.
+    jitter_s : float
+        Standard deviation of the answers' delay, in seconds.
+    duplicates, unmatched : int
+        Answers that no SYNC was open for: the last answer once more; anything else.
+    not_asked : int
+        SYNCs that the computer should have sent by its own sample rate and did not.
+    longest_gap_s : float
+        Between two SYNCs, in seconds.
+    dropped_by_kernel : int or None
+        Frames, of whatever kind, that the kernel had no room for; None where nobody can tell.
+    reader, stamps : str
+        Who received ("process", "thread", "stepped"), who stamped ("kernel", "host").
+    receive_buffer_bytes : int or None
+        What the kernel granted; None where nobody asked.
     """
 
     expected: int = 0
@@ -103,6 +121,14 @@ class SyncAccount:
     lost: int = 0
     late: int = 0
     jitter_s: float = 0.0
+    duplicates: int = 0
+    unmatched: int = 0
+    not_asked: int = 0
+    longest_gap_s: float = 0.0
+    dropped_by_kernel: int | None = None
+    reader: str = ""
+    stamps: str = ""
+    receive_buffer_bytes: int | None = None
 
 
 @dataclass(frozen=True)

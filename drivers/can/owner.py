@@ -1,101 +1,52 @@
 """One owner per CAN bus: it alone opens, sends, receives, stamps, routes, and lets go.
 
-Real time: one thread receives, stamps with the injected clock and puts each frame into the inbox
-that asked for its id; it does nothing else. Stepped (`SteppedClock`): no thread; after each send
-and on `poll` the devices settle and the bus is drained. Either way the control tick reads inboxes.
+Frames come in one of three ways, and the control tick reads them from inboxes in each:
 
-Sending is for the control tick's thread alone. There is no cyclic sending here and none may be
-added: a cyclic task of the kernel or the library goes on while the agent hangs, and the drive's
-watchdog would be fed by nobody's decision.
+* a process of its own (`ReaderProcess`): SocketCAN on Linux, in real time. The kernel stamps, and
+  counts what it drops; `poll` and `wait` take what the process has put into shared memory.
+* a thread (python-can): any other adapter or platform, in real time. It receives, stamps with the
+  injected clock and routes; it does nothing else.
+* stepped (`SteppedClock`): after each send and on `poll` devices settle and the bus is drained.
+
+Sending is python-can's, and for the control tick's thread alone. There is no cyclic sending here
+and none may be added: a cyclic task of the kernel or the library goes on while the agent hangs,
+and the drive's watchdog would be fed by nobody's decision.
 """
 
 from __future__ import annotations
 
+import socket
 import threading
-from collections import deque
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from collections.abc import Iterable
 
 import can
 
-from drivers.can.failures import (
-    OPENING_FAILURES,
-    WORKING_FAILURES,
-    bus_name,
-    opening_failed,
-    working_failed,
-)
+from drivers.can.failures import WORKING_FAILURES, bus_name, working_failed
+from drivers.can.frames import BusCounts, CanBusConfig, Frame, Inbox, Reception
+from drivers.can.opening import may_read_fast, open_bus
+from drivers.can.reader_process import ReaderProcess
+from drivers.can.ring import SLOT
 from drivers.clock import Clock, SteppedClock
 from drivers.errors import BusError, BusOverflowError, WorkerDiedError
 
-_RECEIVE_TIMEOUT_S = 0.05
+__all__ = ["BusCounts", "CanBusConfig", "CanBusOwner", "Frame", "Inbox", "Reception"]
+
+_RECEIVE_TIMEOUT_S = 0.01
 """How long the owner thread waits for a frame before it looks whether it should end."""
 
-_STEPPED_WAIT_S = 0.0005
-"""How far simulated time moves while somebody waits for a frame."""
+_WAIT_S = 0.0005
+"""How far time moves between two looks while somebody waits for a frame and no thread receives."""
 
+_WAITED_S = 0.0002
+"""A `recv` that took so long has waited, so before it nothing was left to be taken."""
 
-@dataclass(frozen=True)
-class CanBusConfig:
-    """How to open a bus, in python-can's words.
+_LISTENING_LAG_S = 0.25
+"""The most by which "heard until" may trail: a receiver that is further behind has failed."""
 
-    Parameters
-    ----------
-    interface : str
-        ``socketcan``, ``udp_multicast``, ``virtual``, ``slcan`` or a vendor's adapter.
-    channel : str, int or None
-        ``can0``, a multicast group, a serial port ...; None takes the adapter's default.
-    bitrate : int or None
-        Bit/s; None leaves it to the interface (SocketCAN has it set by ``ip link``).
-    options : mapping
-        Passed on to the adapter as they are.
-    """
-
-    interface: str
-    channel: str | int | None = None
-    bitrate: int | None = None
-    options: Mapping[str, Any] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        if not self.interface:
-            raise ValueError("a CAN bus needs the name of its interface, got an empty one")
-        if self.bitrate is not None and self.bitrate <= 0:
-            raise ValueError(f"bitrate must be positive, got {self.bitrate} bit/s")
-
-
-class Frame(NamedTuple):
-    """One data frame as it came from the bus."""
-
-    stamp_s: float  # when it was taken from the bus, on the injected clock
-    cob_id: int
-    data: bytes
-    bus_stamp_s: float  # the adapter's own stamp: wall clock or adapter time, a label only
-
-
-class Inbox:
-    """A bounded queue of frames for one reader; `frames` is read with `popleft`."""
-
-    __slots__ = ("arrived", "cob_ids", "frames", "limit", "overflowed")
-
-    def __init__(self, cob_ids: frozenset[int], limit: int) -> None:
-        self.cob_ids = cob_ids
-        self.limit = limit
-        self.frames: deque[Frame] = deque()
-        self.arrived = threading.Event()
-        self.overflowed = 0
-
-
-@dataclass
-class BusCounts:
-    """What became of the frames that were received."""
-
-    routed: int = 0
-    unrouted: int = 0  # nobody asked for this id
-    own_echoes: int = 0  # ids that only we send, handed back by the interface
-    extended: int = 0  # 29-bit ids: not CANopen
-    error_frames: int = 0
-    remote_frames: int = 0
+_EXTENDED, _REMOTE, _ERROR = 1 << 31, 1 << 30, 1 << 29  # linux/can.h, in the identifier
+_STANDARD_ID_MAX = 0x7FF
+_DATA_BYTES_MAX = 8
+_STAMP_SLACK_S = 1e-4
 
 
 class CanBusOwner:
@@ -109,21 +60,27 @@ class CanBusOwner:
         Stamps frames. A `SteppedClock` selects the mode without a thread.
     name : str
         What messages call this bus.
+    reader : ReaderProcess, optional
+        Receives in place of a thread.
     """
 
-    def __init__(self, bus: can.BusABC, clock: Clock, name: str) -> None:
+    def __init__(
+        self, bus: can.BusABC, clock: Clock, name: str, reader: ReaderProcess | None = None
+    ) -> None:
         self.name = name
         self.counts = BusCounts()
         self._bus = bus
         self._clock = clock
         self._stepped = isinstance(clock, SteppedClock)
+        self._reader = reader
+        self._heard_s = clock.now()
         self._routes: dict[int, Inbox] = {}
         self._inboxes: list[Inbox] = []
         self._sent_ids: set[int] = set()
         self._closing = threading.Event()
         self._death: Exception | None = None
         self._thread: threading.Thread | None = None
-        if not self._stepped:
+        if not self._stepped and reader is None:
             self._thread = threading.Thread(target=self._own, name=f"can-owner {name}", daemon=True)
             self._thread.start()
 
@@ -136,22 +93,16 @@ class CanBusOwner:
         BusError
             In one sentence why it does not open, and what to do.
         """
-        arguments: dict[str, Any] = dict(config.options)
-        if config.interface == "udp_multicast":
-            # What moves a machine does not leave this computer unless the cell says so.
-            arguments.setdefault("hop_limit", 0)
-        if config.bitrate is not None:
-            arguments["bitrate"] = config.bitrate
+        bus = open_bus(config)
+        name = bus_name(config.interface, config.channel)
+        receiver = getattr(bus, "socket", None)
+        if not may_read_fast(config, clock) or not isinstance(receiver, socket.socket):
+            return cls(bus, clock, name)
         try:
-            bus = can.Bus(
-                interface=config.interface,
-                channel=config.channel,
-                ignore_config=True,
-                **arguments,
-            )
-        except OPENING_FAILURES as error:
-            raise opening_failed(error, config.interface, config.channel, config.bitrate) from error
-        return cls(bus, clock, bus_name(config.interface, config.channel))
+            return cls(bus, clock, name, ReaderProcess.start(receiver, clock, name))
+        except BaseException:
+            bus.shutdown()
+            raise
 
     def subscribe(self, cob_ids: Iterable[int], limit: int = 4096) -> Inbox:
         """Return an inbox that gets every frame with one of `cob_ids` from now on.
@@ -203,10 +154,14 @@ class CanBusOwner:
         self.poll()
 
     def poll(self) -> None:
-        """Take in what waits, after the devices have settled; in real time the thread does that."""
-        if self._stepped and not self._closing.is_set():
+        """Take in what waits, after the devices have settled; a thread does that by itself."""
+        if self._closing.is_set():
+            return
+        if self._stepped:
             self._clock.settle()
             self._drain()
+        elif self._reader is not None:
+            self._take(self._reader)
 
     def wait(self, inbox: Inbox, deadline_s: float) -> bool:
         """Wait until `inbox` holds a frame or the clock's `deadline_s` has passed.
@@ -219,15 +174,21 @@ class CanBusOwner:
         Raises
         ------
         BusError
-            When the owner thread has ended or an inbox has overflowed.
+            When the receiver has ended or an inbox has overflowed.
         """
+        if self._reader is not None:
+            self.poll()
         while not inbox.frames:
             now_s = self._clock.now()
             if now_s >= deadline_s:
                 return False
-            if self._stepped:
-                self._clock.sleep_until(min(deadline_s, now_s + _STEPPED_WAIT_S))
-                self._drain()
+            if self._thread is None:
+                self._clock.sleep_until(min(deadline_s, now_s + _WAIT_S))
+                if self._reader is not None:
+                    self.check()
+                    self._take(self._reader)
+                else:
+                    self._drain()
             else:
                 self.check()
                 inbox.arrived.clear()
@@ -235,16 +196,37 @@ class CanBusOwner:
                     inbox.arrived.wait(min(deadline_s - now_s, _RECEIVE_TIMEOUT_S))
         return True
 
+    @property
+    def heard_until_s(self) -> float:
+        """Return until when everything that came is in the inboxes after the next `poll`.
+
+        What is asked for later than this may have been answered already: on a busy computer the
+        answer may wait for a receiver that does not get the processor. Silence is only silence
+        before this time.
+        """
+        if self._stepped:
+            return self._clock.now()
+        heard_s = self._heard_s if self._reader is None else self._reader.heard_until_s
+        return max(heard_s, self._clock.now() - _LISTENING_LAG_S)
+
+    def reception(self) -> Reception:
+        """Return how frames are received, and how many the kernel has dropped so far."""
+        if self._reader is not None:
+            return Reception("process", self._reader.dropped, self._reader.buffer_bytes, "kernel")
+        return Reception("stepped" if self._stepped else "thread")
+
     def check(self) -> None:
         """Raise what has gone wrong with this bus since it was opened, if anything has.
 
         Raises
         ------
         WorkerDiedError
-            The owner thread has ended.
+            The owner thread, or the reader process, has ended or hangs.
         BusOverflowError
-            An inbox was full when a frame came; it says so until the bus is closed.
+            An inbox, or the ring, was full when a frame came; it says so until the bus is closed.
         """
+        if self._reader is not None:
+            self._reader.check()
         if self._thread is not None and not self._thread.is_alive() and not self._closing.is_set():
             why = f" ({self._death})" if self._death is not None else ""
             raise WorkerDiedError(
@@ -266,15 +248,23 @@ class CanBusOwner:
         self._closing.set()
         if self._thread is not None:
             self._thread.join()
-        self._bus.shutdown()
+        try:
+            if self._reader is not None:
+                self._reader.close()
+        finally:
+            self._bus.shutdown()
 
     def _own(self) -> None:
         """Receive, stamp and route until told to end: the owner thread's whole life."""
         try:
             while not self._closing.is_set():
+                before_s = self._clock.now()
                 message = self._bus.recv(_RECEIVE_TIMEOUT_S)
+                now_s = self._clock.now()
                 if message is not None:
-                    self._route(message, self._clock.now())
+                    self._route(message, now_s)
+                if message is None or now_s - before_s > _WAITED_S:
+                    self._heard_s = before_s
         except WORKING_FAILURES as error:
             self._death = working_failed(error, self.name, "receiving")
 
@@ -287,15 +277,43 @@ class CanBusOwner:
         except WORKING_FAILURES as error:
             raise working_failed(error, self.name, "receiving") from error
 
+    def _take(self, reader: ReaderProcess) -> None:
+        """Route what the reader process has put into the ring, stamped by the kernel.
+
+        A frame came after the ring was last known to be complete, and before now. A stamp that says
+        otherwise was made before somebody set the wall clock, or is missing; it is moved to the
+        nearer end, and counted.
+        """
+        slots, ahead_s, oldest_s, newest_s = reader.take()
+        for seconds, nanoseconds, can_id, length, data in SLOT.iter_unpack(slots):
+            wall_s = seconds + nanoseconds * 1e-9
+            stamp_s = wall_s - ahead_s
+            if not oldest_s <= stamp_s <= newest_s:
+                if not oldest_s - _STAMP_SLACK_S < stamp_s < newest_s + _STAMP_SLACK_S:
+                    self.counts.restamped += 1
+                stamp_s = min(max(stamp_s, oldest_s), newest_s)
+            if can_id > _STANDARD_ID_MAX or length > _DATA_BYTES_MAX:
+                self._count_odd(can_id)
+            else:
+                self._deliver(Frame(stamp_s, can_id, data[:length], wall_s))
+
     def _route(self, message: can.Message, stamp_s: float) -> None:
-        """Put one frame into its inbox, or count why it has none."""
+        """Deliver one of python-can's messages, or count why it is none of ours."""
         if message.is_error_frame or message.is_remote_frame or message.is_extended_id:
-            self._count_odd(message)
+            self._count_odd(
+                message.is_error_frame * _ERROR
+                | message.is_remote_frame * _REMOTE
+                | message.is_extended_id * _EXTENDED
+            )
             return
-        cob_id = message.arbitration_id
-        inbox = self._routes.get(cob_id)
+        data = bytes(message.data)
+        self._deliver(Frame(stamp_s, message.arbitration_id, data, message.timestamp))
+
+    def _deliver(self, frame: Frame) -> None:
+        """Put one frame into its inbox, or count why it has none."""
+        inbox = self._routes.get(frame.cob_id)
         if inbox is None:
-            if cob_id in self._sent_ids:
+            if frame.cob_id in self._sent_ids:
                 self.counts.own_echoes += 1
             else:
                 self.counts.unrouted += 1
@@ -304,15 +322,17 @@ class CanBusOwner:
             inbox.overflowed += 1
             return
         self.counts.routed += 1
-        inbox.frames.append(Frame(stamp_s, cob_id, bytes(message.data), message.timestamp))
+        inbox.frames.append(frame)
         if self._thread is not None:
             inbox.arrived.set()
 
-    def _count_odd(self, message: can.Message) -> None:
-        """Count a frame that is no CANopen data frame."""
-        if message.is_error_frame:
+    def _count_odd(self, can_id: int) -> None:
+        """Count a frame that is no CANopen data frame, by the flags in its identifier."""
+        if can_id & _ERROR:
             self.counts.error_frames += 1
-        elif message.is_remote_frame:
+        elif can_id & _REMOTE:
             self.counts.remote_frames += 1
-        else:
+        elif can_id & _EXTENDED:
             self.counts.extended += 1
+        else:
+            self.counts.malformed += 1

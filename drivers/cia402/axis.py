@@ -201,7 +201,7 @@ class Cia402Axis:
                 troubles = hand_back(self._node, self._config, self._found, self._found_state)
         finally:
             if self._exchange is not None:
-                self._account = self._exchange.ledger.account()
+                self._account = self._exchange.account()
                 self._exchange.release()
             if self._node is not None:
                 self._node.release()

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import struct
+from dataclasses import replace
 
 from drivers.can.owner import CanBusOwner
 from drivers.cia402.config import Cia402Config
@@ -17,7 +18,7 @@ from drivers.cia402.sync import SyncedAnswer, SyncLedger
 from drivers.cia402.words import INTERNAL_LIMIT_BIT, REDUCED, Controlword, State, state_of
 from drivers.clock import Clock
 from drivers.errors import ConfigurationError, DriverError
-from drivers.ports import DriveState, Goal, Sample
+from drivers.ports import DriveState, Goal, Sample, SyncAccount
 
 _SYNC = 0x080
 _HEARTBEAT = 0x700
@@ -48,7 +49,7 @@ class Exchange:
         self.node = node
         self.owner = owner
         self.clock = clock
-        self.ledger = SyncLedger(len(pdos.answers), config.sync_timeout_s)
+        self.ledger = SyncLedger(len(pdos.answers), config.sync_timeout_s, config.stop_period_s)
         self.state: State | None = None
         self.statusword = 0
         self.left_enabled: State | None = None  # where it went when nobody had asked it to
@@ -56,6 +57,7 @@ class Exchange:
         self.muted = False  # no more heartbeats: the drive's own watchdog shall act
         self._was_enabled = False
         self._next_heartbeat_s = -math.inf
+        self._dropped_before = owner.reception().dropped_by_kernel or 0
         self._order_id = pdos.orders.cob_id
         self._codecs = tuple(pdo.codec() for pdo in pdos.answers)
         self._inboxes = tuple(owner.subscribe((pdo.cob_id,)) for pdo in pdos.answers)
@@ -86,7 +88,11 @@ class Exchange:
             self._next_heartbeat_s = now_s + self.config.agent_heartbeat_period_s
 
     def collect(self) -> list[Sample]:
-        """Take in everything that has arrived and return the complete samples, oldest first."""
+        """Take in everything that has arrived and return the complete samples, oldest first.
+
+        A SYNC is lost when it was not answered while we listened, not when it is merely long ago.
+        """
+        heard_until_s = self.owner.heard_until_s
         self.owner.poll()
         self.node.pump()
         ledger = self.ledger
@@ -96,7 +102,7 @@ class Exchange:
                 frame = frames.popleft()
                 ledger.answered(stream, frame.stamp_s, frame.data)
         samples: list[Sample] = []
-        for answer in ledger.settle(self.clock.now()):
+        for answer in ledger.settle(heard_until_s):
             try:
                 samples.append(self._sample(answer))
             except struct.error:
@@ -105,7 +111,21 @@ class Exchange:
 
     def forget(self) -> None:
         """Begin to count anew, once the answers have been seen to come."""
-        self.ledger = SyncLedger(len(self._codecs), self.config.sync_timeout_s)
+        config = self.config
+        self.ledger = SyncLedger(len(self._codecs), config.sync_timeout_s, config.stop_period_s)
+        self._dropped_before = self.owner.reception().dropped_by_kernel or 0
+
+    def account(self) -> SyncAccount:
+        """Return what became of every SYNC, and how the answers were received."""
+        reception = self.owner.reception()
+        dropped = reception.dropped_by_kernel
+        return replace(
+            self.ledger.account(),
+            reader=reception.reader,
+            stamps=reception.stamps,
+            receive_buffer_bytes=reception.receive_buffer_bytes,
+            dropped_by_kernel=None if dropped is None else dropped - self._dropped_before,
+        )
 
     def release(self) -> None:
         """Stop listening; may be repeated."""

@@ -145,6 +145,7 @@ class CanopenNode:
 
     def command(self, order: NmtOrder) -> None:
         """Send an NMT command to this node."""
+        self._owner.poll()  # what waits was said before the order, and does not answer it
         self.pump()
         self.nmt_state = None
         self._nmt.send_command(order)

@@ -6,6 +6,10 @@ order, however late they are. With fewer answers than SYNCs nobody can yet say w
 or lost, so the answers wait; once the oldest SYNC has gone unanswered for the time-out it is
 lost, and the next ones pair. An answer is therefore never booked under its neighbour's time
 because a frame before it was lost.
+
+Whoever settles says until when every answer that came has been booked: a busy computer that has not
+listened yet has not been left unanswered. And a SYNC that was never sent is not lost either: it is
+counted by the gap between those that were.
 """
 
 from __future__ import annotations
@@ -39,10 +43,13 @@ class SyncLedger:
         How many TPDOs answer each SYNC; a SYNC counts as answered when all have come.
     timeout_s : float
         After this long an unanswered SYNC may be given up.
+    period_s : float
+        Between two SYNCs, as it should be; infinite where there is no such thing.
     """
 
-    def __init__(self, streams: int, timeout_s: float) -> None:
+    def __init__(self, streams: int, timeout_s: float, period_s: float = math.inf) -> None:
         self._timeout_s = timeout_s
+        self._period_s = period_s
         self._streams = streams
         self._in_order: deque[SyncedAnswer] = deque()
         self._open: tuple[deque[SyncedAnswer], ...] = tuple(deque() for _ in range(streams))
@@ -51,8 +58,13 @@ class SyncLedger:
         self.received = 0
         self.lost = 0
         self.late = 0
-        self.unasked = 0
+        self.unasked = 0  # answers that no SYNC was open for, duplicates among them
+        self.duplicates = 0
+        self.not_asked = 0
         self.consecutive_lost = 0
+        self._newest = [b""] * streams
+        self._last_sent_s: float | None = None
+        self._longest_gap_s = 0.0
         self._mean_delay_s = 0.0
         self._sum_squares = 0.0
 
@@ -60,6 +72,12 @@ class SyncLedger:
         """Book a SYNC that is about to be sent."""
         entry = SyncedAnswer(sent_s, goal, self._streams)
         self.expected += 1
+        if self._last_sent_s is not None:
+            gap_s = sent_s - self._last_sent_s
+            self._longest_gap_s = max(self._longest_gap_s, gap_s)
+            if gap_s > 1.5 * self._period_s:
+                self.not_asked += round(gap_s / self._period_s) - 1
+        self._last_sent_s = sent_s
         self._in_order.append(entry)
         for queue in self._open:
             queue.append(entry)
@@ -69,7 +87,13 @@ class SyncLedger:
         self._held[stream].append((stamp_s, data))
 
     def settle(self, now_s: float) -> list[SyncedAnswer]:
-        """Pair what can be paired by `now_s` and return the answered SYNCs, oldest first."""
+        """Pair what can be paired and return the answered SYNCs, oldest first.
+
+        Parameters
+        ----------
+        now_s : float
+            Every answer that came before this has been booked.
+        """
         for stream in range(self._streams):
             if self._held[stream] or self._open[stream]:
                 self._pair(stream, now_s)
@@ -99,6 +123,10 @@ class SyncLedger:
             lost=self.lost,
             late=self.late,
             jitter_s=math.sqrt(variance),
+            duplicates=self.duplicates,
+            unmatched=self.unasked - self.duplicates,
+            not_asked=self.not_asked,
+            longest_gap_s=self._longest_gap_s,
         )
 
     def _pair(self, stream: int, now_s: float) -> None:
@@ -109,10 +137,11 @@ class SyncLedger:
             if not open_ or open_[0].sent_s > stamp_s:
                 held.popleft()
                 self.unasked += 1
+                self.duplicates += data == self._newest[stream]
             elif len(open_) == 1 or self._pairs_fully(open_, held):
                 held.popleft()
                 entry = open_.popleft()
-                entry.answers[stream] = data
+                entry.answers[stream] = self._newest[stream] = data
                 entry.missing -= 1
                 entry.received_s = max(entry.received_s, stamp_s)
             elif now_s - open_[0].sent_s > self._timeout_s:

@@ -75,6 +75,21 @@ def test_waiting_ends_at_the_deadline(bench: Bench) -> None:
     assert deadline_s <= bench.clock.now() < deadline_s + 0.5
 
 
+def test_silence_is_known_up_to_a_time_that_follows_the_clock(bench: Bench) -> None:
+    inbox = bench.owner.subscribe((0x185,))
+    asked_s = bench.clock.now()
+    deadline_s = asked_s + 5.0
+    while bench.owner.heard_until_s < asked_s + 0.05:
+        assert bench.clock.now() < deadline_s
+        bench.clock.sleep_until(bench.clock.now() + 0.005)
+    assert bench.owner.heard_until_s <= bench.clock.now()
+    for number in range(50):
+        bench.say(0x185, bytes([number]))
+        said_s, heard_s = bench.clock.now(), bench.owner.heard_until_s
+        bench.owner.poll()
+        assert heard_s <= said_s or inbox.frames[-1].data == bytes([number])
+
+
 def test_what_we_send_has_an_eleven_bit_id(bench: Bench) -> None:
     bench.owner.send(0x205, b"\x0f\x00")
     message = bench.other.recv(1.0)

@@ -107,6 +107,43 @@ def test_a_sync_with_one_of_two_answers_is_lost() -> None:
     assert book.account().lost == 1
 
 
+def test_the_same_answer_again_is_a_duplicate_and_another_one_is_not() -> None:
+    book = ledger()
+    for k in range(3):
+        book.sent(k * PERIOD_S, Goal.ON)
+        book.answered(0, k * PERIOD_S + 0.0003, bytes([k]))
+        if k == 1:
+            book.answered(0, k * PERIOD_S + 0.0004, bytes([k]))
+            book.answered(0, k * PERIOD_S + 0.0005, b"stray")
+        book.settle(k * PERIOD_S + 0.001)
+    account = book.account()
+    assert (account.received, account.duplicates, account.unmatched) == (3, 1, 1)
+
+
+def test_what_was_never_asked_for_is_not_lost() -> None:
+    book = SyncLedger(1, TIMEOUT_S, PERIOD_S)
+    at_s = 0.0
+    for gap_s in [PERIOD_S] * 10 + [7.2 * PERIOD_S] + [1.4 * PERIOD_S, 0.6 * PERIOD_S] * 5:
+        book.sent(at_s, Goal.ON)
+        book.answered(0, at_s + 0.0003, b"")
+        book.settle(at_s + 0.0004)
+        at_s += gap_s
+    account = book.account()
+    assert (account.expected, account.received, account.lost) == (21, 21, 0)
+    assert account.not_asked == 6
+    assert account.longest_gap_s == pytest.approx(7.2 * PERIOD_S)
+
+
+def test_a_sync_is_not_lost_before_anybody_has_listened_for_its_answer() -> None:
+    book = ledger()
+    book.sent(0.0, Goal.ON)
+    assert book.settle(0.001) == []  # the computer stood still; it has listened so far and no more
+    book.answered(0, 0.0003, b"a")
+    (answer,) = book.settle(1.0)
+    assert answer.answers == [b"a"]
+    assert book.account().lost == 0
+
+
 def test_jitter_is_the_standard_deviation_of_the_delay() -> None:
     book = ledger()
     for k, delay_s in enumerate((0.0001, 0.0003)):

@@ -1,0 +1,52 @@
+"""How a bus is opened, and who may receive from it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import can
+
+from drivers.can import batches
+from drivers.can.failures import OPENING_FAILURES, opening_failed
+from drivers.can.frames import CanBusConfig
+from drivers.clock import Clock, MonotonicClock
+
+
+def open_bus(config: CanBusConfig) -> can.BusABC:
+    """Open a bus with python-can.
+
+    Raises
+    ------
+    BusError
+        In one sentence why it does not open, and what to do.
+    """
+    arguments: dict[str, Any] = dict(config.options)
+    if config.interface == "udp_multicast":
+        # What moves a machine does not leave this computer unless the cell says so.
+        arguments.setdefault("hop_limit", 0)
+    if config.bitrate is not None:
+        arguments["bitrate"] = config.bitrate
+    try:
+        return can.Bus(
+            interface=config.interface,
+            channel=config.channel,
+            ignore_config=True,
+            **arguments,
+        )
+    except OPENING_FAILURES as error:
+        raise opening_failed(error, config.interface, config.channel, config.bitrate) from error
+
+
+def may_read_fast(config: CanBusConfig, clock: Clock) -> bool:
+    """Tell whether a process of its own may receive from this bus.
+
+    SocketCAN on Linux with classic frames, unless the cell says no, and in real time: the machine's
+    monotonic clock is the only one that two processes share.
+    """
+    return (
+        config.fast_reader
+        and config.interface == "socketcan"
+        and not config.options.get("fd")
+        and isinstance(clock, MonotonicClock)
+        and batches.available()
+    )

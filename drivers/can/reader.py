@@ -1,0 +1,100 @@
+"""The reader process: frames from a socket into shared memory, and nothing else.
+
+``python -m drivers.can.reader SOCKET RING LIFELINE CAPACITY`` with three inherited descriptors. It
+ends when the other end of the lifeline is closed, which the kernel does for an owner that was
+killed. It decides nothing, decodes nothing, logs nothing and takes no lock.
+
+It waits for a frame, naps so that those that follow come along in the same system call, and takes
+them all: an answer to SYNC is in the ring at most some `NAP_S` after it came. On a busy bus, where
+a wake-up for each few frames would cost more than the frames, it naps for `BUSY_NAP_S` instead.
+The kernel's stamps do not depend on either.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import gc
+import select
+import signal
+import sys
+
+from drivers.can.batches import BatchReceiver
+from drivers.can.ring import FrameRing, Moment, Word
+from drivers.clock import Clock, MonotonicClock
+
+NAP_S = 0.0003
+BUSY_NAP_S = 0.002
+BUSY_FRAMES = 4
+"""From so many frames at once on, the bus counts as busy: one axis answers a SYNC with two."""
+
+_PR_SET_PDEATHSIG = 1  # linux/prctl.h
+
+LOOK_EVERY_S = 0.01
+"""So often it looks whether its owner is still there, and says that it is there itself."""
+
+
+def drain(receiver: BatchReceiver, ring: FrameRing, clock: Clock) -> int:
+    """Take everything that waits and say until when that was; return how many frames came."""
+    total = 0
+    while True:
+        before_s = clock.now()
+        ring.set_moment(Moment.ALIVE, before_s)
+        count = receiver.receive()
+        total += count
+        if receiver.emptied:
+            ring.set_moment(Moment.HEARD_UNTIL, before_s)
+        if receiver.emptied or not count:
+            return total
+
+
+def read_until_let_go(socket_fd: int, ring: FrameRing, lifeline_fd: int, clock: Clock) -> None:
+    """Read until the lifeline's other end is closed.
+
+    Raises
+    ------
+    OSError
+        When the socket fails.
+    """
+    receiver = BatchReceiver(socket_fd, ring)
+    poller = select.poll()
+    poller.register(socket_fd, select.POLLIN)
+    poller.register(lifeline_fd, select.POLLIN)
+    ring.set_word(Word.READY, 1)
+    look_s = clock.now()
+    while True:
+        count = drain(receiver, ring, clock)
+        now_s = clock.now()
+        if count >= BUSY_FRAMES and now_s < look_s:
+            clock.sleep_until(now_s + BUSY_NAP_S)
+            continue
+        waiting = poller.poll(LOOK_EVERY_S * 1000.0)
+        if any(descriptor == lifeline_fd for descriptor, _ in waiting):
+            return
+        now_s = clock.now()
+        look_s = now_s + LOOK_EVERY_S
+        if waiting:
+            clock.sleep_until(now_s + NAP_S)
+
+
+def main() -> int:
+    """Be the process; the exit code is 0 when it was let go, 1 when the socket failed."""
+    socket_fd, ring_fd, lifeline_fd, capacity = (int(a) for a in sys.argv[1:5])
+    _die_with_the_owner()
+    ring = FrameRing(ring_fd, capacity)
+    gc.disable()
+    try:
+        read_until_let_go(socket_fd, ring, lifeline_fd, MonotonicClock())
+    except OSError as error:
+        ring.set_word(Word.ERRNO, error.errno or 0)
+        return 1
+    return 0
+
+
+def _die_with_the_owner() -> None:
+    """Ask the kernel to end this process with its owner, even while somebody has stopped it."""
+    if ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0):
+        raise OSError(ctypes.get_errno(), "prctl(PR_SET_PDEATHSIG)")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

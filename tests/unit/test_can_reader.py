@@ -1,0 +1,336 @@
+"""The reader process: order, stamps, drops, a full ring; and that neither side outlives the other.
+
+Natively, without a CAN bus: UDP datagrams on the loopback, shaped like `struct can_frame`, pass
+the same kernel code for stamps, drop counter and `recvmmsg`. `tests/bus` has a real one.
+"""
+
+from __future__ import annotations
+
+import itertools
+import os
+import signal
+import socket
+import struct
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import can
+import pytest
+
+from drivers.can import batches, reader_process
+from drivers.can.batches import BATCH, RENEW, BatchReceiver, available, prepare
+from drivers.can.frames import CanBusConfig, Inbox
+from drivers.can.opening import may_read_fast
+from drivers.can.owner import CanBusOwner
+from drivers.can.reader import drain
+from drivers.can.reader_process import ReaderProcess
+from drivers.can.ring import SLOT, FrameRing, Moment, Word, drops_in
+from drivers.clock import MonotonicClock, SteppedClock
+from drivers.errors import BusOverflowError, WorkerDiedError
+
+pytestmark = pytest.mark.skipif(not available(), reason="the reader process needs 64-bit Linux")
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+CLOCK = MonotonicClock()
+_FRAME = struct.Struct("<IB3x8s")
+_CHANNELS = itertools.count()
+
+
+class Line:
+    """Two ends of a loopback connection: one says frames, the other is to be read."""
+
+    def __init__(self) -> None:
+        self.receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.receiver.bind(("127.0.0.1", 0))
+        self.sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.sender.connect(self.receiver.getsockname())
+
+    def say(self, number: int, can_id: int = 0x185, length: int = 8) -> None:
+        self.sender.send(_FRAME.pack(can_id, length, number.to_bytes(8, "little")))
+
+    def close(self) -> None:
+        self.receiver.close()
+        self.sender.close()
+
+
+@pytest.fixture
+def line() -> Iterator[Line]:
+    made = Line()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def owner(line: Line) -> Iterator[CanBusOwner]:
+    bus = can.Bus(interface="virtual", channel=f"reader-{next(_CHANNELS)}", ignore_config=True)
+    made = CanBusOwner(
+        bus, CLOCK, "loopback", ReaderProcess.start(line.receiver, CLOCK, "loopback")
+    )
+    yield made
+    made.close()
+
+
+def reader_of(owner: CanBusOwner) -> ReaderProcess:
+    assert owner._reader is not None
+    return owner._reader
+
+
+def numbers(inbox: Inbox) -> list[int]:
+    return [int.from_bytes(frame.data, "little") for frame in inbox.frames]
+
+
+def collect(owner: CanBusOwner, inbox: Inbox, count: int) -> None:
+    """Poll until so many frames are there; they must come within five seconds."""
+    deadline_s = CLOCK.now() + 5.0
+    while len(inbox.frames) < count:
+        assert CLOCK.now() < deadline_s, f"{len(inbox.frames)} of {count} frames after 5 s"
+        CLOCK.sleep_until(CLOCK.now() + 0.001)
+        owner.poll()
+
+
+def check_until_it_raises(reader: ReaderProcess) -> None:
+    deadline_s = CLOCK.now() + 5.0
+    while CLOCK.now() < deadline_s:
+        reader.check()
+        CLOCK.sleep_until(CLOCK.now() + 0.002)
+
+
+def test_every_frame_comes_once_in_order_with_the_kernels_stamp(
+    owner: CanBusOwner, line: Line
+) -> None:
+    inbox = owner.subscribe((0x185,), limit=10_000)
+    sent_s = []
+    for number in range(3000):  # several laps of a batch, and of what is made ready at a time
+        sent_s.append(CLOCK.now())
+        line.say(number)
+    collect(owner, inbox, 3000)
+    last_s = CLOCK.now()
+    assert numbers(inbox) == list(range(3000))
+    stamps_s = [frame.stamp_s for frame in inbox.frames]
+    assert all(a <= b for a, b in itertools.pairwise(stamps_s))
+    # the kernel stamps within the call that sends; two clocks are read within microseconds
+    bounds = zip(sent_s, stamps_s, [*sent_s[1:], last_s], strict=True)
+    assert sum(not a - 2e-4 <= stamp_s <= b + 2e-4 for a, stamp_s, b in bounds) == 0
+    assert owner.counts.restamped == 0
+    assert owner.reception().dropped_by_kernel == 0
+    assert owner.reception().reader == "process"
+
+
+def test_waiting_takes_what_comes_and_ends_at_the_deadline(owner: CanBusOwner, line: Line) -> None:
+    inbox = owner.subscribe((0x185,))
+    assert not owner.wait(inbox, CLOCK.now() + 0.02)
+    line.say(7)
+    assert owner.wait(inbox, CLOCK.now() + 5.0)
+    assert numbers(inbox) == [7]
+
+
+def test_what_is_no_data_frame_is_counted_by_its_kind(owner: CanBusOwner, line: Line) -> None:
+    inbox = owner.subscribe((0x185,))
+    for can_id in (1 << 31 | 0x185, 1 << 30 | 0x185, 1 << 29, 0x111):
+        line.say(0, can_id)
+    line.say(0, length=9)
+    line.say(1, length=2)
+    collect(owner, inbox, 1)
+    counts = owner.counts
+    assert (counts.extended, counts.remote_frames, counts.error_frames) == (1, 1, 1)
+    assert (counts.unrouted, counts.malformed, counts.routed) == (1, 1, 1)
+    assert inbox.frames[0].data == b"\x01\x00"
+
+
+def test_silence_is_known_up_to_a_time_that_follows_the_clock(
+    owner: CanBusOwner, line: Line
+) -> None:
+    inbox = owner.subscribe((0x185,), limit=100_000)
+    for number in range(300):
+        line.say(number)
+        said_s, heard_s = CLOCK.now(), owner.heard_until_s
+        owner.poll()
+        assert heard_s <= CLOCK.now()
+        assert heard_s < said_s or numbers(inbox)[-1] >= number
+    deadline_s = CLOCK.now() + 5.0
+    asked_s = CLOCK.now()
+    while owner.heard_until_s < asked_s:
+        assert CLOCK.now() < deadline_s
+        CLOCK.sleep_until(CLOCK.now() + 0.001)
+
+
+def test_a_killed_reader_is_told_at_the_next_check(owner: CanBusOwner) -> None:
+    owner.check()
+    process = reader_of(owner).process
+    process.kill()
+    process.wait()
+    with pytest.raises(WorkerDiedError, match="loopback has ended"):
+        owner.check()
+
+
+def test_a_stopped_reader_is_noticed_and_does_not_outlive_its_owner(
+    owner: CanBusOwner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    process = reader_of(owner).process
+    process.send_signal(signal.SIGSTOP)
+    begun_s = CLOCK.now()
+    with pytest.raises(WorkerDiedError, match="no sign of life"):
+        check_until_it_raises(reader_of(owner))
+    assert CLOCK.now() - begun_s > 0.2
+    monkeypatch.setattr(reader_process, "_END_S", 0.05)
+    owner.close()
+    assert process.returncode == -signal.SIGKILL
+
+
+def test_a_socket_that_fails_gives_its_reason(line: Line) -> None:
+    reader = ReaderProcess.start(line.receiver, CLOCK, "loopback")
+    line.sender.close()  # a port that refuses answers makes the connected receiver fail
+    refusing = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    refusing.bind(("127.0.0.1", 0))
+    line.receiver.connect(refusing.getsockname())
+    refusing.close()
+    line.receiver.send(b"anybody?")
+    reader.process.wait(5.0)
+    with pytest.raises(WorkerDiedError, match="refused"):
+        reader.check()
+    reader.close()
+
+
+CHILD = """
+import socket, sys
+from drivers.can.reader_process import ReaderProcess
+from drivers.clock import MonotonicClock
+receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+receiver.bind(("127.0.0.1", 0))
+reader = ReaderProcess.start(receiver, MonotonicClock(), "loopback")
+print(reader.process.pid, flush=True)
+MonotonicClock().sleep_until(MonotonicClock().now() + 60.0)
+"""
+
+
+@pytest.mark.parametrize("state", ["reading", "stopped"])
+def test_a_killed_owner_leaves_no_reader(state: str) -> None:
+    command = [sys.executable, "-c", CHILD]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, cwd=REPOSITORY) as child:
+        assert child.stdout is not None
+        pid = int(child.stdout.readline())
+        if state == "stopped":
+            os.kill(pid, signal.SIGSTOP)
+        child.kill()
+    deadline_s = CLOCK.now() + 5.0
+    while _lives(pid):
+        assert CLOCK.now() < deadline_s, "the reader is still there"
+        CLOCK.sleep_until(CLOCK.now() + 0.005)
+
+
+def _lives(pid: int) -> bool:
+    """Tell whether a process is there and not merely waiting for somebody to read its exit code."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except FileNotFoundError:
+        return False
+
+
+class Hand:
+    """Reads by hand what a reader process would read by itself: no time, no second process."""
+
+    def __init__(self, line: Line, capacity: int = 2 * RENEW, buffer_bytes: int = 1 << 20) -> None:
+        prepare(line.receiver, buffer_bytes)
+        self.ring, descriptor = FrameRing.make(capacity)
+        os.close(descriptor)
+        self.receiver = BatchReceiver(line.receiver.fileno(), self.ring)
+
+    def drain(self) -> int:
+        return drain(self.receiver, self.ring, CLOCK)
+
+    def taken(self) -> list[int]:
+        return [int.from_bytes(data, "little") for *_, data in SLOT.iter_unpack(self.ring.take())]
+
+    def close(self) -> None:
+        del self.receiver  # it points into the memory
+        self.ring.close()
+
+
+def test_the_ring_goes_round_and_keeps_order(line: Line) -> None:
+    hand = Hand(line)
+    said = itertools.count()
+    for count in [1, BATCH - 1, BATCH, BATCH + 1, RENEW - 3, 7] * 5:
+        expected = [next(said) for _ in range(count)]
+        for number in expected:
+            line.say(number)
+        assert hand.drain() == count
+        assert hand.taken() == expected
+    assert next(said) > 2 * hand.ring.capacity
+    hand.close()
+
+
+def test_a_full_ring_leaves_the_rest_in_the_socket_and_says_so(line: Line) -> None:
+    hand = Hand(line)
+    for number in range(2 * RENEW + 5):
+        line.say(number)
+    begun_s = CLOCK.now()
+    assert hand.drain() == 2 * RENEW
+    assert hand.ring.word(Word.FULL) == 1
+    assert hand.ring.moment_s(Moment.HEARD_UNTIL) < begun_s  # not all that came is in the ring
+    assert hand.taken() == list(range(2 * RENEW))
+    assert hand.drain() == 5
+    assert hand.taken() == list(range(2 * RENEW, 2 * RENEW + 5))
+    hand.close()
+
+
+def test_a_full_ring_is_an_error_that_lasts(line: Line) -> None:
+    reader = ReaderProcess.start(line.receiver, CLOCK, "loopback", capacity=RENEW)
+    for number in range(RENEW + 1):
+        line.say(number)
+    with pytest.raises(BusOverflowError, match="more than 1024 waited"):
+        check_until_it_raises(reader)
+    reader.take()
+    with pytest.raises(BusOverflowError):
+        reader.check()
+    reader.close()
+
+
+def test_the_kernel_counts_every_frame_that_it_drops(line: Line) -> None:
+    hand = Hand(line, buffer_bytes=4096)
+    total = 500
+    for number in range(total):
+        line.say(number)
+    hand.drain()
+    kept = hand.taken()
+    assert 0 < len(kept) < total
+    line.say(total)  # the counter travels with a frame: this one brings it
+    hand.drain()
+    slots = hand.ring.take()
+    assert drops_in(slots) == total - len(kept)
+    hand.close()
+
+
+def test_a_stamp_of_an_old_lap_cannot_pass_for_a_new_one(line: Line) -> None:
+    hand = Hand(line)
+    stamps_ns: list[int] = []
+    for _ in range(5):
+        for number in range(RENEW):
+            line.say(number)
+        hand.drain()
+        slots = SLOT.iter_unpack(hand.ring.take())
+        stamps_ns += [seconds * 10**9 + rest for seconds, rest, *_ in slots]
+    line.receiver.setsockopt(socket.SOL_SOCKET, batches.SO_TIMESTAMPNS, 0)
+    line.say(0)
+    hand.drain()
+    ((seconds, rest, *_),) = SLOT.iter_unpack(hand.ring.take())
+    assert stamps_ns == sorted(stamps_ns)
+    assert (seconds, rest) == (0, 0)  # this slot's first lap had a stamp
+    hand.close()
+
+
+@pytest.mark.parametrize(
+    ("config", "fast"),
+    [
+        (CanBusConfig("socketcan", "can0"), True),
+        (CanBusConfig("socketcan", "can0", fast_reader=False), False),
+        (CanBusConfig("socketcan", "can0", options={"fd": True}), False),
+        (CanBusConfig("slcan", "/dev/ttyACM0"), False),
+    ],
+)
+def test_who_may_receive(config: CanBusConfig, fast: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert may_read_fast(config, MonotonicClock()) is fast
+    assert not may_read_fast(config, SteppedClock())
+    monkeypatch.setattr(batches, "available", lambda: False)  # Windows, macOS
+    assert not may_read_fast(config, MonotonicClock())
