@@ -14,13 +14,13 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import (
     AfterValidator,
-    BaseModel,
-    ConfigDict,
     Field,
     ValidationError,
     model_validator,
 )
 
+from agent.cell_devices import Part as _Part
+from agent.cell_devices import Positive, Temperature
 from agent.errors import InputError
 from trajectories import AxisLimits, TorqueModel, motor_rad
 
@@ -37,15 +37,8 @@ def _a_name(text: str) -> str:
 
 
 Name = Annotated[str, AfterValidator(_a_name)]
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
-
-
-class _Part(BaseModel):
-    """A part of the cell: frozen, strict about keys and about what is a number."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
 
 class Bus(_Part):
@@ -58,7 +51,7 @@ class Bus(_Part):
     channel: str | int
     bitrate: int = Field(default=1_000_000, gt=0)
     fast_reader: bool = True
-    options: dict[str, str | int | float | bool] = {}
+    options: dict[str, str | int | float | bool] = Field(default={})
 
 
 class TemperatureObject(_Part):
@@ -190,6 +183,12 @@ class Axis(_Part):
     stair: Stair
     supervision: Supervision = Supervision()
     expected: Expected | None = None
+    temperature: Temperature | None = None
+
+    @property
+    def has_gearbox_temperature(self) -> bool:
+        """Return whether a gearbox temperature is measured, by the drive or beside it."""
+        return self.drive.gearbox_temperature is not None or self.temperature is not None
 
     def motor_rad(self, arm_deg: float) -> float:
         """Return the motor angle, in radians, of an arm angle in degrees."""
@@ -225,6 +224,15 @@ class Axis(_Part):
     def _someone_answers_for_it(self) -> Self:
         if self.commissioned and not self.commissioned_by.strip():
             raise ValueError("commissioned = true needs commissioned_by: who, and when")
+        return self
+
+    @model_validator(mode="after")
+    def _one_temperature(self) -> Self:
+        if self.drive.gearbox_temperature is not None and self.temperature is not None:
+            raise ValueError(
+                "the gearbox temperature comes from drive.gearbox_temperature or from "
+                "[axis.temperature], not from both"
+            )
         return self
 
 
@@ -268,7 +276,7 @@ class Cell(_Part):
         raise InputError(f"The cell {self.robot} has no axis {number}; it has {known}.")
 
 
-def parse_cell(text: str, source: str = "CELL.toml") -> Cell:
+def parse_cell(text: str, source: str = "CELL.toml", folder: Path | None = None) -> Cell:
     """Parse and validate a cell description.
 
     Parameters
@@ -277,6 +285,8 @@ def parse_cell(text: str, source: str = "CELL.toml") -> Cell:
         TOML.
     source : str
         What to call it in messages.
+    folder : pathlib.Path, optional
+        What the files that the cell names are relative to.
 
     Raises
     ------
@@ -288,7 +298,7 @@ def parse_cell(text: str, source: str = "CELL.toml") -> Cell:
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{source} is not TOML: {error}.") from error
     try:
-        return Cell.model_validate(data)
+        return Cell.model_validate(data, context={"folder": folder})
     except ValidationError as error:
         mistakes = [_mistake(e) for e in error.errors()]
         head = f"{source} has {len(mistakes)} mistake{'s' if len(mistakes) > 1 else ''}:"
@@ -307,7 +317,7 @@ def read_cell(path: Path) -> Cell:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"The cell description {path} cannot be read: {error}.") from error
-    return parse_cell(text, source=str(path))
+    return parse_cell(text, source=str(path), folder=path.parent)
 
 
 def _mistake(error: Any) -> str:

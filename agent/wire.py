@@ -18,7 +18,9 @@ from agent.cycle.runner import CycleResult, CycleRunner, Progress, columns
 from agent.errors import InputError
 from agent.record.atomic import publish
 from agent.record.recording import Metadata
+from agent.record.rows import Kind
 from agent.record.stream import StreamWriter
+from agent.wire_devices import with_probe
 from drivers.can.owner import CanBusConfig, CanBusOwner
 from drivers.cia402.axis import Cia402Axis
 from drivers.cia402.config import Cia402Config, ExpectedIdentity
@@ -27,6 +29,8 @@ from drivers.cia402.scaling import Scaling, TemperatureSource
 from drivers.clock import Clock, wall_time_utc
 from drivers.ports import AxisEvidence
 from trajectories import Trajectory
+
+PROBE_KINDS: Mapping[str, Kind] = {"gearbox_temperature_quality": "text"}
 
 REST_S = 0.2
 """How long a joint must stand before it is believed: two periods of a soft arm's ringing."""
@@ -87,11 +91,12 @@ def drive_cycle(
         if left_behind:
             restore(owner, config, clock, left_behind)
             journal.clear()
+        probed = with_probe(Cia402Axis(owner, config, clock, journal.write), axis, owner, clock)
         runner = CycleRunner(
             plan,
-            Cia402Axis(owner, config, clock, journal.write),
+            probed.axis,
             clock,
-            open_recording=lambda evidence: _RunWriter(request, plan, evidence),
+            open_recording=lambda evidence: _RunWriter(request, plan, evidence, probed.source()),
             stop_requested=stop_requested,
             progress=progress,
         )
@@ -157,6 +162,11 @@ def software() -> str:
     return f"stribeck {importlib.metadata.version('stribeck')}"
 
 
+def _known(**values: object) -> dict[str, object]:
+    """Return what is known of `values`, to go into a recording's metadata."""
+    return {name: value for name, value in values.items() if value}
+
+
 class _Journal:
     """What a drive was set to before it was overwritten, kept until it has been given back.
 
@@ -190,7 +200,13 @@ class _Journal:
 class _RunWriter:
     """The runner's writer: a stream that becomes one recording with its metadata."""
 
-    def __init__(self, request: CycleRequest, plan: CyclePlan, evidence: AxisEvidence) -> None:
+    def __init__(
+        self,
+        request: CycleRequest,
+        plan: CyclePlan,
+        evidence: AxisEvidence,
+        temperature_source: Mapping[str, str | int | float],
+    ) -> None:
         cell, axis = request.cell, request.axis
         started_at = wall_time_utc()
         stamp = started_at.replace("-", "").replace(":", "").replace(".", "")
@@ -211,14 +227,20 @@ class _RunWriter:
                 "settings": dict(evidence.settings),
             },
             software=software(),
-            extra={"gearbox_serial": axis.gearbox_serial} if axis.gearbox_serial else {},
+            extra=_known(
+                gearbox_serial=axis.gearbox_serial, temperature_source=dict(temperature_source)
+            ),
         )
         self._stream = StreamWriter(
             request.folder,
             f"{cell.robot}-axis{axis.number}-{stamp}-{plan.trajectory.name}"
             + ("-reversed" if request.reverse else ""),
             metadata,
-            columns(with_temperature=plan.limits.temperature_required),
+            columns(
+                with_temperature=plan.limits.temperature_required,
+                with_probe=plan.temperature_beside_drive,
+            ),
+            kinds=PROBE_KINDS if plan.temperature_beside_drive else None,
         )
         self.append = self._stream.append
 

@@ -5,15 +5,27 @@ Like `agent.wire`, it turns descriptions into drivers' objects, and nothing is b
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from agent.cell import Axis
+from agent.cell_devices import AdamTemperature, Cia404Temperature, ModbusPlace, Temperature
 from agent.errors import InputError
-from drivers.clock import MonotonicClock
-from drivers.modbus.connection import Endpoint, ModbusConnection
+from drivers.can.owner import CanBusOwner
+from drivers.cia404.rtd import RtdNode
+from drivers.clock import Clock, MonotonicClock
+from drivers.modbus.connection import Endpoint, ModbusConnection, SerialEndpoint, TcpEndpoint
+from drivers.modbus.device import MappedDevice
 from drivers.modbus.plausibility import RegisterVerdict
+from drivers.modbus.probe import ModbusProbe
 from drivers.modbus.register_map import RegisterMap, RegisterMapError, load_map
 from drivers.modbus.verification import verify
+from drivers.ports import Axis as AxisPort
+from drivers.ports import TemperatureProbe
+from drivers.probed_axis import ProbedAxis
+from drivers.serial.line import SerialConfig, SerialLine
+from drivers.serial.probe import AdamProbe
 
 
 def register_map_named(name_or_path: str, folder: Path | None = None) -> RegisterMap:
@@ -28,6 +40,95 @@ def register_map_named(name_or_path: str, folder: Path | None = None) -> Registe
         return load_map(name_or_path, folder)
     except RegisterMapError as error:
         raise InputError(str(error)) from error
+
+
+@dataclass(frozen=True)
+class Probed:
+    """An axis, perhaps with a temperature from beside its drive.
+
+    Parameters
+    ----------
+    axis : drivers.ports.Axis
+        What the cycle drives.
+    source : callable
+        Says, once the axis is open, where the temperature comes from; empty: from the drive.
+    """
+
+    axis: AxisPort
+    source: Callable[[], Mapping[str, str | int | float]]
+
+
+def with_probe(axis: AxisPort, described: Axis, owner: CanBusOwner, clock: Clock) -> Probed:
+    """Return the axis with the temperature that its description asks for.
+
+    Parameters
+    ----------
+    axis : drivers.ports.Axis
+        The drive.
+    described : agent.cell.Axis
+        Its part of the cell.
+    owner : CanBusOwner
+        The drive's bus, on which a temperature node may be.
+    clock : Clock
+        The one time base of both.
+
+    Raises
+    ------
+    agent.errors.InputError
+        Where the register map cannot be used.
+    """
+    if described.temperature is None:
+        return Probed(axis, dict)
+    probe = temperature_probe(described.temperature, owner, clock)
+    probed = ProbedAxis(axis, probe, described.temperature.age_max_s)
+    return Probed(probed, lambda: probed.probe_identity)
+
+
+def temperature_probe(described: Temperature, owner: CanBusOwner, clock: Clock) -> TemperatureProbe:
+    """Return the probe that `[axis.temperature]` describes; nothing is opened yet."""
+    period_s, timeout_s = described.period_s, described.timeout_s
+    if isinstance(described, AdamTemperature):
+        return AdamProbe(
+            SerialLine(SerialConfig(described.port, described.baudrate), clock),
+            clock,
+            address=described.address,
+            channel=described.channel,
+            checksum=described.checksum,
+            period_s=period_s,
+            timeout_s=timeout_s,
+        )
+    if isinstance(described, Cia404Temperature):
+        return RtdNode(
+            owner,
+            clock,
+            node_id=described.node_id,
+            channel=described.channel,
+            period_s=period_s,
+            timeout_s=timeout_s,
+        )
+    device = mapped_device(described, clock)
+    try:
+        return ModbusProbe(
+            device, described.register_name, clock, period_s=period_s, timeout_s=timeout_s
+        )
+    except (KeyError, ValueError) as error:
+        raise InputError(f"[axis.temperature]: {error.args[0]}.") from error
+
+
+def mapped_device(place: ModbusPlace, clock: Clock) -> MappedDevice:
+    """Return a Modbus device behind its register map; nothing is opened yet."""
+    register_map = register_map_named(place.map)
+    connection = ModbusConnection(
+        _endpoint(place), clock, device_id=place.device_id, min_gap_s=register_map.min_gap_s
+    )
+    return MappedDevice(connection, register_map)
+
+
+def _endpoint(place: ModbusPlace) -> Endpoint:
+    if place.tcp is not None:
+        host, _, port = place.tcp.rpartition(":")
+        return TcpEndpoint(host, int(port))
+    return SerialEndpoint(str(place.rtu), place.baudrate, place.parity, place.stopbits)
 
 
 @dataclass(frozen=True)

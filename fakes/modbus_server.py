@@ -121,8 +121,6 @@ class Misbehaviour:
 class Server(Protocol):
     """Serves what waits, at most `wait_s` long."""
 
-    misbehaviour: Misbehaviour | None
-
     def step(self, wait_s: float) -> None:
         """Answer the requests that have come."""
         ...

@@ -202,14 +202,16 @@ def _state_refusals(limits: GateLimits, sample: Sample, now_s: float) -> tuple[s
             f"the measured torque of {sample.torque_nm:.2f} N m exceeds the limit of "
             f"{limits.torque_max_nm:.2f} N m"
         )
-    return (*found, *temperature_refusals(limits, sample.gearbox_temperature_degc))
+    return (*found, *temperature_refusals(limits, sample))
 
 
-def temperature_refusals(limits: GateLimits, temperature_degc: float) -> tuple[str, ...]:
-    """Return the reason against moving at this gearbox temperature, if there is one."""
+def temperature_refusals(limits: GateLimits, sample: Sample) -> tuple[str, ...]:
+    """Return the reason against moving at the sample's gearbox temperature, if there is one."""
+    temperature_degc = sample.gearbox_temperature_degc
     if not isfinite(temperature_degc):
         if limits.temperature_required:
-            return ("the gearbox temperature is not known",)
+            why = sample.gearbox_temperature_reason
+            return (f"the gearbox temperature is not known{f': {why}' if why else ''}",)
         return ()
     if not limits.temperature_min_degc <= temperature_degc <= limits.temperature_max_degc:
         return (

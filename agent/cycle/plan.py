@@ -58,6 +58,9 @@ class CyclePlan:
         Control and sample period.
     transition_timeout_s : float
         How long the drive may take to be on, or off.
+    temperature_beside_drive : bool
+        Whether another device than the drive measures the gearbox's temperature: the recording
+        then carries its age and quality.
     """
 
     robot: str
@@ -68,6 +71,7 @@ class CyclePlan:
     limits: GateLimits
     tick_s: float
     transition_timeout_s: float = 3.0
+    temperature_beside_drive: bool = False
 
 
 def stair_of(axis: Axis, *, reverse: bool = False) -> Trajectory:
@@ -205,8 +209,9 @@ def plan_cycle(
             torque_max_nm=limits.motor_torque_max_nm,
             temperature_min_degc=limits.gearbox_temperature_min_degc,
             temperature_max_degc=limits.gearbox_temperature_max_degc,
-            temperature_required=axis.drive.gearbox_temperature is not None,
+            temperature_required=axis.has_gearbox_temperature,
             sample_age_max_s=axis.supervision.sample_age_max_s,
         ),
         tick_s=1.0 / cell.recording.sample_rate_hz,
+        temperature_beside_drive=axis.temperature is not None,
     )

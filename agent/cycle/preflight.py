@@ -96,7 +96,7 @@ def at_standstill(plan: CyclePlan, samples: Sequence[Sample]) -> tuple[Condition
     limits = plan.limits
     inside = limits.position_min_rad <= newest.position_rad <= limits.position_max_rad
     arm_deg = math.degrees(newest.position_rad / plan.gear_ratio)
-    temperature = temperature_refusals(limits, newest.gearbox_temperature_degc)
+    temperature = temperature_refusals(limits, newest)
     return (
         Condition("answers SYNC", True),
         Condition(

@@ -28,6 +28,9 @@ from drivers.ports import Axis, AxisEvidence, Sample, SyncAccount
 OBSERVE_S = 0.2
 OBSERVE_TIMEOUT_S = 2.0
 
+PROBE_COLUMNS = ("gearbox_temperature_age_s", "gearbox_temperature_quality")
+"""What a recording has besides where another device than the drive measures a temperature."""
+
 Progress = Callable[[str, float], None]
 
 
@@ -63,9 +66,10 @@ class _Sent:
 class _Recorder:
     """Joins each sample with the set-points of its own tick and hands the row to the writer."""
 
-    def __init__(self, writer: Writer, *, with_temperature: bool) -> None:
+    def __init__(self, writer: Writer, *, with_temperature: bool, with_probe: bool) -> None:
         self._writer = writer
         self._with_temperature = with_temperature
+        self._with_probe = with_probe
         self._sent: deque[_Sent] = deque()
         self._origin_s: float | None = None
 
@@ -93,12 +97,23 @@ class _Recorder:
             ]
             if self._with_temperature:
                 row.append(sample.gearbox_temperature_degc)
+            if self._with_probe:
+                row.append(sample.gearbox_temperature_age_s)
+                row.append(sample.gearbox_temperature_quality.value)
             self._writer.append(row)
 
 
-def columns(*, with_temperature: bool) -> tuple[str, ...]:
-    """Return the columns of a recording in the order in which the runner writes them."""
-    names = (
+def columns(*, with_temperature: bool, with_probe: bool = False) -> tuple[str, ...]:
+    """Return the columns of a recording in the order in which the runner writes them.
+
+    Parameters
+    ----------
+    with_temperature : bool
+        Whether the gearbox temperature is measured.
+    with_probe : bool
+        Whether a device beside the drive measures it: its readings have an age and a quality.
+    """
+    names: tuple[str, ...] = (
         "time_s",
         "position_rad",
         "velocity_rad_s",
@@ -107,7 +122,9 @@ def columns(*, with_temperature: bool) -> tuple[str, ...]:
         "position_command_rad",
         "phase",
     )
-    return (*names, "gearbox_temperature_degc") if with_temperature else names
+    if with_temperature:
+        names = (*names, "gearbox_temperature_degc")
+    return (*names, *PROBE_COLUMNS) if with_probe else names
 
 
 class CycleRunner:
@@ -204,7 +221,9 @@ class CycleRunner:
         interlock = Interlock().after(Event.PREFLIGHT_PASSED)
         sequence = CycleSequence(self.plan, interlock, seen[-1])
         self._recorder = _Recorder(
-            self._writer, with_temperature=self.plan.limits.temperature_required
+            self._writer,
+            with_temperature=self.plan.limits.temperature_required,
+            with_probe=self.plan.temperature_beside_drive,
         )
         report_every = max(1, round(0.1 / self.plan.tick_s))
         self._torque_asked = True

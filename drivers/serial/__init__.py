@@ -1,0 +1,1 @@
+"""Devices that speak lines of text on a serial port (pyserial)."""
