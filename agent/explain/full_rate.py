@@ -13,6 +13,7 @@ from agent.identify.lowpass import lowpass
 from agent.identify.preprocess import Motion, direction_of
 from agent.identify.result import Floats
 from agent.identify.sampling import Stretch
+from agent.physics.derivative import slope
 
 WIDEST_SHARE = 0.1
 """Of the sampling rate: the widest band."""
@@ -85,7 +86,7 @@ def full_rate(
         full["elapsed_s"][at] = stretch.time_s + (started if len(runs) > 1 else 0.0)
         full["velocity_raw_rad_s"][at] = velocity
         full["velocity_rad_s"][at] = smooth
-        full["acceleration_rad_s2"][at] = np.gradient(smooth, piece.period_s)
+        full["acceleration_rad_s2"][at] = slope(smooth, piece.period_s)
         noise = motion.velocity_noise_rad_s
         full["direction"][at] = direction_of(velocity, piece.period_s, cutoff_hz, noise)
         full["torque_nm"][at] = stretch.on_grid(signals, signals.torque_nm)

@@ -15,6 +15,7 @@ import numpy as np
 
 from agent.explain.scene import Scene
 from agent.identify.result import Floats
+from agent.physics.derivative import slope
 
 _STEPS_PER_SWING = 16.0
 _HARDEST = 16.0  # gear's springs: friction that is harder before it slips is as good as rigid
@@ -74,7 +75,7 @@ class HiddenArm:
                 self.half_gap_rad,
                 max(1, math.ceil(_STEPS_PER_SWING * fastest_hz * period_s)),
             )
-            out[at] = shaft - pull - np.gradient(own, period_s)
+            out[at] = shaft - pull - slope(own, period_s)
         return out - self.friction_rad_s2 * scene.direction
 
 

@@ -11,6 +11,7 @@ from agent.explain.scene import Scene
 from agent.identify.result import Parameter
 
 _SETTLED = 1e-9
+_NOT_NEEDED = "within the intervals of its form's numbers the twin does as well without it"
 
 
 def as_in_twin(form: Form, scene: Scene, own: Mapping[str, Parameter]) -> Mapping[str, Parameter]:
@@ -55,15 +56,16 @@ def _converted(
     square_low = square_high = 0.0
     for key, parameter in own.items():
         if not parameter.identified or parameter.ci95 is None:
-            nudged = values | {key: values[key] * 1.01 + 1e-9}
-            moved = float(form.to_twin(scene, nudged)[0][name])
-            if parameter.identified or abs(moved - value) <= _SETTLED * scale:
+            moved = _there(form, scene, values | {key: values[key] * 1.01 + 1e-9}, name)
+            if parameter.identified or (
+                moved is not None and abs(moved - value) <= _SETTLED * scale
+            ):
                 continue
             return Parameter.not_identified(parameter.reason, value)
-        moves = [
-            float(form.to_twin(scene, values | {key: end})[0][name]) - value
-            for end in parameter.ci95
-        ]
+        ends = [_there(form, scene, values | {key: end}, name) for end in parameter.ci95]
+        if any(end is None for end in ends):
+            return Parameter.not_identified(_NOT_NEEDED, value)
+        moves = [end - value for end in ends if end is not None]
         square_low += min(*moves, 0.0) ** 2
         square_high += max(*moves, 0.0) ** 2
     if square_low == square_high == 0.0:
@@ -71,3 +73,9 @@ def _converted(
     return Parameter(
         value, (value - float(np.sqrt(square_low)), value + float(np.sqrt(square_high)))
     )
+
+
+def _there(form: Form, scene: Scene, values: Mapping[str, float], name: str) -> float | None:
+    """Return one number of the twin's; None where these values ask for a law without it."""
+    tables = form.to_twin(scene, values)
+    return float(tables[0][name]) if tables and name in tables[0] else None

@@ -22,6 +22,7 @@ from agent.identify.preprocess import read_motion
 from agent.identify.result import Floats
 from agent.identify.sampling import Stretch
 from agent.physics import rigid_body
+from agent.physics.derivative import slope
 from agent.physics.effects.motion import Motion as Measured
 from agent.physics.twin import Twin
 
@@ -245,9 +246,7 @@ def _base_raw(full: Mapping[str, Floats], pieces: Sequence[Piece], gear_ratio: f
     )[:, : len(BASE)]
     for piece in pieces:
         # Its filtered form is the derivative of the filtered velocity: both operations are linear.
-        raw[piece.full, BASE.index("inertia_kg_m2")] = np.gradient(
-            velocity[piece.full], piece.period_s
-        )
+        raw[piece.full, BASE.index("inertia_kg_m2")] = slope(velocity[piece.full], piece.period_s)
     return raw
 
 
@@ -275,6 +274,7 @@ def effects_nm(
             column("motor_temperature_degc"),
             started if math.isfinite(started) else None,
             float(piece.run),
+            full["velocity_raw_rad_s"][at],
         )
         out[at] = twin.predict(motion) - plain.predict(motion)
     return out

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.physics.backlash import DeadZone
+from agent.physics.derivative import slope_over
 from agent.physics.effects.card import (
     EffectCard,
     Floats,
@@ -48,6 +49,7 @@ class Carrier:
 
         The motor's own share of the twin's inertia is what the arm leaves of it.
         """
+        motion = motion.unfiltered
         stiff = self.arm_inertia_kg_m2 * motion.acceleration_rad_s2 + base.weight_nm(motion)
         # The twin's Coulomb level is motor's and arm's together: only what the spring does to the
         # arm's part is extra.
@@ -68,15 +70,15 @@ class Carrier:
         gap = DeadZone(self.half_gap_rad, law.stiffness_nm_per_rad)
         time, position = motion.need("time_s"), motion.need("position_rad")
         known = _known(time, position, motion.velocity_rad_s)
-        start = self._start(time[known], motion.velocity_rad_s[known])
         longest_s = float(np.max(np.diff(time[known]), initial=0.0))
         shaft = np.full_like(time, np.nan)
-        driven = self._driven_rad(time[known], position[known], motion.velocity_rad_s[known])
+        angle, speed = self._driven(time[known], position[known], motion.velocity_rad_s[known])
+        start = self._start(time[known], speed)
         shaft[known] = carried_arm(
             # Copies: a loop is compiled anew for every mixture of writeable and read-only columns.
             time[known].copy(),
-            driven,
-            motion.velocity_rad_s[known].copy(),
+            angle,
+            speed,
             law.arm_inertia_kg_m2,
             law.stiffness_nm_per_rad,
             law.cubic_stiffness_nm_per_rad3,
@@ -92,8 +94,13 @@ class Carrier:
         )
         return shaft
 
-    def _driven_rad(self, time_s: Floats, position_rad: Floats, velocity_rad_s: Floats) -> Floats:
-        """Return the motor's angle that drives the spring, shape (n,): the quieter of two.
+    def _driven(
+        self, time_s: Floats, position_rad: Floats, velocity_rad_s: Floats
+    ) -> tuple[Floats, Floats]:
+        """Return the motor's angle and speed that drive the spring, each shape (n,).
+
+        The angle is the quieter of two, and the speed is that angle's own: a damper between two
+        channels that disagree would make torque of their difference.
 
         A position of coarse steps, or one that is not quite in step with the velocity, would shake
         a stiff spring; a noisy velocity, summed up, would let a soft one wander. White noise of the
@@ -103,9 +110,13 @@ class Carrier:
         answer_s = math.sqrt(self.arm_inertia_kg_m2 / self.stiffness_nm_per_rad)
         wander = _white(velocity_rad_s) * math.sqrt(float(np.mean(steps)) * answer_s)
         if wander > _white(position_rad):
-            return position_rad.copy()
-        way = 0.5 * (velocity_rad_s[1:] + velocity_rad_s[:-1]) * steps
-        return np.asarray(position_rad[0] + np.concatenate(([0.0], np.cumsum(way))))
+            return position_rad.copy(), slope_over(time_s, position_rad)
+        # The end slopes correct the trapezoids (Euler and Maclaurin): angle and speed would differ
+        # by (w T)^2 / 12 else, which a stiff damper turns into a lag.
+        turn = np.diff(slope_over(time_s, velocity_rad_s)) * steps**2 / 12.0
+        way = 0.5 * (velocity_rad_s[1:] + velocity_rad_s[:-1]) * steps - turn
+        summed = position_rad[0] + np.concatenate(([0.0], np.cumsum(way)))
+        return summed, velocity_rad_s.copy()
 
     def _start(self, time_s: Floats, velocity_rad_s: Floats) -> tuple[float, float]:
         """Return acceleration and velocity that the arm starts with.

@@ -36,8 +36,20 @@ def _resolver(p: Numbers, motion: Motion) -> Motion:
         motion.need("position_rad"), motion.velocity_rad_s, motion.acceleration_rad_s2
     )
     return replace(
-        motion, position_rad=position, velocity_rad_s=velocity, acceleration_rad_s2=acceleration
+        motion,
+        position_rad=position,
+        velocity_rad_s=velocity,
+        acceleration_rad_s2=acceleration,
+        velocity_raw_rad_s=_true_velocity(law, motion),
     )
+
+
+def _true_velocity(law: ResolverError, motion: Motion) -> Floats | None:
+    """Return the unfiltered velocity with the error's slope taken out of it, as far as known."""
+    raw = motion.velocity_raw_rad_s
+    if raw is None:
+        return None
+    return law.true_motion(motion.need("position_rad"), raw, motion.acceleration_rad_s2)[1]
 
 
 def _velocity_late(p: Numbers, motion: Motion) -> Motion:
@@ -50,6 +62,9 @@ def _velocity_late(p: Numbers, motion: Motion) -> Motion:
         velocity_rad_s=law.true(time, motion.velocity_rad_s),
         acceleration_rad_s2=law.true(time, motion.acceleration_rad_s2),
         direction=direction,
+        velocity_raw_rad_s=(
+            None if motion.velocity_raw_rad_s is None else law.true(time, motion.velocity_raw_rad_s)
+        ),
     )
 
 

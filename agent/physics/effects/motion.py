@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.physics.derivative import slope
 from agent.physics.friction import boundary_share
 from agent.physics.rigid_body import gravity_columns
 
@@ -30,6 +31,8 @@ class Motion:
         When the recording started, seconds since 1970-01-01 UTC.
     run : float, optional
         Which run of a series this is, counted from any of them.
+    velocity_raw_rad_s : ndarray, shape (n,), optional
+        The velocity before any filter, evenly sampled, where `velocity_rad_s` is smooth.
     """
 
     velocity_rad_s: Floats
@@ -41,6 +44,20 @@ class Motion:
     motor_temperature_degc: Floats | None = None
     started_at_unix_s: float | None = None
     run: float | None = None
+    velocity_raw_rad_s: Floats | None = None
+
+    @property
+    def unfiltered(self) -> Motion:
+        """Return the motion as it was before any filter, as far as it is known.
+
+        What swings behind the motor is driven by it: a smooth velocity lacks the corners that the
+        position has, and passes the comparison's own filter a second time.
+        """
+        raw, time = self.velocity_raw_rad_s, self.time_s
+        if raw is None or time is None or time.shape[0] < 2:
+            return self
+        period_s = float(time[-1] - time[0]) / (time.shape[0] - 1)
+        return replace(self, velocity_rad_s=raw, acceleration_rad_s2=slope(raw, period_s))
 
     def need(self, name: str) -> Floats:
         """Return one column, or refuse by name."""
