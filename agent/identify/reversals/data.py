@@ -82,7 +82,7 @@ def data_of(motion: Motion) -> Data:
         motion,
         tuple(kept),
         np.concatenate(torque),
-        _common(motion, kept),
+        common_columns(motion, kept),
         np.concatenate(turn),
         float(np.median(noise)),
     )
@@ -98,7 +98,7 @@ def columns_of(law: ReversalLaw, data: Data, x: Floats) -> Floats:
     return np.concatenate((np.concatenate(own), data.common), axis=1)
 
 
-def _common(motion: Motion, kept: Sequence[NDArray[np.intp]]) -> Floats:
+def common_columns(motion: Motion, kept: Sequence[NDArray[np.intp]]) -> Floats:
     """Return velocity, acceleration, position and one offset for each recording, shape (N, m)."""
     recordings = sorted({track.recording for track in motion.tracks})
     rows = []

@@ -77,12 +77,12 @@ def _start(track: Track) -> float:
 
 
 def _coulomb(track: Track, _shape: Floats) -> Floats:
-    return np.sign(track.velocity_rad_s)[:, np.newaxis]
+    return np.sign(track.driving_rad_s)[:, np.newaxis]
 
 
 def _dahl(track: Track, shape: Floats) -> Floats:
     law = Dahl(1.0, 1.0 / float(shape[0]))
-    return law.torque_nm(track.time_s, track.velocity_rad_s, _start(track))[:, np.newaxis]
+    return law.torque_nm(track.time_s, track.driving_rad_s, _start(track))[:, np.newaxis]
 
 
 def _bliman_sorine(track: Track, shape: Floats) -> Floats:
@@ -90,7 +90,7 @@ def _bliman_sorine(track: Track, shape: Floats) -> Floats:
     slow = float(shape[0])
     fast = slow * share_of(float(shape[1]))
     elements = [
-        Dahl(1.0, 1.0 / length).torque_nm(track.time_s, track.velocity_rad_s, _start(track))
+        Dahl(1.0, 1.0 / length).torque_nm(track.time_s, track.driving_rad_s, _start(track))
         for length in (fast, slow)
     ]
     # The slow element takes away: its weight is the paper's f2 with the sign turned.
@@ -100,7 +100,7 @@ def _bliman_sorine(track: Track, shape: Floats) -> Floats:
 def _lugre(track: Track, shape: Floats) -> Floats:
     """Return bristles of Coulomb level 1, and the rate that their damping multiplies."""
     length, extra, speed = (float(x) for x in shape)
-    time_s, velocity, start = track.time_s, track.velocity_rad_s, _start(track)
+    time_s, velocity, start = track.time_s, track.driving_rad_s, _start(track)
     bristles = LuGre(1.0, 0.0, extra, speed, 1.0 / length)
     force = bristles.torque_nm(time_s, velocity, start)
     rate = velocity - np.abs(velocity) * force / bristles.level_nm(velocity)
@@ -132,8 +132,8 @@ def _geared(track: Track, gap_rad: float, wind_up_rad: float) -> Floats:
     # The share of a step after the arm was caught up: columns must not jump as the gap grows.
     beyond = np.abs(before + travel) - reach
     share = np.clip(beyond / np.maximum(np.abs(travel), 1e-300), 0.0, 1.0)
-    momentum = np.gradient(track.velocity_rad_s * share, track.period_s)
-    return np.stack((np.sign(track.velocity_rad_s), load, momentum), axis=-1)
+    momentum = np.gradient(track.driving_rad_s * share, track.period_s)
+    return np.stack((np.sign(track.driving_rad_s), load, momentum), axis=-1)
 
 
 def share_of(ratio: float) -> float:

@@ -23,6 +23,8 @@ _NO_MOTION = 6.0  # standard errors that a signal which stands ranges over, smoo
 _STANDING = 3e-3  # of the fastest speed: below, friction may be anything
 _TURNING = 0.8  # of the neighbouring legs' peak speed: where the turn begins and ends
 _PRELIMINARY = 0.05  # of the sampling rate: cutoff of the filter that finds the turns
+_DRIVING = 1.4  # times the regression's cutoff: of the motion that drives friction's memory
+_HIGHEST = 0.25  # of the sampling rate: its cutoff at most
 
 
 @dataclass(frozen=True)
@@ -50,12 +52,17 @@ class Track:
     time_s, position_rad, velocity_rad_s, acceleration_rad_s2, torque_nm : ndarray
         Motion behind a low-pass; torque as recorded. Without an encoder the position is the
         integral of the velocity.
+    driving_rad_s : ndarray
+        Velocity behind a higher cutoff, which drives friction with memory: a turn that is rounded
+        off would be remembered as a rounder one, and travel bears more noise than acceleration.
     lead_rad : ndarray or None
         Motor angle less gear ratio times arm angle, as recorded; None without the arm's encoder.
     turns : tuple of Turn
         In order of time.
     resolution_rad : float
         Finest travel that these samples tell apart: the encoder's step.
+    step_rad, place_error_rad : float
+        The encoder's step, 0 where noise hides it, and the standard error of an extreme position.
     cutoff_hz : float
         Of the low-pass, which torque and a law's columns pass, too, before they are compared.
     """
@@ -65,10 +72,13 @@ class Track:
     position_rad: Floats
     velocity_rad_s: Floats
     acceleration_rad_s2: Floats
+    driving_rad_s: Floats
     torque_nm: Floats
     lead_rad: Floats | None
     turns: tuple[Turn, ...]
     resolution_rad: float
+    step_rad: float
+    place_error_rad: float
     cutoff_hz: float
 
     @property
@@ -84,7 +94,7 @@ class Track:
     def travel_rad(self) -> Floats:
         """Return the signed travel of the step that ends at each sample, shape (n,)."""
         step = np.diff(self.time_s, prepend=self.time_s[:1])
-        velocity = self.velocity_rad_s
+        velocity = self.driving_rad_s
         mean = 0.5 * (velocity + np.concatenate((velocity[:1], velocity[:-1])))
         return np.asarray(step * mean)
 
@@ -137,7 +147,10 @@ def _track(number: int, signals: Signals, stretch: Stretch) -> Track | None:
     extremes = _extremes(path, max(noise, _HYSTERESIS_SHARE * float(np.ptp(path))))
     cutoff = cutoff_for(raw, period_s, error, np.array(extremes, dtype=np.intp))
     smooth = lowpass(raw, period_s, cutoff)
-    velocity = np.gradient(smooth, period_s) if by_position else smooth
+    fine = lowpass(raw, period_s, max(cutoff, min(_DRIVING * cutoff, _HIGHEST / period_s)))
+    velocity, driving = (
+        np.gradient(signal, period_s) if by_position else signal for signal in (smooth, fine)
+    )
     path = smooth if by_position else _integral(smooth, period_s)
     arm = signals.position_arm_rad
     lead = None
@@ -149,10 +162,13 @@ def _track(number: int, signals: Signals, stretch: Stretch) -> Track | None:
         position_rad=path,
         velocity_rad_s=velocity,
         acceleration_rad_s2=np.gradient(velocity, period_s),
+        driving_rad_s=driving,
         torque_nm=stretch.on_grid(signals, signals.torque_nm),
         lead_rad=lead,
         turns=_turns(path, velocity, extremes),
         resolution_rad=max(step, error) * (1.0 if by_position else period_s),
+        step_rad=step if by_position else 0.0,
+        place_error_rad=error if by_position else error * period_s,
         cutoff_hz=cutoff,
     )
 
