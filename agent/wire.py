@@ -8,9 +8,11 @@ from __future__ import annotations
 import importlib.metadata
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from agent.acquisition import KEY as ACQUISITION
+from agent.acquisition import Acquisition
 from agent.cell import Axis, Bus, Cell
 from agent.cycle.plan import CyclePlan, plan_cycle
 from agent.cycle.preflight import before_the_bus, insist
@@ -27,7 +29,7 @@ from drivers.cia402.config import Cia402Config, ExpectedIdentity
 from drivers.cia402.handing_back import restore
 from drivers.cia402.scaling import Scaling, TemperatureSource
 from drivers.clock import Clock, wall_time_utc
-from drivers.ports import AxisEvidence
+from drivers.ports import AxisEvidence, SyncAccount
 from trajectories import Trajectory
 
 PROBE_KINDS: Mapping[str, Kind] = {"gearbox_temperature_quality": "text"}
@@ -244,10 +246,15 @@ class _RunWriter:
         )
         self.append = self._stream.append
 
-    def finish(self, *, samples_lost: int, stopped_because: str) -> Path | None:
+    def finish(self, *, account: SyncAccount | None, stopped_because: str) -> Path | None:
         """Finish the stream; where nothing was recorded, leave no file."""
         if self._stream.samples == 0:
             self._stream.abandon()
             return None
-        changes = {"stopped_because": stopped_because} if stopped_because else {}
-        return self._stream.finish(samples_lost, changes)
+        changes: dict[str, object] = {}
+        if stopped_because:
+            changes["stopped_because"] = stopped_because
+        if account is None:
+            return self._stream.finish(None, changes)
+        changes[ACQUISITION] = Acquisition(**asdict(account)).to_json()
+        return self._stream.finish(account.lost, changes)

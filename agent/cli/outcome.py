@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from agent.acquisition import Acquisition
 from agent.cycle.sequence import Stage
 from agent.errors import InputError
 from agent.identify.detail import RecordingDetail
@@ -123,6 +124,7 @@ def signals_of(recording: Recording) -> Signals:
         recording.metadata.gear_ratio,
         name=Path(recording.source).name,
         samples_lost=recording.metadata.samples_lost or 0,
+        acquisition=Acquisition.from_metadata(recording.metadata.extra, recording.source),
     )
 
 

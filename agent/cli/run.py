@@ -16,6 +16,7 @@ from agent.errors import InputError, RefusedError
 from agent.record.reading import read
 from agent.wire import CycleRequest, drive_cycle
 from drivers.clock import MonotonicClock
+from drivers.ports import SyncAccount
 from trajectories import Trajectory, TrajectoryError, summarise
 
 
@@ -117,7 +118,8 @@ def run_axis(
     account = result.account
     talker().print(
         f"Recorded {account.received} of {account.expected} samples, {account.lost} lost, "
-        f"{account.late} late, jitter {account.jitter_s * 1e3:.2f} ms."
+        f"{account.late} late, {account.not_asked} not asked for in time, "
+        f"jitter {account.jitter_s * 1e3:.2f} ms{_received(account)}."
     )
     conclusion = conclude([read(result.recording)])
     json_path = conclusion.write_json(result.recording.with_suffix(".estimate.json"))
@@ -133,3 +135,13 @@ def run_axis(
         ("report", report_path),
     ):
         typer.echo(f"  {what:<10} {path}")
+
+
+def _received(account: SyncAccount) -> str:
+    """Say what the kernel dropped, and what it granted, where anybody can tell."""
+    if account.dropped_by_kernel is None or account.receive_buffer_bytes is None:
+        return ""
+    return (
+        f"; the kernel dropped {account.dropped_by_kernel} frames, with "
+        f"{account.receive_buffer_bytes // 1024} KiB to keep them in"
+    )

@@ -41,8 +41,11 @@ class Writer(Protocol):
         """Keep one row, in the order of the columns that it was opened with."""
         ...
 
-    def finish(self, *, samples_lost: int, stopped_because: str) -> Path | None:
-        """Close the recording and return its file; None where nothing was recorded."""
+    def finish(self, *, account: SyncAccount | None, stopped_because: str) -> Path | None:
+        """Close the recording and return its file; None where nothing was recorded.
+
+        `account` says what became of every sample; None where that could not be learnt.
+        """
         ...
 
 
@@ -275,8 +278,7 @@ class CycleRunner:
     def _finish(self, account: SyncAccount | None) -> Path | None:
         if self._writer is None:
             return None
-        lost = account.lost if account is not None else 0
-        return self._writer.finish(samples_lost=lost, stopped_because=self._stopped_because)
+        return self._writer.finish(account=account, stopped_because=self._stopped_because)
 
 
 @contextlib.contextmanager

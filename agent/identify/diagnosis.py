@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from agent.identify.frames import objections_of_frames
 from agent.identify.preprocess import Motion
 from agent.identify.windows import SteadyWindow
 
@@ -42,6 +43,8 @@ def _of_recording(motion: Motion) -> list[str]:
     total = signals.valid.shape[0] + signals.samples_lost
     if valid < _KEPT * total:
         reasons.append(f"{name}: only {valid} of {total} samples are left; too many frames lost")
+    else:
+        reasons += objections_of_frames(motion)
     velocity = np.concatenate(motion.velocity_rad_s) if motion.velocity_rad_s else np.zeros(0)
     fastest = float(np.max(np.abs(velocity), initial=0.0))
     moving = int(np.count_nonzero(np.abs(velocity) > 0.02 * fastest)) if fastest > 0.0 else 0

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from agent.acquisition import total
 from agent.identify import diagnosis
 from agent.identify.detail import RecordingDetail, detail_of
 from agent.identify.forward import position_error
@@ -266,4 +267,7 @@ def _quality(motions: Sequence[Motion]) -> Quality:
         sample_rate_hz=float(np.median(rates)),
         jitter_s=max(m.timing.jitter_s for m in motions),
         temperature_degc=(float(known.min()), float(known.max())) if known.size else None,
+        acquisition=total(
+            [m.signals.acquisition for m in motions if m.signals.acquisition is not None]
+        ),
     )

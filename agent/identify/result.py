@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.acquisition import Acquisition
+
 Floats = NDArray[np.float64]
 
 SCHEMA = "stribeck.estimate/1"
@@ -229,9 +231,10 @@ class Quality:
     sample_rate_hz: float
     jitter_s: float
     temperature_degc: tuple[float, float] | None
+    acquisition: Acquisition | None = None
 
     def to_json(self) -> dict[str, Any]:
-        """Return the contract's form."""
+        """Return the contract's form; `acquisition` is null where no recording has an account."""
         return {
             "samples": self.samples,
             "samples_lost": self.samples_lost,
@@ -243,6 +246,7 @@ class Quality:
                 if self.temperature_degc is None
                 else [_number(t) for t in self.temperature_degc]
             ),
+            "acquisition": None if self.acquisition is None else self.acquisition.to_json(),
         }
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.acquisition import Acquisition
 from agent.identify.result import Floats
 
 
@@ -27,6 +28,7 @@ class Signals:
     gear_ratio: float
     name: str = "recording"
     samples_lost: int = 0
+    acquisition: Acquisition | None = None
     gearbox_temperature_degc: Floats | None = None
     velocity_command_rad_s: Floats | None = None
     position_command_rad: Floats | None = None
@@ -41,6 +43,7 @@ class Signals:
         *,
         name: str = "recording",
         samples_lost: int = 0,
+        acquisition: Acquisition | None = None,
     ) -> Signals:
         """Take the contract's columns as they are; needed ones must be there.
 
@@ -54,6 +57,8 @@ class Signals:
             What the recording is called in messages.
         samples_lost : int
             Samples that the recorder knows to be missing.
+        acquisition : Acquisition, optional
+            The recorder's account of every sample that it asked for.
         """
 
         def floats(key: str) -> Floats | None:
@@ -80,6 +85,7 @@ class Signals:
             gear_ratio=gear_ratio,
             name=name,
             samples_lost=samples_lost,
+            acquisition=acquisition,
             gearbox_temperature_degc=floats("gearbox_temperature_degc"),
             velocity_command_rad_s=floats("velocity_command_rad_s"),
             position_command_rad=floats("position_command_rad"),

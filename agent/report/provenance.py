@@ -27,7 +27,7 @@ _METADATA_LABELS = {
     "software": "Software",
 }
 # Said elsewhere on the page, or of use to a program only.
-_METADATA_UNSHOWN = frozenset({"schema", "robot", "axis", "samples_lost"})
+_METADATA_UNSHOWN = frozenset({"schema", "robot", "axis", "samples_lost", "acquisition"})
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,7 @@ def quality_rows(quality: Quality) -> tuple[tuple[str, str], ...]:
         ("Samples", f"{quality.samples:,}".replace(",", "\u202f")),
         ("Samples lost", _share(quality.samples_lost, asked)),
         ("Samples masked", _share(quality.masked, quality.samples)),
+        *_frame_rows(quality),
         ("Sample rate", f"{significant(quality.sample_rate_hz)} Hz"),
         ("Jitter", jitter),
     ]
@@ -63,6 +64,23 @@ def quality_rows(quality: Quality) -> tuple[tuple[str, str], ...]:
         low, high = quality.temperature_degc
         rows.append(("Gearbox temperature", _range_degc(low, high)))
     return tuple(rows)
+
+
+def _frame_rows(quality: Quality) -> list[tuple[str, str]]:
+    """Return what the recorder's account says beyond the lost samples, where there is one."""
+    account = quality.acquisition
+    if account is None:
+        return []
+    dropped = account.dropped_by_kernel
+    scale = scale_for("s", [account.jitter_s])
+    return [
+        ("Samples asked for", f"{account.expected:,}".replace(",", "\u202f")),
+        ("Not asked for in time", _share(account.not_asked, account.expected)),
+        ("Answers late", _share(account.late, account.expected)),
+        ("Answers twice", _share(account.duplicates, account.expected)),
+        ("Frames dropped by the computer", "not known" if dropped is None else str(dropped)),
+        ("Answers' jitter", f"{significant(account.jitter_s * scale.factor, 2)} {scale.unit}"),
+    ]
 
 
 def recording_rows(views: Sequence[RecordingView]) -> tuple[RecordingRow, ...]:

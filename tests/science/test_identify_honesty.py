@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from agent.acquisition import Acquisition
 from agent.identify.estimate import estimate, identify, twin_from_estimate
 from agent.identify.result import Estimate
 from agent.identify.signals import Signals
@@ -107,6 +109,44 @@ def test_torque_with_the_wrong_sign() -> None:
 def test_lost_frames() -> None:
     signals = record(JOINT, stair())
     refused(estimate([replace(signals, samples_lost=20000)]), "frames lost")
+
+
+def accounted(signals: Signals, **changes: Any) -> Signals:
+    """Return signals with an account in which all is well but for `changes`."""
+    expected = signals.time_s.size + changes.get("lost", 0)
+    account = Acquisition(expected=expected, received=signals.time_s.size, lost=0)
+    return replace(
+        signals, samples_lost=changes.get("lost", 0), acquisition=replace(account, **changes)
+    )
+
+
+def test_a_loss_that_could_hide_a_bias_is_refused_and_a_smaller_one_is_shown() -> None:
+    signals = record(JOINT, stair())
+    few, many = signals.time_s.size // 200, signals.time_s.size // 50
+    borne = estimate([accounted(signals, lost=few)])
+    assert borne.decidable, borne.reasons
+    assert borne.quality.acquisition is not None
+    assert borne.quality.acquisition.lost == few
+    refused(estimate([accounted(signals, lost=many)]), "without a known cause")
+    refused(estimate([replace(signals, samples_lost=many)]), "without a known cause")
+    explained = estimate([accounted(signals, lost=many, dropped_by_kernel=2 * many)])
+    assert explained.decidable, explained.reasons
+
+
+def test_rows_that_are_missing_and_in_no_account_are_refused() -> None:
+    whole = record(JOINT, stair())
+    kept = np.ones(whole.time_s.size, dtype=bool)
+    kept[2000 : 2000 + whole.time_s.size // 200] = False
+    columns = {"time_s": whole.time_s, "torque_nm": whole.torque_nm}
+    assert whole.velocity_rad_s is not None
+    columns["velocity_rad_s"] = whole.velocity_rad_s
+    cut = Signals.from_columns({k: v[kept] for k, v in columns.items()}, whole.gear_ratio)
+    missing = int(np.count_nonzero(~kept))
+    refused(estimate([accounted(cut)]), "the loss is unexplained")
+    for reason in ({"lost": missing}, {"not_asked": missing}):
+        told = estimate([accounted(cut, **reason)])
+        assert told.decidable, told.reasons
+    assert estimate([cut]).decidable  # without an account a gap is a gap
 
 
 def test_different_gears_are_not_one_axis() -> None:

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from agent.acquisition import Acquisition
+from agent.cli.outcome import conclude
 from agent.errors import RefusedError, StoppedError
 from agent.record.reading import read
 from drivers.cia402.axis import Cia402Axis
@@ -105,7 +107,14 @@ def test_a_lost_answer_or_two_are_counted_and_do_not_stop_the_cycle(tmp_path: Pa
     with rig(tmp_path, faults=[faults.SwallowSync(at_s=IN_THE_STAIR_S, count=2)]) as bench:
         result = bench.run()
     assert result.account.lost == 2
-    assert read(result.recording).metadata.samples_lost == 2
+    kept = read(result.recording)
+    assert kept.metadata.samples_lost == 2
+    account = Acquisition.from_metadata(kept.metadata.extra, "it")
+    assert account is not None
+    assert (account.lost, account.lost_unexplained, account.not_asked) == (2, 2, 0)
+    assert account.expected == account.received + 2
+    quality = conclude([kept]).estimate.quality
+    assert quality.acquisition == account
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,133 @@
+"""The account of a recording's frames: how many were asked for, and what became of them.
+
+The cycle writes it into the recording's metadata under `KEY`; whoever reads the recording, the
+estimators among them, reads it back from there.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from agent.errors import InputError
+
+KEY = "acquisition"
+SCHEMA = "stribeck.acquisition/1"
+
+
+@dataclass(frozen=True)
+class Acquisition:
+    """What became of every SYNC of a run, and how the answers were received.
+
+    Parameters
+    ----------
+    expected, received, lost : int
+        SYNCs that were sent; that were answered; that were not, while somebody listened.
+    late : int
+        Answers that came after the next SYNC had been sent.
+    jitter_s : float
+        Standard deviation of the answers' delay, in seconds.
+    duplicates, unmatched : int
+        Answers that no SYNC was open for: the last answer once more; anything else.
+    not_asked : int
+        SYNCs that the computer should have sent by its own sample rate and did not.
+    longest_gap_s : float
+        Between two SYNCs, in seconds.
+    dropped_by_kernel : int or None
+        Frames, of whatever kind, that the kernel had no room for; None where nobody can tell.
+    reader, stamps : str
+        Who received, and who stamped: see `drivers.ports.SyncAccount`.
+    receive_buffer_bytes : int or None
+        What the kernel granted to the receiving socket; None where nobody asked.
+
+    Raises
+    ------
+    ValueError
+        A count below zero, or more answers than questions.
+    """
+
+    expected: int
+    received: int
+    lost: int
+    late: int = 0
+    jitter_s: float = 0.0
+    duplicates: int = 0
+    unmatched: int = 0
+    not_asked: int = 0
+    longest_gap_s: float = 0.0
+    dropped_by_kernel: int | None = None
+    reader: str = ""
+    stamps: str = ""
+    receive_buffer_bytes: int | None = None
+
+    def __post_init__(self) -> None:
+        for name, value in dataclasses.asdict(self).items():
+            if isinstance(value, int | float) and not value >= 0:
+                raise ValueError(f"{name} must not be below zero, got {value}")
+        if self.received + self.lost > self.expected:
+            raise ValueError(
+                f"{self.received} answers and {self.lost} lost ones are more than the "
+                f"{self.expected} that were asked for"
+            )
+
+    @property
+    def lost_unexplained(self) -> int:
+        """Return how many lost samples are not accounted for by frames that the kernel dropped."""
+        return max(self.lost - (self.dropped_by_kernel or 0), 0)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON; what nobody can tell is null."""
+        return {"schema": SCHEMA, **dataclasses.asdict(self)}
+
+    @classmethod
+    def from_metadata(cls, document: Mapping[str, Any], where: str) -> Acquisition | None:
+        """Return a recording's account, None where the recording has none of ours.
+
+        Parameters
+        ----------
+        document : mapping
+            The metadata's extra keys.
+        where : str
+            The recording, for messages.
+
+        Raises
+        ------
+        InputError
+            It is there, and cannot be right.
+        """
+        found = document.get(KEY)
+        if not isinstance(found, Mapping) or found.get("schema") != SCHEMA:
+            return None
+        names = {field.name for field in dataclasses.fields(cls)}
+        try:
+            return cls(**{name: value for name, value in found.items() if name in names})
+        except (TypeError, ValueError) as error:
+            raise InputError(f"{where}: its account of frames cannot be right: {error}.") from error
+
+
+def total(accounts: Sequence[Acquisition]) -> Acquisition | None:
+    """Return the sum over recordings, None of none; jitter and gap are the largest.
+
+    What one of them cannot tell, the sum cannot tell either.
+    """
+    if not accounts:
+        return None
+    dropped = [a.dropped_by_kernel for a in accounts]
+    buffers = [a.receive_buffer_bytes for a in accounts]
+    return Acquisition(
+        expected=sum(a.expected for a in accounts),
+        received=sum(a.received for a in accounts),
+        lost=sum(a.lost for a in accounts),
+        late=sum(a.late for a in accounts),
+        jitter_s=max(a.jitter_s for a in accounts),
+        duplicates=sum(a.duplicates for a in accounts),
+        unmatched=sum(a.unmatched for a in accounts),
+        not_asked=sum(a.not_asked for a in accounts),
+        longest_gap_s=max(a.longest_gap_s for a in accounts),
+        dropped_by_kernel=None if None in dropped else sum(d or 0 for d in dropped),
+        reader=", ".join(sorted({a.reader for a in accounts})),
+        stamps=", ".join(sorted({a.stamps for a in accounts})),
+        receive_buffer_bytes=None if None in buffers else min(b or 0 for b in buffers),
+    )
