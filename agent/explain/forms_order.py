@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 
 from agent.explain.form import Form, Grid, Point, stack
+from agent.explain.hidden_arm import HiddenArm
 from agent.explain.orders import Weighting, half_a_line, strong_orders
-from agent.explain.scene import Scene
+from agent.explain.scene import Scene, log_grid
 from agent.identify.result import Floats
 
 _POSITION = ("position_rad",)
+_GEAR_DAMPING = 0.1  # of the arm's swing on the gear: between steel's and a harmonic drive's
 
 
 def _orders(weighting: Weighting) -> Grid:
@@ -58,6 +60,33 @@ def _kinematic(scene: Scene, point: Point) -> Floats:
     return stack(-order * sin * a - order**2 * cos * v2, order * cos * a - order**2 * sin * v2)
 
 
+def _wobble_grid(scene: Scene) -> Sequence[Point]:
+    """Return the strong orders with springs from soft to as good as rigid in the band."""
+    cutoff = scene.table.cutoff_hz
+    springs = log_grid(0.6 * cutoff, 3.0 * cutoff, 4)
+    return tuple((order, hz) for order in strong_orders(scene, "inertia") for hz in springs)
+
+
+def _wobble(scene: Scene, point: Point) -> Floats:
+    """Return what reaches the motor through the gear's spring when the ratio wobbles, (N, 2).
+
+    The spring is driven by ``q + e(q)``: below the arm's resonance as through a stiff gear, near it
+    more, above it ever less. An error of the measured angle passes no spring.
+    """
+    order, hertz = point
+    angle = order * scene.full("position_rad")
+    arm = HiddenArm(hertz, _GEAR_DAMPING)
+    velocity = order * scene.full("velocity_rad_s")
+    return stack(
+        arm.shaft_rad_s2(scene, -velocity * np.sin(angle)),
+        arm.shaft_rad_s2(scene, velocity * np.cos(angle)),
+    )
+
+
+def _wobble_step(scene: Scene) -> Point:
+    return (*half_a_line(scene), 0.3 * scene.table.cutoff_hz)
+
+
 def _kinematic_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
     """Split into an error of the angle and the inertia behind it; only the product is known."""
     inertia = float(scene.theta[0])
@@ -69,6 +98,17 @@ def _kinematic_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mappi
             "arm_inertia_kg_m2": inertia,
         },
     )
+
+
+def _wobble_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    """Return the wobble of a stiff gear, as the twin has it, that comes nearest in the band."""
+    order, found = values["order_per_motor_rev"], dict(values)
+    table = scene.table
+    stiff = table.band(_kinematic(scene, (order,)))[table.used]
+    soft = table.band(_wobble(scene, (order, values["antiresonance_hz"])))[table.used]
+    torque = soft @ np.array([values["cos_kg_m2_rad"], values["sin_kg_m2_rad"]])
+    found["cos_kg_m2_rad"], found["sin_kg_m2_rad"] = np.linalg.lstsq(stiff, torque)[0].tolist()
+    return _kinematic_twin(scene, found)
 
 
 def _whole_orders(scene: Scene) -> Sequence[Point]:
@@ -122,6 +162,17 @@ FORMS: tuple[Form, ...] = (
         needs=_POSITION,
         step=half_a_line,
         to_twin=_kinematic_twin,
+    ),
+    Form(
+        "kinematic-error",
+        "one order, through the gear's spring",
+        ("cos_kg_m2_rad", "sin_kg_m2_rad"),
+        _wobble,
+        ("order_per_motor_rev", "antiresonance_hz"),
+        _wobble_grid,
+        needs=_POSITION,
+        step=_wobble_step,
+        to_twin=_wobble_twin,
     ),
     Form(
         "resolver-error",

@@ -53,20 +53,38 @@ class HiddenArm:
 
         The velocity is taken as it was recorded: its smooth form would lack the swing itself.
         """
+        velocity = scene.full("velocity_raw_rad_s")
+        pull = weight_nm(scene) / (self.inertia_share * inertia_of(scene))
+        out = self.shaft_rad_s2(scene, velocity, pull) - pull
+        for at, period_s in scene.each_piece():
+            out[at] -= slope(velocity[at], period_s)
+        return out - self.friction_rad_s2 * scene.direction
+
+    def shaft_rad_s2(
+        self, scene: Scene, velocity_rad_s: Floats, pull_rad_s2: Floats | None = None
+    ) -> Floats:
+        """Return the shaft's torque over the arm's inertia, shape (N,).
+
+        Parameters
+        ----------
+        scene : Scene
+        velocity_rad_s : ndarray, shape (N,)
+            At which the gear's motor side turns.
+        pull_rad_s2 : ndarray, shape (N,), optional
+            The arm's weight over its inertia.
+        """
         from agent.explain.arm_kernel import shaft_rad_s2
 
         omega = 2.0 * math.pi * self.frequency_hz
         # Stiffer friction would ask for smaller steps, and the band would not show the difference.
         reach = max(self.reach_rad, self.friction_rad_s2 / (_HARDEST * omega**2), 1e-12)
         fastest_hz = math.sqrt(omega**2 + self.friction_rad_s2 / reach) / (2.0 * math.pi)
-        velocity = scene.full("velocity_raw_rad_s")
-        weight = weight_nm(scene) / (self.inertia_share * inertia_of(scene))
-        out = np.zeros(velocity.shape[0])
+        pull = np.zeros_like(velocity_rad_s) if pull_rad_s2 is None else pull_rad_s2
+        out = np.zeros(velocity_rad_s.shape[0])
         for at, period_s in scene.each_piece():
-            own, pull = np.ascontiguousarray(velocity[at]), np.ascontiguousarray(weight[at])
-            shaft = shaft_rad_s2(
-                own,
-                pull,
+            out[at] = shaft_rad_s2(
+                np.ascontiguousarray(velocity_rad_s[at]),
+                np.ascontiguousarray(pull[at]),
                 period_s,
                 omega,
                 self.damping_ratio,
@@ -75,8 +93,7 @@ class HiddenArm:
                 self.half_gap_rad,
                 max(1, math.ceil(_STEPS_PER_SWING * fastest_hz * period_s)),
             )
-            out[at] = shaft - pull - slope(own, period_s)
-        return out - self.friction_rad_s2 * scene.direction
+        return out
 
 
 def inertia_of(scene: Scene) -> float:

@@ -1,0 +1,95 @@
+"""A gear's wobble and a resolver's error: the same order, told apart by the spring between them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from agent.explain import forms_order
+from agent.explain.choice import Term, choose
+from agent.explain.evidence import weigh
+from agent.explain.run import Run
+from agent.explain.scene import Scene, refit
+from agent.explain.search import Library
+from agent.explain.table import BASE, tabulate
+from agent.identify.result import Floats
+from tests.science.explain_joint import GEAR_RATIO, NOISE_NM, RATE_HZ, TWIN, stair
+
+ORDER, ERROR_RAD = 2.0, 0.004
+ARM_SHARE, SPRING_HZ, DAMPING = 0.6, 30.0, 0.08
+_STEPS = 8  # a sample
+
+
+def sampled(scale: float) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return time, true angle, velocity and acceleration of the motor at 8 times the rate."""
+    trajectory = stair([scale * v for v in (6.0, 20.0, 45.0, 70.0, 95.0)])
+    time = np.arange(int(trajectory.duration_s * RATE_HZ) * _STEPS) / (RATE_HZ * _STEPS)
+    points = trajectory.sample(time)
+    return time, points.position_rad, points.velocity_rad_s, points.acceleration_rad_s2
+
+
+def sprung(velocity: Floats) -> Floats:
+    """Return the torque of an arm behind a spring over its inertia; semi-implicit Euler."""
+    omega, dt = 2.0 * math.pi * SPRING_HZ, 1.0 / (RATE_HZ * _STEPS)
+    out = np.empty_like(velocity)
+    arm, twist = float(velocity[0]), 0.0
+    for k, motor in enumerate(velocity.tolist()):
+        twist += dt * (motor - arm)
+        out[k] = omega**2 * twist + 2.0 * DAMPING * omega * (motor - arm)
+        arm += dt * out[k]
+    return out
+
+
+def recorded(scale: float, seed: int, *, gear_wobbles: bool) -> Run:
+    """Return a recording of a joint whose gear wobbles, or whose motor angle is misread."""
+    time, position, velocity, acceleration = sampled(scale)
+    rng = np.random.default_rng(seed)
+    slope = ORDER * ERROR_RAD * np.cos(ORDER * position)
+    arm = ARM_SHARE * TWIN.inertia_kg_m2
+    through = velocity * (1.0 + slope) if gear_wobbles else velocity
+    torque = (
+        (TWIN.inertia_kg_m2 - arm) * acceleration
+        + arm * sprung(through) * (1.0 + slope if gear_wobbles else 1.0)
+        + TWIN.viscous_nm_s_per_rad * velocity
+        + TWIN.coulomb_nm * np.sign(velocity)
+    )
+    if not gear_wobbles:
+        position = position + ERROR_RAD * np.sin(ORDER * position)
+        velocity = velocity * (1.0 + slope)
+    torque = torque + NOISE_NM * rng.standard_normal(time.shape[0])
+    names = ("time_s", "position_rad", "velocity_rad_s", "torque_nm")
+    columns = (time, position, velocity + 0.01 * rng.standard_normal(time.shape[0]), torque)
+    return Run.from_columns(
+        {n: c[::_STEPS] for n, c in zip(names, columns, strict=True)},
+        GEAR_RATIO,
+        name=f"run {seed}",
+    )
+
+
+def named(*, gear_wobbles: bool) -> Term:
+    runs = [recorded(s, k, gear_wobbles=gear_wobbles) for k, s in enumerate((1.0, 0.9))]
+    table = tabulate(TWIN, runs)
+    delta, left = refit(table)
+    theta = np.array([getattr(TWIN, name) for name in BASE]) + delta
+    scene = Scene(table, theta, np.where(table.used, left, 0.0))
+    library = Library.of(scene, weigh(table, left), forms_order.FORMS)
+    return choose(library).terms[0]
+
+
+def test_a_wobble_that_comes_through_a_spring_is_the_gears() -> None:
+    term = named(gear_wobbles=True)
+    assert term.scored.form.effect == "kinematic-error"
+    values = term.scored.values()
+    assert values["order_per_motor_rev"] == pytest.approx(ORDER, abs=0.01)
+    # Its damping is not fitted, and the ramps' own swing is another form's.
+    assert values["antiresonance_hz"] == pytest.approx(SPRING_HZ, rel=0.3)
+    found = math.hypot(values["cos_kg_m2_rad"], values["sin_kg_m2_rad"])
+    assert found == pytest.approx(ARM_SHARE * TWIN.inertia_kg_m2 * ERROR_RAD, rel=0.25)
+
+
+def test_an_error_of_the_measured_angle_is_the_resolvers_or_tied_with_it() -> None:
+    term = named(gear_wobbles=False)
+    effects = [term.scored.form.effect, *(rival.scored.form.effect for rival in term.rivals)]
+    assert "resolver-error" in effects
