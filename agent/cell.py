@@ -19,8 +19,8 @@ from pydantic import (
     model_validator,
 )
 
+from agent.cell_devices import Job, Positive, Temperature
 from agent.cell_devices import Part as _Part
-from agent.cell_devices import Positive, Temperature
 from agent.errors import InputError
 from trajectories import AxisLimits, TorqueModel, motor_rad
 
@@ -178,7 +178,8 @@ class Axis(_Part):
     gear_ratio: Annotated[float, Field(ge=1.0, allow_inf_nan=False)]
     gearbox_serial: str = ""
     payload_kg: NonNegative | None = None
-    drive: Drive
+    drive_: Drive | None = Field(default=None, alias="drive")
+    job: Job | None = None
     limits: Limits
     stair: Stair
     supervision: Supervision = Supervision()
@@ -186,9 +187,20 @@ class Axis(_Part):
     temperature: Temperature | None = None
 
     @property
+    def drive(self) -> Drive:
+        """Return the servo drive, or refuse: a controller may run the axis by itself."""
+        if self.drive_ is None:
+            raise InputError(
+                f"Axis {self.number} has no drive of its own: a controller runs it as a job."
+            )
+        return self.drive_
+
+    @property
     def has_gearbox_temperature(self) -> bool:
-        """Return whether a gearbox temperature is measured, by the drive or beside it."""
-        return self.drive.gearbox_temperature is not None or self.temperature is not None
+        """Return whether a gearbox temperature is measured: by drive, probe or controller."""
+        by_drive = self.drive_ is not None and self.drive_.gearbox_temperature is not None
+        by_controller = self.job is not None and self.job.gearbox_temperature
+        return by_drive or self.temperature is not None or by_controller
 
     def motor_rad(self, arm_deg: float) -> float:
         """Return the motor angle, in radians, of an arm angle in degrees."""
@@ -205,8 +217,16 @@ class Axis(_Part):
             jerk_max_rad_s3=self.limits.motor_jerk_max_rad_s3,
             torque_max_nm=self.limits.motor_torque_max_nm,
             stopping_deceleration_rad_s2=self.limits.stopping_deceleration_rad_s2,
-            reaction_time_s=self.supervision.reaction_time_s,
+            reaction_time_s=self.reaction_time_s,
         )
+
+    @property
+    def reaction_time_s(self) -> float:
+        """Return how long the joint may go on before anything brakes it, in seconds."""
+        if self.job is None:
+            return self.supervision.reaction_time_s
+        silence_s = self.job.alive_timeout_s + self.job.timeout_s
+        return max(silence_s, self.supervision.sample_age_max_s)
 
     @property
     def torque_model(self) -> TorqueModel | None:
@@ -227,8 +247,13 @@ class Axis(_Part):
         return self
 
     @model_validator(mode="after")
-    def _one_temperature(self) -> Self:
-        if self.drive.gearbox_temperature is not None and self.temperature is not None:
+    def _one_driver_one_temperature(self) -> Self:
+        if (self.drive_ is None) == (self.job is None):
+            raise ValueError("an axis needs either [axis.drive] or [axis.job]")
+        if self.job is not None and self.temperature is not None:
+            raise ValueError("with [axis.job] the temperature comes from the controller")
+        by_drive = self.drive_ is not None and self.drive_.gearbox_temperature is not None
+        if by_drive and self.temperature is not None:
             raise ValueError(
                 "the gearbox temperature comes from drive.gearbox_temperature or from "
                 "[axis.temperature], not from both"
@@ -249,7 +274,7 @@ class Cell(_Part):
 
     schema_: Literal["stribeck.cell/1"] = Field(alias="schema")
     robot: Name
-    bus: Bus
+    bus_: Bus | None = Field(default=None, alias="bus")
     recording: Recording = Recording()
     axis: tuple[Axis, ...] = Field(strict=False)
 
@@ -257,15 +282,28 @@ class Cell(_Part):
     def _axes_are_distinct(self) -> Self:
         if not self.axis:
             raise ValueError("a cell needs at least one [[axis]]")
+        drives = [axis.drive_ for axis in self.axis if axis.drive_ is not None]
+        if drives and self.bus_ is None:
+            raise ValueError("[bus] is missing: how the drives are reached")
         for what in ("number", "node_id"):
-            values = [a.number if what == "number" else a.drive.node_id for a in self.axis]
+            values = [a.number for a in self.axis]
+            if what == "node_id":
+                values = [drive.node_id for drive in drives]
             twice = sorted({v for v in values if values.count(v) > 1})
             if twice:
                 raise ValueError(f"{what} {twice[0]} is given to more than one axis")
         for axis in self.axis:
-            if axis.supervision.agent_node_id == axis.drive.node_id:
+            drive = axis.drive_
+            if drive is not None and axis.supervision.agent_node_id == drive.node_id:
                 raise ValueError(f"axis {axis.number}: agent_node_id is the drive's own node_id")
         return self
+
+    @property
+    def bus(self) -> Bus:
+        """Return the CAN bus, or refuse where the cell has none."""
+        if self.bus_ is None:
+            raise InputError(f"The cell {self.robot} has no CAN bus.")
+        return self.bus_
 
     def axis_numbered(self, number: int) -> Axis:
         """Return the axis with this number, or refuse, naming those there are."""

@@ -94,6 +94,24 @@ class Cia404Temperature(Sampled):
     channel: int = Field(default=1, ge=1, le=254)
 
 
+class Job(ModbusPlace):
+    """A robot controller that runs the stair itself, reached over Modbus; see docs/modbus.md."""
+
+    kind: Literal["modbus"]
+    map: MapName = "robot-job"
+    alive_timeout_s: Positive = 0.5
+    timeout_s: Positive = 0.15
+    gearbox_temperature: bool = False  # whether the controller measures one; it must then be valid
+
+    @model_validator(mode="after")
+    def _silence_is_noticed(self) -> Self:
+        if self.alive_timeout_s < 2.0 * self.timeout_s:
+            raise ValueError("alive_timeout_s must be at least twice timeout_s")
+        if self.alive_timeout_s > 5.0:
+            raise ValueError("alive_timeout_s may be 5 s at most")
+        return self
+
+
 Temperature = Annotated[
     ModbusTemperature | AdamTemperature | Cia404Temperature, Field(discriminator="kind")
 ]

@@ -14,6 +14,7 @@ from pathlib import Path
 from agent.acquisition import KEY as ACQUISITION
 from agent.acquisition import Acquisition
 from agent.cell import Axis, Bus, Cell
+from agent.cycle.job import JobRunner, job_columns
 from agent.cycle.plan import CyclePlan, plan_cycle
 from agent.cycle.preflight import before_the_bus, insist
 from agent.cycle.runner import CycleResult, CycleRunner, Progress, columns
@@ -22,7 +23,7 @@ from agent.record.atomic import publish
 from agent.record.recording import Metadata
 from agent.record.rows import Kind
 from agent.record.stream import StreamWriter
-from agent.wire_devices import with_probe
+from agent.wire_devices import job_controller, with_probe
 from drivers.can.owner import CanBusConfig, CanBusOwner
 from drivers.cia402.axis import Cia402Axis
 from drivers.cia402.config import Cia402Config, ExpectedIdentity
@@ -83,6 +84,8 @@ def drive_cycle(
     plan = plan_cycle(cell, axis, reverse=request.reverse, trajectory=request.trajectory)
     insist(before_the_bus(cell, axis, plan, request.folder))
     progress("connect", 0.0)  # whatever is slow about showing it, is slow before a joint moves
+    if axis.job is not None:
+        return _run_job(request, plan, clock, stop_requested, progress)
     config = drive_config(cell, axis)
     journal = _Journal(
         (request.journal_folder or request.folder) / f".{cell.robot}-axis{axis.number}.found.json"
@@ -109,6 +112,29 @@ def drive_cycle(
                 journal.clear()
     finally:
         owner.close()
+
+
+def _run_job(
+    request: CycleRequest,
+    plan: CyclePlan,
+    clock: Clock,
+    stop_requested: Callable[[], str | None],
+    progress: Progress,
+) -> CycleResult:
+    """Let a controller that drives the axis by itself run the stair."""
+    if request.trajectory is not None:
+        raise InputError(
+            "A controller that runs the stair itself drives the cell's own stair only.",
+            "Leave --trajectory out, or put its numbers into [axis.stair].",
+        )
+    return JobRunner(
+        plan,
+        job_controller(request.axis, clock, reverse=request.reverse),
+        clock,
+        open_recording=lambda evidence: _RunWriter(request, plan, evidence, {}),
+        stop_requested=stop_requested,
+        progress=progress,
+    ).run()
 
 
 def bus_config(bus: Bus) -> CanBusConfig:
@@ -162,6 +188,24 @@ def drive_config(cell: Cell, axis: Axis) -> Cia402Config:
 def software() -> str:
     """Return name and version of this product, as recordings carry it."""
     return f"stribeck {importlib.metadata.version('stribeck')}"
+
+
+def _columns(axis: Axis, plan: CyclePlan) -> tuple[str, ...]:
+    """Return the columns of this axis's recordings, as its runner writes them."""
+    with_temperature = plan.limits.temperature_required
+    if axis.job is not None:
+        return job_columns(with_temperature=with_temperature)
+    return columns(with_temperature=with_temperature, with_probe=plan.temperature_beside_drive)
+
+
+def _torque_source(axis: Axis) -> dict[str, object]:
+    """Return where the torque comes from and what scales it."""
+    if axis.job is not None:
+        return {"torque_source": "the controller's own, motor side, N m"}
+    return {
+        "rated_torque_nm": axis.drive.rated_torque_nm,
+        "torque_source": "0x6077, per mille of rated torque",
+    }
 
 
 def _known(**values: object) -> dict[str, object]:
@@ -224,8 +268,7 @@ class _RunWriter:
             payload_kg=axis.payload_kg,
             drive={
                 **evidence.identity,
-                "rated_torque_nm": axis.drive.rated_torque_nm,
-                "torque_source": "0x6077, per mille of rated torque",
+                **_torque_source(axis),
                 "settings": dict(evidence.settings),
             },
             software=software(),
@@ -238,10 +281,7 @@ class _RunWriter:
             f"{cell.robot}-axis{axis.number}-{stamp}-{plan.trajectory.name}"
             + ("-reversed" if request.reverse else ""),
             metadata,
-            columns(
-                with_temperature=plan.limits.temperature_required,
-                with_probe=plan.temperature_beside_drive,
-            ),
+            _columns(axis, plan),
             kinds=PROBE_KINDS if plan.temperature_beside_drive else None,
         )
         self.append = self._stream.append

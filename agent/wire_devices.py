@@ -17,6 +17,7 @@ from drivers.cia404.rtd import RtdNode
 from drivers.clock import Clock, MonotonicClock
 from drivers.modbus.connection import Endpoint, ModbusConnection, SerialEndpoint, TcpEndpoint
 from drivers.modbus.device import MappedDevice
+from drivers.modbus.job import STATUS, JobConfig, ModbusJob
 from drivers.modbus.plausibility import RegisterVerdict
 from drivers.modbus.probe import ModbusProbe
 from drivers.modbus.register_map import RegisterMap, RegisterMapError, load_map
@@ -113,6 +114,44 @@ def temperature_probe(described: Temperature, owner: CanBusOwner, clock: Clock) 
         )
     except (KeyError, ValueError) as error:
         raise InputError(f"[axis.temperature]: {error.args[0]}.") from error
+
+
+def job_controller(axis: Axis, clock: Clock, *, reverse: bool) -> ModbusJob:
+    """Return the controller that `[axis.job]` describes, with the cell's stair as parameters.
+
+    Raises
+    ------
+    agent.errors.InputError
+        Where the register map cannot be used, or the axis has no job.
+    """
+    if axis.job is None:
+        raise InputError(f"Axis {axis.number} has no [axis.job].")
+    stair = axis.stair
+    parameters = {
+        "stair_kind": float(stair.kind == "between"),
+        "stair_reversed": float(reverse),
+        "speeds": float(stair.speeds),
+        "position_from": axis.motor_rad(stair.arm_from_deg),
+        "position_to": axis.motor_rad(stair.arm_to_deg),
+        "velocity_min": stair.motor_velocity_min_rad_s,
+        "velocity_max": stair.motor_velocity_max_rad_s,
+        "acceleration": stair.motor_acceleration_rad_s2,
+        "jerk": stair.motor_jerk_rad_s3,
+        "duration": stair.duration_s,
+        "approach_velocity": stair.approach_velocity_rad_s,
+    }
+    device = mapped_device(axis.job, clock)
+    names = [register.name for register in device.map.registers]
+    needed = [n for n in (*STATUS, "command", "axis", "agent_alive", *parameters) if n not in names]
+    if needed:
+        raise InputError(f"The map {axis.job.map} is no job handshake: it has no {needed[0]}.")
+    config = JobConfig(
+        axis=axis.number,
+        parameters=parameters,
+        alive_timeout_s=axis.job.alive_timeout_s,
+        timeout_s=axis.job.timeout_s,
+    )
+    return ModbusJob(device, config, clock)
 
 
 def mapped_device(place: ModbusPlace, clock: Clock) -> MappedDevice:

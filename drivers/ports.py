@@ -185,6 +185,72 @@ class Axis(Protocol):
         ...
 
 
+class JobState(enum.Enum):
+    """What a controller's job program says of itself."""
+
+    IDLE = "idle"
+    READY = "ready"  # the axis is selected, nothing moves
+    RUNNING = "running"
+    DONE = "done"
+    ABORTED = "aborted"
+    FAULT = "fault"
+
+
+class JobStatus(NamedTuple):
+    """What a controller that runs the stair itself said in one exchange."""
+
+    sample: Sample | None  # None: none that is new
+    state: JobState | None  # None: it was not heard this time
+    progress: float  # share of the stair, 0 to 1
+    phase: str
+    reason: str = ""  # why it was aborted
+
+
+class JobController(Protocol):
+    """A robot controller that runs the stair itself. Called from the control tick alone.
+
+    It stops the axis by itself when `exchange` is no longer called (its watchdog on our count).
+    """
+
+    def open(self) -> AxisEvidence:
+        """Check mode and stops, select the axis, write the parameters and read them back.
+
+        Raises
+        ------
+        drivers.errors.DriverError
+            With the reason; nothing has moved.
+        """
+        ...
+
+    def start(self) -> None:
+        """Let the job begin."""
+        ...
+
+    def exchange(self) -> JobStatus:
+        """Say that we are alive, and return what the controller says; one round trip each.
+
+        Raises
+        ------
+        drivers.errors.DriverError
+            Silence, a count that stands still, no automatic mode, a stop, a fault.
+        """
+        ...
+
+    def stop(self, deadline_s: float) -> StopReport:
+        """Abort and wait, up to the clock's `deadline_s`, for a measured standstill; no raise."""
+        ...
+
+    def close(self) -> SyncAccount:
+        """Let go of the axis and of the connection. May be repeated.
+
+        Raises
+        ------
+        drivers.errors.ConfigurationError
+            The controller does not let go.
+        """
+        ...
+
+
 class TemperatureProbe(Protocol):
     """A device that measures a gearbox's temperature beside the drive.
 

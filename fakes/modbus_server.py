@@ -108,7 +108,8 @@ class Misbehaviour:
     Parameters
     ----------
     kind : str
-        ``silent``, ``half`` (half a reply), ``garbled`` (wrong CRC, or a wrong protocol id on
+        ``deaf`` (nothing is heard, as with the cable out), ``silent`` (heard and done, but not
+        answered), ``half`` (half a reply), ``garbled`` (wrong CRC, or a wrong protocol id on
         TCP), ``reset`` (the connection is cut), ``exception`` (with `code`), ``wrong-device``,
         ``trickle`` (one byte a step).
     """
@@ -195,8 +196,10 @@ class TcpServer(_Manners):
 
     def _serve(self, client: socket.socket) -> None:
         for header, pdu in _mbap_frames(self._clients[client]):
-            answer = self.registers.answer(pdu)
             fault = self.spoil()
+            if fault is not None and fault.kind == "deaf":
+                continue
+            answer = self.registers.answer(pdu)
             tid, protocol, _, unit = struct.unpack(">HHHB", header)
             if fault is not None and fault.kind == "exception":
                 answer = bytes([pdu[0] | 0x80, fault.code])
@@ -292,6 +295,8 @@ class RtuServer(_Manners):
     def _reply(self, pdu: bytes) -> None:
         fault = self.spoil()
         kind = "" if fault is None else fault.kind
+        if kind == "deaf":
+            return
         answer = self.registers.answer(pdu)
         if kind == "exception" and fault is not None:
             answer = bytes([pdu[0] | 0x80, fault.code])

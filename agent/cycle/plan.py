@@ -203,7 +203,7 @@ def plan_cycle(
             position_min_rad=motor.position_min_rad,
             position_max_rad=motor.position_max_rad,
             stopping_deceleration_rad_s2=limits.stopping_deceleration_rad_s2,
-            reaction_time_s=axis.supervision.reaction_time_s,
+            reaction_time_s=axis.reaction_time_s,
             velocity_error_max_rad_s=limits.velocity_error_max_rad_s,
             following_error_max_rad=axis.motor_rad(limits.following_error_max_arm_deg),
             torque_max_nm=limits.motor_torque_max_nm,

@@ -202,13 +202,13 @@ class CycleRunner:
             finish=self._finish,
         )
         if failure is not None:
-            _annotate(failure, aftermath, moved=self._torque_asked)
+            annotate(failure, aftermath, moved=self._torque_asked)
             raise failure
         if aftermath.problems:
             problem = StoppedError(
                 f"The cycle ran to its end, but: {'; '.join(aftermath.problems)}."
             )
-            _annotate(problem, aftermath, moved=True)
+            annotate(problem, aftermath, moved=True)
             raise problem
         if aftermath.recording is None or aftermath.account is None or evidence is None:
             raise AssertionError("a cycle that ran to its end has a recording and an account")
@@ -296,7 +296,7 @@ def _unhurried_collector() -> Iterator[None]:
             gc.enable()
 
 
-def _annotate(error: BaseException, aftermath: Aftermath, *, moved: bool) -> None:
+def annotate(error: BaseException, aftermath: Aftermath, *, moved: bool) -> None:
     """Add to `error` what a technician must know after a cycle that did not end well."""
     if moved:
         error.add_note(

@@ -9,13 +9,26 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 from agent.errors import AgentError
 from drivers.clock import Clock
 from drivers.errors import DriverError
-from drivers.ports import Axis, Sample, SyncAccount
+from drivers.ports import Sample, StopReport, SyncAccount
 
 STOP_TIMEOUT_S = 5.0
+
+
+class Stoppable(Protocol):
+    """What the clean-up needs of an axis, or of a controller that drives one."""
+
+    def stop(self, deadline_s: float) -> StopReport:
+        """As `drivers.ports.Axis.stop`."""
+        ...
+
+    def close(self) -> SyncAccount:
+        """As `drivers.ports.Axis.close`."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -44,7 +57,7 @@ class Aftermath:
 
 
 def tear_down(
-    axis: Axis,
+    axis: Stoppable,
     clock: Clock,
     *,
     has_torque: bool,
@@ -55,7 +68,7 @@ def tear_down(
 
     Parameters
     ----------
-    axis : Axis
+    axis : Stoppable
         Opened or half opened.
     clock : Clock
         For the deadline of the stop.
