@@ -29,7 +29,7 @@ from drivers.cia402.axis import Cia402Axis
 from drivers.cia402.config import Cia402Config, ExpectedIdentity
 from drivers.cia402.handing_back import restore
 from drivers.cia402.scaling import Scaling, TemperatureSource
-from drivers.clock import Clock, wall_time_utc
+from drivers.clock import Clock, SteppedClock, wall_time_utc
 from drivers.ports import AxisEvidence, SyncAccount
 from trajectories import Trajectory
 
@@ -101,7 +101,13 @@ def drive_cycle(
             plan,
             probed.axis,
             clock,
-            open_recording=lambda evidence: _RunWriter(request, plan, evidence, probed.source()),
+            open_recording=lambda evidence: _RunWriter(
+                request,
+                plan,
+                evidence,
+                probed.source(),
+                in_real_time=not isinstance(clock, SteppedClock),
+            ),
             stop_requested=stop_requested,
             progress=progress,
         )
@@ -252,6 +258,8 @@ class _RunWriter:
         plan: CyclePlan,
         evidence: AxisEvidence,
         temperature_source: Mapping[str, str | int | float],
+        *,
+        in_real_time: bool,
     ) -> None:
         cell, axis = request.cell, request.axis
         started_at = wall_time_utc()
@@ -283,6 +291,7 @@ class _RunWriter:
             metadata,
             _columns(axis, plan),
             kinds=PROBE_KINDS if plan.temperature_beside_drive else None,
+            background=in_real_time,
         )
         self.append = self._stream.append
 

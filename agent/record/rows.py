@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NamedTuple
@@ -30,6 +31,15 @@ _FORMS: Mapping[Kind, _Form] = {
     "boolean": _Form("?", "?", pa.bool_()),
     "text": _Form("I", "<u4", pa.string()),  # packed as the number of the word
 }
+
+
+class PackedRows(NamedTuple):
+    """Rows on their way to a batch."""
+
+    content: bytes
+    words: tuple[str, ...]  # what the numbers in text columns stand for
+    count: int
+    first_s: float  # time of the first row; NaN where nobody asked for it
 
 
 class RowBuffer:
@@ -92,10 +102,15 @@ class RowBuffer:
             self._append_slowly(row, error)
         self._fill += self._row_bytes
 
-    def batch(self) -> pa.RecordBatch:
-        """Return all rows as one batch; they stay until `clear`."""
-        packed = np.frombuffer(bytes(memoryview(self._bytes)[: self._fill]), dtype=self._dtype)
-        words = pa.array(list(self._words), type=pa.string())
+    def packed(self, first_s: float = math.nan) -> PackedRows:
+        """Return a copy of all rows, cheaply; they stay until `clear`."""
+        content = bytes(memoryview(self._bytes)[: self._fill])
+        return PackedRows(content, tuple(self._words), len(self), first_s)
+
+    def batch(self, rows: PackedRows) -> pa.RecordBatch:
+        """Return packed rows of this buffer as one batch; any thread may ask."""
+        packed = np.frombuffer(rows.content, dtype=self._dtype)
+        words = pa.array(list(rows.words), type=pa.string())
         arrays: list[pa.Array[Any]] = []
         for name, kind in self.kinds.items():
             values = pa.array(np.ascontiguousarray(packed[name]))
@@ -114,7 +129,7 @@ class RowBuffer:
         """
         blank: dict[Kind, Any] = {"float": 0.0, "integer": 0, "boolean": False, "text": ""}
         self.append([blank[kind] for kind in self.kinds.values()])
-        self.batch().serialize()
+        self.batch(self.packed()).serialize()
         self.clear()
 
     def _append_slowly(self, row: Sequence[Any], cause: Exception) -> None:

@@ -1,8 +1,12 @@
 """The recorder: rows from the control tick into a stream that survives the agent's death.
 
-Every half second of the rows' own time (there is no clock here) the rows become one Arrow batch
-and go to the operating system in one write. After a kill every batch that was written can be
-read, and at most the last half second is gone.
+After a kill every batch that was written can be read, and at most the last half second of the rows'
+own time (there is no clock here) is gone. There are two ways to keep that promise:
+
+* in real time (`background`) the tick packs a row and, ten times a second, hands what has come
+  together to a thread that makes an Arrow batch of it and writes it. A disk that takes its time
+  delays nothing; rows that wait for it for half a second are an error, told at the next row.
+* otherwise (simulated time, imports) the rows are written where they come, every half second.
 
 Nothing is fsynced while the joint moves, because one fsync can cost many ticks: against a power
 cut the stream is only as old as the system's own write-back (some 30 s on Linux), unless
@@ -11,26 +15,26 @@ cut the stream is only as old as the system's own write-back (some 30 s on Linux
 
 from __future__ import annotations
 
-import contextlib
 import math
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from agent.errors import StorageError
-from agent.record.atomic import storage_error, sync_folder, write_all
-from agent.record.lock import try_lock
+from agent.record.atomic import storage_error
+from agent.record.background import BackgroundSaver
 from agent.record.metadata import KEY, Metadata
-from agent.record.rows import Kind, RowBuffer
-from agent.record.stream_file import END_OF_STREAM, SUFFIX, read_stream
+from agent.record.open_stream import OpenStream
+from agent.record.rows import Kind, PackedRows, RowBuffer
+from agent.record.stream_file import SUFFIX, read_stream
 from agent.record.writing import write_table
 
-if TYPE_CHECKING:
-    import pyarrow as pa
-
 FLUSH_PERIOD_S = 0.5
+"""No row waits for longer than this, or the writer says that it failed."""
+
+HAND_OVER_PERIOD_S = 0.1
+"""In the background; the rest of `FLUSH_PERIOD_S` is the disk's."""
 
 
 class StreamWriter:
@@ -53,6 +57,8 @@ class StreamWriter:
         "float" (default), "integer", "boolean" or "text" (default for `phase`).
     sync_every_flush : bool
         Whether every flush waits until the disk has it.
+    background : bool
+        Whether a thread writes; rows must then come in real time.
 
     Raises
     ------
@@ -71,6 +77,7 @@ class StreamWriter:
         *,
         kinds: Mapping[str, Kind] | None = None,
         sync_every_flush: bool = False,
+        background: bool = False,
     ) -> None:
         if not name or name != Path(name).name:
             raise ValueError(f"expected a file name without folder or suffix, got {name!r}")
@@ -79,25 +86,31 @@ class StreamWriter:
         self._metadata = metadata
         self._rows = RowBuffer(columns, kinds or {})
         self._time_at = list(columns).index("time_s")
-        self._sync_every_flush = sync_every_flush
         # The first row is flushed at once: a disk that takes nothing is known on the first tick.
         self._flush_at_s = -math.inf
+        self._period_s = HAND_OVER_PERIOD_S if background else FLUSH_PERIOD_S
+        self._first_s = math.nan  # time of the first row since the last flush
+        self._samples_taken = 0
         self._samples_saved = 0
-        self._samples_unsaved = 0
         self._failed = False
-        self._header_bytes = 0
-        self._good_bytes = 0
-        self._descriptor: int | None = self._begin()
+        if self.recording_path.exists():
+            raise StorageError(
+                f"{self.recording_path} exists already and is not overwritten.",
+                "Choose another name.",
+            )
+        header = self._rows.schema.with_metadata({KEY: metadata.dumps()}).serialize()
+        self._file = OpenStream(self.path, header, sync=sync_every_flush)
+        self._saver = BackgroundSaver(self._save, f"recorder {name}") if background else None
 
     @property
     def samples(self) -> int:
         """Return how many rows are saved or wait for the next flush."""
-        return self._samples_saved + len(self._rows)
+        return self._samples_saved if self._failed else self._samples_taken
 
     @property
     def samples_unsaved(self) -> int:
         """Return how many rows came that no disk took."""
-        return self._samples_unsaved
+        return self._samples_taken - self._samples_saved if self._failed else 0
 
     def append(self, row: Sequence[Any]) -> None:
         """Take one row; once in half a second of `time_s`, write what has come together.
@@ -110,40 +123,44 @@ class StreamWriter:
         ValueError
             When the row does not fit the columns, or the writer is closed.
         """
-        if self._failed or self._descriptor is None:
-            self._refuse()
+        if self._file.closed:
+            raise ValueError(f"{self.path}: the writer is closed")
+        if self._failed:
+            self._samples_taken += 1
             return
         self._rows.append(row)
+        self._samples_taken += 1
         time_s = row[self._time_at]
+        if len(self._rows) == 1:
+            self._first_s = time_s
+        if self._saver is not None:
+            self._look_after(self._saver, time_s)
         if self._flush_at_s <= time_s < math.inf:
-            self._flush_at_s = time_s + FLUSH_PERIOD_S
+            self._flush_at_s = time_s + self._period_s
             self.flush()
         elif self._rows.full:
             self.flush()
 
     def flush(self) -> None:
-        """Hand the rows that have come together to the operating system, as one batch.
+        """Have the rows that have come together written, as one batch.
 
         Raises
         ------
         StorageError
             As `append`.
         """
-        count = len(self._rows)
-        if not count or self._failed:
+        if not len(self._rows) or self._failed:
+            return
+        packed = self._rows.packed(self._first_s)
+        if self._saver is not None:
+            self._rows.clear()
+            self._saver.hand(packed)
             return
         try:
-            self._write(self._rows.batch().serialize())
+            self._file.put(self._rows.batch(packed).serialize(), self._rows.clear)
         except OSError as error:
-            self._failed = True
-            self._rows.clear()
-            self._samples_unsaved += count
-            raise storage_error(
-                error,
-                f"{self.path} cannot be written any further, {self._samples_saved} samples are "
-                "saved in it",
-            ) from error
-        self._samples_saved += count
+            raise self._failure(error) from error
+        self._samples_saved += packed.count
 
     def finish(
         self,
@@ -166,12 +183,12 @@ class StreamWriter:
         ValueError
             When the metadata cannot be used (the stream is kept), or the writer is closed.
         """
-        if self._descriptor is None:
+        if self._file.closed:
             raise ValueError(f"{self.path}: the writer is closed")
         try:  # the lock is held to the end, or a `recover` next door could be faster
+            self._flush_all()
             metadata = self._final_metadata(samples_lost, dict(extra_metadata or {}))
-            self.flush()
-            self._end()
+            self._file.end()
             self._publish(metadata)
         finally:
             self._close()
@@ -188,14 +205,14 @@ class StreamWriter:
         StorageError
             When the last rows cannot be written and the disk had not failed before.
         """
-        if self._descriptor is None:
+        if self._file.closed:
             return
         try:
-            self.flush()
+            self._flush_all()
         finally:
-            self._end()
+            self._file.end()
             self._close()
-            if self._good_bytes == self._header_bytes:
+            if self._file.empty:
                 self.path.unlink(missing_ok=True)
 
     def __enter__(self) -> Self:
@@ -211,72 +228,61 @@ class StreamWriter:
         """Abandon the stream unless it was finished."""
         self.abandon()
 
-    def _begin(self) -> int:
-        """Make the stream's file, lock it, write its header; return the descriptor."""
-        if self.recording_path.exists():
-            raise StorageError(
-                f"{self.recording_path} exists already and is not overwritten.",
-                "Choose another name.",
-            )
-        flags = os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
-        try:
-            descriptor = os.open(self.path, flags, 0o666)
-        except FileExistsError as error:
-            raise StorageError(
-                f"{self.path} is the unfinished stream of another run.",
-                "Finish it with `stribeck recover`, or choose another name.",
-            ) from error
-        except OSError as error:
-            raise storage_error(error, f"{self.path} cannot be made") from error
-        try:
-            if not try_lock(descriptor):
-                raise StorageError(f"{self.path} is locked by another process.", "Try again.")
-            header = self._rows.schema.with_metadata({KEY: self._metadata.dumps()}).serialize()
-            write_all(descriptor, header)
-            os.fsync(descriptor)
-            sync_folder(self.path.parent)
-        except BaseException as error:
-            os.close(descriptor)
-            with contextlib.suppress(OSError):
-                self.path.unlink(missing_ok=True)
-            if isinstance(error, OSError):
-                raise storage_error(error, f"{self.path} cannot be written") from error
-            raise
-        self._good_bytes = self._header_bytes = len(header)
-        return descriptor
+    def _save(self, rows: PackedRows) -> None:
+        """Write packed rows; the background thread's work."""
+        self._file.put(self._rows.batch(rows).serialize())
+        self._samples_saved += rows.count
 
-    def _write(self, content: pa.Buffer) -> None:
-        """Write the rows as one whole message, or leave stream and rows as they were.
-
-        That holds for an interrupt, too: after Ctrl-C the rows are still there to be flushed.
-        """
-        if self._descriptor is None:
-            raise ValueError(f"{self.path}: the writer is closed")
-        try:
-            write_all(self._descriptor, content)
-            if self._sync_every_flush:
-                os.fsync(self._descriptor)
+    def _look_after(self, saver: BackgroundSaver, now_s: float) -> None:
+        """Raise what has gone wrong in the background, or is about to: rows that wait too long."""
+        if saver.failure is not None:
+            raise self._failure(saver.failure) from saver.failure
+        oldest_s = saver.oldest_s
+        waits_s = now_s - oldest_s if oldest_s is not None else 0.0
+        if waits_s > FLUSH_PERIOD_S - HAND_OVER_PERIOD_S or saver.full:
+            self._failed = True
             self._rows.clear()
-            self._good_bytes += len(content)
-        except BaseException:
-            with contextlib.suppress(OSError):  # what cannot be cut now is cut by the reader
-                os.ftruncate(self._descriptor, self._good_bytes)
-            raise
+            raise StorageError(
+                f"{self.path} is not written as fast as samples come: {self._samples_saved} of "
+                f"{self._samples_taken} are saved, the oldest of the others waits for "
+                f"{waits_s:.2f} s.",
+                "Look for what keeps the disk busy, or record to another one.",
+            )
 
-    def _refuse(self) -> None:
-        """Count a row that cannot be taken; a closed writer takes none at all."""
-        if self._descriptor is None:
-            raise ValueError(f"{self.path}: the writer is closed")
-        self._samples_unsaved += 1
+    def _failure(self, error: BaseException) -> StorageError:
+        """Give up writing; return the error to raise."""
+        self._failed = True
+        self._rows.clear()
+        saved = f"{self._samples_saved} samples are saved in it"
+        if isinstance(error, OSError):
+            return storage_error(error, f"{self.path} cannot be written any further, {saved}")
+        return StorageError(
+            f"{self.path} is not written any further, {saved}: its thread has ended ({error!r})."
+        )
+
+    def _flush_all(self) -> None:
+        """Have every row written and wait for it.
+
+        Raises
+        ------
+        StorageError
+            When that fails, and nobody was told of a failure before.
+        """
+        self.flush()
+        if self._saver is None:
+            return
+        self._saver.finish()
+        if self._saver.failure is not None and not self._failed:
+            raise self._failure(self._saver.failure) from self._saver.failure
 
     def _final_metadata(self, samples_lost: int | None, changes: dict[str, Any]) -> Metadata:
         """Return the metadata of the finished recording."""
-        if samples_lost is not None or self._samples_unsaved:
-            changes["samples_lost"] = (samples_lost or 0) + self._samples_unsaved
+        if samples_lost is not None or self.samples_unsaved:
+            changes["samples_lost"] = (samples_lost or 0) + self.samples_unsaved
         metadata = self._metadata.updated(changes)
-        if self._samples_unsaved:
+        if self.samples_unsaved:
             metadata = metadata.noted(
-                f"The disk failed while recording: the last {self._samples_unsaved} samples could "
+                f"The disk failed while recording: the last {self.samples_unsaved} samples could "
                 "not be saved."
             )
         return metadata
@@ -297,17 +303,8 @@ class StreamWriter:
                 f"{error.do} Finish it later with `stribeck recover`.".strip(),
             ) from error
 
-    def _end(self) -> None:
-        """Mark the stream as ended and wait for the disk, as far as the disk allows."""
-        if self._descriptor is None:
-            return
-        with contextlib.suppress(OSError):  # without the mark it reads as killed, no worse
-            if os.fstat(self._descriptor).st_size == self._good_bytes:  # else: passes for a batch
-                write_all(self._descriptor, END_OF_STREAM)
-            os.fsync(self._descriptor)
-
     def _close(self) -> None:
-        """Let go of the file and its lock."""
-        descriptor, self._descriptor = self._descriptor, None
-        if descriptor is not None:
-            os.close(descriptor)
+        """End the thread and let go of the file and its lock."""
+        if self._saver is not None:
+            self._saver.finish()
+        self._file.close()

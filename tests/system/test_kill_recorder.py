@@ -32,7 +32,10 @@ from tests.unit.record_samples import STREAM_COLUMNS, metadata, row
 clock = MonotonicClock()
 with open(sys.argv[2], "r+b") as file:
     appended = mmap.mmap(file.fileno(), 16)
-writer = StreamWriter(Path(sys.argv[1]), "run", metadata(), STREAM_COLUMNS)
+background = sys.argv[3] == "background"
+writer = StreamWriter(
+    Path(sys.argv[1]), "run", metadata(), STREAM_COLUMNS, background=background
+)
 start_s = clock.now()
 for i in range(60_000):
     clock.sleep_until(start_s + i / 1000.0)
@@ -45,13 +48,13 @@ for i in range(60_000):
 class Child:
     """The recording process, and how many rows it says it has appended."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, where: str) -> None:
         counter = folder / "appended"
         counter.write_bytes(bytes(16))
         with counter.open("r+b") as file:
             self._appended = mmap.mmap(file.fileno(), 16)
         self.process = subprocess.Popen(
-            [sys.executable, "-c", CHILD, str(folder), str(counter)], cwd=REPOSITORY
+            [sys.executable, "-c", CHILD, str(folder), str(counter), where], cwd=REPOSITORY
         )
 
     @property
@@ -86,15 +89,19 @@ class Child:
         self._appended.close()
 
 
-@pytest.fixture
-def child(tmp_path: Path) -> Iterator[Child]:
-    process = Child(tmp_path)
+@pytest.fixture(params=["background"])
+def child(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Child]:
+    process = Child(tmp_path, request.param)
     yield process
     process.close()
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="this system has no kill -9")
-@pytest.mark.parametrize("rows", [720, 1490, 1990])
+@pytest.mark.parametrize(
+    ("child", "rows"),
+    [("background", 720), ("background", 1490), ("in the tick", 1990)],
+    indirect=["child"],
+)
 def test_a_kill_loses_no_more_than_half_a_second(child: Child, tmp_path: Path, rows: int) -> None:
     child.wait_for(rows)
     (in_use,) = recover(tmp_path)

@@ -16,7 +16,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from agent.errors import StorageError
-from agent.record import atomic, rows, stream
+from agent.record import atomic, open_stream, rows, stream
 from agent.record.reading import read
 from agent.record.recover import recover
 from agent.record.rows import CAPACITY_ROWS
@@ -281,11 +281,11 @@ def test_a_write_that_ends_in_the_middle_is_taken_back(
         atomic.write_all(descriptor, memoryview(content)[: len(content) // 2])
         raise OSError(errno.EDQUOT, os.strerror(errno.EDQUOT))
 
-    monkeypatch.setattr(stream, "write_all", half)
+    monkeypatch.setattr(open_stream, "write_all", half)
     with pytest.raises(StorageError, match="1 samples are saved in it: the disk quota is used up"):
         append(writer, map(row, range(1, 600)))
     assert writer.path.stat().st_size == whole
-    monkeypatch.setattr(stream, "write_all", atomic.write_all)
+    monkeypatch.setattr(open_stream, "write_all", atomic.write_all)
     assert read_stream(_abandoned(writer)).closed
     (result,) = recover(tmp_path)
     assert (result.samples, result.bytes_cut) == (1, 0)
@@ -302,7 +302,7 @@ def test_an_interrupt_in_the_middle_of_a_write_loses_nothing(
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patched:
-        patched.setattr(stream, "write_all", interrupted)
+        patched.setattr(open_stream, "write_all", interrupted)
         with pytest.raises(KeyboardInterrupt):
             append(writer, map(row, range(1, 600)))
     content = read_stream(_abandoned(writer))
@@ -324,7 +324,7 @@ def test_a_tail_that_cannot_be_cut_gets_no_end_mark(
         raise OSError(errno.EIO, os.strerror(errno.EIO))
 
     with monkeypatch.context() as patched:
-        patched.setattr(stream, "write_all", all_but_the_mark)
+        patched.setattr(open_stream, "write_all", all_but_the_mark)
         patched.setattr(os, "ftruncate", fails)
         with pytest.raises(StorageError, match="input/output error"):
             append(writer, map(row, range(1, 600)))
@@ -395,7 +395,7 @@ def _abandoned(writer: StreamWriter) -> Path:
 
 def _divert(writer: StreamWriter, target: Path | int) -> int:
     """Let the writer's descriptor mean another file, and return what it meant before."""
-    descriptor = writer._descriptor
+    descriptor = writer._file._descriptor
     assert descriptor is not None
     before = os.dup(descriptor)
     source = os.open(target, os.O_WRONLY) if isinstance(target, Path) else target
