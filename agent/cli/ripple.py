@@ -14,8 +14,9 @@ from agent.cli.talk import talker
 from agent.errors import InputError
 from agent.identify.result import Parameter
 from agent.identify.ripple import Ripple, find_ripple
-from agent.identify.ripple_change import OrderChange, RippleChange, compare_ripple
+from agent.identify.ripple_change import GONE, OrderChange, RippleChange, compare_ripple
 from agent.identify.ripple_line import RippleLine
+from agent.identify.ripple_sentence import motion_sentence
 from agent.numbers import scale_for, written
 from agent.record.reading import read_all
 from agent.record.recording import Recording
@@ -52,7 +53,8 @@ def run_ripple(
 
         write_picture(picture, figure_ripple(found, changes))
     if as_json:
-        document = {**found.to_json(), "anticogging": [c.to_json() for c in changes]}
+        compared = [{**c.to_json(), "sentence": motion_sentence(c)} for c in changes]
+        document = {**found.to_json(), "anticogging": compared}
         typer.echo(json.dumps(document, indent=2))
     else:
         typer.echo("\n".join((ripple_text(found), *change_text(changes, compared=bool(on)))))
@@ -157,25 +159,20 @@ def change_text(changes: Sequence[RippleChange], *, compared: bool) -> list[str]
             f"  {'order':>7}  {'torque, mN m':<24}{'position stutter, mrad':<24}",
         ]
         lines += [_change_row(order) for order in change.orders[:_COMPARED]]
-    lines += [
-        "",
-        "The torque is the drive's current, and the compensation is part of it, so that it need "
-        "not fall. What anticogging is for is the stutter.",
-    ]
-    return lines
+    return [*lines, "", *(motion_sentence(change) for change in changes)]
 
 
 def _change_row(order: OrderChange) -> str:
     torque = _change(*order.torque_nm, order.torque_left)
-    stutter = _change(*order.stutter_rad, order.stutter_left)
+    stutter = _change(*order.stutter_rad, order.stutter_left, gone=order.motion == GONE)
     return f"  {order.order_per_motor_rev:>7.2f}  {torque:<24}{stutter}"
 
 
-def _change(off: Parameter, on: Parameter, left: Parameter) -> str:
+def _change(off: Parameter, on: Parameter, left: Parameter, *, gone: bool = False) -> str:
     """Return one quantity before and after, in thousandths; what drowns in noise has a limit."""
     if off.ci95 is None or on.ci95 is None:
         return f"not identified: {off.reason or on.reason}"
-    if on.ci95[0] <= 0.0:
+    if gone or on.ci95[0] <= 0.0:
         return f"{1e3 * off.value:.3g} → below {1e3 * on.ci95[1]:.2g}"
     share = f" ({100.0 * left.value:.0f} %)" if left.identified else ""
     return f"{1e3 * off.value:.3g} → {1e3 * on.value:.3g}{share}"

@@ -21,6 +21,9 @@ _NEIGHBOURS = 24  # independent orders on either side that make the background
 _STEPS_PER_PERIOD = 4  # of the highest order
 _MEDIAN_OF_EXPONENTIAL = math.log(2.0)
 BACKGROUND_DOF = 46.0  # of the median of 2 x 24 exponentials, as a chi-square, two per order
+_LEAST_HEAD = 8  # samples
+_LOUDER = 1.5  # times what is left in the rest of the pass: a head that has not settled
+_LEANS = 4.0  # times the scatter of parts as long: the bow of the trend is drawn out, too
 _MOST_SAMPLES, _SAMPLES_PER_TURN = 2048, 128
 TREND = 3  # level, slope and bow of torque along a pass: gravity, cables, warming
 
@@ -43,6 +46,8 @@ class AnglePass:
         Of its recording.
     stutter_rad : ndarray, shape (n,), optional
         Recorded angle less its straight line over time.
+    whole : AnglePass, optional
+        The same pass with its first tenth, where the torque may not have settled.
     """
 
     angle_rad: Floats
@@ -51,6 +56,7 @@ class AnglePass:
     absolute: bool
     name: str
     stutter_rad: Floats | None = None
+    whole: AnglePass | None = None
 
     @property
     def turns(self) -> float:
@@ -65,20 +71,43 @@ class AnglePass:
     def compact(self) -> AnglePass:
         """Return the pass with neighbours averaged, where it has far more samples than needed."""
         block = self.angle_rad.size // int(max(_MOST_SAMPLES, _SAMPLES_PER_TURN * self.turns))
-        if block < 2:
-            return self
+        return self if block < 2 else self.in_blocks(block)
+
+    def in_blocks(self, block: int) -> AnglePass:
+        """Return the means of so many samples each; what is left over is at the beginning."""
         count = self.angle_rad.size // block * block
 
         def averaged(x: Floats) -> Floats:
-            return np.asarray(x[:count].reshape(-1, block).mean(axis=1))
+            return np.asarray(x[x.size - count :].reshape(-1, block).mean(axis=1))
 
-        stutter = None if self.stutter_rad is None else averaged(self.stutter_rad)
         return replace(
             self,
             angle_rad=averaged(self.angle_rad),
             signal=averaged(self.signal),
-            stutter_rad=stutter,
+            stutter_rad=None if self.stutter_rad is None else averaged(self.stutter_rad),
+            whole=None if self.whole is None else self.whole.in_blocks(block),
         )
+
+    def settled(self, orders: Sequence[float]) -> AnglePass:
+        """Return the whole pass where trend and orders of the rest carry its head, too; else this.
+
+        What is left in the head must be no more than what is left in the rest, and must not lean
+        to one side: a torque that still settles does.
+        """
+        if self.whole is None:
+            return self
+        head = self.whole.angle_rad.size - self.angle_rad.size
+        if head < _LEAST_HEAD:
+            return self
+        columns = self.columns(orders)
+        theta, *_ = np.linalg.lstsq(columns, self.signal, rcond=None)
+        rest = self.signal - columns @ theta
+        ahead = self.columns(orders, self.whole.angle_rad[:head])
+        beyond = self.whole.signal[:head] - ahead @ theta
+        blocks = rest[: rest.size // head * head].reshape(-1, head)
+        scatter = float(np.sqrt(np.mean(np.mean(blocks, axis=1) ** 2)))
+        calm = float(np.mean(beyond**2)) < _LOUDER * float(np.mean(rest**2))
+        return self.whole if calm and abs(float(np.mean(beyond))) < _LEANS * scatter else self
 
     def of_motion(self) -> AnglePass | None:
         """Return the stutter over the angle that a steady motion would have; None without one.
@@ -89,15 +118,19 @@ class AnglePass:
             return None
         return replace(self, angle_rad=self.angle_rad - self.stutter_rad, signal=self.stutter_rad)
 
-    def columns(self, orders: Sequence[float]) -> Floats:
-        """Return trend, then cosine and sine of every order, shape (n, 3 + 2 m)."""
+    def columns(self, orders: Sequence[float], angle_rad: Floats | None = None) -> Floats:
+        """Return trend, then cosine and sine of every order, shape (n, 3 + 2 m).
+
+        They are this pass's, at its own angles or at others.
+        """
+        at = self.angle_rad if angle_rad is None else angle_rad
         middle = 0.5 * (self.angle_rad.min() + self.angle_rad.max())
-        x = (self.angle_rad - middle) / max(0.5 * float(np.ptp(self.angle_rad)), 1e-300)
+        x = (at - middle) / max(0.5 * float(np.ptp(self.angle_rad)), 1e-300)
         out = np.empty((x.size, TREND + 2 * len(orders)))
         out[:, :TREND] = np.stack((np.ones_like(x), x, x * x - 1.0 / 3.0), axis=-1)
         for i, order in enumerate(orders):
-            out[:, TREND + 2 * i] = wave(1.0, 0.0, order, self.angle_rad)
-            out[:, TREND + 2 * i + 1] = wave(0.0, 1.0, order, self.angle_rad)
+            out[:, TREND + 2 * i] = wave(1.0, 0.0, order, at)
+            out[:, TREND + 2 * i + 1] = wave(0.0, 1.0, order, at)
         return out
 
     def without(self, orders: Sequence[float]) -> tuple[AnglePass, Floats]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -18,9 +18,9 @@ from agent.identify.order_spectrum import AnglePass, Grid, grid_for
 from agent.identify.preprocess import read_motion
 from agent.identify.result import Floats
 from agent.identify.ripple_line import RippleLine, lines_of
-from agent.identify.ripple_search import search
+from agent.identify.ripple_search import search, with_settled_heads
 from agent.identify.signals import Signals
-from agent.identify.windows import find_windows
+from agent.identify.windows import SteadyWindow, find_windows
 
 SCHEMA = "stribeck.ripple/1"
 _LEAST_TURNS = 0.8
@@ -106,7 +106,7 @@ def find_ripple(recordings: Sequence[Signals], *, highest_order: float | None = 
 
 def _described(names: tuple[str, ...], passes: list[AnglePass], grid: Grid, gear: float) -> Ripple:
     """Find the orders and say what they are."""
-    found = search(passes, grid)
+    passes, found = with_settled_heads(search(passes, grid), passes, grid)
     power = np.mean(np.abs(found.first.amplitude) ** 2, axis=0)
     return Ripple(
         names,
@@ -160,25 +160,35 @@ def passes_of(signals: Signals) -> list[AnglePass]:
     motion = read_motion(signals)
     velocity = motion.own_velocity_rad_s()
     out = []
+    heads = {w.stop: w for w in find_windows(motion, with_heads=True)}
     for window in find_windows(motion):
-        index = np.arange(window.start, window.stop)
-        index = index[signals.valid[index] & np.isfinite(velocity[index])]
-        if index.size < 2:
-            continue
-        recorded = signals.position_rad
-        stutter = None
-        if recorded is not None and float(np.ptp(recorded[index])) > 0.0:
-            angle = recorded[index]
-            line = np.polynomial.Polynomial.fit(signals.time_s[index], angle, 1)
-            stutter = np.asarray(angle - line(signals.time_s[index]), dtype=np.float64)
-        else:
-            step = np.diff(signals.time_s[index])
-            mean = 0.5 * (velocity[index][1:] + velocity[index][:-1])
-            angle, recorded = np.concatenate(([0.0], np.cumsum(step * mean))), None
-        torque = signals.torque_nm[index]
-        absolute = recorded is not None
-        out.append(AnglePass(angle, torque, window.velocity_rad_s, absolute, signals.name, stutter))
+        own = _pass(signals, velocity, window)
+        longer = heads.get(window.stop, window)
+        if own is not None and longer.start < window.start:
+            own = replace(own, whole=_pass(signals, velocity, longer))
+        out += [own] if own is not None else []
     return out
+
+
+def _pass(signals: Signals, velocity: Floats, window: SteadyWindow) -> AnglePass | None:
+    """Return one window's samples over motor angle; None where there are none."""
+    index = np.arange(window.start, window.stop)
+    index = index[signals.valid[index] & np.isfinite(velocity[index])]
+    if index.size < 2:
+        return None
+    recorded = signals.position_rad
+    stutter = None
+    if recorded is not None and float(np.ptp(recorded[index])) > 0.0:
+        angle = recorded[index]
+        line = np.polynomial.Polynomial.fit(signals.time_s[index], angle, 1)
+        stutter = np.asarray(angle - line(signals.time_s[index]), dtype=np.float64)
+    else:
+        step = np.diff(signals.time_s[index])
+        mean = 0.5 * (velocity[index][1:] + velocity[index][:-1])
+        angle, recorded = np.concatenate(([0.0], np.cumsum(step * mean))), None
+    torque = signals.torque_nm[index]
+    absolute = recorded is not None
+    return AnglePass(angle, torque, window.velocity_rad_s, absolute, signals.name, stutter)
 
 
 def _notes(passes: Sequence[AnglePass]) -> tuple[str, ...]:

@@ -16,12 +16,17 @@ from typing import Any
 from agent.identify.order_spectrum import AnglePass, grid_for
 from agent.identify.result import Parameter
 from agent.identify.ripple import passes_of, slow_passes
-from agent.identify.ripple_line import stutter_at, torque_at
+from agent.identify.ripple_line import stutter_at, stutter_chances, torque_at
 from agent.identify.ripple_search import search
 from agent.identify.signals import Signals
 
 _SAME_SPEED = 0.05
 _HALF_WIDTHS = 3.92  # deviations in a 95 % interval
+_NOISE = 0.05  # chance of noise alone from which a stutter cannot be told from it
+
+_SMALL = 0.5  # of what it was: where noise hides more, nothing shows that it is gone
+
+GONE, DOWN, SAME, UP, HIDDEN = "gone", "down", "same", "up", "hidden"
 
 
 @dataclass(frozen=True)
@@ -33,11 +38,32 @@ class OrderChange:
     order_per_motor_rev : float
     torque_nm, stutter_rad : tuple of Parameter
         Without, with.
+    stutter_chance : tuple of float
+        Chance of such a stutter from the position's noise alone, without and with; NaN where no
+        position was recorded.
     """
 
     order_per_motor_rev: float
     torque_nm: tuple[Parameter, Parameter]
     stutter_rad: tuple[Parameter, Parameter]
+    stutter_chance: tuple[float, float]
+
+    @property
+    def motion(self) -> str:
+        """Return what became of the stutter: `GONE`, `DOWN`, `SAME`, `UP` or `HIDDEN`.
+
+        It is gone where it stood out of the position's noise, does so no more, and the noise is
+        low enough to show it; `HIDDEN` where it is not. Empty where it never stood out, or no
+        position was recorded.
+        """
+        before, after = self.stutter_chance
+        left = self.stutter_left
+        if not before < _NOISE or left.ci95 is None:
+            return ""
+        low, high = left.ci95
+        if after >= _NOISE:
+            return GONE if high < _SMALL else HIDDEN
+        return DOWN if high < 1.0 else UP if low > 1.0 else SAME
 
     @property
     def torque_left(self) -> Parameter:
@@ -58,6 +84,11 @@ class OrderChange:
             "torque_left": self.torque_left.to_json(),
             "stutter_rad": {s: p.to_json() for s, p in zip(sides, self.stutter_rad, strict=True)},
             "stutter_left": self.stutter_left.to_json(),
+            "stutter_chance": {
+                s: None if math.isnan(c) else c
+                for s, c in zip(sides, self.stutter_chance, strict=True)
+            },
+            "motion": self.motion,
         }
 
 
@@ -140,10 +171,11 @@ def _at_speed(
     columns = [
         measure(side, orders, grid) for measure in (torque_at, stutter_at) for side in (off, on)
     ]
+    noise = [stutter_chances(side, orders, grid) for side in (off, on)]
     changes = [
-        OrderChange(order, (torque_off, torque_on), (stutter_off, stutter_on))
-        for order, torque_off, torque_on, stutter_off, stutter_on in zip(
-            orders, *columns, strict=True
+        OrderChange(order, (torque_off, torque_on), (stutter_off, stutter_on), chances)
+        for order, torque_off, torque_on, stutter_off, stutter_on, chances in zip(
+            orders, *columns, zip(*noise, strict=True), strict=True
         )
     ]
     changes.sort(key=lambda o: -o.torque_nm[0].value)

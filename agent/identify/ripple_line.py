@@ -104,15 +104,48 @@ def stutter_at(passes: Sequence[AnglePass], orders: Sequence[float], grid: Grid)
     return _amplitudes(motions, orders, grid)
 
 
+def stutter_chances(
+    passes: Sequence[AnglePass], orders: Sequence[float], grid: Grid
+) -> list[float]:
+    """Return the chance of each order's stutter from the position's noise alone; NaN without one.
+
+    The sum over the passes of ``|c|^2 / (2 var)`` has an F distribution, as the backgrounds are
+    estimates themselves.
+    """
+    from scipy.special import fdtrc
+
+    motions = [m for p in passes if (m := p.of_motion()) is not None]
+    if not motions:
+        return [math.nan for _ in orders]
+    count = float(len(motions))
+    return [
+        float(
+            fdtrc(
+                2.0 * count,
+                count * BACKGROUND_DOF,
+                np.mean(np.sum(pairs**2, axis=1) / (2.0 * variance)),
+            )
+        )
+        for pairs, variance in _measured(motions, orders, grid)
+    ]
+
+
 def _amplitudes(
     passes: Sequence[AnglePass], orders: Sequence[float], grid: Grid
 ) -> list[Parameter]:
     """Return amplitudes without regard to phase, each with its own local background."""
+    return [_size(pairs, variance) for pairs, variance in _measured(passes, orders, grid)]
+
+
+def _measured(
+    passes: Sequence[AnglePass], orders: Sequence[float], grid: Grid
+) -> list[tuple[Floats, Floats]]:
+    """Return every order's (cos, sin) in each pass, shape (p, 2), and their variance, (p,)."""
     taken = [p.without(orders) for p in passes]
     rest = spectrum_of([p for p, _ in taken], grid)
     at = [int(np.argmin(np.abs(rest.order - k))) for k in orders]
     pairs = np.stack([pair for _, pair in taken])
-    return [_size(pairs[:, i], rest.variance[:, place]) for i, place in enumerate(at)]
+    return [(pairs[:, i], rest.variance[:, place]) for i, place in enumerate(at)]
 
 
 def _line(

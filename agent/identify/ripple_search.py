@@ -97,6 +97,25 @@ def search(passes: Sequence[AnglePass], grid: Grid) -> Found:
         orders = _refined(passes, orders, grid, spectrum)
 
 
+def with_settled_heads(
+    found: Found, passes: Sequence[AnglePass], grid: Grid
+) -> tuple[list[AnglePass], Found]:
+    """Return the passes with the heads that have settled, and the orders refined on them.
+
+    An order's error falls with the length of the passes to the power of 3/2: a tenth is a sixth.
+    """
+    longer = [p.settled(found.orders) for p in passes]
+    if all(a is b for a, b in zip(longer, passes, strict=True)):
+        return longer, found
+    orders = list(found.orders)
+    spectrum = spectrum_of([p.without(orders)[0] for p in longer], grid)
+    orders = _refined(longer, orders, grid, spectrum)
+    rest = spectrum_of([p.without(orders)[0] for p in longer], grid)
+    _, information = _gradient(longer, orders, _weights(orders, rest))
+    first = spectrum_of([p.without([])[0] for p in longer], grid)
+    return longer, Found(tuple(orders), found.chances, tuple(information.tolist()), first, rest)
+
+
 def _chance(statistic: float, groups: int, independent: float) -> float:
     """Return the chance that noise alone reaches the statistic at any order of the scan.
 

@@ -55,7 +55,9 @@ class SteadyWindow:
     velocity_error_rad_s: float = 0.0
 
 
-def find_windows(motion: Motion, recording: int = 0) -> tuple[SteadyWindow, ...]:
+def find_windows(
+    motion: Motion, recording: int = 0, *, with_heads: bool = False
+) -> tuple[SteadyWindow, ...]:
     """Return the steady windows of one recording in order of time.
 
     Parameters
@@ -64,6 +66,8 @@ def find_windows(motion: Motion, recording: int = 0) -> tuple[SteadyWindow, ...]
         The recording's velocity in stretches.
     recording : int
         Number that the windows carry.
+    with_heads : bool
+        Keep every window's first tenth, for whoever judges by himself whether it has settled.
     """
     samples = sum(v.shape[0] for v in motion.velocity_rad_s)
     if not samples:
@@ -74,7 +78,8 @@ def find_windows(motion: Motion, recording: int = 0) -> tuple[SteadyWindow, ...]
     for stretch, velocity in zip(motion.timing.stretches, motion.velocity_rad_s, strict=True):
         size = min(per_block, max(velocity.shape[0] // (4 * _WINDOW_BLOCKS), 1))
         found += _levels(motion, stretch, velocity, size, fastest)
-    kept = found if _heads_settled(motion, found) else [level.without_head() for level in found]
+    whole = with_heads or _heads_settled(motion, found)
+    kept = found if whole else [level.without_head() for level in found]
     windows = []
     for level in kept:
         first, last = _own_samples(motion, level.stretch, level.start, level.stop)
