@@ -137,7 +137,9 @@ def _run_job(
         plan,
         job_controller(request.axis, clock, reverse=request.reverse),
         clock,
-        open_recording=lambda evidence: _RunWriter(request, plan, evidence, {}),
+        open_recording=lambda evidence: _RunWriter(
+            request, plan, evidence, {}, in_real_time=not isinstance(clock, SteppedClock)
+        ),
         stop_requested=stop_requested,
         progress=progress,
     ).run()

@@ -38,7 +38,7 @@ class PackedRows(NamedTuple):
 
     content: bytes
     words: tuple[str, ...]  # what the numbers in text columns stand for
-    count: int
+    rows: int
     first_s: float  # time of the first row; NaN where nobody asked for it
 
 

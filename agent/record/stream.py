@@ -160,7 +160,7 @@ class StreamWriter:
             self._file.put(self._rows.batch(packed).serialize(), self._rows.clear)
         except OSError as error:
             raise self._failure(error) from error
-        self._samples_saved += packed.count
+        self._samples_saved += packed.rows
 
     def finish(
         self,
@@ -228,10 +228,10 @@ class StreamWriter:
         """Abandon the stream unless it was finished."""
         self.abandon()
 
-    def _save(self, rows: PackedRows) -> None:
+    def _save(self, packed: PackedRows) -> None:
         """Write packed rows; the background thread's work."""
-        self._file.put(self._rows.batch(rows).serialize())
-        self._samples_saved += rows.count
+        self._file.put(self._rows.batch(packed).serialize())
+        self._samples_saved += packed.rows
 
     def _look_after(self, saver: BackgroundSaver, now_s: float) -> None:
         """Raise what has gone wrong in the background, or is about to: rows that wait too long."""

@@ -219,7 +219,7 @@ def test_a_full_disk_stops_the_joint(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
         def flush_to_a_full_disk(writer: StreamWriter) -> None:
             if writer.samples > IN_THE_STAIR_S * RATE_HZ:
-                writer._descriptor = sink
+                writer._file._descriptor = sink
             flush(writer)
 
         monkeypatch.setattr(StreamWriter, "flush", flush_to_a_full_disk)
