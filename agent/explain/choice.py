@@ -16,12 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.explain.evidence import effective_size
-from agent.explain.floor import noise_floor
+from agent.explain.materiality import least_gain
 from agent.explain.search import Candidate, Library, Scored, basis_of
 from agent.identify.result import Floats
 
-MATERIAL = 0.02  # of the mismatch's energy
-_OF_NOISE = 0.06  # of the noise's energy: a quarter of its amplitude; less matters to nobody
 _ACCIDENT = 0.01
 _MOST_TERMS = 6
 _DECISIVE = 3.0  # of log density: a rival that is further behind is out
@@ -99,7 +97,7 @@ def choose(library: Library, *, rivals: bool = True) -> Choice:
         best = _preferred(library, ranked)
         if best is None:
             break
-        material = _material(library, plain, [*terms, best.candidate])
+        material = least_gain(library, plain, [*terms, best.candidate])
         if float(current.sum()) - best.error < material:
             break
         if not _steady(current - best.blocks):
@@ -113,19 +111,6 @@ def choose(library: Library, *, rivals: bool = True) -> Choice:
     if rivals:
         chosen, current = _settled(library, chosen)
     return Choice(tuple(chosen), plain, current)
-
-
-def _material(library: Library, plain: Floats, terms: Sequence[Candidate]) -> float:
-    """Return the least squared error that a term must remove to be worth a name.
-
-    The noise is that of the model with the term, which other missing physics enlarges less.
-    """
-    weighing, table = library.weighing, library.scene.table
-    left = np.zeros(table.used.shape[0])
-    left[weighing.rows] = library.residual(terms) / weighing.weight
-    floor_nm = noise_floor(table, left).value_nm
-    noise = floor_nm**2 * float(np.sum(weighing.weight**2)) if floor_nm > 0.0 else 0.0
-    return max(MATERIAL * float(plain.sum()), _OF_NOISE * noise)
 
 
 def _allowed(ranked: Sequence[Scored], chosen: Sequence[Term]) -> list[Scored]:

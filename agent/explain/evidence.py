@@ -141,6 +141,33 @@ def heldout(part: Moments, fold: NDArray[np.int64]) -> Floats:
     return out
 
 
+def unseen(columns: Floats, target: Floats, weighing: Weighing) -> Floats:
+    """Return what every row keeps under the fit to the other folds, weighted, shape (m,).
+
+    Parameters
+    ----------
+    columns : ndarray, shape (m, p)
+        Weighted, of a model.
+    target : ndarray, shape (m,)
+        Weighted.
+    weighing : Weighing
+    """
+    if not columns.shape[1]:
+        return target
+    part = moments(columns, target, weighing.starts)
+    gram, moment = part.total
+    lengths = np.diff(np.append(weighing.starts, target.shape[0]))
+    out = np.empty(target.shape[0])
+    for k in np.unique(weighing.fold):
+        inside = weighing.fold == k
+        theta = solve(
+            gram - part.gram[inside].sum(axis=0), moment - part.moment[inside].sum(axis=0)
+        )
+        rows = np.repeat(inside, lengths)
+        out[rows] = target[rows] - columns[rows] @ theta
+    return out
+
+
 def effective_size(table: Table, weighing: Weighing, residual: Floats) -> float:
     """Return how many independent samples the rows are worth, from the residual's correlation."""
     series = []

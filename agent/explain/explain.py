@@ -13,6 +13,7 @@ from agent.explain.evidence import effective_size
 from agent.explain.experiment import next_experiments
 from agent.explain.findings import findings_of
 from agent.explain.leftover import left_regions, line_regions
+from agent.explain.materiality import CLOSE
 from agent.explain.model import fit_model
 from agent.explain.regions import row_seconds
 from agent.explain.result import (
@@ -30,7 +31,7 @@ from agent.explain.run import Run
 from agent.explain.study import Study, study
 from agent.explain.table import BASE, Table, tabulate
 from agent.explain.traces import traces_of
-from agent.explain.verdict import CLOSE, OWN_NUMBERS, left_share, verdict_of
+from agent.explain.verdict import OWN_NUMBERS, left_share, verdict_of
 from agent.physics.twin import Twin
 
 _LEAST_ROWS = 300

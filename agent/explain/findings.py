@@ -19,6 +19,7 @@ from agent.explain.result import Alternative, Finding, Region
 from agent.explain.saturation import saturation_evidence
 from agent.explain.scene import Scene
 from agent.explain.search import basis_of
+from agent.explain.shares import shares_of
 from agent.explain.short_stroke import gravity_look_alikes
 from agent.explain.study import Study
 from agent.identify.result import Floats, Parameter
@@ -46,7 +47,7 @@ def findings_of(study: Study) -> tuple[Finding, ...]:
     ----------
     study : Study
     """
-    shares = [_energy_share(study, index) for index in range(len(study.choice.terms))]
+    shares = shares_of(study.library, study.choice.candidates, _floor_nm(study))
     main = max(shares, default=0.0)
     found = [
         _finding(study, index, term, share, first=share == main)
@@ -60,15 +61,8 @@ def findings_of(study: Study) -> tuple[Finding, ...]:
     return tuple(replace(f, rank=rank) for rank, f in enumerate(found, start=1))
 
 
-def _energy_share(study: Study, index: int) -> float:
-    """Return the share of the mismatch that an effect removes on unseen data."""
-    choice, weighing = study.choice, study.library.weighing
-    without = _without(study, index)
-    floor_nm = study.floor.value_nm if study.floor.value_nm > 0.0 else 0.0
-    noise = floor_nm**2 * float(np.sum(weighing.weight**2))
-    above = max(float(choice.plain.sum()) - noise, float(choice.plain.sum() - choice.full.sum()))
-    share = float(without.sum() - choice.full.sum()) / above if above > 0.0 else 0.0
-    return min(max(share, 0.0), 1.0)
+def _floor_nm(study: Study) -> float:
+    return study.floor.value_nm if study.floor.value_nm > 0.0 else 0.0
 
 
 def _without(study: Study, index: int) -> Floats:

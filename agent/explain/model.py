@@ -1,29 +1,25 @@
-"""The chosen effects beside the twin's own numbers, fitted together, with intervals.
+"""The chosen effects beside the twin's own numbers, fitted together, and the twin with them.
 
-Linear numbers have a covariance from leaving out blocks of time; non-linear ones the interval over
-which the squared error, all else refitted, rises by no more than chance.
+Linear numbers come with a covariance from leaving out blocks of time: how far they may be from the
+truth is the story of `intervals`.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from agent.explain.choice import Term
-from agent.explain.evidence import effective_size
 from agent.explain.pieces import known_part
-from agent.explain.search import Candidate, Library, basis_of
+from agent.explain.search import Library
 from agent.explain.table import BASE, Table, effects_nm
 from agent.identify.linear import solve_blocks
 from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Effect, Twin
 
-_LIMIT = 3.84  # chi-square, one degree of freedom, 95 %
-_HALVINGS = 14
 _NOT_NEGATIVE = ("inertia_kg_m2", "viscous_nm_s_per_rad", "coulomb_nm")
 
 
@@ -38,10 +34,8 @@ class Model:
     terms : tuple of Term
     parameters : tuple of mapping of str to Parameter
         Of every term.
-    spread : ndarray, shape (p, p)
-        Covariance of the move of the base numbers and of the coefficients, in the order of the
-        columns.
     coefficients : ndarray, shape (p,)
+        Moves of the base numbers that are excited, then every term's.
     residual_nm : ndarray, shape (m,)
         At the library's rows.
     """
@@ -49,7 +43,6 @@ class Model:
     base: Mapping[str, Parameter]
     terms: tuple[Term, ...]
     parameters: tuple[Mapping[str, Parameter], ...]
-    spread: Floats
     coefficients: Floats
     residual_nm: Floats
 
@@ -83,83 +76,22 @@ def fit_model(library: Library, twin: Twin, terms: Sequence[Term]) -> Model:
         given = float(getattr(twin, name))
         low, high = (float(x) for x in fit.ci95[at])
         base[name] = Parameter(given + float(fit.theta[at]), (given + low, given + high))
-    model = Model(base, tuple(terms), (), fit.covariance, fit.theta, fit.residual)
+    model = Model(base, tuple(terms), (), fit.theta, fit.residual)
     parameters = []
-    for index, (term, place) in enumerate(zip(terms, model.slices(), strict=True)):
+    for term, place in zip(terms, model.slices(), strict=True):
         form = term.scored.form
         own = {
             name: Parameter(float(fit.theta[i]), (float(fit.ci95[i][0]), float(fit.ci95[i][1])))
             for name, i in zip(form.linear, range(place.start, place.stop), strict=True)
         }
-        for number, name in enumerate(form.nonlinear):
-            own[name] = _profiled(library, terms, index, number)
+        for name, value in zip(form.nonlinear, term.candidate.point, strict=True):
+            own[name] = Parameter(float(value), None, identified=True)
         parameters.append(own)
     return replace(
         model,
         parameters=tuple(parameters),
         residual_nm=fit.residual / library.weighing.weight,
     )
-
-
-def _profiled(library: Library, terms: Sequence[Term], index: int, number: int) -> Parameter:
-    """Return a non-linear number with its profile interval."""
-    term = terms[index]
-    value = float(term.candidate.point[number])
-    if not term.scored.form.refine:
-        return Parameter(value, None, identified=True)
-    others = library.model([t.candidate for i, t in enumerate(terms) if i != index])
-    basis = basis_of(others)
-    left = library.target - basis @ (basis.T @ library.target)
-
-    def error(at: float) -> float:
-        point = list(term.candidate.point)
-        point[number] = at
-        moved = library.candidate(term.scored.form, tuple(point))
-        return _error(moved, basis, left)
-
-    best = error(value)
-    size = effective_size(
-        library.scene.table, library.weighing, library.residual([t.candidate for t in terms])
-    )
-    limit = best * math.exp(_LIMIT / size)
-    ends = [_crossing(error, value, side, limit) for side in (-1.0, 1.0)]
-    if not all(math.isfinite(end) for end in ends):
-        return Parameter.not_identified("the squared error hardly depends on it", value)
-    return Parameter(value, (min(ends), max(ends)))
-
-
-def _error(candidate: Candidate, basis: Floats, left: Floats) -> float:
-    own = basis_of(
-        candidate.columns - basis @ (basis.T @ candidate.columns), like=candidate.columns
-    )
-    return float(left @ left - np.sum((own.T @ left) ** 2))
-
-
-def _crossing(error: Callable[[float], float], value: float, side: float, limit: float) -> float:
-    """Return where the squared error rises above a limit, by doubling and halving the way."""
-    scale = abs(value) if value else 1.0
-    step = 0.01 * scale
-    inner, outer = value, math.nan
-    for _ in range(9):
-        trial = value + side * step
-        if value > 0.0 and trial <= 0.0:
-            return math.nan
-        if error(trial) > limit:
-            outer = trial
-            break
-        inner = trial
-        step *= 2.0
-    if math.isnan(outer):
-        return math.nan
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (inner + outer)
-        if abs(outer - inner) < 1e-3 * scale:
-            break
-        if error(middle) > limit:
-            outer = middle
-        else:
-            inner = middle
-    return 0.5 * (inner + outer)
 
 
 def extended_twin(library: Library, twin: Twin, model: Model) -> Twin:

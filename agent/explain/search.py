@@ -161,7 +161,7 @@ class Library:
             form = candidate.form
             if (form.effect, form.name, candidate.point) in taken:
                 continue
-            gain = _gain(candidate, basis, left)
+            gain = gain_of(candidate, basis, left)
             screened.setdefault((form.effect, form.name), []).append((gain, candidate))
         best = max((max(g for g, _ in entry) for entry in screened.values()), default=0.0)
         out = []
@@ -195,7 +195,7 @@ class Library:
                     if not limits[i][0] <= moved[i] <= limits[i][1]:
                         continue
                     trial = self.candidate(form, tuple(moved))
-                    trial_gain = _gain(trial, basis, left)
+                    trial_gain = gain_of(trial, basis, left)
                     if trial_gain > gain:
                         gain, best = trial_gain, trial
         return [(gain, best), *entry]
@@ -299,8 +299,17 @@ def basis_of(columns: Floats, like: Floats | None = None) -> Floats:
     return np.asarray(q[:, good])
 
 
-def _gain(candidate: Candidate, basis: Floats, left: Floats) -> float:
-    """Return the squared residual that a candidate removes; 0 where its sign is impossible."""
+def gain_of(candidate: Candidate, basis: Floats, left: Floats) -> float:
+    """Return the squared residual that a candidate removes; 0 where its sign is impossible.
+
+    Parameters
+    ----------
+    candidate : Candidate
+    basis : ndarray, shape (m, r)
+        Orthonormal, of the model beside which it stands.
+    left : ndarray, shape (m,)
+        What the model leaves.
+    """
     columns = candidate.columns - basis @ (basis.T @ candidate.columns)
     gram = columns.T @ columns
     scale = np.sqrt(np.maximum(np.diag(gram), 0.0))

@@ -8,12 +8,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from agent.explain.choice import MATERIAL, Choice, choose
+from agent.explain.choice import Choice, choose
 from agent.explain.deficiency import deficiency_map
 from agent.explain.evidence import weigh
 from agent.explain.floor import noise_floor
+from agent.explain.intervals import with_intervals
 from agent.explain.library import judgeable
 from agent.explain.lines import Line, lines_of
+from agent.explain.materiality import least_gain
 from agent.explain.model import Model, extended_twin, fit_model, predicted
 from agent.explain.numbers import WrongNumber, wrong_numbers
 from agent.explain.result import Cell, Floor
@@ -97,6 +99,7 @@ def study(twin: Twin, table: Table) -> Study:
     lines = lines_of(table, refitted)
     cells = deficiency_map(library, lines=lines)
     library, choice, model, extended = _named(library, twin)
+    model = with_intervals(library, model)
     left = np.zeros(table.used.shape[0])
     left[library.weighing.rows] = model.residual_nm
     if choice.terms:
@@ -150,6 +153,7 @@ def _material(library: Library, choice: Choice) -> Choice:
     And those, the weakest first, for which there are not enough blocks to leave one out.
     """
     terms, full = list(choice.terms), choice.full
+    least = least_gain(library, choice.plain, choice.candidates) if terms else 0.0
     blocks = library.weighing.starts.shape[0]
     while terms:
         losses = [
@@ -158,7 +162,7 @@ def _material(library: Library, choice: Choice) -> Choice:
         ]
         weakest = int(np.argmin(losses))
         borne = library.model([t.candidate for t in terms]).shape[1] < blocks
-        if borne and losses[weakest] >= MATERIAL * float(choice.plain.sum()):
+        if borne and losses[weakest] >= least:
             break
         del terms[weakest]
         full = library.errors([t.candidate for t in terms])

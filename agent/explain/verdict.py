@@ -6,11 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from agent.explain.materiality import CLOSE
 from agent.explain.result import Finding, Verdict
 from agent.explain.study import Study
-
-CLOSE = 1.10
-"""Up to so many times the noise floor nothing is looked for any more."""
 
 _FAR = 1.25  # times the noise floor: something is missing, even where no axis shows it
 _MOST_LEFT = 0.30  # of the mismatch: with more left over, what was named explains too little
