@@ -145,12 +145,16 @@ def explain(
         list[str] | None,
         typer.Option(metavar="RECORDING", help="Prove it on these; repeatable."),
     ] = None,
+    cell: Annotated[
+        Path | None,
+        typer.Option(metavar="CELL.toml", help="Plan the next experiment within its limits."),
+    ] = None,
     json: Json = False,
 ) -> None:
     """Say where simulation and recordings differ, what physics is missing, and prove it."""
     from agent.cli.explain import run_explain
 
-    run_explain(twin, recordings, holdout or [], out, as_json=json)
+    run_explain(twin, recordings, holdout or [], out, as_json=json, cell=cell)
 
 
 @app.command(short_help="conceals effects, explains them blind, prints the score")

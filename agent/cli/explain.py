@@ -22,6 +22,7 @@ from agent.physics.twin import Twin, TwinError, format_twin
 from agent.record.atomic import publish
 from agent.record.reading import read_all
 from agent.record.recording import Recording
+from trajectories import AxisLimits
 
 NEXT_FILE = "next-experiment.json"
 
@@ -33,6 +34,7 @@ def run_explain(
     out: Path,
     *,
     as_json: bool,
+    cell: Path | None = None,
 ) -> None:
     """Explain recordings, write explanation.json, twin.toml and report.html, print the answer.
 
@@ -48,7 +50,8 @@ def run_explain(
     check_recordings(twin, twin_path, recordings, unseen)
     count = f"{len(recordings)} recording{'s' * (len(recordings) != 1)}"
     talker().print(f"Explaining {count}, {len(unseen)} held out ...")
-    found = explained(twin, twin_path, recordings, unseen)
+    limits = None if cell is None else limits_of(cell, twin)
+    found = explained(twin, twin_path, recordings, unseen, limits)
     _write(out, found, twin, recordings)
     if as_json:
         typer.echo(json.dumps(found.to_json(), indent=2))
@@ -62,13 +65,37 @@ def run_explain(
 
 
 def explained(
-    twin: Twin, where: Path, recordings: Sequence[Recording], unseen: Sequence[Recording]
+    twin: Twin,
+    where: Path,
+    recordings: Sequence[Recording],
+    unseen: Sequence[Recording],
+    limits: AxisLimits | None = None,
 ) -> Explanation:
     """Return the explanation of recordings; a twin that cannot predict them is refused."""
     try:
-        return explain(twin, runs_of(recordings), runs_of(unseen))
+        return explain(twin, runs_of(recordings), runs_of(unseen), limits)
     except TwinError as error:
         raise InputError(f"{where}: {error}") from error
+
+
+def limits_of(cell_path: Path, twin: Twin) -> AxisLimits:
+    """Return what a cell allows the twin's axis, for the next experiment to be planned within.
+
+    Raises
+    ------
+    agent.errors.InputError
+        The cell has no such axis, or one with another gear.
+    """
+    from agent.cell import read_cell
+
+    axis = read_cell(cell_path).axis_numbered(twin.axis)
+    if not math.isclose(axis.gear_ratio, twin.gear_ratio, rel_tol=1e-6):
+        raise InputError(
+            f"{cell_path}: axis {twin.axis} has gear ratio {axis.gear_ratio:g}, the twin "
+            f"{twin.gear_ratio:g}.",
+            "Give the cell that the recordings were driven in.",
+        )
+    return axis.motor_limits
 
 
 def runs_of(recordings: Sequence[Recording]) -> tuple[Run, ...]:

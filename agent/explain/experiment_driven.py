@@ -15,7 +15,9 @@ from trajectories import AxisLimits
 DWELL_MIN_S = 0.2
 """No speed is held for less."""
 
-_MARGIN = 0.95  # of the largest speed and acceleration seen, which hold noise as well
+_MARGIN = 0.95  # of the largest speed seen, which holds noise as well
+_CLEAR = 0.9  # of the acceleration driven: a loop that overshoots asks for more than its command
+_SUSTAINED_S = 0.05  # a change of speed that lasts for less is overshoot, ringing or noise
 _HELD_S, _SAME_SPEED = 0.3, 0.05
 
 
@@ -45,12 +47,11 @@ class Driven:
         held = _held_rad_s(table)
         position = table.full["position_rad"]
         fastest = _MARGIN * float(np.quantile(speed[table.used], 0.999))
-        hard = np.abs(table.full["acceleration_rad_s2"])
         jerks = [
             np.quantile(np.abs(np.gradient(table.full["acceleration_rad_s2"][at], period)), 0.99)
             for at, period in scene.each_piece()
         ]
-        acceleration = _MARGIN * float(np.quantile(hard, 0.995))
+        acceleration = _CLEAR * _sustained_rad_s2(scene)
         driven = cls(
             float(np.min(position)) if placed else -0.5 * fastest,
             float(np.max(position)) if placed else 0.5 * fastest,
@@ -63,11 +64,24 @@ class Driven:
         )
         if limits is None:
             return driven
+        return driven._within(limits)
+
+    def _within(self, limits: AxisLimits) -> Driven:
+        """Return the range cut to an axis's limits: it ends where a stop from full speed fits."""
+        fastest = min(self.fastest_rad_s, limits.velocity_max_rad_s)
+        acceleration = min(self.acceleration_rad_s2, limits.acceleration_max_rad_s2)
+        reaction_rad = fastest * limits.reaction_time_s
+        stop_rad = reaction_rad + fastest**2 / (2.0 * limits.stopping_deceleration_rad_s2)
+        # On the way to a stroke's end the speed falls, and with it the way that a stop needs.
+        beyond_rad = max(stop_rad - fastest**2 / (2.0 * acceleration), reaction_rad)
         return replace(
-            driven,
-            fastest_rad_s=min(driven.fastest_rad_s, limits.velocity_max_rad_s),
-            acceleration_rad_s2=min(driven.acceleration_rad_s2, limits.acceleration_max_rad_s2),
-            jerk_rad_s3=min(driven.jerk_rad_s3, limits.jerk_max_rad_s3),
+            self,
+            low_rad=max(self.low_rad, limits.position_min_rad + beyond_rad),
+            high_rad=min(self.high_rad, limits.position_max_rad - beyond_rad),
+            slowest_rad_s=min(self.slowest_rad_s, 0.5 * fastest),
+            fastest_rad_s=fastest,
+            acceleration_rad_s2=acceleration,
+            jerk_rad_s3=min(self.jerk_rad_s3, limits.jerk_max_rad_s3),
         )
 
     @property
@@ -113,3 +127,21 @@ def _held_rad_s(table: Table) -> float:
                     held.append(0.5 * abs(first + second))
     speed = np.abs(velocity[table.used])
     return float(np.quantile(held, 0.02)) if held else float(np.quantile(speed, 0.1))
+
+
+def _sustained_rad_s2(scene: Scene) -> float:
+    """Return the largest acceleration that lasted, rad/s2: of the command, where it is recorded.
+
+    The change of speed over a twentieth of a second: the peaks of a measured acceleration are those
+    of a loop that overshoots, and no axis that was told of 300 rad/s2 need allow 360.
+    """
+    name = "velocity_command_rad_s"
+    velocity = scene.table.full[name if scene.has(name) else "velocity_rad_s"]
+    largest = []
+    for at, period_s in scene.each_piece():
+        way = max(1, round(_SUSTAINED_S / period_s))
+        own = velocity[at]
+        if own.shape[0] > way:
+            change = np.abs(own[way:] - own[:-way]) / (way * period_s)
+            largest.append(float(np.quantile(change, 0.999)))
+    return max(largest, default=0.0)

@@ -16,8 +16,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.evidence import effective_size, solve
+from agent.explain.evidence import effective_size
 from agent.explain.experiment_motion import Elsewhere
+from agent.explain.experiment_rivals import (
+    Bounds,
+    bounded_left,
+    bounds_of,
+    designs,
+    numbers_beside,
+    possible_points,
+)
 from agent.explain.form import Form, Point
 from agent.explain.scene import Scene
 from agent.explain.search import Candidate, Library, Scored, basis_of
@@ -25,9 +33,6 @@ from agent.identify.result import Floats
 
 _MOST_ROWS = 3000
 _INEXACT = 0.05  # of an effect's energy: no law's form is so exact that missing less refutes
-_OUT_OF_QUESTION = 15.0  # of log density, on the recordings alone
-_MOST_POINTS = 10
-_NUDGE = 0.01
 _GRAVITY = np.array([3, 4])  # among the base columns
 
 Contest = tuple[int, int, int]
@@ -112,6 +117,8 @@ class Duel:
         Independent samples in a second.
     grams : mapping of Contest to ndarray
         Of the recordings.
+    bounds : mapping of Contest to Bounds
+        Within which a rival is refitted.
     """
 
     library: Library
@@ -121,6 +128,7 @@ class Duel:
     variance: float
     per_second: float
     grams: dict[Contest, Floats]
+    bounds: dict[Contest, Bounds]
 
     @classmethod
     def of(
@@ -150,14 +158,14 @@ class Duel:
         common = library.model(others)[rows]
         added = tuple(h.scored.candidate.columns[rows] @ h.scored.coefficients for h in hypotheses)
         points = tuple(
-            _possible(library, rows, common, added, j, own.scored, 0.5 * per_row / variance)
+            possible_points(library, rows, common, added, j, own.scored, 0.5 * per_row / variance)
             for j, own in enumerate(hypotheses)
         )
-        designs = tuple(
-            tuple(_weighted(library, d)[rows] for d in _designs(library.scene, h.scored, each))
+        sides = tuple(
+            tuple(_weighted(library, d)[rows] for d in designs(library.scene, h.scored, each))
             for h, each in zip(hypotheses, points, strict=True)
         )
-        side = _Side(common, designs, added, per_row)
+        side = _Side(common, sides, added, per_row)
         seconds = count * table.pieces[0].period_s * table.pieces[0].stride
         return cls(
             library,
@@ -167,6 +175,7 @@ class Duel:
             variance,
             min(independent / seconds, 2.0 * table.cutoff_hz),
             {contest: side.gram(contest) for contest in _contests(points)},
+            _bounds(library, others, hypotheses, points),
         )
 
     def on(self, scene: Elsewhere) -> Experiments:
@@ -175,17 +184,17 @@ class Duel:
         weight = _weights(self.library, scene)[:, np.newaxis]
         carried = np.sqrt(np.mean(self.library.scene.table.base**2, axis=0)) > 1e-12
         others = [table.band(c.form.columns(scene, c.point)) for c in self.others]
-        designs = tuple(
-            tuple(weight * table.band(d) for d in _designs(scene, h.scored, each))
+        sides = tuple(
+            tuple(weight * table.band(d) for d in designs(scene, h.scored, each))
             for h, each in zip(self.hypotheses, self.points, strict=True)
         )
         added = tuple(
             d[0][:, : len(h.scored.coefficients)] @ h.scored.coefficients
-            for d, h in zip(designs, self.hypotheses, strict=True)
+            for d, h in zip(sides, self.hypotheses, strict=True)
         )
         common = weight * np.concatenate([table.base[:, carried], *others], axis=1)
         row_s = table.pieces[0].period_s * table.pieces[0].stride
-        return Experiments(self, scene, _Side(common, designs, added, self.per_second * row_s))
+        return Experiments(self, scene, _Side(common, sides, added, self.per_second * row_s))
 
     def missed(self, gram: Floats, contest: Contest) -> float:
         """Return what a rival's refit misses beyond what any law's form may be off.
@@ -196,14 +205,11 @@ class Duel:
             Of the rival's columns and, last, of the truth's torque.
         contest : Contest
         """
-        _, j, k = contest
-        form = self.points[j][k][0]
         first = self.library.base.shape[1] + sum(c.columns.shape[1] for c in self.others)
-        without = _left(gram, first)
-        theta = solve(gram[:-1, :-1], gram[:-1, -1])
-        if any(form.sign(n) * theta[first + n] < 0.0 for n in range(len(form.linear))):
-            return (1.0 - _INEXACT) * without
-        return float(gram[-1, -1] - gram[:-1, -1] @ theta) - _INEXACT * without
+        low, high = self.bounds[contest]
+        kept = np.array([*range(first), -1])
+        without = bounded_left(gram[np.ix_(kept, kept)], (low[:first], high[:first]))
+        return bounded_left(gram, (low, high)) - _INEXACT * without
 
 
 @dataclass(frozen=True)
@@ -261,62 +267,24 @@ class Experiment:
         return 0.5 * max(max(min(then), 0.0) - max(min(now), 0.0), 0.0) / self.duel.variance
 
 
+def _bounds(
+    library: Library,
+    others: Sequence[Candidate],
+    hypotheses: Sequence[Hypothesis],
+    points: Sequence[Sequence[tuple[Form, Point]]],
+) -> dict[Contest, Bounds]:
+    """Return within what every rival may be refitted, for every truth."""
+    numbers = [numbers_beside(library, [*others, h.scored.candidate]) for h in hypotheses]
+    return {
+        (i, j, k): bounds_of(library, numbers[i], others, hypotheses[j].scored, points[j][k])
+        for i, j, k in _contests(points)
+    }
+
+
 def _contests(points: Sequence[Sequence[object]]) -> Iterator[Contest]:
     for rival in range(1, len(points)):
         yield from ((0, rival, k) for k in range(len(points[rival])))
         yield from ((rival, 0, k) for k in range(len(points[0])))
-
-
-def _possible(
-    library: Library,
-    rows: NDArray[np.int64],
-    common: Floats,
-    added: Sequence[Floats],
-    j: int,
-    own: Scored,
-    per_square: float,
-) -> tuple[tuple[Form, Point], ...]:
-    """Return a rival's fitted point, and those of its effect that the recordings do not refute.
-
-    `per_square` turns a squared misfit into log density.
-    """
-    basis = basis_of(common)
-    targets = [a - basis @ (basis.T @ a) for i, a in enumerate(added) if i != j]
-    found: list[tuple[float, Form, Point]] = []
-    for candidate in library.candidates:
-        fitted = candidate.form is own.form and candidate.point == own.candidate.point
-        if candidate.form.effect != own.form.effect or fitted:
-            continue
-        columns = candidate.columns[rows]
-        copy = basis_of(columns - basis @ (basis.T @ columns), like=columns)
-        behind = min(
-            per_square * float(target @ target - np.sum((copy.T @ target) ** 2))
-            for target in targets
-        )
-        if behind < _OUT_OF_QUESTION:
-            found.append((behind, candidate.form, candidate.point))
-    found.sort(key=lambda entry: entry[0])
-    nearest = [(form, point) for _, form, point in found[:_MOST_POINTS]]
-    return ((own.form, own.candidate.point), *nearest)
-
-
-def _designs(scene: Scene, own: Scored, points: Sequence[tuple[Form, Point]]) -> Iterator[Floats]:
-    """Yield every point's columns at full rate, the fitted point's with its tangents."""
-    for form, point in points:
-        columns = form.columns(scene, point)
-        if form is not own.form or point != own.candidate.point:
-            yield columns
-            continue
-        moved = [form.columns(scene, p) - columns for p in _nudged(scene, form, point)]
-        yield np.concatenate((columns, *((m @ own.coefficients)[:, None] for m in moved)), axis=1)
-
-
-def _nudged(scene: Scene, form: Form, point: Point) -> Iterator[Point]:
-    """Yield points that differ a little in one non-linear number each."""
-    steps = None if form.step is None else form.step(scene)
-    for i, value in enumerate(point if form.refine else ()):
-        size = abs(value) if steps is None else steps[i]
-        yield (*point[:i], value + _NUDGE * (size if size > 0.0 else 1.0), *point[i + 1 :])
 
 
 def _weighted(library: Library, raw: Floats) -> Floats:
@@ -332,9 +300,3 @@ def _weights(library: Library, scene: Scene) -> Floats:
     for stratum in np.unique(known):
         out[scene.table.stratum == stratum] = weighing.weight[np.argmax(known == stratum)]
     return out
-
-
-def _left(gram: Floats, count: int) -> float:
-    """Return the squared torque that the first columns of a Gram matrix leave of its last."""
-    moment = gram[:count, -1]
-    return float(gram[-1, -1] - moment @ solve(gram[:count, :count], moment))

@@ -2,7 +2,7 @@
 
 Nothing goes beyond the positions, speeds and accelerations that the recordings show, unless the
 axis's limits are given: then the stroke may be longer or shifted, and every trajectory is checked
-against them, stopping distances included.
+against them as `stribeck run --trajectory` does, stopping distances and torque included.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from agent.explain.experiment_cycles import (
 )
 from agent.explain.experiment_driven import Driven
 from agent.explain.scene import Scene
-from trajectories import AxisLimits, Trajectory, TrajectoryError, check, spaced_speeds
+from trajectories import AxisLimits, TorqueModel, Trajectory, TrajectoryError, check, spaced_speeds
 
 _LONGEST_S = 60.0
 _COOLING_S, _PAYLOAD_S = 3600.0, 900.0
@@ -98,12 +98,23 @@ def menu(scene: Scene, limits: AxisLimits | None = None) -> tuple[Proposal, ...]
     driven = Driven.of(scene, limits)
     if not driven.moves:
         return ()
-    out = [
-        Proposal(what, (Part(trajectory),))
-        for what, trajectory in _motions(driven, limits)
-        if limits is None or not check(trajectory, limits)
-    ]
-    return (*out, *_set_ups(scene, driven))
+    out = [Proposal(what, (Part(trajectory),)) for what, trajectory in _motions(driven, limits)]
+    out += _set_ups(scene, driven)
+    if limits is None:
+        return tuple(out)
+    return tuple(p for p in out if not check(p.trajectory, limits, _torque(scene, p)))
+
+
+def _torque(scene: Scene, proposal: Proposal) -> TorqueModel:
+    """Return what torque the joint is believed to need, with the heaviest load that is proposed."""
+    inertia, viscous, coulomb = (max(float(x), 0.0) for x in scene.theta[:3])
+    weight = float(np.hypot(scene.theta[3], scene.theta[4]))
+    return TorqueModel(
+        inertia_kg_m2=inertia,
+        coulomb_nm=coulomb,
+        viscous_nm_s_per_rad=viscous,
+        gravity_nm=weight * max(1.0, *(part.load for part in proposal.parts)),
+    )
 
 
 def _motions(driven: Driven, limits: AxisLimits | None) -> Iterator[tuple[str, Trajectory]]:

@@ -33,6 +33,7 @@ from agent.explain.table import BASE, Table, tabulate
 from agent.explain.traces import traces_of
 from agent.explain.verdict import OWN_NUMBERS, left_share, verdict_of
 from agent.physics.twin import Twin
+from trajectories import AxisLimits
 
 _LEAST_ROWS = 300
 _FEWEST_BLOCKS = 12  # of two seconds: folds and the jackknife leave them out in turn
@@ -42,7 +43,12 @@ _SLIDES = 0.1  # of the time: with less the joint stands
 _GAP_S = 1.0
 
 
-def explain(twin: Twin, runs: Sequence[Run], holdout: Sequence[Run] = ()) -> Explanation:
+def explain(
+    twin: Twin,
+    runs: Sequence[Run],
+    holdout: Sequence[Run] = (),
+    limits: AxisLimits | None = None,
+) -> Explanation:
     """Locate where a twin and recordings differ, name and model what is missing, and prove it.
 
     Parameters
@@ -54,6 +60,9 @@ def explain(twin: Twin, runs: Sequence[Run], holdout: Sequence[Run] = ()) -> Exp
         Recordings of one axis to learn from.
     holdout : sequence of Run
         Recordings that nothing is learnt from; without them folds of `runs` stand in.
+    limits : AxisLimits, optional
+        Of the axis: what it may be asked to drive next. Without them nothing beyond what the
+        recordings show.
 
     Returns
     -------
@@ -77,7 +86,8 @@ def explain(twin: Twin, runs: Sequence[Run], holdout: Sequence[Run] = ()) -> Exp
         proven, traces = _proof(found, holdout)
     except ValueError as error:
         return _nothing(f"the hold-out cannot be compared: {error}", *names)
-    return _explanation(found, proven, traces, *names)
+    following = _experiments(found, limits)
+    return _explanation(found, proven, traces, following, *names)
 
 
 def _proof(found: Study, holdout: Sequence[Run]) -> tuple[Holdout, tuple[Trace, ...]]:
@@ -165,6 +175,7 @@ def _explanation(
     found: Study,
     proven: Holdout,
     traces: tuple[Trace, ...],
+    menu: tuple[NextExperiment, ...],
     recordings: tuple[str, ...],
     held_out: tuple[str, ...],
 ) -> Explanation:
@@ -179,7 +190,7 @@ def _explanation(
     if verdict == "unexplained":
         findings = tuple(f for f in findings if f.effect in OWN_NUMBERS)
     refitted = fit_of(measured, found.refitted_nm[rows])
-    following = _experiments(found) if any(f.alternatives for f in findings) else ()
+    following = menu if any(f.alternatives for f in findings) else ()
     return Explanation(
         verdict=verdict,
         sentence=words.summary(
@@ -207,12 +218,12 @@ def _explanation(
     )
 
 
-def _experiments(found: Study) -> tuple[NextExperiment, ...]:
+def _experiments(found: Study, limits: AxisLimits | None) -> tuple[NextExperiment, ...]:
     """Return what to run to break the ties, for the term that has the closest rival first."""
     tied = [i for i, term in enumerate(found.choice.terms) if term.rivals]
     tied.sort(key=lambda i: found.choice.terms[i].probability)
     for index in tied:
-        menu = next_experiments(found.library, found.choice.terms, index, found.noise_nm)
+        menu = next_experiments(found.library, found.choice.terms, index, found.noise_nm, limits)
         if menu:
             return menu
     return ()

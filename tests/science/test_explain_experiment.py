@@ -28,11 +28,12 @@ from tests.science.explain_joint import (
     record,
     stair,
 )
-from trajectories import AxisLimits, SetPoints, Trajectory, check
+from trajectories import AxisLimits, SetPoints, TorqueModel, Trajectory, check
 
 WARM_UP = (Conditions(25.0, 0.0), Conditions(33.0, 1500.0))
 FAST = (8.0, 20.0, 50.0, 80.0)
 ALL_SPEEDS = (2.0, 5.0, 12.0, 30.0, 70.0)
+TIGHT = AxisLimits(-58.0, 58.0, 65.0, 120.0, 4e3, 10.0, 150.0, 0.1)
 LIMITS = AxisLimits(-200.0, 200.0, 150.0, 400.0, 2e4, 10.0, 400.0, 0.1)
 
 
@@ -201,6 +202,12 @@ def test_nothing_leaves_what_was_driven_unless_the_limits_are_known() -> None:
     assert all(not check(part.trajectory, LIMITS) for p in wider for part in p.parts)
     assert any("times as long" in p.what for p in wider)
     assert any("shifted" in p.what for p in wider)
+    tight = menu(library.scene, TIGHT)
+    assert len(tight) >= 8
+    # What it needs to move is what the joint that was recorded needs, rounded up.
+    inertia, viscous, coulomb = (1.1 * float(x) for x in library.scene.theta[:3])
+    needed = TorqueModel(inertia, coulomb, viscous)
+    assert all(not check(part.trajectory, TIGHT, needed) for p in tight for part in p.parts)
 
 
 def test_a_motion_elsewhere_keeps_the_recordings_references() -> None:

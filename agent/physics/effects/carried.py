@@ -72,7 +72,8 @@ class Carrier:
         known = _known(time, position, motion.velocity_rad_s)
         longest_s = float(np.max(np.diff(time[known]), initial=0.0))
         shaft = np.full_like(time, np.nan)
-        angle, speed = self._driven(time[known], position[known], motion.velocity_rad_s[known])
+        columns = time[known], position[known], motion.velocity_rad_s[known]
+        angle, speed = self._driven(*columns, by_velocity=motion.velocity_raw_rad_s is not None)
         start = self._start(time[known], speed)
         shaft[known] = carried_arm(
             # Copies: a loop is compiled anew for every mixture of writeable and read-only columns.
@@ -95,12 +96,18 @@ class Carrier:
         return shaft
 
     def _driven(
-        self, time_s: Floats, position_rad: Floats, velocity_rad_s: Floats
+        self,
+        time_s: Floats,
+        position_rad: Floats,
+        velocity_rad_s: Floats,
+        *,
+        by_velocity: bool,
     ) -> tuple[Floats, Floats]:
         """Return the motor's angle and speed that drive the spring, each shape (n,).
 
         The angle is the quieter of two, and the speed is that angle's own: a damper between two
-        channels that disagree would make torque of their difference.
+        channels that disagree would make torque of their difference. Where what is compared takes
+        its acceleration from the unfiltered velocity, the arm is driven by that as well.
 
         A position of coarse steps, or one that is not quite in step with the velocity, would shake
         a stiff spring; a noisy velocity, summed up, would let a soft one wander. White noise of the
@@ -109,7 +116,7 @@ class Carrier:
         steps = np.diff(time_s)
         answer_s = math.sqrt(self.arm_inertia_kg_m2 / self.stiffness_nm_per_rad)
         wander = _white(velocity_rad_s) * math.sqrt(float(np.mean(steps)) * answer_s)
-        if wander > _white(position_rad):
+        if not by_velocity and wander > _white(position_rad):
             return position_rad.copy(), slope_over(time_s, position_rad)
         # The end slopes correct the trapezoids (Euler and Maclaurin): angle and speed would differ
         # by (w T)^2 / 12 else, which a stiff damper turns into a lag.
