@@ -19,7 +19,7 @@ from pydantic import (
     model_validator,
 )
 
-from agent.cell_devices import Job, Positive, Temperature
+from agent.cell_devices import ContactRelease, Job, Positive, Release, Temperature
 from agent.cell_devices import Part as _Part
 from agent.errors import InputError
 from trajectories import AxisLimits, TorqueModel, motor_rad
@@ -276,6 +276,7 @@ class Cell(_Part):
     robot: Name
     bus_: Bus | None = Field(default=None, alias="bus")
     recording: Recording = Recording()
+    release: Release | None = None
     axis: tuple[Axis, ...] = Field(strict=False)
 
     @model_validator(mode="after")
@@ -285,6 +286,8 @@ class Cell(_Part):
         drives = [axis.drive_ for axis in self.axis if axis.drive_ is not None]
         if drives and self.bus_ is None:
             raise ValueError("[bus] is missing: how the drives are reached")
+        if isinstance(self.release, ContactRelease) and not drives:
+            raise ValueError("a release on a CAN input needs a drive on [bus] beside it")
         for what in ("number", "node_id"):
             values = [a.number for a in self.axis]
             if what == "node_id":

@@ -94,6 +94,36 @@ class Cia404Temperature(Sampled):
     channel: int = Field(default=1, ge=1, le=254)
 
 
+class ModbusRelease(ModbusPlace):
+    """The release of the cell's PLC over Modbus; see docs/modbus.md."""
+
+    kind: Literal["modbus"]
+    map: MapName = "cell-release"
+    period_s: Positive = 0.05
+    timeout_s: Positive = 0.1
+    age_max_s: Positive = 0.4
+    wait_s: Positive = 10.0
+
+    @model_validator(mode="after")
+    def _fits(self) -> Self:
+        if self.age_max_s < self.period_s + self.timeout_s:
+            raise ValueError("age_max_s must be at least period_s + timeout_s")
+        return self
+
+
+class ContactRelease(Part):
+    """The release of the cell as an input of a CiA 401 node on the cell's CAN bus."""
+
+    kind: Literal["can-input"]
+    node_id: int = Field(ge=1, le=127)
+    bit: int = Field(default=0, ge=0, le=7)
+    age_max_s: Positive = 0.3
+    wait_s: Positive = 10.0
+
+
+Release = Annotated[ModbusRelease | ContactRelease, Field(discriminator="kind")]
+
+
 class Job(ModbusPlace):
     """A robot controller that runs the stair itself, reached over Modbus; see docs/modbus.md."""
 

@@ -15,6 +15,7 @@ from agent.acquisition import KEY as ACQUISITION
 from agent.acquisition import Acquisition
 from agent.cell import Axis, Bus, Cell
 from agent.cycle.job import JobRunner, job_columns
+from agent.cycle.permission import permitted
 from agent.cycle.plan import CyclePlan, plan_cycle
 from agent.cycle.preflight import before_the_bus, insist
 from agent.cycle.runner import CycleResult, CycleRunner, Progress, columns
@@ -23,7 +24,7 @@ from agent.record.atomic import publish
 from agent.record.recording import Metadata
 from agent.record.rows import Kind
 from agent.record.stream import StreamWriter
-from agent.wire_devices import job_controller, with_probe
+from agent.wire_devices import cell_release, job_controller, permit_wait_s, with_probe
 from drivers.can.owner import CanBusConfig, CanBusOwner
 from drivers.cia402.axis import Cia402Axis
 from drivers.cia402.config import Cia402Config, ExpectedIdentity
@@ -86,16 +87,33 @@ def drive_cycle(
     progress("connect", 0.0)  # whatever is slow about showing it, is slow before a joint moves
     if axis.job is not None:
         return _run_job(request, plan, clock, stop_requested, progress)
+    owner = CanBusOwner.open(bus_config(cell.bus), clock)
+    try:
+        return _run_drive(request, plan, owner, clock, stop_requested, progress)
+    finally:
+        owner.close()
+
+
+def _run_drive(
+    request: CycleRequest,
+    plan: CyclePlan,
+    owner: CanBusOwner,
+    clock: Clock,
+    stop_requested: Callable[[], str | None],
+    progress: Progress,
+) -> CycleResult:
+    """Drive the axis by its drive on the bus, after giving back what a killed run has left."""
+    cell, axis = request.cell, request.axis
     config = drive_config(cell, axis)
     journal = _Journal(
         (request.journal_folder or request.folder) / f".{cell.robot}-axis{axis.number}.found.json"
     )
-    owner = CanBusOwner.open(bus_config(cell.bus), clock)
-    try:
-        left_behind = journal.read()
-        if left_behind:
-            restore(owner, config, clock, left_behind)
-            journal.clear()
+    left_behind = journal.read()
+    if left_behind:
+        restore(owner, config, clock, left_behind)
+        journal.clear()
+    release, wait_s = cell_release(cell, owner, clock), permit_wait_s(cell)
+    with permitted(release, clock, stop_requested, wait_s=wait_s) as reason_to_stop:
         probed = with_probe(Cia402Axis(owner, config, clock, journal.write), axis, owner, clock)
         runner = CycleRunner(
             plan,
@@ -108,7 +126,7 @@ def drive_cycle(
                 probed.source(),
                 in_real_time=not isinstance(clock, SteppedClock),
             ),
-            stop_requested=stop_requested,
+            stop_requested=reason_to_stop,
             progress=progress,
         )
         try:
@@ -116,8 +134,6 @@ def drive_cycle(
         finally:
             if runner.aftermath is not None and runner.aftermath.restored:
                 journal.clear()
-    finally:
-        owner.close()
 
 
 def _run_job(
@@ -133,16 +149,18 @@ def _run_job(
             "A controller that runs the stair itself drives the cell's own stair only.",
             "Leave --trajectory out, or put its numbers into [axis.stair].",
         )
-    return JobRunner(
-        plan,
-        job_controller(request.axis, clock, reverse=request.reverse),
-        clock,
-        open_recording=lambda evidence: _RunWriter(
-            request, plan, evidence, {}, in_real_time=not isinstance(clock, SteppedClock)
-        ),
-        stop_requested=stop_requested,
-        progress=progress,
-    ).run()
+    release, wait_s = cell_release(request.cell, None, clock), permit_wait_s(request.cell)
+    with permitted(release, clock, stop_requested, wait_s=wait_s) as reason_to_stop:
+        return JobRunner(
+            plan,
+            job_controller(request.axis, clock, reverse=request.reverse),
+            clock,
+            open_recording=lambda evidence: _RunWriter(
+                request, plan, evidence, {}, in_real_time=not isinstance(clock, SteppedClock)
+            ),
+            stop_requested=reason_to_stop,
+            progress=progress,
+        ).run()
 
 
 def bus_config(bus: Bus) -> CanBusConfig:

@@ -5,14 +5,21 @@ Like `agent.wire`, it turns descriptions into drivers' objects, and nothing is b
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from agent.cell import Axis
-from agent.cell_devices import AdamTemperature, Cia404Temperature, ModbusPlace, Temperature
+from agent.cell import Axis, Cell
+from agent.cell_devices import (
+    AdamTemperature,
+    Cia404Temperature,
+    ContactRelease,
+    ModbusPlace,
+    Temperature,
+)
 from agent.errors import InputError
 from drivers.can.owner import CanBusOwner
+from drivers.cia401.contact import CanContact
 from drivers.cia404.rtd import RtdNode
 from drivers.clock import Clock, MonotonicClock
 from drivers.modbus.connection import Endpoint, ModbusConnection, SerialEndpoint, TcpEndpoint
@@ -21,9 +28,10 @@ from drivers.modbus.job import STATUS, JobConfig, ModbusJob
 from drivers.modbus.plausibility import RegisterVerdict
 from drivers.modbus.probe import ModbusProbe
 from drivers.modbus.register_map import RegisterMap, RegisterMapError, load_map
+from drivers.modbus.release import SAYS, ModbusRelease
 from drivers.modbus.verification import verify
 from drivers.ports import Axis as AxisPort
-from drivers.ports import TemperatureProbe
+from drivers.ports import Release, TemperatureProbe
 from drivers.probed_axis import ProbedAxis
 from drivers.serial.line import SerialConfig, SerialLine
 from drivers.serial.probe import AdamProbe
@@ -116,6 +124,51 @@ def temperature_probe(described: Temperature, owner: CanBusOwner, clock: Clock) 
         raise InputError(f"[axis.temperature]: {error.args[0]}.") from error
 
 
+def cell_release(cell: Cell, owner: CanBusOwner | None, clock: Clock) -> Release | None:
+    """Return the release that `[release]` describes; None where the cell has none.
+
+    Raises
+    ------
+    agent.errors.InputError
+        Where the register map cannot be used.
+    """
+    described = cell.release
+    if described is None:
+        return None
+    if isinstance(described, ContactRelease):
+        if owner is None:
+            raise InputError("A release on a CAN input needs the cell's CAN bus.")
+        return CanContact(
+            owner,
+            clock,
+            node_id=described.node_id,
+            bit=described.bit,
+            age_max_s=described.age_max_s,
+        )
+    device = mapped_device(described, clock)
+    _insist_on(device, described.map, (*SAYS, "request", "agent_alive", "done"))
+    return ModbusRelease(
+        device,
+        clock,
+        period_s=described.period_s,
+        timeout_s=described.timeout_s,
+        age_max_s=described.age_max_s,
+    )
+
+
+def permit_wait_s(cell: Cell) -> float:
+    """Return how long to wait for the cell's permit."""
+    return cell.release.wait_s if cell.release is not None else 0.0
+
+
+def _insist_on(device: MappedDevice, map_name: str, names: Iterable[str]) -> None:
+    """Refuse a map that lacks what a handshake needs."""
+    known = {register.name for register in device.map.registers}
+    missing = [name for name in names if name not in known]
+    if missing:
+        raise InputError(f"The map {map_name} is not for this handshake: it has no {missing[0]}.")
+
+
 def job_controller(axis: Axis, clock: Clock, *, reverse: bool) -> ModbusJob:
     """Return the controller that `[axis.job]` describes, with the cell's stair as parameters.
 
@@ -141,10 +194,7 @@ def job_controller(axis: Axis, clock: Clock, *, reverse: bool) -> ModbusJob:
         "approach_velocity": stair.approach_velocity_rad_s,
     }
     device = mapped_device(axis.job, clock)
-    names = [register.name for register in device.map.registers]
-    needed = [n for n in (*STATUS, "command", "axis", "agent_alive", *parameters) if n not in names]
-    if needed:
-        raise InputError(f"The map {axis.job.map} is no job handshake: it has no {needed[0]}.")
+    _insist_on(device, axis.job.map, (*STATUS, "command", "axis", "agent_alive", *parameters))
     config = JobConfig(
         axis=axis.number,
         parameters=parameters,

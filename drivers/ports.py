@@ -185,6 +185,60 @@ class Axis(Protocol):
         ...
 
 
+class Permit(NamedTuple):
+    """Whether the cell permits motion now."""
+
+    granted: bool
+    reason: str  # why not; empty where it is granted
+
+
+class Release(Protocol):
+    """The cell's release: its PLC, or a contact. Called from the control tick.
+
+    It is no safety function: guards, E-stop and enabling belong to the hardware.
+    """
+
+    def open(self) -> None:
+        """Reach whoever gives the permit.
+
+        Raises
+        ------
+        drivers.errors.DriverError
+            Nobody answers.
+        """
+        ...
+
+    def request(self) -> None:
+        """Ask for the permit."""
+        ...
+
+    def permit(self) -> Permit:
+        """Return whether motion is permitted now, and say that we are alive; never waits.
+
+        Once per control tick: a permit that is stale, or not heard yet, is none.
+
+        Raises
+        ------
+        drivers.errors.WorkerDiedError
+            Nobody listens any more.
+        """
+        ...
+
+    def done(self, *, well: bool) -> None:
+        """Take the request back and say how the cycle ended.
+
+        Raises
+        ------
+        drivers.errors.DriverError
+            It cannot be told.
+        """
+        ...
+
+    def close(self) -> None:
+        """Let go. May be repeated."""
+        ...
+
+
 class JobState(enum.Enum):
     """What a controller's job program says of itself."""
 

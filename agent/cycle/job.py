@@ -156,6 +156,9 @@ class JobRunner:
         seen: list[Sample] = []
         start_s = self._clock.now()
         for now_s in self._ticks():
+            reason = self._stop_requested()
+            if reason is not None:
+                raise StoppedError(f"Stopped before anything moved: {reason}.")
             status = self._controller.exchange()
             if status.sample is not None:
                 seen.append(status.sample)

@@ -253,6 +253,9 @@ class CycleRunner:
         for now_s in self._ticks():
             seen += self._axis.receive()
             span_s = seen[-1].time_s - seen[0].time_s if seen else 0.0
+            reason = self._stop_requested()
+            if reason is not None:
+                raise StoppedError(f"Stopped before anything moved: {reason}.")
             if span_s >= OBSERVE_S or now_s - start_s > OBSERVE_TIMEOUT_S:
                 return seen
             self._axis.send(OFF)

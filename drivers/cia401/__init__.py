@@ -1,0 +1,1 @@
+"""CiA 401 inputs on CAN: a contact that says whether the cell is released."""
