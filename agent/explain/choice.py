@@ -18,6 +18,7 @@ import numpy as np
 from agent.explain.evidence import effective_size
 from agent.explain.materiality import least_gain
 from agent.explain.search import Candidate, Library, Scored, basis_of
+from agent.explain.shifts import chance
 from agent.identify.result import Floats
 
 _ACCIDENT = 0.01
@@ -102,10 +103,10 @@ def choose(library: Library, *, rivals: bool = True) -> Choice:
             break
         if not _steady(current - best.blocks):
             break
-        chance = library.chance(terms, best)
-        if chance > _ACCIDENT:
+        accident = chance(library, terms, best)
+        if accident > _ACCIDENT:
             break
-        chosen.append(Term(best, chance))
+        chosen.append(Term(best, accident))
         current = best.blocks
         chosen, current = _pruned(library, chosen, material)
     if rivals:

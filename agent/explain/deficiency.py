@@ -20,6 +20,7 @@ from agent.explain.orders import strong_orders
 from agent.explain.result import Cell
 from agent.explain.scene import Scene
 from agent.explain.search import Candidate, Library, basis_of
+from agent.explain.shifts import shifted
 from agent.explain.table import BASE
 from agent.identify.result import Floats
 
@@ -115,7 +116,7 @@ def deficiency_map(
     left = library.target - basis @ (basis.T @ library.target)
     energy = float(left @ left)
     plain = heldout(moments(model, library.target, weighing.starts), weighing.fold)
-    shifted = library.shifted(left)
+    drawn = shifted(library.weighing, left)
     cells = []
     for axis in axes_of(scene):
         for name, column in parameters_of(scene).items():
@@ -126,7 +127,7 @@ def deficiency_map(
             part = moments(np.concatenate((model, own), axis=1), library.target, weighing.starts)
             gain = 1.0 - float(heldout(part, weighing.fold).sum()) / float(plain.sum())
             share = float(np.sum((own.T @ left) ** 2)) / energy
-            null = np.sum((own.T.astype(np.float32) @ shifted) ** 2, axis=0) / energy
+            null = np.sum((own.T.astype(np.float32) @ drawn) ** 2, axis=0) / energy
             cells.append((name, axis.variable, gain, _tail(share, null)))
     cells += [("offset", line.axis, line.share, line.p_value) for line in lines]
     counted = _discoveries([p for *_, p in cells])

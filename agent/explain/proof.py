@@ -16,6 +16,7 @@ from agent.explain.result import Holdout, fit_of
 from agent.explain.run import Run
 from agent.explain.scene import refit
 from agent.explain.search import Candidate, Library, basis_of
+from agent.explain.shifts import shifted
 from agent.explain.table import BASE, Table, tabulate
 from agent.identify.result import Floats
 from agent.physics.twin import Twin
@@ -171,8 +172,8 @@ def placebo(library: Library) -> float:
     """
     basis = basis_of(library.base)
     fitted = basis @ (basis.T @ library.target)
-    shifted = library.shifted(library.target - fitted, seed=7, count=1)[:, 0].astype(np.float64)
-    choice = choose(replace(library, target=fitted + shifted), rivals=False)
+    drawn = shifted(library.weighing, library.target - fitted, seed=7, count=1)
+    choice = choose(replace(library, target=fitted + drawn[:, 0].astype(np.float64)), rivals=False)
     return 100.0 * (1.0 - math.sqrt(float(choice.full.sum()) / float(choice.plain.sum())))
 
 

@@ -17,7 +17,6 @@ from agent.identify.result import Floats
 
 _POINTS_IN_FOLDS = 4
 _WORTH_FOLDS = 0.25  # of the best screened gain: less is not followed further
-_SHIFTS = 199
 _ROUNDS = 5
 _NOT_NEGATIVE = tuple(
     BASE.index(name) for name in ("inertia_kg_m2", "viscous_nm_s_per_rad", "coulomb_nm")
@@ -243,45 +242,6 @@ class Library:
         usual = np.abs(self.scene.theta[carried])
         must = np.isin(np.flatnonzero(carried), _NOT_NEGATIVE)
         return bool(np.all(moved[must] >= -_TOLERATED * usual[must]))
-
-    def chance(self, terms: Sequence[Candidate], scored: Scored, seed: int = 0) -> float:
-        """Return how often shifted residuals give any form as much as this one, from 0 to 1.
-
-        The residual is shifted in a circle within each recording and its 2 s blocks change sign at
-        random, which keeps its autocorrelation; what every form gains is put in units of what it
-        gains by chance on average, so that the best of all forms is compared with the best.
-        """
-        basis = basis_of(self.model(terms))
-        left = self.target - basis @ (basis.T @ self.target)
-        shifted = self.shifted(left, seed)
-        best_of: dict[tuple[str, str], Floats] = {}
-        for candidate in (*self.candidates, scored.candidate):
-            own = basis_of(candidate.columns - basis @ (basis.T @ candidate.columns))
-            share = np.sum((own.T.astype(np.float32) @ shifted) ** 2, axis=0)
-            key = (candidate.form.effect, candidate.form.name)
-            best_of[key] = np.maximum(best_of.get(key, np.zeros(_SHIFTS)), share)
-        energy = float(left @ left)
-        key = (scored.form.effect, scored.form.name)
-        means = {k: max(float(v.mean()), 1e-12 * energy) for k, v in best_of.items()}
-        worst = np.max([v / means[k] for k, v in best_of.items()], axis=0)
-        found = scored.screened * energy / means[key]
-        return float((1 + np.sum(worst >= found)) / (1 + _SHIFTS))
-
-    def shifted(self, left: Floats, seed: int = 0, count: int = _SHIFTS) -> NDArray[np.float32]:
-        """Return a residual (m,), shifted within its recordings, block signs drawn: (m, shifts)."""
-        rng = np.random.default_rng(seed)
-        out = np.empty((left.shape[0], count), dtype=np.float32)
-        run = self.weighing.run
-        bounds = np.flatnonzero(np.diff(run, prepend=run[0] - 1))
-        stops = np.append(bounds[1:], run.shape[0])
-        lengths = np.diff(np.append(self.weighing.starts, run.shape[0]))
-        for j in range(count):
-            moved = left.copy()
-            for a, b in zip(bounds, stops, strict=True):
-                moved[a:b] = np.roll(left[a:b], int(rng.integers(0, max(b - a, 1))))
-            sign = rng.choice([-1.0, 1.0], lengths.shape[0])
-            out[:, j] = moved * np.repeat(sign, lengths)
-        return out
 
 
 def basis_of(columns: Floats, like: Floats | None = None) -> Floats:

@@ -1,0 +1,121 @@
+"""How far predictions are from recordings, the noise that none can pass, and what that proves."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from agent.identify.result import Floats
+
+
+@dataclass(frozen=True)
+class Fit:
+    """How far a prediction is from a recording; both NaN where nothing was compared.
+
+    `fit_percent` is ``100 (1 - |y - yhat| / |y - mean(y)|)`` (contract section 6).
+    """
+
+    rmse_nm: float = math.nan
+    fit_percent: float = math.nan
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON; empty where nothing was compared."""
+        if math.isnan(self.rmse_nm):
+            return {}
+        return {"rmse_nm": self.rmse_nm, "fit_percent": number(self.fit_percent)}
+
+
+@dataclass(frozen=True)
+class Floor:
+    """The noise floor by three routes, N m rms in the band of the comparison; NaN: not there.
+
+    `value_nm` is the one that the verdict uses.
+    """
+
+    value_nm: float
+    repeats_nm: float
+    neighbours_nm: float
+    standstill_nm: float
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        return {
+            "value_nm": number(self.value_nm),
+            "repeated_passes_nm": number(self.repeats_nm),
+            "neighbours_nm": number(self.neighbours_nm),
+            "standstill_nm": number(self.standstill_nm),
+        }
+
+
+@dataclass(frozen=True)
+class Holdout:
+    """The proof on data that neither choice nor fit had seen.
+
+    `source` says which data: the hold-out recordings, or folds that stand in for them.
+    `placebo_percent` is the improvement that the same search reaches on axes that were shifted;
+    `wins` of `blocks` were predicted better; `white` is whether what is left looks like noise.
+    """
+
+    source: str
+    baseline: Fit
+    refitted: Fit
+    extended: Fit
+    improvement_percent: float
+    improvement_ci95_percent: tuple[float, float] | None
+    floor_ratio: float
+    wins: int
+    blocks: int
+    placebo_percent: float
+    white: bool
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        interval = self.improvement_ci95_percent
+        return {
+            "source": self.source,
+            "baseline": self.baseline.to_json(),
+            "refitted": self.refitted.to_json(),
+            "extended": self.extended.to_json(),
+            "improvement_percent": number(self.improvement_percent),
+            "improvement_ci95_percent": None if interval is None else list(interval),
+            "floor_ratio": number(self.floor_ratio),
+            "wins": self.wins,
+            "blocks": self.blocks,
+            "placebo_improvement_percent": number(self.placebo_percent),
+            "residual_white": self.white,
+        }
+
+
+@dataclass(frozen=True)
+class Trace:
+    """One recording before and after, arrays of shape (n,), for pictures.
+
+    `given_nm`, `refitted_nm` and `extended_nm` are measured less predicted torque.
+    """
+
+    recording: str
+    held_out: bool
+    time_s: Floats
+    velocity_rad_s: Floats
+    measured_nm: Floats
+    given_nm: Floats
+    refitted_nm: Floats
+    extended_nm: Floats
+
+
+def fit_of(measured_nm: Floats, residual_nm: Floats) -> Fit:
+    """Return root mean square and fit percent of a residual against what was measured."""
+    if not measured_nm.size:
+        return Fit()
+    spread = float(np.linalg.norm(measured_nm - measured_nm.mean()))
+    left = float(np.linalg.norm(residual_nm))
+    percent = 100.0 * (1.0 - left / spread) if spread > 0.0 else math.nan
+    return Fit(left / math.sqrt(measured_nm.size), percent)
+
+
+def number(value: float) -> float | None:
+    """Return a finite number as it is, and None for any other."""
+    return float(value) if math.isfinite(value) else None
