@@ -22,8 +22,8 @@ _STEPS_PER_PERIOD = 4  # of the highest order
 _MEDIAN_OF_EXPONENTIAL = math.log(2.0)
 BACKGROUND_DOF = 46.0  # of the median of 2 x 24 exponentials, as a chi-square, two per order
 _LEAST_HEAD = 8  # samples
-_LOUDER = 1.5  # times what is left in the rest of the pass: a head that has not settled
-_LEANS = 4.0  # times the scatter of parts as long: the bow of the trend is drawn out, too
+_LOUDER = 2.5  # times what is left in the rest of the pass: a head that has not settled
+_LEANS = 6.0  # times the scatter of parts as long, or 3 deviations: the trend is drawn out, too
 _MOST_SAMPLES, _SAMPLES_PER_TURN = 2048, 128
 TREND = 3  # level, slope and bow of torque along a pass: gravity, cables, warming
 

@@ -21,7 +21,6 @@ from agent.identify.ripple_search import search
 from agent.identify.signals import Signals
 
 _SAME_SPEED = 0.05
-_HALF_WIDTHS = 3.92  # deviations in a 95 % interval
 _NOISE = 0.05  # chance of noise alone from which a stutter cannot be told from it
 
 _SMALL = 0.5  # of what it was: where noise hides more, nothing shows that it is gone
@@ -189,7 +188,8 @@ def _ratio(before: Parameter, after: Parameter) -> Parameter:
     if before.ci95[0] <= 0.0:
         return Parameter.not_identified("without anticogging it does not stand out of the noise")
     ratio = after.value / before.value
-    relative = (before.ci95[1] - before.ci95[0]) / (_HALF_WIDTHS * before.value)
-    own = (after.ci95[1] - after.ci95[0]) / (_HALF_WIDTHS * before.value)
-    half = 0.5 * _HALF_WIDTHS * math.hypot(own, ratio * relative)
+    # The upper halves: the lower ones end at zero.
+    relative = (before.ci95[1] - before.value) / before.value
+    own = (after.ci95[1] - after.value) / before.value
+    half = math.hypot(own, ratio * relative)
     return Parameter(ratio, (max(ratio - half, 0.0), ratio + half))

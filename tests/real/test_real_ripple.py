@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import functools
+import re
 from pathlib import Path
 
 import pytest
 
 from agent.identify.ripple import Ripple, find_ripple
-from agent.identify.ripple_change import RippleChange, compare_ripple
+from agent.identify.ripple_change import DOWN, GONE, RippleChange, compare_ripple
 from agent.identify.ripple_line import UNDECIDED
+from agent.identify.ripple_sentence import motion_sentence
 from tests.real.test_real_estimates import load
 
 pytestmark = pytest.mark.real
@@ -112,6 +114,23 @@ def test_order_twelve_is_gone_from_the_slowest_motion(real_recordings: Path) -> 
     assert found.stutter_rad[0].value > 4e-3
     assert found.stutter_rad[1].ci95 is not None
     assert found.stutter_rad[1].ci95[0] == 0.0
+    assert found.motion == GONE
+
+
+def test_the_sentence_says_what_the_motion_shows_and_no_more(real_recordings: Path) -> None:
+    """At 7, 14 and 28 the stutter is down, not gone; the torque stays."""
+    slow, fast = anticogging(real_recordings)
+    for change in (slow, fast):
+        for number in (7, 14, 28):
+            order = change.at(number)
+            assert order is not None
+            assert order.motion == DOWN
+            assert order.stutter_chance[1] < 1e-6
+    told = motion_sentence(slow)
+    assert re.search(r"down to 20 % \(18 to 22\) at order 7, 14 % .* at order 14, 5 % .* 28", told)
+    assert "gone at order 12 (below 0.12 mrad, its noise; 4.3 mrad without)" in told
+    assert "the compensation is part of it" in told
+    assert "gone" not in motion_sentence(fast)
 
 
 def test_screw_drive_has_one_and_two_per_turn_without_a_position(real_recordings: Path) -> None:

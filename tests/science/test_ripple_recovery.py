@@ -7,9 +7,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from agent.identify.ripple import find_ripple
-from agent.identify.ripple_change import compare_ripple
-from agent.identify.ripple_line import FRICTION, RIPPLE, UNDECIDED
+from agent.identify.order_spectrum import AnglePass, grid_for
+from agent.identify.ripple import find_ripple, passes_of
+from agent.identify.ripple_change import DOWN, GONE, HIDDEN, UP, compare_ripple
+from agent.identify.ripple_line import FRICTION, RIPPLE, UNDECIDED, stutter_chances
+from agent.identify.ripple_sentence import motion_sentence
 from agent.identify.signals import Signals
 from tests.science.ripple_campaign import CASES, Passes, ripple_campaign
 
@@ -149,6 +151,65 @@ def test_anticogging_is_told_by_the_motion_where_the_torque_stays() -> None:
         compare_ripple([stuttering(5, 0.01)], [passes(6, {6.0: 0.04}, velocities=(9.0, -9.0))])
         == ()
     )
+
+
+def shaking(seed: int, stutter_rad: float, noise_rad: float) -> Signals:
+    """Let the position stutter in its encoder's noise."""
+    signals = stuttering(seed, stutter_rad)
+    assert signals.position_rad is not None
+    noise = noise_rad * np.random.default_rng(seed).standard_normal(signals.position_rad.size)
+    return dataclasses.replace(signals, position_rad=signals.position_rad + noise)
+
+
+@pytest.mark.parametrize(
+    ("left_rad", "noise_rad", "motion", "words"),
+    [
+        (0.0, 1e-3, GONE, "gone at order 6 (below 0."),
+        (1e-3, 1e-3, DOWN, "down to 1"),
+        (0.02, 1e-3, UP, "up to 2"),
+        (0.0, 0.2, HIDDEN, "hidden by noise at order 6 (below "),
+    ],
+)
+def test_stutter_is_gone_only_where_noise_is_low_enough_to_show_it(
+    left_rad: float, noise_rad: float, motion: str, words: str
+) -> None:
+    (change,) = compare_ripple([shaking(5, 0.01, 1e-3)], [shaking(6, left_rad, noise_rad)], 40.0)
+    order = change.at(6.0)
+    assert order is not None
+    assert order.motion == motion
+    assert words in motion_sentence(change)
+    assert "the compensation is part of it" in motion_sentence(change)
+
+
+def test_stutter_of_noise_alone_is_called_a_stutter_as_often_as_said() -> None:
+    """2 x 120 chances are even: 5 % of them below 0.05, of 240 more than 25 once in a thousand."""
+    rng = np.random.default_rng(11)
+    angle = np.linspace(0.0, 8.0 * TAU, 4000)
+    chances: list[float] = []
+    for _ in range(8):
+        noise = 1e-3 * rng.standard_normal((2, angle.size))
+        both = [AnglePass(angle, angle * 0.0, 3.0, True, "noise", n) for n in noise]
+        grid = grid_for(both, 40.0)
+        for side in ([both[0]], both):
+            chances += stutter_chances(side, [2.0 + 2.5 * k for k in range(15)], grid)
+    below = float(np.mean(np.array(chances) < 0.05))
+    assert below < 25 / 240
+    assert 0.4 < float(np.mean(chances)) < 0.6
+
+
+def test_a_head_counts_only_where_it_has_settled() -> None:
+    """The order's error falls with the length of the pass, unless its torque still settles."""
+    own = [p for p in passes_of(passes(10, {6.0: 0.04}, velocities=(3.0, -3.0))) if p.whole]
+    assert own
+    for one in own:
+        assert one.whole is not None
+        assert one.turns < 0.95 * one.whole.turns
+        assert one.settled((6.0,)) is one.whole
+        head = one.whole.angle_rad.size - one.angle_rad.size
+        unsettled = one.whole.signal.copy()
+        unsettled[:head] += 0.05 * np.exp(-np.arange(head) / head)
+        late = dataclasses.replace(one, whole=dataclasses.replace(one.whole, signal=unsettled))
+        assert late.settled((6.0,)) is late
 
 
 @pytest.mark.parametrize(

@@ -51,6 +51,7 @@ def test_both_are_set_side_by_side(
     text = capsys.readouterr().out
     assert "Anticogging off → on at 2 rad/s (1 and 1 passes)" in text
     assert re.search(r"20(\.\d)? → (2|1\.9\d|2\.0\d) \(10 %\)", text), text
+    assert re.search(r"motion's stutter with anticogging on is down to 10 % .* at order 7", text)
     assert "the compensation is part of it" in text
     assert "anticogging off" in picture.read_text()
     run_ripple(pair, 40.0, None, as_json=True)
@@ -58,6 +59,8 @@ def test_both_are_set_side_by_side(
     assert document["recordings"] == ["off.parquet"]
     (order,) = document["anticogging"][0]["orders"]
     assert order["order_per_motor_rev"] == pytest.approx(ORDER, abs=0.05)
+    assert order["motion"] == "down"
+    assert document["anticogging"][0]["sentence"] in text
     low, high = order["torque_left"]["ci95"]
     assert low < 1.0 < high
     assert order["stutter_left"]["value"] == pytest.approx(0.1, rel=0.05)
