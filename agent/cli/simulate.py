@@ -10,6 +10,7 @@ from agent.cli.talk import talker
 from agent.errors import InputError
 from agent.identify.signals import Signals
 from agent.identify.simulated import simulated_torque_nm
+from agent.identify.stand_in import with_stand_in
 from agent.physics.effects import unix_s
 from agent.physics.twin import Twin, TwinError, parse_twin
 from agent.record.reading import read
@@ -60,7 +61,7 @@ def simulated(twin: Twin, recording: Recording, where: str) -> Recording:
     )
     try:
         torque = simulated_torque_nm(
-            twin, signals, recording.columns, _instant_unix_s(about.started_at)
+            twin, signals, with_stand_in(recording.columns), _instant_unix_s(about.started_at)
         )
     except TwinError as error:
         raise InputError(f"{where}: {error}") from error

@@ -24,6 +24,7 @@ from agent.identify.result import Floats
 _ACCIDENT = 0.01
 _MOST_TERMS = 6
 _DECISIVE = 3.0  # of log density: a rival that is further behind is out
+_SAME = 0.1  # of log density: columns that copy each other differ by no more
 _PER_SHARE = 60.0  # of log density: a twentieth of the gain missed is decisive
 _REPEATED = frozenset(
     {"torque-ripple", "kinematic-error", "position-dependent-friction", "local-fault"}
@@ -143,7 +144,7 @@ def _preferred(library: Library, ranked: Sequence[Scored]) -> Scored | None:
         loss = scored.blocks - best.blocks
         error = float(np.std(loss)) * math.sqrt(loss.shape[0])
         behind = log_density_gap(library, best.blocks, scored.blocks, size)
-        if float(loss.sum()) <= error and behind < 2.0 * _DECISIVE:
+        if behind < _SAME or (float(loss.sum()) <= error and behind < 2.0 * _DECISIVE):
             close.append(scored)
     return min(close, key=lambda s: (s.form.catch_all, s.form.size, s.error), default=best)
 

@@ -93,7 +93,8 @@ def parameters_of(scene: Scene) -> Mapping[str, Floats]:
     gravity = base[:, 3:5] @ scene.theta[3:5]
     if not np.any(gravity):
         gravity = base[:, 3]
-    columns = (np.ones(base.shape[0]), base[:, 0], base[:, 1], base[:, 2], gravity, predicted)
+    own = base[:, :3] * scene.table.carried[:3]
+    columns = (np.ones(base.shape[0]), own[:, 0], own[:, 1], own[:, 2], gravity, predicted)
     return {n: c for n, c in zip(_NAMES, columns, strict=True) if np.any(c)}
 
 

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.explain.strata import RUNS_FOR_FOLDS
 from agent.explain.table import Table
 from agent.identify.result import Floats
 from agent.identify.uncertainty import correlation_time
 
 _FOLDS = 8
-_RUNS_FOR_FOLDS = 4
 
 
 @dataclass(frozen=True)
@@ -84,11 +84,12 @@ def weigh(table: Table, residual_nm: Floats) -> Weighing:
         weight[inside] = 1.0 / max(scale, 1e-12)
     starts = np.flatnonzero(np.diff(block, prepend=block[0] - 1)) if rows.size else rows
     run_of_block = run[starts]
-    by_run = np.unique(run_of_block).size >= _RUNS_FOR_FOLDS
+    by_run = np.unique(run_of_block).size >= RUNS_FOR_FOLDS
     if by_run:
         fold = np.unique(run_of_block, return_inverse=True)[1] % _FOLDS
     else:
-        fold = np.arange(starts.shape[0]) % _FOLDS
+        by_step = table.step_folds(rows[starts], _FOLDS)
+        fold = np.arange(starts.shape[0]) % _FOLDS if by_step is None else by_step
     return Weighing(rows, weight, starts, fold.astype(np.int64), run, by_run)
 
 

@@ -69,7 +69,9 @@ def next_experiments(
         hypotheses = [h for h in hypotheses if h.effect != partner]
     others = [t.candidate for k, t in enumerate(terms) if k != index]
     out: list[NextExperiment] = []
-    if len(hypotheses) > 1 and floor_nm > 0.0:
+    # No cycle of the menu could be followed at a sampling rate that shows held speeds alone.
+    followed = not all(piece.slow for piece in library.scene.table.pieces)
+    if len(hypotheses) > 1 and floor_nm > 0.0 and followed:
         out = _ranked(library, others, hypotheses, floor_nm, limits)
     told = {name for experiment in out for name in experiment.tells_apart}
     left = [h.effect for h in hypotheses[1:] if h.effect not in told]

@@ -182,7 +182,7 @@ class Duel:
         """Return everything that is needed to judge experiments that make up one scene."""
         table = scene.table
         weight = _weights(self.library, scene)[:, np.newaxis]
-        carried = np.sqrt(np.mean(self.library.scene.table.base**2, axis=0)) > 1e-12
+        carried = self.library.scene.table.carried
         others = [table.band(c.form.columns(scene, c.point)) for c in self.others]
         sides = tuple(
             tuple(weight * table.band(d) for d in designs(scene, h.scored, each))

@@ -168,7 +168,7 @@ def _highest(form: Form, index: int) -> float:
 
 def _carried(library: Library) -> NDArray[np.bool_]:
     """Return which of the twin's numbers the recordings excite, shape (5,)."""
-    return np.asarray(np.sqrt(np.mean(library.scene.table.base**2, axis=0)) > 1e-12)
+    return library.scene.table.carried
 
 
 def _given(library: Library) -> Floats:

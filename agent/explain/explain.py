@@ -11,7 +11,7 @@ from agent.explain import proof, words
 from agent.explain.aliases import aliases
 from agent.explain.evidence import effective_size
 from agent.explain.experiment import next_experiments
-from agent.explain.findings import findings_of
+from agent.explain.findings import OFFSET_OR_ASYMMETRY, findings_of
 from agent.explain.leftover import left_regions, line_regions
 from agent.explain.materiality import CLOSE
 from agent.explain.model import fit_model
@@ -27,7 +27,7 @@ from agent.explain.result import (
     Trace,
     fit_of,
 )
-from agent.explain.run import Run
+from agent.explain.run import Run, stood_in, without_gearbox_temperature
 from agent.explain.study import Study, study
 from agent.explain.table import BASE, Table, tabulate
 from agent.explain.traces import traces_of
@@ -35,9 +35,9 @@ from agent.explain.verdict import OWN_NUMBERS, left_share, verdict_of
 from agent.physics.twin import Twin
 from trajectories import AxisLimits
 
-_LEAST_ROWS = 300
+_LEAST_ROWS = 120
 _FEWEST_BLOCKS = 12  # of two seconds: folds and the jackknife leave them out in turn
-_SLOWEST_HZ = 10.0
+_HELD_SAMPLES = 60  # of one pass: what the filter leaves of them carries a mean
 _UNPROVEN = 1.5  # times the noise on unseen data, and no noise in kind: not all is explained
 _SLIDES = 0.1  # of the time: with less the joint stands
 _GAP_S = 1.0
@@ -70,7 +70,10 @@ def explain(
         With reasons and no numbers where the recordings do not carry an answer.
     """
     names = tuple(run.name for run in runs), tuple(run.name for run in holdout)
-    refusal = _undecidable((*runs, *holdout)) if runs else "not decidable: no recording was given"
+    refusal = "" if runs else "not decidable: no recording was given"
+    by_motor = without_gearbox_temperature((*runs, *holdout))
+    if by_motor:
+        runs, holdout = stood_in(runs), stood_in(holdout)
     table: Table | None = None
     if not refusal:
         try:
@@ -86,8 +89,8 @@ def explain(
         proven, traces = _proof(found, holdout)
     except ValueError as error:
         return _nothing(f"the hold-out cannot be compared: {error}", *names)
-    following = _experiments(found, limits)
-    return _explanation(found, proven, traces, following, *names)
+    menu = _experiments(found, limits)
+    return _explanation(found, proven, traces, menu, *names, by_motor=by_motor)
 
 
 def _proof(found: Study, holdout: Sequence[Run]) -> tuple[Holdout, tuple[Trace, ...]]:
@@ -106,44 +109,48 @@ def _proof(found: Study, holdout: Sequence[Run]) -> tuple[Holdout, tuple[Trace, 
     return proof.prove(compared, source, found.floor.value_nm, placebo, rows_per_cutoff), traces
 
 
-def _undecidable(runs: Sequence[Run]) -> str:
-    """Return why runs cannot be compared at all, or nothing."""
-    for run in runs:
-        steps = np.diff(run.signals.time_s[run.signals.valid])
-        if steps.size and 1.0 / float(np.median(steps)) < _SLOWEST_HZ:
-            rate = 1.0 / float(np.median(steps))
-            return (
-                f"not decidable: {run.name} has {rate:.3g} samples a second; friction around "
-                f"speed changes needs at least {_SLOWEST_HZ:g}, better 250"
-            )
-    return ""
-
-
 def _too_little(table: Table) -> str:
     """Return why a table does not carry an explanation, or nothing."""
     count = int(np.count_nonzero(table.sliding))
     blocks = np.unique(table.block[table.used]).shape[0]
-    if count >= _LEAST_ROWS and blocks < _FEWEST_BLOCKS:
-        seconds = 2.0 * blocks
+    if count >= _LEAST_ROWS and blocks >= _FEWEST_BLOCKS:
+        return ""
+    if all(piece.slow for piece in table.pieces):
+        rate_hz = max(1.0 / piece.period_s for piece in table.pieces)
         return (
-            f"not decidable: the joint slides for only about {seconds:.0f} s in these recordings, "
-            f"and parts of them must be left out to judge by; record {2 * _FEWEST_BLOCKS} s or more"
+            f"not decidable: at {rate_hz:.2g} samples a second only speeds that are held can be "
+            f"compared, and {_seconds(count, table)} of these recordings hold one for long enough; "
+            f"hold every speed for {_HELD_SAMPLES / rate_hz:.0f} s, or record at 250 Hz or faster"
         )
     if count >= _LEAST_ROWS:
-        return ""
+        return (
+            f"not decidable: the joint slides for only about {_seconds(count, table)} in these "
+            f"recordings, and parts of them must be left out to judge by; record "
+            f"{2 * _FEWEST_BLOCKS} s or more"
+        )
     if float(np.mean(table.full["direction"] != 0.0)) < _SLIDES:
         return (
             "not decidable: the joint hardly slides in these recordings; record a stair of speeds "
             "in both directions"
         )
+    return _out_of_band(table, count)
+
+
+def _seconds(rows: int, table: Table) -> str:
+    return f"{rows * row_seconds(table.pieces):.0f} s"
+
+
+def _out_of_band(table: Table, count: int) -> str:
+    """Return that too little of what was recorded can be compared in its band."""
     recorded_s = sum(
         float(np.minimum(np.diff(run.signals.time_s), _GAP_S).sum()) for run in table.runs
     )
+    periods = _LEAST_ROWS * row_seconds(table.pieces)
     return (
-        f"not decidable: only {count * row_seconds(table.pieces):.0f} s of {recorded_s:.0f} s "
-        f"recorded can be compared, in the band of {table.cutoff_hz:.2g} Hz that the slowest "
-        "sampling rate and the noise of the velocity allow; the rest is near standstill, or in "
-        "stretches that are too short; record at one rate of 250 Hz or faster and hold every speed "
+        f"not decidable: {_seconds(count, table)} of {recorded_s:.0f} s recorded can be compared, "
+        f"in the band of {table.cutoff_hz:.2g} Hz that the sampling rate and the noise of the "
+        f"velocity allow, and {periods:.0f} s are needed; the rest is near standstill, or in "
+        "stretches that are too short; record longer, at 250 Hz or faster, and hold every speed "
         "for 2 s"
     )
 
@@ -178,6 +185,8 @@ def _explanation(
     menu: tuple[NextExperiment, ...],
     recordings: tuple[str, ...],
     held_out: tuple[str, ...],
+    *,
+    by_motor: bool,
 ) -> Explanation:
     """Draw the verdict and write it down."""
     table, rows = found.table, found.library.weighing.rows
@@ -196,7 +205,7 @@ def _explanation(
         sentence=words.summary(
             verdict, findings, proven, found.floor.value_nm, refitted, where, share
         ),
-        reasons=_bear_in_mind(found),
+        reasons=_bear_in_mind(found, by_motor=by_motor),
         floor=found.floor,
         baseline=fit_of(measured, table.target_nm[rows]),
         refitted=refitted,
@@ -219,19 +228,32 @@ def _explanation(
 
 
 def _experiments(found: Study, limits: AxisLimits | None) -> tuple[NextExperiment, ...]:
-    """Return what to run to break the ties, for the term that has the closest rival first."""
-    tied = [i for i, term in enumerate(found.choice.terms) if term.rivals]
-    tied.sort(key=lambda i: found.choice.terms[i].probability)
-    for index in tied:
+    """Return what to run to break the ties, for the term that has the closest rival first.
+
+    Offset and asymmetry come last: no motion of the axis tells those two apart.
+    """
+    terms = found.choice.terms
+
+    def order(index: int) -> tuple[bool, float]:
+        term = terms[index]
+        effects = {s.form.effect for s in (term.scored, *(r.scored for r in term.rivals))}
+        return effects <= OFFSET_OR_ASYMMETRY, term.probability
+
+    for index in sorted((i for i, term in enumerate(terms) if term.rivals), key=order):
         menu = next_experiments(found.library, found.choice.terms, index, found.noise_nm, limits)
         if menu:
             return menu
     return ()
 
 
-def _bear_in_mind(found: Study) -> tuple[str, ...]:
+def _bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
     """Return what limits the answer as a whole."""
     out = []
+    if by_motor:
+        out.append(
+            "the gearbox temperature was not recorded: the motor's stands in for it, and friction "
+            "and torque constant are judged by the same thermometer"
+        )
     if not found.floor.value_nm > 0.0:
         out.append(
             "the noise floor could not be measured, as no speed was held long enough: what is left "

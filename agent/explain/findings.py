@@ -26,7 +26,7 @@ from agent.identify.result import Floats, Parameter
 from agent.numbers import parameter_unit
 from agent.physics.twin import Twin
 
-_PAIR = frozenset({"torque-offset", "direction-asymmetry"})
+OFFSET_OR_ASYMMETRY = frozenset({"torque-offset", "direction-asymmetry"})
 _NUMBERS: Mapping[str, Mapping[str, str]] = {
     "inertia-error": {"inertia_kg_m2": "the inertia on the motor side"},
     "wrong-number": {
@@ -168,8 +168,8 @@ def _alternatives(term: Term) -> tuple[Alternative, ...]:
     for rival in term.rivals[:3]:
         other = rival.scored.form.effect
         out.append(Alternative(other, rival.probability, told_apart_by(effect, other)))
-    if effect in _PAIR and not any(a.effect in _PAIR for a in out):
-        partner = next(iter(_PAIR - {effect}))
+    if effect in OFFSET_OR_ASYMMETRY and not any(a.effect in OFFSET_OR_ASYMMETRY for a in out):
+        partner = next(iter(OFFSET_OR_ASYMMETRY - {effect}))
         if term.scored.form.name in ("constant", "Coulomb"):
             out.insert(0, Alternative(partner, 0.5, told_apart_by(effect, partner)))
     return tuple(out)

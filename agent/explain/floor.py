@@ -6,13 +6,14 @@ import math
 
 import numpy as np
 
+from agent.explain.pieces import Piece
 from agent.explain.result import Floor
 from agent.explain.strata import STEADY
 from agent.explain.table import Table
 from agent.identify.lowpass import lowpass
 from agent.identify.result import Floats
 
-_WINDOW_S = 0.5
+_SHORTEST_S = 0.5
 _FEWEST_WINDOWS = 8
 _FEWEST_INDEPENDENT = 6.0  # samples in a window: fewer do not bear a parabola
 _TREND = 3.0  # numbers that a parabola takes
@@ -27,7 +28,7 @@ def noise_floor(table: Table, residual_nm: Floats) -> Floor:
     table : Table
     residual_nm : ndarray, shape (n,)
         What a model leaves. The neighbours' route looks at how it scatters about a parabola within
-        half a second of steady motion, which no slow misfit enlarges.
+        half a second of steady motion (longer in a narrow band), which no slow misfit enlarges.
 
     Returns
     -------
@@ -42,29 +43,33 @@ def noise_floor(table: Table, residual_nm: Floats) -> Floor:
     return Floor(value, repeats, neighbours, standstill)
 
 
-def _windows(table: Table) -> list[slice]:
-    """Return rows of half a second of steady motion each."""
+def _window_s(piece: Piece) -> float:
+    """Return half a second, or as long as a narrow band needs to bear a parabola."""
+    return max(_SHORTEST_S, _FEWEST_INDEPENDENT / (2.0 * piece.cutoff_hz))
+
+
+def _windows(table: Table) -> list[tuple[slice, float]]:
+    """Return short windows of rows of steady motion, and how many samples each is worth."""
     steady = table.used & (table.stratum == STEADY)
     out = []
     for piece in table.pieces:
-        length = max(4, round(_WINDOW_S / (piece.period_s * piece.stride)))
+        length = max(4, round(_window_s(piece) / (piece.period_s * piece.stride)))
         flags = steady[piece.rows].astype(np.int8)
         edges = np.flatnonzero(np.diff(flags, prepend=0, append=0))
         for begin, end in zip(edges[::2], edges[1::2], strict=True):
             for at in range(begin, end - length + 1, length):
                 first = piece.rows.start + at
-                out.append(slice(first, first + length))
+                worth = min(2.0 * piece.cutoff_hz * _window_s(piece), float(length))
+                out.append((slice(first, first + length), worth))
     return out
 
 
 def _neighbours(table: Table, residual_nm: Floats) -> float:
-    """Return the scatter about a parabola within half-second windows, N m."""
-    windows = _windows(table)
+    """Return the scatter about a parabola within short windows, N m."""
     variances = []
-    for window in windows:
+    for window, independent in _windows(table):
         values = residual_nm[window]
-        independent = min(2.0 * table.cutoff_hz * _WINDOW_S, float(values.shape[0]))
-        if independent < _FEWEST_INDEPENDENT:
+        if round(independent, 6) < _FEWEST_INDEPENDENT:
             continue
         t = np.linspace(-1.0, 1.0, values.shape[0])
         left = values - np.polyval(np.polyfit(t, values, 2), t)
@@ -86,7 +91,7 @@ def _repeats(table: Table, residual_nm: Floats) -> float:
             float(np.mean(position[window])),
             window,
         )
-        for window in _windows(table)
+        for window, _ in _windows(table)
     ]
     stroke = float(np.ptp(position[table.used])) if table.used.any() else 0.0
     squares = []
@@ -112,19 +117,17 @@ def _repeats(table: Table, residual_nm: Floats) -> float:
 def _standstill(table: Table) -> float:
     """Return the torque's scatter while the joint stands, N m.
 
-    The median over half-second windows, each about its own parabola: a joint that stands may still
-    be pulled from one holding torque to another, which is no noise.
+    The median over short windows, each about its own parabola: a joint that stands may still be
+    pulled from one holding torque to another, which is no noise.
     """
-    independent = 2.0 * table.cutoff_hz * _WINDOW_S
-    if independent < _FEWEST_INDEPENDENT:
-        return math.nan
     variances = []
     for piece in table.pieces:
+        independent = 2.0 * piece.cutoff_hz * _window_s(piece)
         still = table.full["direction"][piece.full] == 0.0
-        torque = lowpass(table.full["torque_nm"][piece.full], piece.period_s, table.cutoff_hz)
+        torque = lowpass(table.full["torque_nm"][piece.full], piece.period_s, piece.cutoff_hz)
         edges = np.flatnonzero(np.diff(still.astype(np.int8), prepend=0, append=0))
-        margin = math.ceil(1.5 / (table.cutoff_hz * piece.period_s))
-        length = round(_WINDOW_S / piece.period_s)
+        margin = math.ceil(1.5 / (piece.cutoff_hz * piece.period_s))
+        length = round(_window_s(piece) / piece.period_s)
         for begin, end in zip(edges[::2], edges[1::2], strict=True):
             for at in range(begin + margin, end - margin - length + 1, length):
                 inner = torque[at : at + length]

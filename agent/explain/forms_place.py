@@ -33,13 +33,40 @@ def _arm_grid(scene: Scene) -> Sequence[Point]:
     longest = 0.5 * 2.0 * math.pi / max(stroke, 1e-6)
     whole = [float(k) for k in (1, 2, 3, 4) if k >= longest]
     low = [longest * k for k in (1.0, 1.5, 2.0, 3.0)]
-    strong = [o * scene.table.gear_ratio for o in strong_orders(scene, "friction")]
+    orders = () if _one_way(scene) else strong_orders(scene, "friction")
+    strong = [order * scene.table.gear_ratio for order in orders]
     return tuple((o,) for o in dict.fromkeys((*whole, *low, *strong)))
 
 
 def _friction_wave(scene: Scene, point: Point) -> Floats:
     angle = point[0] * scene.arm_rad
     return stack(scene.direction * np.cos(angle), scene.direction * np.sin(angle))
+
+
+def _friction_wave_two(scene: Scene, point: Point) -> Floats:
+    double = _friction_wave(scene, (2.0 * point[0],))
+    return np.concatenate((_friction_wave(scene, point), double), axis=1)
+
+
+def _one_way(scene: Scene) -> bool:
+    """Return whether only one direction was driven."""
+    direction = scene.table.rows["direction"][scene.table.sliding]
+    return bool(np.unique(direction[direction != 0.0]).size == 1)
+
+
+def _one_way_grid(scene: Scene) -> Sequence[Point]:
+    """Return the strong orders where friction cannot be told from ripple, which comes first."""
+    strong = strong_orders(scene, "torque") if _one_way(scene) else ()
+    return tuple((o * scene.table.gear_ratio,) for o in strong)
+
+
+def _wave_two_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    del scene
+    order = values["order_per_arm_rev"]
+    return tuple(
+        {"cos_nm": values[cos], "sin_nm": values[sin], "order_per_arm_rev": times * order}
+        for cos, sin, times in (("cos_nm", "sin_nm", 1), ("cos_second_nm", "sin_second_nm", 2))
+    )
 
 
 def _bump(scene: Scene, point: Point) -> Floats:
@@ -145,6 +172,29 @@ FORMS: tuple[Form, ...] = (
         _arm_grid,
         needs=_POSITION,
         step=_half_an_arm_line,
+    ),
+    Form(
+        "position-dependent-friction",
+        "wave, one way",
+        ("cos_nm", "sin_nm"),
+        _friction_wave,
+        ("order_per_arm_rev",),
+        _one_way_grid,
+        needs=_POSITION,
+        step=_half_an_arm_line,
+        catch_all=True,
+    ),
+    Form(
+        "position-dependent-friction",
+        "wave and its double, one way",
+        ("cos_nm", "sin_nm", "cos_second_nm", "sin_second_nm"),
+        _friction_wave_two,
+        ("order_per_arm_rev",),
+        _one_way_grid,
+        needs=_POSITION,
+        step=_half_an_arm_line,
+        to_twin=_wave_two_twin,
+        catch_all=True,
     ),
     Form(
         "position-dependent-friction",

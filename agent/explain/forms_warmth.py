@@ -14,6 +14,7 @@ from agent.identify.result import Floats
 
 _HOUR_S = 3600.0
 _GEAR_T, _MOTOR_T = "gearbox_temperature_degc", "motor_temperature_degc"
+_STEEPEST_PER_K = 0.01  # five times a ferrite magnet's 0.2 %: steeper is no torque constant
 _COULOMB_K, _VISCOUS_T = "coulomb_nm_per_k", "viscous_thermal_nm_s_per_rad"
 
 
@@ -179,6 +180,7 @@ FORMS: tuple[Form, ...] = (
         "with motor temperature",
         ("factor_per_k",),
         _constant_warm,
+        highest=(_STEEPEST_PER_K,),
         needs=(_MOTOR_T,),
         to_twin=_constant_warm_twin,
     ),

@@ -32,8 +32,8 @@ def with_intervals(library: Library, model: Model) -> Model:
     """
     derivatives, places = _derivatives(library, model)
     weighted = model.residual_nm * library.weighing.weight
-    reach = reach_of(library, derivatives, weighted, _named(model))
-    carried = np.sqrt(np.mean(library.scene.table.base**2, axis=0)) > 1e-12
+    reach = reach_of(library.candidates, library.weighing, derivatives, weighted, _named(model))
+    carried = library.scene.table.carried
     base = dict(model.base)
     for at, name in enumerate(np.array(BASE)[carried].tolist()):
         base[name] = _widened(base[name], reach, at)

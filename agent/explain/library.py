@@ -37,6 +37,10 @@ _COLUMNS: Mapping[str, str] = {
     "position_rad": "the position",
     "velocity_command_rad_s": "the velocity command",
 }
+_CHANGES, _SPEEDS = "speed changes", "speeds"  # no columns: what must be driven and sampled
+_AS_SPEED_CHANGES = frozenset({"torque-saturation", "kinematic-error", "resolver-error"})
+_OF_SPEED = frozenset({"stribeck", "viscous-nonlinear"})
+_VISCOUS = "viscous"  # in a form's name: it tells viscous from Coulomb friction
 _LEAST_K = 2.0
 _TEMPERATURES = ("gearbox_temperature_degc", "motor_temperature_degc")
 
@@ -60,10 +64,11 @@ def judgeable(table: Table, twin: Twin | None = None) -> tuple[tuple[Form, ...],
         Effect to a sentence, ``the position was not recorded, so torque-ripple cannot be judged``.
     """
     reasons: dict[str, str] = {}
-    for name in {need for form in FORMS for need in _needs(form)}:
+    for name in {need for form in FORMS for need in _needs(form)} - {_CHANGES, _SPEEDS}:
         why = _missing(table, name)
         if why:
             reasons[name] = why
+    reasons |= _of_motion(table)
     there = {e.id for e in twin.effects if e.id in CARRIED} if twin is not None else set()
     shown = tuple(
         f for f in FORMS if f.effect not in there and not any(need in reasons for need in _needs(f))
@@ -81,7 +86,21 @@ def judgeable(table: Table, twin: Twin | None = None) -> tuple[tuple[Form, ...],
 
 
 def _needs(form: Form) -> tuple[str, ...]:
-    return tuple(dict.fromkeys((*form.needs, *card_of(form.effect).needs)))
+    changes = (_CHANGES,) if form.at_edges or form.effect in _AS_SPEED_CHANGES else ()
+    speeds = (_SPEEDS,) if form.effect in _OF_SPEED or _VISCOUS in form.name else ()
+    return tuple(dict.fromkeys((*form.needs, *card_of(form.effect).needs, *changes, *speeds)))
+
+
+def _of_motion(table: Table) -> dict[str, str]:
+    """Return what was not driven, or not sampled fast enough, and why."""
+    out = {}
+    if all(piece.slow for piece in table.pieces):
+        out[_CHANGES] = "the recordings are sampled too slowly to follow a change of speed"
+    elif not any(piece.shows_changes for piece in table.pieces):
+        out[_CHANGES] = "no change of speed was recorded"
+    if not table.several_speeds:
+        out[_SPEEDS] = "only one speed was driven"
+    return out
 
 
 def _missing(table: Table, name: str) -> str:

@@ -154,7 +154,7 @@ def _at(table: Table, name: str, piece: Piece, *, in_band: bool) -> Floats:
 def _above_band(table: Table, piece: Piece) -> Floats:
     """Return the measured torque above the band of the comparison, 0 where rows are not used."""
     torque = table.full["torque_nm"][piece.full]
-    high = torque - lowpass(torque, piece.period_s, table.cutoff_hz)
+    high = torque - lowpass(torque, piece.period_s, piece.cutoff_hz)
     return np.where(_used(table, piece, in_band=False), high, 0.0)
 
 

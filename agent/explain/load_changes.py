@@ -53,7 +53,7 @@ def _restless(scene: Scene) -> tuple[Floats, NDArray[np.int64]]:
     energy = np.zeros(table.used.shape[0])
     length = np.ones(table.used.shape[0], dtype=np.int64)
     for piece in table.pieces:
-        rows = max(1, round(_CALMED / (table.cutoff_hz * piece.period_s * piece.stride)))
+        rows = max(1, round(_CALMED / (piece.cutoff_hz * piece.period_s * piece.stride)))
         left = np.where(table.used[piece.rows], scene.residual_nm[piece.rows], 0.0)
         level = np.convolve(left, np.full(2 * rows + 1, 1.0 / (2 * rows + 1)), mode="same")
         energy[piece.rows] = (left - level[: left.shape[0]]) ** 2

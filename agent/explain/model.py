@@ -67,7 +67,7 @@ def fit_model(library: Library, twin: Twin, terms: Sequence[Term]) -> Model:
     blocks = np.zeros(columns.shape[0], dtype=np.int64)
     blocks[library.weighing.starts] = 1
     fit = solve_blocks(columns, columns, library.target, np.cumsum(blocks))
-    carried = np.sqrt(np.mean(library.scene.table.base**2, axis=0)) > 1e-12
+    carried = library.scene.table.carried
     base = {
         name: Parameter.not_identified("these recordings do not excite it", getattr(twin, name))
         for name in BASE
@@ -140,7 +140,7 @@ def predicted(table: Table, twin: Twin) -> Floats:
     if not twin.effects:
         return np.asarray(plain)
     extra = effects_nm(twin, table.runs, table.pieces, table.full)
-    return np.asarray(plain + known_part(extra, table.pieces, table.cutoff_hz))
+    return np.asarray(plain + known_part(extra, table.pieces))
 
 
 def _base_beside(table: Table, library: Library, twin: Twin) -> Floats:
@@ -148,7 +148,7 @@ def _base_beside(table: Table, library: Library, twin: Twin) -> Floats:
     weighing = library.weighing
     left = weighing.weighted(table.measured_nm - predicted(table, twin))
     delta = np.zeros(len(BASE))
-    carried = np.sqrt(np.mean(table.base**2, axis=0)) > 1e-12
+    carried = table.carried
     good = np.isfinite(left)
     columns = library.base[good]
     scale = np.sqrt(np.mean(columns**2, axis=0))

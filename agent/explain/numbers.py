@@ -145,8 +145,7 @@ def _errors(library: Library, columns: Floats) -> Floats:
 
 
 def _carried(library: Library) -> NDArray[np.bool_]:
-    size = np.sqrt(np.mean(library.scene.table.base**2, axis=0))
-    return np.asarray(size > 1e-12)
+    return library.scene.table.carried
 
 
 def _lasting(loss: Floats) -> bool:
@@ -187,7 +186,9 @@ def _one_factor(
     basis = basis_of(scale)
     left = library.target - basis @ (basis.T @ library.target)
     moved = float(scale[:, 0] @ library.target) / float(scale[:, 0] @ scale[:, 0])
-    reach = reach_of(library, scale, left, frozenset({"torque-constant-error"}))
+    reach = reach_of(
+        library.candidates, library.weighing, scale, left, frozenset({"torque-constant-error"})
+    )
     low, high = (1.0 + moved + float(end[0]) for end in (reach.below, reach.above))
     share = _share(library, np.zeros((library.target.shape[0], 0)), scale, floor_nm)
     # The reported torque is the true one over the factor.

@@ -22,6 +22,7 @@ _AXES: Mapping[str, tuple[str, float, str]] = MappingProxyType(
         "frequency_hz": ("at frequencies", 1.0, "Hz"),
     }
 )
+_NOTHING = 0.01  # of the fastest speed
 _EVERYWHERE: Mapping[str, str] = MappingProxyType(
     {
         "velocity_rad_s": "at all speeds",
@@ -81,7 +82,10 @@ def place_in_words(region: Region | None, effect: str = "") -> str:
     if _FILLS.get(effect) == name:
         return _EVERYWHERE[name]
     if name == "velocity_rad_s" and low < 0.0 < high:
-        return f"below {_short(max(-low, high))} rad/s"
+        fastest = max(-low, high)
+        if min(-low, high) < _NOTHING * fastest:
+            return f"up to {_short(fastest)} rad/s {'forward' if high > -low else 'backward'}"
+        return f"below {_short(fastest)} rad/s"
     if name.startswith("order_per_"):
         per = "motor turn" if name.endswith("motor_rev") else "arm turn"
         return f"{_times(0.5 * (low + high))} per {per}"

@@ -35,7 +35,7 @@ def plain_moves(library: Library, twin: Twin) -> tuple[Mapping[str, float], ...]
         In the band, with the search's weights; and on the samples as they were recorded.
     """
     table = library.scene.table
-    carried = np.sqrt(np.mean(table.base**2, axis=0)) > 1e-12
+    carried = table.carried
     names = np.array(BASE)[carried].tolist()
     weighted = np.linalg.lstsq(_scaled(library.base), library.target, rcond=1e-9)[0]
     moves = [weighted / _size(library.base)]

@@ -66,13 +66,21 @@ def compare_runs(
 def compare_folds(library: Library) -> tuple[Compared, str]:
     """Return what the search finds without each fold predicts of that fold.
 
-    Folds are whole recordings where there are three or more, else interleaved blocks of time.
+    Folds are whole recordings where there are three or more, else whole velocity steps, and blocks
+    of time where there are too few of those.
     """
     weighing = library.weighing
     lengths = np.diff(np.append(weighing.starts, weighing.rows.shape[0]))
     run = weighing.run[weighing.starts]
     several = np.unique(run).size >= _FOLDS
-    fold = (np.unique(run, return_inverse=True)[1] if several else np.arange(run.size)) % _FOLDS
+    table = library.scene.table
+    steps = None if several else table.step_folds(weighing.rows[weighing.starts], _FOLDS)
+    if several:
+        fold, left_out = np.unique(run, return_inverse=True)[1] % _FOLDS, "recordings"
+    elif steps is not None:
+        fold, left_out = steps, "velocity steps"
+    else:
+        fold, left_out = np.arange(run.size) % _FOLDS, "blocks of time"
     scale = 1.0 / weighing.weight
     refitted, extended = np.empty_like(library.target), np.empty_like(library.target)
     for k in range(_FOLDS):
@@ -82,7 +90,6 @@ def compare_folds(library: Library) -> tuple[Compared, str]:
         found = choose(part, rivals=False).candidates
         refitted[test] = _left(library, part, (), test)
         extended[test] = _left(library, part, found, test)
-    table = library.scene.table
     compared = Compared(
         table.measured_nm[weighing.rows],
         library.target * scale,
@@ -90,8 +97,7 @@ def compare_folds(library: Library) -> tuple[Compared, str]:
         extended * scale,
         np.repeat(np.arange(lengths.size), lengths),
     )
-    source = "recordings left out in turn" if several else "blocks of time left out in turn"
-    return compared, source
+    return compared, f"{left_out} left out in turn"
 
 
 def _left(

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from agent.identify.result import Floats
 from agent.identify.signals import Signals
+from agent.identify.stand_in import lacks_gearbox_temperature, with_stand_in
 
 OPTIONAL = (
     "gearbox_temperature_degc",
@@ -69,3 +70,13 @@ class Run:
             started_s,
             payload_kg,
         )
+
+
+def without_gearbox_temperature(runs: Sequence[Run]) -> bool:
+    """Return whether every run has a motor's temperature, and none the gearbox's."""
+    return bool(runs) and all(lacks_gearbox_temperature(run.columns) for run in runs)
+
+
+def stood_in(runs: Sequence[Run]) -> tuple[Run, ...]:
+    """Return runs with the motor's temperature in the gearbox's place."""
+    return tuple(replace(run, columns=with_stand_in(run.columns)) for run in runs)

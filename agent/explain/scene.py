@@ -143,7 +143,7 @@ def refit(table: Table, known: Floats | None = None) -> tuple[Floats, Floats]:
     target = table.target_nm if known is None else table.target_nm - known
     rows = table.sliding if table.sliding.any() else table.used
     size = np.sqrt(np.mean(table.base[rows] ** 2, axis=0))
-    carried = size > 1e-12
+    carried = table.carried
     delta = np.zeros(len(BASE))
     if carried.any():
         columns = table.base[np.ix_(rows, carried)] / size[carried]

@@ -95,7 +95,7 @@ class Library:
     @classmethod
     def of(cls, scene: Scene, weighing: Weighing, forms: Sequence[Form]) -> Library:
         """Compute all columns of forms whose signals were recorded."""
-        carried = np.sqrt(np.mean(scene.table.base**2, axis=0)) > 1e-12
+        carried = scene.table.carried
         empty = cls(
             scene,
             weighing,
@@ -119,7 +119,7 @@ class Library:
     def candidate(self, form: Form, point: Point) -> Candidate:
         """Compute one candidate's columns."""
         raw = form.columns(self.scene, point)
-        return Candidate(form, point, self.weighing.weighted(self.scene.table.band(raw)))
+        return Candidate(form, point, self._at_rows(form, raw))
 
     def all_points(self, form: Form) -> list[Candidate]:
         """Compute a form's columns over its whole grid."""
@@ -128,11 +128,17 @@ class Library:
             return []
         width = len(form.linear)
         raw = np.concatenate([form.columns(self.scene, point) for point in points], axis=1)
-        columns = self.weighing.weighted(self.scene.table.band(raw))
+        columns = self._at_rows(form, raw)
         return [
             Candidate(form, point, columns[:, i * width : (i + 1) * width])
             for i, point in enumerate(points)
         ]
+
+    def _at_rows(self, form: Form, raw: Floats) -> Floats:
+        """Return full-rate columns (N, k) as weighted rows (m, k)."""
+        table = self.scene.table
+        seen = table.where_speed_changes(raw) if form.at_edges else raw
+        return self.weighing.weighted(table.band(seen))
 
     def model(self, terms: Sequence[Candidate]) -> Floats:
         """Return the columns of the base model and some terms, shape (m, p)."""
@@ -236,7 +242,7 @@ class Library:
 
         A candidate that needs a joint without them has only traded one column for another.
         """
-        carried = np.sqrt(np.mean(self.scene.table.base**2, axis=0)) > 1e-12
+        carried = self.scene.table.carried
         given = self.scene.theta if self.scene.given is None else self.scene.given
         moved = given[carried] + theta[: self.base.shape[1]]
         usual = np.abs(self.scene.theta[carried])

@@ -47,8 +47,8 @@ def shifted(
 def chance(library: Library, terms: Sequence[Candidate], scored: Scored, seed: int = 0) -> float:
     """Return how often shifted residuals give any form as much as this one, from 0 to 1.
 
-    What every form gains is put in units of what it gains by chance on average, so that the best
-    of all forms is compared with the best.
+    What every form gains is judged by how rare that is for this form, so that the best of all forms
+    is compared with the best.
 
     Parameters
     ----------
@@ -67,9 +67,20 @@ def chance(library: Library, terms: Sequence[Candidate], scored: Scored, seed: i
         share = np.sum((own.T.astype(np.float32) @ drawn) ** 2, axis=0)
         key = (candidate.form.effect, candidate.form.name)
         best_of[key] = np.maximum(best_of.get(key, np.zeros(_SHIFTS)), share)
-    energy = float(left @ left)
-    key = (scored.form.effect, scored.form.name)
-    means = {k: max(float(v.mean()), 1e-12 * energy) for k, v in best_of.items()}
-    worst = np.max([v / means[k] for k, v in best_of.items()], axis=0)
-    found = scored.screened * energy / means[key]
-    return float((1 + np.sum(worst >= found)) / (1 + _SHIFTS))
+    found = scored.screened * float(left @ left)
+    own = chance_tail(found, best_of[(scored.form.effect, scored.form.name)])
+    least = np.min([chance_tail(v, v) for v in best_of.values()], axis=0)
+    return float((1 + np.sum(least <= own)) / (1 + _SHIFTS))
+
+
+def chance_tail(gains: Floats | float, null: Floats) -> Floats:
+    """Return how rarely chance gives such gains, under a gamma law of a null's mean and variance.
+
+    A form of one number is lucky by a greater factor than one of four: their gains compare so.
+    """
+    from scipy.special import gammaincc
+
+    mean, variance = float(null.mean()), float(null.var())
+    if mean <= 0.0 or variance <= 0.0:
+        return np.ones(np.shape(gains))
+    return np.asarray(gammaincc(mean**2 / variance, gains * mean / variance))

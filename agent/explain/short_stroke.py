@@ -24,7 +24,7 @@ def gravity_look_alikes(library: Library, twin: Twin, model: Model) -> tuple[str
     model : Model
         With gravity as the recordings ask for it.
     """
-    carried = np.sqrt(np.mean(library.scene.table.base**2, axis=0)) > 1e-12
+    carried = library.scene.table.carried
     names = [name for name, there in zip(BASE, carried, strict=True) if there]
     gravity = [i for i, name in enumerate(names) if name.startswith("gravity")]
     if not gravity:

@@ -19,6 +19,9 @@ STEADY, ACCELERATING, EDGE = 0, 1, 2
 END_PERIODS = 1.5
 """Of the cutoff's period: so far a stretch's end reaches into the filter."""
 
+RUNS_FOR_FOLDS = 4
+"""So many recordings are left out whole; of fewer, velocity steps."""
+
 _BLOCK_S = 2.0
 _MOST_BLOCKS = 240
 _EDGE_ARM_RAD = 2e-4
@@ -29,8 +32,11 @@ _STEADY_SHARE = 0.03  # of the 99 % acceleration
 
 
 def travel_rad(full: Mapping[str, Floats], pieces: Sequence[Piece]) -> Floats:
-    """Return the motor's travel since it last started or turned round, rad, shape (N,)."""
-    out = np.zeros(full["time_s"].shape[0])
+    """Return the motor's travel since it last started or turned round, rad, shape (N,).
+
+    What was under way before its stretch began has the longest travel of all: that start is past.
+    """
+    out, longest = np.zeros(full["time_s"].shape[0]), 0.0
     for piece in pieces:
         sign, velocity = full["direction"][piece.full], full["velocity_rad_s"][piece.full]
         way = np.cumsum(np.abs(velocity)) * piece.period_s
@@ -40,8 +46,11 @@ def travel_rad(full: Mapping[str, Floats], pieces: Sequence[Piece]) -> Floats:
         start[np.flatnonzero(known)] = np.diff(last, prepend=0.0) != 0.0
         start |= known & ~np.concatenate(([False], known[:-1]))
         anchor = np.maximum.accumulate(np.where(start, np.arange(sign.shape[0]), 0))
-        out[piece.full] = way - way[anchor]
-    return out
+        # Until the first start or reversal that was recorded.
+        begun = (start & (np.arange(start.shape[0]) > 0)).cumsum() > 0
+        out[piece.full] = np.where(begun | (sign == 0.0), way - way[anchor], np.inf)
+        longest = max(longest, float(way[-1]))
+    return np.minimum(out, longest)
 
 
 def strata_of(
@@ -49,7 +58,6 @@ def strata_of(
     pieces: Sequence[Piece],
     acceleration_rad_s2: Floats,
     gear_ratio: float,
-    cutoff_hz: float,
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
     """Return which rows are used, and steady, accelerating or edge for each, shape (n,).
 
@@ -60,7 +68,7 @@ def strata_of(
     pieces : sequence of Piece
     acceleration_rad_s2 : ndarray, shape (n,)
         At the rows.
-    gear_ratio, cutoff_hz : float
+    gear_ratio : float
     """
     standing = np.zeros(full["time_s"].shape[0])
     edge, apart = np.zeros_like(standing), np.zeros_like(standing)
@@ -68,21 +76,25 @@ def strata_of(
     travel = travel_rad(full, pieces)
     ends = np.zeros(acceleration_rad_s2.shape[0], dtype=np.bool_)
     for piece in pieces:
+        memory = round(_MEMORY / (piece.cutoff_hz * piece.period_s))
         sign = full["direction"][piece.full]
         standing[piece.full] = _lasting(sign == 0.0, _STANDING_S / piece.period_s)
         near = (sign == 0.0) | (travel[piece.full] < reach)
-        edge[piece.full] = _widened(near, round(_MEMORY / (cutoff_hz * piece.period_s)))
-        apart[piece.full] = _widened(
-            full["bridged"][piece.full] > 0.0,
-            round(_MEMORY / (cutoff_hz * piece.period_s)),
-        )
-        end = math.ceil(END_PERIODS / (cutoff_hz * piece.period_s * piece.stride))
+        edge[piece.full] = _widened(near, memory)
+        apart[piece.full] = _widened(full["bridged"][piece.full] > 0.0, memory)
+        if piece.slow:
+            # Speed changes between its samples: only what lies well inside a pass is known.
+            edge[piece.full] = _widened(full["held_rad_s"][piece.full] == 0.0, memory)
+        end = math.ceil(END_PERIODS / (piece.cutoff_hz * piece.period_s * piece.stride))
         ends[piece.rows.start : piece.rows.start + end] = True
         ends[max(piece.rows.stop - end, piece.rows.start) : piece.rows.stop] = True
     edges = thinned(edge, pieces) > 0.5
     bridged = thinned(apart, pieces) > 0.5
-    used = (banded(standing, pieces, cutoff_hz) < _UNKNOWN_SHARE) & ~(edges | ends | bridged)
+    used = (banded(standing, pieces) < _UNKNOWN_SHARE) & ~(edges | ends | bridged)
     size = np.abs(acceleration_rad_s2)
+    for piece in pieces:
+        if not piece.shows_changes:
+            size[piece.rows] = 0.0  # unrest of a pass is no acceleration that was driven
     hard = float(np.quantile(size[used], 0.99)) if used.any() else 0.0
     stratum = np.where(size > _STEADY_SHARE * hard, ACCELERATING, STEADY)
     stratum = np.where(edges, EDGE, stratum)
@@ -108,18 +120,22 @@ def _lasting(flag: NDArray[np.bool_], samples: float) -> Floats:
     return out
 
 
-def blocks_of(pieces: Sequence[Piece], time_s: Floats) -> NDArray[np.int64]:
-    """Return the number of the block of time of every row, rising over the table."""
+def blocks_of(pieces: Sequence[Piece], time_s: Floats, step: Floats) -> NDArray[np.int64]:
+    """Return the number of the block of time of every row, rising over the table.
+
+    Two seconds or more, and within one velocity step where few recordings are left out by steps.
+    """
+    by_step = len({piece.run for piece in pieces}) < RUNS_FOR_FOLDS
     total_s = sum(float(np.ptp(time_s[p.rows])) for p in pieces)
     length_s = max(_BLOCK_S, total_s / _MOST_BLOCKS)
     out = np.empty(time_s.shape[0], dtype=np.int64)
     first = 0
     for piece in pieces:
-        time = time_s[piece.rows] - time_s[piece.rows.start]
-        count = max(1, round(float(time[-1]) / length_s))
-        number = np.minimum(
-            (time / max(float(time[-1]), 1e-12) * count).astype(np.int64), count - 1
-        )
-        out[piece.rows] = first + number
-        first += count
+        changes = np.flatnonzero(np.diff(step[piece.rows])) + 1 if by_step else ()
+        for rows in np.split(np.arange(piece.rows.start, piece.rows.stop), changes):
+            time = time_s[rows] - time_s[rows[0]]
+            count = max(1, round(float(time[-1]) / length_s))
+            number = time / max(float(time[-1]), 1e-12) * count
+            out[rows] = first + np.minimum(number.astype(np.int64), count - 1)
+            first += count
     return out

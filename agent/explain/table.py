@@ -2,7 +2,7 @@
 
 The full rate is kept for laws with a memory; what they give passes `Table.band`, the same
 zero-phase low-pass and stride as the measured torque and every column of the base model, the sign
-of the velocity included.
+of the velocity included. Every stretch has the band that its own sampling rate carries.
 """
 
 from __future__ import annotations
@@ -14,11 +14,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.full_rate import choose_band, full_rate
+from agent.explain.full_rate import band_of, choose_band, full_rate
+from agent.explain.held import Held, held_speeds
 from agent.explain.pieces import Piece, banded, known_part, thinned
 from agent.explain.run import Run
 from agent.explain.strata import EDGE, END_PERIODS, blocks_of, strata_of, travel_rad
-from agent.identify.preprocess import read_motion
+from agent.identify.preprocess import SPEED_CHANGE, Motion, read_motion
 from agent.identify.result import Floats
 from agent.identify.sampling import Stretch
 from agent.physics import rigid_body
@@ -44,7 +45,7 @@ class Table:
     pieces : tuple of Piece
     gear_ratio : float
     cutoff_hz : float
-        Of the low-pass that everything passed.
+        Of the low-pass that everything passed; a slowly sampled piece has a narrower one.
     full : mapping of str to ndarray, shape (N,)
         ``time_s, elapsed_s, position_rad, velocity_rad_s, acceleration_rad_s2, direction`` and the
         optional columns; velocity and acceleration are smooth; NaN where not recorded.
@@ -52,6 +53,8 @@ class Table:
         The same at the rows.
     base : ndarray, shape (n, 5)
         Filtered columns of the plain twin, in the order of `BASE`; no gravity without position.
+    carried : ndarray of bool, shape (5,)
+        Which of the twin's numbers the rows excite.
     measured_nm, given_nm, target_nm : ndarray, shape (n,)
         Measured torque, what the twin as given (or the recorded simulation) says, and the former
         less the latter.
@@ -71,6 +74,7 @@ class Table:
     full: Mapping[str, Floats]
     rows: Mapping[str, Floats]
     base: Floats
+    carried: NDArray[np.bool_]
     measured_nm: Floats
     given_nm: Floats
     run: NDArray[np.int64]
@@ -96,7 +100,32 @@ class Table:
 
     def band(self, raw: Floats) -> Floats:
         """Return full-rate columns, shape (N,) or (N, k), filtered as the torque, at the rows."""
-        return banded(raw, self.pieces, self.cutoff_hz)
+        return banded(raw, self.pieces)
+
+    def where_speed_changes(self, raw: Floats) -> Floats:
+        """Return full-rate columns, shape (N, k), zero where no change of speed is to be seen."""
+        out = raw.copy()
+        for piece in self.pieces:
+            if not piece.shows_changes:
+                out[piece.full] = 0.0
+        return out
+
+    @property
+    def several_speeds(self) -> bool:
+        """Return whether more than one speed was driven."""
+        return bool(self.carried[BASE.index("viscous_nm_s_per_rad")])
+
+    def step_folds(self, rows: NDArray[np.int64], count: int) -> NDArray[np.int64] | None:
+        """Return for some rows which of `count` folds their velocity step is left out with.
+
+        Drawn by lot: cycles repeat, and every n-th step may be of one speed. None where there are
+        not two steps for every fold.
+        """
+        step = np.unique(self.rows["step"][rows], return_inverse=True)[1].reshape(-1)
+        steps = int(step.max(initial=-1)) + 1
+        if steps < 2 * count:
+            return None
+        return np.random.default_rng(0).permutation(steps)[step] % count
 
 
 def tabulate(
@@ -130,20 +159,17 @@ def tabulate(
     motions = [read_motion(run.signals) for run in runs]
     if cutoff_hz is None:
         cutoff_hz = choose_band(motions, twin.inertia_kg_m2)
-    kept = [
-        (index, stretch, velocity)
-        for index, motion in enumerate(motions)
-        for stretch, velocity in zip(motion.timing.stretches, motion.velocity_rad_s, strict=True)
-        if velocity.shape[0] * stretch.period_s * cutoff_hz > 4.0 * END_PERIODS
-    ]
+    kept = _long_enough(motions, cutoff_hz)
     if not kept:
         raise ValueError("no recording has a stretch that is long enough to be compared")
-    pieces = _pieces([(index, stretch) for index, stretch, _ in kept], cutoff_hz)
+    pieces = _pieces(kept, cutoff_hz)
+    widest_hz = max(piece.cutoff_hz for piece in pieces)
     tables = []
     for align in (False, True) if align_velocity is None else (align_velocity,):
-        velocities = [velocity for *_, velocity in kept]
-        full = full_rate(runs, motions, pieces, velocities, cutoff_hz, align=align)
-        tables.append(_table(twin, tuple(runs), pieces, full, cutoff_hz, aligned=align))
+        full = full_rate(
+            runs, motions, pieces, [k.velocity for k in kept], [k.held for k in kept], align=align
+        )
+        tables.append(_table(twin, tuple(runs), pieces, full, widest_hz, aligned=align))
     if len(tables) == 1:
         return tables[0]
     plain, aligned = tables
@@ -151,19 +177,43 @@ def tabulate(
     return aligned if better else plain
 
 
-def _pieces(kept: Sequence[tuple[int, Stretch]], cutoff_hz: float) -> tuple[Piece, ...]:
+@dataclass(frozen=True)
+class _Kept:
+    """A stretch that is compared: its run, its velocity and its passes."""
+
+    run: int
+    stretch: Stretch
+    velocity: Floats
+    held: Held
+
+
+def _long_enough(motions: Sequence[Motion], cutoff_hz: float) -> list[_Kept]:
+    """Return the stretches that are longer than what the filter spoils of them."""
+    return [
+        _Kept(index, stretch, velocity, held)
+        for index, motion in enumerate(motions)
+        for stretch, velocity, held in zip(
+            motion.timing.stretches, motion.velocity_rad_s, held_speeds(motion), strict=True
+        )
+        if velocity.shape[0] * stretch.period_s * band_of(stretch, cutoff_hz) > 4.0 * END_PERIODS
+    ]
+
+
+def _pieces(kept: Sequence[_Kept], cutoff_hz: float) -> tuple[Piece, ...]:
     """Lay the stretches one behind the other, thinned to what the band and the memory ask for."""
-    sizes = [stretch.time_s.shape[0] for _, stretch in kept]
-    dense = [_ROWS_PER_CUTOFF * cutoff_hz * stretch.period_s for _, stretch in kept]
+    stretches = [k.stretch for k in kept]
+    sizes = [stretch.time_s.shape[0] for stretch in stretches]
+    bands = [band_of(stretch, cutoff_hz) for stretch in stretches]
+    dense = [_ROWS_PER_CUTOFF * b * s.period_s for b, s in zip(bands, stretches, strict=True)]
     wanted = math.fsum(n * min(1.0, d) for n, d in zip(sizes, dense, strict=True))
     thinly = max(1.0, wanted / _MOST_ROWS)
     pieces: list[Piece] = []
     at_full = at_row = 0
-    for (index, stretch), count, density in zip(kept, sizes, dense, strict=True):
+    for one, count, density, band in zip(kept, sizes, dense, bands, strict=True):
         stride = max(1, int(thinly / density))
         rows = -(-count // stride)
         full, row = slice(at_full, at_full + count), slice(at_row, at_row + rows)
-        pieces.append(Piece(index, stretch, full, row, stride))
+        pieces.append(Piece(one.run, one.stretch, full, row, stride, band, one.held.one_speed))
         at_full, at_row = full.stop, row.stop
     return tuple(pieces)
 
@@ -205,19 +255,20 @@ def _table(
     aligned: bool,
 ) -> Table:
     """Filter everything alike and take it at the rows."""
-    base = banded(_base_raw(full, pieces, twin.gear_ratio), pieces, cutoff_hz)
+    base = banded(_base_raw(full, pieces, twin.gear_ratio), pieces)
     simulated = all("torque_simulated_nm" in run.columns for run in runs)
     if simulated:
-        given = banded(full["torque_simulated_nm"], pieces, cutoff_hz)
+        given = banded(full["torque_simulated_nm"], pieces)
     else:
         given = base @ np.array([getattr(twin, name) for name in BASE])
         if twin.effects:
-            given = given + known_part(effects_nm(twin, runs, pieces, full), pieces, cutoff_hz)
+            given = given + known_part(effects_nm(twin, runs, pieces, full), pieces)
     rows = {name: thinned(values, pieces) for name, values in full.items()}
     rows["travel_rad"] = thinned(travel_rad(full, pieces), pieces)
-    measured = banded(full["torque_nm"], pieces, cutoff_hz)
+    measured = banded(full["torque_nm"], pieces)
     inertia = base[:, BASE.index("inertia_kg_m2")]
-    used, stratum = strata_of(full, pieces, inertia, twin.gear_ratio, cutoff_hz)
+    used, stratum = strata_of(full, pieces, inertia, twin.gear_ratio)
+    used = used & np.isfinite(measured) & np.isfinite(given)
     return Table(
         runs=runs,
         pieces=pieces,
@@ -226,15 +277,36 @@ def _table(
         full=full,
         rows=rows,
         base=base,
+        carried=_carried(
+            base[used], rows["held_rad_s"][used], rows["velocity_rad_s"][used], pieces
+        ),
         measured_nm=measured,
         given_nm=given,
         run=np.round(rows["run"]).astype(np.int64),
-        block=blocks_of(pieces, rows["time_s"]),
+        block=blocks_of(pieces, rows["time_s"], rows["step"]),
         stratum=stratum,
-        used=used & np.isfinite(measured) & np.isfinite(given),
+        used=used,
         simulated=simulated,
         aligned=aligned,
     )
+
+
+def _carried(
+    base: Floats, held_rad_s: Floats, velocity_rad_s: Floats, pieces: Sequence[Piece]
+) -> NDArray[np.bool_]:
+    """Return which base columns, shape (n, 5), say something of their own, shape (5,).
+
+    Where one speed was driven, viscous and Coulomb friction are one number, and where no speed was
+    changed nothing tells the inertia: the unrest of a pass follows the torque.
+    """
+    if not base.shape[0]:
+        return np.zeros(len(BASE), dtype=np.bool_)
+    out = np.asarray(np.sqrt(np.mean(base**2, axis=0)) > 1e-12)
+    speed = np.abs(np.where(held_rad_s != 0.0, held_rad_s, velocity_rad_s))
+    out[BASE.index("inertia_kg_m2")] &= any(piece.shows_changes for piece in pieces)
+    slow, fast = np.quantile(speed, [0.01, 0.99])
+    out[BASE.index("viscous_nm_s_per_rad")] &= fast - slow > SPEED_CHANGE * fast
+    return out
 
 
 def _base_raw(full: Mapping[str, Floats], pieces: Sequence[Piece], gear_ratio: float) -> Floats:
@@ -245,8 +317,11 @@ def _base_raw(full: Mapping[str, Floats], pieces: Sequence[Piece], gear_ratio: f
         position, velocity, np.zeros_like(velocity), full["direction"], gear_ratio
     )[:, : len(BASE)]
     for piece in pieces:
-        # Its filtered form is the derivative of the filtered velocity: both operations are linear.
-        raw[piece.full, BASE.index("inertia_kg_m2")] = slope(velocity[piece.full], piece.period_s)
+        if not piece.slow:
+            # Its filtered form is the derivative of the filtered velocity: both are linear.
+            raw[piece.full, BASE.index("inertia_kg_m2")] = slope(
+                velocity[piece.full], piece.period_s
+            )
     return raw
 
 
