@@ -87,6 +87,19 @@ def test_an_encoder_that_does_not_see_presliding_gets_no_space_constant() -> Non
     assert not dahl.parameters["stiffness_nm_per_rad"].identified
 
 
+def test_without_a_position_no_law_is_named() -> None:
+    """From a velocity of 0.005 rad/s noise LuGre was named where Dahl was true."""
+    signals = sampled(bristled("dahl"), 1)
+    assert signals.position_rad is not None
+    velocity = np.gradient(signals.position_rad, signals.time_s)
+    blind = dataclasses.replace(signals, position_rad=None, velocity_rad_s=velocity)
+    found = identify_reversals([blind])
+    assert not found.decidable
+    assert not found.laws
+    assert found.reasons[0].startswith("not identified: position was not recorded")
+    assert "record position_rad" in found.reasons[0]
+
+
 def test_a_torque_that_knows_no_direction_carries_no_number() -> None:
     signals = sampled(bristled("dahl"), 1)
     noise = np.random.default_rng(1).normal(0.0, 0.01, signals.time_s.size)

@@ -25,6 +25,11 @@ from agent.identify.reversals.sentence import undecided, verdict
 from agent.identify.reversals.turns import Motion, read_tracks
 from agent.identify.signals import Signals
 
+_NO_POSITION = (
+    "not identified: position was not recorded. Friction around a reversal follows the travel "
+    "since the turn; from a velocity alone its noise is taken for inertia and for damping, and "
+    "another law is named; record position_rad, at 500 Hz or faster"
+)
 _LEAST_REVERSALS = 4
 _LEAST_SAMPLES = 8  # between four fifths of the speed before a turn and after it
 _SLOW_HZ = 20.0  # slower, what looks like noise may be motion
@@ -39,7 +44,8 @@ def identify_reversals(recordings: Sequence[Signals]) -> ReversalFit:
     Parameters
     ----------
     recordings : sequence of Signals
-        All of one axis; `position_arm_rad` is used where it was recorded.
+        All of one axis; `position_arm_rad` is used where it was recorded. Those without a position
+        are left out, and it is said.
 
     Raises
     ------
@@ -51,9 +57,10 @@ def identify_reversals(recordings: Sequence[Signals]) -> ReversalFit:
     if len({s.gear_ratio for s in recordings}) > 1:
         raise ValueError("expected recordings of one axis, got different gear ratios")
     names = tuple(s.name for s in recordings)
-    motion = read_tracks(recordings)
+    placed = [signals for signals in recordings if signals.position_rad is not None]
+    motion = read_tracks(placed)
     data = data_of(motion) if motion.turns else None
-    reason = _why_not(motion)
+    reason = _why_not(motion) if placed else _NO_POSITION
     if data is not None and not reason:
         reason = _silent(data)
     if reason or data is None:
@@ -79,11 +86,9 @@ def identify_reversals(recordings: Sequence[Signals]) -> ReversalFit:
     )
     clearance = _clearance(motion, range_, fits, chosen, winner, solutions["backlash"])
     notes = _notes(winner, clearance)
-    if any(signals.position_rad is None for signals in recordings):
-        notes += (
-            "no position was recorded: the travel is the integral of the velocity, whose error the "
-            "intervals do not hold; record position_rad",
-        )
+    unplaced = [signals.name for signals in recordings if signals.position_rad is None]
+    if unplaced:
+        notes += (f"left out, as position_rad was not recorded: {', '.join(unplaced)}",)
     return ReversalFit(
         names,
         True,

@@ -50,8 +50,7 @@ class Track:
     recording : int
         Which recording it belongs to.
     time_s, position_rad, velocity_rad_s, acceleration_rad_s2, torque_nm : ndarray
-        Motion behind a low-pass; torque as recorded. Without an encoder the position is the
-        integral of the velocity.
+        Motion behind a low-pass; torque as recorded.
     driving_rad_s : ndarray
         Velocity behind a higher cutoff, which drives friction with memory: a turn that is rounded
         off would be remembered as a rounder one, and travel bears more noise than acceleration.
@@ -114,7 +113,14 @@ class Motion:
 
 
 def read_tracks(recordings: Sequence[Signals]) -> Motion:
-    """Return every stretch with its smoothed motion and its reversals."""
+    """Return every stretch with its smoothed motion and its reversals.
+
+    Parameters
+    ----------
+    recordings : sequence of Signals
+        With positions. An integrated velocity does not do: where the joint turns round, its noise
+        is as large as itself, and what follows from its size is taken for friction.
+    """
     tracks: list[Track] = []
     forward = backward = False
     rate_hz = math.inf
@@ -134,48 +140,36 @@ def read_tracks(recordings: Sequence[Signals]) -> Motion:
 def _track(number: int, signals: Signals, stretch: Stretch) -> Track | None:
     """Return one stretch, or None where nothing moves."""
     period_s = stretch.period_s
-    by_position = signals.position_rad is not None
-    own = signals.position_rad if by_position else signals.velocity_rad_s
-    assert own is not None  # Signals has one of the two
-    raw = stretch.on_grid(signals, own)
+    if signals.position_rad is None:
+        raise ValueError(f"expected position_rad in {signals.name}, got none")
+    raw = stretch.on_grid(signals, signals.position_rad)
     step, error = resolution(raw)
     first = lowpass(raw, period_s, _PRELIMINARY / period_s)
     if float(np.ptp(first)) <= _NO_MOTION * error or float(np.ptp(first)) == 0.0:
         return None
-    path = raw if by_position else _integral(first, period_s)
-    noise = _HYSTERESIS * error if by_position else 0.0
-    extremes = _extremes(path, max(noise, _HYSTERESIS_SHARE * float(np.ptp(path))))
+    extremes = _extremes(raw, max(_HYSTERESIS * error, _HYSTERESIS_SHARE * float(np.ptp(raw))))
     cutoff = cutoff_for(raw, period_s, error, np.array(extremes, dtype=np.intp))
     smooth = lowpass(raw, period_s, cutoff)
     fine = lowpass(raw, period_s, max(cutoff, min(_DRIVING * cutoff, _HIGHEST / period_s)))
-    velocity, driving = (
-        np.gradient(signal, period_s) if by_position else signal for signal in (smooth, fine)
-    )
-    path = smooth if by_position else _integral(smooth, period_s)
-    arm = signals.position_arm_rad
-    lead = None
-    if arm is not None and signals.position_rad is not None:
+    velocity = np.gradient(smooth, period_s)
+    arm, lead = signals.position_arm_rad, None
+    if arm is not None:
         lead = stretch.on_grid(signals, signals.position_rad - signals.gear_ratio * arm)
     return Track(
         recording=number,
         time_s=stretch.time_s,
-        position_rad=path,
+        position_rad=smooth,
         velocity_rad_s=velocity,
         acceleration_rad_s2=np.gradient(velocity, period_s),
-        driving_rad_s=driving,
+        driving_rad_s=np.gradient(fine, period_s),
         torque_nm=stretch.on_grid(signals, signals.torque_nm),
         lead_rad=lead,
-        turns=_turns(path, velocity, extremes),
-        resolution_rad=max(step, error) * (1.0 if by_position else period_s),
-        step_rad=step if by_position else 0.0,
-        place_error_rad=error if by_position else error * period_s,
+        turns=_turns(smooth, velocity, extremes),
+        resolution_rad=max(step, error),
+        step_rad=step,
+        place_error_rad=error,
         cutoff_hz=cutoff,
     )
-
-
-def _integral(velocity: Floats, period_s: float) -> Floats:
-    mean = 0.5 * (velocity[1:] + velocity[:-1])
-    return np.concatenate(([0.0], np.cumsum(mean) * period_s))
 
 
 def _extremes(position: Floats, hysteresis_rad: float) -> list[int]:
