@@ -24,7 +24,8 @@ from drivers.cia404.rtd import RtdNode
 from drivers.clock import Clock, MonotonicClock
 from drivers.modbus.connection import Endpoint, ModbusConnection, SerialEndpoint, TcpEndpoint
 from drivers.modbus.device import MappedDevice
-from drivers.modbus.job import STATUS, JobConfig, ModbusJob
+from drivers.modbus.job import JobConfig, ModbusJob
+from drivers.modbus.job_words import STATUS
 from drivers.modbus.plausibility import RegisterVerdict
 from drivers.modbus.probe import ModbusProbe
 from drivers.modbus.register_map import RegisterMap, RegisterMapError, load_map

@@ -25,6 +25,11 @@ class Value(NamedTuple):
     reason: str
     raw: RawValue
 
+    @property
+    def whole(self) -> int:
+        """Return the whole number of a word that means something; -1 where there is none."""
+        return int(self.value) if math.isfinite(self.value) else -1
+
 
 class MappedDevice:
     """Reads and writes a device by the names of its map.

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from drivers.clock import Clock
 from drivers.errors import (
@@ -21,66 +21,31 @@ from drivers.errors import (
     HeartbeatLostError,
 )
 from drivers.modbus.device import MappedDevice, Value
+from drivers.modbus.job_samples import ControllerSamples
+from drivers.modbus.job_words import (
+    ABORT,
+    LET_GO,
+    PHASES,
+    SELECT,
+    START,
+    STATUS,
+    refuse_stopped,
+    refuse_unready,
+    state_of,
+    why,
+)
 from drivers.ports import (
     AxisEvidence,
-    DriveState,
     JobState,
     JobStatus,
-    Quality,
     Sample,
     StopReport,
     SyncAccount,
 )
 
-LET_GO, SELECT, START, ABORT = 0, 1, 2, 3
-AUTOMATIC_MODES = (3, 4)
-MODES = {
-    1: "MANUAL_REDUCED_SPEED",
-    2: "MANUAL_HIGH_SPEED",
-    3: "AUTOMATIC",
-    4: "AUTOMATIC_EXTERNAL",
-}
-STOPS = {1: "EmergencyStop", 2: "ProtectiveStop"}
-STATES = {
-    0: JobState.IDLE,
-    1: JobState.READY,
-    2: JobState.RUNNING,
-    3: JobState.DONE,
-    4: JobState.ABORTED,
-    5: JobState.FAULT,
-}
-PHASES = ("", "approach", "ramp", "steady", "rest", "return")
-ERRORS = {
-    1: "it missed the agent's alive count",
-    2: "the agent asked for it",
-    3: "it does not accept the parameters",
-    4: "for a reason of its own",
-}
-STATUS = (
-    "controller_alive",
-    "job_state",
-    "job_error",
-    "operating_mode",
-    "stops",
-    "selected_axis",
-    "progress",
-    "phase",
-    "sample_number",
-    "sample_period",
-    "sample_time",
-    "position",
-    "velocity",
-    "torque",
-    "gearbox_temperature",
-)
 REST_RAD_S = 0.5
 RETRY_S = 0.1
 """After a request that failed while stopping or letting go."""
-
-_DRIVE_STATES: Mapping[JobState | None, DriveState] = {
-    JobState.RUNNING: DriveState.ON,
-    JobState.FAULT: DriveState.FAULT,
-}
 
 
 @dataclass(frozen=True)
@@ -131,13 +96,11 @@ class ModbusJob:
         self._count = 0
         self._opened = False
         self._closed = False
-        self._offset_s = math.nan  # from the controller's clock to ours
-        self._alive: float | None = None
+        self._alive: int | None = None
         self._alive_s = -math.inf
         self._heard_s = -math.inf
         self._trouble = ""
-        self._number: int | None = None
-        self._account = SyncAccount(reader="modbus", stamps="controller")
+        self._samples = ControllerSamples()
 
     def open(self) -> AxisEvidence:
         """Check mode and stops, select the axis, write the parameters and read them back.
@@ -154,7 +117,7 @@ class ModbusJob:
             Nobody answers.
         """
         first = self._read()
-        self._refuse_unready(first)
+        refuse_unready(first)
         self._opened = True
         config = self._config
         wanted = {**config.parameters, "alive_timeout": config.alive_timeout_s}
@@ -163,14 +126,13 @@ class ModbusJob:
         self._set_clock()
         self._write({"command": SELECT})
         self._await_selection()
-        period_s = first["sample_period"].value
         return AxisEvidence(
             identity={"name": self._device.map.device, "where": self._device.connection.where},
             settings={
                 "axis": config.axis,
-                "operating_mode": int(first["operating_mode"].value),
+                "operating_mode": first["operating_mode"].whole,
                 "alive_timeout_ms": round(1e3 * config.alive_timeout_s),
-                "sample_period_ms": round(1e3 * period_s),
+                "sample_period_ms": int(first["sample_period"].raw.number),
             },
         )
 
@@ -214,7 +176,7 @@ class ModbusJob:
             try:
                 self._write({"command": ABORT})
                 self._beat()
-                sample = self._sample(self._read())
+                sample = self._samples.take(self._read(), self._clock.now())
             except DriverError as error:
                 troubles[error.what] = None
                 sample = None
@@ -240,14 +202,14 @@ class ModbusJob:
             The controller does not let go of the axis.
         """
         if self._closed:
-            return self._account
+            return self._samples.account
         self._closed = True
         try:
             if self._opened:
                 self._let_go()
         finally:
             self._device.connection.close()
-        return self._account
+        return self._samples.account
 
     # -- the exchange --------------------------------------------------------------------------
 
@@ -266,87 +228,26 @@ class ModbusJob:
         now_s = self._clock.now()
         self._heard_s = now_s
         self._trouble = ""
-        alive = read["controller_alive"].value
+        alive = read["controller_alive"].whole
         if alive != self._alive:
             self._alive, self._alive_s = alive, now_s
-        self._refuse_stopped(read)
-        state = _state(read)
+        refuse_stopped(read)
+        state = state_of(read)
         if state is JobState.FAULT:
             raise DriveFaultError(
-                f"The controller's job program is in fault: {_why(read)}.",
+                f"The controller's job program is in fault: {why(read)}.",
                 "A person must find the cause and clear it at the controller.",
             )
-        phase = int(read["phase"].value)
+        phase = read["phase"].whole
         return JobStatus(
-            self._sample(read),
+            self._samples.take(read, now_s),
             state,
             read["progress"].value,
             PHASES[phase] if 0 <= phase < len(PHASES) else "unknown",
-            _why(read) if state is JobState.ABORTED else "",
-        )
-
-    def _sample(self, read: Mapping[str, Value]) -> Sample | None:
-        """Return the controller's sample, None when it is the one that we have; count the lost."""
-        number = int(read["sample_number"].value)
-        if number == self._number:
-            return None
-        step = 1 if self._number is None else number - self._number & 0xFFFF
-        self._number = number
-        account = self._account
-        self._account = replace(
-            account,
-            expected=account.expected + step,
-            received=account.received + 1,
-            lost=account.lost + step - 1,
-        )
-        now_s = self._clock.now()
-        taken_s = read["sample_time"].value
-        # A controller's clock that runs fast would put samples into the future.
-        self._offset_s = min(self._offset_s, now_s - taken_s)
-        temperature = read["gearbox_temperature"]
-        good = temperature.quality is Quality.GOOD
-        return Sample(
-            time_s=taken_s + self._offset_s,
-            received_s=now_s,
-            position_rad=read["position"].value,
-            velocity_rad_s=read["velocity"].value,
-            torque_nm=read["torque"].value,
-            gearbox_temperature_degc=temperature.value if good else math.nan,
-            state=_DRIVE_STATES.get(_state(read), DriveState.OFF),
-            internal_limit_active=False,
-            gearbox_temperature_reason=temperature.reason,
+            why(read) if state is JobState.ABORTED else "",
         )
 
     # -- what is refused -----------------------------------------------------------------------
-
-    def _refuse_unready(self, read: Mapping[str, Value]) -> None:
-        self._refuse_stopped(read)
-        state = _state(read)
-        if state is JobState.FAULT:
-            raise DriveFaultError(
-                f"The controller's job program is in fault: {_why(read)}.",
-                "A person must find the cause and clear it at the controller.",
-            )
-        if state is JobState.RUNNING or read["selected_axis"].value != 0.0:
-            raise DriveStateError(
-                "The controller already has an axis selected for a job.",
-                "Another program may be driving it: end that first.",
-            )
-
-    def _refuse_stopped(self, read: Mapping[str, Value]) -> None:
-        mode, stops = int(read["operating_mode"].value), int(read["stops"].value)
-        active = [name for bit, name in STOPS.items() if stops & bit]
-        if active:
-            raise DriveStateError(
-                f"The controller reports {' and '.join(active)}.",
-                "Find out why, and clear it at the controller.",
-            )
-        if mode not in AUTOMATIC_MODES:
-            raise DriveStateError(
-                f"The controller is in {MODES.get(mode, f'unknown mode {mode}')}; the stair is a "
-                "job for automatic mode.",
-                "Switch it to automatic, with the guards closed.",
-            )
 
     def _refuse_silence(self, now_s: float) -> None:
         limit_s = self._config.alive_timeout_s
@@ -381,22 +282,15 @@ class ModbusJob:
             )
 
     def _set_clock(self) -> None:
-        """Find the offset from the controller's clock to ours: the quickest of five looks.
-
-        A sample so has the time at which it was asked for, at the latest: never the future.
-        """
-        best_s = math.inf
+        """Look at the controller's clock a few times, before any of its samples counts."""
         for _ in range(5):
             asked_s = self._clock.now()
             read = self._read()
-            took_s = self._clock.now() - asked_s
-            if took_s < best_s:
-                best_s = took_s
-                self._offset_s = asked_s - read["sample_time"].value
+            self._samples.see_clock(read, asked_s)
             self._take_alive(read)
 
     def _take_alive(self, read: Mapping[str, Value]) -> None:
-        self._alive = read["controller_alive"].value
+        self._alive = read["controller_alive"].whole
         self._alive_s = self._heard_s = self._clock.now()
 
     def _await_selection(self) -> None:
@@ -405,15 +299,15 @@ class ModbusJob:
             self._beat()
             read = self._read()
             self._take_alive(read)
-            selected = int(read["selected_axis"].value)
-            state = _state(read)
+            selected = read["selected_axis"].whole
+            state = state_of(read)
             if selected == self._config.axis and state is JobState.READY:
                 return
             if self._clock.now() >= deadline_s:
                 raise ConfigurationError(
                     f"The controller did not select axis {self._config.axis} within "
                     f"{self._config.answer_timeout_s} s: it has {selected}, "
-                    f"{'unknown' if state is None else state.value}; {_why(read)}.",
+                    f"{'unknown' if state is None else state.value}; {why(read)}.",
                     "Check that its job program runs and accepts the parameters.",
                 )
             self._clock.sleep_until(self._clock.now() + 0.01)
@@ -424,7 +318,7 @@ class ModbusJob:
         while self._clock.now() < deadline_s:
             try:
                 self._write({"command": LET_GO})
-                if self._read()["selected_axis"].value == 0.0:
+                if self._read()["selected_axis"].whole == 0:
                     return
             except DriverError as error:
                 trouble = error.what
@@ -433,12 +327,3 @@ class ModbusJob:
             f"The controller did not let go of axis {self._config.axis}: {trouble}",
             "Cancel the job at the controller.",
         )
-
-
-def _state(read: Mapping[str, Value]) -> JobState | None:
-    return STATES.get(int(read["job_state"].value))
-
-
-def _why(read: Mapping[str, Value]) -> str:
-    code = int(read["job_error"].value)
-    return ERRORS.get(code, "it gives no reason" if code == 0 else f"error {code}")

@@ -141,7 +141,8 @@ def _judged(register_map: RegisterMap, register: Register, rounds: Rounds) -> Re
         if reasons:
             finding = Finding.DOUBTFUL
             reasons += _what_would_fit(register_map, register, series)
-    if finding is Finding.PLAUSIBLE and _frozen(series):
+    measured = bool(register.unit) and not register.writable
+    if finding is Finding.PLAUSIBLE and measured and _frozen(series):
         reasons.append(f"the same in all {len(series)} rounds: does it ever move?")
     return RegisterVerdict(
         register.name,

@@ -144,13 +144,13 @@ class ModbusRelease:
             says["done"] = 0
         self._device.write(says, deadline_s)
         read = self._device.read(SAYS, deadline_s)
-        alive = int(read["plc_alive"].value)
+        alive = read["plc_alive"].whole
         last = self._last
         # One look at a count does not show that it moves: until then it has never moved.
         moved_s = -math.inf if last is None else last.moved_s
         if last is not None and alive != last.alive:
             moved_s = asked_s
         self._last = _Word(
-            read["permit"].value == 1.0, int(read["refusal"].value), alive, asked_s, moved_s
+            read["permit"].whole == 1, read["refusal"].whole, alive, asked_s, moved_s
         )
         return self._last
