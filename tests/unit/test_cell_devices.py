@@ -1,0 +1,96 @@
+"""The cell's sections for devices beside the drive: valid as the example shows them, or refused."""
+
+from __future__ import annotations
+
+import re
+from importlib.resources import files
+from pathlib import Path
+
+import pytest
+
+from agent.cell import parse_cell, read_cell
+from agent.cell_devices import Cia404Temperature, ModbusTemperature
+from agent.errors import InputError
+from drivers.modbus.register_map import load_map, shipped_maps
+
+EXAMPLE = files("agent.examples").joinpath("cell.toml").read_text(encoding="utf-8")
+
+
+def section(name: str) -> str:
+    """Return a section of the example that is commented out, without its comment marks."""
+    found = re.search(rf"^# \[{re.escape(name)}\]\n((?:# \w+ = .*\n)+)", EXAMPLE, re.MULTILINE)
+    assert found is not None, name
+    return found[0].replace("# [", "[").replace("\n# ", "\n")
+
+
+def with_sections(*texts: str, without: str = "") -> str:
+    text = EXAMPLE
+    if without:
+        text = re.sub(rf"^\[{re.escape(without)}\].*?(?=^\[)", "", text, flags=re.M | re.S)
+    cell_level = "".join(t for t in texts if t.startswith("[release]"))
+    axis_level = "".join(t for t in texts if not t.startswith("[release]"))
+    return text.replace("[[axis]]", f"{cell_level}\n[[axis]]", 1) + "\n" + axis_level
+
+
+def test_what_the_example_shows_is_valid() -> None:
+    cell = parse_cell(with_sections(section("axis.temperature"), section("release")))
+    temperature, release = cell.axis[0].temperature, cell.release
+    assert isinstance(temperature, ModbusTemperature)
+    assert temperature.register_name in [r.name for r in load_map(temperature.map).registers]
+    assert release is not None
+    assert cell.axis[0].has_gearbox_temperature
+    job = parse_cell(with_sections(section("axis.job"), without="axis.drive"))
+    assert job.axis[0].job is not None
+    assert job.axis[0].job.map in shipped_maps()
+
+
+def test_a_job_reckons_with_its_own_silence_in_every_stopping_distance() -> None:
+    job = section("axis.job").replace("alive_timeout_s = 0.5", "alive_timeout_s = 1.5")
+    cell = parse_cell(with_sections(job, without="axis.drive"))
+    assert cell.axis[0].motor_limits.reaction_time_s == pytest.approx(1.65)
+
+
+def test_a_cell_without_drives_needs_no_bus_and_says_so_when_asked() -> None:
+    text = with_sections(section("axis.job"), without="axis.drive")
+    cell = parse_cell(re.sub(r"^\[bus\].*?(?=^\[)", "", text, flags=re.M | re.S))
+    with pytest.raises(InputError, match="has no CAN bus"):
+        _ = cell.bus
+    with pytest.raises(InputError, match="a controller runs it as a job"):
+        _ = cell.axis[0].drive
+
+
+@pytest.mark.parametrize(
+    ("sections", "without", "says"),
+    [
+        ((section("axis.job"),), "", "either [axis.drive] or [axis.job]"),
+        ((), "axis.drive", "either [axis.drive] or [axis.job]"),
+        ((), "bus", "[bus] is missing"),
+        ((section("axis.temperature") + 'rtu = "/dev/ttyS0"\n',), "", "either tcp"),
+        ((section("axis.temperature").replace("3.0", "0.4"),), "", "at least period_s"),
+        ((section("axis.temperature").replace('"modbus"', '"magic"'),), "", "magic"),
+        ((section("axis.temperature") + "chanel = 2\n",), "", "chanel: unknown key"),
+        ((section("release").replace(":502", ""),), "", "tcp"),
+        (('[axis.temperature]\nkind = "cia404"\nnode_id = 0\n',), "", "node_id"),
+    ],
+)
+def test_each_mistake_has_its_sentence(sections: tuple[str, ...], without: str, says: str) -> None:
+    with pytest.raises(InputError, match="mistake") as caught:
+        parse_cell(with_sections(*sections, without=without))
+    assert says in str(caught.value)
+
+
+def test_two_sources_of_one_temperature_are_refused() -> None:
+    mapped = 'gearbox_temperature = { object = "0x2100:01", degc_per_count = 0.1 }\n'
+    text = EXAMPLE.replace("[axis.limits]", f"{mapped}\n[axis.limits]")
+    node = '\n[axis.temperature]\nkind = "cia404"\nnode_id = 21\n'
+    assert isinstance(parse_cell(EXAMPLE + node).axis[0].temperature, Cia404Temperature)
+    with pytest.raises(InputError, match="not from both"):
+        parse_cell(text + node)
+
+
+def test_a_map_is_looked_for_beside_the_cell(tmp_path: Path) -> None:
+    own = section("axis.temperature").replace("modmux-pm6rtd", "maps/own.toml")
+    (tmp_path / "CELL.toml").write_text(with_sections(own))
+    temperature = read_cell(tmp_path / "CELL.toml").axis[0].temperature
+    assert isinstance(temperature, ModbusTemperature)
+    assert temperature.map == str(tmp_path / "maps" / "own.toml")
