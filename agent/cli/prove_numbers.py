@@ -131,7 +131,8 @@ def measured(effect: Document, finding: Document) -> list[Measured]:
     """Return the numbers that mean the same in label and finding; none where the forms differ."""
     key = (str(effect["effect"]), str(effect["form"]), str(finding["form"]))
     names = _SAME_FORM.get(key, ()) if finding["effect"] == effect["effect"] else ()
-    true, found = effect["parameters"], finding["parameters"]
+    found = finding["parameters"]
+    true = _at_reference(effect["parameters"], found)
     out = []
     for name in names:
         entry = found.get(name)
@@ -145,6 +146,19 @@ def measured(effect: Document, finding: Document) -> list[Measured]:
         covered = None if not interval else bool(interval[0] <= true[name] <= interval[1])
         out.append(Measured(key[0], name, float(effect["snr"]), error, covered))
     return out
+
+
+def _at_reference(true: Document, found: Document) -> Document:
+    """Return the truth with a relative slope taken about the temperature that the finding names.
+
+    ``1 + k (T - R) = (1 + k (S - R)) (1 + k' (T - S))``, hence ``k' = k / (1 + k (S - R))``.
+    """
+    reference = found.get("reference_degc", {}).get("value")
+    if "factor_per_k" not in true or reference is None:
+        return true
+    slope = float(true["factor_per_k"])
+    about = 1.0 + slope * (float(reference) - float(true["reference_degc"]))
+    return {**true, "factor_per_k": slope / about}
 
 
 def _relative(true: Document, found: Document, names: Sequence[str]) -> float:

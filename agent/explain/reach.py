@@ -18,8 +18,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.evidence import Moments, heldout, moments
-from agent.explain.search import Candidate, Library, basis_of, gain_of
+from agent.explain.evidence import Moments, Weighing, heldout, moments
+from agent.explain.search import Candidate, basis_of, gain_of
 from agent.identify.result import Floats
 from agent.identify.uncertainty import student_975
 
@@ -45,12 +45,20 @@ class Reach:
     beside: tuple[Candidate, ...]
 
 
-def reach_of(library: Library, columns: Floats, residual: Floats, named: frozenset[str]) -> Reach:
+def reach_of(
+    candidates: Sequence[Candidate],
+    weighing: Weighing,
+    columns: Floats,
+    residual: Floats,
+    named: frozenset[str],
+) -> Reach:
     """Return how far the numbers of a fitted model may be from the truth.
 
     Parameters
     ----------
-    library : Library
+    candidates : sequence of Candidate
+        Laws that may be in what is left, at all points of their grids.
+    weighing : Weighing
     columns : ndarray, shape (m, p)
         Weighted derivatives of the prediction by the model's numbers, at their estimates.
     residual : ndarray, shape (m,)
@@ -61,10 +69,10 @@ def reach_of(library: Library, columns: Floats, residual: Floats, named: frozens
     size = np.sqrt(np.einsum("ij,ij->j", columns, columns))
     size = np.where(size > 0.0, size, 1.0)
     own = columns / size
-    rivals = _best_points(library, own, residual, named)
+    rivals = _best_points(candidates, own, residual, named)
     stacked = np.concatenate([own, *(c.columns / _norm(c.columns) for c in rivals)], axis=1)
-    part = moments(stacked, residual, library.weighing.starts)
-    run = library.weighing.run[library.weighing.starts]
+    part = moments(stacked, residual, weighing.starts)
+    run = weighing.run[weighing.starts]
     width = own.shape[1]
     places = _places(width, rivals)
     below, above = np.zeros(width), np.zeros(width)
@@ -73,7 +81,7 @@ def reach_of(library: Library, columns: Floats, residual: Floats, named: frozens
         index = np.concatenate([np.arange(width), *(places[i] for i in chosen)]).astype(np.int64)
         moved, reach = _estimate(_taken(part, index), run, width)
         below, above = np.minimum(below, moved - reach), np.maximum(above, moved + reach)
-        following = _next(part, library.weighing.fold, index, places, chosen)
+        following = _next(part, weighing.fold, index, places, chosen)
         if following is None or len(chosen) == _MOST_BESIDE:
             break
         chosen.append(following)
@@ -94,12 +102,12 @@ def _taken(part: Moments, index: NDArray[np.int64]) -> Moments:
 
 
 def _best_points(
-    library: Library, own: Floats, residual: Floats, named: frozenset[str]
+    candidates: Sequence[Candidate], own: Floats, residual: Floats, named: frozenset[str]
 ) -> list[Candidate]:
     """Return the best point of every other law, as far as it removes anything."""
     basis = basis_of(own)
     best: dict[tuple[str, str], tuple[float, Candidate]] = {}
-    for candidate in library.candidates:
+    for candidate in candidates:
         form = candidate.form
         if form.effect in named or form.catch_all:
             continue

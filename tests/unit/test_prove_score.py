@@ -232,6 +232,20 @@ def test_numbers_of_another_form_are_not_compared() -> None:
     assert [m.parameter for m in same] == ["static_extra_nm"]
 
 
+def test_a_slope_is_compared_about_the_temperature_that_the_finding_names() -> None:
+    truth = {"factor": 1.0, "factor_per_k": -0.004, "reference_degc": 25.0}
+    true = effect("torque-constant-error", form="falls with winding temperature", parameters=truth)
+    # 0.9 at 50 degC: what falls by 0.004 of the cold value falls by 0.004/0.9 of the warm one.
+    numbers = {
+        "factor_per_k": number(-0.004 / 0.9, -0.0046, -0.0042),
+        "reference_degc": {"value": 50},
+    }
+    named = finding("torque-constant-error", form="with motor temperature", parameters=numbers)
+    (found,) = measured(true, named)
+    assert found.error == pytest.approx(0.0, abs=1e-12)
+    assert found.covered
+
+
 def test_a_number_without_interval_has_no_coverage() -> None:
     true = effect("torque-offset", form="constant", parameters={"torque_offset_nm": 0.2})
     numbers = {"torque_offset_nm": {"value": 0.21, "identified": False}}
