@@ -285,6 +285,8 @@ class CanBusOwner:
         nearer end, and counted.
         """
         slots, ahead_s, oldest_s, newest_s = reader.take()
+        routes, make = self._routes, tuple.__new__
+        routed = 0
         for seconds, nanoseconds, can_id, length, data in SLOT.iter_unpack(slots):
             wall_s = seconds + nanoseconds * 1e-9
             stamp_s = wall_s - ahead_s
@@ -292,10 +294,22 @@ class CanBusOwner:
                 if not oldest_s - _STAMP_SLACK_S < stamp_s < newest_s + _STAMP_SLACK_S:
                     self.counts.restamped += 1
                 stamp_s = min(max(stamp_s, oldest_s), newest_s)
-            if can_id > _STANDARD_ID_MAX or length > _DATA_BYTES_MAX:
-                self._count_odd(can_id)
-            else:
-                self._deliver(Frame(stamp_s, can_id, data[:length], wall_s))
+            # Frame(...) and a call of `_deliver` would double what a frame costs
+            frame = make(Frame, (stamp_s, can_id, data[:length], wall_s))
+            inbox = routes.get(can_id)
+            if inbox is None or length > _DATA_BYTES_MAX or len(inbox.frames) >= inbox.limit:
+                self._refuse(frame, length)
+                continue
+            inbox.frames.append(frame)
+            routed += 1
+        self.counts.routed += routed
+
+    def _refuse(self, frame: Frame, length: int) -> None:
+        """Count one of the reader's frames that no inbox takes, by the reason."""
+        if frame.cob_id > _STANDARD_ID_MAX or length > _DATA_BYTES_MAX:
+            self._count_odd(frame.cob_id)
+        else:
+            self._deliver(frame)
 
     def _route(self, message: can.Message, stamp_s: float) -> None:
         """Deliver one of python-can's messages, or count why it is none of ours."""

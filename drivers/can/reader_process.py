@@ -150,10 +150,11 @@ class ReaderProcess:
             counter = drops_in(slots)
             if counter:  # the kernel says nothing as long as nothing was dropped
                 self.dropped += (counter - self.dropped) % _WRAP
+        oldest_s, self._heard_s = self._heard_s, heard_s
+        if not slots:
+            return Taken(slots, 0.0, oldest_s, oldest_s)
         now_s, wall_s = _both_clocks(self._clock)
-        taken = Taken(slots, wall_s - now_s, self._heard_s, now_s)
-        self._heard_s = heard_s
-        return taken
+        return Taken(slots, wall_s - now_s, oldest_s, now_s)
 
     def check(self) -> None:
         """Raise what has gone wrong with the reader, if anything has.

@@ -1,0 +1,160 @@
+"""What receiving costs, and what is lost: ``uv run python -m tests.benchmarks.acquisition``.
+
+In turn, in the same run, at 7000 frames a second: the reader process with the tick that takes its
+frames, the owner's thread, python-can's Notifier, canopen's PDO callback. Then the reader process
+at 9009 frames a second (100 % of a 1 Mbit/s bus with 8-byte frames) beside `stribeck estimate`,
+which is started again and again. Both natively, over UDP datagrams shaped like `struct can_frame`
+(stamps, drop counter and `recvmmsg` are the same kernel code), and on a real vcan.
+
+On a shared machine only processor time per frame, and its ratio to the peers', can be compared;
+and a machine whose caches others empty between two ticks multiplies even that.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tests.benchmarks.acquisition_sides import LOOPBACK, RECEIVERS
+from tests.bus.vcan import VcanUnavailableError, open_vcan
+from tests.system.processes import STRIBECK
+
+RATE_HZ = 7000.0
+FULL_BUS_HZ = 9009.0
+SIDES = (sys.executable, "-m", "tests.benchmarks.acquisition_sides")
+PATIENCE_S = 120.0
+
+
+@dataclass(frozen=True)
+class Result:
+    """One receiver's run."""
+
+    what: str
+    rate_hz: float  # as sent
+    sent: int
+    came: int
+    wrong: int
+    processor_us: float  # a frame
+    dropped_by_kernel: int | None
+
+    def line(self) -> str:
+        """Return a row of the table."""
+        dropped = "" if self.dropped_by_kernel is None else str(self.dropped_by_kernel)
+        lost = self.sent - self.came
+        return (
+            f"{self.what:<44}{self.rate_hz:8.0f}{self.sent:9}{lost:8}{self.wrong:7}"
+            f"{dropped:>9}{self.processor_us:12.2f}"
+        )
+
+
+def measure(kind: str, channel: str, rate_hz: float, seconds: float) -> Result:
+    """Let one receiver and one sender run, each in its own process."""
+    with subprocess.Popen(
+        [*SIDES, "--channel", channel, "--receive", kind], stdout=subprocess.PIPE, text=True
+    ) as receiver:
+        assert receiver.stdout is not None
+        address = receiver.stdout.readline().strip()
+        where = ["--channel", channel, "--send", address]
+        how = ["--rate", str(rate_hz), "--seconds", str(seconds)]
+        sender = subprocess.run([*SIDES, *where, *how], stdout=subprocess.PIPE, check=True)
+        said, _ = receiver.communicate(timeout=PATIENCE_S)
+    sent: dict[str, Any] = json.loads(sender.stdout)
+    found: dict[str, Any] = json.loads(said)
+    return Result(
+        what=kind,
+        rate_hz=sent["sent"] / sent["took_s"],
+        sent=sent["sent"],
+        came=found["came"],
+        wrong=found["wrong"],
+        processor_us=1e6 * found["processor_s"] / max(found["came"], 1),
+        dropped_by_kernel=found.get("dropped_by_kernel"),
+    )
+
+
+@contextmanager
+def estimates(recording: Path) -> Iterator[list[int]]:
+    """Estimate again and again in the background; the list holds how often it came to its end."""
+    done = [0]
+    script = 'while :; do "$@" >/dev/null && echo; done'
+    command = ["sh", "-c", script, "sh", *STRIBECK, "estimate", str(recording), "--json"]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, text=True, start_new_session=True
+    ) as run:
+        try:
+            yield done
+        finally:
+            run.kill()
+            assert run.stdout is not None
+            done[0] = run.stdout.read().count("\n")
+
+
+def compare(channel: str, seconds: float, long_s: float, recording: Path) -> None:
+    """Print the table of one place."""
+    print(
+        f"{'receiver':<44}{'Hz':>8}{'sent':>9}{'lost':>8}{'jumps':>7}{'dropped':>9}{'us/frame':>12}"
+    )
+    for kind in RECEIVERS:
+        print(measure(kind, channel, RATE_HZ, seconds).line(), flush=True)
+    if long_s > 0.0:
+        with estimates(recording) as done:
+            result = measure("reader process", channel, FULL_BUS_HZ, long_s)
+        print(result.line(), f"  beside estimates, {done[0]} of which ended", flush=True)
+
+
+def main() -> None:
+    """Measure natively, then on a real bus."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seconds", type=float, default=10.0, help="of each receiver")
+    parser.add_argument(
+        "--long", type=float, default=60.0, help="at 100 %% of the bus; 0: leave out"
+    )
+    parser.add_argument("--places", default="native,vcan")
+    parser.add_argument("--channel", help="measure on this interface, here; needs --recording")
+    parser.add_argument("--recording", type=Path)
+    arguments = parser.parse_args()
+    if arguments.channel is not None:
+        compare(arguments.channel, arguments.seconds, arguments.long, arguments.recording)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        recording = arguments.recording or _recording(Path(folder))
+        if "native" in arguments.places:
+            print("natively, UDP on the loopback")
+            compare(LOOPBACK, arguments.seconds, arguments.long, recording)
+        if "vcan" in arguments.places:
+            print(_on_vcan(arguments.seconds, arguments.long, recording))
+
+
+def _recording(folder: Path) -> Path:
+    """Return a 40 s stair at 1 kHz, as `tests.benchmarks.speed` drives it."""
+    from tests.benchmarks.speed import drive_a_stair
+
+    return drive_a_stair(folder, 1000.0)
+
+
+def _on_vcan(seconds: float, long_s: float, recording: Path) -> str:
+    """Return this benchmark's table from where a real CAN bus is."""
+    command = [sys.executable, "-m", "tests.benchmarks.acquisition"]
+    command += ["--seconds", str(seconds), "--long", str(long_s)]
+    try:
+        with open_vcan() as vcan, tempfile.TemporaryDirectory(dir="/var/tmp") as shared:
+            there = shutil.copy(recording, shared)  # a guest has a /tmp of the host's, but no tmpfs
+            done = vcan.run(
+                [*command, "--channel", vcan.channel, "--recording", str(there)],
+                timeout_s=10.0 * (len(RECEIVERS) * seconds + long_s) + 2.0 * PATIENCE_S,
+            )
+            return f"on {vcan.describe()}\n{done.stdout}{done.stderr}"
+    except VcanUnavailableError as error:
+        return str(error)
+
+
+if __name__ == "__main__":
+    main()
