@@ -18,6 +18,7 @@ from agent.identify.result import Floats, Parameter
 
 _LIMIT = 3.84  # chi-square, one degree of freedom, 95 %
 _HALVINGS = 14
+_CLOSE = 0.05  # of the way to an interval's end: nobody reads that more exactly
 
 
 def profiled(library: Library, terms: Sequence[Term], index: int, number: int) -> Parameter:
@@ -81,7 +82,7 @@ def _crossing(error: Callable[[float], float], value: float, side: float, limit:
         return math.nan
     for _ in range(_HALVINGS):
         middle = 0.5 * (inner + outer)
-        if abs(outer - inner) < 1e-3 * scale:
+        if abs(outer - inner) < _CLOSE * abs(outer - value):
             break
         if error(middle) > limit:
             outer = middle
