@@ -23,7 +23,7 @@ import can
 
 from drivers.can.failures import WORKING_FAILURES, bus_name, working_failed
 from drivers.can.frames import BusCounts, CanBusConfig, Frame, Inbox, Reception
-from drivers.can.opening import may_read_fast, open_bus
+from drivers.can.opening import give_back, may_read_fast, open_bus
 from drivers.can.reader_process import ReaderProcess
 from drivers.can.ring import SLOT
 from drivers.clock import Clock, SteppedClock
@@ -73,6 +73,7 @@ class CanBusOwner:
         self._clock = clock
         self._stepped = isinstance(clock, SteppedClock)
         self._reader = reader
+        self._reception = Reception("stepped" if self._stepped else "thread")
         self._heard_s = clock.now()
         self._routes: dict[int, Inbox] = {}
         self._inboxes: list[Inbox] = []
@@ -162,6 +163,8 @@ class CanBusOwner:
             self._drain()
         elif self._reader is not None:
             self._take(self._reader)
+        elif self._thread is None:
+            self._drain()
 
     def wait(self, inbox: Inbox, deadline_s: float) -> bool:
         """Wait until `inbox` holds a frame or the clock's `deadline_s` has passed.
@@ -176,7 +179,7 @@ class CanBusOwner:
         BusError
             When the receiver has ended or an inbox has overflowed.
         """
-        if self._reader is not None:
+        if self._thread is None and not self._stepped:
             self.poll()
         while not inbox.frames:
             now_s = self._clock.now()
@@ -204,8 +207,8 @@ class CanBusOwner:
         answer may wait for a receiver that does not get the processor. Silence is only silence
         before this time.
         """
-        if self._stepped:
-            return self._clock.now()
+        if self._stepped or (self._reader is None and self._thread is None):
+            return self._clock.now()  # `poll` itself listens
         heard_s = self._heard_s if self._reader is None else self._reader.heard_until_s
         return max(heard_s, self._clock.now() - _LISTENING_LAG_S)
 
@@ -213,7 +216,7 @@ class CanBusOwner:
         """Return how frames are received, and how many the kernel has dropped so far."""
         if self._reader is not None:
             return Reception("process", self._reader.dropped, self._reader.buffer_bytes, "kernel")
-        return Reception("stepped" if self._stepped else "thread")
+        return self._reception
 
     def check(self) -> None:
         """Raise what has gone wrong with this bus since it was opened, if anything has.
@@ -240,6 +243,40 @@ class CanBusOwner:
                     f"{inbox.overflowed} are lost beyond {inbox.limit} waiting ones.",
                     "Lower the sample rate or relieve the computer, then start again.",
                 )
+
+    def receive_without_help(self, *, suspected: bool = False) -> bool:
+        """Let `poll` and `wait` receive by themselves from now on if the helper has died.
+
+        For bringing a joint to rest after the reader process or the owner thread is lost: what is
+        left of the bus may still show the standstill. Frames are stamped when they are taken; what
+        the dead reader had not handed over is gone.
+
+        Parameters
+        ----------
+        suspected : bool
+            Whether to do without a reader process that lives, too: nothing comes from it, and there
+            is no time to wait until it is known to hang.
+
+        Returns
+        -------
+        bool
+            Whether the helper was given up.
+        """
+        died = False
+        try:
+            self.check()
+        except WorkerDiedError:
+            died = True
+        except BusOverflowError:
+            pass  # whoever overflows, lives
+        if not died and not (suspected and self._reader is not None):
+            return False
+        self._reception = self.reception()
+        reader, self._reader, self._thread = self._reader, None, None
+        if reader is not None:
+            reader.close(at_once=True)  # a joint is to be stopped
+            give_back(self._bus)
+        return True
 
     def close(self) -> None:
         """End the thread and shut the bus; may be repeated."""
@@ -269,7 +306,7 @@ class CanBusOwner:
             self._death = working_failed(error, self.name, "receiving")
 
     def _drain(self) -> None:
-        """Take every frame that waits on the bus, stamped with the present simulated time."""
+        """Take every frame that waits on the bus, stamped with the present time."""
         now_s = self._clock.now()
         try:
             while (message := self._bus.recv(0.0)) is not None:

@@ -178,11 +178,16 @@ class ReaderProcess:
                 "Relieve the computer, then start again.",
             )
 
-    def close(self) -> None:
-        """End the process and let go of its memory; may be repeated."""
+    def close(self, *, at_once: bool = False) -> None:
+        """End the process, by force if it must be `at_once`, and let go of its memory.
+
+        May be repeated.
+        """
         if self._closed:
             return
         self._closed = True
+        if at_once:
+            self.process.kill()
         os.close(self._lifeline)
         try:
             self.process.wait(_END_S)

@@ -1,6 +1,7 @@
 """How an axis is brought to rest: every means in turn, and an honest report.
 
-1. Quick stop by RPDO at every SYNC, heartbeat kept, until samples show standstill.
+1. Quick stop by RPDO at every SYNC, heartbeat kept, until samples show standstill; once more
+   without the reader process, if there is one and no samples come.
 2. No samples come: quick stop by SDO, standstill read by SDO.
 3. That fails too, or the deadline has passed: NMT stop, and our heartbeat ends, so that the
    drive's own watchdog does what we could not.
@@ -29,7 +30,7 @@ class _Stop:
         self.exchange = exchange
         self.deadline_s = deadline_s
         self.started_s = exchange.clock.now()
-        self.heard_s = self.started_s
+        self.heard_s = self.started_s  # of the present attempt
         self.samples: list[Sample] = []
         self.troubles: list[str] = []
         self.still = 0
@@ -37,6 +38,7 @@ class _Stop:
     def by_pdo(self) -> bool:
         """Return whether samples have shown standstill; ends when none come any more."""
         config, clock = self.exchange.config, self.exchange.clock
+        self.heard_s = clock.now()
         patience_s = _SILENCE_TIMEOUTS * config.sync_timeout_s
         while True:
             try:
@@ -53,6 +55,11 @@ class _Stop:
             if now_s - self.heard_s > patience_s or self._bus_is_dead():
                 self.troubles.append("no samples came while stopping")
                 return False
+
+    def without_help(self) -> bool:
+        """Return whether there was a reader to do without, now that nothing comes from it."""
+        before_deadline = self.exchange.clock.now() < self.deadline_s
+        return before_deadline and self.exchange.owner.receive_without_help(suspected=True)
 
     def by_sdo(self) -> bool:
         """Return whether the drive, asked object by object, has come to rest."""
@@ -129,9 +136,10 @@ def stop_axis(exchange: Exchange, samples: list[Sample], deadline_s: float) -> S
     deadline_s : float
         On the exchange's clock.
     """
+    exchange.owner.receive_without_help()
     stop = _Stop(exchange, deadline_s)
     stop.samples.extend(samples)
-    if stop.by_pdo():
+    if stop.by_pdo() or (stop.without_help() and stop.by_pdo()):
         return stop.report(True, "quick stop, standstill measured")
     if exchange.clock.now() < deadline_s and stop.by_sdo():
         return stop.report(True, "quick stop by SDO, standstill read by SDO")

@@ -6,6 +6,7 @@ Run by hand: ``python -m tests.bus env STRIBECK_CAN_CHANNEL=vcan0 python -m pyte
 from __future__ import annotations
 
 import os
+import signal
 import struct
 import subprocess
 from collections.abc import Iterator
@@ -15,9 +16,12 @@ import pytest
 
 from drivers.can.frames import CanBusConfig, Inbox
 from drivers.can.owner import CanBusOwner
+from drivers.cia402.axis import Cia402Axis
 from drivers.clock import MonotonicClock
-from drivers.errors import WorkerDiedError
+from drivers.errors import DriverError, WorkerDiedError
+from drivers.ports import Command, Goal
 from tests.bus.vcan import CHANNEL_VARIABLE
+from tests.contract.axis_rig import open_rig
 
 CHANNEL = os.environ.get(CHANNEL_VARIABLE, "")
 CLOCK = MonotonicClock()
@@ -101,6 +105,36 @@ def test_an_interface_that_goes_down_is_named(owner: CanBusOwner) -> None:
             _check_until(owner, deadline_s)
     finally:
         subprocess.run(["ip", "link", "set", CHANNEL, "up"], check=True)
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGSTOP])
+def test_a_reader_that_is_lost_in_motion_is_told_and_the_standstill_still_seen(
+    how: signal.Signals,
+) -> None:
+    with open_rig("socketcan") as rig:
+        axis = rig.axis(sync_timeout_s=0.1)  # known to be silent before it is known to hang
+        axis.open()
+        rig.enable(axis, 20.0)
+        assert rig.owner._reader is not None
+        os.kill(rig.owner._reader.process.pid, how)
+        lost_s = CLOCK.now()
+        with pytest.raises(DriverError) as caught:
+            _receive_until(axis, lost_s + 5.0)
+        told_s = CLOCK.now()
+        report = axis.stop(CLOCK.now() + 5.0)
+        axis.close()
+    if how is signal.SIGKILL:
+        assert isinstance(caught.value, WorkerDiedError)
+        assert told_s - lost_s < 0.25  # a few ticks of User-Mode Linux
+    assert report.at_rest, report.reason
+    assert "standstill measured" in report.reason
+
+
+def _receive_until(axis: Cia402Axis, deadline_s: float) -> None:
+    while CLOCK.now() < deadline_s:
+        axis.send(Command(Goal.ON, 20.0))
+        CLOCK.sleep_until(CLOCK.now() + 0.004)
+        axis.receive()
 
 
 def _check_until(owner: CanBusOwner, deadline_s: float) -> None:

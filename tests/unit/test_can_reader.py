@@ -179,6 +179,28 @@ def test_a_stopped_reader_is_noticed_and_does_not_outlive_its_owner(
     assert process.returncode == -signal.SIGKILL
 
 
+def test_after_a_death_the_owner_can_still_receive_to_see_the_joint_stop(
+    owner: CanBusOwner, line: Line
+) -> None:
+    inbox = owner.subscribe((0x185,))
+    owner.receive_without_help()  # the reader lives: nothing changes
+    line.say(1)
+    collect(owner, inbox, 1)
+    reader_of(owner).process.kill()
+    reader_of(owner).process.wait()
+    owner.receive_without_help()
+    owner.check()
+    channel = owner._bus.channel_info.rpartition(" ")[2]
+    with can.Bus(interface="virtual", channel=channel, ignore_config=True) as other:
+        before_s = CLOCK.now()
+        other.send(can.Message(arbitration_id=0x185, data=b"\x02", is_extended_id=False))
+        assert owner.wait(inbox, before_s + 5.0)
+        collect(owner, inbox, 2)
+    assert numbers(inbox) == [1, 2]
+    assert before_s <= inbox.frames[-1].stamp_s <= CLOCK.now()
+    assert owner.reception().reader == "process"
+
+
 def test_a_socket_that_fails_gives_its_reason(line: Line) -> None:
     reader = ReaderProcess.start(line.receiver, CLOCK, "loopback")
     line.sender.close()  # a port that refuses answers makes the connected receiver fail
