@@ -26,9 +26,10 @@ from drivers.modbus.connection import Endpoint, ModbusConnection, SerialEndpoint
 from drivers.modbus.device import MappedDevice
 from drivers.modbus.job import JobConfig, ModbusJob
 from drivers.modbus.job_words import STATUS
+from drivers.modbus.map_file import RegisterMapError, load_map
 from drivers.modbus.plausibility import RegisterVerdict
 from drivers.modbus.probe import ModbusProbe
-from drivers.modbus.register_map import RegisterMap, RegisterMapError, load_map
+from drivers.modbus.register_map import RegisterMap
 from drivers.modbus.release import SAYS, ModbusRelease
 from drivers.modbus.verification import verify
 from drivers.ports import Axis as AxisPort

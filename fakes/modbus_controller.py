@@ -16,7 +16,8 @@ import sys
 import time
 from collections.abc import Callable
 
-from fakes.modbus_server import Registers, TcpServer
+from fakes.modbus_registers import Registers
+from fakes.modbus_server import TcpServer
 from fakes.plant import Plant
 from fakes.process import LateClock
 from fakes.specification import FakeSpecification
@@ -36,6 +37,7 @@ AUTOMATIC_EXTERNAL = 4
 PHASES = {"approach": 1, "ramp": 2, "steady": 3, "rest": 4, "return": 5}
 STILL_RAD_S = 0.2
 STOP_RAD_S2 = 300.0
+READY_TIMEOUT_S = 10.0
 SAMPLE_PERIOD_S = 0.02
 STEP_S = 0.001
 
@@ -133,7 +135,10 @@ class FakeController:
                 self._end(State.ABORTED, AGENT_GONE)
                 return
             self._drive()
-        elif self.state is not State.IDLE or self.plant.powered:
+            return
+        if self.state is State.READY and self._ms - self._seen_at_ms > READY_TIMEOUT_S * 1e3:
+            self.state = State.IDLE
+        if self.state is not State.IDLE or self.plant.powered:
             self._brake()
 
     def _drive(self) -> None:

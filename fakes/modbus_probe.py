@@ -13,7 +13,8 @@ import sys
 import time
 from collections.abc import Callable
 
-from fakes.modbus_server import Registers, Server, TcpServer
+from fakes.modbus_registers import Registers
+from fakes.modbus_server import Server, TcpServer
 
 TEMPERATURE, STATUS, TEMPERATURE_FLOAT = 0, 1, 2
 NO_SENSOR = 0x8000

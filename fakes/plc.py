@@ -12,7 +12,8 @@ import time
 
 import can
 
-from fakes.modbus_server import Registers, TcpServer
+from fakes.modbus_registers import Registers
+from fakes.modbus_server import TcpServer
 from fakes.process import LateClock
 
 HOLDING, INPUT = 3, 4

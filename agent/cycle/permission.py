@@ -63,8 +63,10 @@ def permitted(
         try:
             release.done(well=failure is None)
         except DriverError as error:
-            if failure is not None:
-                failure.add_note(f"The cell's PLC could not be told: {error.what}")
+            if failure is None:
+                error.add_note("The cycle itself ended well, and its recording is kept.")
+                raise
+            failure.add_note(f"The cell's release could not be told: {error.what}")
         finally:
             release.close()
 

@@ -107,7 +107,8 @@ def refuse_unready(read: Mapping[str, Value]) -> None:
             f"The controller's job program is in fault: {why(read)}.",
             "A person must find the cause and clear it at the controller.",
         )
-    if state is JobState.RUNNING or read["selected_axis"].whole != 0:
+    # Aborted or done is what an agent leaves that was killed: nobody drives, so it is let go.
+    if state not in (JobState.IDLE, JobState.ABORTED, JobState.DONE):
         raise DriveStateError(
             "The controller already has an axis selected for a job.",
             "Another program may be driving it: end that first.",

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 from drivers.clock import MonotonicClock
 from drivers.modbus.connection import Endpoint, ModbusConnection, SerialEndpoint, TcpEndpoint
-from fakes.modbus_server import Registers, RtuServer, Server, TcpServer
+from fakes.modbus_registers import Registers
+from fakes.modbus_server import RtuServer, Server, TcpServer
 
 
 @contextlib.contextmanager

@@ -13,9 +13,10 @@ from drivers.errors import AnswerError, BusError, DriverError, NodeMissingError
 from drivers.modbus.connection import ModbusConnection, SerialEndpoint, TcpEndpoint
 from drivers.modbus.device import MappedDevice
 from drivers.modbus.failures import LIBRARY_ERRORS, failed
-from drivers.modbus.register_map import parse_map
+from drivers.modbus.map_file import parse_map
 from drivers.ports import Quality
-from fakes.modbus_server import Misbehaviour, Registers, crc16
+from fakes.modbus_registers import Registers
+from fakes.modbus_server import Misbehaviour, crc16
 from tests.contract.modbus_rig import Line, line
 
 BUDGET_S = 0.1

@@ -25,8 +25,8 @@ from drivers.errors import (
 )
 from drivers.modbus.connection import ModbusConnection, SerialEndpoint, TcpEndpoint
 from drivers.modbus.device import MappedDevice
+from drivers.modbus.map_file import parse_map
 from drivers.modbus.probe import ModbusProbe
-from drivers.modbus.register_map import parse_map
 from drivers.polling import Poller
 from drivers.ports import Quality, TemperatureProbe, TemperatureReading
 from drivers.serial.line import SerialConfig, SerialLine

@@ -11,7 +11,8 @@ from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 from pymodbus.exceptions import ModbusIOException
 from pymodbus.pdu import ExceptionResponse
 
-from fakes.modbus_server import Misbehaviour, Registers, TcpServer
+from fakes.modbus_registers import Registers
+from fakes.modbus_server import Misbehaviour, TcpServer
 from tests.contract.modbus_rig import served
 
 

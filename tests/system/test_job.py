@@ -22,6 +22,7 @@ from agent.cycle.runner import CycleResult
 from agent.errors import InputError, RefusedError, StoppedError
 from agent.record.reading import read
 from agent.wire import CycleRequest, drive_cycle
+from agent.wire_devices import job_controller
 from drivers.clock import SteppedClock
 from drivers.errors import (
     ConfigurationError,
@@ -235,6 +236,26 @@ def test_an_arm_outside_its_window_is_refused(tmp_path: Path) -> None:
     with bench(tmp_path, initial_arm_rad=1.5) as made:
         with pytest.raises(RefusedError, match="outside its window"):
             made.run()
+        assert made.fake.registers.get(4, 5) == (0,)
+
+
+def test_what_a_killed_agent_left_is_let_go_by_the_next_run(tmp_path: Path) -> None:
+    with bench(tmp_path) as made:
+        killed = job_controller(made.cell.axis[0], made.clock, reverse=False)
+        killed.open()
+        killed.start()
+        until_s = made.clock.now() + 1.0
+        while made.clock.now() < until_s:
+            killed.exchange()
+            made.clock.sleep_until(made.clock.now() + 0.02)
+        assert not made.rests()
+        killed._device.connection.close()
+        made.clock.sleep_until(made.clock.now() + ALIVE_TIMEOUT_S + 1.0)
+        assert made.rests()
+        assert made.fake.registers.get(4, 5) == (1,)
+        other = job_controller(made.cell.axis[0], made.clock, reverse=False)
+        other.open()  # selects it again; nothing runs
+        assert other.close().lost == 0
         assert made.fake.registers.get(4, 5) == (0,)
 
 

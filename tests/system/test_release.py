@@ -21,7 +21,7 @@ from drivers.clock import MonotonicClock
 from drivers.errors import BusError, NodeMissingError
 from drivers.modbus.connection import ModbusConnection, TcpEndpoint
 from drivers.modbus.device import MappedDevice
-from drivers.modbus.register_map import load_map
+from drivers.modbus.map_file import load_map
 from drivers.modbus.release import ModbusRelease
 from fakes.modbus_server import Misbehaviour, TcpServer
 from fakes.plc import AGENT_TIMEOUT_S, FakeContact, FakePlc

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from agent.cli import main
-from fakes.modbus_server import Registers, RtuServer, TcpServer
+from fakes.modbus_registers import Registers
+from fakes.modbus_server import RtuServer, TcpServer
 from tests.contract.modbus_rig import pty_pair, served
 from tests.system.processes import stribeck
 

@@ -11,7 +11,7 @@ import pytest
 from agent.cell import parse_cell, read_cell
 from agent.cell_devices import Cia404Temperature, ModbusTemperature
 from agent.errors import InputError
-from drivers.modbus.register_map import load_map, shipped_maps
+from drivers.modbus.map_file import load_map, shipped_maps
 
 EXAMPLE = files("agent.examples").joinpath("cell.toml").read_text(encoding="utf-8")
 

@@ -8,14 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.modbus.register_map import (
-    MOST_REGISTERS,
-    RegisterMap,
-    RegisterMapError,
-    load_map,
-    parse_map,
-    shipped_maps,
-)
+from drivers.modbus.map_file import RegisterMapError, load_map, parse_map, shipped_maps
+from drivers.modbus.register_map import MOST_REGISTERS, RegisterMap
 
 HEAD = 'schema = "stribeck.registers/1"\ndevice = "d"\nsource = "s"\nconfirmed = "own"\n'
 GOOD = HEAD + '[[register]]\nname = "a"\naddress = 1\n'
