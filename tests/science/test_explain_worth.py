@@ -1,0 +1,103 @@
+"""What an effect is worth: its share of the mismatch, the least that gets a name, bent numbers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from agent.explain.evidence import weigh
+from agent.explain.library import FORMS
+from agent.explain.materiality import CLOSE, above_band_nm2, least_gain
+from agent.explain.plain_refits import plain_moves
+from agent.explain.run import Run
+from agent.explain.scene import Scene, refit
+from agent.explain.search import Candidate, Library
+from agent.explain.shares import above_noise, shares_of
+from agent.explain.table import BASE, tabulate
+from agent.identify.result import Floats
+from agent.physics.twin import Twin
+from tests.science.explain_joint import NOISE_NM, TWIN, Conditions, record, stair
+from trajectories import SetPoints
+
+SPEEDS = (4.0, 8.0, 16.0, 30.0)
+
+
+def bare(run: Run, twin: Twin = TWIN) -> Library:
+    """Return a recording without candidates."""
+    table = tabulate(twin, [run])
+    delta, left = refit(table)
+    theta = np.array([getattr(twin, name) for name in BASE]) + delta
+    scene = Scene(table, theta, np.where(table.used, left, 0.0))
+    return Library.of(scene, weigh(table, left), ())
+
+
+def ripple(library: Library, order: float) -> Candidate:
+    form = next(f for f in FORMS if (f.effect, f.name) == ("torque-ripple", "one order"))
+    return library.candidate(form, (order,))
+
+
+def driven(first_nm: float, third_nm: float = 0.0) -> Library:
+    """Return a joint with torque that repeats once, and three times, a motor turn."""
+
+    def missing(points: SetPoints, _at: Conditions) -> Floats:
+        angle = points.position_rad
+        return np.asarray(first_nm * np.cos(angle) + third_nm * np.sin(3.0 * angle))
+
+    return bare(record(stair(SPEEDS), missing, Conditions(), seed=3))
+
+
+@pytest.mark.parametrize("times_noise", [0.25, 1.0, 4.0])
+def test_all_of_a_mismatch_is_all_of_it_however_small(times_noise: float) -> None:
+    library = driven(times_noise * NOISE_NM)
+    left = library.residual([ripple(library, 1.0)]) / library.weighing.weight
+    # A floor that misses slow noise, as floors within half a second do.
+    floor_nm = 0.95 * math.sqrt(float(np.mean(left**2)))
+    (share,) = shares_of(library, [ripple(library, 1.0)], floor_nm)
+    assert share == pytest.approx(1.0, abs=0.02)
+
+
+def test_two_effects_share_by_their_energies() -> None:
+    library = driven(0.05, 0.1)
+    shares = shares_of(library, [ripple(library, 1.0), ripple(library, 3.0)], 0.2 * NOISE_NM)
+    assert shares == pytest.approx((0.2, 0.8), abs=0.03)
+
+
+@given(st.floats(0.0, 10.0), st.floats(0.0, 1.0), st.floats(0.0, 3.0))
+def test_mismatch_is_what_was_removed_and_what_stands_above_the_noise(
+    removed: float, after: float, floor_nm: float
+) -> None:
+    above = above_noise(after + removed, after, floor_nm)
+    assert above >= removed * (1.0 - 1e-9) - 1e-12
+    if after <= (CLOSE * floor_nm) ** 2:
+        assert above == pytest.approx(removed, abs=1e-9)
+
+
+def test_what_the_raw_torque_drowns_gets_no_name() -> None:
+    """White noise lies above the band for the most part, and the least gain follows all of it."""
+    library = driven(0.0)
+    table = library.scene.table
+    assert above_band_nm2(table) == pytest.approx(
+        NOISE_NM**2 * (1.0 - 2.0 * table.cutoff_hz * 0.004), rel=0.2
+    )
+    least = least_gain(library, np.zeros(1), []) / float(np.sum(library.weighing.weight**2))
+    assert 0.01 * NOISE_NM**2 < least < 0.04 * NOISE_NM**2
+
+
+def test_a_number_bent_by_a_fit_to_raw_samples_is_recognised() -> None:
+    """Velocity that shakes where the joint does not makes raw least squares find less inertia."""
+    plain = record(stair(SPEEDS), lambda p, _: np.zeros(p.position_rad.shape), Conditions(), seed=4)
+    shaken = 0.05 * np.random.default_rng(5).standard_normal(plain.signals.velocity_rad_s.shape)
+    signals = replace(plain.signals, velocity_rad_s=plain.signals.velocity_rad_s + shaken)
+    run = replace(plain, signals=signals)
+    in_band, as_recorded = plain_moves(bare(run), TWIN)
+    bent = as_recorded["inertia_kg_m2"]
+    assert bent < -0.02 * TWIN.inertia_kg_m2
+    assert abs(in_band["inertia_kg_m2"]) < 0.2 * abs(bent)
+    twin = replace(TWIN, inertia_kg_m2=TWIN.inertia_kg_m2 + bent)
+    again = plain_moves(bare(run, twin), twin)[1]
+    assert abs(again["inertia_kg_m2"]) < 0.05 * abs(bent)
