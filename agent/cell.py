@@ -19,7 +19,7 @@ from pydantic import (
     model_validator,
 )
 
-from agent.cell_devices import ContactRelease, Job, Positive, Release, Temperature
+from agent.cell_devices import ContactRelease, Job, Positive, Release, Temperature, shared_places
 from agent.cell_devices import Part as _Part
 from agent.errors import InputError
 from trajectories import AxisLimits, TorqueModel, motor_rad
@@ -297,6 +297,10 @@ class Cell(_Part):
                 raise ValueError(f"{what} {twice[0]} is given to more than one axis")
         for axis in self.axis:
             drive = axis.drive_
+            node = None if drive is None else drive.node_id
+            shared = shared_places(node, axis.temperature, axis.job, self.release)
+            if shared:
+                raise ValueError(f"axis {axis.number}: {'; '.join(shared)}")
             if drive is not None and axis.supervision.agent_node_id == drive.node_id:
                 raise ValueError(f"axis {axis.number}: agent_node_id is the drive's own node_id")
         return self

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -145,3 +146,42 @@ class Job(ModbusPlace):
 Temperature = Annotated[
     ModbusTemperature | AdamTemperature | Cia404Temperature, Field(discriminator="kind")
 ]
+
+
+def shared_places(
+    drive_node: int | None,
+    temperature: Temperature | None,
+    job: Job | None,
+    release: Release | None,
+) -> tuple[str, ...]:
+    """Return what two devices of one axis would have to share, in words; empty is well.
+
+    A serial port has one owner, and a CAN node is one device.
+    """
+    ports: list[tuple[str, str]] = []
+    nodes: list[tuple[int, str]] = []
+    if drive_node is not None:
+        nodes.append((drive_node, "the drive"))
+    if isinstance(temperature, AdamTemperature):
+        ports.append((temperature.port, "temperature"))
+    elif isinstance(temperature, Cia404Temperature):
+        nodes.append((temperature.node_id, "temperature"))
+    if isinstance(release, ContactRelease):
+        nodes.append((release.node_id, "release"))
+    for place, what in ((temperature, "temperature"), (job, "job"), (release, "release")):
+        if isinstance(place, ModbusPlace) and place.rtu is not None:
+            ports.append((place.rtu, what))
+    return (
+        *_twice(ports, "the serial port {0} has one owner, and {1} both want it"),
+        *_twice(nodes, "node {0} is one device, and {1} both claim it"),
+    )
+
+
+def _twice(claims: Sequence[tuple[str | int, str]], sentence: str) -> list[str]:
+    """Return a sentence for everything that is claimed more than once."""
+    found = []
+    for claimed in dict.fromkeys(c for c, _ in claims):
+        who = [what for c, what in claims if c == claimed]
+        if len(who) > 1:
+            found.append(sentence.format(claimed, " and ".join(who)))
+    return found

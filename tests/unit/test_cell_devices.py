@@ -79,6 +79,35 @@ def test_each_mistake_has_its_sentence(sections: tuple[str, ...], without: str, 
     assert says in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("sections", "says"),
+    [
+        (
+            ('[axis.temperature]\nkind = "cia404"\nnode_id = 1\n',),
+            "node 1 is one device, and the drive and temperature both claim it",
+        ),
+        (
+            (
+                '[release]\nkind = "can-input"\nnode_id = 31\n',
+                '[axis.temperature]\nkind = "cia404"\nnode_id = 31\n',
+            ),
+            "node 31 is one device",
+        ),
+        (
+            (
+                '[release]\nkind = "modbus"\nrtu = "/dev/ttyS1"\n',
+                '[axis.temperature]\nkind = "adam"\nport = "/dev/ttyS1"\n',
+            ),
+            "the serial port /dev/ttyS1 has one owner, and temperature and release both want it",
+        ),
+    ],
+)
+def test_two_devices_in_one_place_are_refused(sections: tuple[str, ...], says: str) -> None:
+    with pytest.raises(InputError, match="mistake") as caught:
+        parse_cell(with_sections(*sections))
+    assert says in str(caught.value)
+
+
 def test_two_sources_of_one_temperature_are_refused() -> None:
     mapped = 'gearbox_temperature = { object = "0x2100:01", degc_per_count = 0.1 }\n'
     text = EXAMPLE.replace("[axis.limits]", f"{mapped}\n[axis.limits]")
