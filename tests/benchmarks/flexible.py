@@ -1,15 +1,18 @@
 """Speed, starts, coverage and validation of the flexible joint: ``-m tests.benchmarks.flexible``.
 
-The simulation stands beside scipy's solve_ivp in the same run; coverage is over seeds of noise.
+The simulation stands beside scipy's solve_ivp in the same run; coverage is over seeds of noise and
+motion. ``--keep FOLDER`` writes every seed down when it is done, and goes on from there.
 """
 
 from __future__ import annotations
 
+import argparse
+import json
 import math
 import statistics
-import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -19,23 +22,30 @@ from agent.identify.flexible.result import FlexibleFit
 from agent.identify.flexible.simulation import FlexibleJoint, simulate, state_space
 from agent.identify.flexible.validation import validate
 from agent.identify.result import Floats
-from tests.science.flexible_chain import (
-    DEFAULT_COUNTS,
-    NOISE_NM,
-    SAMPLE_S,
-    STRIBECK,
-    THREE,
-    TWO,
-    Robot,
-    Run,
-    run,
-)
+from tests.science.flexible_bound import bound
+from tests.science.flexible_chain import DEFAULT_COUNTS, STRIBECK, THREE, Robot, run
 from tests.science.flexible_plant import PLAIN, drive, stair, there_and_back, triangle_wave
 
 RATE_HZ = 4000.0
 STAIR_S = 40.0
-SEEDS = 100
-FEWER = 4  # times fewer seeds for what takes longer
+PEAK_RAD_S, PEAK_SPREAD = 60.0, 1.0
+_ALONE = Options(starts=1)
+CASES: dict[str, tuple[Robot, Options, int]] = {
+    "two masses": (Robot(), _ALONE, 1),
+    "three masses": (Robot(dict(THREE)), Options(kind="three-mass", starts=1), 2),
+    "a stiffening spring": (
+        Robot().with_(cubic_spring_nm_per_rad3=200.0),
+        Options(starts=1, cubic=True),
+        2,
+    ),
+    "Stribeck friction not asked for": (Robot().with_(**STRIBECK), _ALONE, 8),
+    "slight Stribeck friction not asked for": (
+        Robot().with_(**STRIBECK | {"static_extra_nm": 0.03}),
+        _ALONE,
+        8,
+    ),
+}
+"""Robot, how to fit, and how many times fewer seeds it gets."""
 
 
 def seconds(work: Callable[[], object]) -> float:
@@ -80,91 +90,57 @@ def starts() -> FlexibleFit:
     return fit
 
 
-def bound(recorded: Run, robot: Robot, counts: int) -> dict[str, float]:
-    """Return the Cramer-Rao bound of standard errors, noise of torque and of encoder in it.
+def one_seed(robot: Robot, options: Options, seed: int) -> dict[str, list[float]]:
+    """Return value and 95 % interval of every parameter that one seed's recording gives.
 
-    An error of the position is one of the torque that the motion needs: the noise is coloured,
-    ``S(w) = s_torque^2 + |F(w)|^2 s_position^2`` with ``F = s^2 (Jm + Ja M(s)) + fv s`` and the
-    steps of the encoder as white noise of variance ``step^2/12``. Every moving sample counts,
-    reversals too; offset and delay are unknown. The arm behind the motor's prescribed motion is
-    simulated, and its torque differenced by every parameter.
+    A seed is noise of the torque and another motion, whose peak differs by some percent. The start
+    alone would not do: the velocity loop's integral draws the motor to the same fraction of a count
+    wherever it began, so that one and the same error of the encoder would stand in every recording,
+    and look like a bias.
     """
-    from scipy.signal import lsim
-
-    names = [*robot.values, "torque_offset_nm", "torque_delay_s"]
-    truth, position = robot.truth, recorded.position_rad - recorded.position_rad[0]
-    speed = np.gradient(position, SAMPLE_S)
-    acceleration = np.gradient(speed, SAMPLE_S)
-
-    def torque(values: dict[str, float]) -> Floats:
-        k, d = values["spring_nm_per_rad"], values["damper_nm_s_per_rad"]
-        per_arm = 1.0 / values["arm_inertia_kg_m2"]
-        # Twist and its rate; input: the motor's acceleration.
-        a = np.array([[0.0, 1.0], [-k * per_arm, -d * per_arm]])
-        b, c = np.array([[0.0], [1.0]]), np.array([[k, d]])
-        shaft = lsim((a, b, c, [[0.0]]), acceleration, recorded.time_s)[1]
-        moved = values["motor_inertia_kg_m2"] * acceleration + shaft
-        moved += values["coulomb_nm"] * np.sign(speed) + values["viscous_nm_s_per_rad"] * speed
-        late = values["torque_delay_s"] * np.gradient(moved, SAMPLE_S)
-        return np.asarray(moved - late + values["torque_offset_nm"], dtype=np.float64)
-
-    moving = np.abs(speed) > 0.5
-    columns = []
-    for name in names:
-        step = 1e-4 * (abs(truth[name]) or 1.0)
-        ahead = torque(truth | {name: truth[name] + step})
-        change = ahead - torque(truth | {name: truth[name] - step})
-        columns.append(np.where(moving, change, 0.0) / (2.0 * step))
-    lines = np.fft.fft(np.stack(columns, axis=-1), axis=0, norm="ortho")
-    jacobian = lines / np.sqrt(_noise_power(truth, position.size, counts))[:, np.newaxis]
-    size = np.linalg.norm(jacobian, axis=0)
-    inverse = np.linalg.inv(((jacobian / size).conj().T @ (jacobian / size)).real)
-    errors = np.sqrt(np.diag(inverse)) / size
-    return dict(zip(names, errors.tolist(), strict=True))
+    peak = PEAK_RAD_S + np.random.default_rng(seed).uniform(-PEAK_SPREAD, PEAK_SPREAD)
+    recorded = run(triangle_wave(6, peak_rad_s=peak), robot=robot)
+    fit = fit_flexible([recorded.measured(seed + 1)], options)
+    return {name: [p.value, *p.ci95] for name, p in fit.parameters.items() if p.ci95 is not None}
 
 
-def _noise_power(truth: dict[str, float], samples: int, counts: int) -> Floats:
-    """Return the power of the noise in the torque balance at every line, (N m)^2."""
-    s = 2j * np.pi * np.abs(np.fft.fftfreq(samples, SAMPLE_S))
-    k, d = truth["spring_nm_per_rad"], truth["damper_nm_s_per_rad"]
-    arm, motor = truth["arm_inertia_kg_m2"], truth["motor_inertia_kg_m2"]
-    carried = arm * (d * s + k) / (arm * s * s + d * s + k)
-    stiffness = s * s * (motor + carried) + truth["viscous_nm_s_per_rad"] * s
-    step = 2.0 * math.pi / counts / math.sqrt(12.0)
-    return np.asarray(NOISE_NM**2 + np.abs(stiffness * step) ** 2, dtype=np.float64)
+def campaign(title: str, seeds: int, keep: Path | None) -> None:
+    """Print one robot's table; seeds that `keep` already holds are not run again."""
+    robot, options, asked = CASES[title]
+    path = None if keep is None else keep / f"{title.replace(' ', '-')}.jsonl"
+    done: list[dict[str, list[float]]] = []
+    if path is not None and path.exists():
+        done = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    for seed in range(len(done), max(seeds // asked, 1)):
+        done.append(one_seed(robot, options, seed))
+        if path is not None:
+            with path.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(done[-1]) + "\n")
+    table(title, robot, done)
 
 
-def coverage(title: str, robot: Robot, options: Options, seeds: int) -> None:
+def table(title: str, robot: Robot, done: Sequence[dict[str, list[float]]]) -> None:
     """Print coverage of the 95 % intervals, errors over the bound, and bias; 2^16 counts a turn.
 
     Where a parameter is not identified there is no interval: it counts in neither column, and is
     counted in the last.
     """
-    truth = robot.truth
+    truth, seeds = robot.truth, len(done)
+    lacking = STRIBECK.keys() & robot.values.keys()
     least: dict[str, float] = {}
-    if robot.values.keys() == TWO.keys():
-        least = bound(run(triangle_wave(6), counts=1 << 22), robot, DEFAULT_COUNTS)
-    inside = dict.fromkeys(truth, 0)
-    errors: dict[str, list[float]] = {name: [] for name in truth}
-    for seed in range(seeds):
-        rng = np.random.default_rng(seed)
-        recorded = run(triangle_wave(6), robot=robot, start_rad=0.01 * rng.uniform())
-        fit = fit_flexible([recorded.measured(seed + 1)], options)
-        for name, value in truth.items():
-            parameter = fit.parameters.get(name)
-            if parameter is None or parameter.ci95 is None:
-                continue
-            inside[name] += parameter.ci95[0] <= value <= parameter.ci95[1]
-            errors[name].append(parameter.value - value)
+    if not lacking:
+        least = bound(run(triangle_wave(6), robot=robot, counts=1 << 22), robot, DEFAULT_COUNTS)
     print(f"{title}: {seeds} seeds{'coverage':>24}{'rmse/bound':>12}{'bias/sd':>9}{'none':>6}")
-    for name, found in errors.items():
+    for name, value in truth.items():
+        found = [fit[name] for fit in done if name in fit]
         if not found:
             print(f"  {name:<34}{'':>38}{seeds:>6}")
             continue
-        rmse = math.sqrt(statistics.fmean(e * e for e in found))
+        errors = [estimate - value for estimate, _, _ in found]
+        rmse = math.sqrt(statistics.fmean(e * e for e in errors))
         ratio = f"{rmse / least[name]:.2f}" if name in least else ""
-        bias = statistics.fmean(found) / (statistics.pstdev(found) or math.inf)
-        share = 100.0 * inside[name] / len(found)
+        bias = statistics.fmean(errors) / (statistics.pstdev(errors) or math.inf)
+        share = 100.0 * statistics.fmean(low <= value <= high for _, low, high in found)
         print(f"  {name:<34}{share:>10.1f} %{ratio:>12}{bias:>9.2f}{seeds - len(found):>6}")
 
 
@@ -187,19 +163,19 @@ def validation(fit: FlexibleFit) -> None:
 
 
 def main() -> None:
-    """Print the tables; the first argument is the number of seeds."""
-    simulation()
-    validation(starts())
-    seeds = int(sys.argv[1]) if len(sys.argv) > 1 else SEEDS
-    alone = Options(starts=1)
-    coverage("two masses", Robot(), alone, seeds)
-    fewer = max(seeds // FEWER, 1)
-    stiff = Robot().with_(cubic_spring_nm_per_rad3=200.0)
-    coverage("a stiffening spring", stiff, Options(starts=1, cubic=True), fewer)
-    coverage("Stribeck friction, not asked for", Robot().with_(**STRIBECK), alone, fewer)
-    slight = Robot().with_(**STRIBECK | {"static_extra_nm": 0.03})
-    coverage("slight Stribeck friction, not asked for", slight, alone, fewer)
-    coverage("three masses", Robot(dict(THREE)), Options(kind="three-mass", starts=1), fewer)
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=200, help="of two masses; others have fewer")
+    parser.add_argument("--keep", type=Path, help="folder of seeds done, to go on from")
+    parser.add_argument("--only", choices=CASES, help="one campaign alone")
+    arguments = parser.parse_args()
+    if arguments.keep is not None:
+        arguments.keep.mkdir(parents=True, exist_ok=True)
+    if arguments.only is None:
+        simulation()
+        validation(starts())
+    for title in CASES if arguments.only is None else [arguments.only]:
+        campaign(title, arguments.seeds, arguments.keep)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,6 @@
-"""Noise in the measured motion pulls inertias low; by how much is known, and is undone.
+"""What measuring noise does: it scatters the parameters, and in the motion it pulls them.
+
+Noise in the measured motion pulls inertias low; by how much is known, and is undone.
 
 The regressors are the measured acceleration and what the chain makes of it. Noise of variance s^2
 in the measured channel adds, on the average, ``E(p) = n int |(Jm + M(w)) w^m H(w)|^2 s^2`` to the
@@ -14,7 +16,12 @@ from dataclasses import replace
 import numpy as np
 
 from agent.identify.flexible.chain import apparent_inertia, chain_of
-from agent.identify.flexible.preparation import Prepared, motion_noise, motion_order
+from agent.identify.flexible.preparation import (
+    Prepared,
+    motion_noise,
+    motion_order,
+    torque_noise_nm,
+)
 from agent.identify.flexible.projection import Point, Problem, slopes
 from agent.identify.lowpass import ORDER
 from agent.identify.result import Floats
@@ -74,6 +81,51 @@ def _energy(problem: Problem, noises: list[float], values: Floats, size: int) ->
         power = np.abs(inertia * omega ** motion_order(p.track) * _filter(p, omega)) ** 2
         total += int(p.usable.sum()) * noise**2 * float(power.mean())
     return total
+
+
+def covariance_of(problem: Problem, point: Point, rows: Floats) -> Floats:
+    """Return the covariance that the measuring noise gives to linear functions of the torque.
+
+    ``sum_w S(w) conj(I(w)) I(w)^T`` with the functions' transforms I and the noise's spectrum in
+    the torque balance, ``S = |H|^2 (s_torque^2 + |(Jm + M) w^m|^2 s_motion^2)``.
+
+    Parameters
+    ----------
+    problem : Problem
+        With a chain.
+    point : Point
+        Its minimum.
+    rows : ndarray, shape (p, n)
+        What every row that counts does to each function.
+
+    Returns
+    -------
+    ndarray, shape (p, p)
+    """
+    out, begin = np.zeros((rows.shape[0], rows.shape[0])), 0
+    for p in problem.stretches:
+        count, end = p.usable.shape[0], begin + int(p.usable.sum())
+        spread = np.zeros((rows.shape[0], count))
+        spread[:, p.usable] = rows[:, begin:end]
+        lines = np.fft.rfft(spread, n=2 * count, axis=1)
+        power = _noise_power(problem, point, p)
+        power[1:-1] *= 2.0  # the negative frequencies, too
+        out += ((lines * power) @ lines.conj().T).real / (2.0 * count)
+        begin = end
+    return out
+
+
+def _noise_power(problem: Problem, point: Point, p: Prepared) -> Floats:
+    """Return the spectrum of the measuring noise in one stretch's torque balance, shape (n + 1,).
+
+    At the frequencies of twice the n thinned samples, (N m)^2.
+    """
+    omega = 2.0 * np.pi * np.fft.rfftfreq(2 * p.usable.shape[0], p.period_s).astype(np.float64)
+    chain = chain_of(point.search[: problem.shape_size])
+    inertia = point.linear[0] + point.linear[1] * apparent_inertia(chain, omega)
+    motion = np.abs(inertia * omega ** motion_order(p.track)) * motion_noise(p.track)
+    power = (torque_noise_nm(p.track) ** 2 + motion**2) * _filter(p, omega) ** 2
+    return np.asarray(power / p.stride, dtype=np.float64)
 
 
 def _filter(p: Prepared, omega_rad_s: Floats) -> Floats:

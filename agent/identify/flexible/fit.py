@@ -31,6 +31,7 @@ from agent.identify.flexible.preparation import (
 )
 from agent.identify.flexible.projection import Problem, evaluate
 from agent.identify.flexible.result import FlexibleFit, joint_of
+from agent.identify.flexible.reversals import through_reversals
 from agent.identify.flexible.rivals import lack_of
 from agent.identify.flexible.search import lowest_minimum
 from agent.identify.flexible.starts import rigid_minimum, starts_of
@@ -200,19 +201,21 @@ def _fitted(
     reasons = hardly_excited(best, rigid, lack)
     if reasons:
         return refused(options, reasons)
+    count, left_nm2 = best.residual.shape[0], best.cost
+    scatter = float(np.linalg.norm(problem.target - problem.target.mean()))
+    if not lack.rivals:
+        problem, best = through_reversals(problem, best, found.bounds)
     best = without_motion_noise(problem, best)
     parameters, condition = parameters_of(problem, best, found.bounds, lack)
-    count = best.residual.shape[0]
-    scatter = float(np.linalg.norm(problem.target - problem.target.mean()))
     return FlexibleFit(
         options.kind,
         options.friction,
         True,
         (),
         parameters,
-        rmse_nm=math.sqrt(best.cost / count),
+        rmse_nm=math.sqrt(left_nm2 / count),
         rigid_rmse_nm=math.sqrt(rigid.cost / count),
-        fit_percent=100.0 * (1.0 - math.sqrt(best.cost) / scatter),
+        fit_percent=100.0 * (1.0 - math.sqrt(left_nm2) / scatter),
         rigid_fit_percent=100.0 * (1.0 - math.sqrt(rigid.cost) / scatter),
         condition_number=condition,
         cutoff_hz=cutoff_hz,

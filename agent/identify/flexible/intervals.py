@@ -2,7 +2,10 @@
 
 The prediction-error Jacobian has the linear columns and the slopes of the searched parameters. Its
 covariance comes from leaving out whole blocks of time, so that coloured residuals widen it, and
-Student's quantile from how few blocks carry a parameter.
+Student's quantile from how few blocks carry a parameter. Blocks shorter than the chain swings
+cannot see how long noise of the motion is remembered, which the chain itself colours: its peaks are
+the antiresonances. That noise is known, and so is what it does (`covariance_of`); intervals are
+never narrower than it allows.
 Physical parameters follow to first order; those that cannot be negative in the logarithm, so that
 their intervals stay above zero.
 """
@@ -15,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.identify.flexible.attenuation import covariance_of
 from agent.identify.flexible.chain import chain_of
 from agent.identify.flexible.descent import Bounds
 from agent.identify.flexible.projection import CUBIC, Point, Problem, slopes
@@ -92,7 +96,12 @@ def parameters_of(
     influence[there] = np.linalg.pinv(jacobian[:, there] / norms[there]) / norms[there, np.newaxis]
     # Free motions are nobody's parameters: named ones and the search remain.
     index = np.r_[0:named, size - problem.search_size : size]
-    spread = _Spread(covariance[np.ix_(index, index)], influence[index], blocks)
+    spread = _Spread(
+        covariance[np.ix_(index, index)],
+        influence[index],
+        blocks,
+        covariance_of(problem, point, influence[index]),
+    )
     plain = frozenset(r.effect for r in lack.rivals if r.share > PLAIN)
     bias = _Bias(lack.shift[index], plain)
     return _with_intervals(problem, point, bounds, spread, bias), condition
@@ -110,12 +119,14 @@ def _blocks(residual: Floats) -> NDArray[np.int64]:
 class _Spread:
     """How parameters scatter: named linear ones, then the search.
 
-    `influence`, shape (p, n), is what every row's residual does to them.
+    `influence`, shape (p, n), is what every row's residual does to them; `known` the covariance
+    that the measuring noise alone gives.
     """
 
     covariance: Floats
     influence: Floats
     blocks: NDArray[np.int64]
+    known: Floats
 
     def of(self, gradient: Floats) -> tuple[float, float]:
         """Return the standard error of a function of the parameters, and Student's quantile.
@@ -128,7 +139,11 @@ class _Spread:
         shares = np.bincount(self.blocks, (gradient @ self.influence) ** 2)
         total = float(shares.sum())
         dof = total**2 / float(shares @ shares) if total > 0.0 else 1.0
-        return math.sqrt(max(variance, 0.0)), student_975(dof)
+        quantile, certain = student_975(dof), student_975(math.inf)
+        known = float(gradient @ self.known @ gradient)
+        if variance * quantile**2 < known * certain**2:
+            return math.sqrt(known), certain
+        return math.sqrt(max(variance, 0.0)), quantile
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.identify.flexible.direction import HIGHEST, direction_of, near
 from agent.identify.lowpass import lowpass
 from agent.identify.result import Floats
 from agent.identify.sampling import find_stretches
@@ -23,10 +24,7 @@ from agent.physics.rigid_body import gravity_columns
 Complexes = NDArray[np.complex128]
 
 _NOISE_SHARE = 0.001  # of the acceleration's energy: biases the motor's inertia low by as much
-_HIGHEST = 0.2  # cutoff, of the sampling rate
 _THIN = 5.0  # samples kept in a period of the cutoff
-_SIGN_SIGMAS = 4.0
-_REVERSAL_PERIODS = 2.0  # of the cutoff, to either side of a reversal or standstill
 _EDGE_PERIODS = 1.0  # of the cutoff: at its ends the filter sees its own extension
 _SHORTEST_PERIODS = 20.0
 _TAPS = 8  # of the interpolation that undoes a delay
@@ -69,6 +67,12 @@ class Prepared:
         False about standstill and reversals, where no static law knows friction, and at the ends.
     direction : ndarray, shape (full n,)
         Sign of the track's velocity; between -1 and 1 in the very sample of a reversal.
+    moving : ndarray of bool
+        Like `usable`, but true about reversals that do not rest.
+    reversal : ndarray of int, shape (r,)
+        Samples of the track in which the motor turns back without a rest.
+    blows : ndarray, shape (b, n)
+        Torques of unknown size beside the model's: see `through_reversals`.
     """
 
     period_s: float
@@ -81,11 +85,26 @@ class Prepared:
     stride: int
     usable: NDArray[np.bool_]
     direction: Floats
+    moving: NDArray[np.bool_]
+    reversal: NDArray[np.int64]
+    blows: Floats
 
     @property
     def time_s(self) -> Floats:
         """Return the time from the stretch's beginning."""
         return np.asarray(np.arange(self.torque_nm.shape[0]) * self.period_s, dtype=np.float64)
+
+    def through_reversals(self) -> Prepared:
+        """Return the stretch with its reversals in.
+
+        When exactly the motor turned back is known no better than the samples say: friction's jump
+        of two Coulomb levels, half a millisecond late, leaves several times the torque's noise. In
+        the samples of a reversal the torque is therefore left unknown, each of them a blow that
+        passes the filter; all others count.
+        """
+        blows = np.zeros((self.reversal.shape[0], self.direction.shape[0]))
+        blows[np.arange(self.reversal.shape[0]), self.reversal] = 1.0
+        return replace(self, usable=self.moving, blows=self.thinned(self.filtered(blows)))
 
     def filtered(self, rows: Floats) -> Floats:
         """Return rows of the track's samples filtered, not thinned, shape (c, full n)."""
@@ -172,7 +191,7 @@ def quietest_cutoff_hz(tracks: Sequence[Track]) -> float:
     The highest frequency up to which noise of the measured channel makes less than 0.1 % of the
     acceleration's energy, and at most a fifth of the sampling rate.
     """
-    lowest = min(_HIGHEST / track.period_s for track in tracks)
+    lowest = min(HIGHEST / track.period_s for track in tracks)
     for track in tracks:
         frequency, power, shape = _acceleration_spectrum(track)
         noise = np.cumsum(_floor(power, shape) * shape)
@@ -257,7 +276,7 @@ def prepare(track: Track, cutoff_hz: float) -> Prepared | None:
     n = track.torque_nm.shape[0]
     if n * track.period_s * cutoff_hz < _SHORTEST_PERIODS:
         return None
-    direction, unsure = _direction(track, cutoff_hz)
+    direction, unsure, turned = direction_of(track.velocity_rad_s, track.period_s, cutoff_hz)
     stride = max(int(1.0 / (_THIN * cutoff_hz * track.period_s)), 1)
     angle = (
         np.zeros((2, n))
@@ -270,8 +289,10 @@ def prepare(track: Track, cutoff_hz: float) -> Prepared | None:
     period_s = stride * track.period_s
     omega = 2.0 * np.pi * np.fft.rfftfreq(acceleration.shape[0], period_s).astype(np.float64)
     edge = int(np.ceil(_EDGE_PERIODS / (cutoff_hz * period_s)))
-    usable = ~unsure[::stride]
-    usable[:edge] = usable[-edge:] = False
+    usable, moving = (
+        ~near(rests, track.period_s, cutoff_hz)[::stride] for rests in (unsure, unsure & ~turned)
+    )
+    usable[:edge] = usable[-edge:] = moving[:edge] = moving[-edge:] = False
     return Prepared(
         period_s,
         torque,
@@ -283,6 +304,9 @@ def prepare(track: Track, cutoff_hz: float) -> Prepared | None:
         stride,
         usable,
         direction,
+        moving,
+        np.flatnonzero(turned),
+        np.zeros((0, torque.shape[0])),
     )
 
 
@@ -296,27 +320,3 @@ def _undone(track: Track, omega_rad_s: Floats) -> Floats:
     if track.position_rad is not None:
         return np.asarray(np.sinc(0.5 * turn) ** -2, dtype=np.float64)
     return np.asarray(1.0 / np.sinc(np.minimum(turn, 0.9)), dtype=np.float64)
-
-
-def _direction(track: Track, cutoff_hz: float) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return the mean sign of the velocity over every sample, and near what it is not sure."""
-    raw = track.velocity_rad_s
-    noise = float(np.median(np.abs(raw - lowpass(raw, track.period_s, _HIGHEST / track.period_s))))
-    noise /= 0.6745 * math.sqrt(1.0 - 2.0 * _HIGHEST)
-    fastest = float(np.max(np.abs(raw), initial=0.0))
-    # At a reversal friction jumps and the velocity has a kink, which every filter moves in time:
-    # none is used where the velocity is clean against what it changes by from sample to sample.
-    if _SIGN_SIGMAS * noise <= float(np.quantile(np.abs(np.diff(raw)), 0.75)):
-        smooth, threshold = raw, max(_SIGN_SIGMAS * noise, 1e-5 * fastest)
-    else:
-        smooth = lowpass(raw, track.period_s, 2.0 * cutoff_hz)
-        passed = math.sqrt(min(4.0 * cutoff_hz * track.period_s, 1.0))
-        threshold = max(_SIGN_SIGMAS * noise * passed, 1e-5 * fastest)
-    unsure = np.abs(smooth) <= threshold
-    unsure[1:] |= smooth[1:] * smooth[:-1] <= 0.0
-    # What a wrong moment of a reversal leaves, the filter spreads over its own memory.
-    reach = max(int(_REVERSAL_PERIODS / (cutoff_hz * track.period_s)), 1)
-    near = np.convolve(unsure, np.ones(2 * reach + 1), mode="same") > 0.5
-    # The mean sign over a sample's period keeps a crossing's time finer than the samples do.
-    slope = np.maximum(np.abs(np.gradient(smooth)), 1e-12 * fastest + 1e-300)
-    return np.clip(2.0 * smooth / slope, -1.0, 1.0), near

@@ -109,7 +109,7 @@ class Problem:
     @cached_property
     def target(self) -> Floats:
         """Return the torque to explain, shape (n,)."""
-        return np.concatenate([p.torque_nm for p in self.stretches])[self.keep]
+        return self.counted(np.concatenate([p.torque_nm for p in self.stretches]))
 
     @cached_property
     def _fixed_friction(self) -> tuple[Floats, ...] | None:
@@ -118,8 +118,27 @@ class Problem:
         return tuple(friction_columns(p, self.law, ()) for p in self.stretches)
 
     def columns(self, search: Floats) -> Floats:
-        """Return the columns at the rows that count."""
-        return self.all_columns(search)[self.keep]
+        """Return the columns at the rows that count, freed of blows."""
+        return self.counted(self.all_columns(search))
+
+    def counted(self, rows: Floats) -> Floats:
+        """Return of rows, shape (full n, ...), those that count, less what blows explain of them.
+
+        Blows of free size beside the columns are thereby solved for (Frisch & Waugh 1933).
+        """
+        ends = np.cumsum([p.torque_nm.shape[0] for p in self.stretches])
+        out = []
+        for p, basis, part in zip(
+            self.stretches, self.blow_bases, np.split(rows, ends[:-1]), strict=True
+        ):
+            kept = part[p.usable]
+            out.append(kept - basis @ (basis.T @ kept) if basis.size else kept)
+        return np.concatenate(out)
+
+    @cached_property
+    def blow_bases(self) -> tuple[Floats, ...]:
+        """Return an orthonormal basis of each stretch's blows at its rows that count."""
+        return tuple(np.linalg.qr(p.blows[:, p.usable].T)[0] for p in self.stretches)
 
     def all_columns(self, search: Floats) -> Floats:
         """Return the linear problem's columns: named ones, then the chain's free motions."""

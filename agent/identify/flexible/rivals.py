@@ -199,10 +199,10 @@ def _gravity(problem: Problem, point: Point) -> _Family:
 def _stiffening(problem: Problem, point: Point) -> _Family:
     shape = point.search[: problem.shape_size]
     cubes = zip(problem.stretches, cubes_of(problem, point), strict=True)
-    column = np.concatenate([cubic_column(p, cube, shape) for p, cube in cubes])[problem.keep]
+    column = problem.counted(np.concatenate([cubic_column(p, cube, shape) for p, cube in cubes]))
     return _Family("stiffening", np.array([math.nan]), column[:, np.newaxis], True)
 
 
 def _kept(problem: Problem, rows: Callable[[Prepared], Floats]) -> Floats:
     """Return columns, made as rows for every stretch, at the rows that count: shape (n, c)."""
-    return np.concatenate([rows(p) for p in problem.stretches], axis=1)[:, problem.keep].T
+    return problem.counted(np.concatenate([rows(p) for p in problem.stretches], axis=1).T)

@@ -94,7 +94,7 @@ def stiffening_torque(problem: Problem, point: Point, cubic: float) -> Floats:
         linear = _twist(p, torque, spring, damper, 0.0)
         more, rate = _swung(linear, p.period_s, chain, cubic)
         out.append(spring * more + damper * rate + cubic * (linear + more) ** 3)
-    return np.concatenate(out)[problem.keep]
+    return problem.counted(np.concatenate(out))
 
 
 def _swung(linear: Floats, period_s: float, chain: Chain, cubic: float) -> tuple[Floats, Floats]:
