@@ -126,7 +126,10 @@ def _flat_tops(table: Table) -> _Tops | None:
     limit = top
     for _ in range(_SHIFTS):
         # The noise's own peaks are above the limit: it lies where the samples are densest.
-        limit = float(np.median(finite[np.abs(finite - limit) <= near]))
+        close = finite[np.abs(finite - limit) <= near]
+        if not close.size:
+            return None
+        limit = float(np.median(close))
     flat = np.abs(smooth - limit) <= near
     lasting = _lasting(table, flat)
     spans = [span for span in lasting if _bend_nm(torque, span) <= _BENT * near]
