@@ -8,6 +8,7 @@ that over all of the presliding, alike at every turn that is made at the same pl
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from dataclasses import dataclass, replace
 
@@ -17,9 +18,9 @@ from agent.identify.result import Floats
 from agent.identify.reversals.data import Data, columns_of, common_columns
 from agent.identify.reversals.laws import ReversalLaw
 from agent.identify.reversals.turns import Motion, Track
+from agent.identify.uncertainty import student_975
 
 _INDEPENDENT = 0.5  # of the samples used: there are four to one period of the cutoff
-_UNLIKE = 0.05  # chance of reversals that are alike to be taken for unlike ones
 
 
 @dataclass(frozen=True)
@@ -142,12 +143,13 @@ def _impulse(track: Track) -> Floats:
     return impulse
 
 
-def combined(
+def half_interval(
     gradient: Floats, noise: tuple[Floats, float], turning: Floats, own: tuple[float, float]
-) -> tuple[float, float]:
-    """Return variance and degrees of freedom of a function with this gradient.
+) -> float:
+    """Return half of the 95 % interval of a function with this gradient.
 
-    Where the reversals differ by more than white noise explains, their own scatter counts.
+    The wider of two: what noise and the encoder explain, which is known well; and what the
+    reversals differ by, which holds whatever the reason is, but is known from a few of them.
 
     Parameters
     ----------
@@ -157,10 +159,7 @@ def combined(
     own : tuple of float
         Variance by leaving out each reversal, and its degrees of freedom.
     """
-    from scipy.special import fdtrc
-
     covariance, freedom = noise
-    variance = float(gradient @ covariance @ gradient)
-    if variance <= 0.0 or float(fdtrc(own[1], freedom, own[0] / variance)) < _UNLIKE:
-        variance, freedom = own
-    return variance + max(float(gradient @ turning @ gradient), 0.0), freedom
+    known = float(gradient @ (covariance + turning) @ gradient)
+    by_model = student_975(freedom) * math.sqrt(max(known, 0.0))
+    return max(by_model, student_975(max(own[1], 1.0)) * math.sqrt(own[0]))

@@ -20,16 +20,15 @@ from numpy.typing import NDArray
 from agent.identify.result import Floats
 from agent.identify.reversals.covariance import (
     Linear,
-    combined,
+    half_interval,
     noise_covariance,
     turn_covariance,
 )
 from agent.identify.reversals.data import Data, columns_of
 from agent.identify.reversals.laws import Range, ReversalLaw
-from agent.identify.uncertainty import student_975
 
 _ITERATIONS = 25
-_CONVERGED = 1e-7  # relative fall of the squared error
+_CONVERGED = 1e-6  # relative fall of the squared error: some hundredths of a deviation
 _REFINED = 2  # points of the grid that are refined
 _CHANCE = 1.2  # times the noise: what may be left without calling it misfit
 _AT_BOUND = 0.02  # in the logarithm
@@ -108,10 +107,9 @@ class Solution:
     def half_width(self, gradient: Floats) -> float:
         """Return half of the 95 % interval of a function with this gradient over `shifts`.
 
-        Shape parameters count by their logarithm. White noise's covariance serves where the
-        reversals do not differ by more; it is known better than what sixteen of them show. A law
-        that leaves more than the noise errs alike at all reversals, which leaving one out does not
-        show: its intervals grow with what it leaves.
+        Shape parameters count by their logarithm. A law that leaves more than the noise errs
+        alike at all reversals, which leaving one out does not show: its intervals grow with what
+        it leaves.
         """
         count = self.shifts.shape[0]
         variance = (count - 1.0) / count * float(np.sum((self.shifts @ gradient) ** 2))
@@ -119,9 +117,8 @@ class Solution:
         total = float(np.sum(each))
         if total <= 0.0:
             return math.inf
-        freedom = max(total**2 / float(np.sum(each**2)), 1.0)
-        variance, freedom = combined(gradient, self.noise, self.turning, (variance, freedom))
-        return self.misfit * student_975(max(freedom, 1.0)) * math.sqrt(variance)
+        own = variance, total**2 / float(np.sum(each**2))
+        return self.misfit * half_interval(gradient, self.noise, self.turning, own)
 
 
 def solve(law: ReversalLaw, data: Data, range_: Range) -> Solution:
@@ -183,8 +180,9 @@ def _refine(law: ReversalLaw, data: Data, x: Floats, bounds: Floats) -> tuple[fl
     weights, squares = _project(columns, data.torque_nm)
     damping = 1e-8
     for _ in range(_ITERATIONS if x.size else 0):
-        slopes = _slopes(law, data, x, weights)
-        jacobian = np.column_stack((slopes, columns))
+        ahead = [columns_of(law, data, x + step) for step in law.step * np.eye(x.size)]
+        slopes = [(other - columns) @ weights / law.step for other in ahead]
+        jacobian = np.column_stack((*slopes, columns))
         rest = data.torque_nm - columns @ weights
         gained = False
         while not gained and damping < 1e6:
