@@ -9,6 +9,7 @@ import numpy as np
 
 from agent.explain import proof, words
 from agent.explain.aliases import aliases
+from agent.explain.dynamic_curves import spectrum_around
 from agent.explain.evidence import effective_size
 from agent.explain.experiment import next_experiments
 from agent.explain.findings import OFFSET_OR_ASYMMETRY, findings_of
@@ -17,6 +18,7 @@ from agent.explain.materiality import CLOSE
 from agent.explain.model import fit_model
 from agent.explain.regions import row_seconds
 from agent.explain.result import (
+    Curve,
     Explanation,
     Fit,
     Floor,
@@ -224,6 +226,7 @@ def _explanation(
         aliases=aliases(found.library),
         twin=found.extended,
         traces=traces,
+        unexplained_curves=_spectra(found),
     )
 
 
@@ -283,6 +286,12 @@ def _left_where(found: Study) -> tuple[Region, ...]:
     axes = tuple(cell.axis for cell in found.left_cells if cell.counts)
     own = left_regions(library.scene, rows, left, found.noise_nm, size / rows.shape[0], axes)
     return (*lines, *own)
+
+
+def _spectra(found: Study) -> tuple[Curve, ...]:
+    """Return the spectra of the lines that are located."""
+    curves = (spectrum_around(line) for line in found.lines if line.matters)
+    return tuple(curve for curve in curves if curve is not None)
 
 
 def _moves(found: Study) -> tuple[Moved, ...]:

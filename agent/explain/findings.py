@@ -11,6 +11,7 @@ import numpy as np
 from agent.explain import words
 from agent.explain.aliases import told_apart_by
 from agent.explain.choice import Term
+from agent.explain.dynamic_curves import excerpt, over_frequency
 from agent.explain.evidence import effective_size
 from agent.explain.numbers import WrongNumber
 from agent.explain.quantities import as_in_twin
@@ -26,6 +27,7 @@ from agent.identify.result import Floats, Parameter
 from agent.numbers import parameter_unit
 from agent.physics.twin import Twin
 
+_SWINGS = {"joint-flexibility": over_frequency, "backlash": excerpt}  # no mean along an axis
 OFFSET_OR_ASYMMETRY = frozenset({"torque-offset", "direction-asymmetry"})
 _NUMBERS: Mapping[str, Mapping[str, str]] = {
     "inertia-error": {"inertia_kg_m2": "the inertia on the motor side"},
@@ -79,15 +81,18 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
     added = term.candidate.columns @ model.coefficients[model.slices()[index]] / weighing.weight
     size = effective_size(scene.table, weighing, model.residual_nm * weighing.weight)
     order = _order(scene, own)
-    curve = curve_of(
-        scene,
-        weighing.rows,
-        form.effect,
-        added,
-        model.residual_nm,
-        independent=size / len(weighing.rows),
-        order=order,
-    )
+    if form.effect in _SWINGS:
+        curve = _SWINGS[form.effect](scene, weighing.rows, added, model.residual_nm)
+    else:
+        curve = curve_of(
+            scene,
+            weighing.rows,
+            form.effect,
+            added,
+            model.residual_nm,
+            independent=size / len(weighing.rows),
+            order=order,
+        )
     where = regions_of(scene, weighing.rows, form.effect, form.name, added, own, order)
     parameters = as_in_twin(form, scene, own)
     scale = float(np.sqrt(np.mean(1.0 / weighing.weight**2)))

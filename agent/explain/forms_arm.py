@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from agent.explain.downhill import downhill
 from agent.explain.form import Form, Point, stack
 from agent.explain.hidden_arm import HiddenArm, inertia_of
 from agent.explain.load_changes import arm_shares
@@ -15,6 +16,7 @@ from agent.identify.result import Floats
 
 _ARM_REACHES = (3e-5, 3e-4)  # rad of the arm: how far its own friction gives way before it slips
 _WIDEST_ARM_GAP = 2e-3  # rad of the arm, half of a worn planetary gear's
+_RUBBING_TRIALS = 48
 _GAPS, _PLACES = 18, 2
 
 
@@ -33,12 +35,14 @@ def _rubbing_grid(scene: Scene) -> Sequence[Point]:
     highest = 1.5 * scene.table.cutoff_hz
     frequencies = log_grid(max(1.0, highest / 15.0), highest, 7)
     reaches = [arm * scene.table.gear_ratio for arm in _ARM_REACHES]
-    return tuple(
+    coarse = [
         (f, (0.06, 0.2)[(i + j + k) % 2], s, r)
         for i, f in enumerate(frequencies)
         for j, s in enumerate((0.4, 1.0))
         for k, r in enumerate(reaches)
-    )
+    ]
+    # A soft arm's resonance is narrower than the grid, and its four numbers hang together.
+    return (*coarse, *downhill(scene, _rubbing, coarse, _RUBBING_TRIALS))
 
 
 def _rubbing(scene: Scene, point: Point) -> Floats:

@@ -82,7 +82,6 @@ def line_regions(lines: Sequence[Line]) -> tuple[Region, ...]:
             "frequency_hz",
             line.frequency_hz - line.half_width_hz,
             line.frequency_hz + line.half_width_hz,
-            share=line.share,
         )
         for line in lines
         if line.matters

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,7 @@ from agent.identify.lowpass import lowpass
 from agent.identify.result import Floats
 
 _SHORTEST_S = 8.0  # stretches: a shorter one has lines as wide as anything else
+_SAME_BAND = 0.99  # of the widest: stretches in a narrower one are not compared with the others
 _LEAST_PERIODS = 8.0  # in a stretch: fewer are a trend
 _GUARD = 6  # bins to either side of a line that are the line's own
 _NEAR, _FAR = (
@@ -59,6 +60,9 @@ class Line:
         Of the greatest of as many frequencies as were looked at.
     in_band : bool
         Whether it lies in the band of the comparison.
+    spectrum : tuple of ndarray, optional
+        Frequencies around it, root mean square torque of a sine there, and that of its
+        neighbourhood, each shape (f,).
     """
 
     frequency_hz: float
@@ -67,6 +71,7 @@ class Line:
     share: float
     p_value: float
     in_band: bool
+    spectrum: tuple[Floats, Floats, Floats] | None = field(default=None, compare=False, repr=False)
 
     @property
     def matters(self) -> bool:
@@ -100,7 +105,13 @@ def lines_of(table: Table, left_nm: Floats) -> tuple[Line, ...]:
     left_nm : ndarray, shape (n,)
         What a model leaves at the table's rows.
     """
-    pieces = [p for p in table.pieces if _seconds(p) >= _SHORTEST_S and table.used[p.rows].any()]
+    pieces = [
+        piece
+        for piece in table.pieces
+        if _seconds(piece) >= _SHORTEST_S
+        and piece.cutoff_hz >= _SAME_BAND * table.cutoff_hz
+        and table.used[piece.rows].any()
+    ]
     if not pieces:
         return ()
     within = np.where(table.used, left_nm, 0.0)
@@ -201,7 +212,8 @@ def _lines(sought: _Sought, energy_nm2: float) -> list[Line]:
         hertz = float(spectra.hertz[best])
         share = min(energy / energy_nm2, 1.0)
         p = min(float(p_values[best]) * count, 1.0)
-        out.append(Line(hertz, width, energy, share, p, sought.in_band))
+        around = _around(spectra, hertz)
+        out.append(Line(hertz, width, energy, share, p, sought.in_band, around))
         reach = math.ceil(width / spectra.step_hz)
         free[max(best - reach, 0) : best + reach + 1] = False
     return out
@@ -261,6 +273,16 @@ def _at_other_speeds(sought: _Sought, hertz: float) -> bool:
         shown[near] = there[near] = 0.0
     left = float(there.sum())
     return left > 0.0 and float(shown.sum()) / left >= _AT_OTHER_SPEEDS * whole
+
+
+def _around(spectra: _Spectra, hertz: float) -> tuple[Floats, Floats, Floats]:
+    """Return the spectrum from half to twice a frequency: mean over the stretches, as torque."""
+    near = (spectra.hertz >= 0.5 * hertz) & (spectra.hertz <= 2.0 * hertz)
+    return (
+        spectra.hertz[near],
+        np.sqrt(np.mean(spectra.power[:, near], axis=0)),
+        np.sqrt(np.mean(_background(spectra)[:, near], axis=0)),
+    )
 
 
 def _extent(spectra: _Spectra, best: int) -> tuple[float, float]:

@@ -31,9 +31,11 @@ _FOLLOWS_SIGN = frozenset(
         "temperature-dependent-friction",
         "position-dependent-friction",
         "friction-drift",
+        "presliding-hysteresis",
     }
 )
 _LOCAL = frozenset({"stribeck", "presliding-hysteresis", "backlash", "local-fault"})
+_MOST_ENERGY, _SEEN = 0.95, 2.0  # an effect's energy; how far beyond that its curve is drawn
 _RESONANCE = (0.5, 2.0)  # times its frequency
 _HALF_ORDER = 0.5
 
@@ -116,6 +118,9 @@ def curve_of(
     sign = np.sign(scene.table.rows["velocity_rad_s"][rows])
     if not _follows_sign(effect, added_nm, sign):
         sign = np.ones(rows.shape[0])
+    if variable == "after_reversal_s":
+        near = values <= _SEEN * _fades_at(values, added_nm)
+        values, sign, added_nm, left_nm = (x[near] for x in (values, sign, added_nm, left_nm))
     edges = _edges(values, variable)
     index = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, edges.shape[0] - 2)
     count = np.bincount(index, minlength=edges.shape[0] - 1).astype(np.float64)
@@ -142,6 +147,14 @@ def curve_of(
         bin_nm=data,
         bin_ci_nm=_NORMAL * error,
     )
+
+
+def _fades_at(values: Floats, added_nm: Floats) -> float:
+    """Return the place along an axis up to which an effect has 95 % of its energy."""
+    order = np.argsort(values)
+    energy = np.cumsum(added_nm[order] ** 2)
+    end = int(np.searchsorted(energy, _MOST_ENERGY * float(energy[-1])))
+    return float(values[order][min(end, values.shape[0] - 1)])
 
 
 def _follows_sign(effect: str, added_nm: Floats, sign: Floats) -> bool:

@@ -68,6 +68,8 @@ class Explanation:
     unexplained_share : float
         Of the refitted residual's energy above the floor.
     unexplained_where : tuple of Region
+    unexplained_curves : tuple of Curve
+        Spectra of what swings at a frequency of its own.
     cells : tuple of Cell
         The deficiency map of the refitted twin.
     moved : tuple of Moved
@@ -106,6 +108,7 @@ class Explanation:
     aliases: tuple[tuple[str, ...], ...] = ()
     twin: Twin | None = None
     traces: tuple[Trace, ...] = ()
+    unexplained_curves: tuple[Curve, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return the `stribeck.explanation/1` document."""

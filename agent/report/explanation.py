@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from agent.explain.result import Explanation, Finding, NextExperiment
+from agent.explain.result import Explanation, NextExperiment
 from agent.numbers import units_unbroken
 from agent.record.atomic import publish
 from agent.report import explanation_errors as errors
@@ -19,6 +19,7 @@ from agent.report.explanation_pictures import (
     left_over_pictures,
     moved_picture,
     proof_picture,
+    spectrum_pictures,
     trace_pictures,
     unshaded,
 )
@@ -36,6 +37,7 @@ from agent.report.explanation_words import (
     verdict_words,
     what_to_do,
 )
+from agent.report.figure_explanation_curve import caption_of
 from agent.report.page import render
 
 
@@ -45,6 +47,7 @@ class FindingView:
 
     row: rows.FindingRow
     picture: Picture | None
+    caption: str
 
 
 @dataclass(frozen=True)
@@ -130,7 +133,7 @@ def explanation_page(
             if e != explanation.next_experiment
         ],
         tiles=errors.tiles(explanation) if decided else (),
-        findings=[_finding(f, explanation) for f in explanation.findings] if decided else [],
+        findings=_findings(explanation) if decided else [],
         errors=stages if decided else (),
         error_unit=unit,
         proof_picture=proof_picture(explanation) if decided else None,
@@ -141,6 +144,7 @@ def explanation_page(
         unexplained=unexplained_in_words(explanation),
         judged_on=errors.judged_on(explanation),
         unexplained_where=rows.places(explanation.unexplained_where, names),
+        spectra=spectrum_pictures(explanation) if decided else [],
         left_over=left_over_pictures(explanation) if decided else [],
         unshaded=unshaded(explanation) if decided else [],
         map=heat_map(explanation.cells) if decided else None,
@@ -155,8 +159,16 @@ def explanation_page(
     )
 
 
-def _finding(finding: Finding, explanation: Explanation) -> FindingView:
-    return FindingView(rows.finding_row(finding, explanation), finding_picture(finding))
+def _findings(explanation: Explanation) -> list[FindingView]:
+    """Return the findings; what a picture shows is said beside the first of its kind."""
+    out: list[FindingView] = []
+    for finding in explanation.findings:
+        caption = "" if finding.curve is None else caption_of(finding.curve)
+        if caption in [view.caption for view in out]:
+            caption = ""
+        row = rows.finding_row(finding, explanation)
+        out.append(FindingView(row, finding_picture(finding), caption))
+    return out
 
 
 def _next(experiment: NextExperiment | None, axis: str, file: str) -> NextView | None:

@@ -25,6 +25,7 @@ from agent.report.figure_explanation_left import (
 )
 from agent.report.figure_explanation_moved import figure_moved, moved_in_words
 from agent.report.figure_explanation_proof import error_rows, errors_in_words, figure_errors
+from agent.report.figure_explanation_spectrum import figure_spectrum, spectrum_in_words
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -76,13 +77,26 @@ def trace_pictures(explanation: Explanation) -> tuple[list[Picture], list[Pictur
     return pictures[:RECORDINGS_OPEN], pictures[RECORDINGS_OPEN:], undrawn
 
 
+def spectrum_pictures(explanation: Explanation) -> list[Picture]:
+    """Return the spectra of what swings at a frequency of its own."""
+    where = explanation.unexplained_where
+    return [
+        _picture(
+            figure_spectrum(curve, where),
+            figure_spectrum(curve, where, narrow=True),
+            spectrum_in_words(curve),
+        )
+        for curve in explanation.unexplained_curves
+    ]
+
+
 def left_over_pictures(explanation: Explanation) -> list[Picture]:
     """Return what is left along the axis of every region that has no explanation."""
     pictures = []
-    for name in dict.fromkeys(region.variable for region in explanation.unexplained_where):
+    where = explanation.unexplained_where
+    for name in dict.fromkeys(region.variable for region in where):
         left = left_over(_shown(explanation), name)
         if left is not None:
-            where = explanation.unexplained_where
             pictures.append(
                 _picture(
                     figure_left_over(left, where),

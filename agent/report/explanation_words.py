@@ -165,6 +165,8 @@ def variable(name: str) -> Variable:
     if name in _VARIABLES:
         return _VARIABLES[name]
     kind, _, order = name.partition(" ")
+    if order and kind == "frequency_hz":
+        return Variable(f"time at {order} Hz")
     if order and kind.startswith("order_per_") and kind in _VARIABLES:
         return Variable(f"order {order}{_VARIABLES[kind].label.removeprefix('order')}")
     label = parameter_label(name.replace("-", "_"))

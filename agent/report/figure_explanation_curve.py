@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _HEIGHT_IN, _NARROW_HEIGHT_IN = 2.5, 2.1
+_BREAK = 2.5  # times the usual step in time
 
 
 @styled
@@ -47,16 +48,18 @@ def figure_finding(curve: Curve, where: tuple[Region, ...] = (), *, narrow: bool
     """
     height = _NARROW_HEIGHT_IN if narrow else _HEIGHT_IN
     (axes,) = stacked([Panel(height, WITH_LABELS_IN)], narrow=narrow)
-    abscissa = variable(curve.variable)
+    abscissa = abscissa_of(curve)
     scale = scale_for("N m", [_largest_nm(curve)])
     axes.axhline(0.0, color=MUTED, lw=0.7)
     _law(axes, curve, abscissa, scale)
     _means(axes, curve, abscissa, scale)
+    _by_frequency(axes, curve)
     _shade(axes, curve, where, abscissa)
     if curve.variable == "recording":
         axes.set_xticks(np.unique(np.round(abscissa.shown(curve.bin_at))))
     axes.set_xlabel(abscissa.title)
-    axes.set_ylabel(f"torque that is missing, {scale.unit}")
+    kind = "rms torque" if curve.variable == "frequency_hz" else "torque"
+    axes.set_ylabel(f"{kind} that is missing, {scale.unit}")
     key_in_header(axes, columns=2)
     return figure_of(axes)
 
@@ -64,7 +67,7 @@ def figure_finding(curve: Curve, where: tuple[Region, ...] = (), *, narrow: bool
 def finding_in_words(curve: Curve) -> str:
     """Say in words what `figure_finding` shows, for those who do not see it."""
     scale = scale_for("N m", [_largest_nm(curve)])
-    abscissa = variable(curve.variable)
+    abscissa = abscissa_of(curve)
     finite = curve.line_nm[np.isfinite(curve.line_nm)] * scale.factor
     span = abscissa.shown(curve.at[np.isfinite(curve.at)])
     if not finite.size or not span.size:
@@ -79,12 +82,43 @@ def finding_in_words(curve: Curve) -> str:
     )
 
 
+def abscissa_of(curve: Curve) -> Variable:
+    """Return how a curve's axis is written: over the time it is the moment that shows most."""
+    if curve.variable == "time_s":
+        return Variable("time in the recording that shows it most", "s")
+    return variable(curve.variable)
+
+
+def caption_of(curve: Curve) -> str:
+    """Return what the points, the line and the shade of a finding's picture are."""
+    if curve.variable == "frequency_hz":
+        return (
+            "Points: root mean square of measured less simulated torque by bands of frequency, with"
+            " the rest of the model taken off; noise adds to them. Line: what the law found adds to"
+            " the simulation. Shaded: where the mismatch was located."
+        )
+    if curve.variable == "time_s":
+        return (
+            "The second in which the law found adds most. Points: measured less simulated torque,"
+            " with the rest of the model taken off. Line: what the law adds to the simulation;"
+            " pale: where the noise would leave 95 % of the points."
+        )
+    return (
+        "Points: measured less simulated torque, averaged over short stretches of this axis, with"
+        " the rest of the model taken off. Their bars are 95 % intervals. Line: what the law found"
+        " adds to the simulation; pale: its band. Shaded: where the mismatch was located."
+    )
+
+
 def broken_at_reversal(variable_name: str, at: Floats) -> NDArray[np.intp]:
     """Return where a line must be broken, as indices for `numpy.insert`.
 
-    A friction law jumps at zero velocity: a line through the jump would be a slope that no joint
-    has.
+    A recording has gaps, and a friction law jumps at zero velocity: a line through the jump would
+    be a slope that no joint has.
     """
+    if variable_name == "time_s" and at.size > 2:
+        # What was not compared, around a reversal, is not bridged.
+        return np.flatnonzero(np.diff(at) > _BREAK * np.median(np.diff(at))) + 1
     if variable_name != "velocity_rad_s":
         return np.empty(0, dtype=np.intp)
     return np.flatnonzero(np.sign(at[:-1]) * np.sign(at[1:]) < 0.0) + 1
@@ -108,6 +142,19 @@ def _means(axes: Axes, curve: Curve, abscissa: Variable, scale: Scale) -> None:
         fmt="o", ms=3.6, mew=0.0, color=INK, ecolor=INK, elinewidth=0.9, capsize=0.0, zorder=4,
         label="measured less simulated",
     )  # fmt: skip
+
+
+def _by_frequency(axes: Axes, curve: Curve) -> None:
+    """Lay out a spectrum: from zero up, frequencies by their logarithm, without a grid of tens."""
+    if curve.variable != "frequency_hz":
+        return
+    low, high = float(curve.at.min()), float(curve.at.max())
+    axes.set_xscale("log")
+    marks = [f for f in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100) if low <= f <= high]
+    axes.set_xticks(marks, [f"{mark:g}" for mark in marks])
+    axes.minorticks_off()
+    axes.set_xlim(low, high)
+    axes.set_ylim(bottom=0.0)
 
 
 def _shade(axes: Axes, curve: Curve, where: tuple[Region, ...], abscissa: Variable) -> None:

@@ -1,0 +1,67 @@
+"""From a coarse grid towards the point whose column the residual resembles most."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from agent.explain.scene import Scene
+from agent.identify.result import Floats
+
+Point = tuple[float, ...]
+
+_FIRST, _LAST = 0.5, 0.015  # of a number: the search's widest and its finest step
+
+
+def downhill(
+    scene: Scene, column: Callable[[Scene, Point], Floats], coarse: Sequence[Point], trials: int
+) -> tuple[Point, ...]:
+    """Return the best of some points and where a pattern search leads from there.
+
+    Every number is moved by the same share, up and down, for as long as that helps; then the share
+    is halved (Hooke and Jeeves, J. ACM 8 (1961) 212).
+
+    Parameters
+    ----------
+    scene : Scene
+    column : callable
+        (scene, point) to one full-rate column, shape (N, 1).
+    coarse : sequence of tuple of float
+        All above zero.
+    trials : int
+        How often a column may be computed beyond the coarse points.
+    """
+    rows = scene.table.used
+    base = scene.table.base[rows]
+    size = np.sqrt(np.mean(base**2, axis=0)) if base.size else np.zeros(0)
+    basis = np.linalg.qr(base[:, size > 1e-12] / size[size > 1e-12])[0]
+
+    def apart(values: Floats) -> Floats:
+        return np.asarray(values - basis @ (basis.T @ values))
+
+    target = apart(scene.residual_nm[rows])
+
+    def likeness(point: Point) -> float:
+        own = apart(scene.table.band(column(scene, point)[:, 0])[rows])
+        energy = float(own @ own)
+        along = float(own @ target)
+        return along**2 / energy if energy > 0.0 and along > 0.0 else 0.0
+
+    if not coarse or not rows.any():
+        return ()
+    scored = [(likeness(point), point) for point in coarse]
+    best, at = max(scored, key=lambda pair: pair[0])
+    step = _FIRST
+    while step >= _LAST and trials > 0:
+        moved = False
+        for index in range(len(at)):
+            for factor in (1.0 + step, 1.0 / (1.0 + step)):
+                trial = tuple(x * factor if i == index else x for i, x in enumerate(at))
+                trials -= 1
+                value = likeness(trial)
+                if value > best:
+                    best, at, moved = value, trial, True
+                    break
+        step = step if moved else 0.5 * step
+    return (at,)
