@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from agent.explain.arm_encoder import seen_by_the_arm
 from agent.explain.choice import Choice, choose
 from agent.explain.deficiency import deficiency_map
 from agent.explain.evidence import weigh
@@ -94,7 +95,7 @@ def study(twin: Twin, table: Table) -> Study:
     delta, refitted = refit(table)
     theta = np.array([getattr(twin, name) for name in BASE]) + delta
     scene = Scene(table, theta, np.where(table.used, refitted, 0.0), given=theta - delta)
-    forms, not_judged = judgeable(table, twin)
+    forms, not_judged = seen_by_the_arm(scene, *judgeable(table, twin))
     library = Library.of(scene, weigh(table, refitted), forms)
     lines = lines_of(table, refitted)
     cells = deficiency_map(library, lines=lines)

@@ -74,7 +74,7 @@ def _driven(j: Joint, command: Floats, every: int) -> Floats:
     held = j.gravity_sin * math.sin(q / GEAR) + j.gravity_cos * math.cos(q / GEAR)
     arm = q - held / j.stiffness - (math.copysign(j.half_gap, held) if held != 0.0 else 0.0)
     speed, dry, arm_dry, integral = 0.0, 0.0, 0.0, held
-    out = np.empty((command.shape[0] // every, 4))
+    out = np.empty((command.shape[0] // every, 5))
     for i in range(out.shape[0] * every):
         error = command[i, 1] + j.stiff_loop * (command[i, 0] - q) - v
         torque = j.loop * error + integral
@@ -85,6 +85,7 @@ def _driven(j: Joint, command: Floats, every: int) -> Floats:
         if i % every == 0:
             out[i // every, 0], out[i // every, 1] = q, v
             out[i // every, 2], out[i // every, 3] = torque, command[i, 1]
+            out[i // every, 4] = arm
         twist = q - arm
         open_ = abs(twist) - j.half_gap
         shaft = 0.0
@@ -112,13 +113,17 @@ def record(
     noise_nm: float = 0.01,
     hardest_rad_s2: float = 150.0,
     has_command: bool = True,
+    arm_late_s: float = math.nan,
 ) -> Run:
-    """Return one noisy recording; torque that is late by less than zero makes the motion late."""
+    """Return one noisy recording; torque that is late by less than zero makes the motion late.
+
+    With `arm_late_s` the arm has an encoder of its own, late by so much.
+    """
     command = moves(seed, duration_s, hardest_rad_s2=hardest_rad_s2)
     raw = _driven(joint, command, _PER_SAMPLE)
     rng = np.random.default_rng(seed + 1000)
     time = np.arange(raw.shape[0]) / RATE_HZ
-    position, velocity, torque, wanted = raw.T
+    position, velocity, torque, wanted, arm = raw.T
     late_s = max(-torque_late_s, 0.0)
     position, velocity = (np.interp(time - late_s, time, x) for x in (position, velocity))
     torque = np.interp(time - max(torque_late_s, 0.0), time, torque)
@@ -131,6 +136,10 @@ def record(
         "velocity_rad_s": velocity + 0.01 * rng.standard_normal(time.shape),
         "torque_nm": torque,
     }
+    if math.isfinite(arm_late_s):
+        # 2^22 counts a turn of the arm; wherever it was homed, it does not read the motor's angle.
+        seen = np.interp(time - arm_late_s, time, arm) / GEAR + 0.3
+        columns["position_arm_rad"] = 2.0 * np.pi / 2**22 * np.round(seen * 2**22 / (2.0 * np.pi))
     if has_command:
         columns["velocity_command_rad_s"] = wanted
     return Run.from_columns(columns, GEAR, name=f"run-{seed}", started_s=100.0 * seed)

@@ -1,0 +1,53 @@
+"""The arm's own encoder: a skew is no spring, and what it does not show is not named."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from agent.explain.arm_encoder import Twist, refuted, twist_of
+from agent.explain.scene import Scene, refit
+from agent.explain.table import BASE, tabulate
+from agent.physics.twin import Twin
+from tests.science.explain_plant import GEAR, Joint, record
+
+TWIN = Twin("plant", 1, GEAR, 0.006, 0.5, 0.004, 0.5, 0.2)
+STIFF = Joint(stiffness=4000.0, damping=0.8)
+SOFT = Joint(stiffness=25.0, damping=0.03)
+LOOSE = Joint(stiffness=4000.0, damping=0.8, half_gap=0.004)
+
+
+@cache
+def seen(joint: Joint, arm_late_s: float) -> tuple[Scene, Twist]:
+    runs = [record(joint, seed, duration_s=20.0, arm_late_s=arm_late_s) for seed in (1, 2)]
+    table = tabulate(TWIN, runs)
+    delta, left = refit(table)
+    theta = np.array([getattr(TWIN, name) for name in BASE]) + delta
+    scene = Scene(table, theta, np.where(table.used, left, 0.0))
+    twist = twist_of(scene)
+    assert twist is not None
+    return scene, twist
+
+
+@pytest.mark.parametrize("arm_late_s", [-0.003, 0.0, 0.004])
+def test_a_skew_between_the_encoders_is_measured_and_is_no_spring(arm_late_s: float) -> None:
+    scene, twist = seen(STIFF, arm_late_s)
+    low, high = twist.skew_s
+    assert low - 1e-4 <= arm_late_s <= high + 1e-4
+    assert "joint-flexibility" in refuted(scene, twist)
+
+
+@pytest.mark.parametrize("arm_late_s", [0.0, 0.004])
+def test_a_soft_gear_is_seen_beside_a_skew(arm_late_s: float) -> None:
+    scene, twist = seen(SOFT, arm_late_s)
+    assert np.mean(twist.swing_s2) == pytest.approx(SOFT.arm_inertia / SOFT.stiffness, rel=0.3)
+    assert "joint-flexibility" not in refuted(scene, twist)
+
+
+def test_lost_motion_is_seen_only_where_there_is_some() -> None:
+    assert "backlash" in refuted(*seen(STIFF, 0.0))
+    scene, twist = seen(LOOSE, 0.0)
+    assert twist.lost_rad > 0.5 * LOOSE.half_gap
+    assert "backlash" not in refuted(scene, twist)
