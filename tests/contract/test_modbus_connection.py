@@ -20,7 +20,7 @@ from fakes.modbus_server import Misbehaviour, crc16
 from tests.contract.modbus_rig import Line, line
 
 BUDGET_S = 0.1
-SLACK_S = 0.1
+SLACK_S = 0.5  # a loaded machine; a client that does not keep its deadline takes seconds
 
 MAP = """
 schema = "stribeck.registers/1"

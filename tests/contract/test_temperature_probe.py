@@ -38,7 +38,7 @@ from fakes.process import open_bus
 from fakes.serial_probe import FakeAdam
 from tests.contract.modbus_rig import pty_pair, served
 
-PERIOD_S, TIMEOUT_S = 0.02, 0.05
+PERIOD_S, TIMEOUT_S = 0.02, 0.3
 
 
 @dataclass

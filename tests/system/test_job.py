@@ -92,7 +92,7 @@ def bench(folder: Path, *, initial_arm_rad: float = 0.0) -> Iterator[Bench]:
         "kind": "modbus",
         "tcp": f"127.0.0.1:{server.port}",
         "alive_timeout_s": ALIVE_TIMEOUT_S,
-        "timeout_s": 0.03,
+        "timeout_s": 0.1,
         "gearbox_temperature": True,
     }
     clock = SteppedClock()

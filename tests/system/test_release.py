@@ -30,7 +30,7 @@ from tests.contract.modbus_rig import served
 from tests.system.rig import Rig, rig
 
 REST_RAD_S = 0.5
-IN_THE_STAIR_S = 6.0
+IN_THE_STAIR_S = 5.0
 AGE_MAX_S = 0.3
 STOPPED_WITHIN_S = 1.0
 """Hearing of it (0.3 s), braking from 80 rad/s at 500 rad/s2 (0.16 s), ringing (0.2 s), room."""
@@ -74,9 +74,10 @@ def cell(tmp_path: Path, kind: str) -> Iterator[Cell]:
             release = FakePlc()
             server = TcpServer(release.registers)
             stack.enter_context(served(server))
-            section = {"kind": "modbus", "tcp": f"127.0.0.1:{server.port}", "timeout_s": 0.05}
+            section = {"kind": "modbus", "tcp": f"127.0.0.1:{server.port}", "timeout_s": 0.2}
 
         def with_release(description: dict[str, Any]) -> None:
+            description["axis"][0]["stair"] |= {"duration_s": 6.0, "speeds": 3}
             description["release"] = {**section, "age_max_s": AGE_MAX_S, "wait_s": 1.0}
 
         bench = stack.enter_context(rig(tmp_path, edit=with_release))
@@ -143,7 +144,7 @@ def test_a_permit_that_goes_in_motion_brings_the_joint_to_rest(
             assert made.release.registers.get(3, 0, 3)[2] == 2  # told: ended with trouble
     assert "The joint is at rest (measured)." in caught.value.__notes__
     (path,) = tmp_path.glob("*.parquet")
-    assert read(path).columns["time_s"][-1] > 4.0
+    assert read(path).columns["time_s"][-1] > 3.0
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,8 @@ from tests.system.rig import Rig, rig
 
 REST_RAD_S = 0.5
 PERIOD_S, AGE_MAX_S = 0.25, 0.8
-IN_THE_STAIR_S = 6.0
+IN_THE_STAIR_S = 5.0
+SHORT = {"duration_s": 6.0, "speeds": 3}
 RAMP_K_PER_S = 0.5
 
 
@@ -60,13 +61,14 @@ def cell(tmp_path: Path) -> Iterator[Cell]:
     def beside_the_drive(description: dict[str, Any]) -> None:
         axis = description["axis"][0]
         del axis["drive"]["gearbox_temperature"]
+        axis["stair"] |= SHORT
         axis["temperature"] = {
             "kind": "modbus",
             "map": str(tmp_path / "transmitter.toml"),
             "register": "gearbox",
             "tcp": f"127.0.0.1:{server.port}",
             "period_s": PERIOD_S,
-            "timeout_s": 0.2,
+            "timeout_s": 0.5,
             "age_max_s": AGE_MAX_S,
         }
 
@@ -146,6 +148,7 @@ def test_a_temperature_node_on_the_drives_own_bus(tmp_path: Path) -> None:
     def beside_the_drive(description: dict[str, Any]) -> None:
         axis = description["axis"][0]
         del axis["drive"]["gearbox_temperature"]
+        axis["stair"] |= SHORT
         axis["temperature"] = {"kind": "cia404", "node_id": 21, "period_s": 0.2}
 
     with rig(tmp_path, edit=beside_the_drive) as bench:

@@ -23,14 +23,19 @@ def rtd_module(*channels: int) -> Registers:
     return registers
 
 
-def test_a_map_that_fits_is_said_to_fit_over_a_serial_line() -> None:
+def test_a_map_that_fits_is_said_to_fit_over_a_serial_line(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     registers = rtd_module(253, 254, 0x8000, 0x8000, 0x8000, 0x8000, 0)
     with pty_pair() as (descriptor, path), served(RtuServer(registers, descriptor)):
-        done = stribeck(
-            "verify-map", "modmux-pm6rtd", "--rtu", path, "--parity", "N", *FAST, "--json"
+        place = ["--rtu", path, "--parity", "N"]
+        monkeypatch.setattr(
+            sys, "argv", ["stribeck", "verify-map", "modmux-pm6rtd", *place, *FAST, "--json"]
         )
-    assert done.returncode == 0, done.stderr
-    document = json.loads(done.stdout)
+        with pytest.raises(SystemExit) as ended:
+            main()
+    assert not ended.value.code
+    document = json.loads(capsys.readouterr().out)
     assert document["plausible"]
     found = {r["register"]: r for r in document["registers"]}
     assert found["channel_1"]["value"] == pytest.approx(25.3)
