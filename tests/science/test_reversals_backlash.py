@@ -65,7 +65,7 @@ def test_a_soft_gear_without_a_gap_is_not_given_one() -> None:
 
 
 def test_from_the_motors_side_a_gap_is_found_where_it_stands_out() -> None:
-    found = identify_reversals([sampled(geared(GAP, TEETH), 1)])
+    found = identify_reversals([sampled(geared(GAP, TEETH), 1, sample_s=2e-3)])
     assert found.selected is not None
     assert found.selected.law == "backlash"
     gap = found.clearance.backlash_rad
@@ -76,7 +76,7 @@ def test_from_the_motors_side_a_gap_is_found_where_it_stands_out() -> None:
 
 
 def test_from_the_motors_side_a_soft_gear_is_not_called_a_gap() -> None:
-    found = identify_reversals([sampled(geared(0.0, 20.0), 2)])
+    found = identify_reversals([sampled(geared(0.0, 20.0), 2, sample_s=2e-3)])
     assert found.selected is not None
     assert found.selected.law == "wind-up"
     gap = found.clearance.backlash_rad
