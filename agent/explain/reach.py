@@ -7,10 +7,16 @@ Resources 50 (2015) 317). For the third, what is left over is given the library'
 one that helps unseen data most first, and the numbers are fitted again beside each (omitted
 variables; Belloni, Chernozhukov and Hansen, Rev. Econ. Stud. 81 (2014) 608): an interval reaches
 over the estimates of all these models.
+
+What no law of the library takes up bends the numbers as well, and there the residual is silent: it
+has nothing left along the model's own columns. But it has along the other laws' columns, and a
+column of the model's is no exception among them. The root mean square of what is left along all of
+those, noise included, is therefore the least standard deviation of what is missing along its own.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -69,13 +75,14 @@ def reach_of(
     size = np.sqrt(np.einsum("ij,ij->j", columns, columns))
     size = np.where(size > 0.0, size, 1.0)
     own = columns / size
-    rivals = _best_points(candidates, own, residual, named)
+    rivals, any_way = _other_laws(candidates, own, residual, named)
     stacked = np.concatenate([own, *(c.columns / _norm(c.columns) for c in rivals)], axis=1)
     part = moments(stacked, residual, weighing.starts)
     run = weighing.run[weighing.starts]
     width = own.shape[1]
     places = _places(width, rivals)
-    below, above = np.zeros(width), np.zeros(width)
+    above = any_way * np.sqrt(np.diag(np.linalg.pinv(own.T @ own, hermitian=True)))
+    below = -above
     chosen: list[int] = []
     while True:
         index = np.concatenate([np.arange(width), *(places[i] for i in chosen)]).astype(np.int64)
@@ -101,22 +108,36 @@ def _taken(part: Moments, index: NDArray[np.int64]) -> Moments:
     return Moments(part.gram[:, index][:, :, index], part.moment[:, index], part.square)
 
 
-def _best_points(
+def _other_laws(
     candidates: Sequence[Candidate], own: Floats, residual: Floats, named: frozenset[str]
-) -> list[Candidate]:
-    """Return the best point of every other law, as far as it removes anything."""
+) -> tuple[list[Candidate], float]:
+    """Return the best point of every other law, and how much may be left along any direction.
+
+    The latter is the root mean square over the laws (each over its points and columns) times
+    Student's quantile for as many laws.
+    """
     basis = basis_of(own)
     best: dict[tuple[str, str], tuple[float, Candidate]] = {}
+    along: dict[tuple[str, str], list[float]] = {}
     for candidate in candidates:
         form = candidate.form
         if form.effect in named or form.catch_all:
             continue
-        gain = gain_of(candidate, basis, residual)
         key = (form.effect, form.name)
+        beyond = candidate.columns - basis @ (basis.T @ candidate.columns)
+        unit = basis_of(beyond, like=candidate.columns)
+        if not unit.shape[1]:
+            continue
+        along.setdefault(key, []).append(float(np.mean((unit.T @ residual) ** 2)))
+        gain = gain_of(candidate, basis, residual)
         if gain > best.get(key, (0.0, None))[0]:
             best[key] = (gain, candidate)
     most = max((gain for gain, _ in best.values()), default=0.0)
-    return [c for gain, c in best.values() if gain > _WORTH * most]
+    found = [c for gain, c in best.values() if gain > _WORTH * most]
+    if not along:
+        return found, 0.0
+    square = float(np.mean([np.mean(squares) for squares in along.values()]))
+    return found, student_975(float(len(along))) * math.sqrt(square)
 
 
 def _next(

@@ -91,6 +91,7 @@ def test_what_the_raw_torque_drowns_gets_no_name() -> None:
 def test_a_number_bent_by_a_fit_to_raw_samples_is_recognised() -> None:
     """Velocity that shakes where the joint does not makes raw least squares find less inertia."""
     plain = record(stair(SPEEDS), lambda p, _: np.zeros(p.position_rad.shape), Conditions(), seed=4)
+    assert plain.signals.velocity_rad_s is not None
     shaken = 0.05 * np.random.default_rng(5).standard_normal(plain.signals.velocity_rad_s.shape)
     signals = replace(plain.signals, velocity_rad_s=plain.signals.velocity_rad_s + shaken)
     run = replace(plain, signals=signals)

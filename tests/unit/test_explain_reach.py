@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -89,6 +90,27 @@ def test_a_small_law_left_out_is_covered_where_the_library_has_it(
         others = (Candidate(SMALL, (), small[:, None]),) if known else ()
         hits.append(covered(column, target, 0.7, others)[0])
     assert least <= np.mean(hits) <= most
+
+
+def test_what_is_left_along_other_laws_is_missing_along_the_models_own() -> None:
+    """Many small laws, none of them the library's: they bend a number as they fill the others."""
+    rng = np.random.default_rng(6)
+    hits, alone = [], []
+    for _ in range(40):
+        waves = np.sin(np.outer(np.arange(COUNT), rng.uniform(0.005, 0.05, 12)))
+        unknown = waves @ rng.standard_normal(12)
+        column, *others = np.sin(
+            np.outer(np.arange(COUNT), rng.uniform(0.005, 0.05, 9)) + rng.uniform(0.0, 6.0, 9)
+        ).T
+        target = 0.7 * column + 0.1 * unknown + 0.05 * rng.standard_normal(COUNT)
+        laws = [
+            Candidate(replace(SMALL, name=f"{i}"), (), other[:, None])
+            for i, other in enumerate(others)
+        ]
+        hits.append(covered(column, target, 0.7, laws)[0])
+        alone.append(covered(column, target, 0.7)[0])
+    assert np.mean(hits) >= 0.9
+    assert np.mean(hits) > np.mean(alone)
 
 
 @settings(deadline=None, max_examples=10)
