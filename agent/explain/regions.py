@@ -21,7 +21,7 @@ from agent.identify.result import Floats, Parameter
 _BINS = 40
 _FEWEST = 5
 _VISIBLE = 0.2  # of a law's greatest torque: there it ends
-_FINE = 200
+_FINE, _BLUR = 200, 9  # narrow bins, and how many of them are seen as one
 _LEAST_SHARE = 0.02
 _NORMAL = 1.96
 _SIMULTANEOUS = 3.0  # standard errors: about 95 % over forty bins at once
@@ -232,7 +232,13 @@ def _where_visible(
     edges = _fine_edges(scene, variable, values)
     index = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, edges.shape[0] - 2)
     count = np.bincount(index, minlength=edges.shape[0] - 1)
-    mean = np.bincount(index, size, edges.shape[0] - 1) / np.maximum(count, 1)
+    total = np.asarray(np.bincount(index, size, edges.shape[0] - 1), dtype=np.float64)
+    if variable == "after_reversal_s":
+        # Reversals differ: what a few of them show at neighbouring times is one place.
+        total, spread = (np.convolve(x, np.ones(_BLUR), "same") for x in (total, count))
+        mean = total / np.maximum(spread, 1.0)
+    else:
+        mean = total / np.maximum(count, 1)
     there = np.flatnonzero(count)
     visible = mean[there] >= _VISIBLE * float(mean.max())
     energy = np.bincount(index, size**2, edges.shape[0] - 1)

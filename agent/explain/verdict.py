@@ -7,12 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from agent.explain.materiality import CLOSE
+from agent.explain.regions import AXIS
 from agent.explain.result import Finding, Verdict
 from agent.explain.study import Study
 
 _FAR = 1.25  # times the noise floor: something is missing, even where no axis shows it
 _MOST_LEFT = 0.30  # of the mismatch: with more left over, what was named explains too little
 _CELL_BETTER = 1.20
+_STILL_VARIES = 0.25  # of what is left, along the axis of the main finding
 
 OWN_NUMBERS = frozenset(
     {"inertia-error", "wrong-number", "gravity-imbalance", "torque-constant-error"}
@@ -42,11 +44,26 @@ def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> 
     plain, full = float(study.choice.plain.sum()), float(study.choice.full.sum())
     best_cell = max((cell.gain for cell in study.cells if cell.counts), default=0.0)
     outdone = best_cell * plain > _CELL_BETTER * (plain - full) and study.ratio > CLOSE
-    if missing and (left_share > _MOST_LEFT or outdone):
+    if missing and (left_share > _MOST_LEFT or outdone or _misshapen(study)):
         return "unexplained"
     if (missing or lined) and left_share > 0.5 * _MOST_LEFT:
         return "partly-explained"
     return "tied" if any(f.alternatives for f in findings) else "explained"
+
+
+def _misshapen(study: Study) -> bool:
+    """Return whether what is left varies most along the very axis that the main finding explains.
+
+    A law that leaves a curve along its own axis has the place, and not the shape: it is no name.
+    """
+    cells = [c for c in study.left_cells if c.counts and not c.axis.startswith("frequency_hz")]
+    main = max(study.choice.terms, key=lambda term: term.scored.screened)
+    return (
+        study.ratio > _FAR
+        and bool(cells)
+        and cells[0].gain > _STILL_VARIES
+        and cells[0].axis == AXIS[main.scored.form.effect]
+    )
 
 
 def left_share(study: Study) -> float:

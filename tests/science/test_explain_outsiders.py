@@ -1,0 +1,45 @@
+"""What is in no library: located, and called by no name."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from agent.explain.findings import findings_of
+from agent.explain.study import Study, study
+from agent.explain.table import tabulate
+from agent.explain.verdict import left_share, verdict_of
+from agent.identify.result import Floats
+from tests.science.explain_joint import TWIN, Conditions, Missing, record, stair
+from trajectories import SetPoints
+
+
+def churning(points: SetPoints, at: Conditions) -> Floats:
+    """Return friction that is higher in one band of speeds."""
+    del at
+    speed = np.abs(points.velocity_rad_s)
+    bell = np.exp(-(((speed - 35.0) / 9.0) ** 2))
+    return np.asarray(0.25 * bell * np.sign(points.velocity_rad_s))
+
+
+def humming(points: SetPoints, at: Conditions) -> Floats:
+    """Return mains in the torque, above the band of the comparison."""
+    del at
+    time = np.arange(points.velocity_rad_s.shape[0]) / 250.0
+    return np.asarray(0.03 * np.sin(2.0 * np.pi * 50.0 * time))
+
+
+def studied(missing: Missing) -> Study:
+    cycle = stair([4.0, 12.0, 25.0, 35.0, 48.0, 90.0])
+    return study(TWIN, tabulate(TWIN, [record(cycle, missing, Conditions(), 4)]))
+
+
+@pytest.mark.parametrize(
+    ("missing", "axis"), [(churning, "velocity_rad_s"), (humming, "frequency_hz 50")]
+)
+def test_what_no_law_carries_is_unexplained_and_located(missing: Missing, axis: str) -> None:
+    found = studied(missing)
+    findings = findings_of(found)
+    assert verdict_of(found, findings, left_share(found)) == "unexplained"
+    first = next(cell for cell in found.cells if cell.counts)
+    assert first.axis == axis
