@@ -32,7 +32,6 @@ BASE: tuple[str, ...] = rigid_body.PARAMETERS[:5]
 
 _MOST_ROWS = 30_000
 _ROWS_PER_CUTOFF = 3.0  # rows a second for every hertz of the band
-_ALIGNED_GAINS = 0.98  # of the squared residual: less is no reason to move the velocity
 
 
 @dataclass(frozen=True)
@@ -173,8 +172,7 @@ def tabulate(
     if len(tables) == 1:
         return tables[0]
     plain, aligned = tables
-    better = _structure_leaves(aligned) < _ALIGNED_GAINS * _structure_leaves(plain)
-    return aligned if better else plain
+    return aligned if _in_step(plain, aligned) else plain
 
 
 @dataclass(frozen=True)
@@ -218,23 +216,37 @@ def _pieces(kept: Sequence[_Kept], cutoff_hz: float) -> tuple[Piece, ...]:
     return tuple(pieces)
 
 
-def _structure_leaves(table: Table) -> float:
-    """Return the mean square of what the plain structure leaves while sliding.
+def _in_step(plain: Table, aligned: Table) -> bool:
+    """Return whether the torque is in step with the position, and not with the velocity.
 
-    Beside a free friction curve and a free torque along the position, so that what is missing of
-    either does not decide in which step the signals are.
+    How much of the step between the two the torque asks for, beside the plain structure: above a
+    half it is with the position. A fit to this one direction, because a large mismatch of another
+    kind stays in both tables and would hide by its size what a fraction of a millisecond does at
+    the corners. A free friction curve and a free torque along the position stand beside it, so
+    that what is missing of either does not decide.
     """
-    rows = table.sliding
-    speed = np.abs(table.rows["velocity_rad_s"][rows])
-    free = [np.sign(table.rows["velocity_rad_s"][rows])[:, np.newaxis] * _hats(speed)]
-    if table.has("position_rad"):
-        free.append(_hats(table.rows["position_rad"][rows]))
-    columns = np.concatenate([table.base[rows], *free], axis=1)
-    size = np.sqrt(np.mean(columns**2, axis=0)) if columns.size else np.zeros(columns.shape[1])
-    columns = columns[:, size > 1e-12] / size[size > 1e-12]
-    target = table.target_nm[rows]
-    left = target - columns @ np.linalg.lstsq(columns, target, rcond=1e-9)[0]
-    return float(np.mean(left**2)) if left.size else 0.0
+    rows = plain.sliding & aligned.sliding
+    if not rows.any():
+        return False
+    speed = np.abs(plain.rows["velocity_rad_s"][rows])
+    sign = np.sign(plain.rows["velocity_rad_s"][rows])[:, np.newaxis]
+    free = [plain.base[rows], sign * _hats(speed)]
+    if plain.has("position_rad"):
+        free.append(_hats(plain.rows["position_rad"][rows]))
+    columns, target = np.concatenate(free, axis=1), plain.target_nm[rows]
+    moved = _least(columns, target)[: plain.base.shape[1]]
+    step = (aligned.given_nm - plain.given_nm)[rows] + (aligned.base - plain.base)[rows] @ moved
+    return bool(_least(np.column_stack((columns, step)), target)[-1] > 0.5)
+
+
+def _least(columns: Floats, target: Floats) -> Floats:
+    """Return the least-squares coefficients, shape (p,); 0 for a column that is nothing."""
+    size = np.sqrt(np.mean(columns**2, axis=0))
+    there = size > 1e-12
+    out = np.zeros(columns.shape[1])
+    scaled = columns[:, there] / size[there]
+    out[there] = np.linalg.lstsq(scaled, target, rcond=1e-9)[0] / size[there]
+    return out
 
 
 def _hats(values: Floats, count: int = 8) -> Floats:

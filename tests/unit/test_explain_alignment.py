@@ -1,0 +1,52 @@
+"""With which channel the torque is in step is found beside a large mismatch of another kind."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from agent.explain.run import Run
+from agent.explain.table import tabulate
+from agent.physics.twin import Twin
+
+Floats = NDArray[np.float64]
+
+TIME = np.arange(0.0, 24.0, 4e-3)
+TWIN = Twin("r", 1, 100.0, 0.018, 0.5, 0.01)
+LATE_S = 5e-4
+
+
+def speed(time: Floats) -> Floats:
+    """Return a rounded stair in both directions, rad/s."""
+    waves = 40.0 * np.sin(0.7 * time) + 15.0 * np.sin(3.1 * time) + 3.0 * np.sin(17.0 * time)
+    return np.asarray(waves)
+
+
+def run(viscous: float, *, with_position: bool, seed: int) -> Run:
+    """Return a run in which the reported velocity is late, the torque in step with either."""
+    rng = np.random.default_rng(seed)
+    late = speed(TIME - LATE_S)
+    own = TIME if with_position else TIME - LATE_S
+    fine = 1e-5
+    acceleration = (speed(own + fine) - speed(own - fine)) / (2.0 * fine)
+    torque = 0.018 * acceleration + viscous * speed(own) + 0.5 * np.sign(speed(own))
+    position = -40.0 / 0.7 * np.cos(0.7 * TIME) - 15.0 / 3.1 * np.cos(3.1 * TIME)
+    position = position - 3.0 / 17.0 * np.cos(17.0 * TIME)
+    return Run.from_columns(
+        {
+            "time_s": TIME,
+            "position_rad": position,
+            "velocity_rad_s": late + 0.01 * rng.standard_normal(TIME.shape),
+            "torque_nm": torque + 0.02 * rng.standard_normal(TIME.shape),
+        },
+        100.0,
+        name=f"run-{seed}",
+    )
+
+
+@pytest.mark.parametrize("with_position", [True, False])
+def test_the_torque_decides_in_which_step_the_velocity_is_taken(*, with_position: bool) -> None:
+    runs = [run(0.016, with_position=with_position, seed=1)]
+    runs.append(run(0.006, with_position=with_position, seed=2))
+    assert tabulate(TWIN, runs).aligned is with_position
