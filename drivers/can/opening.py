@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 from typing import Any
 
 import can
@@ -51,13 +50,3 @@ def may_read_fast(config: CanBusConfig, clock: Clock) -> bool:
         and isinstance(clock, MonotonicClock)
         and batches.available()
     )
-
-
-def give_back(bus: can.BusABC) -> None:
-    """Make a bus whose socket a reader process had receive by python-can again.
-
-    python-can takes a second control message, such as the drop counter, for an impossibility.
-    """
-    receiver = getattr(bus, "socket", None)
-    if isinstance(receiver, socket.socket):
-        receiver.setsockopt(socket.SOL_SOCKET, batches.SO_RXQ_OVFL, 0)

@@ -23,7 +23,7 @@ import can
 
 from drivers.can.failures import WORKING_FAILURES, bus_name, working_failed
 from drivers.can.frames import BusCounts, CanBusConfig, Frame, Inbox, Reception
-from drivers.can.opening import give_back, may_read_fast, open_bus
+from drivers.can.opening import may_read_fast, open_bus
 from drivers.can.reader_process import ReaderProcess
 from drivers.can.ring import SLOT
 from drivers.clock import Clock, SteppedClock
@@ -275,7 +275,6 @@ class CanBusOwner:
         reader, self._reader, self._thread = self._reader, None, None
         if reader is not None:
             reader.close(at_once=True)  # a joint is to be stopped
-            give_back(self._bus)
         return True
 
     def close(self) -> None:

@@ -59,8 +59,10 @@ def read_until_let_go(socket_fd: int, ring: FrameRing, lifeline_fd: int, clock: 
     poller = select.poll()
     poller.register(socket_fd, select.POLLIN)
     poller.register(lifeline_fd, select.POLLIN)
-    ring.set_word(Word.READY, 1)
     look_s = clock.now()
+    ring.set_moment(Moment.ALIVE, look_s)
+    ring.set_moment(Moment.HEARD_UNTIL, look_s)
+    ring.set_word(Word.READY, 1)
     while True:
         count = drain(receiver, ring, clock)
         now_s = clock.now()

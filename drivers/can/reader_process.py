@@ -75,7 +75,6 @@ class ReaderProcess:
         self._name = name
         self._heard_s = clock.now()
         self._sign_s = 0.0
-        self._sign_seen_s = clock.now()
         self._checks_since = 0
         self._closed = False
 
@@ -211,16 +210,17 @@ class ReaderProcess:
                 )
             self._clock.sleep_until(now_s + _START_POLL_S)
         self._heard_s = self.heard_until_s
-        self._sign_seen_s = self._clock.now()
 
     def _look_for_life(self) -> None:
-        sign_s, now_s = self._ring.moment_s(Moment.ALIVE), self._clock.now()
+        sign_s = self._ring.moment_s(Moment.ALIVE)
         if sign_s != self._sign_s:
-            self._sign_s, self._sign_seen_s, self._checks_since = sign_s, now_s, 0
+            self._sign_s, self._checks_since = sign_s, 0
             return
         self._checks_since += 1
-        silent_s = now_s - self._sign_seen_s
-        if silent_s > HUNG_S and self._checks_since > _HUNG_CHECKS:
+        if self._checks_since <= _HUNG_CHECKS:
+            return
+        silent_s = self._clock.now() - sign_s
+        if silent_s > HUNG_S:
             raise WorkerDiedError(
                 f"The process that reads {self._name} has given no sign of life for "
                 f"{silent_s:.2f} s.",
