@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any
@@ -71,6 +72,11 @@ def _run_in(scene: Scene, point: Point) -> Floats:
     return stack(scene.direction * share)
 
 
+def _dated(scene: Scene) -> bool:
+    """Return whether a drift can be told to a twin, which counts from a date."""
+    return all(math.isfinite(run.started_s) for run in scene.table.runs)
+
+
 def _instant(scene: Scene, elapsed_s: float) -> str:
     """Return an instant of the table's own clock as a date and time, UTC."""
     started = min(run.started_s for run in scene.table.runs)
@@ -78,11 +84,15 @@ def _instant(scene: Scene, elapsed_s: float) -> str:
 
 
 def _drift_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    if not _dated(scene):
+        return ()
     return ({**values, "reference_started_at": _instant(scene, scene.mean("elapsed_s"))},)
 
 
 def _run_in_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
     """Return the change since the first sample; what was there then belongs to the base."""
+    if not _dated(scene):
+        return ()
     first = float(np.nanmin(scene.full("elapsed_s")))
     return (
         {
