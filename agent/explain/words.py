@@ -117,9 +117,20 @@ def _detail(effect: str, parameters: Mapping[str, Parameter]) -> str:
     if "velocity_delay_s" in known:
         late = "late" if known["velocity_delay_s"] > 0.0 else "early"
         return f" (the velocity is {_time(known['velocity_delay_s'])} {late})"
+    if effect == "torque-ripple" and {"cos_nm", "sin_nm"} <= known.keys():
+        return _amplitudes(known)
     if effect == "torque-saturation" and "limit_nm" in known:
         return f" (at {_torque(known['limit_nm'])})"
     return ""
+
+
+def _amplitudes(known: Mapping[str, float]) -> str:
+    """Return a ripple's amplitude, and that of the double order where it has one, in brackets."""
+    first = _torque(math.hypot(known["cos_nm"], known["sin_nm"]))
+    if not {"cos_second_nm", "sin_second_nm"} <= known.keys():
+        return f" (amplitude {first})"
+    second = _torque(math.hypot(known["cos_second_nm"], known["sin_second_nm"]))
+    return f" (amplitude {first}, at the double order {second})"
 
 
 def _factor(known: Mapping[str, float]) -> str:
