@@ -27,6 +27,10 @@ def test_a_cycle_on_vcan_loses_nothing_and_finds_the_friction(vcan: Vcan, tmp_pa
     (path,) = tmp_path.glob("*.parquet")
     recording = read(path)
     assert recording.metadata.samples_lost == 0
+    account = recording.metadata.extra["acquisition"]
+    assert (account["reader"], account["stamps"]) == ("process", "kernel")
+    assert account["received"] == account["expected"] > 0.95 * 12.0 * RATE_HZ
+    assert account["dropped_by_kernel"] == 0
     steps = np.diff(recording.columns["time_s"])
     assert np.median(steps) == pytest.approx(1.0 / RATE_HZ, rel=0.02)
     assert recording.columns["time_s"].size > 0.95 * 12.0 * RATE_HZ

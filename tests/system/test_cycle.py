@@ -103,16 +103,28 @@ def test_a_fault_in_motion_stops_the_joint_and_keeps_the_recording(
     assert list(tmp_path.glob("*.arrows")) == []
 
 
-def test_a_lost_answer_or_two_are_counted_and_do_not_stop_the_cycle(tmp_path: Path) -> None:
+def test_lost_answers_and_moments_in_which_nobody_asked_are_told_apart_and_stop_nothing(
+    tmp_path: Path,
+) -> None:
+    stalls: list[float] = []
+
+    def stand_still(_stage: str, share: float) -> None:
+        if len(stalls) < 3 and share > 0.6 + 0.1 * len(stalls):
+            stalls.append(share)
+            bench.later(0.03)
+
     with rig(tmp_path, faults=[faults.SwallowSync(at_s=IN_THE_STAIR_S, count=2)]) as bench:
-        result = bench.run()
-    assert result.account.lost == 2
+        result = bench.run(progress=stand_still)
+    assert len(stalls) == 3
     kept = read(result.recording)
-    assert kept.metadata.samples_lost == 2
+    assert kept.metadata.samples_lost == result.account.lost == 2
     account = Acquisition.from_metadata(kept.metadata.extra, "it")
     assert account is not None
-    assert (account.lost, account.lost_unexplained, account.not_asked) == (2, 2, 0)
+    assert (account.lost, account.lost_unexplained) == (2, 2)
     assert account.expected == account.received + 2
+    assert 0.029 < account.longest_gap_s < 0.045
+    missing = np.round(np.diff(kept["time_s"]) * RATE_HZ) - 1
+    assert account.not_asked == np.sum(missing) - 2 > 3 * 5
     quality = conclude([kept]).estimate.quality
     assert quality.acquisition == account
 
