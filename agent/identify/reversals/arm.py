@@ -184,13 +184,17 @@ def _columns(track: Track, gap_rad: float) -> Floats:
 def _gap_or_spring(
     motion: Motion, range_: Range, lead: _Lead, viscous_nm_s_per_rad: float
 ) -> Clearance:
-    """Fit the motor's torque with the measured lead as the gear's twist, with and without a gap."""
+    """Fit the motor's torque with the measured lead as the gear's twist, with and without a gap.
+
+    The twist is measured at every sample: no law's memory of where the motor turned is in it.
+    """
     tracks = tuple(
         replace(
             track,
             lead_rad=np.asarray(track.lead_rad)
             - lead.skew * track.velocity_rad_s
             - lead.middle_rad[track.recording],
+            place_error_rad=0.0,
         )
         for track in motion.tracks
     )
