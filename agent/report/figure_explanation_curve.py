@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -83,9 +84,14 @@ def finding_in_words(curve: Curve) -> str:
 
 
 def abscissa_of(curve: Curve) -> Variable:
-    """Return how a curve's axis is written: over the time it is the moment that shows most."""
+    """Return how a curve's axis is written.
+
+    Over the time it is the moment that shows most, over an order one period of its wave.
+    """
     if curve.variable == "time_s":
         return Variable("time in the recording that shows it most", "s")
+    if curve.variable.startswith("order_per_"):
+        return Variable("angle within one period of the wave", "degrees", math.degrees(1.0))
     return variable(curve.variable)
 
 
@@ -161,7 +167,7 @@ def _shade(axes: Axes, curve: Curve, where: tuple[Region, ...], abscissa: Variab
     """Shade the located regions without moving the axis: a region may be wider than the data."""
     left, right = axes.get_xlim()
     for region in where:
-        if region.variable == curve.variable:
+        if region.variable == curve.variable and not curve.variable.startswith("order_per_"):
             low, high = abscissa.shown(np.array([region.lower, region.upper]))
             axes.axvspan(max(low, left), min(high, right), color=SHADE, lw=0, zorder=0)
     axes.set_xlim(left, right)
