@@ -18,7 +18,7 @@ from agent.identify.flexible.projection import Problem
 from agent.identify.flexible.validation import validate
 from agent.identify.result import Floats
 from agent.identify.signals import Signals
-from tests.science.flexible_chain import STRIBECK, THREE, Robot, run
+from tests.science.flexible_chain import NOISE_NM, SAMPLE_S, STRIBECK, THREE, Robot, run
 from tests.science.flexible_plant import PLAIN, drive, there_and_back, triangle_wave
 from trajectories import triangle
 
@@ -87,7 +87,7 @@ def test_standstill_is_refused() -> None:
 @pytest.mark.parametrize("noise_nm", [0.02, 0.1])
 def test_a_motion_too_smooth_to_ring_is_refused(noise_nm: float) -> None:
     lazy = triangle(
-        0.0, peak_velocity_rad_s=8.0, acceleration_rad_s2=8.0, jerk_rad_s3=10.0, periods=3
+        0.0, peak_velocity_rad_s=8.0, acceleration_rad_s2=8.0, jerk_rad_s3=10.0, periods=2
     )
     refused_because(run(lazy).measured(1, noise_nm=noise_nm), "no resonance is excited")
 
@@ -119,8 +119,7 @@ def test_two_masses_are_no_description_of_three() -> None:
 
 def test_a_wrong_minimum_is_left_or_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     robot = Robot(dict(THREE))
-    recording = run(triangle_wave(4), robot=robot).measured(1)
-    right = fit_flexible([recording], Options(kind="three-mass", starts=1))
+    recording = run(triangle_wave(3), robot=robot).measured(1)
 
     def misled(_: Problem, known: Floats, *__: float) -> list[Floats]:
         """Start with the second mode where there is none."""
@@ -131,7 +130,8 @@ def test_a_wrong_minimum_is_left_or_refused(monkeypatch: pytest.MonkeyPatch) -> 
     again = fit_flexible([recording], Options(kind="three-mass", starts=1))
     assert again.decidable, again.reasons
     assert any(s.origin == "residual" and s.outcome == "best" for s in again.starts)
-    assert again.rmse_nm == pytest.approx(right.rmse_nm, rel=1e-3)
+    noise_nm = NOISE_NM * math.sqrt(2.0 * again.cutoff_hz * SAMPLE_S)
+    assert again.rmse_nm < 1.1 * noise_nm, "the right minimum leaves noise alone"
     monkeypatch.setattr(search, "_AGAIN", 0)
     stuck = fit_flexible([recording], Options(kind="three-mass", starts=1))
     assert not stuck.decidable
@@ -151,7 +151,7 @@ def test_a_spring_that_does_not_stiffen_gets_no_cubic_part() -> None:
 
 
 def test_a_rigid_joint_is_not_given_a_spring() -> None:
-    recording = drive(triangle_wave(4), noise_nm=0.0)
+    recording = drive(triangle_wave(3), noise_nm=0.0)
     assert recording.position_rad is not None
     period_s = float(recording.time_s[1])
     velocity = np.gradient(recording.position_rad, period_s)
@@ -160,7 +160,7 @@ def test_a_rigid_joint_is_not_given_a_spring() -> None:
     rigid = dataclasses.replace(
         recording, torque_nm=torque + 0.02 * rng.standard_normal(torque.size)
     )
-    fit = fit_flexible([rigid], Options(starts=4))
+    fit = fit_flexible([rigid], Options(starts=2))
     assert not fit.decidable, fit.parameters
 
 

@@ -71,7 +71,7 @@ def misses(fit: FlexibleFit, truth: dict[str, float]) -> dict[str, float]:
 
 def test_a_joint_behind_its_drive_comes_back_inside_its_intervals() -> None:
     outside = 0
-    for seed in range(1, 6):
+    for seed in range(1, 4):
         fit = fit_flexible([noisy_triangle(seed)], Options(starts=1))
         assert fit.decidable, fit.reasons
         for name, off in misses(fit, TRUTH).items():
@@ -79,22 +79,23 @@ def test_a_joint_behind_its_drive_comes_back_inside_its_intervals() -> None:
             outside += 1
         for name in ("motor_inertia_kg_m2", "arm_inertia_kg_m2", "spring_nm_per_rad"):
             assert fit.parameters[name].value == pytest.approx(TRUTH[name], rel=0.006)
-    assert outside <= 4  # of 40, of which 5 % are expected; those of one seed are no strangers
+    assert outside <= 3  # of 24, of which 5 % are expected; those of one seed are no strangers
 
 
 def test_a_common_encoder_gives_honest_intervals() -> None:
     outside: dict[str, int] = {}
-    for seed in range(6):
+    for seed in range(4):
         robot = Robot()
-        recording = run(triangle_wave(6), start_rad=0.0007 * seed).measured(seed)
+        # Another motion, for the encoder's errors to be others: the loop fixes its phase.
+        recording = run(triangle_wave(4, peak_rad_s=59.0 + 0.7 * seed)).measured(seed)
         fit = fit_flexible([recording], Options(starts=1))
         assert fit.decidable, fit.reasons
         for name, off in misses(fit, robot.truth).items():
             assert off < 2.0, (seed, name, off)
             outside[name] = outside.get(name, 0) + 1
-    # Two of six outside of 95 % intervals happen by chance once in 30 times.
+    # Two of four outside of 95 % intervals happen by chance once in 70 times.
     assert max(outside.values(), default=0) <= 2, outside
-    assert sum(outside.values()) <= 6, outside  # of 60, of which three are expected
+    assert sum(outside.values()) <= 5, outside  # of 40, of which two are expected
 
 
 def test_a_stiffening_spring_is_found_unasked_and_predicts() -> None:
@@ -125,13 +126,12 @@ def test_what_is_left_is_the_noise() -> None:
 
 
 def test_starts_over_two_decades_end_alike_or_are_discarded() -> None:
-    recording = noisy_triangle(2)
-    many = fit_flexible([recording], Options(starts=40, seed=7))  # a hundred: in the benchmark
-    alone = fit_flexible([recording], Options(starts=1))
+    many = fitted()  # a hundred: in the benchmark
+    alone = fit_flexible([noisy_triangle(1)], Options(starts=1))
     ends = [s.outcome for s in many.starts]
-    assert len(ends) == 40
+    assert len(ends) == 20
     assert ends[0] == "best", "the start from the frequency response is the right one"
-    assert ends.count("best") >= 38
+    assert ends.count("best") >= 19
     for name, parameter in alone.parameters.items():
         assert many.parameters[name].value == pytest.approx(parameter.value, rel=1e-3, abs=1e-6)
     best = [s.rmse_nm for s in many.starts if s.outcome == "best"]
@@ -155,7 +155,7 @@ def test_nothing_infeasible_comes_out_of_any_joint(seed: int) -> None:
             viscous_floor_share=1.0,
         ),
     )
-    fit = fit_flexible([drive(triangle_wave(3), joint=joint, seed=seed)], Options(starts=4))
+    fit = fit_flexible([drive(triangle_wave(3), joint=joint, seed=seed)], Options(starts=2))
     assert fit.decidable, fit.reasons
     for name, parameter in fit.parameters.items():
         if name in ("torque_offset_nm", "torque_delay_s") or not parameter.identified:
@@ -188,11 +188,10 @@ def test_stribeck_friction_is_found_beside_the_spring() -> None:
     joint = JointParameters(
         friction=FrictionParameters(static_extra_nm=0.3, viscous_floor_share=1.0)
     )
-    recording = drive(stair(), triangle_wave(3), joint=joint, seed=3)
+    recording = drive(stair(), triangle_wave(2), joint=joint, seed=3)
     fit = fit_flexible([recording], Options(friction="stribeck", starts=1))
-    plain = fit_flexible([recording], Options(starts=1))
     assert fit.decidable, fit.reasons
-    assert fit.rmse_nm < 0.9 * plain.rmse_nm
+    assert fit.rmse_nm < 1.1 * 0.02 * math.sqrt(2.0 * fit.cutoff_hz / 1000.0), "noise alone"
     assert fit.parameters["static_extra_nm"].value == pytest.approx(0.3, rel=0.2)
     assert fit.parameters["coulomb_nm"].value == pytest.approx(0.6042, rel=0.03)
 
@@ -205,7 +204,7 @@ def test_two_masses_behind_the_motor_come_back() -> None:
     assert len(wrong) <= 2, wrong
     for name, value in truth.items():
         assert fit.parameters[name].value == pytest.approx(value, rel=0.1), name
-    one = fit_flexible([recording], Options(starts=3))
+    one = fit_flexible([recording], Options(starts=1))
     assert fit.rmse_nm < 0.5 * one.rmse_nm
 
 
@@ -218,7 +217,7 @@ def test_averaged_periods_give_the_same_joint_from_less_data() -> None:
     assert averaged.time_s.size < 2.2 * period_s / 0.001
     assert scatter.periods == 5
     assert scatter.torque_nm == pytest.approx(0.02, rel=0.15)
-    fit = fit_flexible([averaged], Options(starts=3))
+    fit = fit_flexible([averaged], Options(starts=2))
     assert fit.decidable, fit.reasons
     for name in ("motor_inertia_kg_m2", "arm_inertia_kg_m2", "spring_nm_per_rad"):
         assert fit.parameters[name].value == pytest.approx(TRUTH[name], rel=0.01)
@@ -226,7 +225,7 @@ def test_averaged_periods_give_the_same_joint_from_less_data() -> None:
 
 def test_gravity_is_found_beside_the_spring() -> None:
     joint = dataclasses.replace(PLAIN, gravity_sin_nm=1.2, gear_ratio=40.0)
-    fit = fit_flexible([drive(stair(), joint=joint, seed=5)], Options(gravity=True, starts=2))
+    fit = fit_flexible([drive(stair(), joint=joint, seed=5)], Options(gravity=True, starts=1))
     assert fit.parameters["gravity_sin_nm"].value == pytest.approx(1.2, rel=0.02)
     assert fit.parameters["spring_nm_per_rad"].value == pytest.approx(25.3, rel=0.02)
 

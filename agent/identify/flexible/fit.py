@@ -29,11 +29,11 @@ from agent.identify.flexible.preparation import (
     quietest_cutoff_hz,
     tracks_of,
 )
-from agent.identify.flexible.projection import Problem, evaluate
+from agent.identify.flexible.projection import Point, Problem, evaluate
 from agent.identify.flexible.result import FlexibleFit, joint_of
 from agent.identify.flexible.reversals import through_reversals
-from agent.identify.flexible.rivals import lack_of
-from agent.identify.flexible.search import lowest_minimum
+from agent.identify.flexible.rivals import Lack, lack_of
+from agent.identify.flexible.search import Found, lowest_minimum
 from agent.identify.flexible.starts import rigid_minimum, starts_of
 from agent.identify.flexible.twist import stiffened
 from agent.identify.result import Floats, Parameter
@@ -201,27 +201,47 @@ def _fitted(
     reasons = hardly_excited(best, rigid, lack)
     if reasons:
         return refused(options, reasons)
-    count, left_nm2 = best.residual.shape[0], best.cost
-    scatter = float(np.linalg.norm(problem.target - problem.target.mean()))
-    if not lack.rivals:
-        problem, best = through_reversals(problem, best, found.bounds)
-    best = without_motion_noise(problem, best)
-    parameters, condition = parameters_of(problem, best, found.bounds, lack)
-    return FlexibleFit(
-        options.kind,
-        options.friction,
-        True,
-        (),
-        parameters,
-        rmse_nm=math.sqrt(left_nm2 / count),
-        rigid_rmse_nm=math.sqrt(rigid.cost / count),
-        fit_percent=100.0 * (1.0 - math.sqrt(left_nm2) / scatter),
-        rigid_fit_percent=100.0 * (1.0 - math.sqrt(rigid.cost) / scatter),
-        condition_number=condition,
-        cutoff_hz=cutoff_hz,
-        starts=found.starts,
-        gear_ratio=gear_ratio,
-        notes=notes_of(problem, lack),
-        joint=joint_of(physical(problem, best.search, best.linear), gear_ratio),
-        rigid=joint_of(physical(rigid_problem, rigid.search, rigid.linear), gear_ratio),
+    return _Minimum(problem, best, rigid_problem, rigid, found, lack).described(
+        options, cutoff_hz, gear_ratio
     )
+
+
+@dataclass(frozen=True)
+class _Minimum:
+    """The flexible and the rigid minimum, reversals left out, and what the flexible one lacks."""
+
+    problem: Problem
+    point: Point
+    rigid_problem: Problem
+    rigid: Point
+    found: Found
+    lack: Lack
+
+    def described(self, options: Options, cutoff_hz: float, gear_ratio: float) -> FlexibleFit:
+        """Return what is known of the joint: with its reversals, if nothing is lacking."""
+        problem, point, bounds = self.problem, self.point, self.found.bounds
+        if not self.lack.rivals:
+            problem, point = through_reversals(problem, point, bounds)
+        point = without_motion_noise(problem, point)
+        parameters, condition = parameters_of(problem, point, bounds, self.lack)
+        count, target = self.point.residual.shape[0], self.problem.target
+        scatter = float(np.linalg.norm(target - target.mean()))
+        rigid = self.rigid
+        return FlexibleFit(
+            options.kind,
+            options.friction,
+            True,
+            (),
+            parameters,
+            rmse_nm=math.sqrt(self.point.cost / count),
+            rigid_rmse_nm=math.sqrt(rigid.cost / count),
+            fit_percent=100.0 * (1.0 - math.sqrt(self.point.cost) / scatter),
+            rigid_fit_percent=100.0 * (1.0 - math.sqrt(rigid.cost) / scatter),
+            condition_number=condition,
+            cutoff_hz=cutoff_hz,
+            starts=self.found.starts,
+            gear_ratio=gear_ratio,
+            notes=notes_of(problem, self.lack),
+            joint=joint_of(physical(problem, point.search, point.linear), gear_ratio),
+            rigid=joint_of(physical(self.rigid_problem, rigid.search, rigid.linear), gear_ratio),
+        )
