@@ -1,4 +1,4 @@
-"""The composition root's other half: register maps, probes and releases beside the drive.
+"""The composition root's other half: register maps, probes, controllers and releases.
 
 Like `agent.wire`, it turns descriptions into drivers' objects, and nothing is built on import.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from agent.cell import Axis, Cell
 from agent.cell_devices import (
@@ -22,7 +23,6 @@ from drivers.can.owner import CanBusOwner
 from drivers.cia401.contact import CanContact
 from drivers.cia404.rtd import RtdNode
 from drivers.clock import Clock, MonotonicClock
-from drivers.modbus.connection import Endpoint, ModbusConnection, SerialEndpoint, TcpEndpoint
 from drivers.modbus.device import MappedDevice
 from drivers.modbus.job import JobConfig, ModbusJob
 from drivers.modbus.job_words import STATUS
@@ -37,6 +37,9 @@ from drivers.ports import Release, TemperatureProbe
 from drivers.probed_axis import ProbedAxis
 from drivers.serial.line import SerialConfig, SerialLine
 from drivers.serial.probe import AdamProbe
+
+if TYPE_CHECKING:
+    from drivers.modbus.connection import Endpoint
 
 
 def register_map_named(name_or_path: str, folder: Path | None = None) -> RegisterMap:
@@ -208,6 +211,8 @@ def job_controller(axis: Axis, clock: Clock, *, reverse: bool) -> ModbusJob:
 
 def mapped_device(place: ModbusPlace, clock: Clock) -> MappedDevice:
     """Return a Modbus device behind its register map; nothing is opened yet."""
+    from drivers.modbus.connection import ModbusConnection  # pymodbus: 0.1 s that few cells need
+
     register_map = register_map_named(place.map)
     connection = ModbusConnection(
         _endpoint(place), clock, device_id=place.device_id, min_gap_s=register_map.min_gap_s
@@ -216,6 +221,8 @@ def mapped_device(place: ModbusPlace, clock: Clock) -> MappedDevice:
 
 
 def _endpoint(place: ModbusPlace) -> Endpoint:
+    from drivers.modbus.connection import SerialEndpoint, TcpEndpoint
+
     if place.tcp is not None:
         host, _, port = place.tcp.rpartition(":")
         return TcpEndpoint(host, int(port))
@@ -257,6 +264,8 @@ def check_map(check: MapCheck) -> tuple[RegisterVerdict, ...]:
     drivers.errors.DriverError
         Nobody answers, or what comes is no Modbus.
     """
+    from drivers.modbus.connection import ModbusConnection
+
     register_map, clock = check.register_map, MonotonicClock()
     known = [r.name for r in register_map.registers]
     unknown = [name for name in check.registers if name not in known]

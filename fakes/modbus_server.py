@@ -16,6 +16,8 @@ from typing import Protocol
 
 from fakes.modbus_registers import WRITE_REGISTERS, Registers
 
+NOISE = bytes(1000)
+
 
 @dataclass
 class Misbehaviour:
@@ -27,7 +29,7 @@ class Misbehaviour:
         ``deaf`` (nothing is heard, as with the cable out), ``silent`` (heard and done, but not
         answered), ``half`` (half a reply), ``garbled`` (wrong CRC, or a wrong protocol id on
         TCP), ``reset`` (the connection is cut), ``exception`` (with `code`), ``wrong-device``,
-        ``trickle`` (one byte a step).
+        ``trickle`` (one byte a step), ``noise`` (the same, and never a reply).
     """
 
     kind: str
@@ -134,8 +136,8 @@ class TcpServer(_Manners):
             client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
             self._drop(client)
             return
-        if kind == "trickle":
-            self._trickle.append((client, frame))
+        if kind in ("trickle", "noise"):
+            self._trickle.append((client, frame if kind == "trickle" else NOISE))
             return
         try:
             client.sendall(frame[: len(frame) // 2] if kind == "half" else frame)
@@ -224,8 +226,8 @@ class RtuServer(_Manners):
             return
         if kind == "half":
             frame = frame[: len(frame) // 2]
-        if kind == "trickle":
-            self._trickle += frame
+        if kind in ("trickle", "noise"):
+            self._trickle += frame if kind == "trickle" else NOISE
             return
         os.write(self._descriptor, frame)
 

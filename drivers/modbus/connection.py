@@ -25,6 +25,9 @@ from drivers.errors import AnswerError
 from drivers.modbus.failures import CONNECTING_FAILURES, FAILURES, failed, not_connected, refused
 from drivers.modbus.register_map import COILS, DISCRETE_INPUTS, HOLDING, INPUT
 
+_WRITE_S = 0.05
+"""What handing a request to the serial line may take at least: a few bytes into a buffer."""
+
 _SHORTEST_S = 1e-3
 """What a socket is given even when the deadline has just passed."""
 
@@ -137,9 +140,9 @@ class _SerialClient(ModbusSerialClient):
                 parity=line.parity,
                 stopbits=line.stopbits,
                 timeout=0.0,
-                write_timeout=self.budget.left_s(),
                 exclusive=True,
             )
+        self.socket.write_timeout = max(self.budget.left_s(), _WRITE_S)
         return True
 
     def recv(self, size: int | None) -> bytes:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from drivers.modbus.connection import ModbusConnection
 from drivers.modbus.register_map import (
     COILS,
     RawValue,
@@ -15,6 +14,9 @@ from drivers.modbus.register_map import (
     decode_block,
 )
 from drivers.ports import Quality
+
+if TYPE_CHECKING:  # whoever has a connection has imported pymodbus; whoever has none need not
+    from drivers.modbus.connection import ModbusConnection
 
 
 class Value(NamedTuple):

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from drivers.clock import Clock
 from drivers.errors import AnswerError
-from drivers.modbus.connection import ModbusConnection
 from drivers.modbus.plausibility import RegisterVerdict, judge_map
 from drivers.modbus.register_map import Block, RawValue, RegisterMap, decode_block
+
+if TYPE_CHECKING:
+    from drivers.modbus.connection import ModbusConnection
 
 
 def verify(
