@@ -11,7 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 from agent.acquisition import Acquisition
+from agent.identify.diagnosis import refusals
 from agent.identify.estimate import estimate, identify, twin_from_estimate
+from agent.identify.preprocess import read_motion
 from agent.identify.result import Estimate
 from agent.identify.signals import Signals
 from agent.physics.twin import format_twin, parse_twin
@@ -129,8 +131,8 @@ def test_a_loss_that_could_hide_a_bias_is_refused_and_a_smaller_one_is_shown() -
     assert borne.quality.acquisition.lost == few
     refused(estimate([accounted(signals, lost=many)]), "without a known cause")
     refused(estimate([replace(signals, samples_lost=many)]), "without a known cause")
-    explained = estimate([accounted(signals, lost=many, dropped_by_kernel=2 * many)])
-    assert explained.decidable, explained.reasons
+    explained = accounted(signals, lost=many, dropped_by_kernel=2 * many)
+    assert refusals([read_motion(explained)]) == ()
 
 
 def test_rows_that_are_missing_and_in_no_account_are_refused() -> None:
@@ -144,9 +146,8 @@ def test_rows_that_are_missing_and_in_no_account_are_refused() -> None:
     missing = int(np.count_nonzero(~kept))
     refused(estimate([accounted(cut)]), "the loss is unexplained")
     for reason in ({"lost": missing}, {"not_asked": missing}):
-        told = estimate([accounted(cut, **reason)])
-        assert told.decidable, told.reasons
-    assert estimate([cut]).decidable  # without an account a gap is a gap
+        assert refusals([read_motion(accounted(cut, **reason))]) == ()
+    assert refusals([read_motion(cut)]) == ()  # without an account a gap is a gap
 
 
 def test_different_gears_are_not_one_axis() -> None:
