@@ -11,13 +11,14 @@ from agent.identify.result import Floats
 
 Point = tuple[float, ...]
 
-_FIRST, _LAST = 0.5, 0.015  # of a number: the search's widest and its finest step
+_FIRST, _LAST = 0.2, 0.02  # of a number: the search's widest and its finest step
+_STARTS = 2  # coarse points that are followed: the best one may lie in the wrong valley
 
 
 def downhill(
     scene: Scene, column: Callable[[Scene, Point], Floats], coarse: Sequence[Point], trials: int
 ) -> tuple[Point, ...]:
-    """Return the best of some points and where a pattern search leads from there.
+    """Return where a pattern search leads from the best of some points, the best end first.
 
     Every number is moved by the same share, up and down, for as long as that helps; then the share
     is halved (Hooke and Jeeves, J. ACM 8 (1961) 212).
@@ -30,7 +31,7 @@ def downhill(
     coarse : sequence of tuple of float
         All above zero.
     trials : int
-        How often a column may be computed beyond the coarse points.
+        How often a column may be computed from each of them.
     """
     rows = scene.table.used
     base = scene.table.base[rows]
@@ -50,8 +51,15 @@ def downhill(
 
     if not coarse or not rows.any():
         return ()
-    scored = [(likeness(point), point) for point in coarse]
-    best, at = max(scored, key=lambda pair: pair[0])
+    scored = sorted(((likeness(point), point) for point in coarse), key=lambda pair: -pair[0])
+    found = [_followed(likeness, *start, trials) for start in scored[:_STARTS]]
+    return tuple(point for _, point in sorted(found, key=lambda pair: -pair[0]))
+
+
+def _followed(
+    likeness: Callable[[Point], float], best: float, at: Point, trials: int
+) -> tuple[float, Point]:
+    """Return the likeness and the point where a search from one point ends."""
     step = _FIRST
     while step >= _LAST and trials > 0:
         moved = False
@@ -64,4 +72,4 @@ def downhill(
                     best, at, moved = value, trial, True
                     break
         step = step if moved else 0.5 * step
-    return (at,)
+    return best, at

@@ -16,7 +16,7 @@ from agent.identify.result import Floats
 
 _ARM_REACHES = (3e-5, 3e-4)  # rad of the arm: how far its own friction gives way before it slips
 _WIDEST_ARM_GAP = 2e-3  # rad of the arm, half of a worn planetary gear's
-_RUBBING_TRIALS = 48
+_RUBBING_TRIALS = 36
 _GAPS, _PLACES = 18, 2
 
 

@@ -14,7 +14,7 @@ from agent.explain.study import Study
 _FAR = 1.25  # times the noise floor: something is missing, even where no axis shows it
 _MOST_LEFT = 0.30  # of the mismatch: with more left over, what was named explains too little
 _CELL_BETTER = 1.20
-_STILL_VARIES = 0.25  # of what is left, along the axis of the main finding
+_STILL_VARIES = 0.15  # of what is left, along the axis of the main finding
 
 OWN_NUMBERS = frozenset(
     {"inertia-error", "wrong-number", "gravity-imbalance", "torque-constant-error"}
