@@ -30,14 +30,12 @@ _SHORTEST_S = 8.0  # stretches: a shorter one has lines as wide as anything else
 _SAME_BAND = 0.99  # of the widest: stretches in a narrower one are not compared with the others
 _LEAST_PERIODS = 8.0  # in a stretch: fewer are a trend
 _GUARD = 6  # bins to either side of a line that are the line's own
-_NEAR, _FAR = (
-    60,
-    180,
-)  # bins to either side: whose median is the background, whose quantile the rest
+_NEAR = 60  # bins to either side whose median is the background
+_FAR = 180  # bins to either side whose upper quantile says how rough a spectrum is
 _STRIDE = 15  # bins
 _UPPER = 0.95
 _FALSE = 0.01  # over all frequencies
-_MATERIAL = 0.02
+_MATERIAL = 0.02  # of what is left
 _MOST = 3
 _SAME_SPEED = 0.1  # of the speed
 _AT_OTHER_SPEEDS = 0.3  # of the line's torque: what is there at two speeds alone is no line of time
@@ -138,9 +136,11 @@ class _Sought:
         self.energy_nm2 = float(sum(s @ s for s in self.signals)) / max(float(count), 1.0)
 
     def period_s(self, piece: Piece) -> float:
+        """Return how far the signal's samples are apart."""
         return piece.period_s * (piece.stride if self.in_band else 1)
 
     def band_hz(self) -> tuple[float, float]:
+        """Return where lines are looked for: below the cutoff, or above it."""
         slowest = max(self.period_s(p) for p in self.pieces)
         lowest = _LEAST_PERIODS / min(_seconds(p) for p in self.pieces)
         cutoff = self.table.cutoff_hz
