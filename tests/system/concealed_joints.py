@@ -53,6 +53,10 @@ class Concealed:
         Gearbox temperature of each recording, an hour after another.
     knows_spring : bool
         Whether the twin has the gear's spring.
+    jerk_rad_s3 : float
+        Of the stair's corners.
+    left : float
+        How much may be left at most, in units of the noise.
     """
 
     effect: str
@@ -61,6 +65,8 @@ class Concealed:
     parameters: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     starts_degc: tuple[float, ...] = (25.0,)
     knows_spring: bool = True
+    jerk_rad_s3: float = 75_000.0
+    left: float = 1.25
 
     @property
     def twin(self) -> Twin:
@@ -129,8 +135,11 @@ CONCEALED = {
             "joint-flexibility",
             SOFT,
             SOFT,
-            {"stiffness_nm_per_rad": (25.3, 0.3)},
+            {"stiffness_nm_per_rad": (25.3, 0.1)},
             knows_spring=False,
+            # Sharper corners make so soft a gear ring too hard to be named; these leave a trace.
+            jerk_rad_s3=7500.0,
+            left=1.7,
         ),
         Concealed(
             "position-dependent-friction",
@@ -155,7 +164,7 @@ CONCEALED = {
 """Every effect that this fake can have."""
 
 
-def ask_for(cell: dict[str, Any]) -> None:
+def ask_for(cell: dict[str, Any], jerk_rad_s3: float) -> None:
     """Ask for a stair with the drive's own ramps, in a cell that allows no steeper ones.
 
     A drive in profile velocity mode ramps by itself from one set-point to the next. Where a corner
@@ -164,7 +173,7 @@ def ask_for(cell: dict[str, Any]) -> None:
     """
     axis = cell["axis"][0]
     axis["stair"] |= {"duration_s": 28.0, "speeds": 8, "motor_velocity_min_rad_s": 3.0}
-    axis["stair"] |= {"motor_jerk_rad_s3": 75_000.0, "motor_acceleration_rad_s2": RAMP_RAD_S2}
+    axis["stair"] |= {"motor_jerk_rad_s3": jerk_rad_s3, "motor_acceleration_rad_s2": RAMP_RAD_S2}
     axis["limits"] |= {"motor_jerk_max_rad_s3": 80_000.0}
     axis["limits"] |= {"motor_acceleration_max_rad_s2": RAMP_RAD_S2}
 
@@ -215,7 +224,11 @@ def _driven(
     own.mkdir()
     thermal = ThermalParameters(initial_degc=degc, ambient_degc=degc)
     specification = FakeSpecification(case.joint, SERVO, thermal)
-    with rig(own, specification=specification, edit=ask_for, seed=1 + hours) as bench:
+
+    def edit(cell: dict[str, Any]) -> None:
+        ask_for(cell, case.jerk_rad_s3)
+
+    with rig(own, specification=specification, edit=edit, seed=1 + hours) as bench:
         axis = bench.cell.axis[0]
         request = CycleRequest(bench.cell, axis, own, trajectory=trajectory)
         recording = read(drive_cycle(request, bench.clock).recording)
