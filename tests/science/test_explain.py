@@ -15,7 +15,6 @@ import pytest
 
 from agent.explain.explain import explain
 from agent.explain.materiality import CLOSE
-from agent.explain.materiality import CLOSE
 from agent.explain.result import Explanation
 from agent.explain.run import Run
 from agent.explain.study import study
