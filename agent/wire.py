@@ -31,7 +31,7 @@ from drivers.cia402.config import Cia402Config, ExpectedIdentity
 from drivers.cia402.handing_back import restore
 from drivers.cia402.scaling import Scaling, TemperatureSource
 from drivers.clock import Clock, SteppedClock, wall_time_utc
-from drivers.ports import AxisEvidence, SyncAccount
+from drivers.ports import AxisEvidence, SyncAccount, WatchdogProof
 from trajectories import Trajectory
 
 PROBE_KINDS: Mapping[str, Kind] = {"gearbox_temperature_quality": "text"}
@@ -114,7 +114,8 @@ def _run_drive(
         journal.clear()
     release, wait_s = cell_release(cell, owner, clock), permit_wait_s(cell)
     with permitted(release, clock, stop_requested, wait_s=wait_s) as reason_to_stop:
-        probed = with_probe(Cia402Axis(owner, config, clock, journal.write), axis, owner, clock)
+        drive = Cia402Axis(owner, config, clock, journal.write)
+        probed = with_probe(drive, axis, owner, clock)
         runner = CycleRunner(
             plan,
             probed.axis,
@@ -125,6 +126,9 @@ def _run_drive(
                 evidence,
                 probed.source(),
                 in_real_time=not isinstance(clock, SteppedClock),
+            ),
+            prove_watchdog=lambda still_rad_s, patience_s, watch: drive.prove_watchdog(
+                still_rad_s=still_rad_s, patience_s=patience_s, watch=watch
             ),
             stop_requested=reason_to_stop,
             progress=progress,
@@ -314,6 +318,10 @@ class _RunWriter:
             background=in_real_time,
         )
         self.append = self._stream.append
+        self._proof: WatchdogProof | None = None
+
+    def note(self, proof: WatchdogProof) -> None:
+        self._proof = proof
 
     def finish(self, *, account: SyncAccount | None, stopped_because: str) -> Path | None:
         """Finish the stream; where nothing was recorded, leave no file."""
@@ -323,6 +331,11 @@ class _RunWriter:
         changes: dict[str, object] = {}
         if stopped_because:
             changes["stopped_because"] = stopped_because
+        if self._proof is not None:
+            changes["watchdog"] = {
+                "proven": self._proof.reacted,
+                **{k: v for k, v in asdict(self._proof).items() if k != "reacted"},
+            }
         if account is None:
             return self._stream.finish(None, changes)
         changes[ACQUISITION] = Acquisition(**asdict(account)).to_json()

@@ -132,6 +132,36 @@ class SyncAccount:
 
 
 @dataclass(frozen=True)
+class WatchdogProof:
+    """What a drive did when it no longer heard our heartbeat, at standstill and under torque.
+
+    Parameters
+    ----------
+    reacted : bool
+        Whether it left operation enabled by itself, in time.
+    timeout_s : float
+        The silence after which it was told to react.
+    still_enabled_s, reaction_s : float
+        After our last heartbeat: until when it was seen enabled at least, and when it was first
+        seen not to be; it reacted between the two. `reaction_s` is NaN where it did not.
+    state : str
+        Where it went, in CiA 402's words.
+    emergencies : tuple of str
+        What it sent meanwhile, as "0x8130".
+    recovery : str
+        What it needed to be ready again: "start", "fault reset" or "reset communication".
+    """
+
+    reacted: bool
+    timeout_s: float
+    still_enabled_s: float
+    reaction_s: float
+    state: str
+    emergencies: tuple[str, ...]
+    recovery: str
+
+
+@dataclass(frozen=True)
 class StopReport:
     """How a stop ended. `at_rest` is True only when standstill was measured."""
 

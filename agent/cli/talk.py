@@ -13,6 +13,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 STAGES = {
     "connect": "reaching the drive",
+    "prove": "proving the drive's watchdog",
     "enable": "switching the drive on",
     "approach": "going to the start",
     "stair": "driving the stair",

@@ -16,7 +16,7 @@ from agent.cell import Axis, Cell
 from agent.cycle.gate import temperature_refusals
 from agent.cycle.plan import CyclePlan
 from agent.errors import RefusedError
-from drivers.ports import DriveState, Sample
+from drivers.ports import DriveState, Sample, WatchdogProof
 from trajectories import check
 
 # A joint that only reports noise stays below this; one that is being pushed does not.
@@ -115,6 +115,22 @@ def at_standstill(plan: CyclePlan, samples: Sequence[Sample]) -> tuple[Condition
             f"the arm stands at {arm_deg:.1f} deg, outside its window: jog it back inside",
         ),
         Condition("gearbox temperature", not temperature, "; ".join(temperature)),
+    )
+
+
+def watchdog_proven(proof: WatchdogProof) -> Condition:
+    """Return whether the drive has shown that it stops by itself when the agent falls silent.
+
+    Without that a velocity would go on for ever when this computer dies: nothing of the velocity
+    modes is for such a drive, only moves that the drive itself ends.
+    """
+    return Condition(
+        "watchdog proven",
+        proof.reacted,
+        f"the drive's watchdog does not work: it was still enabled {proof.still_enabled_s:.2f} s "
+        f"after our last heartbeat, told to react after {proof.timeout_s:.2f} s (0x1016, 0x6007); "
+        "in a velocity mode the joint would go on when this computer dies, so this drive is for "
+        "bounded moves (profile position) only",
     )
 
 

@@ -17,13 +17,13 @@ from typing import Protocol
 
 from agent.cycle.interlock import Event, Interlock
 from agent.cycle.plan import CyclePlan
-from agent.cycle.preflight import at_standstill, insist
+from agent.cycle.preflight import at_standstill, insist, watchdog_proven
 from agent.cycle.sequence import OFF, Stage, Step
 from agent.cycle.sequence import Sequence as CycleSequence
 from agent.cycle.teardown import Aftermath, tear_down
 from agent.errors import StoppedError
 from drivers.clock import Clock
-from drivers.ports import Axis, AxisEvidence, Sample, SyncAccount
+from drivers.ports import Axis, AxisEvidence, Sample, SyncAccount, WatchdogProof
 
 OBSERVE_S = 0.2
 OBSERVE_TIMEOUT_S = 2.0
@@ -33,12 +33,22 @@ PROBE_COLUMNS = ("gearbox_temperature_age_s", "gearbox_temperature_quality")
 
 Progress = Callable[[str, float], None]
 
+ProveWatchdog = Callable[[float, float, Callable[[], None]], WatchdogProof]
+"""Given the speed of a joint that moves, the patience for enabling, and whom to ask at each look.
+
+It has torque on the joint for half a second, at standstill.
+"""
+
 
 class Writer(Protocol):
     """What the runner needs of a recording that is being written."""
 
     def append(self, row: Sequence[float | str]) -> None:
         """Keep one row, in the order of the columns that it was opened with."""
+        ...
+
+    def note(self, proof: WatchdogProof) -> None:
+        """Keep the proof of the drive's watchdog with the recording."""
         ...
 
     def finish(self, *, account: SyncAccount | None, stopped_because: str) -> Path | None:
@@ -143,6 +153,8 @@ class CycleRunner:
         Paces the ticks.
     open_recording : callable
         Starts the recording once the drive is known.
+    prove_watchdog : callable, optional
+        Shows, once the joint is known to stand, that the drive stops when the agent falls silent.
     stop_requested : callable
         Asked every tick; returns a reason to stop, or None.
     progress : callable
@@ -161,6 +173,7 @@ class CycleRunner:
         clock: Clock,
         *,
         open_recording: Callable[[AxisEvidence], Writer],
+        prove_watchdog: ProveWatchdog | None = None,
         stop_requested: Callable[[], str | None] = lambda: None,
         progress: Progress = lambda _stage, _share: None,
     ) -> None:
@@ -168,6 +181,7 @@ class CycleRunner:
         self._axis = axis
         self._clock = clock
         self._open_recording = open_recording
+        self._prove_watchdog = prove_watchdog
         self._stop_requested = stop_requested
         self._progress = progress
         self._writer: Writer | None = None
@@ -221,6 +235,7 @@ class CycleRunner:
         self._writer = self._open_recording(evidence)
         seen = self._observe()
         insist(at_standstill(self.plan, seen))
+        self._prove(self._writer)
         interlock = Interlock().after(Event.PREFLIGHT_PASSED)
         sequence = CycleSequence(self.plan, interlock, seen[-1])
         self._recorder = _Recorder(
@@ -246,6 +261,26 @@ class CycleRunner:
             if tick % report_every == 0:
                 self._progress(sequence.stage.value, sequence.progress)
 
+    def _prove(self, writer: Writer) -> None:
+        """Refuse a drive that does not stop by itself when nobody feeds its watchdog."""
+        if self._prove_watchdog is None:
+            return
+        self._progress("prove", 0.0)
+        self._torque_asked = True
+        proof = self._prove_watchdog(
+            self.plan.limits.velocity_error_max_rad_s,
+            self.plan.transition_timeout_s,
+            self._stop_if_asked,
+        )
+        self._torque_asked = False
+        writer.note(proof)
+        insist((watchdog_proven(proof),))
+
+    def _stop_if_asked(self) -> None:
+        reason = self._stop_requested()
+        if reason is not None:
+            raise StoppedError(f"Stopped before anything moved: {reason}.")
+
     def _observe(self) -> list[Sample]:
         """Return what the drive says during a fifth of a second without torque."""
         seen: list[Sample] = []
@@ -253,9 +288,7 @@ class CycleRunner:
         for now_s in self._ticks():
             seen += self._axis.receive()
             span_s = seen[-1].time_s - seen[0].time_s if seen else 0.0
-            reason = self._stop_requested()
-            if reason is not None:
-                raise StoppedError(f"Stopped before anything moved: {reason}.")
+            self._stop_if_asked()
             if span_s >= OBSERVE_S or now_s - start_s > OBSERVE_TIMEOUT_S:
                 return seen
             self._axis.send(OFF)

@@ -21,6 +21,7 @@ from drivers.cia402.sdo import SdoAccess
 from drivers.cia402.settings import apply, snapshot
 from drivers.cia402.stopping import stop_axis
 from drivers.cia402.supervision import judge
+from drivers.cia402.watchdog_proof import prove
 from drivers.cia402.words import Mode
 from drivers.clock import Clock
 from drivers.errors import (
@@ -37,6 +38,7 @@ from drivers.ports import (
     Sample,
     StopReport,
     SyncAccount,
+    WatchdogProof,
 )
 
 _PROOF_SYNCS = 5
@@ -121,14 +123,37 @@ class Cia402Axis:
         }
         self._found_state = self._state_found(node)
         self._bring(node, NmtOrder.PRE_OPERATIONAL, NmtState.PRE_OPERATIONAL)
-        settings.update(apply(sdo, config, found))
-        sdo.write(objects.TARGET_VELOCITY, 0)
-        settings[objects.MODE_DISPLAY.key] = self._mode_taken(sdo)
+        settings.update(self._set_up(sdo))
         self._exchange = Exchange(self._owner, self._clock, config, node)
         self._bring(node, NmtOrder.START, NmtState.OPERATIONAL)
         self._prove_answers(self._exchange)
         self._opened = True
         return AxisEvidence(identity=identity, settings=settings, found=dict(found))
+
+    def prove_watchdog(
+        self, *, still_rad_s: float, patience_s: float, watch: Callable[[], None]
+    ) -> WatchdogProof:
+        """Fall silent at standstill, under torque, and see the drive react; it ends without torque.
+
+        As `drivers.cia402.watchdog_proof.prove`, on an open axis.
+        """
+        exchange, node = self._running(), self._node
+        assert node is not None  # an axis that is open has one
+        sdo = SdoAccess(node, self._config.sdo_attempts)
+
+        def arm_again() -> None:
+            sdo.set(objects.HEARTBEAT_PRODUCER, self._config.drive_heartbeat_period_ms)
+            self._bring(node, NmtOrder.PRE_OPERATIONAL, NmtState.PRE_OPERATIONAL)
+            self._set_up(sdo)
+
+        return prove(
+            exchange,
+            sdo,
+            arm_again=arm_again,
+            still_rad_s=still_rad_s,
+            patience_s=patience_s,
+            watch=watch,
+        )
 
     def send(self, command: Command) -> None:
         """Send set-point, SYNC and (when due) the heartbeat; never waits for an answer.
@@ -214,6 +239,13 @@ class Cia402Axis:
         if not self._opened or self._closed or self._exchange is None:
             raise DriveStateError("The axis is not open.", "Open it first.")
         return self._exchange
+
+    def _set_up(self, sdo: SdoAccess) -> dict[str, int]:
+        """Write limits, watchdog, PDOs and mode in PRE-OPERATIONAL; return what was read back."""
+        settings = apply(sdo, self._config, self._found)
+        sdo.write(objects.TARGET_VELOCITY, 0)
+        settings[objects.MODE_DISPLAY.key] = self._mode_taken(sdo)
+        return settings
 
     def _state_found(self, node: CanopenNode) -> NmtState:
         """Return the NMT state in which the drive was found, from its first heartbeat."""

@@ -55,6 +55,7 @@ class Exchange:
         self.left_enabled: State | None = None  # where it went when nobody had asked it to
         self.unreadable: DriverError | None = None
         self.muted = False  # no more heartbeats: the drive's own watchdog shall act
+        self.last_heartbeat_s = -math.inf  # ours
         self._was_enabled = False
         self._next_heartbeat_s = -math.inf
         self._dropped_before = owner.reception().dropped_by_kernel or 0
@@ -86,6 +87,7 @@ class Exchange:
         if now_s >= self._next_heartbeat_s and not self.muted:
             self.owner.post(_HEARTBEAT + self.config.agent_node_id, _ALIVE)
             self._next_heartbeat_s = now_s + self.config.agent_heartbeat_period_s
+            self.last_heartbeat_s = self.clock.now()
 
     def collect(self) -> list[Sample]:
         """Take in everything that has arrived and return the complete samples, oldest first.

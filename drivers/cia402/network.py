@@ -26,6 +26,7 @@ class NmtOrder(enum.IntEnum):
     START = 0x01
     STOP = 0x02
     PRE_OPERATIONAL = 0x80
+    RESET_COMMUNICATION = 0x82
 
 
 class NmtState(enum.IntEnum):

@@ -59,6 +59,10 @@ def test_a_cycle_records_every_sample_and_leaves_the_drive_as_it_was(tmp_path: P
     error = recording.columns["velocity_rad_s"] - recording.columns["velocity_command_rad_s"]
     assert np.median(np.abs(error[steady])) < 0.5
     assert np.isfinite(recording.columns["gearbox_temperature_degc"]).all()
+    watchdog = recording.metadata.extra["watchdog"]
+    assert watchdog["proven"]
+    assert watchdog["timeout_s"] <= watchdog["reaction_s"] < watchdog["timeout_s"] + 0.02
+    assert watchdog["emergencies"] == ["0x8130"]
 
 
 def test_the_same_seed_gives_the_same_recording(tmp_path: Path) -> None:

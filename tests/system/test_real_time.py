@@ -95,6 +95,8 @@ def test_run_drives_the_fake_and_finds_its_friction(bench: Bench) -> None:
 def test_a_killed_run_stops_the_joint_and_loses_half_a_second_at_most(bench: Bench) -> None:
     out = bench.folder / "out"
     with started(["run", bench.cell, "--axis", "1", "--out", out], bench.folder / "run.log") as run:
+        proven = bench.listen(lambda m: m.arbitration_id == EMCY, timeout_s=30.0)
+        assert proven is not None, "the drive's watchdog was not proven before motion"
         first = bench.listen(
             lambda m: m.arbitration_id == RPDO1 and m.data[0] == SHUTDOWN, timeout_s=30.0
         )
