@@ -14,6 +14,7 @@ from pathlib import Path
 from agent.acquisition import KEY as ACQUISITION
 from agent.acquisition import Acquisition
 from agent.cell import Axis, Bus, Cell
+from agent.cycle.axis_lock import owned
 from agent.cycle.job import JobRunner, job_columns
 from agent.cycle.permission import permitted
 from agent.cycle.plan import CyclePlan, plan_cycle
@@ -83,15 +84,16 @@ def drive_cycle(
     """
     cell, axis = request.cell, request.axis
     plan = plan_cycle(cell, axis, reverse=request.reverse, trajectory=request.trajectory)
-    insist(before_the_bus(cell, axis, plan, request.folder))
-    progress("connect", 0.0)  # whatever is slow about showing it, is slow before a joint moves
-    if axis.job is not None:
-        return _run_job(request, plan, clock, stop_requested, progress)
-    owner = CanBusOwner.open(bus_config(cell.bus), clock)
-    try:
-        return _run_drive(request, plan, owner, clock, stop_requested, progress)
-    finally:
-        owner.close()
+    with owned(cell, axis) as no_other_owner:
+        insist((*before_the_bus(cell, axis, plan, request.folder), no_other_owner))
+        progress("connect", 0.0)  # whatever is slow about showing it, is slow before a joint moves
+        if axis.job is not None:
+            return _run_job(request, plan, clock, stop_requested, progress)
+        owner = CanBusOwner.open(bus_config(cell.bus), clock)
+        try:
+            return _run_drive(request, plan, owner, clock, stop_requested, progress)
+        finally:
+            owner.close()
 
 
 def _run_drive(

@@ -1,0 +1,143 @@
+"""One owner per axis on this machine: a lock that the system takes away when its owner dies.
+
+Two names are locked: the robot's axis, and the place on the bus where its drive (or controller)
+is, so that neither a second cell file nor a second name for the same robot leads around it. The
+files stay where they are; only the lock on them counts, and no crash leaves one behind.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import getpass
+import hashlib
+import json
+import os
+import re
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from agent.cell import Axis, Cell
+from agent.cycle.preflight import Condition
+from agent.errors import StorageError
+from agent.record.lock import try_lock
+from drivers.clock import wall_time_utc
+
+FOLDER_VARIABLE = "STRIBECK_LOCK_FOLDER"
+_SHARED = (Path("/run/lock"), Path("/var/lock"))
+_WHAT_IT_SAYS = 4096  # bytes, at most
+
+
+def lock_folder() -> Path:
+    """Return where this machine's locks are: the same for every program and user."""
+    chosen = os.environ.get(FOLDER_VARIABLE)
+    if chosen:
+        return Path(chosen)
+    for folder in _SHARED:
+        if os.access(folder, os.W_OK):
+            return folder
+    return Path(tempfile.gettempdir())
+
+
+def lock_names(cell: Cell, axis: Axis) -> tuple[str, ...]:
+    """Return what must be locked to own an axis; empty for a bus inside of this process."""
+    if axis.job is not None:
+        place = f"{axis.job.tcp or axis.job.rtu} unit {axis.job.device_id} axis {axis.number}"
+    elif cell.bus.interface == "virtual":
+        return ()
+    else:
+        options = json.dumps(cell.bus.options, sort_keys=True)
+        place = f"{cell.bus.interface} {cell.bus.channel} {options} node {axis.drive.node_id}"
+    return f"{cell.robot}.axis{axis.number}", hashlib.sha256(place.encode()).hexdigest()[:16]
+
+
+@contextlib.contextmanager
+def owned(cell: Cell, axis: Axis, folder: Path | None = None) -> Iterator[Condition]:
+    """Own an axis for as long as the block runs, or say who does.
+
+    Parameters
+    ----------
+    cell, axis : Cell, Axis
+        Whose joint.
+    folder : pathlib.Path, optional
+        In place of `lock_folder()`.
+
+    Yields
+    ------
+    Condition
+        Holds when the axis is ours.
+
+    Raises
+    ------
+    agent.errors.StorageError
+        The folder of the locks cannot be used.
+    """
+    folder = folder or lock_folder()
+    with contextlib.ExitStack() as held:
+        holder = ""
+        try:
+            for name in lock_names(cell, axis):
+                holder = holder or _take(folder / f"stribeck.{_in_a_file_name(name)}.lock", held)
+        except OSError as error:
+            raise StorageError(
+                f"The lock of axis {axis.number} of {cell.robot} cannot be used: {error}.",
+                f"Let {FOLDER_VARIABLE} name a folder that all users of this machine may write to.",
+            ) from error
+        yield Condition(
+            "no other owner",
+            not holder,
+            f"axis {axis.number} of {cell.robot}, or its place on the bus, is held by {holder}: "
+            "let that end first",
+        )
+
+
+def _take(path: Path, held: contextlib.ExitStack) -> str:
+    """Take one lock until `held` ends; return who has it, or nothing when it is ours."""
+    descriptor = _open_for_all(path)
+    held.callback(os.close, descriptor)
+    if not try_lock(descriptor):
+        return _who(descriptor)
+    who = {"pid": os.getpid(), "user": _user(), "since": wall_time_utc()}
+    os.ftruncate(descriptor, 0)
+    os.write(descriptor, json.dumps(who).encode())
+    return ""
+
+
+def _open_for_all(path: Path) -> int:
+    """Open the lock's file, made for every user where it is new.
+
+    Where it exists it is opened without O_CREAT, which Linux may refuse in another's sticky folder;
+    and a link that somebody has put there is not followed.
+    """
+    flags = os.O_RDWR | getattr(os, "O_NOFOLLOW", 0)
+    try:
+        return os.open(path, flags)
+    except FileNotFoundError:
+        pass
+    try:
+        descriptor = os.open(path, flags | os.O_CREAT | os.O_EXCL, 0o666)
+    except FileExistsError:
+        return os.open(path, flags)
+    with contextlib.suppress(PermissionError):  # a file system without modes
+        path.chmod(0o666)  # whatever the umask
+    return descriptor
+
+
+def _who(descriptor: int) -> str:
+    """Say who holds the lock, as far as its file tells."""
+    try:
+        who = json.loads(os.read(descriptor, _WHAT_IT_SAYS))
+        return f"process {int(who['pid'])} (user {who['user']}) since {who['since']}"
+    except (ValueError, KeyError, TypeError):
+        return "another program, which has just begun"
+
+
+def _in_a_file_name(text: str) -> str:
+    return re.sub(r"[^A-Za-z0-9._-]", "_", text)
+
+
+def _user() -> str:
+    try:
+        return getpass.getuser()
+    except (KeyError, OSError):  # OSError from Python 3.13 on: a user without a name
+        return "unknown"

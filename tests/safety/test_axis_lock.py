@@ -1,0 +1,132 @@
+"""An axis has one owner on this machine, across processes and cell files, and no hand is needed."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+import tomli_w
+
+from agent.cell import Cell, parse_cell
+from agent.cli.fake_cell import fake_cell_text
+from agent.cycle.axis_lock import FOLDER_VARIABLE, lock_folder, owned
+from agent.errors import RefusedError, StorageError
+from agent.wire import CycleRequest, drive_cycle
+from drivers.clock import MonotonicClock
+from fakes.specification import FakeSpecification
+
+HOLDER = """
+import sys
+from pathlib import Path
+from agent.cell import parse_cell
+from agent.cycle.axis_lock import owned
+
+cell = parse_cell(Path(sys.argv[1]).read_text())
+with owned(cell, cell.axis[0], Path(sys.argv[2])) as condition:
+    print("held" if condition.holds else condition.reason, flush=True)
+    sys.stdin.read()
+"""
+
+
+def cell_with(robot: str = "cell7", channel: str = "can0", **drive: Any) -> Cell:
+    text = fake_cell_text(FakeSpecification(), interface="socketcan", channel=channel)
+    description = tomllib.loads(text) | {"robot": robot}
+    description["axis"][0]["drive"] |= drive
+    return parse_cell(tomli_w.dumps(description))
+
+
+@contextmanager
+def held_elsewhere(cell: Cell, folder: Path) -> Iterator[subprocess.Popen[str]]:
+    """Let another process own the cell's axis."""
+    description = folder / "holder.toml"
+    description.write_text(
+        tomli_w.dumps(cell.model_dump(mode="json", by_alias=True, exclude_none=True))
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", HOLDER, str(description), str(folder)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as holder:
+        assert holder.stdout is not None
+        assert holder.stdout.readline() == "held\n"
+        yield holder
+        holder.kill()
+
+
+def test_a_second_start_learns_who_holds_the_axis_and_a_kill_leaves_it_free(tmp_path: Path) -> None:
+    cell = cell_with()
+    with held_elsewhere(cell, tmp_path) as holder:
+        with owned(cell, cell.axis[0], tmp_path) as condition:
+            assert not condition.holds
+            said = rf"axis 1 of cell7.* process {holder.pid} \(user .+\) since 20\d\d-.+Z"
+            assert re.search(said, condition.reason)
+        holder.send_signal(signal.SIGKILL)
+        holder.wait()
+        with owned(cell, cell.axis[0], tmp_path) as condition:
+            assert condition.holds
+
+
+@pytest.mark.parametrize(
+    ("other", "is_free"),
+    [
+        (cell_with(channel="can1"), False),  # the same robot and axis in another cell file
+        (cell_with(robot="another-name"), False),  # the same drive under another name
+        (cell_with(robot="another-name", node_id=2), True),
+        (cell_with(robot="another-name", channel="can1"), True),
+    ],
+    ids=["same axis", "same drive", "another node", "another bus"],
+)
+def test_neither_another_file_nor_another_name_leads_around_it(
+    other: Cell, is_free: bool, tmp_path: Path
+) -> None:
+    cell = cell_with()
+    with (
+        owned(cell, cell.axis[0], tmp_path) as ours,
+        owned(other, other.axis[0], tmp_path) as theirs,
+    ):
+        assert ours.holds
+        assert theirs.holds is is_free
+
+
+def test_a_lock_that_was_not_got_holds_nothing_back(tmp_path: Path) -> None:
+    """A start that is refused for the drive's place must not keep the robot's name locked."""
+    cell, other = cell_with(), cell_with(robot="another-name")
+    with owned(cell, cell.axis[0], tmp_path):
+        with owned(other, other.axis[0], tmp_path) as refused:
+            assert not refused.holds
+        elsewhere = cell_with(robot="another-name", channel="can1")
+        with owned(elsewhere, elsewhere.axis[0], tmp_path) as condition:
+            assert condition.holds
+
+
+def test_a_cycle_on_an_owned_axis_is_refused_before_the_bus_is_opened(tmp_path: Path) -> None:
+    cell = cell_with(channel="no-such-bus")  # opening it would be a BusError
+    with (
+        owned(cell, cell.axis[0]),
+        pytest.raises(RefusedError, match=f"held by process {os.getpid()}"),
+    ):
+        drive_cycle(CycleRequest(cell, cell.axis[0], tmp_path / "out"), MonotonicClock())
+
+
+def test_a_folder_that_cannot_be_used_is_said(tmp_path: Path) -> None:
+    cell = cell_with()
+    with (
+        pytest.raises(StorageError, match=FOLDER_VARIABLE),
+        owned(cell, cell.axis[0], tmp_path / "missing"),
+    ):
+        raise AssertionError("unreachable")
+
+
+def test_the_folder_is_the_machines_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(FOLDER_VARIABLE)
+    assert lock_folder().is_dir()
