@@ -16,6 +16,7 @@ from pydantic import (
     AfterValidator,
     Field,
     ValidationError,
+    ValidationInfo,
     model_validator,
 )
 
@@ -25,6 +26,8 @@ from agent.errors import InputError
 from trajectories import AxisLimits, TorqueModel, motor_rad
 
 SCHEMA = "stribeck.cell/1"
+REPLAY = "replay"
+REAL_TIME = "real_time"
 
 
 def _a_name(text: str) -> str:
@@ -36,6 +39,14 @@ def _a_name(text: str) -> str:
     return text
 
 
+def _beside_the_cell(channel: str | int, info: ValidationInfo) -> str | int:
+    """Return a recording's path relative to the cell's own file; a bus's channel as it is."""
+    folder = info.context.get("folder") if isinstance(info.context, dict) else None
+    if info.data.get("interface") != REPLAY or folder is None:
+        return channel
+    return str(Path(folder) / str(channel))
+
+
 Name = Annotated[str, AfterValidator(_a_name)]
 NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -45,13 +56,32 @@ class Bus(_Part):
     """How the CAN bus is reached; names as python-can has them.
 
     `fast_reader` lets a process of its own receive where that is possible (SocketCAN on Linux).
+    The interface `replay` is ours: `channel` is a recording, played in place of the drive.
     """
 
     interface: str = Field(min_length=1)
-    channel: str | int
+    channel: Annotated[str | int, AfterValidator(_beside_the_cell)]
     bitrate: int = Field(default=1_000_000, gt=0)
     fast_reader: bool = True
     options: dict[str, str | int | float | bool] = Field(default={})
+
+    @property
+    def replays(self) -> bool:
+        """Return whether a recording is played instead of a bus opened."""
+        return self.interface == REPLAY
+
+    @property
+    def in_real_time(self) -> bool:
+        """Return whether a recording is played at its own pace, not as fast as it can be."""
+        return bool(self.options.get(REAL_TIME, True))
+
+    @model_validator(mode="after")
+    def _replay_takes_one_option(self) -> Self:
+        if self.replays and not isinstance(self.options.get(REAL_TIME, True), bool):
+            raise ValueError(f"the option {REAL_TIME} of a replay is true or false")
+        if self.replays and set(self.options) - {REAL_TIME}:
+            raise ValueError(f"a replay has one option, {REAL_TIME}")
+        return self
 
 
 class TemperatureObject(_Part):
@@ -286,6 +316,10 @@ class Cell(_Part):
         drives = [axis.drive_ for axis in self.axis if axis.drive_ is not None]
         if drives and self.bus_ is None:
             raise ValueError("[bus] is missing: how the drives are reached")
+        by_job = [str(axis.number) for axis in self.axis if axis.job is not None]
+        if self.bus_ is not None and self.bus_.replays and by_job:
+            # Somebody who believes that all is replayed would be driving a robot.
+            raise ValueError(f"a replay has drives only: axis {', '.join(by_job)} has [axis.job]")
         if isinstance(self.release, ContactRelease) and not drives:
             raise ValueError("a release on a CAN input needs a drive on [bus] beside it")
         for what in ("number", "node_id"):

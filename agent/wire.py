@@ -25,7 +25,9 @@ from agent.record.atomic import publish
 from agent.record.recording import Metadata
 from agent.record.rows import Kind
 from agent.record.stream import StreamWriter
+from agent.replayed import KEY as REPLAY
 from agent.wire_devices import cell_release, job_controller, permit_wait_s, with_probe
+from agent.wire_replay import Replay, open_replay
 from drivers.can.owner import CanBusConfig, CanBusOwner
 from drivers.cia402.axis import Cia402Axis
 from drivers.cia402.config import Cia402Config, ExpectedIdentity
@@ -89,6 +91,8 @@ def drive_cycle(
         progress("connect", 0.0)  # whatever is slow about showing it, is slow before a joint moves
         if axis.job is not None:
             return _run_job(request, plan, clock, stop_requested, progress)
+        if cell.bus.replays:
+            return _run_replay(request, plan, clock, stop_requested, progress)
         owner = CanBusOwner.open(bus_config(cell.bus), clock)
         try:
             return _run_drive(request, plan, owner, clock, stop_requested, progress)
@@ -167,6 +171,32 @@ def _run_job(
             stop_requested=reason_to_stop,
             progress=progress,
         ).run()
+
+
+def _run_replay(
+    request: CycleRequest,
+    plan: CyclePlan,
+    clock: Clock,
+    stop_requested: Callable[[], str | None],
+    progress: Progress,
+) -> CycleResult:
+    """Play a recording as the axis; no device is reached: no probe, and no release is asked for."""
+    replay = open_replay(request.cell, request.axis, clock)
+    return CycleRunner(
+        plan,
+        replay.axis,
+        clock,
+        open_recording=lambda evidence: _RunWriter(
+            request,
+            plan,
+            evidence,
+            {},
+            in_real_time=not isinstance(clock, SteppedClock),
+            replay=replay,
+        ),
+        stop_requested=stop_requested,
+        progress=progress,
+    ).run()
 
 
 def bus_config(bus: Bus) -> CanBusConfig:
@@ -286,7 +316,9 @@ class _RunWriter:
         temperature_source: Mapping[str, str | int | float],
         *,
         in_real_time: bool,
+        replay: Replay | None = None,
     ) -> None:
+        self._replay = replay
         cell, axis = request.cell, request.axis
         started_at = wall_time_utc()
         stamp = started_at.replace("-", "").replace(":", "").replace(".", "")
@@ -302,7 +334,7 @@ class _RunWriter:
             payload_kg=axis.payload_kg,
             drive={
                 **evidence.identity,
-                **_torque_source(axis),
+                **(_torque_source(axis) if replay is None else replay.torque_source),
                 "settings": dict(evidence.settings),
             },
             software=software(),
@@ -338,6 +370,8 @@ class _RunWriter:
                 "proven": self._proof.reacted,
                 **{k: v for k, v in asdict(self._proof).items() if k != "reacted"},
             }
+        if self._replay is not None:
+            changes[REPLAY] = self._replay.played().to_json()
         if account is None:
             return self._stream.finish(None, changes)
         changes[ACQUISITION] = Acquisition(**asdict(account)).to_json()

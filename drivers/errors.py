@@ -14,7 +14,8 @@
     |-- DriveFaultError             the drive reports a fault or sent an EMCY
     |-- DriveStateError             the drive did not reach a state in time, or left it unasked
     |-- HeartbeatLostError          the node's heartbeat has stopped
-    `-- SyncUnansweredError         the node no longer answers SYNC
+    |-- SyncUnansweredError         the node no longer answers SYNC
+    `-- RecordingEndedError         a recording that is played has no more samples
 """
 
 from __future__ import annotations
@@ -110,3 +111,7 @@ class HeartbeatLostError(DriverError):
 
 class SyncUnansweredError(DriverError):
     """The node no longer answers SYNC."""
+
+
+class RecordingEndedError(DriverError):
+    """A recording that is played as an axis has no more samples, and motion is still asked for."""

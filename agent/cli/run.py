@@ -14,8 +14,9 @@ from agent.cli.talk import progress_bar, stop_on_signal, talker
 from agent.cycle.plan import NAMED, trajectory_of
 from agent.errors import InputError, RefusedError
 from agent.record.reading import read
+from agent.replayed import Replayed
 from agent.wire import CycleRequest, drive_cycle
-from drivers.clock import MonotonicClock
+from agent.wire_replay import clock_for
 from drivers.ports import SyncAccount
 from trajectories import Trajectory, TrajectoryError, summarise
 
@@ -113,7 +114,7 @@ def run_axis(
     )
     with stop_on_signal() as stop_requested, progress_bar(f"axis {number}") as progress:
         result = drive_cycle(
-            request, MonotonicClock(), stop_requested=stop_requested, progress=progress
+            request, clock_for(cell), stop_requested=stop_requested, progress=progress
         )
     account = result.account
     talker().print(
@@ -121,7 +122,11 @@ def run_axis(
         f"{account.late} late, {account.not_asked} not asked for in time, "
         f"jitter {account.jitter_s * 1e3:.2f} ms{_received(account)}."
     )
-    conclusion = conclude([read(result.recording)])
+    recording = read(result.recording)
+    replayed = Replayed.from_metadata(recording.metadata.extra, recording.source)
+    if replayed is not None:
+        talker().print(replayed.sentence)
+    conclusion = conclude([recording])
     json_path = conclusion.write_json(result.recording.with_suffix(".estimate.json"))
     report_path = conclusion.write_report(result.recording.with_suffix(".report.html"))
     if as_json:
