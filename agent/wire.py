@@ -21,7 +21,7 @@ from agent.cycle.plan import CyclePlan, plan_cycle
 from agent.cycle.preflight import before_the_bus, insist
 from agent.cycle.runner import CycleResult, CycleRunner, Progress, columns
 from agent.errors import InputError
-from agent.record.atomic import publish
+from agent.record.atomic import publish, storage_error
 from agent.record.recording import Metadata
 from agent.record.rows import Kind
 from agent.record.stream import StreamWriter
@@ -88,6 +88,10 @@ def drive_cycle(
     plan = plan_cycle(cell, axis, reverse=request.reverse, trajectory=request.trajectory)
     with owned(cell, axis) as no_other_owner:
         insist((*before_the_bus(cell, axis, plan, request.folder), no_other_owner))
+        try:
+            request.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise storage_error(error, f"The folder {request.folder} cannot be made") from error
         progress("connect", 0.0)  # whatever is slow about showing it, is slow before a joint moves
         if axis.job is not None:
             return _run_job(request, plan, clock, stop_requested, progress)

@@ -11,7 +11,10 @@ from agent.cell import Axis, read_cell
 from agent.cli.outcome import conclude
 from agent.cli.summary import summary
 from agent.cli.talk import progress_bar, stop_on_signal, talker
-from agent.cycle.plan import NAMED, trajectory_of
+from agent.cycle.axis_lock import owned
+from agent.cycle.plan import NAMED, plan_cycle
+from agent.cycle.preconditions import listed
+from agent.cycle.preflight import before_the_bus
 from agent.errors import InputError, RefusedError
 from agent.record.reading import read
 from agent.replayed import Replayed
@@ -33,11 +36,19 @@ def dry_run_axis(
     """
     cell = read_cell(cell_path)
     axis = cell.axis_numbered(number)
-    trajectory = trajectory_of(axis, asked_for(axis, trajectory_path), reverse=reverse)
-    plan = summarise(trajectory, axis.motor_limits, axis.torque_model, gear_ratio=axis.gear_ratio)
+    asked = asked_for(axis, trajectory_path)
+    cycle = plan_cycle(cell, axis, reverse=reverse, trajectory=asked)
+    plan = summarise(
+        cycle.trajectory, axis.motor_limits, axis.torque_model, gear_ratio=axis.gear_ratio
+    )
     typer.echo("\n".join([f"{cell.robot}, axis {number}: dry run, nothing moves.", *plan.lines()]))
-    if not axis.commissioned:
-        typer.echo("The axis is not commissioned: `stribeck run` would refuse it.")
+    with owned(cell, axis) as no_other_owner:
+        folder = cell_path.parent / cell.recording.folder
+        judged = (*before_the_bus(cell, axis, cycle, folder), no_other_owner)
+        typer.echo("\nBefore anything moves, each of these must hold:")
+        typer.echo("\n".join(f"  {line}" for line in listed(cell, axis, judged)))
+    if not all(condition.holds for condition in judged):
+        typer.echo("\n`stribeck run` would refuse now.")
     if plan.excesses:
         raise RefusedError("What would be driven does not fit the axis's limits.")
 

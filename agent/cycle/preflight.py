@@ -7,6 +7,7 @@ says while it has no torque. Both return *all* reasons, so that a technician wal
 from __future__ import annotations
 
 import math
+import os
 import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -34,7 +35,7 @@ class Condition:
 
 
 def before_the_bus(cell: Cell, axis: Axis, plan: CyclePlan, folder: Path) -> tuple[Condition, ...]:
-    """Return the preconditions that can be judged before a bus is opened.
+    """Return the preconditions that can be judged before a bus is opened; nothing is written.
 
     Parameters
     ----------
@@ -43,7 +44,7 @@ def before_the_bus(cell: Cell, axis: Axis, plan: CyclePlan, folder: Path) -> tup
     plan : CyclePlan
         What would be driven.
     folder : pathlib.Path
-        Where the recording would go; it is created when missing.
+        Where the recording would go.
     """
     return (
         Condition(
@@ -51,6 +52,12 @@ def before_the_bus(cell: Cell, axis: Axis, plan: CyclePlan, folder: Path) -> tup
             axis.commissioned,
             f"axis {axis.number} of {cell.robot} is not commissioned: a responsible person must "
             "check its limits and set commissioned = true and commissioned_by in the cell",
+        ),
+        Condition(
+            "payload confirmed",
+            axis.payload_kg is not None,
+            f"nobody has said what axis {axis.number} of {cell.robot} carries: set payload_kg in "
+            "the cell, 0.0 for a bare flange",
         ),
         _inside_limits(axis, plan),
         _disk_space(folder, plan, cell.recording.disk_reserve_mb),
@@ -68,8 +75,10 @@ def _inside_limits(axis: Axis, plan: CyclePlan) -> Condition:
 def _disk_space(folder: Path, plan: CyclePlan, reserve_mb: float) -> Condition:
     needed_mb = reserve_mb + plan.trajectory.duration_s / plan.tick_s * BYTES_PER_SAMPLE / 1e6
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        free_mb = shutil.disk_usage(folder).free / 1e6
+        there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+        if not (there.is_dir() and os.access(there, os.W_OK)):
+            return Condition("disk space", False, f"nothing can be written to {there}")
+        free_mb = shutil.disk_usage(there).free / 1e6
     except OSError as error:
         return Condition("disk space", False, f"the folder {folder} cannot be used: {error}")
     return Condition(
@@ -92,7 +101,8 @@ def at_standstill(plan: CyclePlan, samples: Sequence[Sample]) -> tuple[Condition
     if not samples:
         return (Condition("answers SYNC", False, "the drive does not answer SYNC"),)
     newest = samples[-1]
-    fastest = max(abs(s.velocity_rad_s) for s in samples)
+    # NaN first: `max` would pass over one that follows a number.
+    fastest = max((abs(s.velocity_rad_s) for s in samples), key=lambda v: (math.isnan(v), v))
     limits = plan.limits
     inside = limits.position_min_rad <= newest.position_rad <= limits.position_max_rad
     arm_deg = math.degrees(newest.position_rad / plan.gear_ratio)

@@ -1,0 +1,125 @@
+"""Every precondition of motion by its name: when it is judged, and what it asks. One list.
+
+Each blocks with its reason. A dry run shows the whole list: what is judged without the bus is
+judged, of the rest it says when it will be.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from agent.cell import Axis, Cell
+from agent.cycle.preflight import Condition
+
+
+class Judged(enum.Enum):
+    """When a precondition is judged; the value completes the sentence of a dry run."""
+
+    WITHOUT_BUS = "now"
+    BY_CELL = "by the cell's release, before the drive is reached and at every tick"
+    BY_DRIVE = "by what the drive answers, before it has torque"
+    AT_STANDSTILL = "by a fifth of a second of samples, before it has torque"
+    BY_SILENCE = "at standstill under torque, before the first motion"
+    BY_CONTROLLER = "by the controller's own words, before the job and at every exchange"
+
+
+@dataclass(frozen=True)
+class Precondition:
+    """One precondition: its name, when it is judged, and what it asks."""
+
+    name: str
+    judged: Judged
+    asks: str
+
+
+_CELL = (
+    Precondition("commissioned", Judged.WITHOUT_BUS, "a responsible person has checked the limits"),
+    Precondition("payload confirmed", Judged.WITHOUT_BUS, "the cell says what the arm carries"),
+    Precondition(
+        "inside limits",
+        Judged.WITHOUT_BUS,
+        "path with stopping distance, speed, acceleration, jerk and estimated torque fit",
+    ),
+    Precondition("disk space", Judged.WITHOUT_BUS, "the recording and a reserve have room"),
+    Precondition("no other owner", Judged.WITHOUT_BUS, "no other program holds the axis"),
+)
+_RELEASE = Precondition(
+    "release present",
+    Judged.BY_CELL,
+    "the cell is closed, free, in automatic, and nothing is stopped",
+)
+_DRIVE = (
+    Precondition(
+        "operating mode", Judged.BY_CELL, "AUTOMATIC or AUTOMATIC_EXTERNAL: the release says so"
+    ),
+    Precondition(
+        "no stop active",
+        Judged.BY_CELL,
+        "neither EmergencyStop nor ProtectiveStop: the release says so",
+    ),
+    Precondition("identity", Judged.BY_DRIVE, "vendor, product and serial number are the cell's"),
+    Precondition("drive healthy", Judged.BY_DRIVE, "no fault, and nobody has given it torque"),
+    Precondition(
+        "settings read back equal",
+        Judged.BY_DRIVE,
+        "PDO maps, watchdog, quick stop, ramps and software limits hold what was written",
+    ),
+)
+_CONTROLLER = (
+    Precondition("operating mode", Judged.BY_CONTROLLER, "AUTOMATIC or AUTOMATIC_EXTERNAL"),
+    Precondition(
+        "no stop active", Judged.BY_CONTROLLER, "neither EmergencyStop nor ProtectiveStop"
+    ),
+    Precondition("settings read back equal", Judged.BY_CONTROLLER, "the job's parameters"),
+)
+_STANDSTILL = (
+    Precondition("answers SYNC", Judged.AT_STANDSTILL, "samples come"),
+    Precondition("without torque", Judged.AT_STANDSTILL, "the drive is off"),
+    Precondition("at standstill", Judged.AT_STANDSTILL, "the joint does not move"),
+    Precondition("inside its window", Judged.AT_STANDSTILL, "the arm stands where it may"),
+    Precondition(
+        "gearbox temperature", Judged.AT_STANDSTILL, "known where it is measured, and in range"
+    ),
+)
+_WATCHDOG = Precondition(
+    "watchdog proven", Judged.BY_SILENCE, "the drive lets go when the agent falls silent"
+)
+
+
+def preconditions(cell: Cell, axis: Axis) -> tuple[Precondition, ...]:
+    """Return every precondition of a cycle on this axis, in the order in which they are judged."""
+    release = (_RELEASE,) if cell.release is not None else ()
+    if axis.job is not None:
+        return (*_CELL, *release, *_CONTROLLER, *_STANDSTILL)
+    return (*_CELL, *release, *_DRIVE, *_STANDSTILL, _WATCHDOG)
+
+
+def listed(cell: Cell, axis: Axis, judged: Sequence[Condition]) -> tuple[str, ...]:
+    """Return the list as a dry run shows it, one precondition a line.
+
+    Parameters
+    ----------
+    cell, axis : Cell, Axis
+        The description.
+    judged : sequence of Condition
+        What could be judged so far.
+    """
+    known = {condition.name: condition for condition in judged}
+    lines = []
+    for precondition in preconditions(cell, axis):
+        condition = known.get(precondition.name)
+        if condition is None:
+            verdict = _later(cell, precondition)
+        else:
+            verdict = "holds" if condition.holds else f"REFUSED: {condition.reason}"
+        lines.append(f"{precondition.name} ({precondition.asks}): {verdict}")
+    return tuple(lines)
+
+
+def _later(cell: Cell, precondition: Precondition) -> str:
+    """Say when a precondition will be judged, or that a person has to answer for it."""
+    if precondition.judged is Judged.BY_CELL and cell.release is None:
+        return "NOT JUDGED, the cell has no [release]: a person must guarantee it"
+    return f"judged {precondition.judged.value}"
