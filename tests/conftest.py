@@ -40,3 +40,8 @@ def real_recordings() -> Path:
     if not folder.is_dir():
         pytest.skip(f"real recordings are not here ({folder}); set STRIBECK_DATA")
     return folder
+
+
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
+    """Run the whole suite in two processes; what is asked for by name runs in this one."""
+    return 0 if config.args_source is pytest.Config.ArgsSource.ARGS else 2
