@@ -113,6 +113,7 @@ class Drive(_Part):
     rated_torque_nm: Positive
     encoder_counts_per_motor_rev: int = Field(gt=0)
     velocity_unit: Literal["counts_per_s", "rpm", "milli_rpm"] = "counts_per_s"
+    mode: Literal["auto", "pv", "csv", "vl", "csp", "ip", "pp"] = "auto"
     direction: Literal[1, -1] = 1
     zero_position_counts: int = 0
     gearbox_temperature: TemperatureObject | None = None

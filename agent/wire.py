@@ -248,6 +248,9 @@ def drive_config(cell: Cell, axis: Axis) -> Cia402Config:
         consecutive_lost_limit=supervision.samples_lost_in_a_row_max,
         rest_samples=max(5, round(REST_S * cell.recording.sample_rate_hz)),
         stop_period_s=1.0 / cell.recording.sample_rate_hz,
+        mode=drive.mode,
+        move_acceleration_rad_s2=axis.stair.motor_acceleration_rad_s2,
+        velocity_max_rad_s=limits.motor_velocity_max_rad_s,
     )
 
 
@@ -340,6 +343,7 @@ class _RunWriter:
                 **evidence.identity,
                 **(_torque_source(axis) if replay is None else replay.torque_source),
                 "settings": dict(evidence.settings),
+                **_known(mode=evidence.mode, mode_reason=evidence.mode_reason),
             },
             software=software(),
             extra=_known(

@@ -29,11 +29,48 @@ class DriveState(enum.Enum):
     FAULT = "fault"
 
 
+class SetPoints(enum.Enum):
+    """What a drive is fed with; the mode of operation decides."""
+
+    VELOCITY = "velocity"  # each tick: pv, csv, vl
+    POSITION = "position"  # each tick: csp, ip
+    MOVE = "move"  # now and then, and the drive's own profile leads there: pp
+
+
+class Move(NamedTuple):
+    """One motion from rest to rest that the drive's own profile makes; motor side."""
+
+    number: int  # another one than the move before
+    position_rad: float  # where it ends
+    velocity_rad_s: float  # its highest speed, above zero
+
+
+class MoveState(enum.Enum):
+    """How far the drive is with a `Move`."""
+
+    OFFERED = "offered"  # sent, and not acknowledged yet
+    RUNNING = "running"
+    DONE = "done"  # the drive says that it stands at its target
+
+
+class MoveProgress(NamedTuple):
+    """What the drive says of the last `Move`."""
+
+    number: int
+    state: MoveState
+
+
 class Command(NamedTuple):
-    """One tick's order to an axis."""
+    """One tick's order to an axis; motor side, and ignored unless the goal is ON.
+
+    Which of the three set-points acts is `AxisEvidence.set_points`; the velocity always says what
+    is planned for this moment.
+    """
 
     goal: Goal
-    velocity_rad_s: float  # motor side; ignored unless the goal is ON
+    velocity_rad_s: float
+    position_rad: float = math.nan
+    move: Move | None = None
 
 
 class Quality(enum.Enum):
@@ -69,6 +106,7 @@ class Sample(NamedTuple):
     gearbox_temperature_age_s: float = math.nan
     gearbox_temperature_quality: Quality = Quality.GOOD
     gearbox_temperature_reason: str = ""
+    move: MoveProgress | None = None  # of a drive that makes its own moves
 
 
 @dataclass(frozen=True)
@@ -83,11 +121,18 @@ class AxisEvidence:
         Every object that was read back after it was set, "0x6007:00" -> value.
     found : mapping
         The same objects as they were found, so that they can be restored.
+    mode, mode_reason : str
+        The mode of operation ("pv", "csp" ...) and why it is this one; empty where there is none.
+    set_points : SetPoints
+        What the drive is fed with.
     """
 
     identity: Mapping[str, int | str]
     settings: Mapping[str, int] = field(default_factory=dict)
     found: Mapping[str, int] = field(default_factory=dict)
+    mode: str = ""
+    mode_reason: str = ""
+    set_points: SetPoints = SetPoints.VELOCITY
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from fakes import faults as script
 from fakes.breakage import Breakage
 from fakes.connection import Connection
 from fakes.drive_loop import DriveLoop
+from fakes.drive_modes import offered
 from fakes.emergency import COMMUNICATION, PDO_LENGTH, Emergency
 from fakes.heartbeat import HeartbeatProducer
 from fakes.live_values import LiveValues
@@ -72,6 +73,9 @@ class FakeDrive:
         self.dictionary = ObjectDictionary(node_id)
         for (index, subindex), value in self.specification.factory_values().items():
             self.dictionary.set_factory(index, subindex, value)
+        self.dictionary.hide(self.specification.drive.absent_objects)
+        if self.specification.drive.rated_torque_reads_zero:
+            self.dictionary.shown[0x607600] = 0
         self.plant = Plant(
             self.specification.joint, self.specification.servo, self.specification.thermal
         )
@@ -259,6 +263,7 @@ class FakeDrive:
             if receive.waiting is not None:
                 waiting, receive.waiting = receive.waiting, None
                 self._apply(receive, waiting)
+        self.loop.synced()
 
     def _on_rpdo(self, pdo: ReceivePdo, message: can.Message) -> None:
         if len(message.data) < pdo.layout.size:
@@ -302,11 +307,27 @@ class FakeDrive:
     def _connect_objects(self) -> None:
         od = self.dictionary
         od.before_read = self._before_read
-        od.on_write(0x6040, 0, self.machine.command)
+        od.on_write(0x6040, 0, self._on_controlword)
+        od.on_write(0x6060, 0, self._on_mode)
+        od.guard(self._check_mode)
+        self._on_mode(od.number(0x6060))
         od.on_write(0x1005, 0, lambda _value: self._route())
         od.on_write(0x1016, 1, self._set_heartbeat_consumer)
         od.guard(_check_identifier)
         od.on_write(0x1017, 0, self._set_heartbeat_producer)
+
+    def _on_controlword(self, controlword: int) -> None:
+        self.machine.command(controlword)
+        self.loop.command(controlword)
+
+    def _on_mode(self, mode: int) -> None:
+        self.loop.set_mode(mode)
+        self.dictionary.set(0x6061, 0, mode)
+
+    def _check_mode(self, entry: Entry, value: Value) -> None:
+        """Refuse a mode that 0x6502 does not list."""
+        if entry.index == 0x6060 and value not in offered(self.specification.drive.supported_modes):
+            raise SdoAbortError(VALUE_RANGE)
 
     def _set_heartbeat_producer(self, milliseconds: int) -> None:
         self._producer.configure(milliseconds, self._elapsed_s)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from fakes.drive_modes import Follower, Mode, follower
 from fakes.object_dictionary import ObjectDictionary
 from fakes.plant import Plant
 from fakes.state_machine import Motion, State, StateMachine
@@ -49,6 +50,9 @@ class DriveLoop:
         self._blocked = 0  # direction in which a software limit holds the joint: -1, 0, 1
         self._clamped = False
         self.runaway: Runaway | None = None
+        self.mode = int(Mode.PROFILE_VELOCITY)
+        self._follower: Follower | None = None
+        self._follows = False
         self.counts_per_rad = plant.servo.encoder_counts_per_rev / (2.0 * math.pi)
         for index in OBJECTS:
             dictionary.on_write(index, 0, self.refresh)
@@ -60,6 +64,29 @@ class DriveLoop:
     def internal_limit_active(self) -> bool:
         """Return whether a limit of the drive overrides the target velocity."""
         return self._blocked != 0 or self._clamped
+
+    def set_mode(self, mode: int) -> None:
+        """Take a mode of operation over (0x6060); from standstill, as drives want it."""
+        self.mode = mode
+        self._follower = follower(mode, self._od, self.plant)
+        self._follows = False
+
+    def command(self, controlword: int) -> None:
+        """Hear the controlword bits that belong to the mode."""
+        if self._follower is not None:
+            self._follower.command(controlword)
+
+    def synced(self) -> None:
+        """Hear that a SYNC's set-points have been taken over."""
+        if self._follower is not None and self._follows:
+            self._follower.synced()
+
+    @property
+    def mode_word(self) -> int | None:
+        """Return the mode's own bits 10 and 12 of the statusword; None in profile velocity."""
+        if self._follower is None:
+            return None
+        return self._follower.word if self._follows else 0
 
     @property
     def target_reached(self) -> bool:
@@ -103,6 +130,8 @@ class DriveLoop:
 
     def _steer(self, motion: Motion) -> None:
         plant = self.plant
+        if motion is not Motion.FOLLOW:
+            self._follows = False
         if motion is Motion.NO_TORQUE:
             if plant.powered:
                 plant.power_off()
@@ -115,7 +144,9 @@ class DriveLoop:
         if runaway is not None and (motion is Motion.FOLLOW or not runaway.obeys_ramps):
             plant.target_rad_s = runaway.velocity_rad_s
             plant.rise_rad_s2 = plant.fall_rad_s2 = self._quick
-        elif motion is Motion.FOLLOW:
+        elif motion is Motion.FOLLOW and self._follower is not None:
+            self._follow(self._follower)
+        elif motion is Motion.FOLLOW and self.mode == Mode.PROFILE_VELOCITY:
             plant.rise_rad_s2, plant.fall_rad_s2 = self._accelerate, self._decelerate
             self._clamped = self._too_fast
             plant.target_rad_s = self._limited(self._target) if self._has_limits else self._target
@@ -127,6 +158,17 @@ class DriveLoop:
                 Motion.PROFILE_RAMP: self._decelerate,
                 Motion.QUICK_RAMP: self._quick,
             }.get(motion, INSTANT_RAD_S2)
+
+    def _follow(self, mode: Follower) -> None:
+        """Let the mode decide the velocity loop's target."""
+        plant = self.plant
+        if not self._follows:
+            self._follows = True
+            mode.restart()
+        mode.tick()
+        self._blocked, self._clamped = 0, mode.limited
+        plant.rise_rad_s2 = plant.fall_rad_s2 = INSTANT_RAD_S2
+        plant.target_rad_s = mode.velocity_rad_s
 
     def _limited(self, target: float) -> float:
         """Brake in time to stop in front of a software limit, and stay until asked to go back."""

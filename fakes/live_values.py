@@ -83,6 +83,9 @@ class LiveValues:
         loop = self._loop
         if loop.internal_limit_active:
             word |= INTERNAL_LIMIT
+        of_mode = loop.mode_word
+        if of_mode is not None:
+            return word | of_mode
         if loop.is_at_rest:
             word |= AT_STANDSTILL
         if loop.plant.powered and loop.target_reached:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import configparser
 import re
 import struct
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -103,6 +103,7 @@ class ObjectDictionary:
         self._factory: dict[int, Value] = dict(self.values)
         self._guards: list[Callable[[Entry, Value], None]] = []
         self._listeners: dict[int, Callable[[int], None]] = {}
+        self.shown: dict[int, Value] = {}  # what an upload carries in place of the value
         self.before_read: Callable[[Entry], None] = lambda _entry: None
 
     def __iter__(self) -> Iterator[Entry]:
@@ -114,6 +115,12 @@ class ObjectDictionary:
         if found is None:
             raise SdoAbortError(NO_SUBINDEX if index in self._indices else NO_OBJECT)
         return found
+
+    def hide(self, indices: Iterable[int]) -> None:
+        """Refuse access to objects as a drive without them does; their values still act inside."""
+        absent = set(indices)
+        self._entries = {k: e for k, e in self._entries.items() if e.index not in absent}
+        self._indices -= absent
 
     def number(self, index: int, subindex: int = 0) -> int:
         """Return a number that is known to be in the EDS."""
@@ -149,7 +156,7 @@ class ObjectDictionary:
         if entry.access == "wo":
             raise SdoAbortError(WRITE_ONLY)
         self.before_read(entry)
-        value = self.values[entry.key]
+        value = self.shown.get(entry.key, self.values[entry.key])
         if isinstance(value, bytes):
             return value
         return struct.pack("<" + entry.format, value)

@@ -33,6 +33,12 @@ class DriveParameters:
     heartbeat_fault_sticks : bool
         As on an EPOS4: after a heartbeat fault, fault reset works only after NMT
         reset-communication.
+    supported_modes : int
+        Object 0x6502: mode n is bit n - 1.
+    absent_objects : tuple of int
+        Indices that this drive has not got, whatever our EDS says.
+    rated_torque_reads_zero : bool
+        Whether 0x6076 is there and says 0, as in many drives.
     """
 
     vendor_id: int = 0x00000000
@@ -43,9 +49,12 @@ class DriveParameters:
     max_torque_permille: int = 2000
     abort_connection_option: int = 1
     heartbeat_fault_sticks: bool = False
+    supported_modes: int = 0b100
+    absent_objects: tuple[int, ...] = ()
+    rated_torque_reads_zero: bool = False
 
     def __post_init__(self) -> None:
-        require_positive(self, "rated_torque_mnm")
+        require_positive(self, "rated_torque_mnm", "supported_modes")
         if not 0 <= self.abort_connection_option <= 3:
             raise ValueError(
                 f"abort_connection_option: expected 0 to 3, got {self.abort_connection_option}"
@@ -86,6 +95,9 @@ class FakeSpecification:
             (0x1018, 2): drive.product_code,
             (0x1018, 3): drive.revision,
             (0x1018, 4): drive.serial,
+            (0x6060, 0): 3 if drive.supported_modes & 0b100 else 0,
+            (0x6061, 0): 3 if drive.supported_modes & 0b100 else 0,
+            (0x6502, 0): drive.supported_modes,
             (0x6007, 0): drive.abort_connection_option,
             (0x6072, 0): drive.max_torque_permille,
             (0x6076, 0): drive.rated_torque_mnm,
@@ -114,6 +126,10 @@ def _build(cls: type[T], data: Mapping[str, Any], path: str) -> T:
             values[name] = _build(wanted, value, where)
         elif wanted is float and type(value) is int:
             values[name] = float(value)
+        elif wanted == tuple[int, ...] and isinstance(value, list | tuple):
+            if not all(type(item) is int for item in value):
+                raise ValueError(f"{where}: expected whole numbers, got {value!r}")
+            values[name] = tuple(value)
         elif type(value) is not wanted:
             raise ValueError(f"{where}: expected {wanted.__name__}, got {value!r}")
         else:

@@ -1,4 +1,4 @@
-"""The gate: the one place through which a velocity set-point passes on its way to a drive.
+"""The gate: the one place through which a set-point passes on its way to a drive.
 
 Default deny: a set-point passes only when every condition is *shown* to hold. A number that is
 NaN, stale or unknown shows nothing, so it refuses. The gate never clips: it refuses, and the
@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import isfinite
 
-from drivers.ports import DriveState, Sample
+from drivers.ports import DriveState, Move, Sample
 
 # Set-points come from closed forms in float64; their rounding must not refuse what is exactly
 # at a limit. One part in 1e9 is far below anything that a drive resolves.
@@ -65,12 +65,17 @@ class GateLimits:
 
 @dataclass(frozen=True)
 class SetPoint:
-    """What the plan asks for in this tick, and what was sent in the tick before."""
+    """What the plan asks for in this tick, and what was sent in the tick before.
+
+    `previous_position_rad` is None for a drive that is fed with velocities alone: its position
+    set-point is then what the plan reckons with, and nothing that is sent.
+    """
 
     velocity_rad_s: float
     position_rad: float
     previous_velocity_rad_s: float
     step_s: float  # since the previous set-point was sent
+    previous_position_rad: float | None = None
 
 
 def refusals(
@@ -96,6 +101,7 @@ def refusals(
         return unknown
     return (
         *_set_point_refusals(limits, wanted),
+        *_position_refusals(limits, wanted),
         *_following_refusals(limits, wanted, sample),
         *_state_refusals(limits, sample, now_s),
     )
@@ -113,6 +119,8 @@ def _not_finite(wanted: SetPoint, sample: Sample, now_s: float) -> tuple[str, ..
         "the measured velocity": sample.velocity_rad_s,
         "the measured torque": sample.torque_nm,
     }
+    if wanted.previous_position_rad is not None:
+        numbers["the previous position set-point"] = wanted.previous_position_rad
     return tuple(
         f"{name} is not a number ({value})"
         for name, value in numbers.items()
@@ -137,6 +145,62 @@ def _set_point_refusals(limits: GateLimits, wanted: SetPoint) -> tuple[str, ...]
             f"{limits.acceleration_max_rad_s2:.0f} rad/s2 allows {max(allowed, 0.0):.3f} rad/s"
         )
     return tuple(found)
+
+
+def _position_refusals(limits: GateLimits, wanted: SetPoint) -> tuple[str, ...]:
+    """Return what is wrong with a position that is sent: its step, and where it leads."""
+    if wanted.previous_position_rad is None:
+        return ()
+    found = []
+    step = wanted.position_rad - wanted.previous_position_rad
+    allowed = limits.velocity_max_rad_s * wanted.step_s
+    if not abs(step) <= allowed * (1.0 + ROUNDING) + ROUNDING:
+        found.append(
+            f"the position set-point would jump by {step:.3f} rad in {wanted.step_s * 1e3:.1f} ms; "
+            f"the velocity limit of {limits.velocity_max_rad_s:.2f} rad/s allows "
+            f"{max(allowed, 0.0):.3f} rad"
+        )
+    reason = _leaves_window(limits, wanted.position_rad, wanted.velocity_rad_s)
+    if not reason and step != 0.0:
+        reason = _outside(limits, wanted.position_rad, step)
+    return (*found, reason) if reason else tuple(found)
+
+
+def move_refusals(limits: GateLimits, move: Move) -> tuple[str, ...]:
+    """Return every reason against a move that the drive's own profile would make.
+
+    Whatever happens to us then, the joint ends where the move does: inside the window, or it is
+    not offered. On its way each tick's set-point is judged as any other.
+    """
+    if not (isfinite(move.position_rad) and isfinite(move.velocity_rad_s)):
+        return (f"a move to {move.position_rad} rad at {move.velocity_rad_s} rad/s is no move",)
+    found = []
+    if not 0.0 < move.velocity_rad_s <= limits.velocity_max_rad_s * (1.0 + ROUNDING):
+        found.append(
+            f"the move's speed of {move.velocity_rad_s:.2f} rad/s is not within "
+            f"(0, {limits.velocity_max_rad_s:.2f}] rad/s"
+        )
+    if not limits.position_min_rad <= move.position_rad <= limits.position_max_rad:
+        found.append(
+            f"the move would end at {move.position_rad:.2f} rad, outside "
+            f"[{limits.position_min_rad:.2f}, {limits.position_max_rad:.2f}] rad"
+        )
+    return tuple(found)
+
+
+def _outside(limits: GateLimits, position_rad: float, step_rad: float) -> str:
+    """Return why a position may not be stepped to: it is outside, and the step leads further."""
+    inside = (
+        position_rad <= limits.position_max_rad
+        if step_rad > 0.0
+        else position_rad >= limits.position_min_rad
+    )
+    if inside:
+        return ""
+    return (
+        f"the position set-point of {position_rad:.2f} rad is outside "
+        f"[{limits.position_min_rad:.2f}, {limits.position_max_rad:.2f}] rad"
+    )
 
 
 def _following_refusals(limits: GateLimits, wanted: SetPoint, sample: Sample) -> tuple[str, ...]:

@@ -23,7 +23,7 @@ from agent.cycle.sequence import Sequence as CycleSequence
 from agent.cycle.teardown import Aftermath, tear_down
 from agent.errors import StoppedError
 from drivers.clock import Clock
-from drivers.ports import Axis, AxisEvidence, Sample, SyncAccount, WatchdogProof
+from drivers.ports import Axis, AxisEvidence, Sample, SetPoints, SyncAccount, WatchdogProof
 
 OBSERVE_S = 0.2
 OBSERVE_TIMEOUT_S = 2.0
@@ -235,9 +235,10 @@ class CycleRunner:
         self._writer = self._open_recording(evidence)
         seen = self._observe()
         insist(at_standstill(self.plan, seen))
-        self._prove(self._writer)
+        if evidence.set_points is not SetPoints.MOVE:  # a drive's own moves end by themselves
+            self._prove(self._writer)
         interlock = Interlock().after(Event.PREFLIGHT_PASSED)
-        sequence = CycleSequence(self.plan, interlock, seen[-1])
+        sequence = CycleSequence(self.plan, interlock, seen[-1], evidence.set_points)
         self._recorder = _Recorder(
             self._writer,
             with_temperature=self.plan.limits.temperature_required,

@@ -9,15 +9,17 @@ through it. From the moment that motion may begin, every set-point, standstill i
 from __future__ import annotations
 
 import enum
+import itertools
 from collections.abc import Sequence as Many
 from typing import NamedTuple
 
-from agent.cycle.gate import SetPoint, refusals
+from agent.cycle.gate import SetPoint, move_refusals, refusals
 from agent.cycle.interlock import Event, Interlock
+from agent.cycle.motion import Motion, MoveFailedError, Moves, Streamed
 from agent.cycle.plan import CyclePlan
-from agent.errors import StoppedError
-from drivers.ports import Command, DriveState, Goal, Sample
-from trajectories import Trajectory, point_to_point
+from agent.errors import RefusedError, StoppedError
+from drivers.ports import Command, DriveState, Goal, Move, Sample, SetPoints
+from trajectories import Trajectory, TrajectoryError, point_to_point
 
 AT_REST = Command(Goal.ON, 0.0)
 OFF = Command(Goal.OFF, 0.0)
@@ -42,26 +44,6 @@ class Step(NamedTuple):
     position_command_rad: float
 
 
-class _Motion:
-    """A trajectory on its way: it advances with the ticks, never by more than three at once.
-
-    A late tick so stretches the trajectory instead of making the set-point jump.
-    """
-
-    def __init__(self, trajectory: Trajectory, from_rad: float, tick_s: float) -> None:
-        self.trajectory = trajectory
-        self.shift_rad = from_rad - trajectory.start_position_rad
-        self.elapsed_s = 0.0
-        self._longest_step_s = 3.0 * tick_s
-
-    def advance(self, step_s: float) -> None:
-        self.elapsed_s += min(step_s, self._longest_step_s)
-
-    @property
-    def remaining_s(self) -> float:
-        return self.trajectory.duration_s - self.elapsed_s
-
-
 class Sequence:
     """One cycle over one plan. `interlock` must have passed its preflight.
 
@@ -73,20 +55,41 @@ class Sequence:
         In state READY.
     newest : Sample
         The last one that the preflight saw.
+    set_points : SetPoints
+        What the drive is fed with.
+
+    Raises
+    ------
+    agent.errors.RefusedError
+        The drive makes its own moves, and the trajectory cannot be made of them.
     """
 
-    def __init__(self, plan: CyclePlan, interlock: Interlock, newest: Sample) -> None:
+    def __init__(
+        self,
+        plan: CyclePlan,
+        interlock: Interlock,
+        newest: Sample,
+        set_points: SetPoints = SetPoints.VELOCITY,
+    ) -> None:
         self.plan = plan
+        self._set_points = set_points
+        self._numbers = itertools.count(1)
+        self._held_rad = newest.position_rad  # the last position asked for
         self.interlock = interlock.after(Event.ENABLE_ASKED)
         self.stage = Stage.ENABLE
         self._newest = newest
-        self._motion: _Motion | None = None
+        self._motion: Motion | None = None
         self._home_rad = newest.position_rad
         self._attempts = 0
         self._settled_since_s: float | None = None
         self._stage_since_s: float | None = None
         self._sent_velocity_rad_s = 0.0
         self._last_tick_s: float | None = None
+        try:
+            self._motion_along(plan.trajectory)
+        except TrajectoryError as error:
+            reason = str(error)
+            raise RefusedError(f"Refused, nothing has moved: {reason}.", (reason,)) from error
 
     @property
     def done(self) -> bool:
@@ -97,7 +100,7 @@ class Sequence:
     def progress(self) -> float:
         """Return how much of the stair is behind us, 0 to 1."""
         if self.stage is Stage.STAIR and self._motion is not None:
-            return min(1.0, self._motion.elapsed_s / self._motion.trajectory.duration_s)
+            return self._motion.share
         return 1.0 if self.stage in (Stage.RETURN, Stage.DISABLE, Stage.DONE) else 0.0
 
     def cycle(self, now_s: float, samples: Many[Sample]) -> Step:
@@ -140,12 +143,11 @@ class Sequence:
 
     def _enable(self, now_s: float, _step_s: float) -> Step:
         newest = self._newest
+        self._held_rad = newest.position_rad
         if newest.state is DriveState.ON:
             self.interlock = self.interlock.after(Event.DRIVE_ON)
             self._home_rad = newest.position_rad
-            self._set_out(
-                Stage.APPROACH, now_s, self.plan.trajectory.start_position_rad, newest.position_rad
-            )
+            self._set_out(Stage.APPROACH, now_s, self.plan.trajectory.start_position_rad)
             return self._rest(now_s, Stage.APPROACH.value)
         self._within_time(now_s, "the drive was not enabled")
         return self._rest(now_s, Stage.ENABLE.value)
@@ -158,7 +160,7 @@ class Sequence:
         if self._settled(now_s):
             position = self._newest.position_rad
             if abs(position - target) <= self.plan.approach.tolerance_rad:
-                self._motion = _Motion(self.plan.trajectory, position, self.plan.tick_s)
+                self._motion = self._motion_along(self.plan.trajectory)
                 self._next(Stage.STAIR, now_s)
             elif self._attempts >= self.plan.approach.attempts:
                 raise self.trip(
@@ -167,7 +169,7 @@ class Sequence:
                     f"{self.plan.approach.tolerance_rad:.3f} rad"
                 )
             else:
-                self._set_out(Stage.APPROACH, now_s, target, position)
+                self._set_out(Stage.APPROACH, now_s, target)
         return self._rest(now_s, Stage.APPROACH.value)
 
     def _stair(self, now_s: float, step_s: float) -> Step:
@@ -175,7 +177,7 @@ class Sequence:
         if step is not None:
             return step
         if self._settled(now_s):
-            self._set_out(Stage.RETURN, now_s, self._home_rad, self._newest.position_rad)
+            self._set_out(Stage.RETURN, now_s, self._home_rad)
         return self._rest(now_s, "rest")
 
     def _return(self, now_s: float, step_s: float) -> Step:
@@ -207,44 +209,67 @@ class Sequence:
         motion = self._motion
         if motion is None:
             return None
-        motion.advance(step_s)
-        if motion.remaining_s <= 0.0 and self._sent_velocity_rad_s == 0.0:
+        try:
+            due = motion.advance(step_s, self._newest)
+        except MoveFailedError as error:
+            raise self.trip(str(error)) from error
+        if due is None:
             self._motion = None
             self._settled_since_s = None
             return None
-        at = motion.trajectory.at(motion.elapsed_s)
-        position = at.position_rad + motion.shift_rad
         wanted = SetPoint(
-            velocity_rad_s=at.velocity_rad_s,
-            position_rad=position,
+            velocity_rad_s=due.velocity_rad_s,
+            position_rad=due.position_rad,
             previous_velocity_rad_s=self._sent_velocity_rad_s,
             step_s=step_s,
+            previous_position_rad=None if self._fed_velocity else self._held_rad,
         )
-        self._insist(wanted, now_s)
-        self._sent_velocity_rad_s = at.velocity_rad_s
-        return Step(Command(Goal.ON, at.velocity_rad_s), phase or at.phase, position)
+        self._insist(wanted, now_s, due.move)
+        self._sent_velocity_rad_s = due.velocity_rad_s
+        self._held_rad = due.position_rad
+        command = Command(Goal.ON, due.velocity_rad_s, due.position_rad, due.move)
+        return Step(command, phase or due.phase, due.position_rad)
 
-    def _insist(self, wanted: SetPoint, now_s: float) -> None:
+    def _insist(self, wanted: SetPoint, now_s: float, move: Move | None = None) -> None:
         """Trip unless interlock and gate both let the set-point pass."""
         against = refusals(self.plan.limits, wanted, self._newest, now_s)
+        if move is not None:
+            against = (*against, *move_refusals(self.plan.limits, move))
         if not self.interlock.may_move:
             against = (f"the interlock is {self.interlock.state.value}", *against)
         if against:
             raise self.trip("; ".join(against))
 
-    def _set_out(self, stage: Stage, now_s: float, to_rad: float, from_rad: float) -> None:
+    def _set_out(self, stage: Stage, now_s: float, to_rad: float) -> None:
         """Plan a point-to-point move from where the joint stands."""
         approach = self.plan.approach
         self._attempts = self._attempts + 1 if stage is self.stage else 1
         move = point_to_point(
-            from_rad=from_rad,
+            from_rad=self._stand_rad,
             to_rad=to_rad,
             velocity_rad_s=approach.velocity_rad_s,
             acceleration_rad_s2=approach.acceleration_rad_s2,
             jerk_rad_s3=approach.jerk_rad_s3,
         )
-        self._motion = _Motion(move, from_rad, self.plan.tick_s)
+        self._motion = self._motion_along(move)
         self._next(stage, now_s)
+
+    @property
+    def _fed_velocity(self) -> bool:
+        return self._set_points is SetPoints.VELOCITY
+
+    @property
+    def _stand_rad(self) -> float:
+        """Return where a motion begins: where the joint is, or where its drive was told to be."""
+        return self._newest.position_rad if self._fed_velocity else self._held_rad
+
+    def _motion_along(self, trajectory: Trajectory) -> Motion:
+        """Return a motion along `trajectory` from where the joint stands."""
+        tick_s = self.plan.tick_s
+        if self._set_points is SetPoints.MOVE:
+            ramp = self.plan.approach.acceleration_rad_s2
+            return Moves(trajectory, self._stand_rad, ramp, tick_s, self._numbers)
+        return Streamed(trajectory, self._stand_rad, tick_s)
 
     def _next(self, stage: Stage, now_s: float) -> None:
         self.stage = stage
@@ -265,9 +290,10 @@ class Sequence:
     def _rest(self, now_s: float, phase: str) -> Step:
         """Hold at standstill; what is measured must allow even that, once motion may begin."""
         if self.interlock.may_move:
-            still = SetPoint(0.0, self._newest.position_rad, self._sent_velocity_rad_s, 0.0)
+            held = None if self._fed_velocity else self._held_rad
+            still = SetPoint(0.0, self._stand_rad, self._sent_velocity_rad_s, 0.0, held)
             self._insist(still, now_s)
-        return self._still(AT_REST, phase)
+        return self._still(AT_REST._replace(position_rad=self._stand_rad), phase)
 
     def _off(self) -> Step:
         """Take torque away."""
@@ -275,4 +301,4 @@ class Sequence:
 
     def _still(self, command: Command, phase: str) -> Step:
         self._sent_velocity_rad_s = 0.0
-        return Step(command, phase, self._newest.position_rad)
+        return Step(command, phase, self._stand_rad)

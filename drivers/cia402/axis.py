@@ -1,4 +1,4 @@
-"""One CiA 402 drive in profile velocity mode, as the port `Axis`.
+"""One CiA 402 drive, in the mode that the ladder gives it, as the port `Axis`.
 
 Everything that moves or feeds the drive's watchdog leaves from `send` and `stop`, on the caller's
 thread: if the caller hangs, SYNC, set-points and heartbeat end together and the drive stops by
@@ -15,14 +15,14 @@ from drivers.cia402 import objects
 from drivers.cia402.config import Cia402Config
 from drivers.cia402.exchange import Exchange
 from drivers.cia402.handing_back import hand_back, not_restored
+from drivers.cia402.modes import Rung
 from drivers.cia402.network import CanopenNode, NmtOrder, NmtState
-from drivers.cia402.opening import identify, refuse_unable, refuse_unhealthy
+from drivers.cia402.opening import identify, mode_for, refuse_unable, refuse_unhealthy
 from drivers.cia402.sdo import SdoAccess
-from drivers.cia402.settings import apply, snapshot
+from drivers.cia402.settings import apply, leave_at_rest, snapshot
 from drivers.cia402.stopping import stop_axis
 from drivers.cia402.supervision import judge
 from drivers.cia402.watchdog_proof import prove
-from drivers.cia402.words import Mode
 from drivers.clock import Clock
 from drivers.errors import (
     ConfigurationError,
@@ -109,9 +109,10 @@ class Cia402Axis:
         identity = identify(sdo, config, self._owner.name)
         refuse_unhealthy(sdo, config.node_id)
         refuse_unable(sdo, config)
+        choice = mode_for(sdo, config)
         found = {
             objects.HEARTBEAT_PRODUCER.key: sdo.read(objects.HEARTBEAT_PRODUCER),
-            **snapshot(sdo, config),
+            **snapshot(sdo, config, choice.rung),
         }
         if self._journal is not None:
             self._journal(found)
@@ -123,12 +124,19 @@ class Cia402Axis:
         }
         self._found_state = self._state_found(node)
         self._bring(node, NmtOrder.PRE_OPERATIONAL, NmtState.PRE_OPERATIONAL)
-        settings.update(self._set_up(sdo))
-        self._exchange = Exchange(self._owner, self._clock, config, node)
+        settings.update(self._set_up(sdo, choice.rung))
+        self._exchange = Exchange(self._owner, self._clock, config, choice.rung, node)
         self._bring(node, NmtOrder.START, NmtState.OPERATIONAL)
         self._prove_answers(self._exchange)
         self._opened = True
-        return AxisEvidence(identity=identity, settings=settings, found=dict(found))
+        return AxisEvidence(
+            identity=identity,
+            settings=settings,
+            found=dict(found),
+            mode=choice.rung.word,
+            mode_reason=choice.reason,
+            set_points=choice.rung.set_points,
+        )
 
     def prove_watchdog(
         self, *, still_rad_s: float, patience_s: float, watch: Callable[[], None]
@@ -144,7 +152,7 @@ class Cia402Axis:
         def arm_again() -> None:
             sdo.set(objects.HEARTBEAT_PRODUCER, self._config.drive_heartbeat_period_ms)
             self._bring(node, NmtOrder.PRE_OPERATIONAL, NmtState.PRE_OPERATIONAL)
-            self._set_up(sdo)
+            self._set_up(sdo, exchange.rung)
 
         return prove(
             exchange,
@@ -161,7 +169,8 @@ class Cia402Axis:
         Raises
         ------
         ValueError
-            A velocity that is not finite, or beyond the drive's integer, with the goal ON.
+            A set-point of the mode that is not finite, or beyond the drive's integer, with the
+            goal ON.
         DriveStateError
             The axis is not open.
         BusError
@@ -173,7 +182,10 @@ class Cia402Axis:
             raise ValueError(f"velocity must be finite, got {command.velocity_rad_s} rad/s")
         if command.goal is Goal.ON and self._failure is not None:
             raise self._failure
-        self._running().transmit(command.goal, command.velocity_rad_s)
+        exchange = self._running()
+        if command.goal is Goal.ON:
+            exchange.orders.check(command)
+        exchange.follow(command)
 
     def receive(self) -> tuple[Sample, ...]:
         """Return all samples that have arrived since the last call, oldest first; never waits.
@@ -240,11 +252,11 @@ class Cia402Axis:
             raise DriveStateError("The axis is not open.", "Open it first.")
         return self._exchange
 
-    def _set_up(self, sdo: SdoAccess) -> dict[str, int]:
+    def _set_up(self, sdo: SdoAccess, rung: Rung) -> dict[str, int]:
         """Write limits, watchdog, PDOs and mode in PRE-OPERATIONAL; return what was read back."""
-        settings = apply(sdo, self._config, self._found)
-        sdo.write(objects.TARGET_VELOCITY, 0)
-        settings[objects.MODE_DISPLAY.key] = self._mode_taken(sdo)
+        settings = apply(sdo, self._config, rung, self._found)
+        leave_at_rest(sdo, rung)
+        settings[objects.MODE_DISPLAY.key] = self._mode_taken(sdo, rung)
         return settings
 
     def _state_found(self, node: CanopenNode) -> NmtState:
@@ -271,15 +283,15 @@ class Cia402Axis:
                 "Look for another NMT master on the bus.",
             )
 
-    def _mode_taken(self, sdo: SdoAccess) -> int:
-        """Wait for the drive to report profile velocity as its mode and return it."""
+    def _mode_taken(self, sdo: SdoAccess, rung: Rung) -> int:
+        """Wait for the drive to report the mode that it was set to, and return it."""
         deadline_s = self._clock.now() + self._config.state_timeout_s
-        while (mode := sdo.read(objects.MODE_DISPLAY)) != Mode.PROFILE_VELOCITY:
+        while (mode := sdo.read(objects.MODE_DISPLAY)) != rung.mode:
             now_s = self._clock.now()
             if now_s >= deadline_s:
                 raise ConfigurationError(
-                    f"Node {self._config.node_id} was set to profile velocity (3) but reports "
-                    f"mode {mode} (0x6061).",
+                    f"Node {self._config.node_id} was set to mode {rung.mode} ({rung.word}) "
+                    f"but reports mode {mode} (0x6061).",
                     "Check that the drive offers this mode without torque.",
                 )
             self._clock.sleep_until(min(deadline_s, now_s + _POLL_S))

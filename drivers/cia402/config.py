@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 from drivers.cia402.scaling import Scaling, TemperatureSource
 
+MODE_WORDS = ("pv", "csv", "vl", "csp", "ip", "pp")
+"""What a cell may ask for, in the ladder's order (`drivers.cia402.modes`)."""
+
 
 @dataclass(frozen=True)
 class ExpectedIdentity:
@@ -40,8 +43,8 @@ class Cia402Config:
         that lacks the object.
     agent_heartbeat_period_s, agent_heartbeat_timeout_s : float
         How often `send` gives a heartbeat, and after how long without one the drive must react.
-    heartbeat_consumer_subindex : int
-        Entry of 0x1016 that is ours.
+    heartbeat_consumer_subindex : int or None
+        Entry of 0x1016 that is ours; None for a drive that watches nobody's heartbeat.
     drive_heartbeat_period_s, drive_heartbeat_timeout_s : float
         How often the drive gives its heartbeat (0x1017), and after how long we miss it.
     sync_timeout_s : float
@@ -57,7 +60,16 @@ class Cia402Config:
     rest_velocity_rad_s, rest_samples : float, int
         Standstill: that many samples in a row no faster than that.
     stop_period_s : float
-        SYNC period while `stop` waits for standstill.
+        SYNC period while `stop` waits for standstill, and that of a run: positions are
+        interpolated over it.
+    mode : str
+        "auto", or a word of `drivers.cia402.modes.LADDER`.
+    offered_modes : tuple of str or None
+        Such words for a drive whose 0x6502 is missing or 0; None where nobody knows.
+    move_acceleration_rad_s2 : float or None
+        Ramps of the drive's own moves in profile position mode; None: `acceleration_rad_s2`.
+    velocity_max_rad_s : float or None
+        What a drive in velocity mode (vl) may do at most (0x6046); None leaves its own limit.
     """
 
     node_id: int
@@ -73,7 +85,7 @@ class Cia402Config:
     quick_stop_option: int | None = 2
     agent_heartbeat_period_s: float = 0.05
     agent_heartbeat_timeout_s: float = 0.25
-    heartbeat_consumer_subindex: int = 1
+    heartbeat_consumer_subindex: int | None = 1
     drive_heartbeat_period_s: float = 0.1
     drive_heartbeat_timeout_s: float = 0.5
     sync_timeout_s: float = 0.05
@@ -84,11 +96,34 @@ class Cia402Config:
     rest_velocity_rad_s: float = 0.5
     rest_samples: int = 5
     stop_period_s: float = 0.002
+    mode: str = "auto"
+    offered_modes: tuple[str, ...] | None = None
+    move_acceleration_rad_s2: float | None = None
+    velocity_max_rad_s: float | None = None
 
     def __post_init__(self) -> None:
-        mistakes = [*self._wrong_ids(), *self._wrong_times(), *self._wrong_motion()]
+        mistakes = [
+            *self._wrong_modes(),
+            *self._wrong_ids(),
+            *self._wrong_times(),
+            *self._wrong_motion(),
+        ]
         if mistakes:
             raise ValueError("; ".join(mistakes))
+
+    @property
+    def missing_watchdog(self) -> str:
+        """Return what the drive lacks to stop by itself when we fall silent; empty for nothing."""
+        if self.heartbeat_consumer_subindex is None:
+            return "consumer heartbeat (0x1016)"
+        if not self.abort_connection_option:
+            return "abort connection option (0x6007) that says what it does then"
+        return ""
+
+    @property
+    def move_ramp_rad_s2(self) -> float:
+        """Return the ramps of the drive's own moves."""
+        return self.move_acceleration_rad_s2 or self.acceleration_rad_s2
 
     @property
     def agent_heartbeat_timeout_ms(self) -> int:
@@ -108,6 +143,15 @@ class Cia402Config:
         ends = [self.scaling.position_counts(end) for end in self.software_limits_rad]
         return min(ends), max(ends)
 
+    def _wrong_modes(self) -> list[str]:
+        """Return what is wrong with the modes that are asked for or offered."""
+        words = (self.mode, *(self.offered_modes or ()))
+        return [
+            f"mode must be auto or one of {', '.join(MODE_WORDS)}, got {word!r}"
+            for word in words
+            if word not in MODE_WORDS and (word != "auto" or word is not self.mode)
+        ]
+
     def _wrong_ids(self) -> list[str]:
         """Return what is wrong with node ids and counts."""
         mistakes = [
@@ -126,7 +170,7 @@ class Cia402Config:
         mistakes.extend(
             f"{name} must be at least 1, got {getattr(self, name)}"
             for name in names
-            if getattr(self, name) < 1
+            if getattr(self, name) is not None and getattr(self, name) < 1
         )
         return mistakes
 
@@ -171,8 +215,11 @@ class Cia402Config:
             "acceleration_rad_s2",
             "deceleration_rad_s2",
             "quick_stop_deceleration_rad_s2",
+            "move_acceleration_rad_s2",
         ):
             value = getattr(self, name)
+            if value is None:
+                continue
             if not _positive(value):
                 mistakes.append(f"{name} must be positive and finite, got {value}")
                 continue

@@ -11,19 +11,20 @@ from dataclasses import replace
 
 from drivers.can.owner import CanBusOwner
 from drivers.cia402.config import Cia402Config
+from drivers.cia402.modes import Rung
 from drivers.cia402.network import CanopenNode, NmtState
+from drivers.cia402.orders import disable_voltage, orders_of
 from drivers.cia402.settings import ProcessData
 from drivers.cia402.states import next_controlword
 from drivers.cia402.sync import SyncedAnswer, SyncLedger
-from drivers.cia402.words import INTERNAL_LIMIT_BIT, REDUCED, Controlword, State, state_of
+from drivers.cia402.words import INTERNAL_LIMIT_BIT, REDUCED, State, state_of
 from drivers.clock import Clock
 from drivers.errors import ConfigurationError, DriverError
-from drivers.ports import DriveState, Goal, Sample, SyncAccount
+from drivers.ports import Command, DriveState, Goal, Sample, SyncAccount
 
 _SYNC = 0x080
 _HEARTBEAT = 0x700
 _ALIVE = bytes([NmtState.OPERATIONAL])
-_ORDER = struct.Struct("<Hi")
 
 
 class Exchange:
@@ -37,15 +38,23 @@ class Exchange:
         Times SYNCs and heartbeats.
     config : Cia402Config
         Identifiers, scaling, periods.
+    rung : Rung
+        The mode of operation.
     node : CanopenNode
         Pumped on each `collect`, so that EMCY and heartbeats are seen in the same tick.
     """
 
     def __init__(
-        self, owner: CanBusOwner, clock: Clock, config: Cia402Config, node: CanopenNode
+        self,
+        owner: CanBusOwner,
+        clock: Clock,
+        config: Cia402Config,
+        rung: Rung,
+        node: CanopenNode,
     ) -> None:
-        pdos = ProcessData.of(config)
+        pdos = ProcessData.of(config, rung)
         self.config = config
+        self.rung = rung
         self.node = node
         self.owner = owner
         self.clock = clock
@@ -59,27 +68,31 @@ class Exchange:
         self._was_enabled = False
         self._next_heartbeat_s = -math.inf
         self._dropped_before = owner.reception().dropped_by_kernel or 0
-        self._order_id = pdos.orders.cob_id
+        self.orders = orders_of(config, rung, pdos.orders)
+        self._pdos = pdos
         self._codecs = tuple(pdo.codec() for pdo in pdos.answers)
         self._inboxes = tuple(owner.subscribe((pdo.cob_id,)) for pdo in pdos.answers)
 
-    def transmit(self, goal: Goal, velocity_rad_s: float, *, heartbeat: bool = True) -> None:
-        """Send the next controlword towards `goal` with its velocity, SYNC, heartbeat when due.
+    def transmit(self, goal: Goal, velocity_rad_s: float = 0.0, *, heartbeat: bool = True) -> None:
+        """Send what leads towards `goal` without a position or a move of its own; see `follow`."""
+        self.follow(Command(goal, velocity_rad_s), heartbeat=heartbeat)
 
-        The velocity is 0 unless the goal is ON and the drive has said that it is enabled.
+    def follow(self, command: Command, *, heartbeat: bool = True) -> None:
+        """Send the next controlword towards the goal with its set-point, SYNC, heartbeat when due.
+
+        The set-point leaves the drive where it is unless the goal is ON and the drive has said
+        that it is enabled.
         """
         if heartbeat:
             self.keep_alive()
-        follows = goal is Goal.ON and self.state is State.ENABLED
-        units = self.config.scaling.velocity_units(velocity_rad_s) if follows else 0
-        word = next_controlword(goal, self.state)
-        self.owner.post(self._order_id, _ORDER.pack(word, units))
-        self.ledger.sent(self.clock.now(), goal)
+        word = next_controlword(command.goal, self.state)
+        self.orders.post(self.owner.post, word, command, self.state)
+        self.ledger.sent(self.clock.now(), command.goal)
         self.owner.send(_SYNC, b"")
 
     def disable_voltage(self) -> None:
         """Take torque away by RPDO, at once."""
-        self.owner.send(self._order_id, _ORDER.pack(Controlword.DISABLE_VOLTAGE, 0))
+        disable_voltage(self.owner.send, self._pdos.orders)
 
     def keep_alive(self) -> None:
         """Send our heartbeat when it is due and we are not muted."""
@@ -143,6 +156,7 @@ class Exchange:
         self.state = state
         self.statusword = statusword
         self._follow(answer.goal, state)
+        move = self.orders.heard(statusword, position)
         scaling = self.config.scaling
         source = self.config.temperature
         return Sample(
@@ -154,6 +168,7 @@ class Exchange:
             math.nan if source is None else source.degc(temperature[0]),
             DriveState.FAULT if state is None else REDUCED[state],
             bool(statusword & INTERNAL_LIMIT_BIT),
+            move=move,
         )
 
     def _follow(self, goal: Goal, state: State | None) -> None:

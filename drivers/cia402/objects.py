@@ -92,6 +92,19 @@ PROFILE_ACCELERATION = DriveObject(0x6083, 0, "u32", "profile acceleration")
 PROFILE_DECELERATION = DriveObject(0x6084, 0, "u32", "profile deceleration")
 QUICK_STOP_DECELERATION = DriveObject(0x6085, 0, "u32", "quick stop deceleration")
 TARGET_VELOCITY = DriveObject(0x60FF, 0, "i32", "target velocity")
+TARGET_POSITION = DriveObject(0x607A, 0, "i32", "target position")
+PROFILE_VELOCITY = DriveObject(0x6081, 0, "u32", "profile velocity")
+VL_TARGET = DriveObject(0x6042, 0, "i16", "vl target velocity")
+VL_MIN = DriveObject(0x6046, 1, "u32", "vl velocity, minimum amount")
+VL_MAX = DriveObject(0x6046, 2, "u32", "vl velocity, maximum amount")
+VL_RISE_SPEED = DriveObject(0x6048, 1, "u32", "vl acceleration, change of speed")
+VL_RISE_TIME = DriveObject(0x6048, 2, "u16", "vl acceleration, time")
+VL_FALL_SPEED = DriveObject(0x6049, 1, "u32", "vl deceleration, change of speed")
+VL_FALL_TIME = DriveObject(0x6049, 2, "u16", "vl deceleration, time")
+INTERPOLATION_SUBMODE = DriveObject(0x60C0, 0, "i16", "interpolation sub mode")
+INTERPOLATION_DATA = DriveObject(0x60C1, 1, "i32", "interpolation data record")
+INTERPOLATION_TIME = DriveObject(0x60C2, 1, "u8", "interpolation time")
+INTERPOLATION_EXPONENT = DriveObject(0x60C2, 2, "i8", "interpolation time, power of ten")
 SUPPORTED_MODES = DriveObject(0x6502, 0, "u32", "supported modes")
 
 DEVICE_NAME = (0x1008, 0)
@@ -129,6 +142,16 @@ _SETTINGS = {
         PROFILE_ACCELERATION,
         PROFILE_DECELERATION,
         QUICK_STOP_DECELERATION,
+        PROFILE_VELOCITY,
+        VL_MIN,
+        VL_MAX,
+        VL_RISE_SPEED,
+        VL_RISE_TIME,
+        VL_FALL_SPEED,
+        VL_FALL_TIME,
+        INTERPOLATION_SUBMODE,
+        INTERPOLATION_TIME,
+        INTERPOLATION_EXPONENT,
     )
 }
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from drivers.cia402 import objects
 from drivers.cia402.config import Cia402Config
+from drivers.cia402.modes import Choice, choose
 from drivers.cia402.sdo import SdoAccess
-from drivers.cia402.words import Mode, State, error_words, state_of, supported_mode_names
-from drivers.cia402.words import supports_mode as _supports
+from drivers.cia402.words import State, error_words, state_of
 from drivers.errors import (
     ConfigurationError,
     DriveFaultError,
@@ -88,21 +88,25 @@ def refuse_unhealthy(sdo: SdoAccess, node_id: int) -> None:
         )
 
 
+def mode_for(sdo: SdoAccess, config: Cia402Config) -> Choice:
+    """Return the mode for the run, by what the drive offers.
+
+    Raises
+    ------
+    ConfigurationError
+        As `drivers.cia402.modes.choose` refuses.
+    """
+    return choose(config, sdo.read_optional(objects.SUPPORTED_MODES))
+
+
 def refuse_unable(sdo: SdoAccess, config: Cia402Config) -> None:
-    """Refuse a drive without profile velocity, or with another rated torque than configured.
+    """Refuse a drive with another rated torque than configured.
 
     Raises
     ------
     ConfigurationError
         Naming what was expected and what the drive says.
     """
-    modes = sdo.read_optional(objects.SUPPORTED_MODES)
-    if modes is not None and not _supports(modes, Mode.PROFILE_VELOCITY):
-        raise ConfigurationError(
-            f"The drive at node {config.node_id} has no profile velocity mode; it offers "
-            f"{supported_mode_names(modes)} (0x6502 reads 0x{modes:08X}).",
-            "This axis cannot be driven in velocity by this driver.",
-        )
     rated_mnm = sdo.read_optional(objects.RATED_TORQUE)
     if not rated_mnm:
         return  # absent or 0 in most drives: the configuration stands

@@ -14,6 +14,7 @@ from drivers.cia402.objects import DriveObject
 
 VelocityUnit = Literal["counts_per_s", "rpm", "milli_rpm"]
 
+_INT16 = range(-(2**15), 2**15)
 _INT32 = range(-(2**31), 2**31)
 _UINT32 = range(2**32)
 
@@ -91,6 +92,13 @@ class Scaling:
             raise ValueError(f"velocity must be finite, got {velocity_rad_s} rad/s")
         units = round(velocity_rad_s / self.rad_s_per_unit)
         return _within(units, _INT32, f"velocity {velocity_rad_s} rad/s")
+
+    def rpm(self, velocity_rad_s: float) -> int:
+        """Return the 0x6042 value of a motor velocity in rad/s: whole rpm in 16 bits."""
+        if not math.isfinite(velocity_rad_s):
+            raise ValueError(f"velocity must be finite, got {velocity_rad_s} rad/s")
+        rpm = round(self.direction * velocity_rad_s * 60.0 / math.tau)
+        return _within(rpm, _INT16, f"velocity {velocity_rad_s} rad/s")
 
     def acceleration_units(self, acceleration_rad_s2: float) -> int:
         """Return the 0x6083 value of an acceleration in rad/s^2, at least one unit."""

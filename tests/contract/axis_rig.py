@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import itertools
+import math
 import os
 import socket
 import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import can
@@ -17,12 +18,13 @@ import pytest
 from drivers.can.owner import CanBusConfig, CanBusOwner
 from drivers.cia402.axis import Cia402Axis
 from drivers.cia402.config import Cia402Config
+from drivers.cia402.modes import RUNGS, Rung
 from drivers.cia402.network import CanopenNode
 from drivers.cia402.objects import setting_of
 from drivers.cia402.scaling import Scaling, TemperatureSource
 from drivers.cia402.sdo import SdoAccess
 from drivers.clock import Clock, MonotonicClock, SteppedClock
-from drivers.ports import Command, DriveState, Goal, Sample
+from drivers.ports import Command, DriveState, Goal, Move, Sample, SetPoints
 from fakes.can_drive import FakeDrive
 from fakes.faults import Fault
 from fakes.process import run_process
@@ -31,6 +33,9 @@ from fakes.specification import FakeSpecification
 NODE = 5
 VIRTUAL, MULTICAST, SOCKETCAN = "virtual", "udp_multicast", "socketcan"
 CHANNEL_VARIABLE = "STRIBECK_CAN_CHANNEL"
+OTHER_MODES = ("csv", "vl", "csp", "ip", "pp")
+"""Each on the stepped bus besides pv, which is held on every bus."""
+EVERY_MODE = 0b1_1100_0111
 _CHANNELS = itertools.count()
 
 
@@ -42,7 +47,7 @@ def interfaces() -> list[Any]:
     real = (
         [pytest.param(SOCKETCAN, marks=pytest.mark.bus)] if CHANNEL_VARIABLE in os.environ else []
     )
-    return [VIRTUAL, MULTICAST, *real]
+    return [VIRTUAL, *(f"{VIRTUAL}/{word}" for word in OTHER_MODES), MULTICAST, *real]
 
 
 CONFIG = Cia402Config(
@@ -53,6 +58,7 @@ CONFIG = Cia402Config(
     quick_stop_deceleration_rad_s2=2000.0,
     software_limits_rad=(-4000.0, 4000.0),
     temperature=TemperatureSource(0x2100, 1, sentinels=(-32768,)),
+    stop_period_s=0.004,
 )
 PATIENT = replace(
     CONFIG,
@@ -72,6 +78,48 @@ VERY_PATIENT = replace(
 """For a real bus inside User-Mode Linux, which has one slow processor for everybody."""
 
 
+class Pilot:
+    """Turns "that velocity, please" into the set-points that a mode is fed with."""
+
+    RAMP_RAD_S2 = 500.0
+    FAR_RAD = 1000.0
+
+    def __init__(self, set_points: SetPoints) -> None:
+        self.set_points = set_points
+        self._position_rad = self._velocity_rad_s = 0.0
+        self._move: Move | None = None
+        self._enabled = False
+
+    def seen(self, samples: Iterable[Sample]) -> None:
+        """Follow the joint as long as it is not led."""
+        for sample in samples:
+            self._enabled = sample.state is DriveState.ON
+            if not self._enabled or self._move is None:
+                self._where_rad = sample.position_rad
+            if not self._enabled:
+                self._position_rad, self._velocity_rad_s = sample.position_rad, 0.0
+                self._move = None
+
+    _where_rad = 0.0
+
+    def order(self, command: Command, period_s: float) -> Command:
+        """Return the command with the set-point of the mode."""
+        if command.goal is not Goal.ON or self.set_points is SetPoints.VELOCITY:
+            return command
+        wanted = command.velocity_rad_s
+        if self.set_points is SetPoints.POSITION:
+            if self._enabled:
+                step = self.RAMP_RAD_S2 * period_s
+                change = min(max(wanted - self._velocity_rad_s, -step), step)
+                self._velocity_rad_s += change
+                self._position_rad += self._velocity_rad_s * period_s
+            return command._replace(position_rad=self._position_rad)
+        if self._enabled and wanted and self._move is None:
+            end_rad = self._where_rad + math.copysign(self.FAR_RAD, wanted)
+            self._move = Move(1, end_rad, abs(wanted))
+        return command._replace(move=self._move)
+
+
 @dataclass
 class Rig:
     """One fake drive on a bus; `axis` makes the product's side of it."""
@@ -81,6 +129,22 @@ class Rig:
     owner: CanBusOwner
     config: Cia402Config
     drive: FakeDrive | None  # None where it runs in a thread of its own
+    pilot: Pilot = field(default_factory=lambda: Pilot(SetPoints.VELOCITY))
+
+    @property
+    def rung(self) -> Rung:
+        """Return the mode that this rig is in."""
+        return RUNGS["pv" if self.config.mode == "auto" else self.config.mode]
+
+    def send(self, axis: Cia402Axis, command: Command, period_s: float = 0.004) -> None:
+        """Send an order for a velocity, as the mode wants it."""
+        axis.send(self.pilot.order(command, period_s))
+
+    def receive(self, axis: Cia402Axis) -> tuple[Sample, ...]:
+        """Return what the axis received."""
+        samples = axis.receive()
+        self.pilot.seen(samples)
+        return samples
 
     def axis(self, **changes: Any) -> Cia402Axis:
         """Return an axis on this bus, its configuration changed as asked."""
@@ -93,9 +157,9 @@ class Rig:
         samples: list[Sample] = []
         end_s = self.clock.now() + duration_s
         while (now_s := self.clock.now()) < end_s:
-            axis.send(command)
+            self.send(axis, command, period_s)
             self.clock.sleep_until(now_s + period_s)
-            samples += axis.receive()
+            samples += self.receive(axis)
         return samples
 
     def enable(
@@ -166,14 +230,22 @@ def open_rig(
     faults: Iterable[Fault] = (),
     specification: FakeSpecification | None = None,
 ) -> Iterator[Rig]:
-    """Yield a rig whose drive is in process (stepped) or in a thread (real time)."""
+    """Yield a rig whose drive is in process (stepped) or in a thread (real time).
+
+    `interface` may name a mode after a slash; the drive then offers every mode.
+    """
+    interface, _, mode = interface.partition("/")
     config = describe_bus(interface)
+    if mode:
+        given = specification or FakeSpecification()
+        every = replace(given.drive, supported_modes=EVERY_MODE)
+        specification = replace(given, drive=every)
     if interface == VIRTUAL:
         with open_bus(config) as bus:
             clock = SteppedClock()
             drive = FakeDrive(bus, node_id=NODE, faults=faults, specification=specification)
             clock.attach(drive.step_to)
-            yield from _owned(config, clock, CONFIG, drive)
+            yield from _owned(config, clock, replace(CONFIG, mode=mode or "auto"), drive)
         return
     stop = threading.Event()
     thread = threading.Thread(
@@ -202,6 +274,7 @@ def _owned(
     """Yield the rig and let go of the bus, whatever the test left open."""
     owner = CanBusOwner.open(bus, clock)
     try:
-        yield Rig(bus, clock, owner, config, drive)
+        rung = RUNGS["pv" if config.mode == "auto" else config.mode]
+        yield Rig(bus, clock, owner, config, drive, Pilot(rung.set_points))
     finally:
         owner.close()

@@ -57,7 +57,7 @@ def test_opening_identifies_arms_and_leaves_the_drive_without_torque(rig: Rig) -
     assert evidence.identity["serial"] == 1
     assert evidence.settings["0x6007:00"] == 3
     assert evidence.settings["0x1016:01"] == 127 << 16 | rig.config.agent_heartbeat_timeout_ms
-    assert evidence.settings["0x6061:00"] == 3
+    assert evidence.settings["0x6061:00"] == rig.rung.mode
     assert evidence.found["0x1016:01"] == 0
     assert evidence.found["0x6007:00"] == 1
     samples = rig.run(axis, 0.05, OFF)
@@ -78,9 +78,9 @@ def test_a_velocity_is_reached_and_every_sync_is_answered(rig: Rig) -> None:
     samples: list[Sample] = []
     for _ in range(100):
         sent_s.append(rig.clock.now())
-        axis.send(Command(Goal.ON, 20.0))
+        rig.send(axis, Command(Goal.ON, 20.0))
         rig.clock.sleep_until(sent_s[-1] + 0.004)
-        samples += axis.receive()
+        samples += rig.receive(axis)
     report = axis.stop(rig.clock.now() + 2.0)
     assert report.at_rest, report.reason
     account = axis.close()
@@ -111,7 +111,8 @@ def test_direction_and_zero_turn_the_whole_axis(rig: Rig) -> None:
     axis.open()
     first = rig.run(axis, 0.02, OFF)[0]
     assert first.position_rad == pytest.approx(math.tau, abs=0.1)
-    last = rig.enable(axis, 20.0)
+    rig.enable(axis, 20.0)
+    last = rig.run(axis, 0.3, Command(Goal.ON, 20.0))[-1]
     assert last.velocity_rad_s == pytest.approx(20.0, abs=0.5)
     assert last.position_rad > first.position_rad
     assert last.torque_nm > 0.0
@@ -202,7 +203,7 @@ def test_another_master_that_takes_torque_away_is_noticed(rig: Rig) -> None:
     with pytest.raises(DriveStateError, match="left operation enabled by itself"):
         rig.run(axis, 1.0, Command(Goal.ON, 5.0))
     with pytest.raises(DriveStateError, match="left operation enabled"):
-        axis.send(Command(Goal.ON, 5.0))
+        rig.send(axis, Command(Goal.ON, 5.0))
     axis.close()
 
 

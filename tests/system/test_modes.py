@@ -1,0 +1,57 @@
+"""A whole cycle in each mode of the ladder: real frames, the fake drive, the gate in between."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from agent.record.reading import read
+from fakes.specification import FakeSpecification
+from tests.system.rig import rig
+
+BITS = {"pv": 3, "csv": 9, "vl": 2, "csp": 8, "ip": 7, "pp": 1}
+
+
+def offering(*words: str, absent: tuple[int, ...] = ()) -> FakeSpecification:
+    """Return a joint whose drive offers these modes only."""
+    plain = FakeSpecification()
+    modes = sum(1 << BITS[word] - 1 for word in words)
+    drive = replace(plain.drive, supported_modes=modes, absent_objects=absent)
+    return replace(plain, drive=drive)
+
+
+def brisk(cell: dict[str, Any]) -> None:
+    """Make the stair as short as its test needs."""
+    stair = cell["axis"][0]["stair"]
+    stair |= {"duration_s": 6.0, "speeds": 2, "arm_from_deg": -8.0, "arm_to_deg": 8.0}
+    stair |= {"motor_velocity_min_rad_s": 15.0, "motor_velocity_max_rad_s": 60.0}
+    stair["motor_acceleration_rad_s2"] = 120.0  # in pp nothing rounds the corners: the arm rings
+
+
+@pytest.mark.parametrize("word", BITS)
+def test_a_cycle_in_each_mode(word: str, tmp_path: Path) -> None:
+    with rig(tmp_path, specification=offering(word), edit=brisk) as cell:
+        result = cell.run()
+        assert not cell.drive.plant.powered
+    assert result.evidence.mode == word
+    assert "0x6502" in result.evidence.mode_reason
+    recording = read(result.recording)
+    drive = recording.metadata.drive
+    assert isinstance(drive, Mapping)
+    assert (drive["mode"], drive["mode_reason"]) == (word, result.evidence.mode_reason)
+    assert result.account.lost == 0
+    velocity = np.asarray(recording.columns["velocity_rad_s"])
+    asked = np.asarray(recording.columns["velocity_command_rad_s"])
+    phase = np.asarray(recording.columns["phase"])
+    for speed in (15.0, 60.0):
+        for sign in (1.0, -1.0):
+            there = (phase == "steady") & np.isclose(asked, sign * speed, rtol=1e-6)
+            assert there.sum() > 20, (speed, sign)
+            middle = velocity[there][there.sum() // 3 : -3]
+            assert np.median(middle) == pytest.approx(sign * speed, rel=0.02), (speed, sign)
+    assert np.max(np.abs(velocity)) < 66.0
