@@ -6,6 +6,7 @@
     OSError ENODEV / ENETDOWN / EAFNOSUPPORT ...   the operating system's side of SocketCAN
     CanInitializationError, ValueError, TypeError  the adapter refuses what the cell asks for
     CanOperationError, CanTimeoutError, OSError    the bus has stopped working
+    AdapterError (ours, see drivers.can.slcan)     the adapter refuses, hangs, lies or is gone
 """
 
 from __future__ import annotations
@@ -34,6 +35,15 @@ WORKING_FAILURES: tuple[type[Exception], ...] = (can.CanError, OSError, ValueErr
 """What `send` and `recv` may raise on a bus that was opened."""
 
 
+class AdapterError(can.CanOperationError):
+    """An adapter that python-can would let fail in silence, in our words: what, and what to do."""
+
+    def __init__(self, what: str, do: str) -> None:
+        super().__init__(what)
+        self.what = what
+        self.do = do
+
+
 def opening_failed(
     error: Exception, interface: str, channel: str | int | None, bitrate: int | None
 ) -> BusError:
@@ -47,6 +57,8 @@ def opening_failed(
         As the cell describes the bus.
     """
     name = bus_name(interface, channel)
+    if isinstance(error, AdapterError):
+        return BusError(f"The CAN adapter {name} {error.what} while it is opened.", error.do)
     if isinstance(error, (NotImplementedError, ImportError)):
         return BusError(
             f"The CAN interface {interface!r} is not available here: {_words(error)}.",
@@ -66,6 +78,8 @@ def opening_failed(
 
 def working_failed(error: Exception, name: str, doing: str) -> BusError:
     """Return the one sentence for a bus that stopped working while `doing` something."""
+    if isinstance(error, AdapterError):
+        return BusError(f"The CAN adapter {name} {error.what} while {doing}.", error.do)
     code = _errno_of(error)
     if code == errno.ENETDOWN or code == errno.ENODEV:
         return BusError(

@@ -27,6 +27,10 @@ def open_bus(config: CanBusConfig) -> can.BusABC:
     if config.bitrate is not None:
         arguments["bitrate"] = config.bitrate
     try:
+        if config.interface == "slcan":
+            from drivers.can.slcan import SlcanBus  # pyserial, which other buses do not need
+
+            return SlcanBus(channel=config.channel, **arguments)
         return can.Bus(
             interface=config.interface,
             channel=config.channel,

@@ -79,7 +79,7 @@ class CanBusOwner:
         self._inboxes: list[Inbox] = []
         self._sent_ids: set[int] = set()
         self._closing = threading.Event()
-        self._death: Exception | None = None
+        self._death: BusError | None = None
         self._thread: threading.Thread | None = None
         if not self._stepped and reader is None:
             self._thread = threading.Thread(target=self._own, name=f"can-owner {name}", daemon=True)
@@ -231,11 +231,12 @@ class CanBusOwner:
         if self._reader is not None:
             self._reader.check()
         if self._thread is not None and not self._thread.is_alive() and not self._closing.is_set():
-            why = f" ({self._death})" if self._death is not None else ""
+            if self._death is not None:
+                raise WorkerDiedError(self._death.what, self._death.do) from self._death
             raise WorkerDiedError(
-                f"The thread that owns the CAN bus {self.name} has ended{why}.",
+                f"The thread that owns the CAN bus {self.name} has ended.",
                 "Check the adapter, then start again.",
-            ) from self._death
+            )
         for inbox in self._inboxes:
             if inbox.overflowed:
                 raise BusOverflowError(
