@@ -3,6 +3,7 @@
 ::
 
     NotImplementedError (also as CanError), ImportError  this adapter's software is not there
+    NameError                                      the same of Kvaser's, whose functions are missing
     OSError ENODEV / ENETDOWN / EAFNOSUPPORT ...   the operating system's side of SocketCAN
     CanInitializationError, ValueError, TypeError  the adapter refuses what the cell asks for
     CanOperationError, CanTimeoutError, OSError    the bus has stopped working
@@ -21,6 +22,7 @@ OPENING_FAILURES: tuple[type[Exception], ...] = (
     can.CanError,
     OSError,
     ImportError,
+    NameError,
     RuntimeError,
     ValueError,
     TypeError,
@@ -59,7 +61,7 @@ def opening_failed(
     name = bus_name(interface, channel)
     if isinstance(error, AdapterError):
         return BusError(f"The CAN adapter {name} {error.what} while it is opened.", error.do)
-    if isinstance(error, (NotImplementedError, ImportError)):
+    if isinstance(error, (NotImplementedError, ImportError, NameError)):
         return BusError(
             f"The CAN interface {interface!r} is not available here: {_words(error)}.",
             "Check its name, and install the adapter's driver and Python package.",

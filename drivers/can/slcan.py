@@ -22,7 +22,7 @@ _ANSWERS_MAX = 64
 """On a busy bus frames follow the answers without a pause."""
 
 _SEND_TIMEOUT_S = 0.1
-"""A frame is 27 characters at most: 2.4 ms at 115200 baud, and as much again for those before."""
+"""A frame is 22 characters at most, 2 ms at 115200 baud; fifty frames would have to wait."""
 
 _READ_TIMEOUT_S = 0.01
 """A byte that comes is taken at once; python-can's own millisecond only looks more often."""
