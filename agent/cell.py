@@ -20,9 +20,18 @@ from pydantic import (
     model_validator,
 )
 
-from agent.cell_devices import ContactRelease, Job, Positive, Release, Temperature, shared_places
+from agent.cell_devices import (
+    ContactRelease,
+    Job,
+    Positive,
+    Release,
+    Temperature,
+    beside_the_cell,
+    shared_places,
+)
 from agent.cell_devices import Part as _Part
 from agent.errors import InputError
+from drivers.profiles.drive_profile import load_profile
 from trajectories import AxisLimits, TorqueModel, motor_rad
 
 SCHEMA = "stribeck.cell/1"
@@ -47,7 +56,15 @@ def _beside_the_cell(channel: str | int, info: ValidationInfo) -> str | int:
     return str(Path(folder) / str(channel))
 
 
+def _a_profile(name: str, info: ValidationInfo) -> str:
+    """Return a profile's name, or the path of its file, once it has been read without mistakes."""
+    place = beside_the_cell(name, info)
+    load_profile(place)
+    return place
+
+
 Name = Annotated[str, AfterValidator(_a_name)]
+ProfileName = Annotated[str, AfterValidator(_a_profile)]
 NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
@@ -104,7 +121,11 @@ class TemperatureObject(_Part):
 
 
 class Drive(_Part):
-    """The servo drive: who it must be, and what its numbers mean."""
+    """The servo drive: who it must be, what it can, and what its numbers mean.
+
+    What it lacks - a consumer heartbeat (0x1016), an abort connection option (0x6007), software
+    limits (0x607D) - comes from its profile, unless the cell says it itself.
+    """
 
     node_id: int = Field(ge=1, le=126)
     vendor_id: int = Field(ge=0, le=0xFFFFFFFF)
@@ -112,8 +133,12 @@ class Drive(_Part):
     serial: int | None = Field(default=None, ge=0, le=0xFFFFFFFF)
     rated_torque_nm: Positive
     encoder_counts_per_motor_rev: int = Field(gt=0)
+    profile: ProfileName | None = None
     velocity_unit: Literal["counts_per_s", "rpm", "milli_rpm"] = "counts_per_s"
     mode: Literal["auto", "pv", "csv", "vl", "csp", "ip", "pp"] = "auto"
+    heartbeat_consumer: bool | None = None  # None: as the profile says, else that it is there
+    abort_connection: bool | None = None
+    software_limits: bool | None = None
     direction: Literal[1, -1] = 1
     zero_position_counts: int = 0
     gearbox_temperature: TemperatureObject | None = None

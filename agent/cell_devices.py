@@ -24,14 +24,14 @@ class Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True)
 
 
-def _beside_the_cell(name: str, info: ValidationInfo) -> str:
+def beside_the_cell(name: str, info: ValidationInfo) -> str:
     """Return a map's file relative to the cell's own; a shipped map's name stays as it is."""
     folder = info.context.get("folder") if isinstance(info.context, dict) else None
     is_file = name.endswith(".toml")
     return str(Path(folder) / name) if is_file and folder is not None else name
 
 
-MapName = Annotated[str, Field(min_length=1), AfterValidator(_beside_the_cell)]
+MapName = Annotated[str, Field(min_length=1), AfterValidator(beside_the_cell)]
 
 
 class ModbusPlace(Part):

@@ -27,20 +27,16 @@ from agent.record.rows import Kind
 from agent.record.stream import StreamWriter
 from agent.replayed import KEY as REPLAY
 from agent.wire_devices import cell_release, job_controller, permit_wait_s, with_probe
+from agent.wire_drive import drive_config
 from agent.wire_replay import Replay, open_replay
 from drivers.can.owner import CanBusConfig, CanBusOwner
 from drivers.cia402.axis import Cia402Axis
-from drivers.cia402.config import Cia402Config, ExpectedIdentity
 from drivers.cia402.handing_back import restore
-from drivers.cia402.scaling import Scaling, TemperatureSource
 from drivers.clock import Clock, SteppedClock, wall_time_utc
 from drivers.ports import AxisEvidence, SyncAccount, WatchdogProof
 from trajectories import Trajectory
 
 PROBE_KINDS: Mapping[str, Kind] = {"gearbox_temperature_quality": "text"}
-
-REST_S = 0.2
-"""How long a joint must stand before it is believed: two periods of a soft arm's ringing."""
 
 
 @dataclass(frozen=True)
@@ -210,50 +206,6 @@ def bus_config(bus: Bus) -> CanBusConfig:
     )
 
 
-def drive_config(cell: Cell, axis: Axis) -> Cia402Config:
-    """Return the drivers' description of an axis: everything explicit, nothing guessed."""
-    drive, limits, supervision = axis.drive, axis.limits, axis.supervision
-    motor = axis.motor_limits
-    temperature = drive.gearbox_temperature
-    return Cia402Config(
-        node_id=drive.node_id,
-        scaling=Scaling(
-            encoder_counts_per_motor_rev=drive.encoder_counts_per_motor_rev,
-            rated_torque_nm=drive.rated_torque_nm,
-            velocity_unit=drive.velocity_unit,
-            direction=drive.direction,
-            zero_position_counts=drive.zero_position_counts,
-        ),
-        acceleration_rad_s2=limits.motor_acceleration_max_rad_s2,
-        deceleration_rad_s2=limits.motor_acceleration_max_rad_s2,
-        quick_stop_deceleration_rad_s2=limits.stopping_deceleration_rad_s2,
-        software_limits_rad=(motor.position_min_rad, motor.position_max_rad),
-        expected=ExpectedIdentity(drive.vendor_id, drive.product_code, drive.serial),
-        temperature=None
-        if temperature is None
-        else TemperatureSource(
-            index=temperature.index,
-            subindex=temperature.subindex,
-            scale_degc=temperature.degc_per_count,
-            offset_degc=temperature.offset_degc,
-            sentinels=temperature.no_sensor_counts,
-        ),
-        agent_node_id=supervision.agent_node_id,
-        agent_heartbeat_period_s=supervision.heartbeat_period_s,
-        agent_heartbeat_timeout_s=supervision.heartbeat_timeout_s,
-        drive_heartbeat_period_s=supervision.drive_heartbeat_period_s,
-        drive_heartbeat_timeout_s=3.5 * supervision.drive_heartbeat_period_s,
-        # Lost must be said before the gate finds the newest sample too old.
-        sync_timeout_s=0.5 * supervision.sample_age_max_s,
-        consecutive_lost_limit=supervision.samples_lost_in_a_row_max,
-        rest_samples=max(5, round(REST_S * cell.recording.sample_rate_hz)),
-        stop_period_s=1.0 / cell.recording.sample_rate_hz,
-        mode=drive.mode,
-        move_acceleration_rad_s2=axis.stair.motor_acceleration_rad_s2,
-        velocity_max_rad_s=limits.motor_velocity_max_rad_s,
-    )
-
-
 def software() -> str:
     """Return name and version of this product, as recordings carry it."""
     return f"stribeck {importlib.metadata.version('stribeck')}"
@@ -273,6 +225,7 @@ def _torque_source(axis: Axis) -> dict[str, object]:
         return {"torque_source": "the controller's own, motor side, N m"}
     return {
         "rated_torque_nm": axis.drive.rated_torque_nm,
+        **_known(profile=axis.drive.profile),
         "torque_source": "0x6077, per mille of rated torque",
     }
 

@@ -329,6 +329,17 @@ def verify_map(
     run_verify_map(request, as_json=json)
 
 
+@app.command(short_help="what a drive's EDS or DCF says of it")
+def eds(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="An EDS or DCF (CiA 306).")],
+    json: Json = False,
+) -> None:
+    """Say what of a drive's profile its EDS decides, and which lines of it are bad."""
+    from agent.cli.eds import run_eds
+
+    run_eds(file, as_json=json)
+
+
 @app.command(short_help="finish what a kill or power cut left")
 def recover(
     recordings: Annotated[

@@ -10,7 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from agent.errors import RefusedError
 from agent.record.reading import read
+from drivers.profiles.drive_profile import shipped_profiles
+from fakes.impersonation import impersonated
 from fakes.specification import FakeSpecification
 from tests.system.rig import rig
 
@@ -55,3 +58,46 @@ def test_a_cycle_in_each_mode(word: str, tmp_path: Path) -> None:
             middle = velocity[there][there.sum() // 3 : -3]
             assert np.median(middle) == pytest.approx(sign * speed, rel=0.02), (speed, sign)
     assert np.max(np.abs(velocity)) < 66.0
+
+
+TAKEN = {
+    "maxon-epos4": "pv",
+    "elmo-gold": "pv",
+    # No 0x6007, or no 0x1016: nothing that would go on without us.
+    "nanotec-cl4-e": "pp",
+    "ingenia-eve-xcr-c": "pp",
+    "zeroerr-erob": "pp",
+    "schunk-lwa4p": "pp",
+    "pilz-prbt": "pp",
+}
+
+
+@pytest.mark.parametrize("name", shipped_profiles())
+def test_a_cycle_on_each_drive_that_there_is_a_profile_for(name: str, tmp_path: Path) -> None:
+    def of_that_kind(cell: dict[str, Any]) -> None:
+        brisk(cell)
+        drive = cell["axis"][0]["drive"]
+        drive |= {"profile": name, "velocity_unit": "counts_per_s"}
+
+    with rig(tmp_path, specification=impersonated(name), edit=of_that_kind) as cell:
+        result = cell.run()
+        assert not cell.drive.plant.powered
+    assert result.evidence.mode == TAKEN[name]
+    assert result.account.lost == 0
+    assert ("0x6007:00" in result.evidence.settings) is (
+        0x6007 not in cell.drive.specification.drive.absent_objects
+    )
+
+
+def test_a_streamed_mode_on_a_drive_that_does_not_miss_us_is_refused(tmp_path: Path) -> None:
+    """The cell insists on ip; the drive goes on when nobody speaks, and the proof shows it."""
+
+    def insisting(cell: dict[str, Any]) -> None:
+        brisk(cell)
+        drive = cell["axis"][0]["drive"]
+        drive |= {"profile": "pilz-prbt", "velocity_unit": "counts_per_s", "mode": "ip"}
+
+    with rig(tmp_path, specification=impersonated("pilz-prbt"), edit=insisting) as cell:
+        with pytest.raises(RefusedError, match="watchdog does not work"):
+            cell.run()
+        assert not cell.drive.plant.powered

@@ -1,0 +1,1 @@
+"""Drives as data: what each can and lacks, every value with where it is known from."""

@@ -1,0 +1,99 @@
+"""Drive profiles: shipped ones are whole, a wrong one is refused whole, the cell's word wins."""
+
+from __future__ import annotations
+
+import tomllib
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import pytest
+import tomli_w
+
+from agent.cell import parse_cell
+from agent.errors import InputError
+from agent.wire_drive import drive_config
+from drivers.cia402.config import Cia402Config
+from drivers.profiles.drive_profile import (
+    DRIVES,
+    DriveProfileError,
+    load_profile,
+    parse_profile,
+    shipped_profiles,
+)
+from fakes.impersonation import DRIVES as PLAYED
+
+EXAMPLE = files("agent.examples").joinpath("cell.toml").read_text(encoding="utf-8")
+
+
+def config_with(**drive: Any) -> Cia402Config:
+    """Return the drivers' description of the example's axis with these keys in [axis.drive]."""
+    document = tomllib.loads(EXAMPLE)
+    document["axis"][0]["drive"].pop("velocity_unit", None)
+    document["axis"][0]["drive"] |= drive
+    cell = parse_cell(tomli_w.dumps(document))
+    return drive_config(cell, cell.axis[0])
+
+
+def test_every_shipped_profile_is_whole_and_can_be_played() -> None:
+    assert set(shipped_profiles()) == set(PLAYED)
+    for name in shipped_profiles():
+        assert load_profile(name).modes.offered.value, name
+
+
+def test_every_value_says_where_it_is_known_from() -> None:
+    """Take any provenance away: the profile is refused, naming the place."""
+    text = files(DRIVES).joinpath("maxon-epos4.toml").read_text(encoding="utf-8")
+    marks = text.count('from = "')
+    assert marks >= 8
+    for number in range(marks):
+        parts = text.split('from = "')
+        without = (
+            'from = "'.join(parts[: number + 1])
+            + 'origin = "'
+            + 'from = "'.join(parts[number + 1 :])
+        )
+        with pytest.raises(DriveProfileError, match=r"from: is missing"):
+            parse_profile(without)
+
+
+def test_all_mistakes_are_reported_at_once() -> None:
+    text = files(DRIVES).joinpath("elmo-gold.toml").read_text(encoding="utf-8")
+    wrong = (
+        text.replace('"csv"', '"tq"')
+        .replace('"0x22A2:00"', '"22A2"')
+        .replace("[position]", "[positions]")
+        .replace('value = "zero"', 'value = "nought"')
+    )
+    with pytest.raises(DriveProfileError) as caught:
+        parse_profile(wrong, "mine.toml")
+    message = str(caught.value)
+    assert message.startswith("mine.toml has 5 mistakes:")
+    for piece in ("modes.offered", "temperature[1].object", "positions: unknown key", "nought"):
+        assert piece in message
+
+
+def test_a_cell_takes_its_profile_and_its_own_word_wins() -> None:
+    plain = config_with()
+    assert plain.offered_modes is None
+    assert plain.scaling.velocity_unit == "counts_per_s"
+    schunk = config_with(profile="schunk-lwa4p")
+    assert schunk.offered_modes == ("vl", "ip", "pp")
+    assert schunk.abort_connection_option is None
+    assert schunk.heartbeat_consumer_subindex == 1
+    assert config_with(profile="ingenia-eve-xcr-c").heartbeat_consumer_subindex is None
+    assert config_with(profile="maxon-epos4").scaling.velocity_unit == "rpm"
+    own = config_with(profile="maxon-epos4", velocity_unit="counts_per_s", abort_connection=False)
+    assert own.scaling.velocity_unit == "counts_per_s"
+    assert own.abort_connection_option is None
+    assert config_with(software_limits=False).software_limits_rad is None
+
+
+def test_a_profile_that_is_not_there_is_a_mistake_of_the_cell(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"axis\[1\].drive.profile.*Shipped profiles: elmo-gold"):
+        config_with(profile="elmo-golden")
+    (tmp_path / "mine.toml").write_text('schema = "stribeck.drive-profile/1"\n')
+    document = tomllib.loads(EXAMPLE)
+    document["axis"][0]["drive"]["profile"] = "mine.toml"
+    with pytest.raises(InputError, match="modes: is missing"):
+        parse_cell(tomli_w.dumps(document), folder=tmp_path)
