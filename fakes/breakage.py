@@ -45,6 +45,8 @@ class Breakage:
 
     def begin(self, fault: script.Fault) -> None:
         """Let a fault happen, or begin to last."""
+        if isinstance(fault, script.WireFault | script.AdapterFails):
+            raise TypeError(f"{fault.kind}: expected a fault of the drive; a Wire plays this one")
         self._begin_on_the_bus(fault)
         self._begin_in_the_drive(fault)
 

@@ -137,7 +137,10 @@ class Sequence:
     def trip(self, reason: str) -> StoppedError:
         """Trip the interlock and return the error to raise."""
         self.interlock = self.interlock.after(Event.TRIP, reason)
-        return StoppedError(f"Stopped during '{self.stage.value}': {self.interlock.reason}.")
+        return StoppedError(
+            f"Stopped during '{self.stage.value}': {self.interlock.reason}.",
+            "Find the cause at the joint, the drive or the cell, then start a new cycle.",
+        )
 
     # -- stages ------------------------------------------------------------------------------
 

@@ -77,6 +77,7 @@ def hand_back(
 def not_restored(node_id: int, troubles: list[str]) -> ConfigurationError:
     """Return the error that names everything that was not restored."""
     return ConfigurationError(
-        f"Node {node_id} could not be given back as it was found: {'; '.join(troubles)}.",
+        f"Node {node_id} could not be given back as it was found: "
+        f"{'; '.join(trouble.rstrip('.') for trouble in troubles)}.",
         "Switch the drive off and on, then compare these objects with its parameter file.",
     )

@@ -2,7 +2,8 @@
 
 1. Quick stop by RPDO at every SYNC, heartbeat kept, until samples show standstill; once more
    without the reader process, if there is one and no samples come.
-2. No samples come: quick stop by SDO, standstill read by SDO.
+2. No samples come, or they show that the drive stays enabled because no RPDO reaches it: quick stop
+   by SDO, standstill read by SDO.
 3. That fails too, or the deadline has passed: NMT stop, and our heartbeat ends, so that the
    drive's own watchdog does what we could not.
 """
@@ -20,7 +21,7 @@ from drivers.errors import DriverError
 from drivers.ports import DriveState, Goal, Sample, StopReport
 
 _SILENCE_TIMEOUTS = 2.0
-"""So many SYNC time-outs without a sample, and the PDO way is given up."""
+"""So many SYNC time-outs without a sample, or without obedience, and the PDO way is given up."""
 
 
 class _Stop:
@@ -34,19 +35,20 @@ class _Stop:
         self.samples: list[Sample] = []
         self.troubles: list[str] = []
         self.still = 0
+        self.obeyed = False  # a sample has shown that the drive is no longer enabled
 
     def by_pdo(self) -> bool:
-        """Return whether samples have shown standstill; ends when none come any more."""
+        """Return whether samples have shown standstill.
+
+        Ends when none come any more, and when they come and show a drive that does not obey.
+        """
         config, clock = self.exchange.config, self.exchange.clock
-        self.heard_s = clock.now()
+        self.heard_s = began_s = clock.now()
         patience_s = _SILENCE_TIMEOUTS * config.sync_timeout_s
         while True:
-            try:
-                self.exchange.transmit(Goal.QUICK_STOP, 0.0)
-                clock.sleep_until(clock.now() + config.stop_period_s)
-                self._take(self.exchange.collect())
-            except DriverError as error:
-                self._note(error)
+            self._quick_stop()
+            clock.sleep_until(clock.now() + config.stop_period_s)
+            self._listen()
             if self.still >= config.rest_samples:
                 return True
             now_s = clock.now()
@@ -54,6 +56,9 @@ class _Stop:
                 return False
             if now_s - self.heard_s > patience_s or self._bus_is_dead():
                 self.troubles.append("no samples came while stopping")
+                return False
+            if not self.obeyed and now_s - began_s > patience_s:
+                self.troubles.append("the drive stayed enabled in spite of quick stop by PDO")
                 return False
 
     def without_help(self) -> bool:
@@ -101,6 +106,20 @@ class _Stop:
         reason = "; ".join(dict.fromkeys([how, *self.troubles, *emergencies]))
         return StopReport(at_rest=at_rest, samples=tuple(self.samples), reason=reason)
 
+    def _quick_stop(self) -> None:
+        """Order it once; a bus that does not take the frame is noted, and tried again."""
+        try:
+            self.exchange.transmit(Goal.QUICK_STOP, 0.0)
+        except DriverError as error:
+            self._note(error)
+
+    def _listen(self) -> None:
+        """Take in what has come, whatever became of what was sent."""
+        try:
+            self._take(self.exchange.collect())
+        except DriverError as error:
+            self._note(error)
+
     def _take(self, samples: list[Sample]) -> None:
         """Count samples at rest, taken since the stop began; torque must have been taken back."""
         self.samples.extend(samples)
@@ -108,6 +127,7 @@ class _Stop:
             if sample.time_s < self.started_s:
                 continue
             self.heard_s = self.exchange.clock.now()
+            self.obeyed = self.obeyed or sample.state is not DriveState.ON
             slow = abs(sample.velocity_rad_s) <= self.exchange.config.rest_velocity_rad_s
             self.still = self.still + 1 if slow and sample.state is not DriveState.ON else 0
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import can
 import tomli_w
 
 from agent.cell import Cell, parse_cell
@@ -34,6 +35,7 @@ class Rig:
     clock: SteppedClock
     drive: FakeDrive
     stop_reason: str | None = field(default=None)
+    ask: Callable[[], str | None] | None = None  # in place of `stop_reason`, once a tick
 
     def run(
         self,
@@ -44,7 +46,7 @@ class Rig:
         return drive_cycle(
             CycleRequest(self.cell, self.cell.axis[0], self.folder, reverse),
             self.clock,
-            stop_requested=lambda: self.stop_reason,
+            stop_requested=self.ask or (lambda: self.stop_reason),
             progress=progress,
         )
 
@@ -63,8 +65,12 @@ def rig(
     specification: FakeSpecification | None = None,
     edit: Callable[[dict[str, Any]], None] = lambda _cell: None,
     seed: int = 1,
+    wire: Callable[[can.BusABC, SteppedClock], can.BusABC] = lambda bus, _clock: bus,
 ) -> Iterator[Rig]:
-    """Yield a cell with a short stair at 250 Hz; `edit` changes its description first."""
+    """Yield a cell with a short stair at 250 Hz; `edit` changes its description first.
+
+    `wire` may put something between the drive and the bus.
+    """
     specification = specification or FakeSpecification()
     channel = f"rig-{secrets.token_hex(4)}"
     text = fake_cell_text(specification, interface="virtual", channel=channel, short=True)
@@ -76,7 +82,7 @@ def rig(
     bus = open_bus("virtual", channel)
     try:
         drive = FakeDrive(
-            bus,
+            wire(bus, clock),
             node_id=cell.axis[0].drive.node_id,
             specification=specification,
             faults=faults,

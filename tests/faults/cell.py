@@ -1,0 +1,340 @@
+"""One variation of one fault on a whole cell: real frames, stepped time, the plant as the judge."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import json
+import math
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import can
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from agent.cli.exits import exit_code
+from agent.cycle import runner
+from agent.errors import AgentError
+from agent.record.reading import read
+from agent.record.recover import recover
+from agent.record.stream import FLUSH_PERIOD_S, StreamWriter
+from agent.wire import bus_config
+from agent.wire_drive import drive_config
+from drivers.can.opening import open_bus as sound
+from drivers.can.owner import CanBusOwner
+from drivers.cia402.axis import Cia402Axis
+from drivers.cia402.handing_back import restore
+from drivers.clock import SteppedClock
+from drivers.errors import DriverError
+from drivers.ports import StopReport
+from fakes.fault_adapter import FaultyAdapter
+from fakes.fault_wire import Wire
+from fakes.faults import AdapterFails, Fault, WireFault
+from fakes.plc import FakeContact
+from fakes.process import open_bus
+from fakes.specification import FakeSpecification
+from tests.faults.acts import ACTS, Stage
+from tests.faults.scenario import Run, Scenario
+from tests.system.rig import Rig, rig
+
+REST_RAD_S = 0.5
+AFTERWARDS_S = 0.3
+SHORT = {"duration_s": 3.2, "speeds": 2}
+REVERSAL_S = 0.1
+WITH_RELEASE = ("open the release", "cut the release")
+FOR_GOOD = ("power-cut", "unplugged", "sdo-silent", "sdo-aborts")
+"""Faults of the drive itself, which no healed wire takes back."""
+
+WATCHED = (
+    *((0x1016, 1), (0x1017, 0), (0x6007, 0), (0x605A, 0), (0x6060, 0), (0x6083, 0), (0x6084, 0)),
+    *((0x6085, 0), (0x607D, 1), (0x607D, 2)),
+    *((index, sub) for index in (0x1400, 0x1800, 0x1801) for sub in (1, 2)),
+)
+
+
+Span = tuple[float, float]
+"""From when until when, in seconds."""
+
+
+@dataclass
+class Watch:
+    """What the plant really did, sampled whenever time moves."""
+
+    times_s: list[float] = field(default_factory=list)
+    positions_rad: list[float] = field(default_factory=list)
+    step_s: float = 0.0  # of the plant's integration
+    origin_s: float = math.nan  # when the recording's time begins
+    decided_s: float = 0.0  # when the agent began to stop
+    moved_s: float = -math.inf
+    moves: bool = False
+    rows_s: list[float] = field(default_factory=list)  # when each row was handed over
+
+    def look(self, now_s: float, position_rad: float, velocity_rad_s: float) -> None:
+        if not self.times_s or now_s > self.times_s[-1]:
+            self.times_s.append(now_s)
+            self.positions_rad.append(position_rad)
+        self.moves = abs(velocity_rad_s) > REST_RAD_S
+        if self.moves:
+            self.moved_s = now_s
+
+
+def play(scenario: Scenario, phase: str, seed: int, *, rate_hz: float = 100.0) -> Run:
+    """Run one variation; `seed` draws the moment inside `phase` and the fault's parameters."""
+    random = np.random.default_rng(seed)
+    release = scenario.act in WITH_RELEASE
+    begins_s, ends_s = _one_of(random, timeline(rate_hz, release=release)[phase])
+    onset_s = float(random.uniform(begins_s, ends_s))
+    script = scenario.faults(onset_s, random)
+    lasts_s = scenario.lasts_s.draw(random)
+    with (
+        tempfile.TemporaryDirectory() as name,
+        _cell(Path(name), script, rate_hz, seed, release=release) as made,
+    ):
+        bench, watch, wire, contact = made
+        stage = Stage(bench, onset_s, lasts_s, contact)
+        with pytest.MonkeyPatch.context() as patch, contextlib.ExitStack() as stack:
+            _count_rows(patch, watch, bench.clock)
+            _note_stop(patch, watch, bench.clock)
+            # Pauses of the collector belong to real time; here they would be half of the cost.
+            patch.setattr(runner, "_unhurried_collector", contextlib.nullcontext)
+            _adapter(patch, bench.clock, [f for f in script if isinstance(f, AdapterFails)])
+            stage.patch, stage.stack = patch, stack
+            if scenario.act:
+                ACTS[scenario.act](stage)
+            found = _registers(bench)
+            error = _drive(bench, watch)
+        bench.later(AFTERWARDS_S)
+        troubles = _recording_troubles(Path(name)) + _said(error)
+        troubles += _settings_troubles(
+            bench, wire, found, Path(name), heals=not any(f.kind in FOR_GOOD for f in script)
+        )
+        kept, lost, misplaced = _kept(Path(name), watch)
+    begins_s = max(onset_s, watch.decided_s) if scenario.outcome == "either" else onset_s
+    committed_s = math.inf if scenario.act != "fill the disk" else onset_s - FLUSH_PERIOD_S
+    return Run(
+        scenario=scenario,
+        phase=phase,
+        onset_s=onset_s,
+        seed=seed,
+        code=0 if error is None else exit_code(error),
+        message="" if error is None else " ".join([str(error), *getattr(error, "__notes__", [])]),
+        rest_after_s=max(0.0, watch.moved_s - begins_s) if watch.decided_s else 0.0,
+        moves=watch.moves,
+        handed_over=len(watch.rows_s),
+        committed=sum(1 for row_s in watch.rows_s if row_s <= committed_s),
+        kept=kept,
+        lost=lost,
+        misplaced_rad=misplaced,
+        troubles=tuple(troubles),
+    )
+
+
+@functools.cache
+def timeline(rate_hz: float, *, release: bool = False) -> dict[str, tuple[Span, ...]]:
+    """Return when a cycle without a fault is in each of `scenario.PHASES`, by the cell's clock.
+
+    The rig is deterministic: what happens when is the same in every run until the fault strikes.
+    """
+    began: list[float] = []
+    with (
+        tempfile.TemporaryDirectory() as name,
+        _cell(Path(name), (), rate_hz, 1, release=release) as made,
+    ):
+        bench = made[0]
+        result = bench.run(
+            progress=lambda stage, _share: (
+                began.append(bench.clock.now()) if stage == "enable" else None
+            )
+        )
+        ended_s = bench.clock.now()
+        columns = read(result.recording).columns
+    time_s = columns["time_s"] + began[0]
+    phase, command = columns["phase"], columns["velocity_command_rad_s"]
+    turns = np.zeros(len(time_s), dtype=bool)
+    moving = np.flatnonzero(command)
+    flips = moving[1:][np.diff(np.sign(command[moving])) != 0]
+    for index in flips:
+        turns |= np.abs(time_s - time_s[index]) < REVERSAL_S
+    masks = {
+        "standstill": np.isin(phase, ["enable", "rest"]) & ~turns,
+        "approach": (phase == "approach") & (command != 0.0),
+        "ramp": (phase == "ramp") & ~turns,
+        "plateau": phase == "steady",
+        "reversal": turns,
+        "return": (phase == "return") & (command != 0.0),
+    }
+    spans = {name: _spans(time_s, mask) for name, mask in masks.items()}
+    return {**spans, "teardown": ((float(time_s[phase == "disable"][0]), ended_s),)}
+
+
+def _spans(time_s: Any, mask: Any) -> tuple[Span, ...]:
+    """Return the stretches in which `mask` holds."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(int), [0]])))
+    return tuple(
+        (float(time_s[first]), float(time_s[after - 1]))
+        for first, after in zip(edges[::2], edges[1::2], strict=True)
+    )
+
+
+def _one_of(random: np.random.Generator, spans: tuple[Span, ...]) -> Span:
+    return spans[int(random.integers(len(spans)))]
+
+
+@contextlib.contextmanager
+def _cell(
+    folder: Path, script: tuple[Fault, ...], rate_hz: float, seed: int, *, release: bool
+) -> Iterator[tuple[Rig, Watch, Wire, FakeContact | None]]:
+    """Yield a cell whose drive hangs on a bad wire, and the watch over its plant."""
+    wires: list[Wire] = []
+
+    def wire(bus: can.BusABC, clock: SteppedClock) -> can.BusABC:
+        made = Wire(bus, [f for f in script if isinstance(f, WireFault)], seed)
+        clock.attach(made.step_to)
+        wires.append(made)
+        return made
+
+    def edit(description: dict[str, Any]) -> None:
+        description["axis"][0]["stair"] |= SHORT
+        description["recording"]["sample_rate_hz"] = rate_hz
+        if release:
+            description["release"] = {"kind": "can-input", "node_id": 31, "wait_s": 1.0}
+
+    drives = [f for f in script if not isinstance(f, WireFault | AdapterFails)]
+    watch = Watch(step_s=FakeSpecification().servo.step_s)
+    with (
+        rig(folder, faults=drives, edit=edit, seed=seed, wire=wire) as bench,
+        contextlib.ExitStack() as stack,
+    ):
+        stack.callback(wires[0].shutdown)
+        plant, contact = bench.drive.plant, None
+        bench.clock.attach(
+            lambda now_s: watch.look(now_s, plant.motor_position_rad, plant.motor_velocity_rad_s)
+        )
+        if release:
+            bus = open_bus("virtual", str(bench.cell.bus.channel))
+            stack.callback(bus.shutdown)
+            contact = FakeContact(bus)
+            bench.clock.attach(contact.step_to)
+        bench.clock.settle()  # the drive and the wire are switched on at 0
+        yield bench, watch, wires[0], contact
+
+
+def _count_rows(patch: pytest.MonkeyPatch, watch: Watch, clock: SteppedClock) -> None:
+    """Count every row that the recorder is given, and was not refused."""
+    append = StreamWriter.append
+
+    def counted(writer: StreamWriter, row: Any) -> None:
+        append(writer, row)
+        watch.rows_s.append(clock.now())
+
+    patch.setattr(StreamWriter, "append", counted)
+
+
+def _note_stop(patch: pytest.MonkeyPatch, watch: Watch, clock: SteppedClock) -> None:
+    """Note when the agent begins to stop the axis."""
+    stop = Cia402Axis.stop
+
+    def noted(axis: Cia402Axis, deadline_s: float) -> StopReport:
+        watch.decided_s = clock.now()
+        return stop(axis, deadline_s)
+
+    patch.setattr(Cia402Axis, "stop", noted)
+
+
+def _adapter(patch: pytest.MonkeyPatch, clock: SteppedClock, faults: list[AdapterFails]) -> None:
+    """Let the agent's own adapter fail; the drive's stays as it is."""
+    if not faults:
+        return
+    patch.setattr(
+        "drivers.can.owner.open_bus",
+        lambda config: FaultyAdapter(sound(config), clock.now, faults),
+    )
+
+
+def _drive(bench: Rig, watch: Watch) -> AgentError | DriverError | None:
+    """Run the cycle and return how it failed; what is not one of ours is a bug, and raised."""
+
+    def note_begin(stage: str, _share: float) -> None:
+        if stage == "enable" and math.isnan(watch.origin_s):
+            watch.origin_s = bench.clock.now()
+
+    try:
+        bench.run(progress=note_begin)
+    except (AgentError, DriverError) as error:
+        return error
+    return None
+
+
+def _registers(bench: Rig) -> dict[tuple[int, int], int]:
+    """Return every number in the drive that the agent may have changed."""
+    number = bench.drive.dictionary.number
+    watched = list(WATCHED)
+    for mapping in (0x1600, 0x1A00, 0x1A01):  # entries beyond the count mean nothing
+        watched += [(mapping, sub) for sub in range(number(mapping, 0) + 1)]
+    return {key: number(*key) for key in watched}
+
+
+# ---- what must hold after every run, whatever the fault -------------------------------------
+
+
+def _said(error: AgentError | DriverError | None) -> list[str]:
+    """Return what the message lacks: what became of the joint, and what to do."""
+    if error is None:
+        return []
+    text = " ".join([str(error), *getattr(error, "__notes__", [])])
+    fates = ("is at rest (measured)", "use the E-stop", "nothing has moved", "ran to its end")
+    found = [] if any(fate in text for fate in fates) else ["nothing said of the joint's fate"]
+    return found if error.do or "ran to its end" in text else [*found, "nothing said of what to do"]
+
+
+def _settings_troubles(
+    bench: Rig, wire: Wire, found: dict[tuple[int, int], int], folder: Path, *, heals: bool
+) -> list[str]:
+    """Return what is wrong with the drive's settings: restored, or in a journal that restores."""
+    journal = next(folder.glob(".*.found.json"), None)
+    if _registers(bench) == found:
+        return []
+    if journal is None:
+        return ["the drive's settings are not as found, and no journal was left"]
+    if not heals:
+        return []
+    wire.heal()
+    bench.later(0.2)
+    cell, axis = bench.cell, bench.cell.axis[0]
+    owner = CanBusOwner.open(bus_config(cell.bus), bench.clock)
+    try:
+        restore(owner, drive_config(cell, axis), bench.clock, json.loads(journal.read_text()))
+    except DriverError as error:
+        return [f"the journal does not restore: {error}"]
+    finally:
+        owner.close()
+    return [] if _registers(bench) == found else ["the journal does not restore everything"]
+
+
+def _recording_troubles(folder: Path) -> list[str]:
+    """Finish what the run could not, as `stribeck recover` does, and say what cannot be read."""
+    return [
+        result.sentence
+        for result in recover(folder)
+        if result.outcome not in ("recovered", "finished before")
+    ]
+
+
+def _kept(folder: Path, watch: Watch) -> tuple[int, int | None, float]:
+    """Return rows that can be read, samples lost, and the farthest position from the truth."""
+    paths = list(folder.glob("*.parquet"))
+    if not paths:
+        return 0, None, 0.0
+    table = pq.read_table(paths[0])  # `read` wants 100 samples; a cycle may end before
+    metadata = json.loads(table.schema.metadata[b"stribeck"])
+    position = table["position_rad"].to_numpy()
+    # The drive reads its encoder at the beginning of an integration step.
+    taken_s = table["time_s"].to_numpy() + watch.origin_s - watch.step_s
+    truth = np.interp(taken_s, watch.times_s, watch.positions_rad)
+    misplaced = np.abs(position - truth).max() if len(position) else 0.0
+    return len(position), metadata.get("samples_lost"), float(misplaced)
