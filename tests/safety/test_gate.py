@@ -226,3 +226,84 @@ def test_whatever_passes_satisfies_every_limit(
     for v in (velocity, measured):
         end = position + math.copysign(abs(v) * 0.1 + v * v / 2000.0, v)
         assert v == 0.0 or (end <= 300.0 + slack if v > 0 else end >= -300.0 - slack)
+
+
+def last_that_passes(passes: Callable[[float], bool], inside: float, outside: float) -> float:
+    """Return the last float, from `inside` towards `outside`, that the gate lets pass."""
+    assert passes(inside)
+    assert not passes(outside)
+    while math.nextafter(inside, outside) != outside:
+        middle = inside + 0.5 * (outside - inside)
+        inside, outside = (middle, outside) if passes(middle) else (inside, middle)
+    return inside
+
+
+def at_rest(**changes: object) -> Sample:
+    return sample(velocity_rad_s=0.0, **changes)
+
+
+STILL = wanted(velocity_rad_s=0.0, previous_velocity_rad_s=0.0)
+FAST_REACH_RAD = 100.0 * 0.1 + 100.0**2 / 2000.0
+ROUNDED = 1.0 + 1e-9
+EDGES: dict[str, tuple[Callable[[float], tuple[SetPoint, Sample]], float]] = {
+    # what is varied, and the last value that may pass
+    "velocity": (
+        lambda x: (wanted(velocity_rad_s=x, previous_velocity_rad_s=x), sample(velocity_rad_s=x)),
+        200.0 * ROUNDED,
+    ),
+    "rate": (
+        lambda x: (
+            wanted(velocity_rad_s=x, previous_velocity_rad_s=0.0, step_s=0.01),
+            sample(velocity_rad_s=0.0),
+        ),
+        10.0 * ROUNDED + 1e-9,
+    ),
+    "velocity error": (lambda x: (STILL, sample(velocity_rad_s=x)), 20.0),
+    "following error": (lambda x: (STILL, at_rest(position_rad=x)), 5.0),
+    "torque": (lambda x: (STILL, at_rest(torque_nm=x)), 10.0),
+    "window": (
+        lambda x: (
+            wanted(
+                velocity_rad_s=math.copysign(100.0, x),
+                previous_velocity_rad_s=math.copysign(100.0, x),
+                position_rad=x,
+            ),
+            sample(velocity_rad_s=math.copysign(100.0, x), position_rad=x),
+        ),
+        300.0 - FAST_REACH_RAD,
+    ),
+}
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(("build", "limit"), EDGES.values(), ids=EDGES)
+def test_the_last_float_that_passes_is_the_limit_itself(
+    build: Callable[[float], tuple[SetPoint, Sample]], limit: float, sign: float
+) -> None:
+    def passes(x: float) -> bool:
+        return refusals(LIMITS, *build(sign * x), NOW_S) == ()
+
+    assert last_that_passes(passes, 0.5 * limit, 2.0 * limit) == limit
+    assert not passes(math.nextafter(limit, math.inf))
+
+
+def test_the_last_age_that_passes_is_the_limit_itself() -> None:
+    def passes(age_s: float) -> bool:
+        return refusals(LIMITS, STILL, at_rest(time_s=-age_s), 0.0) == ()
+
+    assert last_that_passes(passes, 0.01, 1.0) == 0.05 + 1e-9
+    assert last_that_passes(passes, 0.01, -1.0) == -1e-9
+
+
+def test_the_last_temperatures_that_pass_are_the_limits_themselves() -> None:
+    def passes(degc: float) -> bool:
+        return refusals(LIMITS, STILL, at_rest(gearbox_temperature_degc=degc), NOW_S) == ()
+
+    assert last_that_passes(passes, 30.0, 500.0) == 70.0
+    assert last_that_passes(passes, 30.0, -500.0) == 5.0
+
+
+@pytest.mark.parametrize(("value", "name"), [(LIMITS, "torque_max_nm"), (WANTED, "velocity_rad_s")])
+def test_neither_limits_nor_a_set_point_can_be_changed(value: object, name: str) -> None:
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        setattr(value, name, math.inf)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 
 import pytest
@@ -9,6 +10,30 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agent.cycle.interlock import TRANSITIONS, Event, Interlock, State
+
+
+def test_the_table_is_the_one_that_was_drawn() -> None:
+    """Written out here once more: a change of the table must be meant."""
+    assert dict(TRANSITIONS) == {
+        (State.LOCKED, Event.PREFLIGHT_PASSED): State.READY,
+        (State.READY, Event.ENABLE_ASKED): State.ENABLING,
+        (State.ENABLING, Event.DRIVE_ON): State.MOVING,
+        (State.MOVING, Event.MOTION_DONE): State.DISABLING,
+        (State.DISABLING, Event.DRIVE_OFF): State.DONE,
+    }
+
+
+@pytest.mark.parametrize("state", [s for s in State if s is not State.TRIPPED])
+def test_a_trip_keeps_its_own_reason_and_is_never_without_one(state: State) -> None:
+    assert Interlock(state).after(Event.TRIP, "too hot") == Interlock(State.TRIPPED, "too hot")
+    assert Interlock(state).after(Event.TRIP).reason == "tripped without a reason"
+
+
+def test_an_interlock_begins_locked_and_cannot_be_changed() -> None:
+    interlock = Interlock()
+    assert (interlock.state, interlock.reason) == (State.LOCKED, "")
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        interlock.state = State.MOVING  # type: ignore[misc]  # that is the point
 
 
 @pytest.mark.parametrize(("state", "event"), list(itertools.product(State, Event)))
