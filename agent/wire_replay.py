@@ -18,10 +18,14 @@ from agent.record.recording import Column, Recording
 from agent.replayed import Replayed
 from drivers.clock import Clock, MonotonicClock, SteppedClock
 from drivers.ports import Quality
-from drivers.replay import Recorded, ReplayAxis
+from drivers.recorded import Recorded
+from drivers.replay import ReplayAxis
 
 NEEDED = ("position_rad", "velocity_rad_s")
 """What a recording may lack, and an axis cannot: the gate judges both at every tick."""
+
+DRIVES_OWN_MOVES = "pp"
+"""The mode in which the drive, not the plan, says when a move has ended."""
 
 AGE, QUALITY = "gearbox_temperature_age_s", "gearbox_temperature_quality"
 
@@ -83,6 +87,13 @@ def open_replay(cell: Cell, axis: Axis, clock: Clock) -> Replay:
         raise InputError(
             f"{where} has no {missing[0]}, and an axis tells its position and its velocity.",
             "Play a recording that has both.",
+        )
+    drive = recording.metadata.drive
+    if isinstance(drive, Mapping) and drive.get("mode") == DRIVES_OWN_MOVES:
+        raise InputError(
+            f"{where} was made in profile position ({DRIVES_OWN_MOVES}): a move ended when the "
+            "drive said so, and a recording does not carry that.",
+            "Play a recording of another mode.",
         )
     return Replay(recording, ReplayAxis(_recorded(recording), clock))
 

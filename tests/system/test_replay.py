@@ -164,6 +164,10 @@ def test_a_stopped_recording_shows_its_standstill_when_it_is_stopped_there(
     [
         (lambda r: r.select(n for n in r.columns if n != "velocity_rad_s"), "has no velocity"),
         (lambda r: r.with_metadata(r.metadata.updated({"axis": 2})), "axis 2, gear ratio"),
+        (
+            lambda r: r.with_metadata(r.metadata.updated({"drive": {"mode": "pp"}})),
+            "profile position",
+        ),
     ],
 )
 def test_what_cannot_be_played_as_this_axis_is_refused(

@@ -1,4 +1,4 @@
-"""docs/adapters.md against python-can: every interface is in it, and each says why it stays shut."""
+"""docs/adapters.md against python-can: every interface is in it, and says why it does not open."""
 
 from __future__ import annotations
 

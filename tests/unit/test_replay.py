@@ -6,12 +6,13 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivers.clock import SteppedClock
 from drivers.ports import Command, DriveState, Goal, Quality, Sample
-from drivers.replay import Recorded, ReplayAxis
+from drivers.recorded import Recorded
+from drivers.replay import ReplayAxis
 
 STEPS_S = st.lists(st.floats(1e-4, 0.2), min_size=1, max_size=40)
 
@@ -47,6 +48,7 @@ def played(source: Recorded, ticks_s: list[float], command: Command) -> list[Sam
     return samples
 
 
+@settings(deadline=None)  # a busy machine is not what is tested
 @given(gaps_s=STEPS_S, ticks_s=STEPS_S, start_s=st.floats(-1e3, 1e3))
 def test_every_sample_comes_once_in_order_unaltered_and_never_from_the_future(
     gaps_s: list[float], ticks_s: list[float], start_s: float
@@ -76,6 +78,7 @@ def test_without_a_recorded_enabling_it_stands_until_motion_is_asked_for() -> No
     assert (axis.held, account.received) == (2, 4)
 
 
+@settings(deadline=None)  # a busy machine is not what is tested
 @given(
     off_rad_s=st.floats(-50.0, 50.0),
     at=st.integers(20, 40),
