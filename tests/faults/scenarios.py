@@ -151,6 +151,7 @@ FRAMES = (
         ({"kind": "flipped", "identifiers": ORDERS, "lasts_s": LONG, "share": 0.2},),
         outcome="either",
         codes=(4, 5),
+        within_s=COASTS_S,  # one bit of the controlword takes the torque away
     ),
     Scenario(
         "short answers",
