@@ -142,6 +142,7 @@ class Drive(_Part):
     direction: Literal[1, -1] = 1
     zero_position_counts: int = 0
     gearbox_temperature: TemperatureObject | None = None
+    watched: bool = True  # while another axis of the cell is under test
 
 
 class Limits(_Part):

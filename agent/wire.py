@@ -27,11 +27,12 @@ from agent.record.rows import Kind
 from agent.record.stream import StreamWriter
 from agent.replayed import KEY as REPLAY
 from agent.wire_devices import cell_release, job_controller, permit_wait_s, with_probe
-from agent.wire_drive import drive_config
+from agent.wire_drive import drive_config, watched_configs
 from agent.wire_replay import Replay, open_replay
 from drivers.can.owner import CanBusConfig, CanBusOwner
 from drivers.cia402.axis import Cia402Axis
 from drivers.cia402.handing_back import restore
+from drivers.cia402.watching import WatchedAxes
 from drivers.clock import Clock, SteppedClock, wall_time_utc
 from drivers.ports import AxisEvidence, SyncAccount, WatchdogProof
 from trajectories import Trajectory
@@ -121,7 +122,9 @@ def _run_drive(
     release, wait_s = cell_release(cell, owner, clock), permit_wait_s(cell)
     with permitted(release, clock, stop_requested, wait_s=wait_s) as reason_to_stop:
         drive = Cia402Axis(owner, config, clock, journal.write)
-        probed = with_probe(drive, axis, owner, clock)
+        beside = watched_configs(cell, axis)
+        watching = WatchedAxes(drive, owner, clock, beside) if beside else drive
+        probed = with_probe(watching, axis, owner, clock)
         runner = CycleRunner(
             plan,
             probed.axis,
@@ -300,7 +303,11 @@ class _RunWriter:
             },
             software=software(),
             extra=_known(
-                gearbox_serial=axis.gearbox_serial, temperature_source=dict(temperature_source)
+                watched=[config.name for config in watched_configs(cell, axis)]
+                if axis.drive_ is not None
+                else [],
+                gearbox_serial=axis.gearbox_serial,
+                temperature_source=dict(temperature_source),
             ),
         )
         self._stream = StreamWriter(

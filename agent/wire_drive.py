@@ -7,14 +7,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from agent.cell import Axis, Cell, Drive
+from agent.cell import REPLAY, Axis, Cell, Drive
 from agent.errors import InputError
 from drivers.cia402.config import Cia402Config, ExpectedIdentity
 from drivers.cia402.scaling import Scaling, TemperatureSource, VelocityUnit
+from drivers.cia402.watching import WatchedConfig
 from drivers.profiles.drive_profile import DriveProfile, DriveProfileError, load_profile
 
 REST_S = 0.2
 """How long a joint must stand before it is believed: two periods of a soft arm's ringing."""
+
+WATCHED_MOTION_ARM_DEG = 0.2
+"""How far an arm beside the one under test may move: it gives way a little, and its brake too."""
 
 QUICK_STOP_ON_LOSS = 3
 """For 0x6007: what the drive shall do when it no longer hears us."""
@@ -77,6 +81,27 @@ def _profile(drive: Drive) -> DriveProfile | None:
         return load_profile(drive.profile)
     except DriveProfileError as error:
         raise InputError(str(error)) from error
+
+
+def watched_configs(cell: Cell, axis: Axis) -> tuple[WatchedConfig, ...]:
+    """Return the drivers' description of the other axes' drives on the bus that are watched.
+
+    A recording that is played has no others.
+    """
+    if cell.bus.interface == REPLAY:
+        return ()
+    return tuple(
+        WatchedConfig(
+            node_id=other.drive.node_id,
+            name=f"axis {other.number}",
+            motion_max_counts=WATCHED_MOTION_ARM_DEG
+            / 360.0
+            * other.gear_ratio
+            * other.drive.encoder_counts_per_motor_rev,
+        )
+        for other in cell.axis
+        if other.number != axis.number and other.drive_ is not None and other.drive.watched
+    )
 
 
 def drive_config(cell: Cell, axis: Axis) -> Cia402Config:

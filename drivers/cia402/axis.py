@@ -51,8 +51,9 @@ Journal = Callable[[Mapping[str, int]], None]
 class Cia402Axis:
     """A CiA 402 drive on a CAN bus; one object serves one session, from `open` to `close`.
 
-    One axis at a time on a bus: every drive on it answers every SYNC, so a second open axis
-    would find answers that it never asked for, and says so (`SyncUnansweredError`).
+    One open axis at a time on a bus: its SYNC is the only one, so a second open axis would find
+    answers that it never asked for, and says so (`SyncUnansweredError`). Other drives of a robot
+    are watched (`drivers.cia402.watching`); what they answer to the SYNC is theirs.
 
     Parameters
     ----------
