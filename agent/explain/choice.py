@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.explain.evidence import effective_size
-from agent.explain.materiality import least_gain
+from agent.explain.materiality import MATERIAL, least_gain
 from agent.explain.search import Candidate, Library, Scored, basis_of
 from agent.explain.shifts import chance
 from agent.identify.result import Floats
@@ -95,7 +95,8 @@ def choose(library: Library, *, rivals: bool = True) -> Choice:
     current = plain
     while len(chosen) < _MOST_TERMS:
         terms = [t.candidate for t in chosen]
-        ranked = _allowed(library.rank(terms), chosen)
+        least = _least_on_all_rows(library, terms, plain, current)
+        ranked = _allowed(library.rank(terms, least=least), chosen)
         best = _preferred(library, ranked)
         if best is None:
             break
@@ -113,6 +114,18 @@ def choose(library: Library, *, rivals: bool = True) -> Choice:
     if rivals:
         chosen, current = _settled(library, chosen)
     return Choice(tuple(chosen), plain, current)
+
+
+def _least_on_all_rows(
+    library: Library, terms: Sequence[Candidate], plain: Floats, current: Floats
+) -> float:
+    """Return what a form must at least remove of the residual on all rows to be material.
+
+    No fit removes more of unseen data than of the rows that it was made to: what the model loses
+    from these to those, a form beside it may give back, and no more.
+    """
+    left = library.residual(terms)
+    return MATERIAL * float(plain.sum()) - (float(current.sum()) - float(left @ left))
 
 
 def _allowed(ranked: Sequence[Scored], chosen: Sequence[Term]) -> list[Scored]:

@@ -20,7 +20,7 @@ from agent.explain.orders import strong_orders
 from agent.explain.result import Cell
 from agent.explain.scene import Scene
 from agent.explain.search import Candidate, Library, basis_of
-from agent.explain.shifts import shifted
+from agent.explain.shifts import energies_in, shifted
 from agent.explain.table import BASE
 from agent.identify.result import Floats
 
@@ -118,7 +118,7 @@ def deficiency_map(
     energy = float(left @ left)
     plain = heldout(moments(model, library.target, weighing.starts), weighing.fold)
     drawn = shifted(library.weighing, left)
-    cells = []
+    found, spaces = [], []
     for axis in axes_of(scene):
         for name, column in parameters_of(scene).items():
             columns = weighing.weighted(column[:, np.newaxis] * axis.functions)
@@ -128,8 +128,14 @@ def deficiency_map(
             part = moments(np.concatenate((model, own), axis=1), library.target, weighing.starts)
             gain = 1.0 - float(heldout(part, weighing.fold).sum()) / float(plain.sum())
             share = float(np.sum((own.T @ left) ** 2)) / energy
-            null = np.sum((own.T.astype(np.float32) @ drawn) ** 2, axis=0) / energy
-            cells.append((name, axis.variable, gain, _tail(share, null)))
+            found.append((name, axis.variable, gain, share))
+            spaces.append(own)
+    cells = [
+        (name, variable, gain, _tail(share, null / energy))
+        for (name, variable, gain, share), null in zip(
+            found, energies_in(spaces, drawn), strict=True
+        )
+    ]
     cells += [("offset", line.axis, line.share, line.p_value) for line in lines]
     counted = _discoveries([p for *_, p in cells])
     out = [

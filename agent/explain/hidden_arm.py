@@ -15,7 +15,6 @@ import numpy as np
 
 from agent.explain.scene import Scene
 from agent.identify.result import Floats
-from agent.physics.derivative import slope
 
 _STEPS_PER_SWING = 16.0
 _HARDEST = 16.0  # gear's springs: friction that is harder before it slips is as good as rigid
@@ -54,11 +53,9 @@ class HiddenArm:
         The velocity is taken as it was recorded: its smooth form would lack the swing itself.
         """
         velocity = scene.full("velocity_raw_rad_s")
-        pull = weight_nm(scene) / (self.inertia_share * inertia_of(scene))
-        out = self.shaft_rad_s2(scene, velocity, pull) - pull
-        for at, period_s in scene.each_piece():
-            out[at] -= slope(velocity[at], period_s)
-        return out - self.friction_rad_s2 * scene.direction
+        pull = scene.weight_nm / (self.inertia_share * inertia_of(scene))
+        out = self.shaft_rad_s2(scene, velocity, pull) - pull - scene.stiff_rad_s2
+        return np.asarray(out - self.friction_rad_s2 * scene.direction)
 
     def shaft_rad_s2(
         self, scene: Scene, velocity_rad_s: Floats, pull_rad_s2: Floats | None = None
@@ -99,11 +96,3 @@ class HiddenArm:
 def inertia_of(scene: Scene) -> float:
     """Return the refitted twin's inertia, kg m2, kept away from zero."""
     return max(float(scene.theta[0]), 1e-12)
-
-
-def weight_nm(scene: Scene) -> Floats:
-    """Return gravity's torque as the refitted twin has it, shape (N,)."""
-    if not scene.has("position_rad"):
-        return np.zeros(scene.direction.shape[0])
-    sin_nm, cos_nm = scene.theta[3:5]
-    return np.asarray(sin_nm * np.sin(scene.arm_rad) + cos_nm * np.cos(scene.arm_rad))

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from agent.explain.form import Form
 from agent.explain.scene import Scene
 from agent.identify.result import Parameter
+
+_Entry = Mapping[str, Any]
 
 _SETTLED = 1e-9
 _NOT_NEEDED = "within the intervals of its form's numbers the twin does as well without it"
@@ -36,6 +39,7 @@ def as_in_twin(form: Form, scene: Scene, own: Mapping[str, Parameter]) -> Mappin
     tables = form.to_twin(scene, values)
     if len(tables) != 1:
         return own
+    moved = {key: _moved(form, scene, values, key, p) for key, p in own.items()}
     out: dict[str, Parameter] = {}
     for name, value in tables[0].items():
         if isinstance(value, bool) or not isinstance(value, (int, float)):
@@ -43,26 +47,40 @@ def as_in_twin(form: Form, scene: Scene, own: Mapping[str, Parameter]) -> Mappin
         if name in own and own[name].value == value:
             out[name] = own[name]
         else:
-            out[name] = _converted(form, scene, own, name, float(value))
+            out[name] = _converted(own, moved, name, float(value))
     return out
 
 
+def _moved(
+    form: Form, scene: Scene, values: Mapping[str, float], key: str, parameter: Parameter
+) -> Sequence[_Entry]:
+    """Return the twin's numbers with one of the form's at either end of its interval.
+
+    A number without an interval is nudged, to see which of the twin's depend on it.
+    """
+    if not parameter.identified or parameter.ci95 is None:
+        ends: Sequence[float] = (values[key] * 1.01 + 1e-9,)
+    else:
+        ends = parameter.ci95
+    tables = [form.to_twin(scene, {**values, key: end}) for end in ends]
+    return [table[0] if table else {} for table in tables]
+
+
 def _converted(
-    form: Form, scene: Scene, own: Mapping[str, Parameter], name: str, value: float
+    own: Mapping[str, Parameter], moved: Mapping[str, Sequence[_Entry]], name: str, value: float
 ) -> Parameter:
     """Return one number of the twin's with the interval that the form's numbers give it."""
-    values = {key: p.value for key, p in own.items()}
     scale = max(abs(value), 1e-12)
     square_low = square_high = 0.0
     for key, parameter in own.items():
         if not parameter.identified or parameter.ci95 is None:
-            moved = _there(form, scene, values | {key: values[key] * 1.01 + 1e-9}, name)
+            nudged = _there(moved[key][0], name)
             if parameter.identified or (
-                moved is not None and abs(moved - value) <= _SETTLED * scale
+                nudged is not None and abs(nudged - value) <= _SETTLED * scale
             ):
                 continue
             return Parameter.not_identified(parameter.reason, value)
-        ends = [_there(form, scene, values | {key: end}, name) for end in parameter.ci95]
+        ends = [_there(entry, name) for entry in moved[key]]
         if any(end is None for end in ends):
             return Parameter.not_identified(_NOT_NEEDED, value)
         moves = [end - value for end in ends if end is not None]
@@ -75,7 +93,6 @@ def _converted(
     )
 
 
-def _there(form: Form, scene: Scene, values: Mapping[str, float], name: str) -> float | None:
-    """Return one number of the twin's; None where these values ask for a law without it."""
-    tables = form.to_twin(scene, values)
-    return float(tables[0][name]) if tables and name in tables[0] else None
+def _there(entry: _Entry, name: str) -> float | None:
+    """Return one number of the twin's; None where the values asked for a law without it."""
+    return float(entry[name]) if name in entry else None

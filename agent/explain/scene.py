@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from agent.explain.strata import travel_rad
 from agent.explain.table import BASE, Table
 from agent.identify.result import Floats
+from agent.physics.derivative import slope
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,23 @@ class Scene:
     def travel_rad(self) -> Floats:
         """Return the motor's travel since it last started or turned round, shape (N,)."""
         return travel_rad(self.table.full, self.table.pieces)
+
+    @cached_property
+    def weight_nm(self) -> Floats:
+        """Return gravity's torque as the refitted twin has it, shape (N,)."""
+        if not self.has("position_rad"):
+            return np.zeros(self.direction.shape[0])
+        sin_nm, cos_nm = self.theta[3:5]
+        return np.asarray(sin_nm * np.sin(self.arm_rad) + cos_nm * np.cos(self.arm_rad))
+
+    @cached_property
+    def stiff_rad_s2(self) -> Floats:
+        """Return the acceleration of an arm behind a stiff gear, as recorded, shape (N,)."""
+        velocity = self.table.full["velocity_raw_rad_s"]
+        out = np.empty_like(velocity)
+        for at, period_s in self.each_piece():
+            out[at] = slope(velocity[at], period_s)
+        return out
 
     def load_nm(self, arm_share: float = 1.0) -> Floats:
         """Return the torque of gravity and of a share of the inertia, shape (N,)."""

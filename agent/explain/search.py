@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,11 @@ class Candidate:
     form: Form
     point: Point
     columns: Floats
+
+    @cached_property
+    def gram(self) -> Floats:
+        """Return the columns' products with each other, shape (k, k)."""
+        return np.asarray(self.columns.T @ self.columns)
 
 
 @dataclass(frozen=True)
@@ -84,6 +90,8 @@ class Library:
     base : ndarray, shape (m, p)
         Weighted columns of the twin's own numbers, as far as they are excited.
     candidates : tuple of Candidate
+    known : dict
+        Every candidate that was computed so far, by form and point: searches meet again.
     """
 
     scene: Scene
@@ -91,6 +99,9 @@ class Library:
     target: Floats
     base: Floats
     candidates: tuple[Candidate, ...]
+    known: dict[tuple[Form, Point], Candidate] = field(
+        default_factory=dict, compare=False, repr=False
+    )
 
     @classmethod
     def of(cls, scene: Scene, weighing: Weighing, forms: Sequence[Form]) -> Library:
@@ -117,22 +128,17 @@ class Library:
         )
 
     def candidate(self, form: Form, point: Point) -> Candidate:
-        """Compute one candidate's columns."""
-        raw = form.columns(self.scene, point)
-        return Candidate(form, point, self._at_rows(form, raw))
+        """Compute one candidate's columns, or take what was computed before."""
+        key = form, point
+        found = self.known.get(key)
+        if found is None:
+            raw = form.columns(self.scene, point)
+            found = self.known[key] = Candidate(form, point, self._at_rows(form, raw))
+        return found
 
     def all_points(self, form: Form) -> list[Candidate]:
         """Compute a form's columns over its whole grid."""
-        points = list(form.grid(self.scene))
-        if not points:
-            return []
-        width = len(form.linear)
-        raw = np.concatenate([form.columns(self.scene, point) for point in points], axis=1)
-        columns = self._at_rows(form, raw)
-        return [
-            Candidate(form, point, columns[:, i * width : (i + 1) * width])
-            for i, point in enumerate(points)
-        ]
+        return [self.candidate(form, point) for point in form.grid(self.scene)]
 
     def _at_rows(self, form: Form, raw: Floats) -> Floats:
         """Return full-rate columns (N, k) as weighted rows (m, k)."""
@@ -154,8 +160,19 @@ class Library:
         basis = basis_of(self.model(terms))
         return np.asarray(self.target - basis @ (basis.T @ self.target))
 
-    def rank(self, terms: Sequence[Candidate], *, refined: bool = True) -> list[Scored]:
-        """Return every form that helps the model, the best on unseen data first."""
+    def rank(
+        self, terms: Sequence[Candidate], *, refined: bool = True, least: float = 0.0
+    ) -> list[Scored]:
+        """Return every form that helps the model, the best on unseen data first.
+
+        Parameters
+        ----------
+        terms : sequence of Candidate
+        refined : bool
+            Whether every form's best point is moved between its neighbours.
+        least : float
+            Squared residual that a form must remove to be of use.
+        """
         model = self.model(terms)
         basis = basis_of(model)
         left = self.target - basis @ (basis.T @ self.target)
@@ -169,10 +186,11 @@ class Library:
             gain = gain_of(candidate, basis, left)
             screened.setdefault((form.effect, form.name), []).append((gain, candidate))
         best = max((max(g for g, _ in entry) for entry in screened.values()), default=0.0)
+        worth = _WORTH_FOLDS * max(best, least)
         out = []
         for entry in screened.values():
             by_gain = sorted(entry, key=lambda pair: -pair[0])
-            if by_gain[0][0] <= max(_WORTH_FOLDS * best, 0.0):
+            if by_gain[0][0] <= worth:
                 continue
             if refined:
                 by_gain = self._refined(by_gain, basis, left)
@@ -260,6 +278,8 @@ def basis_of(columns: Floats, like: Floats | None = None) -> Floats:
     kept = size > 1e-6 * np.maximum(whole, 1e-300)
     if not kept.any():
         return np.zeros((columns.shape[0], 0))
+    if np.count_nonzero(kept) == 1:
+        return np.asarray(columns[:, kept] / size[kept])
     q, r = np.linalg.qr(columns[:, kept] / size[kept])
     good = np.abs(np.diag(r)) > 1e-6
     return np.asarray(q[:, good])
@@ -276,15 +296,16 @@ def gain_of(candidate: Candidate, basis: Floats, left: Floats) -> float:
     left : ndarray, shape (m,)
         What the model leaves.
     """
-    columns = candidate.columns - basis @ (basis.T @ candidate.columns)
-    gram = columns.T @ columns
+    # What the projection leaves of a column is orthogonal to what it takes: products are enough.
+    copied = basis.T @ candidate.columns
+    gram = candidate.gram - copied.T @ copied
     scale = np.sqrt(np.maximum(np.diag(gram), 0.0))
-    whole = np.sqrt(np.einsum("ij,ij->j", candidate.columns, candidate.columns))
+    whole = np.sqrt(np.diag(candidate.gram))
     if np.any(scale <= 1e-6 * np.maximum(whole, 1e-300)):
         return 0.0
     gram = gram / np.outer(scale, scale)
     gram[np.diag_indices_from(gram)] += 1e-9
-    moment = columns.T @ left / scale
+    moment = (candidate.columns.T @ left - copied.T @ (basis.T @ left)) / scale
     theta = np.linalg.solve(gram, moment)
     for i, value in enumerate(theta):
         if candidate.form.sign(i) * value < 0.0:

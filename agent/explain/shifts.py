@@ -12,6 +12,7 @@ from agent.explain.search import Candidate, Library, Scored, basis_of
 from agent.identify.result import Floats
 
 _SHIFTS = 199
+_TOGETHER = 64  # spaces that are compared with all shifted residuals in one product
 
 
 def shifted(
@@ -30,7 +31,7 @@ def shifted(
     ndarray, shape (m, count)
     """
     rng = np.random.default_rng(seed)
-    out = np.empty((left.shape[0], count), dtype=np.float32)
+    out = np.empty((count, left.shape[0]), dtype=np.float32)
     run = weighing.run
     bounds = np.flatnonzero(np.diff(run, prepend=run[0] - 1))
     stops = np.append(bounds[1:], run.shape[0])
@@ -40,8 +41,8 @@ def shifted(
         for a, b in zip(bounds, stops, strict=True):
             moved[a:b] = np.roll(left[a:b], int(rng.integers(0, max(b - a, 1))))
         sign = rng.choice([-1.0, 1.0], lengths.shape[0])
-        out[:, j] = moved * np.repeat(sign, lengths)
-    return out
+        out[j] = moved * np.repeat(sign, lengths)
+    return out.T
 
 
 def chance(library: Library, terms: Sequence[Candidate], scored: Scored, seed: int = 0) -> float:
@@ -62,15 +63,35 @@ def chance(library: Library, terms: Sequence[Candidate], scored: Scored, seed: i
     left = library.target - basis @ (basis.T @ library.target)
     drawn = shifted(library.weighing, left, seed)
     best_of: dict[tuple[str, str], Floats] = {}
-    for candidate in (*library.candidates, scored.candidate):
-        own = basis_of(candidate.columns - basis @ (basis.T @ candidate.columns))
-        share = np.sum((own.T.astype(np.float32) @ drawn) ** 2, axis=0)
+    candidates = (*library.candidates, scored.candidate)
+    own = [basis_of(c.columns - basis @ (basis.T @ c.columns)) for c in candidates]
+    for candidate, share in zip(candidates, energies_in(own, drawn), strict=True):
         key = (candidate.form.effect, candidate.form.name)
         best_of[key] = np.maximum(best_of.get(key, np.zeros(_SHIFTS)), share)
     found = scored.screened * float(left @ left)
-    own = chance_tail(found, best_of[(scored.form.effect, scored.form.name)])
+    mine = chance_tail(found, best_of[(scored.form.effect, scored.form.name)])
     least = np.min([chance_tail(v, v) for v in best_of.values()], axis=0)
-    return float((1 + np.sum(least <= own)) / (1 + _SHIFTS))
+    return float((1 + np.sum(least <= mine)) / (1 + _SHIFTS))
+
+
+def energies_in(bases: Sequence[Floats], drawn: NDArray[np.float32]) -> list[Floats]:
+    """Return the energy of shifted residuals that lies in each space, shape (count,) each.
+
+    Parameters
+    ----------
+    bases : sequence of ndarray, shape (m, r)
+        Orthonormal.
+    drawn : ndarray, shape (m, count)
+        As `shifted` returns them. They are read once for many spaces: there are a lot of them.
+    """
+    out: list[Floats] = []
+    for first in range(0, len(bases), _TOGETHER):
+        several = bases[first : first + _TOGETHER]
+        stacked = np.concatenate(several, axis=1).astype(np.float32)
+        squares = (stacked.T @ drawn) ** 2
+        stops = np.cumsum([basis.shape[1] for basis in several])[:-1]
+        out += [np.sum(part, axis=0) for part in np.split(squares, stops)]
+    return out
 
 
 def chance_tail(gains: Floats | float, null: Floats) -> Floats:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -44,30 +45,46 @@ def lowpass(rows: Floats, period_s: float, cutoff_hz: float) -> Floats:
         return rows.astype(np.float64, copy=True)
     pad = min(samples - 1, int(np.ceil(3.0 / (cutoff_hz * period_s))))
     first, last = rows[..., :1], rows[..., -1:]
-    extended = np.concatenate(
-        (
-            2.0 * first - rows[..., pad:0:-1],
-            rows,
-            2.0 * last - rows[..., -2 : -pad - 2 : -1],
-        ),
-        axis=-1,
-    )
-    length = _fast_length(extended.shape[-1])
-    frequency = np.fft.rfftfreq(length)
-    with np.errstate(over="ignore"):
-        ratio = np.tan(np.pi * np.minimum(frequency, 0.499999)) / np.tan(
-            np.pi * cutoff_hz * period_s
-        )
-        response = 1.0 / (1.0 + ratio ** (2 * ORDER))
+    end = samples + 2 * pad
+    length = _fast_length(end)
+    extended = np.empty((*rows.shape[:-1], length))
+    np.subtract(2.0 * first, rows[..., pad:0:-1], out=extended[..., :pad])
+    extended[..., pad : pad + samples] = rows
+    np.subtract(2.0 * last, rows[..., -2 : -pad - 2 : -1], out=extended[..., pad + samples : end])
     # The transform is circular: the tail that is added joins the end to the beginning smoothly.
-    missing = length - extended.shape[-1]
-    if missing:
-        ramp = np.linspace(0.0, 1.0, missing + 2)[1:-1]
-        tail = extended[..., -1:] * (1.0 - ramp) + extended[..., :1] * ramp
-        extended = np.concatenate((extended, tail), axis=-1)
-    spectrum = np.fft.rfft(extended, axis=-1) * response
+    ramp = _ramp(length - end)
+    extended[..., end:] = extended[..., end - 1 : end] * (1.0 - ramp) + extended[..., :1] * ramp
+    spectrum = np.fft.rfft(extended, axis=-1)
+    spectrum *= _response(length, cutoff_hz * period_s)
     out = np.fft.irfft(spectrum, n=length, axis=-1)[..., pad : pad + samples]
     return np.ascontiguousarray(out, dtype=np.float64)
+
+
+@lru_cache(maxsize=256)
+def _response(length: int, cutoff: float) -> Floats:
+    """Return the filter's response at every bin of a transform, kept for the next signal.
+
+    Parameters
+    ----------
+    length : int
+        Samples of the transform.
+    cutoff : float
+        In cycles per sample.
+    """
+    frequency = np.fft.rfftfreq(length)
+    with np.errstate(over="ignore"):
+        ratio = np.tan(np.pi * np.minimum(frequency, 0.499999)) / np.tan(np.pi * cutoff)
+        response = np.asarray(1.0 / (1.0 + ratio ** (2 * ORDER)))
+    response.flags.writeable = False
+    return response
+
+
+@lru_cache(maxsize=256)
+def _ramp(count: int) -> Floats:
+    """Return `count` even steps strictly between 0 and 1."""
+    ramp = np.linspace(0.0, 1.0, count + 2)[1:-1]
+    ramp.flags.writeable = False
+    return np.asarray(ramp)
 
 
 @dataclass(frozen=True)
@@ -185,6 +202,7 @@ def _spectrum(x: Floats, period_s: float, differences: int) -> tuple[Floats, Flo
     return frequency.astype(np.float64), power, np.asarray(level * shape, dtype=np.float64)
 
 
+@lru_cache(maxsize=256)
 def _fast_length(samples: int) -> int:
     """Return the next length that is a product of small primes, which the transform likes."""
     best = 1 << max(samples - 1, 1).bit_length()
