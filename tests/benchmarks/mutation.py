@@ -22,8 +22,8 @@ from pathlib import Path
 import pytest
 
 TARGETS = {
-    "agent.cycle.interlock": "tests/safety/test_interlock.py",
-    "agent.cycle.gate": "tests/safety/test_gate.py",
+    "agent.cycle.interlock": ("tests/safety/test_interlock.py",),
+    "agent.cycle.gate": ("tests/safety/test_gate.py", "tests/safety/test_gate_positions.py"),
 }
 LIMIT_S = 60
 """A mutant that makes its tests hang for so long is noticed, too."""
@@ -165,7 +165,7 @@ def _other_comparisons(node: ast.Compare) -> list[ast.AST]:
     ]
 
 
-def is_noticed(name: str, mutant: ast.Module, tests: str) -> bool:
+def is_noticed(name: str, mutant: ast.Module, tests: tuple[str, ...]) -> bool:
     """Return whether the tests fail, or hang, when the module `name` is the mutant."""
     child = os.fork()
     if child == 0:
@@ -174,7 +174,7 @@ def is_noticed(name: str, mutant: ast.Module, tests: str) -> bool:
     return status != 0
 
 
-def _run_in_child(name: str, mutant: ast.Module, tests: str) -> int:
+def _run_in_child(name: str, mutant: ast.Module, tests: tuple[str, ...]) -> int:
     """Install the mutant, run the tests silently, return pytest's exit code."""
     signal.alarm(LIMIT_S)
     silence = os.open(os.devnull, os.O_WRONLY)
@@ -191,14 +191,14 @@ def _run_in_child(name: str, mutant: ast.Module, tests: str) -> int:
     # Hypothesis was imported before pytest could rewrite its asserts; they are not ours.
     rewriting = "ignore::pytest.PytestAssertRewriteWarning"
     options = ["-x", "-q", "-p", "no:cacheprovider", "--hypothesis-seed=0", "-W", rewriting]
-    return int(pytest.main([tests, *options]))
+    return int(pytest.main([*tests, *options]))
 
 
-def survivors(name: str, tests: str) -> Iterator[str]:
+def survivors(name: str, tests: tuple[str, ...]) -> Iterator[str]:
     """Yield, in words, every mutant of a module that its tests do not notice."""
     tree = ast.parse(Path(*name.split(".")).with_suffix(".py").read_text(encoding="utf-8"))
     if is_noticed(name, tree, tests):
-        raise AssertionError(f"{tests} fails without any mutant")
+        raise AssertionError(f"{' '.join(tests)} fails without any mutant")
     every = list(mutants(tree))
     print(f"{name}: {len(every)} mutants", flush=True)
     for words, mutant in every:

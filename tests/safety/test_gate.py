@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agent.cycle.gate import GateLimits, SetPoint, refusals
-from drivers.ports import DriveState, Sample
+from agent.cycle.gate import GateLimits, SetPoint, move_refusals, refusals
+from drivers.ports import DriveState, Move, Sample
 
 LIMITS = GateLimits(
     velocity_max_rad_s=200.0,
@@ -261,6 +261,13 @@ EDGES: dict[str, tuple[Callable[[float], tuple[SetPoint, Sample]], float]] = {
     "velocity error": (lambda x: (STILL, sample(velocity_rad_s=x)), 20.0),
     "following error": (lambda x: (STILL, at_rest(position_rad=x)), 5.0),
     "torque": (lambda x: (STILL, at_rest(torque_nm=x)), 10.0),
+    "step of a position": (
+        lambda x: (
+            dataclasses.replace(STILL, position_rad=x, previous_position_rad=0.0, step_s=0.01),
+            at_rest(),
+        ),
+        2.0 * ROUNDED + 1e-9,
+    ),
     "window": (
         lambda x: (
             wanted(
@@ -285,6 +292,25 @@ def test_the_last_float_that_passes_is_the_limit_itself(
 
     assert last_that_passes(passes, 0.5 * limit, 2.0 * limit) == limit
     assert not passes(math.nextafter(limit, math.inf))
+
+
+def test_the_last_move_that_passes_is_the_limit_itself() -> None:
+    def speed_passes(speed_rad_s: float) -> bool:
+        return move_refusals(LIMITS, Move(1, 0.0, speed_rad_s)) == ()
+
+    def end_passes(end_rad: float) -> bool:
+        return move_refusals(LIMITS, Move(1, end_rad, 1.0)) == ()
+
+    assert last_that_passes(speed_passes, 1.0, 1e4) == 200.0 * ROUNDED
+    assert last_that_passes(speed_passes, 1.0, -1.0) == math.nextafter(0.0, 1.0)
+    assert last_that_passes(end_passes, 0.0, 1e4) == 300.0
+    assert last_that_passes(end_passes, 0.0, -1e4) == -300.0
+
+
+def test_to_stand_needs_no_time_and_no_past_position_is_unknown() -> None:
+    assert refusals(LIMITS, dataclasses.replace(STILL, step_s=0.0), at_rest(), NOW_S) == ()
+    unknown = dataclasses.replace(STILL, previous_position_rad=math.nan)
+    assert refusals(LIMITS, unknown, at_rest(), NOW_S)
 
 
 def test_the_last_age_that_passes_is_the_limit_itself() -> None:
