@@ -109,7 +109,13 @@ class Recorded:
         )
         near = self.velocity_command_rad_s[first:last]
         near = near[np.isfinite(near)]
-        return Range(float(near.min()), float(near.max())) if near.size else None
+        if not near.size:
+            return None
+        # Between two samples a curve leaves their chord by |v''| dt^2 / 8 at most, and where v''
+        # jumps the second differences show half of it: a tick that falls there meets a peak that
+        # the recording's own ticks have stepped over.
+        over = float(np.max(np.abs(np.diff(near, 2)), initial=0.0)) / 4.0
+        return Range(float(near.min()) - over, float(near.max()) + over)
 
     def sample(self, row: int, time_s: float, state: DriveState) -> Sample:
         """Return one row as a sample taken at `time_s`; `received_s` is that time, too."""

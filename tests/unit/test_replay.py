@@ -102,6 +102,25 @@ def test_a_set_point_differs_by_its_distance_from_those_recorded_about_its_time(
         assert comparison.first_s == pytest.approx(at * period_s)
 
 
+@given(shift=st.floats(0.0, 1.0), swing_s=st.floats(0.5, 5.0))
+def test_the_same_curve_ticked_at_other_times_is_the_same(shift: float, swing_s: float) -> None:
+    period_s, clock = 0.004, SteppedClock()
+    time_s = period_s * np.arange(250)
+
+    def curve_rad_s(at_s: float) -> float:
+        return 30.0 + 20.0 * math.sin(math.tau * at_s / swing_s)
+
+    commands = np.array([curve_rad_s(at_s) for at_s in time_s])
+    axis = ReplayAxis(recorded(list(time_s), velocity_command_rad_s=commands), clock)
+    axis.open()
+    axis.send(Command(Goal.ON, commands[0]))
+    clock.sleep_until(shift * period_s)
+    while clock.now() < time_s[-1]:
+        axis.send(Command(Goal.ON, curve_rad_s(clock.now())))
+        clock.sleep_until(clock.now() + 9.0 * period_s)
+    assert axis.comparison.different == 0
+
+
 def test_what_is_missing_in_the_recording_is_booked() -> None:
     time_s = [0.0, 0.1, 0.2, 0.3, 0.6, 0.7, 0.8, 1.1]  # four rows are missing
     clock = SteppedClock()
