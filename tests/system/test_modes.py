@@ -101,3 +101,15 @@ def test_a_streamed_mode_on_a_drive_that_does_not_miss_us_is_refused(tmp_path: P
         with pytest.raises(RefusedError, match="watchdog does not work"):
             cell.run()
         assert not cell.drive.plant.powered
+
+
+def test_a_stair_that_no_move_can_make_is_refused_before_torque(tmp_path: Path) -> None:
+    def climbing(cell: dict[str, Any]) -> None:
+        brisk(cell)
+        cell["axis"][0]["stair"]["kind"] = "between"
+
+    with rig(tmp_path, specification=offering("pp"), edit=climbing) as cell:
+        with pytest.raises(RefusedError, match="kind 'paired'"):
+            cell.run()
+        assert not cell.drive.plant.powered
+        assert cell.drive.motor_velocity_rad_s == 0.0
