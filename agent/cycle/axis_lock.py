@@ -40,10 +40,13 @@ def lock_folder() -> Path:
 
 
 def lock_names(cell: Cell, axis: Axis) -> tuple[str, ...]:
-    """Return what must be locked to own an axis; empty for a bus inside of this process."""
+    """Return what must be locked to own an axis; empty where nothing outside is reached.
+
+    A replay moves nothing, and a virtual bus is inside of this process.
+    """
     if axis.job is not None:
         place = f"{axis.job.tcp or axis.job.rtu} unit {axis.job.device_id} axis {axis.number}"
-    elif cell.bus.interface == "virtual":
+    elif cell.bus.replays or cell.bus.interface == "virtual":
         return ()
     else:
         options = json.dumps(cell.bus.options, sort_keys=True)

@@ -93,6 +93,8 @@ def preconditions(cell: Cell, axis: Axis) -> tuple[Precondition, ...]:
     release = (_RELEASE,) if cell.release is not None else ()
     if axis.job is not None:
         return (*_CELL, *release, *_CONTROLLER, *_STANDSTILL)
+    if cell.bus.replays:  # nothing moves: there is neither a drive nor a cell to answer
+        return (*_CELL, *_STANDSTILL)
     return (*_CELL, *release, *_DRIVE, *_STANDSTILL, _WATCHDOG)
 
 

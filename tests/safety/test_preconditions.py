@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from agent.cell import Cell, parse_cell
 from agent.cli.app import app
 from agent.cli.fake_cell import fake_cell_text
-from agent.cycle.axis_lock import owned
+from agent.cycle.axis_lock import lock_names, owned
 from agent.cycle.plan import plan_cycle
 from agent.cycle.preconditions import Judged, preconditions
 from agent.cycle.preflight import (
@@ -64,6 +64,15 @@ def test_the_list_names_exactly_what_is_judged(tmp_path: Path) -> None:
     assert named[Judged.AT_STANDSTILL] == [c.name for c in standing]
     assert named[Judged.BY_SILENCE] == [watchdog_proven(PROOF).name]
     assert all(c.holds for c in (*before(cell, tmp_path), *standing, watchdog_proven(PROOF)))
+
+
+def test_a_replay_is_locked_by_nobody_and_asks_no_drive() -> None:
+    data = description()
+    data["bus"] = {"interface": "replay", "channel": "recording.parquet"}
+    cell = cell_of(data)
+    assert lock_names(cell, cell.axis[0]) == ()
+    judged = {p.judged for p in preconditions(cell, cell.axis[0])}
+    assert judged == {Judged.WITHOUT_BUS, Judged.AT_STANDSTILL}
 
 
 def _uncommissioned(cell: dict[str, Any]) -> None:
