@@ -33,7 +33,7 @@ from agent.explain.run import Run, stood_in, without_gearbox_temperature
 from agent.explain.study import Study, study
 from agent.explain.table import BASE, Table, tabulate
 from agent.explain.traces import traces_of
-from agent.explain.verdict import OWN_NUMBERS, left_share, verdict_of
+from agent.explain.verdict import OWN_NUMBERS, far_from_given, left_share, verdict_of
 from agent.physics.twin import Twin
 from trajectories import AxisLimits
 
@@ -266,6 +266,11 @@ def _bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
         out.append(
             "the simulation questioned is the recordings' own torque_simulated_nm; twin.toml holds "
             "what was found beside the numbers of the twin that was given"
+        )
+    if not found.choice.terms and not found.numbers and far_from_given(found):
+        out.append(
+            "the simulation as given is clearly above the noise: its own numbers, refitted, come "
+            "closer, and these recordings do not say which of them is wrong"
         )
     compared = {piece.run for piece in found.table.pieces}
     for index, run in enumerate(found.table.runs):

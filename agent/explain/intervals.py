@@ -32,7 +32,9 @@ def with_intervals(library: Library, model: Model) -> Model:
     """
     derivatives, places = _derivatives(library, model)
     weighted = model.residual_nm * library.weighing.weight
-    reach = reach_of(library.candidates, library.weighing, derivatives, weighted, _named(model))
+    reach = reach_of(
+        library.candidates, library.weighing, derivatives, weighted, named_effects(model)
+    )
     carried = library.scene.table.carried
     base = dict(model.base)
     for at, name in enumerate(np.array(BASE)[carried].tolist()):
@@ -49,7 +51,7 @@ def with_intervals(library: Library, model: Model) -> Model:
     return replace(model, base=base, parameters=tuple(parameters))
 
 
-def _named(model: Model) -> frozenset[str]:
+def named_effects(model: Model) -> frozenset[str]:
     """Return the effects of the model, and those that a reader is told may stand in their place."""
     found = {term.scored.form.effect for term in model.terms}
     rivals = {rival.scored.form.effect for term in model.terms for rival in term.rivals}

@@ -18,6 +18,9 @@ MATERIAL = 0.02
 CLOSE = 1.10
 """Up to so many times the noise floor nothing is looked for any more, and what is left is noise."""
 
+FAR = 1.25
+"""From so many times the noise floor something is missing, even where no axis shows it."""
+
 _OF_NOISE = 0.06  # of the band's noise: a quarter of its amplitude; less matters to nobody
 _SEEN = 0.25  # of the band's noise: half its amplitude stands out, however noisy the raw torque is
 

@@ -15,12 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.explain.evidence import heldout, moments
-from agent.explain.materiality import least_gain
+from agent.explain.intervals import named_effects
+from agent.explain.materiality import FAR, least_gain
 from agent.explain.model import Model
-from agent.explain.plain_refits import plain_moves
+from agent.explain.plain_refits import own_structure, plain_moves
 from agent.explain.reach import reach_of
 from agent.explain.search import Candidate, Library, basis_of
 from agent.explain.shares import above_noise, unseen_nm2
+from agent.explain.short_stroke import gravity_look_alikes
 from agent.explain.table import BASE
 from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Twin
@@ -55,6 +57,35 @@ class WrongNumber:
     parameters: Mapping[str, Parameter]
 
 
+@dataclass(frozen=True)
+class _Case:
+    """What the twin's numbers are judged by.
+
+    `beside` (m, k) are the effects' columns; `by_itself` the plain refits of the twin's structure.
+    """
+
+    library: Library
+    twin: Twin
+    model: Model
+    beside: Floats
+    by_itself: Sequence[Mapping[str, float]]
+    floor_nm: float
+
+    @property
+    def carried(self) -> list[str]:
+        """Return the names of the numbers that are excited."""
+        return [BASE[i] for i in np.flatnonzero(_carried(self.library))]
+
+    def columns(self, names: Sequence[str]) -> Floats:
+        """Return the base columns of some numbers, shape (m, k)."""
+        return self.library.base[:, [i for i, n in enumerate(self.carried) if n in names]]
+
+    def move(self, names: Sequence[str]) -> Floats:
+        """Return how far the model moves some numbers, shape (k,), in the order of `columns`."""
+        moved = (n for n in self.carried if n in names)
+        return np.array([self.model.base[n].value - getattr(self.twin, n) for n in moved])
+
+
 def wrong_numbers(
     library: Library, twin: Twin, model: Model, terms: Sequence[Candidate], floor_nm: float
 ) -> tuple[WrongNumber, ...]:
@@ -76,56 +107,146 @@ def wrong_numbers(
     material = max(MATERIAL * float(given.sum()), least_gain(library, given, terms))
     if float(given.sum() - refitted.sum()) < material:
         return ()
-    factor = _one_factor(library, twin, given, refitted, material, floor_nm)
+    factor = _one_factor(library, twin, given, material, floor_nm)
     if factor is not None:
         return (factor,)
-    carried = [BASE[i] for i in np.flatnonzero(_carried(library))]
     beside = np.concatenate(
         [np.zeros((library.target.shape[0], 0)), *(t.columns for t in terms)], axis=1
     )
-    whole = _errors(library, np.concatenate((library.base, beside), axis=1))
-    by_itself = plain_moves(library, twin)
-    out = []
-    for effect, names in _GROUPS.items():
-        held = [i for i, name in enumerate(carried) if name not in names]
-        if len(held) == len(carried):
-            continue
-        alone = _errors(library, library.base[:, held]) - refitted
-        loss = _errors(library, np.concatenate((library.base[:, held], beside), axis=1)) - whole
-        if min(float(alone.sum()), float(loss.sum())) < material or not _lasting(loss):
-            continue
-        if not _agrees(twin, model, by_itself, names) or not _refuted(twin, model, names):
-            continue
-        kept = np.concatenate((library.base[:, held], beside), axis=1)
-        share = _share(library, kept, np.concatenate((library.base, beside), axis=1), floor_nm)
-        out.append(WrongNumber(effect, share, _extras(twin, model, names)))
+    case = _Case(library, twin, model, beside, plain_moves(library, twin), floor_nm)
+    out = [
+        _wrong(case, effect, names)
+        for effect, names in _GROUPS.items()
+        if _is_wrong(case, names, material)
+    ]
+    if not out and not terms:
+        out = _wrong_together(case, material)
     return tuple(sorted(out, key=lambda w: -w.energy_share))
 
 
-def _agrees(
-    twin: Twin, model: Model, by_itself: Sequence[Mapping[str, float]], names: Sequence[str]
-) -> bool:
-    """Return whether a number is as wrong without the effects as it is beside them.
+def _is_wrong(case: _Case, names: Sequence[str], material: float) -> bool:
+    """Return whether holding some numbers as given costs a material share, by no accident."""
+    held = [name for name in case.carried if name not in names]
+    if len(held) == len(case.carried):
+        return False
+    library, base = case.library, case.columns(held)
+    alone = _errors(library, base) - _errors(library, library.base)
+    whole = np.concatenate((library.base, case.beside), axis=1)
+    loss = _errors(library, np.concatenate((base, case.beside), axis=1)) - _errors(library, whole)
+    if min(float(alone.sum()), float(loss.sum())) < material or not _lasting(loss):
+        return False
+    return _agrees(case, names) and _refuted(case, names)
 
-    Where most of the move appears only beside the effects, or only in one kind of fit, the number
-    had been bent by their absence: the twin had it right for its own structure.
+
+def _wrong(case: _Case, effect: str, names: Sequence[str]) -> WrongNumber:
+    held = case.columns([name for name in case.carried if name not in names])
+    kept = np.concatenate((held, case.beside), axis=1)
+    whole = np.concatenate((case.library.base, case.beside), axis=1)
+    share = _share(case.library, kept, whole, case.floor_nm)
+    return WrongNumber(effect, share, _extras(case.twin, case.model, names))
+
+
+def _wrong_together(case: _Case, material: float) -> list[WrongNumber]:
+    """Return the fewest groups of numbers that, freed, do as well as all, where none must be wrong.
+
+    Groups whose torque is alike on these recordings each do without the other, and still the twin
+    as given is refuted: then the one that does most by itself stands for what they share.
     """
-    for name in names:
-        beside = model.base[name].value - float(getattr(twin, name))
-        if beside == 0.0:
-            continue
-        in_band, *others = (alone[name] / beside for alone in by_itself if name in alone)
-        # Noise of the velocity may bend a fit to raw samples anywhere: what counts is whether it
-        # ends where the twin stands.
-        if in_band > _SAME_MOVE and all(abs(other) > _BENT for other in others):
+    library = case.library
+    nothing = np.zeros((library.target.shape[0], 0))
+    if unseen_nm2(library, nothing) < (FAR * case.floor_nm) ** 2:
+        return []
+    best = float(_errors(library, library.base).sum())
+    freed: list[str] = []
+    effects: list[str] = []
+    while True:
+        left = float(_errors(library, case.columns(freed)).sum())
+        groups = {
+            effect: [*freed, *names]
+            for effect, names in _GROUPS.items()
+            if effect not in effects and any(name in case.carried for name in names)
+        }
+        if left - best < material or not groups:
+            break
+        errors = {e: float(_errors(library, case.columns(n)).sum()) for e, n in groups.items()}
+        following = min(errors, key=lambda effect: errors[effect])
+        effects.append(following)
+        freed = groups[following]
+    if not effects or not _refuted(case, case.carried):
+        return []
+    return [
+        WrongNumber(
+            effect,
+            _share(library, nothing, case.columns(_GROUPS[effect]), case.floor_nm),
+            _extras(case.twin, case.model, _GROUPS[effect]),
+        )
+        for effect in effects
+    ]
+
+
+def _agrees(case: _Case, names: Sequence[str]) -> bool:
+    """Return whether numbers are as wrong without the effects as they are beside them.
+
+    Where most of the move appears only beside the effects, or only in one kind of fit, the numbers
+    had been bent by their absence: the twin had them right for its own structure. Moves are
+    compared by the torque that they make beside the other numbers.
+    """
+    basis = basis_of(case.columns([name for name in case.carried if name not in names]))
+    columns = case.columns(names)
+    columns = columns - basis @ (basis.T @ columns)
+    torque = columns @ case.move(names)
+    energy = float(torque @ torque)
+    there = [name for name in case.carried if name in names]
+    if energy <= 0.0:
+        return False
+    in_band, *others = (
+        float(torque @ (columns @ np.array([alone[name] for name in there]))) / energy
+        for alone in case.by_itself
+        if all(name in alone for name in there)
+    )
+    # How rows are weighed is anybody's choice: a twin within what that choice makes is a fit's. But
+    # noise of the velocity may bend a fit to raw samples anywhere: what counts of that is whether
+    # it ends where the twin stands.
+    chosen = max((abs(in_band - other) for other in others[:-1]), default=0.0)
+    return in_band > _SAME_MOVE and all(abs(o) > max(_BENT, chosen) for o in others)
+
+
+def _refuted(case: _Case, names: Sequence[str]) -> bool:
+    """Return whether numbers as given lie outside of what the recordings bear.
+
+    One by one; or, where their columns are so alike that none is known by itself, together: the
+    torque of their common move is one column, and its interval, widened for as many numbers
+    (Scheffe, Biometrika 40 (1953) 87), leaves zero out. What on a short stroke stands for gravity
+    is no other law then, but the same torque by another name.
+    """
+    there = [name for name in case.carried if name in names]
+    for name in there:
+        ci = case.model.base[name].ci95
+        if ci is not None and not ci[0] <= float(getattr(case.twin, name)) <= ci[1]:
             return True
-    return False
+    if len(there) < 2:
+        return False
+    held = case.columns([name for name in case.carried if name not in names])
+    torque = case.columns(names) @ case.move(names)
+    alike = gravity_look_alikes(case.library, case.twin, case.model)
+    known = named_effects(case.model) | frozenset(alike)
+    weighing = case.library.weighing
+    reach = reach_of(
+        case.library.candidates,
+        weighing,
+        np.concatenate((torque[:, np.newaxis], held, case.beside), axis=1),
+        case.model.residual_nm * weighing.weight,
+        known,
+    )
+    return 1.0 + _scheffe(len(there), weighing.starts.shape[0]) * float(reach.below[0]) > 0.0
 
 
-def _refuted(twin: Twin, model: Model, names: Sequence[str]) -> bool:
-    """Return whether a number as given lies outside of what the recordings bear."""
-    intervals = [(float(getattr(twin, name)), model.base[name].ci95) for name in names]
-    return any(ci is not None and not ci[0] <= given <= ci[1] for given, ci in intervals)
+def _scheffe(count: int, blocks: int) -> float:
+    """Return by how much an interval widens that holds for every sum of `count` numbers at once."""
+    from scipy.stats import f
+
+    freedom = max(blocks - count, 1)
+    return float(np.sqrt(count * f.ppf(0.95, count, freedom) / f.ppf(0.95, 1, freedom)))
 
 
 def _share(library: Library, kept: Floats, whole: Floats, floor_nm: float) -> float:
@@ -169,7 +290,6 @@ def _one_factor(
     library: Library,
     twin: Twin,
     given: Floats,
-    refitted: Floats,
     material: float,
     floor_nm: float,
 ) -> WrongNumber | None:
@@ -180,6 +300,8 @@ def _one_factor(
         return None
     scale = library.weighing.weighted(table.base @ numbers)[:, np.newaxis]
     one = _errors(library, scale)
+    own = np.isin(np.flatnonzero(table.carried), own_structure(table, twin))
+    refitted = _errors(library, library.base[:, own])
     gained = float(given.sum() - one.sum())
     if float(one.sum()) > _ALIKE * float(refitted.sum()) or gained < material:
         return None

@@ -8,9 +8,10 @@ bent, not wrong.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from agent.explain.pieces import thinned
 from agent.explain.search import Library
@@ -32,20 +33,41 @@ def plain_moves(library: Library, twin: Twin) -> tuple[Mapping[str, float], ...]
     Returns
     -------
     tuple of mapping of str to float
-        In the band, with the search's weights; and on the samples as they were recorded.
+        In the band: with the search's weights, and every sliding row alike; on the samples as they
+        were recorded. A twin that has no gravity at all was fitted without: so it is fitted, too.
     """
     table = library.scene.table
-    carried = table.carried
-    names = np.array(BASE)[carried].tolist()
-    weighted = np.linalg.lstsq(_scaled(library.base), library.target, rcond=1e-9)[0]
-    moves = [weighted / _size(library.base)]
-    columns, target = _as_recorded(table, twin)
-    rows = table.sliding & np.isfinite(target)
-    columns = columns[np.ix_(rows, carried)]
-    if columns.shape[0] > columns.shape[1]:
-        fit = np.linalg.lstsq(_scaled(columns), target[rows], rcond=1e-9)[0]
-        moves.append(fit / _size(columns))
-    return tuple(dict(zip(names, move.tolist(), strict=True)) for move in moves)
+    raw, left = _as_recorded(table, twin)
+    kept = own_structure(table, twin)
+    every = np.ones(library.target.shape[0], dtype=np.bool_)
+    alike = table.sliding, np.isfinite(left) & table.sliding
+    fits = [
+        (library.base, library.target, every, np.flatnonzero(table.carried)),
+        (table.base[:, kept], table.target_nm, alike[0], kept),
+        (raw[:, kept], left, alike[1], kept),
+    ]
+    if kept.size < np.count_nonzero(table.carried):
+        own = np.isin(np.flatnonzero(table.carried), kept)
+        fits.insert(1, (library.base[:, own], library.target, every, kept))
+    return tuple(
+        _moves(columns[rows], target[rows], np.array(BASE)[places].tolist())
+        for columns, target, rows, places in fits
+        if np.count_nonzero(rows) > columns.shape[1]
+    )
+
+
+def own_structure(table: Table, twin: Twin) -> NDArray[np.int64]:
+    """Return which of the excited numbers a twin has: gravity of exactly zero is none."""
+    loaded = twin.gravity_sin_nm != 0.0 or twin.gravity_cos_nm != 0.0
+    has = np.array([loaded or not name.startswith("gravity") for name in BASE])
+    return np.flatnonzero(table.carried & has)
+
+
+def _moves(columns: Floats, target: Floats, names: Sequence[str]) -> dict[str, float]:
+    """Return how far a least-squares fit moves each number."""
+    size = np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-300)
+    fit = np.linalg.lstsq(columns / size, target, rcond=1e-9)[0] / size
+    return dict(zip(names, fit.tolist(), strict=True))
 
 
 def _as_recorded(table: Table, twin: Twin) -> tuple[Floats, Floats]:
@@ -66,11 +88,3 @@ def _as_recorded(table: Table, twin: Twin) -> tuple[Floats, Floats]:
     given = np.array([getattr(twin, name) for name in BASE])
     extra = table.given_nm - table.base @ given
     return columns, table.rows["torque_nm"] - extra - columns @ given
-
-
-def _size(columns: Floats) -> Floats:
-    return np.asarray(np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-300))
-
-
-def _scaled(columns: Floats) -> Floats:
-    return columns / _size(columns)

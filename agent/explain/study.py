@@ -22,6 +22,13 @@ from agent.explain.numbers import WrongNumber, wrong_numbers
 from agent.explain.result import Cell, Floor
 from agent.explain.scene import Scene, refit
 from agent.explain.search import Library
+from agent.explain.short_stroke import (
+    PAYLOAD,
+    gravity_in_question,
+    in_its_place,
+    in_question,
+    without_gravity,
+)
 from agent.explain.table import BASE, Table
 from agent.identify.result import Floats
 from agent.physics.twin import Effect, Twin, TwinError
@@ -92,14 +99,15 @@ def study(twin: Twin, table: Table) -> Study:
     table : Table
         Of recordings that slide.
     """
-    delta, refitted = refit(table)
-    theta = np.array([getattr(twin, name) for name in BASE]) + delta
-    scene = Scene(table, theta, np.where(table.used, refitted, 0.0), given=theta - delta)
-    forms, not_judged = seen_by_the_arm(scene, *judgeable(table, twin))
-    library = Library.of(scene, weigh(table, refitted), forms)
+    library, not_judged, refitted = _library(twin, table)
     lines = lines_of(table, refitted)
+    named = _named(library, twin)
+    if in_question(library) and not in_its_place(named[1]):
+        library, not_judged, refitted = _library(twin, table, ask=False)
+        named = _named(library, twin)
     cells = deficiency_map(library, lines=lines)
-    library, choice, model, extended = _named(library, twin)
+    library, choice, model, extended = named
+    table = library.scene.table
     model = with_intervals(library, model)
     left = np.zeros(table.used.shape[0])
     left[library.weighing.rows] = model.residual_nm
@@ -122,6 +130,33 @@ def study(twin: Twin, table: Table) -> Study:
         refitted_nm=refitted,
         not_judged=not_judged,
     )
+
+
+def _library(
+    twin: Twin, table: Table, *, ask: bool = True
+) -> tuple[Library, Mapping[str, str], Floats]:
+    """Return all candidates, what cannot be judged, and what the twin's refitted numbers leave.
+
+    Parameters
+    ----------
+    twin : Twin
+    table : Table
+    ask : bool
+        Whether gravity is put in question where the stroke is too short for it.
+    """
+    scene, left = _refitted(twin, table)
+    forms, not_judged = seen_by_the_arm(scene, *judgeable(table, twin))
+    if ask and gravity_in_question(scene, weigh(table, left), forms):
+        scene, left = _refitted(twin, without_gravity(table))
+        forms = (*forms, PAYLOAD)
+    return Library.of(scene, weigh(table, left), forms), not_judged, left
+
+
+def _refitted(twin: Twin, table: Table) -> tuple[Scene, Floats]:
+    """Return the table with what the twin's refitted numbers make of it, and what they leave."""
+    delta, left = refit(table)
+    theta = np.array([getattr(twin, name) for name in BASE]) + delta
+    return Scene(table, theta, np.where(table.used, left, 0.0), given=theta - delta), left
 
 
 def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from agent.explain.materiality import CLOSE
+from agent.explain.materiality import CLOSE, FAR
 from agent.explain.regions import AXIS
 from agent.explain.result import Finding, Verdict
+from agent.explain.shares import unseen_nm2
 from agent.explain.study import Study
 
-_FAR = 1.25  # times the noise floor: something is missing, even where no axis shows it
 _MOST_LEFT = 0.30  # of the mismatch: with more left over, what was named explains too little
 _CELL_BETTER = 1.20
 _STILL_VARIES = 0.15  # of what is left, along the axis of the main finding
@@ -33,13 +33,13 @@ def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> 
         Of the mismatch, what stays.
     """
     shown = any(cell.counts for cell in study.left_cells)
-    missing = study.ratio > (CLOSE if shown else _FAR)
+    missing = study.ratio > (CLOSE if shown else FAR)
     lined = any(line.matters for line in study.lines)
     if not study.choice.terms:
         if missing or lined:
             return "partly-explained" if findings else "unexplained"
         if not findings:
-            return "no-mismatch"
+            return "unexplained" if far_from_given(study) else "no-mismatch"
         return "tied" if any(f.alternatives for f in findings) else "explained"
     plain, full = float(study.choice.plain.sum()), float(study.choice.full.sum())
     best_cell = max((cell.gain for cell in study.cells if cell.counts), default=0.0)
@@ -51,6 +51,21 @@ def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> 
     return "tied" if any(f.alternatives for f in findings) else "explained"
 
 
+def far_from_given(study: Study) -> bool:
+    """Return whether the twin as given, which has seen none of this, is clearly above the noise.
+
+    Then there is a mismatch, whatever of it has a name. Slow noise, which every refit leaves and no
+    floor measured within half a second contains, is none.
+    """
+    library, floor_nm = study.library, study.floor.value_nm
+    if not floor_nm > 0.0:
+        return False
+    given = unseen_nm2(library, np.zeros((library.target.shape[0], 0)))
+    refitted = unseen_nm2(library, library.base)
+    noise = min(max(refitted, floor_nm**2), (CLOSE * floor_nm) ** 2)
+    return given > FAR**2 * noise
+
+
 def _misshapen(study: Study) -> bool:
     """Return whether what is left varies most along the very axis that the main finding explains.
 
@@ -59,7 +74,7 @@ def _misshapen(study: Study) -> bool:
     cells = [c for c in study.left_cells if c.counts and not c.axis.startswith("frequency_hz")]
     main = max(study.choice.terms, key=lambda term: term.scored.screened)
     return (
-        study.ratio > _FAR
+        study.ratio > FAR
         and bool(cells)
         and cells[0].gain > _STILL_VARIES
         and cells[0].axis == AXIS[main.scored.form.effect]

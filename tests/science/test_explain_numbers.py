@@ -1,0 +1,76 @@
+"""A twin whose own numbers are wrong is never told that it agrees with the recordings."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from agent.explain.findings import findings_of
+from agent.explain.study import Study, study
+from agent.explain.table import tabulate
+from agent.explain.verdict import left_share, verdict_of
+from agent.identify.result import Floats
+from agent.physics.twin import Twin
+from tests.science.explain_joint import NOISE_NM, TWIN, Conditions, record, stair
+from trajectories import SetPoints
+
+SPEEDS = (2.0, 6.0, 20.0, 50.0)
+PAIR = {"torque-offset", "direction-asymmetry"}
+FELT = {
+    "inertia_kg_m2": 4e-4,
+    "coulomb_nm": NOISE_NM,
+    "viscous_nm_s_per_rad": 8e-4,
+    "gravity_sin_nm": 1.5 * NOISE_NM,
+    "gravity_cos_nm": 1.5 * NOISE_NM,
+}
+"""Errors about as large as the noise."""
+
+
+def studied(twin: Twin, stroke_rad: float, offset_nm: float = 0.0, seed: int = 0) -> Study:
+    def constant(points: SetPoints, at: Conditions) -> Floats:
+        del at
+        return np.full_like(points.position_rad, offset_nm)
+
+    run = record(stair(SPEEDS, stroke_rad), constant, Conditions(), seed)
+    return study(twin, tabulate(twin, [run]))
+
+
+errors = st.one_of(st.just(0.0), st.floats(-3.0, 3.0))
+
+
+@settings(max_examples=3, deadline=None)
+@given(
+    wrong=st.tuples(*[errors] * len(FELT)),
+    offset=errors,
+    stroke_rad=st.sampled_from((30.0, 60.0, 120.0, 240.0)),
+    seed=st.integers(0, 1000),
+)
+def test_what_is_clearly_off_is_never_denied(
+    wrong: tuple[float, ...], offset: float, stroke_rad: float, seed: int
+) -> None:
+    numbers = {
+        name: getattr(TWIN, name) + share * size
+        for (name, size), share in zip(FELT.items(), wrong, strict=True)
+    }
+    found = studied(replace(TWIN, **numbers), stroke_rad, offset * NOISE_NM, seed)
+    off_nm = np.sqrt(np.mean(found.table.target_nm[found.table.sliding] ** 2))
+    verdict = verdict_of(found, findings_of(found), left_share(found))
+    if off_nm > 1.3 * found.floor.value_nm:
+        assert verdict != "no-mismatch"
+
+
+def test_a_constant_on_a_short_stroke_is_a_constant_first_and_may_be_gravity() -> None:
+    """Gravity has two numbers, and copies a constant: the one number comes first."""
+    first, *more = findings_of(studied(TWIN, stroke_rad=60.0, offset_nm=0.05))
+    assert not more
+    assert first.effect in PAIR
+    others = {alternative.effect for alternative in first.alternatives}
+    assert PAIR - {first.effect} <= others
+    assert "gravity-imbalance" in others
+    (number,) = first.parameters.values()
+    size = 1.0 if first.effect == "torque-offset" else 2.0
+    assert number.value == pytest.approx(size * 0.05, rel=0.1)
