@@ -13,6 +13,7 @@ import itertools
 from collections.abc import Sequence as Many
 from typing import NamedTuple
 
+from agent.cycle.continuity import jump
 from agent.cycle.gate import SetPoint, move_refusals, refusals
 from agent.cycle.interlock import Event, Interlock
 from agent.cycle.motion import Motion, MoveFailedError, Moves, Streamed
@@ -119,7 +120,10 @@ class Sequence:
             With every reason why motion may not go on; the interlock has tripped.
         """
         if samples:
+            impossible = jump(self.plan.limits, (self._newest, *samples))
             self._newest = samples[-1]
+            if impossible:
+                raise self.trip(impossible)
         step_s = 0.0 if self._last_tick_s is None else now_s - self._last_tick_s
         self._last_tick_s = now_s
         if self._stage_since_s is None:

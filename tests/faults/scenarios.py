@@ -125,12 +125,27 @@ FRAMES = (
                 "kind": "late",
                 "identifiers": ANSWERS,
                 "lasts_s": LONG,
-                "delay_s": Between(0.001, 0.008),
+                "delay_s": Between(0.001, 0.004),
             },
         ),
         outcome="either",
         says=SAY_SILENT,
         codes=SILENT,
+    ),
+    Scenario(
+        "answers late by periods",
+        (
+            {
+                "kind": "late",
+                "identifiers": ANSWERS,
+                "lasts_s": LONG,
+                "delay_s": Between(0.011, 0.045),
+            },
+        ),
+        outcome="either",
+        says=SAY_SILENT,
+        codes=SILENT,
+        samples_true=False,  # known: a steady delay beyond a period is taken for one lost SYNC
     ),
     Scenario(
         "answers too late",
@@ -299,15 +314,15 @@ DRIVE = (
         falsified(0x181, 4, 4, "add", OneOf(JUMPS)),
         phases=("ramp", "plateau"),
         codes=(5,),
-        says="measured position|outside",
+        says="measured position jumped",
         samples_true=False,
     ),
     Scenario(
         "encoder jumps at rest",
         falsified(0x181, 4, 4, "add", OneOf(JUMPS)),
         phases=("standstill", "approach", "reversal", "return"),
-        codes=(4, 5),
-        outcome="either",
+        codes=(5,),
+        says="measured position jumped",
         samples_true=False,
     ),
     Scenario(
@@ -325,7 +340,7 @@ DRIVE = (
         codes=(5,),
         phases=("approach", "ramp"),
         says="measured velocity",
-        within_s=1.5,
+        within_s=2.5,
     ),
     Scenario(
         "torque is no number",
@@ -338,7 +353,7 @@ DRIVE = (
         falsified(0x181, 0, 2, "set", OneOf((0x0021, 0x0003, 0x0064, -1))),
         codes=(4, 5),
         outcome="either",
-        says="node 1",
+        says="node 1|not enabled",
     ),
     Scenario(
         "temperature sentinel",
