@@ -157,7 +157,8 @@ def _preferred(library: Library, ranked: Sequence[Scored]) -> Scored | None:
         loss = scored.blocks - best.blocks
         error = float(np.std(loss)) * math.sqrt(loss.shape[0])
         behind = log_density_gap(library, best.blocks, scored.blocks, size)
-        if behind < _SAME or (float(loss.sum()) <= error and behind < 2.0 * _DECISIVE):
+        special = scored.form.effect in best.form.contains and behind < _DECISIVE
+        if behind < _SAME or special or (float(loss.sum()) <= error and behind < 2.0 * _DECISIVE):
             close.append(scored)
     return min(close, key=lambda s: (s.form.catch_all, s.form.size, s.error), default=best)
 
