@@ -107,12 +107,12 @@ def wrong_numbers(
     material = max(MATERIAL * float(given.sum()), least_gain(library, given, terms))
     if float(given.sum() - refitted.sum()) < material:
         return ()
-    factor = _one_factor(library, twin, given, material, floor_nm)
-    if factor is not None:
-        return (factor,)
     beside = np.concatenate(
         [np.zeros((library.target.shape[0], 0)), *(t.columns for t in terms)], axis=1
     )
+    factor = _one_factor(library, twin, beside, material, floor_nm)
+    if factor is not None:
+        return (factor,)
     case = _Case(library, twin, model, beside, plain_moves(library, twin), floor_nm)
     out = [
         _wrong(case, effect, names)
@@ -289,22 +289,27 @@ def _extras(twin: Twin, model: Model, names: Sequence[str]) -> dict[str, Paramet
 def _one_factor(
     library: Library,
     twin: Twin,
-    given: Floats,
+    beside: Floats,
     material: float,
     floor_nm: float,
 ) -> WrongNumber | None:
-    """Return the torque constant's error, where one factor explains what all numbers explain."""
+    """Return the torque constant's error, where one factor explains what all numbers explain.
+
+    It must do so beside the effects that were found, too: else it was their absence that bent it.
+    """
     table = library.scene.table
     numbers = np.array([getattr(twin, name) for name in BASE])
     if np.count_nonzero(numbers[_carried(library)]) < 3:
         return None
     scale = library.weighing.weighted(table.base @ numbers)[:, np.newaxis]
-    one = _errors(library, scale)
-    own = np.isin(np.flatnonzero(table.carried), own_structure(table, twin))
-    refitted = _errors(library, library.base[:, own])
-    gained = float(given.sum() - one.sum())
-    if float(one.sum()) > _ALIKE * float(refitted.sum()) or gained < material:
-        return None
+    own = library.base[:, np.isin(np.flatnonzero(table.carried), own_structure(table, twin))]
+    for found in (np.zeros((library.target.shape[0], 0)), beside):
+        without, one, refitted = (
+            float(_errors(library, np.concatenate((columns, found), axis=1)).sum())
+            for columns in (own[:, :0], scale, own)
+        )
+        if one > _ALIKE * refitted or without - one < material:
+            return None
     basis = basis_of(scale)
     left = library.target - basis @ (basis.T @ library.target)
     moved = float(scale[:, 0] @ library.target) / float(scale[:, 0] @ scale[:, 0])
