@@ -34,7 +34,7 @@ def cell_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
     bus, clock = open_bus("virtual", channel), SteppedClock()
     drive = FakeDrive(bus, node_id=1, specification=FakeSpecification())
     clock.attach(drive.step_to)
-    monkeypatch.setattr("agent.cli.run.MonotonicClock", lambda: clock)
+    monkeypatch.setattr("agent.cli.run.clock_for", lambda _cell: clock)
     yield path
     bus.shutdown()
 
