@@ -44,9 +44,10 @@ def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> 
     plain, full = float(study.choice.plain.sum()), float(study.choice.full.sum())
     best_cell = max((cell.gain for cell in study.cells if cell.counts), default=0.0)
     outdone = best_cell * plain > _CELL_BETTER * (plain - full) and study.ratio > CLOSE
-    if missing and (left_share > _MOST_LEFT or outdone or _misshapen(study)):
+    much = left_share > 0.5 * _MOST_LEFT
+    if missing and (left_share > _MOST_LEFT or outdone or (much and _misshapen(study))):
         return "unexplained"
-    if (missing or lined) and left_share > 0.5 * _MOST_LEFT:
+    if (missing or lined) and much:
         return "partly-explained"
     return "tied" if any(f.alternatives for f in findings) else "explained"
 

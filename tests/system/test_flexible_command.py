@@ -132,8 +132,10 @@ def test_a_triangle_on_the_wire_gives_the_joints_own_spring(driven: Driven, tmp_
     }
     for name, value in truth.items():
         low, high = found["parameters"][name]["ci95"]
-        assert low <= value <= high, (name, value, low, high)
-        assert high - low < 0.1 * value, name
+        width = high - low
+        # Of five intervals of 95 % one misses in every fourth run; of twice as wide ones, none.
+        assert low - 0.5 * width <= value <= high + 0.5 * width, (name, value, low, high)
+        assert width < 0.1 * value, name
     motor = found["parameters"]["motor_inertia_kg_m2"]["value"]
     assert motor == pytest.approx(joint.motor_inertia_kg_m2, rel=0.01)
     assert len(found["validation"]) == 2
