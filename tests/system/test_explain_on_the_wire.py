@@ -16,8 +16,8 @@ NAMED_AT_ONCE = (
     "viscous-nonlinear",
     "torque-ripple",
     "load-dependent-friction",
-    "torque-constant-error",
     "joint-flexibility",
+    "presliding-hysteresis",
 )
 
 
