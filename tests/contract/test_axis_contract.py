@@ -100,8 +100,10 @@ def test_a_goal_that_is_taken_back_is_no_surprise(bench: AxisBench) -> None:
     axis.open()
     bench.until(axis, Command(Goal.ON, 0.0), lambda s: s.state is DriveState.ON)
     bench.until(axis, OFF, lambda s: s.state is DriveState.OFF)
-    bench.run(axis, 0.05, OFF)
+    after = bench.run(axis, 0.05, OFF)
     axis.close()
+    assert after
+    assert all(sample.state is DriveState.OFF for sample in after)
 
 
 def test_closing_may_be_repeated_and_says_the_same(bench: AxisBench) -> None:
