@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from agent.cli.app_history import add_commands
+
 app = typer.Typer(
     name="stribeck",
     help="Friction of industrial robot joints: drive the stair, record, estimate, explain.",
@@ -358,3 +360,6 @@ def example_cell() -> None:
     from importlib.resources import files
 
     typer.echo(files("agent.examples").joinpath("cell.toml").read_text(encoding="utf-8"), nl=False)
+
+
+add_commands(app)

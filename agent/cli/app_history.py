@@ -1,0 +1,44 @@
+"""The commands on histories of one joint: how they are asked for. Heavy imports are inside."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def add_commands(app: typer.Typer) -> None:
+    """Add the commands to the application."""
+    app.command("fake-history", short_help="months of a simulated joint, to try the monitor on")(
+        fake_history
+    )
+
+
+def fake_history(
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="A new folder.")],
+    cycles: Annotated[int, typer.Option(min=1, max=5000, help="How many cycles.")] = 60,
+    every_days: Annotated[float, typer.Option(help="Days from cycle to cycle; 1: nightly.")] = 1.0,
+    seed: Annotated[int, typer.Option(help="The same seed gives the same recordings.")] = 1,
+    wear_day: Annotated[
+        float | None, typer.Option(help="Day on which wear begins; without it, never.")
+    ] = None,
+    wear_nm: Annotated[float, typer.Option(help="Its friction at low speed, N m.")] = 0.3,
+    wear_days: Annotated[float, typer.Option(help="Days until it has grown to that.")] = 60.0,
+    oil_day: Annotated[float | None, typer.Option(help="Day of an oil change.")] = None,
+    swap_day: Annotated[float | None, typer.Option(help="Day of a gearbox swap.")] = None,
+    payload_kg: Annotated[
+        list[float] | None, typer.Option(help="One of these is carried each night; repeatable.")
+    ] = None,
+    work: Annotated[
+        bool, typer.Option("--work", help="Write ordinary work cycles, too (OUT/work).")
+    ] = False,
+) -> None:
+    """Simulate a joint over months, a stair cycle a night, and write its recordings."""
+    from agent.cli.fake_history import HistoryRequest, run_fake_history
+
+    request = HistoryRequest(
+        cycles, every_days, seed, wear_day, wear_nm, wear_days, oil_day, swap_day,
+        tuple(payload_kg or ()),
+    )  # fmt: skip
+    run_fake_history(out, request, work=work)
