@@ -10,6 +10,12 @@ from pathlib import Path
 
 import pytest
 
+from tests.starvation import pytest_runtest_protocol
+
+__all__ = ["pytest_runtest_protocol"]
+
+pytest_plugins = ["pytester"]  # tests/unit/test_starvation.py runs a suite of its own
+
 REPOSITORY = Path(__file__).resolve().parents[1]
 
 

@@ -14,7 +14,7 @@ from fakes.specification import FakeSpecification
 from tests.bus.vcan import Vcan
 from tests.conftest import REPOSITORY
 
-pytestmark = pytest.mark.bus
+pytestmark = [pytest.mark.bus, pytest.mark.real_time]
 
 RATE_HZ = 500.0
 

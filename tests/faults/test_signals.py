@@ -14,6 +14,7 @@ import pytest
 from tests.faults.signals import signalled
 
 
+@pytest.mark.real_time
 def test_a_terminated_agent_brings_the_joint_to_rest_and_says_so() -> None:
     try:
         run = signalled(signal.SIGTERM, after_s=1.0)

@@ -70,6 +70,7 @@ def test_a_drive_that_reacts_is_timed_and_ready_again() -> None:
         assert rig.values(found) == found
 
 
+@pytest.mark.real_time
 def test_the_same_in_real_time_on_a_network() -> None:
     with open_rig(MULTICAST) as rig:
         axis = rig.axis()

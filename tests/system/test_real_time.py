@@ -23,6 +23,8 @@ from fakes.process import open_bus
 from fakes.specification import FakeSpecification
 from tests.system.processes import MULTICAST_GROUP, be_patient, free_udp_port, started, stribeck
 
+pytestmark = pytest.mark.real_time
+
 NODE = 1
 SYNC, RPDO1, TPDO2, EMCY = 0x080, 0x200 + NODE, 0x280 + NODE, 0x080 + NODE
 SHUTDOWN = 0x06

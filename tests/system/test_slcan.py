@@ -82,6 +82,7 @@ def drive(cell: Cell, folder: Path, **more: Any) -> CycleResult:
     return drive_cycle(request, MonotonicClock(), **more)
 
 
+@pytest.mark.real_time
 def test_a_short_cycle_runs_through_an_adapter(tmp_path: Path) -> None:
     with drive_behind_an_adapter() as plugged:
         result = drive(described(plugged), tmp_path)
@@ -93,6 +94,7 @@ def test_a_short_cycle_runs_through_an_adapter(tmp_path: Path) -> None:
     assert speed_rad_s == pytest.approx(SPEED_RAD_S, rel=0.05)
 
 
+@pytest.mark.real_time
 def test_an_adapter_that_refuses_in_motion_ends_the_cycle_and_says_so(tmp_path: Path) -> None:
     with drive_behind_an_adapter() as plugged:
 

@@ -56,6 +56,7 @@ def wait_for(bus: can.BusABC, wanted: Callable[[can.Message], bool]) -> can.Mess
             return message
 
 
+@pytest.mark.real_time
 @pytest.mark.parametrize("interface", ["udp_multicast", "virtual"])
 def test_it_boots_answers_and_beats_in_real_time(interface: str) -> None:
     multicast = interface == "udp_multicast"
