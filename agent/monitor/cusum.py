@@ -1,0 +1,122 @@
+"""The product's detector: Page's CUSUM on compensated features, tuned from the robot's own cycles.
+
+    g_t = max(0, g_{t-1} + min(z_t - k - 2 s_t, h / 2)),   H0 where g_t > h
+
+z_t is the cycle's distance from the baseline in its own deviation, s_t the part of it that could
+be the compensation's shared error (`standing`), k and h come from `tuning`. The likelihood ratio
+of a known rise is this sum up to a factor, which makes it optimal in Lorden's sense (Moustakides
+1986) where level and scatter are known.
+
+What is added, and what it costs: one cycle adds at most half of the threshold, so a single bad
+cycle is never an alarm and even a jump takes two cycles; a cycle that is missing changes nothing;
+the sum is kept from growing so far that recovery would not show. H1 is a low-speed sum beyond the
+threshold of H1's own false-alarm rate, after an H0, while the median of three cycles' rise is
+beyond `high_rise`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from agent.identify.result import Floats
+from agent.monitor.decision import Marks
+from agent.monitor.series import FeatureSeries, Judgement, State, Trace
+from agent.monitor.standing import Standing, standing
+from agent.monitor.tuning import Target, Tuning, cycles_per_year, tune
+
+DECIDING = "low_integral_w"
+
+_ALLOWED_FOR_SHARED = 2.0
+_KEPT = 1.5  # of the threshold of H1: the sum grows no further
+
+
+@dataclass(frozen=True)
+class Cusum:
+    """A CUSUM for each of the tested features.
+
+    Parameters
+    ----------
+    target : Target
+        The rise worth finding and the false alarms accepted, shared among the features.
+    high_rise : float
+        H1 is for a rise of the low-speed friction of at least this share of its level.
+    features : tuple of str
+        Tested for H0; those that a series does not carry are left out.
+    robust : bool
+        Let no single cycle add more than half of the threshold.
+    """
+
+    target: Target = field(default_factory=Target)
+    high_rise: float = 0.2
+    features: tuple[str, ...] = (DECIDING, "integral_w")
+    robust: bool = True
+
+    @property
+    def name(self) -> str:
+        """Return the word for it."""
+        return "cusum"
+
+    def tunings(self, series: FeatureSeries) -> dict[str, Tuning]:
+        """Return what each tested feature's CUSUM is tuned to, and what it promises."""
+        return {name: tuning for name, (_, tuning) in self._tuned(series).items()}
+
+    def judge(self, series: FeatureSeries) -> Judgement:
+        """Return the state at each cycle; where tuning is not decidable, no fault throughout."""
+        traces: dict[str, Trace] = {}
+        increased = np.zeros(series.time_s.size, dtype=np.bool_)
+        high = np.zeros_like(increased)
+        for name, (found, tuning) in self._tuned(series).items():
+            if found is None or not tuning.decidable:
+                continue
+            sums = self._sums(found, tuning, series.healthy)
+            traces[name] = Trace(sums, np.full_like(sums, tuning.increased))
+            increased |= sums > tuning.increased
+            if name == DECIDING:
+                high = (sums > tuning.high) & (
+                    recent_rise(series.values[name] / found.level - 1.0) > self.high_rise
+                )
+        return Judgement(self.name, warned_states(increased, high), traces)
+
+    def _tuned(self, series: FeatureSeries) -> dict[str, tuple[Standing | None, Tuning]]:
+        tested = [name for name in self.features if name in series.values]
+        per_year = cycles_per_year(series)
+        out = {}
+        for name in tested:
+            found = standing(series, name)
+            out[name] = (found, tune(found, self.target, per_year, 1.0 / len(tested)))
+        return out
+
+    def _sums(self, found: Standing, tuning: Tuning, healthy: int) -> Floats:
+        """Return g at each cycle; it starts after the baseline, whose cycles set the level."""
+        steps = found.z - tuning.drift - _ALLOWED_FOR_SHARED * found.shared
+        steps[:healthy] = -np.inf
+        if self.robust:
+            steps = np.minimum(steps, 0.5 * tuning.increased)
+        kept = _KEPT * tuning.high
+        out = np.empty_like(steps)
+        g = 0.0
+        for i, step in enumerate(np.where(np.isnan(steps), 0.0, steps).tolist()):
+            g = min(max(0.0, g + step), kept)
+            out[i] = g
+        return out
+
+
+def recent_rise(rise: Floats) -> Floats:
+    """Return the median of each cycle and the two before it that carry the feature, shape (n,)."""
+    out = np.full_like(rise, np.nan)
+    carried = np.flatnonzero(np.isfinite(rise))
+    for i in range(2, carried.size):
+        out[carried[i]] = np.median(rise[carried[i - 2 : i + 1]])
+    last = np.maximum.accumulate(np.where(np.isfinite(out), np.arange(rise.size), 0))
+    return out[last]
+
+
+def warned_states(increased: Marks, high: Marks) -> tuple[State, ...]:
+    """Return the states: H1 only where the cycle before it was no longer without fault."""
+    states: list[State] = []
+    for i, h in zip(increased.tolist(), high.tolist(), strict=True):
+        warned = bool(states) and states[-1] is not State.NO_FAULT
+        states.append(State.HIGH if h and warned else State.INCREASED if i or h else State.NO_FAULT)
+    return tuple(states)

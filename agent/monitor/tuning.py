@@ -1,0 +1,188 @@
+"""Drift and threshold of a CUSUM from a robot's own healthy cycles, for a stated false-alarm rate.
+
+With the level, the scatter and the rise to be found known, the drift is half of the rise
+(Moustakides 1986) and the threshold follows from the average run length. A baseline of n cycles
+knows neither: its mean is off by b ~ N(0, sigma^2 L / n), its scatter by a ratio r with
+r^2 ~ (m - 1) / chi^2(m - 1), where L is the long-run variance ratio of neighbouring cycles'
+correlation and m = n / L the cycles that are worth as much as independent ones. The robot at hand
+is one draw of (b, r), so what is kept to is the expected rate over all of them, and the interval
+of the rate over them is said. Drift and threshold together are those that find the rise soonest under that
+constraint: with a long baseline Moustakides's, with a short one a larger drift.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2, norm
+
+from agent.identify.result import Floats
+from agent.monitor.run_length import siegmund
+from agent.monitor.series import FeatureSeries
+from agent.monitor.standing import Standing
+
+YEAR_S = 365.25 * 86400.0
+SLOWEST_CYCLES = 400.0
+"""A rise that takes longer than this to be found is not found."""
+
+_DRIFTS = np.linspace(0.4, 0.95, 12)  # of the rise
+_LARGEST = 200.0  # threshold over scatter
+
+
+@dataclass(frozen=True)
+class Target:
+    """What a detector is tuned to.
+
+    Parameters
+    ----------
+    smallest_rise : float
+        The rise worth finding, as a share of the baseline's level.
+    increased_per_year, high_per_year : float
+        False alarms of each state that are accepted in a robot-year.
+    """
+
+    smallest_rise: float = 0.05
+    increased_per_year: float = 0.1
+    high_per_year: float = 0.01
+
+    def __post_init__(self) -> None:
+        if self.smallest_rise <= 0.0:
+            raise ValueError(f"expected a rise above zero, got {self.smallest_rise}")
+        if not 0.0 < self.high_per_year <= self.increased_per_year:
+            raise ValueError(
+                "expected false-alarm rates above zero, that of H1 no more than that of H0, got "
+                f"{self.high_per_year} and {self.increased_per_year}"
+            )
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """A CUSUM's numbers, in units of one healthy cycle's scatter, and what they promise.
+
+    Parameters
+    ----------
+    drift, increased, high : float
+        k, and the thresholds of H0 and H1; infinite where the baseline cannot carry the rate.
+    rate_per_year : float
+        Expected false alarms of H0 in a robot-year.
+    rate_ci95_per_year : tuple of float
+        Between which that rate lies for this robot, from what its baseline leaves open.
+    delay_cycles : float
+        Expected, from the onset of a lasting rise of the smallest size.
+    decidable : bool
+    sentence : str
+    """
+
+    drift: float
+    increased: float
+    high: float
+    rate_per_year: float
+    rate_ci95_per_year: tuple[float, float]
+    delay_cycles: float
+    decidable: bool
+    sentence: str
+
+
+@dataclass(frozen=True)
+class _Doubt:
+    """Equally likely offsets of the level and scales, in the estimated scatter's unit."""
+
+    offset: Floats
+    scale: Floats
+
+    def rates(self, drift: Floats, threshold: Floats, per_year: float) -> Floats:
+        """Return false alarms in a year, shape (drifts, draws)."""
+        run = siegmund((self.offset - drift[:, None]) / self.scale, threshold[:, None] / self.scale)
+        return per_year / run
+
+    def delays(self, rise: float, drift: Floats, threshold: Floats) -> Floats:
+        """Return the expected delay after a lasting rise, shape (drifts,)."""
+        run = siegmund(
+            (rise + self.offset - drift[:, None]) / self.scale, threshold[:, None] / self.scale
+        )
+        return np.asarray(np.mean(np.minimum(run, 10.0 * SLOWEST_CYCLES), axis=1))
+
+
+def tune(
+    found: Standing | None, target: Target, cycles_per_year: float, share: float = 1.0
+) -> Tuning:
+    """Return the numbers that find the rise soonest within the false-alarm rates.
+
+    Parameters
+    ----------
+    found : Standing or None
+        None where the baseline is too short to stand on.
+    target : Target
+    cycles_per_year : float
+    share : float
+        Of the false alarms that this test may cause; the rest belongs to others beside it.
+    """
+    if found is None or found.level <= 0.0:
+        return _undecided("the baseline has too few cycles to tune a detector on")
+    doubt = _doubt(found.cycles, round(found.long_run, 2))
+    rise = target.smallest_rise * found.level / found.scatter
+    drifts = _DRIFTS * rise
+    lines = _thresholds(doubt, drifts, share * target.increased_per_year, cycles_per_year)
+    delays = np.where(np.isfinite(lines), doubt.delays(rise, drifts, lines), np.inf)
+    best = int(np.argmin(delays))
+    if not delays[best] <= SLOWEST_CYCLES:
+        return _undecided(
+            f"with {found.cycles} healthy cycles that scatter by "
+            f"{100.0 * found.scatter / found.level:.1f} %, a rise of "
+            f"{100.0 * target.smallest_rise:.0f} % cannot be found at "
+            f"{share * target.increased_per_year:.2g} false alarms a year"
+        )
+    drift, line = drifts[best : best + 1], lines[best : best + 1]
+    high = _thresholds(doubt, drift, share * target.high_per_year, cycles_per_year)
+    rates = doubt.rates(drift, line, cycles_per_year)[0]
+    low, up = (float(q) for q in np.quantile(rates, (0.025, 0.975)))
+    return Tuning(
+        float(drift[0]),
+        float(line[0]),
+        float(high[0]),
+        float(np.mean(rates)),
+        (low, up),
+        float(delays[best]),
+        decidable=True,
+        sentence=(
+            f"{found.cycles} healthy cycles: a lasting rise of "
+            f"{100.0 * target.smallest_rise:.0f} % is found after about {delays[best]:.0f} cycles; false-alarm rate between "
+            f"{low:.2g} and {up:.2g} a year, {np.mean(rates):.2g} expected"
+        ),
+    )
+
+
+def cycles_per_year(series: FeatureSeries) -> float:
+    """Return how many cycles a year the healthy ones amount to; one alone counts as nightly."""
+    gaps = np.diff(series.time_s[: series.healthy])
+    return YEAR_S / (float(np.median(gaps)) if gaps.size else 86400.0)
+
+
+def _undecided(reason: str) -> Tuning:
+    return Tuning(
+        np.inf, np.inf, np.inf, 0.0, (0.0, 0.0), np.inf, decidable=False,
+        sentence=f"not decidable: {reason}",
+    )  # fmt: skip
+
+
+@functools.lru_cache(maxsize=256)
+def _doubt(cycles: int, long_run: float) -> _Doubt:
+    """Return what a baseline leaves open, at the quantiles of both laws."""
+    worth = max(2.0, cycles / long_run)
+    middle = (np.arange(15) + 0.5) / 15.0
+    scale = np.sqrt((worth - 1.0) / chi2.ppf((np.arange(9) + 0.5) / 9.0, worth - 1.0))
+    offset = norm.ppf(middle)[:, None] * scale[None, :] / np.sqrt(worth)
+    return _Doubt(offset.ravel(), np.broadcast_to(scale * np.sqrt(long_run), offset.shape).ravel())
+
+
+def _thresholds(doubt: _Doubt, drifts: Floats, rate: float, per_year: float) -> Floats:
+    """Return the smallest threshold that keeps the expected rate for each drift, or infinity."""
+    low, high = np.zeros_like(drifts), np.full_like(drifts, _LARGEST)
+    reachable = np.mean(doubt.rates(drifts, high, per_year), axis=1) <= rate
+    for _ in range(34):
+        middle = 0.5 * (low + high)
+        too_many = np.mean(doubt.rates(drifts, middle, per_year), axis=1) > rate
+        low, high = np.where(too_many, middle, low), np.where(too_many, high, middle)
+    return np.where(reachable, high, np.inf)
