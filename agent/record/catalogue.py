@@ -1,0 +1,354 @@
+"""The catalogue: what recordings, estimates, verdicts and events a folder holds, to be asked.
+
+Files are the truth: every row comes from a file or one line of it, and `rebuild` makes the same
+catalogue again from the folder. SQLite in the folder itself, or PostgreSQL by URL for many cells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self, TypeVar
+
+import sqlalchemy as sa
+
+from agent.errors import InputError, StorageError
+from agent.record import catalogue_schema as schema
+from agent.record.catalogue_rows import (
+    EstimateRow,
+    EventRow,
+    RecordingRow,
+    VerdictRow,
+    estimate_row,
+    recording_row,
+    relative,
+    verdict_row,
+)
+from agent.record.catalogue_tables import ESTIMATES, EVENTS, RECORDINGS, VERDICTS
+from agent.record.events_file import NAME as EVENTS_FILE
+from agent.record.events_file import Event, append_event, read_events
+from agent.record.reading import CSV, PARQUET, natural_key, side_file
+from agent.record.verdict_file import ESTIMATE_SUFFIX as ESTIMATE
+from agent.record.verdict_file import SUFFIX as VERDICT
+from agent.record.verdict_file import estimate_path, verdict_path
+
+__all__ = ["Catalogue", "EstimateRow", "EventRow", "Rebuilt", "RecordingRow", "VerdictRow"]
+
+Row = TypeVar("Row", RecordingRow, EstimateRow, VerdictRow)
+
+
+@dataclass(frozen=True)
+class Rebuilt:
+    """What a folder holds, and a sentence for every file that could not be taken."""
+
+    recordings: int
+    estimates: int
+    verdicts: int
+    events: int
+    problems: tuple[str, ...] = ()
+
+
+class Catalogue:
+    """The catalogue of one folder of recordings. A context manager; may be used by many threads.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Of the recordings; made where it is missing.
+    url : str, optional
+        Where the catalogue is: `agent.record.catalogue_schema.catalogue_url`.
+
+    Raises
+    ------
+    agent.errors.InputError
+        No catalogue, or one of a newer version. An older one is brought to this version.
+    agent.errors.StorageError
+        It cannot be reached or written.
+    """
+
+    def __init__(self, folder: Path, url: str | None = None) -> None:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise StorageError(f"The folder {folder} cannot be used: {error}.") from error
+        self.folder = folder
+        self.url = schema.catalogue_url(folder, url)
+        # a catalogue inside its folder moves with it; elsewhere the folder's name is the key
+        own = schema.is_sqlite(self.url) and not url
+        self._key = "" if own else folder.resolve().as_posix()
+        self._engine = schema.open_engine(self.url)
+        try:
+            with schema.told(self.url):
+                self.upgraded = schema.upgrade(self._engine)
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Close every connection; may be repeated."""
+        self._engine.dispose()
+
+    def __enter__(self) -> Self:
+        """Return the catalogue."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Close it."""
+        self.close()
+
+    # -- taking files ------------------------------------------------------------------------
+
+    def add(self, recording: Path) -> RecordingRow:
+        """Take a recording with its estimate and its verdict, where it has them.
+
+        Raises
+        ------
+        agent.errors.InputError
+            It is no recording, or not in this folder; an estimate or verdict cannot be read.
+        """
+        found = _beside(recording, self.folder)
+        with schema.told(self.url), schema.writing(self._engine) as connection:
+            self._put(connection, RECORDINGS, [asdict(r) for r in found.recordings])
+            self._put(connection, ESTIMATES, [asdict(e) for e in found.estimates])
+            self._put(connection, VERDICTS, [asdict(v) for v in found.verdicts])
+        return found.recordings[0]
+
+    def record_event(self, event: Event) -> EventRow:
+        """Append an event to the folder's file, then to the catalogue; the file comes first."""
+        row = EventRow(EVENTS_FILE, append_event(self.folder, event), event)
+        with schema.told(self.url), schema.writing(self._engine) as connection:
+            self._put(connection, EVENTS, [row.columns()])
+        return row
+
+    def remove(self, path: str) -> None:
+        """Forget a recording whose file is gone; its estimate and verdict stay."""
+        gone = sa.delete(RECORDINGS).where(
+            RECORDINGS.c.folder == self._key, RECORDINGS.c.path == path
+        )
+        with schema.told(self.url), schema.writing(self._engine) as connection:
+            connection.execute(gone)
+
+    def rebuild(self) -> Rebuilt:
+        """Make the catalogue of this folder again from its files, in one transaction."""
+        found = _everything(self.folder)
+        events, torn = read_events(self.folder)
+        lines = [EventRow(EVENTS_FILE, number, event).columns() for number, event in events]
+        contents: Sequence[tuple[sa.Table, list[dict[str, Any]]]] = (
+            (RECORDINGS, [asdict(r) for r in found.recordings]),
+            (ESTIMATES, [asdict(e) for e in found.estimates]),
+            (VERDICTS, [asdict(v) for v in found.verdicts]),
+            (EVENTS, lines),
+        )
+        with schema.told(self.url), schema.writing(self._engine) as connection:
+            for table, rows in contents:
+                connection.execute(sa.delete(table).where(table.c.folder == self._key))
+                self._put(connection, table, rows)
+        return Rebuilt(
+            len(found.recordings),
+            len(found.estimates),
+            len(found.verdicts),
+            len(lines),
+            (*found.problems, *torn),
+        )
+
+    # -- asking ------------------------------------------------------------------------------
+
+    def recordings(
+        self,
+        *,
+        robot: str | None = None,
+        axis: int | None = None,
+        since: str = "",
+        newest: int | None = None,
+    ) -> tuple[RecordingRow, ...]:
+        """Return recordings in order of their start, oldest first.
+
+        Parameters
+        ----------
+        robot, axis : optional
+            Of this joint only.
+        since : str
+            Started at this time (ISO 8601, UTC) or later.
+        newest : int, optional
+            No more than so many, the newest.
+        """
+        return self._rows(RecordingRow, RECORDINGS, robot, axis, since, newest)
+
+    def estimates(
+        self,
+        *,
+        robot: str | None = None,
+        axis: int | None = None,
+        since: str = "",
+        newest: int | None = None,
+    ) -> tuple[EstimateRow, ...]:
+        """Return estimates in order of their recordings' start; see `recordings`."""
+        return self._rows(EstimateRow, ESTIMATES, robot, axis, since, newest)
+
+    def verdicts(
+        self,
+        *,
+        robot: str | None = None,
+        axis: int | None = None,
+        since: str = "",
+        newest: int | None = None,
+    ) -> tuple[VerdictRow, ...]:
+        """Return verdicts in order of their recordings' start; see `recordings`."""
+        return self._rows(VerdictRow, VERDICTS, robot, axis, since, newest)
+
+    def recording(self, sha256: str) -> RecordingRow | None:
+        """Return the recording with this content hash, or None; of several copies the first."""
+        query = (
+            sa.select(RECORDINGS)
+            .where(RECORDINGS.c.folder == self._key, RECORDINGS.c.sha256 == sha256)
+            .order_by(RECORDINGS.c.path)
+            .limit(1)
+        )
+        rows = self._ask(query)
+        return _as(RecordingRow, rows[0]) if rows else None
+
+    def events(
+        self,
+        *,
+        robot: str | None = None,
+        axis: int | None = None,
+        kinds: Iterable[str] = (),
+        since: str = "",
+        newest: int | None = None,
+    ) -> tuple[EventRow, ...]:
+        """Return events, oldest first; those of the whole robot count as every axis's."""
+        query = sa.select(EVENTS).where(EVENTS.c.folder == self._key, EVENTS.c.at >= since)
+        if robot is not None:
+            query = query.where(EVENTS.c.robot == robot)
+        if axis is not None:
+            query = query.where(sa.or_(EVENTS.c.axis == axis, EVENTS.c.axis.is_(None)))
+        if wanted := tuple(kinds):
+            query = query.where(EVENTS.c.kind.in_(wanted))
+        order = (EVENTS.c.at.desc(), EVENTS.c.path.desc(), EVENTS.c.line.desc())
+        rows = self._ask(query.order_by(*order).limit(newest))
+        return tuple(EventRow.from_columns(row) for row in reversed(rows))
+
+    # -- the database ------------------------------------------------------------------------
+
+    def _put(
+        self, connection: sa.Connection, table: sa.Table, rows: Sequence[dict[str, Any]]
+    ) -> None:
+        """Write rows, in the place of those with the same key."""
+        keyed = [{"folder": self._key, **row} for row in rows]
+        keys = [column.name for column in table.primary_key]
+        for row in keyed:
+            same = [table.c[name] == row[name] for name in keys]
+            connection.execute(sa.delete(table).where(*same))
+        if keyed:
+            connection.execute(sa.insert(table), keyed)
+
+    def _rows(
+        self,
+        kind: type[Row],
+        table: sa.Table,
+        robot: str | None,
+        axis: int | None,
+        since: str,
+        newest: int | None,
+    ) -> tuple[Row, ...]:
+        query = sa.select(table).where(table.c.folder == self._key, table.c.started_at >= since)
+        if robot is not None:
+            query = query.where(table.c.robot == robot)
+        if axis is not None:
+            query = query.where(table.c.axis == axis)
+        query = query.order_by(table.c.started_at.desc(), table.c.path.desc()).limit(newest)
+        return tuple(_as(kind, row) for row in reversed(self._ask(query)))
+
+    def _ask(self, query: sa.Select[Any]) -> list[dict[str, Any]]:
+        with schema.told(self.url), self._engine.connect() as connection:
+            return [dict(row) for row in connection.execute(query).mappings()]
+
+
+@dataclass(frozen=True)
+class _Files:
+    """The rows of files, and a sentence for every file that could not be taken."""
+
+    recordings: tuple[RecordingRow, ...] = ()
+    estimates: tuple[EstimateRow, ...] = ()
+    verdicts: tuple[VerdictRow, ...] = ()
+    problems: tuple[str, ...] = ()
+
+
+def _beside(file: Path, folder: Path) -> _Files:
+    """Return the rows of one recording, its estimate and its verdict; a bad file raises."""
+    recording = recording_row(file, folder)
+    estimate, verdict = estimate_path(file), verdict_path(file)
+    return _Files(
+        (recording,),
+        (estimate_row(estimate, recording, folder),) if estimate.exists() else (),
+        (verdict_row(verdict, folder),) if verdict.exists() else (),
+    )
+
+
+def _everything(folder: Path) -> _Files:
+    """Return the rows of every file below a folder."""
+    problems: list[str] = []
+    recordings = _taken(lambda f: recording_row(f, folder), recordings_below(folder), problems)
+    verdicts = _taken(lambda f: verdict_row(f, folder), _files(folder, VERDICT), problems)
+    # the recording, or what retention has left of it
+    owners: dict[str, RecordingRow | VerdictRow] = {
+        row.path.removesuffix(VERDICT): row for row in verdicts
+    }
+    owners |= {Path(row.path).with_suffix("").as_posix(): row for row in recordings}
+
+    def of(file: Path) -> EstimateRow:
+        owner = owners.get(relative(file, folder).removesuffix(ESTIMATE))
+        if owner is None:
+            raise InputError(f"{file}: the recording that it belongs to is not there.")
+        return estimate_row(file, owner, folder)
+
+    estimates = _taken(of, _files(folder, ESTIMATE), problems)
+    return _Files(tuple(recordings), tuple(estimates), tuple(verdicts), tuple(problems))
+
+
+def _taken(make: Callable[[Path], Row], files: Iterable[Path], problems: list[str]) -> list[Row]:
+    """Return a row for each file that can be read; the others' reasons go to `problems`."""
+    rows = []
+    for file in files:
+        try:
+            rows.append(make(file))
+        except InputError as error:
+            problems.append(str(error))
+    return rows
+
+
+def recordings_below(folder: Path) -> tuple[Path, ...]:
+    """Return the files below a folder that look like finished recordings, sorted as people count.
+
+    A CSV file is one when its side file is there and no Parquet file has its name; hidden files
+    and folders are passed over.
+    """
+    parquet = {file.with_suffix(""): file for file in _files(folder, PARQUET)}
+    others = [
+        file
+        for file in _files(folder, CSV)
+        if file.with_suffix("") not in parquet and side_file(file).is_file()
+    ]
+    return tuple(sorted([*parquet.values(), *others], key=natural_key))
+
+
+def _files(folder: Path, suffix: str) -> list[Path]:
+    """Return the visible files below a folder whose names end so, sorted as people count."""
+    found = [
+        path
+        for path in folder.rglob(f"*{suffix}")
+        if path.is_file()
+        and not any(part.startswith(".") for part in path.relative_to(folder).parts)
+    ]
+    return sorted(found, key=natural_key)
+
+
+def _as(kind: type[Row], row: dict[str, Any]) -> Row:
+    return kind(**{field.name: row[field.name] for field in fields(kind)})
