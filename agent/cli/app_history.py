@@ -13,6 +13,7 @@ def add_commands(app: typer.Typer) -> None:
     app.command("fake-history", short_help="months of a simulated joint, to try the monitor on")(
         fake_history
     )
+    app.command(short_help="friction on ordinary work; asks for a dedicated cycle")(watch)
 
 
 def fake_history(
@@ -42,3 +43,27 @@ def fake_history(
         tuple(payload_kg or ()),
     )  # fmt: skip
     run_fake_history(out, request, work=work)
+
+
+def watch(
+    work: Annotated[
+        list[str], typer.Argument(metavar="WORK...", help="Recordings of ordinary work.")
+    ],
+    dedicated: Annotated[
+        list[str],
+        typer.Option(metavar="RECORDING", help="A dedicated cycle of the healthy joint; several."),
+    ],
+    healthy: Annotated[
+        int, typer.Option(min=5, help="How many of the first recordings are held to be healthy.")
+    ] = 10,
+    false_rate: Annotated[
+        float, typer.Option(help="How often a healthy recording may ask, as a share.")
+    ] = 0.01,
+    json: Annotated[
+        bool, typer.Option("--json", help="Write the result to stdout as JSON.")
+    ] = False,
+) -> None:
+    """Follow friction on ordinary work with an observer; ask for a dedicated cycle when it must."""
+    from agent.cli.watch import run_watch
+
+    run_watch(work, dedicated, healthy, false_rate, as_json=json)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-SEVERAL = ("--holdout",)
+SEVERAL = ("--holdout", "--dedicated")
 """Options whose every value up to the next option belongs to them."""
 
 

@@ -1,0 +1,316 @@
+"""What the observer's findings may be on a healthy joint, and when it asks for a dedicated cycle.
+
+Noise, the band of the friction states and what colour the innovations have are learned from
+recordings of ordinary motion that are held to be healthy. Friction follows the gearbox's
+temperature: where the healthy recordings span enough of it, the band follows a line over it and
+widens away from it as a line's prediction does.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from agent.identify.preprocess import Motion
+from agent.identify.result import Estimate, Floats
+from agent.monitor.observer import (
+    ObserverModel,
+    ObserverRun,
+    Whiteness,
+    blocks_of,
+    observe,
+    whiteness,
+)
+
+FEWEST_HEALTHY = 5
+_TUNED_ON = 4  # recordings that the unknown torque's density is learned from
+_SPAN_DEGC = 2.0  # of healthy temperatures that carry a line
+_FEWEST_FOR_LINE = 6
+_FEWEST_INNOVATIONS = 60
+_HALVINGS = 14
+
+
+@dataclass(frozen=True)
+class Seen:
+    """One recording as the observer saw it.
+
+    Parameters
+    ----------
+    name : str
+    temperature_degc : float
+        Mean of the gearbox; NaN where it was not recorded.
+    rises_nm, deviations_nm : tuple of float
+        Rise of friction above the healthy curve at each of the band's speeds, and how well the
+        filter knows it.
+    whiteness : Whiteness
+    """
+
+    name: str
+    temperature_degc: float
+    rises_nm: tuple[float, ...]
+    deviations_nm: tuple[float, ...]
+    whiteness: Whiteness
+
+
+@dataclass(frozen=True)
+class HealthyBand:
+    """What a healthy joint shows on ordinary motion.
+
+    Parameters
+    ----------
+    model : ObserverModel
+    shares : tuple of float
+        Of the top speed: the low and the high speed at which friction is watched.
+    seen : tuple of Seen
+        The healthy recordings.
+    follows_temperature : bool
+        Whether the band is a line over the gearbox's temperature.
+    false_rate : float
+        How often a healthy recording leaves one of the bands or fails the whiteness test, all
+        tests together.
+    """
+
+    model: ObserverModel
+    shares: tuple[float, ...]
+    seen: tuple[Seen, ...]
+    follows_temperature: bool
+    false_rate: float
+
+    @property
+    def each_rate(self) -> float:
+        """Return the false rate of one of the tests: an equal share."""
+        return self.false_rate / (len(self.shares) + 1)
+
+    def band_nm(self, which: int, temperature_degc: float) -> tuple[float, float]:
+        """Return the ends within which a healthy recording's rise lies at a temperature.
+
+        The two-sided prediction interval of Student's t, of a mean or a line.
+        """
+        rises = np.array([s.rises_nm[which] for s in self.seen])
+        return _prediction(self._columns(), rises, self._row(temperature_degc), self.each_rate)
+
+    @property
+    def whiteness_threshold(self) -> float:
+        """Return what the whiteness statistic may reach.
+
+        That of white innovations; where the healthy ones are coloured themselves (a soft gear,
+        ripple), what the spread of their statistics allows for, if that is more.
+        """
+        logs = np.log([max(s.whiteness.statistic, 1e-9) for s in self.seen])
+        ones = np.ones((logs.size, 1))
+        _, upper = _prediction(ones, logs, np.ones(1), 2.0 * self.each_rate)
+        nominal = self.seen[0].whiteness.threshold
+        passed = sum(s.whiteness.statistic <= nominal for s in self.seen)
+        return nominal if passed == len(self.seen) else max(nominal, math.exp(upper))
+
+    @property
+    def healthy_are_white(self) -> bool:
+        """Tell whether the healthy recordings' innovations all pass for white."""
+        return all(s.whiteness.white for s in self.seen)
+
+    def _columns(self) -> Floats:
+        ones = np.ones(len(self.seen))
+        if not self.follows_temperature:
+            return ones[:, np.newaxis]
+        return np.column_stack((ones, [s.temperature_degc for s in self.seen]))
+
+    def _row(self, temperature_degc: float) -> Floats:
+        return np.array([1.0, temperature_degc]) if self.follows_temperature else np.ones(1)
+
+
+@dataclass(frozen=True)
+class Watch:
+    """What the observer says of one recording.
+
+    `asks` is True where a dedicated cycle is wanted, None where nothing can be said; `reasons` say
+    why. `bands_nm` belong to the speeds in `speeds_rad_s`.
+    """
+
+    seen: Seen | None
+    speeds_rad_s: tuple[float, ...]
+    bands_nm: tuple[tuple[float, float], ...]
+    whiteness_threshold: float
+    asks: bool | None
+    reasons: tuple[str, ...]
+
+
+def model_of(estimate: Estimate, motions: Sequence[Motion]) -> ObserverModel:
+    """Return the observer's model from a dedicated cycle's estimate and healthy motion.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        Of a dedicated cycle: friction curve and rigid body.
+    motions : sequence of Motion
+        Ordinary motion that is held to be healthy; the noise is taken from it.
+
+    Raises
+    ------
+    ValueError
+        The estimate carries no friction curve or no inertia, or the motion carries no filter.
+    """
+    curve, body = estimate.friction_curve, estimate.rigid_body
+    if curve is None or curve.velocity_rad_s.size < 2:
+        raise ValueError("the dedicated cycle carries no friction curve")
+    if body is None or not body.parameters["inertia_kg_m2"].identified:
+        raise ValueError("the dedicated cycle does not carry the inertia")
+    known = {n: p.value if p.identified else 0.0 for n, p in body.parameters.items()}
+    fastest = max(float(np.abs(v).max()) for m in motions for v in m.velocity_rad_s)
+    noise = float(np.median([m.velocity_noise_rad_s for m in motions]))
+    model = ObserverModel(
+        inertia_kg_m2=known["inertia_kg_m2"],
+        gravity_sin_nm=known["gravity_sin_nm"],
+        gravity_cos_nm=known["gravity_cos_nm"],
+        torque_offset_nm=known["torque_offset_nm"],
+        speed_rad_s=curve.velocity_rad_s,
+        friction_nm=curve.friction_nm,
+        top_rad_s=fastest,
+        torque_density_nm2_s=1e-4,
+        velocity_sd_rad_s=max(noise, 1e-6 * fastest),
+        position_sd_rad=max(_position_noise(motions), 1e-9 * fastest),
+    )
+    return _tuned(model, motions[:_TUNED_ON])
+
+
+def seen_of(run: ObserverRun, motion: Motion, shares: Sequence[float], false_rate: float) -> Seen:
+    """Sum one recording's run up.
+
+    Raises
+    ------
+    ValueError
+        Too few blocks slide one way: nothing can be said of the innovations.
+    """
+    tested = whiteness(run.judged(), false_rate)
+    if tested.innovations < _FEWEST_INNOVATIONS:
+        raise ValueError(
+            f"{motion.signals.name}: only {tested.innovations} blocks in which the joint slides "
+            f"one way, of {_FEWEST_INNOVATIONS} needed: record a longer piece of work"
+        )
+    found = [run.rise_nm(share) for share in shares]
+    temperature = motion.signals.gearbox_temperature_degc
+    known = np.zeros(0) if temperature is None else temperature[np.isfinite(temperature)]
+    return Seen(
+        motion.signals.name,
+        float(known.mean()) if known.size else math.nan,
+        tuple(value for value, _ in found),
+        tuple(deviation for _, deviation in found),
+        tested,
+    )
+
+
+def learn_band(
+    model: ObserverModel, motions: Sequence[Motion], false_rate: float = 0.01
+) -> HealthyBand:
+    """Learn from healthy recordings what ordinary motion shows.
+
+    Raises
+    ------
+    ValueError
+        Fewer than five recordings that the observer can follow, with the reason.
+    """
+    if len(motions) < FEWEST_HEALTHY:
+        raise ValueError(
+            f"a band needs {FEWEST_HEALTHY} healthy recordings of ordinary work, "
+            f"there are {len(motions)}"
+        )
+    shares = _watched(motions, model)
+    each = false_rate / (len(shares) + 1)
+    seen = tuple(seen_of(observe(blocks_of(m, model), model), m, shares, each) for m in motions)
+    temperatures = np.array([s.temperature_degc for s in seen])
+    follows = (
+        len(seen) >= _FEWEST_FOR_LINE
+        and bool(np.all(np.isfinite(temperatures)))
+        and float(np.ptp(temperatures)) >= _SPAN_DEGC
+    )
+    return HealthyBand(model, shares, seen, follows, false_rate)
+
+
+def watch(motion: Motion, band: HealthyBand) -> Watch:
+    """Say whether a recording of ordinary motion calls for a dedicated cycle."""
+    speeds = tuple(share * band.model.top_rad_s for share in band.shares)
+    try:
+        run = observe(blocks_of(motion, band.model), band.model)
+        seen = seen_of(run, motion, band.shares, band.each_rate)
+    except ValueError as error:
+        return Watch(None, speeds, (), band.whiteness_threshold, None, (f"{error}",))
+    if band.follows_temperature and not math.isfinite(seen.temperature_degc):
+        why = f"{seen.name}: the healthy band follows the temperature, which was not recorded"
+        return Watch(seen, speeds, (), band.whiteness_threshold, None, (why,))
+    bands = tuple(band.band_nm(i, seen.temperature_degc) for i in range(len(speeds)))
+    reasons = [
+        f"friction at {speed:.3g} rad/s is {rise:+.3g} N m from the healthy curve, where "
+        f"{low:+.3g} to {high:+.3g} N m is healthy"
+        for speed, rise, (low, high) in zip(speeds, seen.rises_nm, bands, strict=True)
+        if not low <= rise <= high
+    ]
+    if seen.whiteness.statistic > band.whiteness_threshold:
+        reasons.append(
+            f"the innovations are not white any more (Ljung-Box {seen.whiteness.statistic:.3g}, "
+            f"up to {band.whiteness_threshold:.3g} is healthy): the motion holds something that "
+            "the healthy joint did not show"
+        )
+    return Watch(
+        seen, speeds, bands, band.whiteness_threshold, asks=bool(reasons), reasons=tuple(reasons)
+    )
+
+
+def _prediction(
+    columns: Floats, values: Floats, row: Floats, false_rate: float
+) -> tuple[float, float]:
+    """Return the two-sided prediction interval of least squares at a row of its columns."""
+    from scipy.special import stdtrit
+
+    theta = np.linalg.lstsq(columns, values, rcond=None)[0]
+    dof = values.size - columns.shape[1]
+    variance = float(np.sum((values - columns @ theta) ** 2)) / dof
+    lever = float(row @ np.linalg.pinv(columns.T @ columns) @ row)
+    reach = float(stdtrit(dof, 1.0 - false_rate / 2.0)) * math.sqrt(variance * (1.0 + lever))
+    middle = float(row @ theta)
+    return middle - reach, middle + reach
+
+
+def _watched(motions: Sequence[Motion], model: ObserverModel) -> tuple[float, float]:
+    """Return a low and a high speed that the healthy motion excites, as shares of the top one."""
+    speeds = np.abs(np.concatenate([v for m in motions for v in m.velocity_rad_s]))
+    moving = speeds[speeds > 0.02 * model.top_rad_s]
+    low, high = np.quantile(moving, (0.1, 0.9)) / model.top_rad_s
+    return float(low), float(high)
+
+
+def _position_noise(motions: Sequence[Motion]) -> float:
+    """Return the standard deviation of the position's error, from its third differences.
+
+    A smooth motion leaves nothing of them; white error s leaves ``s sqrt(20)``. Steps of an
+    encoder look alike.
+    """
+    found = []
+    for motion in motions:
+        position = motion.signals.position_rad
+        if position is None:
+            continue
+        for stretch in motion.timing.stretches:
+            third = np.diff(stretch.on_grid(motion.signals, position), n=3)
+            found.append(float(np.median(np.abs(third))) / (0.6745 * math.sqrt(20.0)))
+    return float(np.median(found)) if found else 0.0
+
+
+def _tuned(model: ObserverModel, motions: Sequence[Motion]) -> ObserverModel:
+    """Return the model with the density at which the innovations have the size they should.
+
+    Their mean square falls as the density grows; bisection on the density's logarithm.
+    """
+    blocks = [blocks_of(m, model) for m in motions]
+
+    def mean_nis(log_density: float) -> float:
+        tried = replace(model, torque_density_nm2_s=math.exp(log_density))
+        squares = [np.sum(observe(b, tried).judged() ** 2, axis=1) for b in blocks]
+        return float(np.nanmean(np.concatenate(squares)))
+
+    low, high = math.log(1e-10), math.log(1e2)
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if mean_nis(middle) > 2.0 else (low, middle)
+    return replace(model, torque_density_nm2_s=math.exp(0.5 * (low + high)))
