@@ -63,7 +63,8 @@ def whole_cycles(series: FeatureSeries) -> Marks:
         raise ValueError(
             f"expected the features {', '.join(DECIDING)}; {', '.join(missing)} missing"
         )
-    return np.logical_and.reduce([np.isfinite(series.values[name]) for name in DECIDING])
+    carried: Marks = np.all(np.isfinite([series.values[name] for name in DECIDING]), axis=0)
+    return carried
 
 
 def held(values: Floats, present: Marks) -> Floats:

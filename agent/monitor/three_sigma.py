@@ -1,9 +1,9 @@
 """The 3-sigma test of thesis section 6.1.1, in both of its forms.
 
 |s_t| < 3 sigma_t, and with the variance of the fault-free data |s_t| < 3 sqrt(sigma_t^2 +
-sigma_o^2), where s_t is the distance from the baseline's mean. It has no memory: a rise below three sigma is
-not seen however long it lasts. Only a rise counts here, and the decision is the thesis's
-(`decision`): two or three cycles in a row.
+sigma_o^2), where s_t is the distance from the baseline's mean. It has no memory: a rise below three
+sigma is not seen however long it lasts. Only a rise counts here, and the decision is the
+thesis's (`decision`): two or three cycles in a row.
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@ knows neither: its mean is off by b ~ N(0, sigma^2 L / n), its scatter by a rati
 r^2 ~ (m - 1) / chi^2(m - 1), where L is the long-run variance ratio of neighbouring cycles'
 correlation and m = n / L the cycles that are worth as much as independent ones. The robot at hand
 is one draw of (b, r), so what is kept to is the expected rate over all of them, and the interval
-of the rate over them is said. Drift and threshold together are those that find the rise soonest under that
-constraint: with a long baseline Moustakides's, with a short one a larger drift.
+of the rate over them is said. Drift and threshold together are those that find the rise soonest
+under that constraint: with a long baseline Moustakides's, with a short one a larger drift.
 """
 
 from __future__ import annotations
@@ -148,8 +148,8 @@ def tune(
         decidable=True,
         sentence=(
             f"{found.cycles} healthy cycles: a lasting rise of "
-            f"{100.0 * target.smallest_rise:.0f} % is found after about {delays[best]:.0f} cycles; false-alarm rate between "
-            f"{low:.2g} and {up:.2g} a year, {np.mean(rates):.2g} expected"
+            f"{100.0 * target.smallest_rise:.0f} % is found after about {delays[best]:.0f} cycles; "
+            f"false-alarm rate between {low:.2g} and {up:.2g} a year, {np.mean(rates):.2g} expected"
         ),
     )
 

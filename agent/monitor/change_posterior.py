@@ -1,0 +1,169 @@
+"""When and how a feature changed: the posterior over the time of change and its shape.
+
+Each candidate is a level and a rise, y_t = mu + a x_t(k, shape) + noise, where x is zero up to the
+cycle before k and one at the last cycle:
+
+- step: one from k on;
+- ramp: growing with time;
+- accelerating: growing with its square.
+
+So `a` is the rise now, whatever the shape, and all candidates share its prior, N(0, half of the
+level); mu and the noise's variance are integrated out (Jeffreys' prior), which leaves
+
+    p(k, shape | y) ~ gap_k (S_xx + lambda)^(-1/2) RSS^(-(n - 1) / 2)
+
+Beforehand a change is as likely at any time, so a candidate counts as much as its gap is long.
+Where neighbouring cycles are correlated the n cycles are worth n / L (`standing`). Basseville and
+Nikiforov, Detection of Abrupt Changes (1993), section 2.6, have the likelihood part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from agent.identify.result import Floats
+from agent.monitor.decision import Marks
+from agent.monitor.series import FeatureSeries
+from agent.monitor.standing import Standing, standing
+
+SHAPES: Mapping[str, Callable[[Floats], Floats]] = {
+    "step": np.ceil,
+    "ramp": lambda share: share,
+    "accelerating": lambda share: share**2,
+}
+"""The rise over its present size, from the share of the time since the change that has passed."""
+
+FEWEST_AFTER = 3
+_RISE_PRIOR = 0.5  # of the level
+_BAD_CYCLE = 4.0  # scatters from the median of its neighbours
+_NEIGHBOURS = 7
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """All candidates with what the data say of each; in units of one healthy cycle's scatter.
+
+    Parameters
+    ----------
+    found : Standing
+    time_s : ndarray, shape (n,)
+        Of the cycles that count.
+    cycle : ndarray of int, shape (n,)
+        Their places in the series.
+    first : ndarray of int, shape (c,)
+        Of each candidate time: which of these n cycles is the first changed one.
+    weight : ndarray, shape (shapes, c)
+        Probability of each candidate given that there was a change; sums to one.
+    level, rise : ndarray, shape (shapes, c)
+        Posterior means of mu and a.
+    level_variance, rise_variance, covariance : ndarray, shape (shapes, c)
+        Over the noise's variance.
+    noise_variance : ndarray, shape (shapes, c)
+        Its posterior scale.
+    worth : float
+        Degrees of freedom.
+    changed : float
+        Probability that there was a change at all, one half beforehand.
+    """
+
+    found: Standing
+    time_s: Floats
+    cycle: np.ndarray[tuple[int], np.dtype[np.intp]]
+    first: np.ndarray[tuple[int], np.dtype[np.intp]]
+    weight: Floats
+    level: Floats
+    rise: Floats
+    level_variance: Floats
+    rise_variance: Floats
+    covariance: Floats
+    noise_variance: Floats
+    worth: float
+    changed: float
+
+    def onset_s(self) -> Floats:
+        """Return the time of the last unchanged cycle of each candidate, shape (c,)."""
+        return self.time_s[self.first - 1]
+
+
+def change_posterior(series: FeatureSeries, feature: str) -> Posterior | None:
+    """Return the posterior, or None where baseline or cycles after it are too few.
+
+    The baseline is held to be without fault: no candidate lies within it.
+    """
+    found = standing(series, feature)
+    if found is None:
+        return None
+    own = found.scatter / np.sqrt(1.0 - np.minimum(found.shared, 0.999) ** 2)
+    y = found.z * own / found.scatter
+    kept = np.flatnonzero(_kept(y))
+    first = np.flatnonzero(kept >= max(1, series.healthy))
+    first = first[first >= 1]
+    if first.size < FEWEST_AFTER:
+        return None
+    precision = (found.scatter / own[kept]) ** 2
+    prior = (found.scatter / (_RISE_PRIOR * found.level)) ** 2
+    return _posterior(found, series.time_s[kept], y[kept], precision, kept, first, prior)
+
+
+def _posterior(
+    found: Standing,
+    time_s: Floats,
+    y: Floats,
+    precision: Floats,
+    cycle: np.ndarray[tuple[int], np.dtype[np.intp]],
+    first: np.ndarray[tuple[int], np.dtype[np.intp]],
+    prior: float,
+) -> Posterior:
+    """Weigh every candidate; the sums run over the n cycles, arrays have shape (shapes, c)."""
+    onset = time_s[first - 1][:, None]
+    share = np.maximum(0.0, time_s - onset) / (time_s[-1] - onset)
+    total, worth = float(np.sum(precision)), y.size / found.long_run - 1.0
+    y_mean = float(precision @ y) / total
+    s_yy = float(precision @ (y - y_mean) ** 2)
+    rows = []
+    for shape in SHAPES.values():
+        x = shape(share)
+        x_mean = x @ precision / total
+        s_xx = x**2 @ precision - total * x_mean**2
+        s_xy = x @ (precision * (y - y_mean))
+        rows.append((x_mean, s_xx, s_xy))
+    x_mean, s_xx, s_xy = (np.array(part) for part in zip(*rows, strict=True))
+    rise = s_xy / (s_xx + prior)
+    left = np.maximum(s_yy - s_xy * rise, 1e-12 * max(s_yy, 1e-12))
+    gaps = np.diff(time_s)[first - 1]
+    log = np.log(gaps / np.sum(gaps) / len(SHAPES)) + 0.5 * np.log(prior / (s_xx + prior))
+    log = log - 0.5 * worth * np.log(left / max(s_yy, 1e-12))
+    top = float(np.max(log))
+    weight = np.exp(log - top)
+    evidence = top + float(np.log(np.sum(weight)))
+    rise_variance = found.long_run / (s_xx + prior)
+    return Posterior(
+        found,
+        time_s,
+        cycle,
+        first,
+        weight / np.sum(weight),
+        y_mean - x_mean * rise,
+        rise,
+        found.long_run / total + x_mean**2 * rise_variance,
+        rise_variance,
+        -x_mean * rise_variance,
+        left / (found.long_run * worth),
+        worth,
+        float(1.0 / (1.0 + np.exp(-np.clip(evidence, -700.0, 700.0)))),
+    )
+
+
+def _kept(y: Floats) -> Marks:
+    """Return which cycles count: those carried that do not stand far out of their neighbours."""
+    kept: Marks = np.isfinite(y)
+    carried = y[kept]
+    centre = median_filter(carried, _NEIGHBOURS, mode="nearest")
+    kept[kept] = np.abs(carried - centre) <= _BAD_CYCLE * max(
+        1.0, 1.4826 * float(np.median(np.abs(carried - centre)))
+    )
+    return kept
