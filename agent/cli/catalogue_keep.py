@@ -1,0 +1,90 @@
+"""What stays of a cycle: a sealed recording, a verdict that can be made again, and their rows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from agent.cli.outcome import Conclusion, conclude
+from agent.cli.talk import talker
+from agent.errors import AgentError
+from agent.record.catalogue import Catalogue, RecordingRow
+from agent.record.catalogue_rows import in_utc
+from agent.record.reading import read
+from agent.record.seal import Seal, seal
+from agent.record.verdict_file import Verdict, write_verdict
+from drivers.clock import wall_time_utc
+
+NUMBERS = (
+    "coulomb_nm",
+    "viscous_nm_s_per_rad",
+    "inertia_kg_m2",
+    "gravity_sin_nm",
+    "gravity_cos_nm",
+)
+
+
+def keep(recording: Path, conclusion: Conclusion, url: str | None = None) -> Verdict:
+    """Seal a recording, write the verdict beside it, and take both into the folder's catalogue.
+
+    A catalogue that cannot be used is told and changes nothing: files are the truth, and
+    `stribeck catalogue rebuild` makes it again.
+
+    Raises
+    ------
+    agent.errors.InputError, agent.errors.StorageError
+        The recording cannot be sealed, or the verdict not be written.
+    """
+    sealed = seal(recording)
+    verdict = verdict_of(recording, conclusion, sealed)
+    write_verdict(recording, verdict)
+    try:
+        with Catalogue(recording.parent, url) as catalogue:
+            catalogue.add(recording)
+    except AgentError as error:
+        talker().print(str(error))
+    return verdict
+
+
+def take(recording: Path, url: str | None = None, folder: Path | None = None) -> RecordingRow:
+    """Seal a recording that somebody has brought, and take it into the catalogue."""
+    read(recording)  # what is no recording gets no seal
+    seal(recording)
+    with Catalogue(folder or recording.parent, url) as catalogue:
+        return catalogue.add(recording)
+
+
+def verdict_of(recording: Path, conclusion: Conclusion, sealed: Seal) -> Verdict:
+    """Return the verdict on one recording by itself; a baseline's comes from the monitor."""
+    metadata = conclusion.recordings[0].metadata
+    estimate = conclusion.estimate
+    words = "; ".join(estimate.reasons)
+    return Verdict(
+        file=recording.name,
+        recording_sha256=sealed.sha256,
+        robot=metadata.robot,
+        axis=metadata.axis,
+        started_at=in_utc(metadata.started_at),
+        made_at=wall_time_utc(),
+        decidable=estimate.decidable,
+        alarm=False,
+        state="decidable" if estimate.decidable else "not decidable",
+        sentence=estimate.sentence if estimate.decidable else f"Not decidable: {words}.",
+        numbers=numbers_of(conclusion),
+    )
+
+
+def numbers_of(conclusion: Conclusion) -> dict[str, float]:
+    """Return what was identified of the plain law and the rigid body; empty: not decidable."""
+    estimate = conclusion.estimate
+    if not estimate.decidable:
+        return {}
+    plain = next((m for m in estimate.friction_models if m.model == "coulomb-viscous"), None)
+    body = estimate.rigid_body
+    found = {**(body.parameters if body else {}), **(plain.parameters if plain else {})}
+    return {n: float(found[n].value) for n in NUMBERS if n in found and found[n].identified}
+
+
+def recompute(recording: Path) -> Mapping[str, float]:
+    """Conclude again from a recording, for `stribeck verify --recompute`."""
+    return numbers_of(conclude([read(recording)]))
