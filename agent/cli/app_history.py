@@ -14,6 +14,7 @@ def add_commands(app: typer.Typer) -> None:
         fake_history
     )
     app.command(short_help="friction on ordinary work; asks for a dedicated cycle")(watch)
+    app.command(short_help="friction from ordinary work, where it excites enough")(ordinary)
 
 
 def fake_history(
@@ -67,3 +68,21 @@ def watch(
     from agent.cli.watch import run_watch
 
     run_watch(work, dedicated, healthy, false_rate, as_json=json)
+
+
+def ordinary(
+    work: Annotated[
+        list[str], typer.Argument(metavar="WORK...", help="Recordings of ordinary work.")
+    ],
+    dedicated: Annotated[
+        list[str] | None,
+        typer.Option(metavar="RECORDING", help="A dedicated cycle to compare with; several."),
+    ] = None,
+    json: Annotated[
+        bool, typer.Option("--json", help="Write the result to stdout as JSON.")
+    ] = False,
+) -> None:
+    """Estimate friction from ordinary work, or say why it is not decidable from it."""
+    from agent.cli.ordinary import run_ordinary
+
+    run_ordinary(work, dedicated or [], as_json=json)
