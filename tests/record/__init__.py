@@ -1,0 +1,1 @@
+"""The record that stays: catalogue, seals, verdicts, retention, export and import."""
