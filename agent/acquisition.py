@@ -41,6 +41,10 @@ class Acquisition:
         Who received, and who stamped: see `drivers.ports.SyncAccount`.
     receive_buffer_bytes : int or None
         What the kernel granted to the receiving socket; None where nobody asked.
+    undecided : int
+        Of the lost ones: an answer came that may have been theirs, and nobody could tell.
+    doubtful : int
+        Of the received ones: they may stand in their neighbour's place in time.
 
     Raises
     ------
@@ -61,6 +65,8 @@ class Acquisition:
     reader: str = ""
     stamps: str = ""
     receive_buffer_bytes: int | None = None
+    undecided: int = 0
+    doubtful: int = 0
 
     def __post_init__(self) -> None:
         for name, value in dataclasses.asdict(self).items():
@@ -130,4 +136,6 @@ def total(accounts: Sequence[Acquisition]) -> Acquisition | None:
         reader=", ".join(sorted({a.reader for a in accounts})),
         stamps=", ".join(sorted({a.stamps for a in accounts})),
         receive_buffer_bytes=None if None in buffers else min(b or 0 for b in buffers),
+        undecided=sum(a.undecided for a in accounts),
+        doubtful=sum(a.doubtful for a in accounts),
     )

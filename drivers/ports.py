@@ -159,6 +159,10 @@ class SyncAccount:
         Who received ("process", "thread", "stepped"), who stamped ("kernel", "host").
     receive_buffer_bytes : int or None
         What the kernel granted; None where nobody asked.
+    undecided : int
+        Of the lost ones: an answer came that may have been theirs, and nobody could tell.
+    doubtful : int
+        Of the received ones: they may stand in their neighbour's place in time.
     """
 
     expected: int = 0
@@ -174,6 +178,8 @@ class SyncAccount:
     reader: str = ""
     stamps: str = ""
     receive_buffer_bytes: int | None = None
+    undecided: int = 0
+    doubtful: int = 0
 
 
 @dataclass(frozen=True)

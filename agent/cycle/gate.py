@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import isfinite
+from typing import NamedTuple
 
 from drivers.ports import DriveState, Move, Sample
 
@@ -63,12 +64,21 @@ class GateLimits:
         )
 
 
+class Asked(NamedTuple):
+    """What had been asked for when a sample was taken; motor side."""
+
+    velocity_rad_s: float
+    position_rad: float
+
+
 @dataclass(frozen=True)
 class SetPoint:
     """What the plan asks for in this tick, and what was sent in the tick before.
 
     `previous_position_rad` is None for a drive that is fed with velocities alone: its position
-    set-point is then what the plan reckons with, and nothing that is sent.
+    set-point is then what the plan reckons with, and nothing that is sent. `answered` is what the
+    newest sample is compared with: on a ramp an answer that comes some ticks late is no
+    following error. None compares it with what is wanted now.
     """
 
     velocity_rad_s: float
@@ -76,6 +86,7 @@ class SetPoint:
     previous_velocity_rad_s: float
     step_s: float  # since the previous set-point was sent
     previous_position_rad: float | None = None
+    answered: Asked | None = None
 
 
 def refusals(
@@ -121,6 +132,9 @@ def _not_finite(wanted: SetPoint, sample: Sample, now_s: float) -> tuple[str, ..
     }
     if wanted.previous_position_rad is not None:
         numbers["the previous position set-point"] = wanted.previous_position_rad
+    if wanted.answered is not None:
+        numbers["the answered velocity set-point"] = wanted.answered.velocity_rad_s
+        numbers["the answered position set-point"] = wanted.answered.position_rad
     return tuple(
         f"{name} is not a number ({value})"
         for name, value in numbers.items()
@@ -205,14 +219,15 @@ def _outside(limits: GateLimits, position_rad: float, step_rad: float) -> str:
 
 def _following_refusals(limits: GateLimits, wanted: SetPoint, sample: Sample) -> tuple[str, ...]:
     found = []
-    velocity_error = wanted.velocity_rad_s - sample.velocity_rad_s
+    asked = wanted if wanted.answered is None else wanted.answered
+    velocity_error = asked.velocity_rad_s - sample.velocity_rad_s
     if not abs(velocity_error) <= limits.velocity_error_max_rad_s:
         found.append(
             f"the measured velocity of {sample.velocity_rad_s:.2f} rad/s is "
             f"{abs(velocity_error):.2f} rad/s from its set-point; the limit is "
             f"{limits.velocity_error_max_rad_s:.2f} rad/s"
         )
-    position_error = wanted.position_rad - sample.position_rad
+    position_error = asked.position_rad - sample.position_rad
     if not abs(position_error) <= limits.following_error_max_rad:
         found.append(
             f"the measured position is {abs(position_error):.2f} rad from its set-point; the limit "

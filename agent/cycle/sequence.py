@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import enum
 import itertools
+from collections import deque
 from collections.abc import Sequence as Many
 from typing import NamedTuple
 
 from agent.cycle.continuity import jump
-from agent.cycle.gate import SetPoint, move_refusals, refusals
+from agent.cycle.gate import Asked, SetPoint, move_refusals, refusals
 from agent.cycle.interlock import Event, Interlock
 from agent.cycle.motion import Motion, MoveFailedError, Moves, Streamed
 from agent.cycle.plan import CyclePlan
@@ -86,6 +87,7 @@ class Sequence:
         self._stage_since_s: float | None = None
         self._sent_velocity_rad_s = 0.0
         self._last_tick_s: float | None = None
+        self._asked: deque[tuple[float, Asked]] = deque()  # by tick, since the newest sample's
         try:
             self._motion_along(plan.trajectory)
         except TrajectoryError as error:
@@ -122,6 +124,7 @@ class Sequence:
         if samples:
             impossible = jump(self.plan.limits, (self._newest, *samples))
             self._newest = samples[-1]
+            self._forget_answered()
             if impossible:
                 raise self.trip(impossible)
         step_s = 0.0 if self._last_tick_s is None else now_s - self._last_tick_s
@@ -136,7 +139,10 @@ class Sequence:
             Stage.DISABLE: self._disable,
             Stage.DONE: self._after_the_end,
         }[self.stage]
-        return handler(now_s, step_s)
+        step = handler(now_s, step_s)
+        asked = Asked(step.command.velocity_rad_s, step.position_command_rad)
+        self._asked.append((now_s, asked))
+        return step
 
     def trip(self, reason: str) -> StoppedError:
         """Trip the interlock and return the error to raise."""
@@ -230,6 +236,7 @@ class Sequence:
             previous_velocity_rad_s=self._sent_velocity_rad_s,
             step_s=step_s,
             previous_position_rad=None if self._fed_velocity else self._held_rad,
+            answered=self._answered,
         )
         self._insist(wanted, now_s, due.move)
         self._sent_velocity_rad_s = due.velocity_rad_s
@@ -260,6 +267,18 @@ class Sequence:
         )
         self._motion = self._motion_along(move)
         self._next(stage, now_s)
+
+    @property
+    def _answered(self) -> Asked | None:
+        """Return what was asked for in the tick that the newest sample answers."""
+        if self._asked and self._asked[0][0] <= self._newest.time_s:
+            return self._asked[0][1]
+        return None
+
+    def _forget_answered(self) -> None:
+        """Forget what was asked for before the tick that the newest sample answers."""
+        while len(self._asked) > 1 and self._asked[1][0] <= self._newest.time_s:
+            self._asked.popleft()
 
     @property
     def _fed_velocity(self) -> bool:
@@ -298,7 +317,10 @@ class Sequence:
         """Hold at standstill; what is measured must allow even that, once motion may begin."""
         if self.interlock.may_move:
             held = None if self._fed_velocity else self._held_rad
-            still = SetPoint(0.0, self._stand_rad, self._sent_velocity_rad_s, 0.0, held)
+            asked = self._answered
+            if asked is not None and self._fed_velocity:  # it stands where it stands
+                asked = asked._replace(position_rad=self._stand_rad)
+            still = SetPoint(0.0, self._stand_rad, self._sent_velocity_rad_s, 0.0, held, asked)
             self._insist(still, now_s)
         return self._still(AT_REST._replace(position_rad=self._stand_rad), phase)
 

@@ -41,6 +41,11 @@ def objections_of_frames(motion: Motion) -> list[str]:
         ]
     if account is None:
         return []
+    if account.doubtful:
+        return [
+            f"{signals.name}: {account.doubtful} of {account.received} samples may stand in their "
+            "neighbour's place in time: answers came late by whole periods and were taken for lost"
+        ]
     missing = missing_rows(motion)
     known = account.lost + account.not_asked
     if missing > known + max(_UNCOUNTED_LEAST, _UNCOUNTED * asked):

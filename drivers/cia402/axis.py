@@ -317,13 +317,16 @@ class Cia402Axis:
         exchange.forget()
 
     def _await_answers(self, exchange: Exchange) -> None:
-        """Take in what still comes, so that every SYNC is booked as answered or as lost."""
-        while True:
-            exchange.collect()
-            since_s = exchange.ledger.waiting_since_s
-            if since_s is None:
-                return
+        """Take in what still comes, so that every SYNC is booked as answered or as lost.
+
+        Where SYNCs were lost it listens for one time-out more: an answer too many would show that
+        one of them was only late.
+        """
+        exchange.collect()
+        until_s = self._clock.now() + (self._config.sync_timeout_s if exchange.ledger.lost else 0.0)
+        while exchange.ledger.waiting_since_s is not None or self._clock.now() < until_s:
             self._clock.sleep_until(self._clock.now() + _POLL_S)
+            exchange.collect()
 
     def _take_torque_away(self) -> None:
         """Send disable voltage by RPDO, at once; `hand_back` repeats it by SDO and looks."""

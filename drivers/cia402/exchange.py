@@ -14,9 +14,10 @@ from drivers.cia402.config import Cia402Config
 from drivers.cia402.modes import Rung
 from drivers.cia402.network import CanopenNode, NmtState
 from drivers.cia402.orders import disable_voltage, orders_of
+from drivers.cia402.placing import Placing
 from drivers.cia402.settings import ProcessData
 from drivers.cia402.states import next_controlword
-from drivers.cia402.sync import SyncedAnswer, SyncLedger
+from drivers.cia402.sync import Place, SyncedAnswer, SyncLedger
 from drivers.cia402.words import INTERNAL_LIMIT_BIT, REDUCED, State, state_of
 from drivers.clock import Clock
 from drivers.errors import ConfigurationError, DriverError
@@ -59,6 +60,8 @@ class Exchange:
         self.owner = owner
         self.clock = clock
         self.ledger = SyncLedger(len(pdos.answers), config.sync_timeout_s, config.stop_period_s)
+        self._placing = Placing(config.stop_period_s, config.scaling)
+        self._taken: list[Sample] = []
         self.state: State | None = None
         self.statusword = 0
         self.left_enabled: State | None = None  # where it went when nobody had asked it to
@@ -116,18 +119,16 @@ class Exchange:
             while frames:
                 frame = frames.popleft()
                 ledger.answered(stream, frame.stamp_s, frame.data)
-        samples: list[Sample] = []
-        for answer in ledger.settle(heard_until_s):
-            try:
-                samples.append(self._sample(answer))
-            except struct.error:
-                self._note_unreadable(answer)
-        return samples
+        ledger.settle(heard_until_s, self._take)
+        taken, self._taken = self._taken, []
+        return taken
 
     def forget(self) -> None:
         """Begin to count anew, once the answers have been seen to come."""
         config = self.config
-        self.ledger = SyncLedger(len(self._codecs), config.sync_timeout_s, config.stop_period_s)
+        self.ledger = SyncLedger(
+            len(self._codecs), config.sync_timeout_s, config.stop_period_s, self.ledger.usual
+        )
         self._dropped_before = self.owner.reception().dropped_by_kernel or 0
 
     def account(self) -> SyncAccount:
@@ -146,6 +147,19 @@ class Exchange:
         """Stop listening; may be repeated."""
         for inbox in self._inboxes:
             self.owner.unsubscribe(inbox)
+
+    def _take(self, answer: SyncedAnswer) -> Place:
+        """Take one complete answer as a sample, unless the motion contradicts its place in time."""
+        try:
+            sample = self._sample(answer)
+        except struct.error:
+            self._note_unreadable(answer)
+            return Place.UNKNOWN
+        place = self._placing.judge(sample) if answer.contested else Place.UNKNOWN
+        if place is not Place.CONTRADICTED:
+            self._placing.keep(sample)
+            self._taken.append(sample)
+        return place
 
     def _sample(self, answer: SyncedAnswer) -> Sample:
         """Decode one complete answer and follow the drive's state."""

@@ -1,11 +1,23 @@
 """Which answer belongs to which SYNC, and what became of those that got none.
 
-A TPDO carries no number, so the order has to do. Let `k` SYNCs be unanswered and `m` answers be
-waiting. While every waiting answer has its SYNC (m = k up to the answer's stamp) they pair in
-order, however late they are. With fewer answers than SYNCs nobody can yet say whether one is late
-or lost, so the answers wait; once the oldest SYNC has gone unanswered for the time-out it is
-lost, and the next ones pair. An answer is therefore never booked under its neighbour's time
-because a frame before it was lost.
+A TPDO carries no number, so order and delay have to do. Let `k` SYNCs be unanswered and `m`
+answers be waiting.
+
+1. While every waiting answer has its SYNC (m = k up to the answer's stamp) they pair in order,
+   however late they are: a CAN bus does not let one frame of an identifier overtake the other.
+2. With fewer answers than SYNCs one is late or lost. An answer that comes as long after the newest
+   SYNC as answers usually do belongs to that one, and those before it are lost.
+3. One that comes at another time may be late by more than a period, or the delay has changed and
+   another one is lost: nobody can say. It waits for the others to catch up (1.); once the oldest
+   SYNC has gone unanswered for the time-out, that SYNC is lost and the answer *undecided*. It is
+   counted and given to nobody.
+
+So nothing is booked under its neighbour's time because a frame before it was lost, nor because all
+answers are late. What 1. and 2. cannot see is a delay that has grown by a whole number of periods,
+and a link that reorders. So whoever settles holds what came late or after a gap against the motion
+(`drivers.cia402.placing`), and what contradicts it is undecided, too. At standstill nothing can
+contradict; but then an answer too many comes in the end, and every row since the SYNC that had
+wrongly been given up is counted as *doubtful*.
 
 Whoever settles says until when every answer that came has been booked: a busy computer that has not
 listened yet has not been left unanswered. And a SYNC that was never sent is not lost either: it is
@@ -14,24 +26,88 @@ counted by the gap between those that were.
 
 from __future__ import annotations
 
+import enum
 import math
 from collections import deque
+from collections.abc import Callable
+from typing import NamedTuple
 
 from drivers.ports import Goal, SyncAccount
+
+_MEMORY = 0.125
+_DEVIATIONS = 4.0
+_LEAST_TOLERANCE, _MOST_TOLERANCE = 0.05, 0.4  # of the period
 
 
 class SyncedAnswer:
     """One SYNC: when it was sent, towards which goal, and what came back on each stream."""
 
-    __slots__ = ("answers", "goal", "lost", "missing", "received_s", "sent_s")
+    __slots__ = (
+        "answers",
+        "contested",
+        "goal",
+        "lost",
+        "missing",
+        "number",
+        "received_s",
+        "sent_s",
+    )
 
-    def __init__(self, sent_s: float, goal: Goal, streams: int) -> None:
+    def __init__(self, number: int, sent_s: float, goal: Goal, streams: int) -> None:
+        self.number = number
         self.sent_s = sent_s
         self.goal = goal
         self.answers: list[bytes] = [b""] * streams
         self.missing = streams
         self.received_s = sent_s
         self.lost = False
+        self.contested = False  # it follows a gap, or came late: its place wants a second look
+
+
+class _Held(NamedTuple):
+    """An answer that waits for its SYNC."""
+
+    stamp_s: float
+    data: bytes
+    newest: int  # number of the newest SYNC when it was booked
+
+    def may_answer(self, entry: SyncedAnswer) -> bool:
+        """Return whether it came after this SYNC: by its stamp, and by the order of things."""
+        return entry.sent_s <= self.stamp_s and entry.number <= self.newest
+
+
+class Place(enum.Enum):
+    """Whether the motion bears out that an answer belongs to its SYNC and not to the next."""
+
+    BORNE_OUT = "borne out"
+    UNKNOWN = "unknown"  # it moves too slowly, or too irregularly
+    CONTRADICTED = "contradicted"
+
+
+class UsualDelay:
+    """How long after its SYNC an answer comes, learnt from those that can belong to one alone.
+
+    Mean and mean deviation with a memory of some eight answers, as TCP's estimate of a round trip
+    (Jacobson 1988).
+    """
+
+    def __init__(self) -> None:
+        self._mean_s = math.nan
+        self._deviation_s = 0.0
+
+    def learn(self, delay_s: float) -> None:
+        """Take one delay into account."""
+        if math.isnan(self._mean_s):
+            self._mean_s = delay_s
+            return
+        off_s = delay_s - self._mean_s
+        self._mean_s += _MEMORY * off_s
+        self._deviation_s += _MEMORY * (abs(off_s) - self._deviation_s)
+
+    def holds(self, delay_s: float, period_s: float) -> bool:
+        """Return whether a delay is the usual one; never, while nothing has been learnt."""
+        tolerance_s = _DEVIATIONS * self._deviation_s + _LEAST_TOLERANCE * period_s
+        return abs(delay_s - self._mean_s) <= min(tolerance_s, _MOST_TOLERANCE * period_s)
 
 
 class SyncLedger:
@@ -45,18 +121,31 @@ class SyncLedger:
         After this long an unanswered SYNC may be given up.
     period_s : float
         Between two SYNCs, as it should be; infinite where there is no such thing.
+    usual : tuple of UsualDelay, optional
+        Of each stream, as another ledger has learnt it.
     """
 
-    def __init__(self, streams: int, timeout_s: float, period_s: float = math.inf) -> None:
+    def __init__(
+        self,
+        streams: int,
+        timeout_s: float,
+        period_s: float = math.inf,
+        usual: tuple[UsualDelay, ...] = (),
+    ) -> None:
         self._timeout_s = timeout_s
         self._period_s = period_s
         self._streams = streams
         self._in_order: deque[SyncedAnswer] = deque()
         self._open: tuple[deque[SyncedAnswer], ...] = tuple(deque() for _ in range(streams))
-        self._held: tuple[deque[tuple[float, bytes]], ...] = tuple(deque() for _ in range(streams))
+        self._held: tuple[deque[_Held], ...] = tuple(deque() for _ in range(streams))
+        self.usual = usual or tuple(UsualDelay() for _ in range(streams))
+        self._given_up: list[SyncedAnswer | None] = [None] * streams  # the first, while in doubt
+        self._after_gap = False
         self.expected = 0
         self.received = 0
         self.lost = 0
+        self.undecided = 0  # lost, although an answer came that may have been theirs
+        self._doubtful = [0] * streams
         self.late = 0
         self.unasked = 0  # answers that no SYNC was open for, duplicates among them
         self.duplicates = 0
@@ -70,8 +159,8 @@ class SyncLedger:
 
     def sent(self, sent_s: float, goal: Goal) -> None:
         """Book a SYNC that is about to be sent."""
-        entry = SyncedAnswer(sent_s, goal, self._streams)
         self.expected += 1
+        entry = SyncedAnswer(self.expected, sent_s, goal, self._streams)
         if self._last_sent_s is not None:
             gap_s = sent_s - self._last_sent_s
             self._longest_gap_s = max(self._longest_gap_s, gap_s)
@@ -84,15 +173,20 @@ class SyncLedger:
 
     def answered(self, stream: int, stamp_s: float, data: bytes) -> None:
         """Book an answer on `stream`, to be paired by `settle`."""
-        self._held[stream].append((stamp_s, data))
+        self._held[stream].append(_Held(stamp_s, data, self.expected))
 
-    def settle(self, now_s: float) -> list[SyncedAnswer]:
+    def settle(
+        self, now_s: float, place: Callable[[SyncedAnswer], Place] = lambda _answer: Place.UNKNOWN
+    ) -> list[SyncedAnswer]:
         """Pair what can be paired and return the answered SYNCs, oldest first.
 
         Parameters
         ----------
         now_s : float
             Every answer that came before this has been booked.
+        place : callable
+            Told each answer in turn, says whether the motion bears it out; one that it
+            contradicts is lost.
         """
         for stream in range(self._streams):
             if self._held[stream] or self._open[stream]:
@@ -102,9 +196,16 @@ class SyncLedger:
         while queue and (queue[0].lost or not queue[0].missing):
             entry = queue.popleft()
             if entry.lost:
-                self.lost += 1
-                self.consecutive_lost += 1
+                self._count_lost()
                 continue
+            entry.contested = entry.contested or self._after_gap
+            said = place(entry)
+            if said is Place.CONTRADICTED:
+                self._count_lost()
+                self.undecided += 1
+                continue
+            if said is Place.BORNE_OUT:
+                self._trust_until(entry.sent_s)
             self._count(entry, queue[0].sent_s if queue else math.inf)
             done.append(entry)
         return done
@@ -127,36 +228,91 @@ class SyncLedger:
             unmatched=self.unasked - self.duplicates,
             not_asked=self.not_asked,
             longest_gap_s=self._longest_gap_s,
+            undecided=self.undecided,
+            doubtful=min(max(self._doubtful), self.received),
         )
 
     def _pair(self, stream: int, now_s: float) -> None:
         """Pair one stream's waiting answers with its open SYNCs, giving up the overdue ones."""
         open_, held = self._open[stream], self._held[stream]
         while held:
-            stamp_s, data = held[0]
-            if not open_ or open_[0].sent_s > stamp_s:
+            answer = held[0]
+            if not open_ or not answer.may_answer(open_[0]):
                 held.popleft()
-                self.unasked += 1
-                self.duplicates += data == self._newest[stream]
+                self._count_unasked(stream, answer)
             elif len(open_) == 1 or self._pairs_fully(open_, held):
                 held.popleft()
-                entry = open_.popleft()
-                entry.answers[stream] = self._newest[stream] = data
-                entry.missing -= 1
-                entry.received_s = max(entry.received_s, stamp_s)
+                self._book(stream, open_.popleft(), answer)
+            elif before := self._usual_for(stream, answer):
+                for _ in range(before):
+                    self._give_up(stream)
             elif now_s - open_[0].sent_s > self._timeout_s:
-                open_.popleft().lost = True
+                held.popleft()
+                self._give_up(stream)
+                self.undecided += 1
             else:
                 return
         while open_ and now_s - open_[0].sent_s > self._timeout_s:
-            open_.popleft().lost = True
+            self._give_up(stream)
+
+    def _book(self, stream: int, entry: SyncedAnswer, answer: _Held) -> None:
+        """Book one answer under its SYNC, the oldest that was open."""
+        open_ = self._open[stream]
+        if open_ and answer.may_answer(open_[0]):
+            entry.contested = True
+        else:
+            self.usual[stream].learn(answer.stamp_s - entry.sent_s)
+        entry.answers[stream] = self._newest[stream] = answer.data
+        entry.missing -= 1
+        entry.received_s = max(entry.received_s, answer.stamp_s)
+
+    def _usual_for(self, stream: int, answer: _Held) -> int:
+        """Return how many open SYNCs stand before the one that is usually answered by then.
+
+        0 where the newest before the answer was sent at another time before it than usual.
+        """
+        open_ = self._open[stream]
+        before = sum(1 for entry in open_ if answer.may_answer(entry)) - 1
+        if before < 1:
+            return 0
+        period_s = open_[before].sent_s - open_[before - 1].sent_s
+        usual = self.usual[stream].holds(answer.stamp_s - open_[before].sent_s, period_s)
+        return before if usual else 0
+
+    def _give_up(self, stream: int) -> None:
+        """Call the oldest open SYNC of a stream lost."""
+        entry = self._open[stream].popleft()
+        entry.lost = True
+        if self._given_up[stream] is None:
+            self._given_up[stream] = entry
+
+    def _count_unasked(self, stream: int, answer: _Held) -> None:
+        """Count an answer too many: where a SYNC was given up before, that one was not lost."""
+        self.unasked += 1
+        again = answer.data == self._newest[stream]
+        self.duplicates += again
+        given_up = self._given_up[stream]
+        if given_up is not None and not again:
+            self._doubtful[stream] += answer.newest - given_up.number
+            self._given_up[stream] = None
+
+    def _trust_until(self, sent_s: float) -> None:
+        """Doubt no more that the SYNCs given up before this one were lost."""
+        for stream, given_up in enumerate(self._given_up):
+            if given_up is not None and given_up.sent_s < sent_s:
+                self._given_up[stream] = None
+
+    def _count_lost(self) -> None:
+        self.lost += 1
+        self.consecutive_lost += 1
+        self._after_gap = True
 
     @staticmethod
-    def _pairs_fully(open_: deque[SyncedAnswer], held: deque[tuple[float, bytes]]) -> bool:
+    def _pairs_fully(open_: deque[SyncedAnswer], held: deque[_Held]) -> bool:
         """Return whether some prefix of the answers has exactly as many SYNCs sent before it."""
         asked = 0
-        for number, (stamp_s, _) in enumerate(held, start=1):
-            while asked < len(open_) and open_[asked].sent_s <= stamp_s:
+        for number, answer in enumerate(held, start=1):
+            while asked < len(open_) and answer.may_answer(open_[asked]):
                 asked += 1
             if asked <= number:
                 return True
@@ -165,6 +321,7 @@ class SyncLedger:
     def _count(self, entry: SyncedAnswer, next_sent_s: float) -> None:
         """Count one answered SYNC and take its delay into mean and variance (Welford)."""
         self.consecutive_lost = 0
+        self._after_gap = False
         self.received += 1
         if entry.received_s > next_sent_s:
             self.late += 1

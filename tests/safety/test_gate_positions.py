@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from agent.cycle.gate import SetPoint, move_refusals, refusals
+from agent.cycle.gate import Asked, SetPoint, move_refusals, refusals
 from drivers.ports import Move
 from tests.safety.test_gate import LIMITS, NOW_S, sample
 
@@ -97,3 +97,34 @@ def test_a_move_has_a_speed_within_the_limit() -> None:
         (-1.0, False),
     ):
         assert (move_refusals(LIMITS, Move(1, 0.0, speed)) == ()) is passes, speed
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_sample_is_compared_with_what_it_answers_and_with_nothing_later(sign: float) -> None:
+    """Ten ticks late on a ramp is no following error; the same distance from what it answers is."""
+    later = SetPoint(0.0, 20.0, 0.0, STEP_S)
+    lag = sample(position_rad=0.0, velocity_rad_s=sign * 60.0)
+    assert refusals(LIMITS, later, lag, NOW_S)
+    for error, what in (
+        (LIMITS.velocity_error_max_rad_s, "velocity"),
+        (LIMITS.following_error_max_rad, "position"),
+    ):
+        for share, passes in ((1.0, True), (1.0 + 1e-6, False)):
+            off = sign * error * share
+            answered = Asked(
+                sign * 60.0 + (off if what == "velocity" else 0.0),
+                off if what == "position" else 0.0,
+            )
+            wanted = dataclasses.replace(later, answered=answered)
+            found = refusals(LIMITS, wanted, lag, NOW_S)
+            assert (found == ()) is passes, found
+            assert passes or (len(found) == 1 and f"measured {what}" in found[0])
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+def test_what_a_sample_answers_is_a_number(bad: float) -> None:
+    still, here = SetPoint(0.0, 0.0, 0.0, STEP_S), sample(position_rad=0.0, velocity_rad_s=0.0)
+    for answered, name in ((Asked(bad, 0.0), "velocity"), (Asked(0.0, bad), "position")):
+        found = refusals(LIMITS, dataclasses.replace(still, answered=answered), here, NOW_S)
+        assert len(found) == 1
+        assert f"the answered {name} set-point is not a number" in found[0]

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import math
 import random
+from collections.abc import Collection, Sequence
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.cia402.sync import SyncLedger
-from drivers.ports import Goal
+from drivers.cia402.placing import Placing
+from drivers.cia402.scaling import Scaling
+from drivers.cia402.sync import Place, SyncedAnswer, SyncLedger
+from drivers.ports import DriveState, Goal, Sample
 
 PERIOD_S = 0.002
 TIMEOUT_S = 0.02
@@ -151,6 +155,103 @@ def test_jitter_is_the_standard_deviation_of_the_delay() -> None:
         book.answered(0, k * PERIOD_S + delay_s, b"")
         book.settle(k * PERIOD_S + delay_s)
     assert book.account().jitter_s == pytest.approx(0.0001 * 2**0.5)
+
+
+def test_an_answer_at_its_usual_time_is_booked_at_once_after_a_loss() -> None:
+    book = ledger()
+    for k in range(5):
+        book.sent(k * PERIOD_S, Goal.ON)
+        if k not in (2, 3):
+            book.answered(0, k * PERIOD_S + 0.0003, bytes([k]))
+        got = book.settle(k * PERIOD_S + 0.0004)
+    assert [(round(a.sent_s / PERIOD_S), a.answers[0][0]) for a in got] == [(4, 4)]
+    assert book.account().lost == 2
+
+
+def test_an_answer_that_came_before_a_sync_was_sent_is_not_its() -> None:
+    """Even where both carry the same stamp: a stepped clock stands still between them."""
+    book = ledger()
+    for k in range(3):
+        book.sent(k * PERIOD_S, Goal.ON)
+        book.answered(0, k * PERIOD_S, bytes([k]))
+        book.settle(k * PERIOD_S)
+    book.sent(3 * PERIOD_S, Goal.ON)
+    book.sent(4 * PERIOD_S, Goal.ON)
+    book.answered(0, 5 * PERIOD_S, b"3, late by two periods")
+    book.sent(5 * PERIOD_S, Goal.ON)
+    assert book.settle(5 * PERIOD_S) == []
+
+
+class _Link:
+    """A drive whose every position says which SYNC it answers, behind a link with a delay."""
+
+    def __init__(self, speed_rad_s: float) -> None:
+        self.book = SyncLedger(1, TIMEOUT_S, PERIOD_S)
+        self.placing = Placing(PERIOD_S, Scaling(65536, 1.0))
+        self.speed_rad_s = speed_rad_s
+        self.in_flight: list[tuple[float, bytes]] = []
+        self.misplaced = self.rows = 0
+        self.arrived_s = 0.0
+
+    def place(self, answer: SyncedAnswer) -> Place:
+        k = int.from_bytes(answer.answers[0], "little")
+        at_rad = k * PERIOD_S * self.speed_rad_s
+        sample = Sample(
+            answer.sent_s, 0.0, at_rad, self.speed_rad_s, 0.0, math.nan, DriveState.ON, False
+        )
+        place = self.placing.judge(sample) if answer.contested else Place.UNKNOWN
+        if place is not Place.CONTRADICTED:
+            self.placing.keep(sample)
+            self.rows += 1
+            self.misplaced += k != round(answer.sent_s / PERIOD_S)
+        return place
+
+    def hear(self, until_s: float) -> None:
+        while self.in_flight and self.in_flight[0][0] <= until_s:
+            self.book.answered(0, *self.in_flight.pop(0))
+        self.book.settle(until_s, self.place)
+
+    def run(self, delays_s: Sequence[float], lost: Collection[int] = ()) -> None:
+        """Send a SYNC a period; answer it after its delay, never before the one before it."""
+        for k, delay_s in enumerate(delays_s):
+            now_s = k * PERIOD_S
+            self.hear(now_s)
+            self.book.sent(now_s, Goal.ON)
+            self.arrived_s = max(self.arrived_s, now_s + delay_s)
+            if k not in lost:
+                self.in_flight.append((self.arrived_s, k.to_bytes(2, "little")))
+        for _ in range(3):
+            self.hear(self.arrived_s + TIMEOUT_S)
+            self.arrived_s += TIMEOUT_S
+
+
+@given(
+    late_s=st.floats(0.2, 8.0).map(lambda periods: periods * PERIOD_S)
+    | st.integers(1, 8).map(lambda periods: 0.0003 + periods * PERIOD_S),
+    begins=st.integers(20, 60),
+    lasts=st.integers(1, 100),
+    lost=st.sets(st.integers(15, 150), max_size=4),
+)
+def test_of_a_joint_that_moves_no_row_is_ever_misplaced(
+    late_s: float, begins: int, lasts: int, lost: set[int]
+) -> None:
+    link = _Link(50.0)
+    delays_s = [late_s if begins <= k < begins + lasts else 0.0003 for k in range(200)]
+    link.run(delays_s, lost)
+    account = link.book.account()
+    assert link.misplaced == 0
+    assert (account.expected, account.received) == (200, link.rows)
+    assert account.received + account.lost == 200
+
+
+@given(periods=st.integers(1, 8), begins=st.integers(20, 60), lasts=st.integers(1, 100))
+def test_at_standstill_rows_late_by_whole_periods_are_called_doubtful(
+    periods: int, begins: int, lasts: int
+) -> None:
+    link = _Link(0.0)
+    late_s = 0.0003 + periods * PERIOD_S
+    link.run([late_s if begins <= k < begins + lasts else 0.0003 for k in range(200)])
+    assert link.book.account().doubtful >= link.misplaced
 
 
 @given(seed=st.integers(0, 10_000), streams=st.integers(1, 2))

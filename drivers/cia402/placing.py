@@ -1,0 +1,66 @@
+"""Whether a sample belongs where the ledger has put it in time, by what the joint did meanwhile.
+
+Between two samples the position changes by the mean velocity times the time between them. Booked
+one SYNC too early or too late, a sample of a moving joint is off by a whole period's travel: where
+that is more than the motion leaves open, the sample is borne out or contradicted; at standstill and
+at a reversal nothing can be said.
+"""
+
+from __future__ import annotations
+
+from drivers.cia402.scaling import Scaling
+from drivers.cia402.sync import Place
+from drivers.ports import Sample
+
+_COUNTS = 2
+
+
+class Placing:
+    """Judges the samples of one drive in the order of their SYNCs.
+
+    Parameters
+    ----------
+    period_s : float
+        Between two SYNCs.
+    scaling : Scaling
+        How finely the drive counts.
+    """
+
+    def __init__(self, period_s: float, scaling: Scaling) -> None:
+        self._period_s = period_s
+        self._position_step_rad = _COUNTS * abs(scaling.position_rad(1) - scaling.position_rad(0))
+        self._velocity_step_rad_s = _COUNTS * abs(
+            scaling.velocity_rad_s(1) - scaling.velocity_rad_s(0)
+        )
+        self._last: Sample | None = None
+        self._suspicious = False
+
+    def judge(self, sample: Sample) -> Place:
+        """Return whether the motion since the last sample bears `sample` out.
+
+        The travel between two samples differs from trapezoid's rule by at most a quarter of the
+        change of velocity times the time, when acceleration is anywhere between none and what
+        makes that change at once. After a contradiction, what cannot be told contradicts, too.
+        """
+        last = self._last
+        if last is None:
+            return Place.UNKNOWN
+        span_s = sample.time_s - last.time_s
+        mean_rad_s = 0.5 * (sample.velocity_rad_s + last.velocity_rad_s)
+        off_rad = abs(sample.position_rad - last.position_rad - mean_rad_s * span_s)
+        half_rad = 0.5 * abs(mean_rad_s) * self._period_s
+        change_rad_s = abs(sample.velocity_rad_s - last.velocity_rad_s)
+        open_rad = (
+            0.25 * change_rad_s + self._velocity_step_rad_s
+        ) * span_s + self._position_step_rad
+        if off_rad > half_rad + open_rad:
+            self._suspicious = True
+            return Place.CONTRADICTED
+        if off_rad <= half_rad and half_rad > open_rad:
+            self._suspicious = False
+            return Place.BORNE_OUT
+        return Place.CONTRADICTED if self._suspicious else Place.UNKNOWN
+
+    def keep(self, sample: Sample) -> None:
+        """Take a sample as one that is where it belongs."""
+        self._last = sample
