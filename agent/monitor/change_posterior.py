@@ -97,8 +97,8 @@ def change_posterior(series: FeatureSeries, feature: str) -> Posterior | None:
     found = standing(series, feature)
     if found is None:
         return None
-    own = found.scatter / np.sqrt(1.0 - np.minimum(found.shared, 0.999) ** 2)
-    y = found.z * own / found.scatter
+    own = found.own * np.hypot(1.0, found.shared)
+    y = found.z * found.own / found.scatter
     kept = np.flatnonzero(_kept(y))
     first = np.flatnonzero(kept >= max(1, series.healthy))
     first = first[first >= 1]

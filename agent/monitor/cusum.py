@@ -1,17 +1,17 @@
 """The product's detector: Page's CUSUM on compensated features, tuned from the robot's own cycles.
 
-    g_t = max(0, g_{t-1} + min(z_t - k - 2 s_t, h / 2)),   H0 where g_t > h
+    g_t = max(0, g_{t-1} + min(z_t - k - c s_t, h / 2)),   H0 from g_t > h until g_t = 0
 
-z_t is the cycle's distance from the baseline in its own deviation, s_t the part of it that could
-be the compensation's shared error (`standing`), k and h come from `tuning`. The likelihood ratio
-of a known rise is this sum up to a factor, which makes it optimal in Lorden's sense (Moustakides
-1986) where level and scatter are known.
+z_t is the cycle's distance from the baseline in its own deviation, s_t the deviation of the error
+that the compensation shares among like cycles (`standing`); k, h and c come from `tuning`. The
+likelihood ratio of a known rise is this sum up to a factor, which makes it optimal in Lorden's
+sense (Moustakides 1986) where level and scatter are known.
 
 What is added, and what it costs: one cycle adds at most half of the threshold, so a single bad
 cycle is never an alarm and even a jump takes two cycles; a cycle that is missing changes nothing;
 the sum is kept from growing so far that recovery would not show. H1 is a low-speed sum beyond the
-threshold of H1's own false-alarm rate, after an H0, while the median of three cycles' rise is
-beyond `high_rise`.
+threshold of H1's own false-alarm rate, after an H0, while the median of three cycles' rise, less
+what the shared error may be, is beyond `high_rise`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,6 @@ from agent.monitor.tuning import Target, Tuning, cycles_per_year, tune
 
 DECIDING = "low_integral_w"
 
-_ALLOWED_FOR_SHARED = 2.0
 _KEPT = 1.5  # of the threshold of H1: the sum grows no further
 
 
@@ -72,11 +71,10 @@ class Cusum:
                 continue
             sums = self._sums(found, tuning, series.healthy)
             traces[name] = Trace(sums, np.full_like(sums, tuning.increased))
-            increased |= sums > tuning.increased
+            increased |= until_zero(sums, tuning.increased)
             if name == DECIDING:
-                high = (sums > tuning.high) & (
-                    recent_rise(series.values[name] / found.level - 1.0) > self.high_rise
-                )
+                rise = recent_median(found.rise(tuning.high_allowance))
+                high = (sums > tuning.high) & (rise > self.high_rise)
         return Judgement(self.name, warned_states(increased, high), traces)
 
     def _tuned(self, series: FeatureSeries) -> dict[str, tuple[Standing | None, Tuning]]:
@@ -90,7 +88,7 @@ class Cusum:
 
     def _sums(self, found: Standing, tuning: Tuning, healthy: int) -> Floats:
         """Return g at each cycle; it starts after the baseline, whose cycles set the level."""
-        steps = found.z - tuning.drift - _ALLOWED_FOR_SHARED * found.shared
+        steps = found.z - tuning.drift - tuning.allowance * found.shared
         steps[:healthy] = -np.inf
         if self.robust:
             steps = np.minimum(steps, 0.5 * tuning.increased)
@@ -103,7 +101,17 @@ class Cusum:
         return out
 
 
-def recent_rise(rise: Floats) -> Floats:
+def until_zero(sums: Floats, threshold: float) -> Marks:
+    """Return where a sum has crossed its threshold and not yet come back to zero, shape (n,)."""
+    marks = np.zeros(sums.size, dtype=np.bool_)
+    crossed = False
+    for i, g in enumerate(sums.tolist()):
+        crossed = g > threshold or (crossed and g > 0.0)
+        marks[i] = crossed
+    return marks
+
+
+def recent_median(rise: Floats) -> Floats:
     """Return the median of each cycle and the two before it that carry the feature, shape (n,)."""
     out = np.full_like(rise, np.nan)
     carried = np.flatnonzero(np.isfinite(rise))

@@ -17,10 +17,10 @@ import numpy as np
 from scipy.stats import t as student
 
 from agent.identify.result import Floats
-from agent.monitor.cusum import DECIDING, recent_rise, warned_states
+from agent.monitor.cusum import DECIDING, recent_median, warned_states
 from agent.monitor.series import FeatureSeries, Judgement, State, Trace
 from agent.monitor.standing import standing
-from agent.monitor.tuning import Target, cycles_per_year
+from agent.monitor.tuning import Target, allowance, cycles_per_year
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,8 @@ class LikelihoodRatio:
         spread = np.sqrt(found.long_run * (1.0 / self.window + 1.0 / found.cycles))
         excess = (
             fast_mean(found.z, self.window, series.healthy)
-            - 2.0 * fast_mean(found.shared, self.window, series.healthy)
+            - allowance(self.target.increased_per_year)
+            * fast_mean(found.shared, self.window, series.healthy)
         ) / spread
         ratio = np.maximum(0.0, np.nan_to_num(excess)) ** 2
         per_year = cycles_per_year(series)
@@ -66,7 +67,7 @@ class LikelihoodRatio:
             float(student.isf(rate / per_year, found.cycles - 1.0)) ** 2
             for rate in (self.target.increased_per_year, self.target.high_per_year)
         )
-        far = recent_rise(series.values[DECIDING] / found.level - 1.0) > self.high_rise
+        far = recent_median(found.rise(allowance(self.target.high_per_year))) > self.high_rise
         return Judgement(
             self.name,
             warned_states(ratio > increased, (ratio > high) & far),

@@ -21,7 +21,7 @@ from agent.identify.result import Floats
 from agent.monitor.cusum import DECIDING, warned_states
 from agent.monitor.series import FeatureSeries, Judgement, State, Trace
 from agent.monitor.standing import Standing, standing
-from agent.monitor.tuning import Target, cycles_per_year
+from agent.monitor.tuning import Target, allowance, cycles_per_year
 
 _LONGEST_STEP = 6.0  # log-likelihood ratio that one cycle may add: one bad cycle decides nothing
 
@@ -78,7 +78,7 @@ class MultiModel:
         """
         wide = np.sqrt(found.long_run * (1.0 + 1.0 / found.cycles))
         sizes = np.asarray(self.rises) * found.level / found.scatter / wide
-        z = (found.z - 2.0 * found.shared) / wide
+        z = (found.z - allowance(self.target.increased_per_year) * found.shared) / wide
         hazard = min(0.5, self.changes_per_year / per_year)
         weights, none = np.zeros(sizes.size), 1.0
         out = np.zeros((z.size, sizes.size))

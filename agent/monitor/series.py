@@ -8,7 +8,7 @@ its own affair.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Protocol
 
@@ -43,6 +43,10 @@ class FeatureSeries:
     values, deviations : mapping of str to ndarray, shape (n,)
         Each feature of `FEATURES` (those that the cycles carry) and its standard deviation, that
         of compensation included. NaN where a cycle does not carry it.
+    shared : mapping of str to ndarray, shape (n,)
+        The part of each deviation that all cycles under the same conditions have in common,
+        because the compensation may be off there: it does not average away. Features that are
+        not in it have what their deviations grow beyond the baseline's usual one.
     healthy : int
         How many of the first cycles are the baseline, held to be without fault.
 
@@ -57,11 +61,14 @@ class FeatureSeries:
     values: Mapping[str, Floats]
     deviations: Mapping[str, Floats]
     healthy: int
+    shared: Mapping[str, Floats] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         n = self.time_s.size
-        shapes = {a.shape for m in (self.values, self.deviations) for a in m.values()}
-        if shapes - {(n,)} or self.values.keys() != self.deviations.keys():
+        parts = (self.values, self.deviations, self.shared)
+        shapes = {a.shape for m in parts for a in m.values()}
+        names = self.values.keys()
+        if shapes - {(n,)} or names != self.deviations.keys() or self.shared.keys() - names:
             raise ValueError(f"expected a value and a deviation for each of {n} cycles")
         if np.any(np.diff(self.time_s) <= 0.0):
             raise ValueError("expected the cycles in order of time, each later than the last")

@@ -2,10 +2,11 @@
 
 The stated deviation of a cycle's feature is what its own recording and the compensation know. Two
 healthy cycles differ by more (grease, rest, reference run), so the scatter is measured from the
-baseline, robustly. What a later cycle's stated deviation has beyond the baseline's usual one comes
-from the compensation reaching out of what it learned. That error is shared by all cycles run
-there, so it does not average away: it is kept apart in `shared`, and a sum of deviations must
-allow for it at every step.
+baseline, robustly. Where the compensation reaches out of what it learned, its error is shared by
+all cycles run there and does not average away: it is kept apart in `shared`, and a sum of
+deviations must allow for it at every step. Where a series does not say which part is shared, what
+a later cycle's stated deviation has beyond the baseline's usual one is taken for both: for noise
+of its own, and for shared.
 """
 
 from __future__ import annotations
@@ -46,6 +47,8 @@ class Standing:
         Each cycle's distance from the level over that cycle's own deviation; NaN where missing.
     shared : ndarray, shape (n,)
         Deviation of the error shared with like cycles, in the same unit as z.
+    own : ndarray, shape (n,)
+        That unit: each cycle's own deviation, in the feature's unit.
     """
 
     level: float
@@ -54,6 +57,11 @@ class Standing:
     autocorrelation: float
     z: Floats
     shared: Floats
+    own: Floats
+
+    def rise(self, allowance: float) -> Floats:
+        """Return each cycle's rise over the level as a share, less what the shared error may be."""
+        return (self.z - allowance * self.shared) * self.own / self.level
 
     @property
     def long_run(self) -> float:
@@ -75,19 +83,24 @@ def standing(series: FeatureSeries, feature: str) -> Standing | None:
         return None
     kept &= ~_outliers(np.where(kept, healthy, np.nan))
     level = float(np.mean(healthy[kept]))
+    shared = series.shared.get(feature, np.zeros_like(y))
+    stated = np.sqrt(np.maximum(0.0, np.nan_to_num(stated) ** 2 - np.nan_to_num(shared) ** 2))
     usual = _usual(stated[: series.healthy][kept])
     scatter = max(
         float(np.std(healthy[kept], ddof=1)), 0.1 * usual, _TINY * abs(level), np.finfo(float).tiny
     )
-    beyond = np.maximum(0.0, np.nan_to_num(stated) ** 2 - usual**2)
+    beyond = np.maximum(0.0, stated**2 - usual**2)
     own = np.sqrt(scatter**2 + beyond)
+    if feature not in series.shared:
+        shared = np.sqrt(beyond)
     return Standing(
         level,
         scatter,
         int(kept.sum()),
         autocorrelation((healthy[kept] - level) / scatter),
         (y - level) / own,
-        np.sqrt(beyond) / own,
+        np.nan_to_num(shared) / own,
+        own,
     )
 
 

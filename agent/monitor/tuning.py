@@ -65,6 +65,10 @@ class Tuning:
     ----------
     drift, increased, high : float
         k, and the thresholds of H0 and H1; infinite where the baseline cannot carry the rate.
+    allowance, high_allowance : float
+        How many deviations of the compensation's shared error are allowed for in H0 and in H1.
+        That error lasts a season, not a cycle, so it is one trial in each half of a year: the
+        quantile that it passes with half of the accepted rate.
     rate_per_year : float
         Expected false alarms of H0 in a robot-year.
     rate_ci95_per_year : tuple of float
@@ -78,6 +82,8 @@ class Tuning:
     drift: float
     increased: float
     high: float
+    allowance: float
+    high_allowance: float
     rate_per_year: float
     rate_ci95_per_year: tuple[float, float]
     delay_cycles: float
@@ -142,6 +148,8 @@ def tune(
         float(drift[0]),
         float(line[0]),
         float(high[0]),
+        allowance(share * target.increased_per_year),
+        allowance(share * target.high_per_year),
         float(np.mean(rates)),
         (low, up),
         float(delays[best]),
@@ -162,9 +170,14 @@ def cycles_per_year(series: FeatureSeries) -> float:
 
 def _undecided(reason: str) -> Tuning:
     return Tuning(
-        np.inf, np.inf, np.inf, 0.0, (0.0, 0.0), np.inf, decidable=False,
+        np.inf, np.inf, np.inf, 0.0, 0.0, 0.0, (0.0, 0.0), np.inf, decidable=False,
         sentence=f"not decidable: {reason}",
     )  # fmt: skip
+
+
+def allowance(rate_per_year: float) -> float:
+    """Return how many deviations of the shared error are allowed for; see `Tuning`."""
+    return float(norm.isf(min(0.5, 0.5 * rate_per_year)))
 
 
 @functools.lru_cache(maxsize=256)
