@@ -1,0 +1,169 @@
+"""How many healthy cycles it takes, what they teach, and the series that detectors are given."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from agent.identify.result import Floats
+from agent.monitor.compensation import PRIORS, Compensated, Conditions, Law, learn
+from agent.monitor.cycle import Cycle
+from agent.monitor.features import CycleFeatures, SpeedGrid
+from agent.monitor.series import FEATURES, FeatureSeries
+
+LEAST, MOST = 8, 60
+FEWEST_ASKED = 3
+SHARE = 0.005
+_RULING = ("coulomb_nm", "integral_w", "low_integral_w")
+
+
+@dataclass(frozen=True)
+class Features:
+    """Features of n cycles as arrays, each of shape (n,), with what they were run under."""
+
+    values: Mapping[str, Floats]
+    deviations: Mapping[str, Floats]
+    conditions: Conditions
+
+    def take(self, which: slice) -> Features:
+        """Return some of the cycles."""
+        return Features(
+            {k: v[which] for k, v in self.values.items()},
+            {k: v[which] for k, v in self.deviations.items()},
+            self.conditions.take(which),
+        )
+
+    @property
+    def count(self) -> int:
+        """Return how many cycles there are."""
+        return int(self.conditions.temperature_degc.size)
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """The healthy cycles and what they teach.
+
+    Parameters
+    ----------
+    cycles : int
+        How many of the first cycles are taken to be healthy.
+    needed : int
+        How many it takes.
+    laws : mapping of str to Law
+        Of each feature; empty where there are fewer cycles than needed.
+    asked : bool
+        Whether the number was given instead of chosen.
+    standard_error : float
+        Of the healthy mean, as a share, for the least sure of the deciding features.
+    """
+
+    cycles: int
+    needed: int
+    laws: Mapping[str, Law]
+    asked: bool
+    standard_error: float = math.nan
+
+    @property
+    def enough(self) -> bool:
+        """Return whether there are as many as needed."""
+        return self.cycles >= self.needed
+
+
+def features_table(cycles: Sequence[Cycle], features: Sequence[CycleFeatures]) -> Features:
+    """Return features and conditions of cycles, side by side."""
+    return Features(
+        {name: np.array([f.values[name] for f in features]) for name in FEATURES},
+        {name: np.array([f.deviations[name] for f in features]) for name in FEATURES},
+        conditions_of(cycles),
+    )
+
+
+def conditions_of(cycles: Sequence[Cycle]) -> Conditions:
+    """Return what cycles were run under."""
+    return Conditions(
+        np.array([c.temperature_degc for c in cycles], dtype=np.float64),
+        np.array([c.payload_kg for c in cycles], dtype=np.float64),
+        np.array([c.load_nm for c in cycles], dtype=np.float64),
+    )
+
+
+def baseline_of(features: Features, asked: int | None = None) -> Baseline:
+    """Choose the baseline's length and learn from it.
+
+    The rule: the first n >= 8 cycles of which every deciding feature's mean has a standard error
+    of at most 0.5 % of it, and 60 where that is never so. Later cycles have no say in it.
+
+    Parameters
+    ----------
+    features : Features
+        Of one segment's cycles, in order of time.
+    asked : int, optional
+        A length given by the user, in place of the rule.
+
+    Raises
+    ------
+    ValueError
+        Fewer than three cycles are asked for.
+    """
+    if asked is not None and asked < FEWEST_ASKED:
+        raise ValueError(f"a baseline needs at least {FEWEST_ASKED} cycles, got {asked}")
+    have = features.count
+    length = LEAST if asked is None else asked
+    while True:
+        if have < length:
+            return Baseline(have, length, {}, asked is not None)
+        healthy = features.take(slice(0, length))
+        error = max(_standard_error(healthy, name) for name in _RULING)
+        if asked is not None or error <= SHARE or length >= MOST:
+            laws = {name: _learned(healthy, name) for name in FEATURES}
+            return Baseline(length, length, laws, asked is not None, error)
+        wanted = math.ceil(length * (error / SHARE) ** 2)
+        length = min(MOST, max(length + 1, min(wanted, 2 * length)))
+
+
+def _learned(healthy: Features, name: str) -> Law:
+    return learn(healthy.conditions, healthy.values[name], healthy.deviations[name], PRIORS[name])
+
+
+def _standard_error(healthy: Features, name: str) -> float:
+    law = _learned(healthy, name)
+    return law.level_deviation / max(abs(law.level), 1e-300)
+
+
+def compensated(features: Features, baseline: Baseline) -> dict[str, Compensated]:
+    """Bring every feature to the baseline's reference conditions."""
+    return {
+        name: law.compensate(features.conditions, features.values[name], features.deviations[name])
+        for name, law in baseline.laws.items()
+    }
+
+
+def series_of(
+    time_s: Floats, found: Mapping[str, Compensated], baseline: Baseline
+) -> FeatureSeries:
+    """Return what a detector is given: values at the reference, each with all that is unsure of it.
+
+    A law that is off makes every cycle under the same conditions wrong by the same amount, which
+    no averaging takes away: that part is said apart (`FeatureSeries.shared`).
+    """
+    return FeatureSeries(
+        time_s - time_s[0],
+        {name: one.value for name, one in found.items()},
+        {name: one.deviation for name, one in found.items()},
+        baseline.cycles,
+        {name: one.shared_deviation for name, one in found.items()},
+    )
+
+
+def mean_rows(grid: SpeedGrid) -> dict[str, Floats]:
+    """Return what makes the mean friction torque at low and at high speed of a curve, each (m,)."""
+    low, high = grid.low_row(), grid.high_row()
+    whole = low + high
+    return {
+        "low": low / low.sum(),
+        "high": high / high.sum(),
+        "whole": whole / whole.sum(),
+    }

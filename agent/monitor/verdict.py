@@ -1,0 +1,308 @@
+"""From a joint's history to its verdict: baseline, compensation, detector, reasons, in this order.
+
+A history is cut at its events; each stretch has a baseline of its own and is judged by itself. The
+last stretch says how the joint is now.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+import numpy as np
+
+from agent.identify.result import Floats
+from agent.monitor.baseline import Baseline, baseline_of, compensated, features_table, series_of
+from agent.monitor.change_time import ChangeTime, change_time
+from agent.monitor.comparison import Comparison, Effect, compare
+from agent.monitor.compensation import Compensated
+from agent.monitor.cycle import Cycle
+from agent.monitor.history import JointHistory, Segment
+from agent.monitor.outlook import Outlook, outlook
+from agent.monitor.reasons import Beside, Reasons, reasons_of
+from agent.monitor.series import Detector, FeatureSeries, Judgement, State
+
+NOW = 3
+"""The last so many cycles are compared with the baseline."""
+
+NOT_DECIDABLE = "not-decidable"
+_NOTABLE_PERCENT = 3.0
+_NOBODY = "the detector has no threshold for these cycles"
+
+
+@dataclass(frozen=True)
+class Track:
+    """One stretch between two events, and what was made of it.
+
+    `found` and `series` are None where the baseline is too short; so is `judgement`, and also
+    where the detector says that it cannot judge.
+    """
+
+    segment: Segment
+    baseline: Baseline
+    found: Mapping[str, Compensated] | None = None
+    series: FeatureSeries | None = None
+    judgement: Judgement | None = None
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What is said of one joint.
+
+    Parameters
+    ----------
+    history : JointHistory
+    detector : str
+    tracks : tuple of Track
+        One for each stretch, in order of time; empty without a usable cycle.
+    status : str
+        ``NF``, ``H0`` or ``H1`` at the last cycle, or ``not-decidable``.
+    sentence : str
+        For a technician.
+    comparison : Comparison or None
+        Now against the baseline; None where there is no cycle after it.
+    reasons : Reasons or None
+        Of an alarm.
+    change : ChangeTime or None
+        Of an alarm.
+    outlook : Outlook or None
+        Of an alarm.
+    next_steps : tuple of str
+    """
+
+    history: JointHistory
+    detector: str
+    tracks: tuple[Track, ...]
+    status: str
+    sentence: str
+    comparison: Comparison | None = None
+    reasons: Reasons | None = None
+    change: ChangeTime | None = None
+    outlook: Outlook | None = None
+    next_steps: tuple[str, ...] = ()
+
+    @property
+    def alarm(self) -> bool:
+        """Return whether friction is increased now."""
+        return self.status in (State.INCREASED.value, State.HIGH.value)
+
+    @property
+    def current(self) -> Track | None:
+        """Return the last stretch."""
+        return self.tracks[-1] if self.tracks else None
+
+
+def judge(history: JointHistory, detector: Detector, baseline: int | None = None) -> Finding:
+    """Judge one joint.
+
+    Parameters
+    ----------
+    history : JointHistory
+    detector : Detector
+    baseline : int, optional
+        How many of the first cycles of each stretch are healthy; else by the rule
+        (`agent.monitor.baseline`).
+
+    Raises
+    ------
+    ValueError
+        The baseline is too short for any.
+    """
+    tracks = tuple(_track(history, segment, detector, baseline) for segment in history.segments)
+    if not tracks:
+        why = "no cycle is usable" if history.set_aside else "there is no cycle"
+        return _undecided(history, detector, tracks, why, _repair(history))
+    last = tracks[-1]
+    if last.series is None:
+        return _undecided(history, detector, tracks, _too_few(last), _more_cycles(last))
+    if last.judgement is None:
+        return _undecided(history, detector, tracks, _unable(detector, last.series), _LONGER)
+    after = last.segment.stop - last.segment.start - last.baseline.cycles
+    if not after:
+        sentence = (
+            f"The baseline of {last.baseline.cycles} healthy cycles is complete; the next cycle is "
+            "the first to be judged."
+        )
+        return Finding(history, detector.name, tracks, State.NO_FAULT.value, sentence)
+    return _judged(history, detector, tracks, min(NOW, after))
+
+
+_LONGER = ("let the baseline grow: run more cycles, and give their number with --baseline",)
+
+
+def _track(history: JointHistory, segment: Segment, detector: Detector, asked: int | None) -> Track:
+    """Learn from a stretch's first cycles and judge the others."""
+    cycles = history.cycles[segment.start : segment.stop]
+    features = features_table(cycles, history.features[segment.start : segment.stop])
+    baseline = baseline_of(features, asked)
+    if not baseline.enough:
+        return Track(segment, baseline)
+    found = compensated(features, baseline)
+    series = series_of(np.array([c.started_s for c in cycles]), found, baseline)
+    judgement = detector.judge(series)
+    return Track(segment, baseline, found, series, judgement if judgement.traces else None)
+
+
+def _judged(
+    history: JointHistory, detector: Detector, tracks: tuple[Track, ...], window: int
+) -> Finding:
+    """Say how the joint is now, and in an alarm why."""
+    last = tracks[-1]
+    assert last.series is not None
+    assert last.judgement is not None
+    assert history.grid is not None
+    segment = last.segment
+    cycles = history.cycles[segment.start : segment.stop]
+    now = slice(len(cycles) - window, len(cycles))
+    found = compare(
+        cycles,
+        history.features[segment.start : segment.stop],
+        history.grid,
+        last.baseline.cycles,
+        now,
+    )
+    state = last.judgement.states[-1]
+    if state is State.NO_FAULT:
+        sentence = _quiet(found, last)
+        return Finding(history, detector.name, tracks, state.value, sentence, found)
+    reasons = reasons_of(found, history.grid.low_rad_s, _beside(cycles, last.baseline.cycles, now))
+    change = change_time(last.series)
+    ahead = outlook(last.series)
+    return Finding(
+        history,
+        detector.name,
+        tracks,
+        state.value,
+        _alarmed(state, found, reasons, _since(change, cycles)),
+        found,
+        reasons,
+        change,
+        ahead,
+        reasons.actions,
+    )
+
+
+def _beside(cycles: tuple[Cycle, ...], healthy: int, now: slice) -> Beside:
+    """Return what gravity and inertia did meanwhile."""
+    load = np.array([c.load_nm for c in cycles])
+    inertia = np.array([c.inertia_kg_m2 for c in cycles])
+    payload = np.array([c.payload_kg for c in cycles])
+    before, latest = payload[:healthy], payload[now]
+    stated = bool(
+        np.all(np.isfinite(before))
+        and np.all(latest >= before.min())
+        and np.all(latest <= before.max())
+    )
+    load_level, load_change, load_deviation = _moved(load, healthy, now)
+    level, change, deviation = _moved(inertia, healthy, now)
+    return Beside(load_level, load_change, load_deviation, level, change, deviation, stated)
+
+
+def _moved(values: Floats, healthy: int, now: slice) -> tuple[float, float, float]:
+    """Return healthy mean, change since, and the change's deviation; infinite where unknown."""
+    before, latest = values[:healthy], values[now]
+    if not (np.all(np.isfinite(before)) and np.all(np.isfinite(latest))) or healthy < 3:
+        return math.nan, 0.0, math.inf
+    scatter = max(float(np.std(before, ddof=1)), 1e-3 * abs(float(before.mean())), 1e-12)
+    deviation = scatter * math.sqrt(1.0 / latest.size + 1.0 / healthy)
+    return float(before.mean()), float(latest.mean() - before.mean()), deviation
+
+
+def _since(change: ChangeTime, cycles: tuple[Cycle, ...]) -> str:
+    """Return since when, in words; empty where that is not decidable."""
+    if not change.decidable:
+        return ""
+    start = cycles[0].started_s
+    days = [_day(start + t) for t in (change.time_s, *change.time_ci95_s)]
+    return f" since about {days[0]} ({days[1]} to {days[2]})"
+
+
+def _day(seconds: float) -> str:
+    return datetime.fromtimestamp(seconds, UTC).date().isoformat()
+
+
+def _alarmed(state: State, found: Comparison, reasons: Reasons, since: str) -> str:
+    word = "has risen a lot" if state is State.HIGH else "has increased"
+    cause = reasons.causes[0]
+    likely = reasons.likely
+    short = cause.words.split(" (")[0]
+    why = f"most likely {short}" if len(likely) == 1 else f"perhaps {short}, not told apart yet"
+    return (
+        f"Friction {word}: {_in_words(found.effects['low'])} at low speed, "
+        f"{_in_words(found.effects['high'])} at high speed{_at(found)}{since}; {why}."
+    )
+
+
+def _quiet(found: Comparison, last: Track) -> str:
+    off = [e for e in found.effects.values() if e.clear and abs(e.percent) > _NOTABLE_PERCENT]
+    word = (
+        "as it was" if not off else "lower than it was" if off[0].percent < 0.0 else "a little up"
+    )
+    return (
+        f"No alarm, friction is {word}: {_in_words(found.effects['low'])} at low speed, "
+        f"{_in_words(found.effects['high'])} at high speed{_at(found)}, against "
+        f"{last.baseline.cycles} healthy cycles."
+    )
+
+
+def _in_words(effect: Effect) -> str:
+    low, high = effect.ci95_percent
+    return (
+        f"{_signed(effect.percent)} % ({_signed(low)} to {_signed(high)} %, "
+        f"{1e3 * effect.change_nm:+.3g} mN m)".replace("-", "−")
+    )
+
+
+def _signed(percent: float) -> str:
+    return f"{percent:+.1f}".replace("-", "−")
+
+
+def _at(found: Comparison) -> str:
+    if not math.isfinite(found.temperature_degc):
+        return " (temperature unknown, not compensated)"
+    beyond = ", which the baseline has not seen" if found.extrapolated else ""
+    return f" at {found.temperature_degc:.0f} °C{beyond}"
+
+
+def _undecided(
+    history: JointHistory,
+    detector: Detector,
+    tracks: tuple[Track, ...],
+    why: str,
+    steps: tuple[str, ...],
+) -> Finding:
+    sentence = f"Not decidable yet: {why}."
+    return Finding(history, detector.name, tracks, NOT_DECIDABLE, sentence, next_steps=steps)
+
+
+def _too_few(track: Track) -> str:
+    baseline = track.baseline
+    since = ""
+    if track.segment.events:
+        event = track.segment.events[0]
+        since = f" since the {event.label} on {_day(event.at_s)}"
+    plural = "cycle" if baseline.needed == 1 else "cycles"
+    return f"{baseline.cycles} of {baseline.needed} healthy {plural}{since}"
+
+
+def _more_cycles(track: Track) -> tuple[str, ...]:
+    missing = track.baseline.needed - track.baseline.cycles
+    return (
+        f"run {missing} more cycle{'s' * (missing > 1)} of the same trajectory; until then "
+        "friction is recorded, not judged",
+    )
+
+
+def _repair(history: JointHistory) -> tuple[str, ...]:
+    return tuple(f"{one.name}: {one.reason}" for one in history.set_aside[:3])
+
+
+def _unable(detector: Detector, series: FeatureSeries) -> str:
+    """Return why a detector cannot judge, in its own words where it has some."""
+    tunings = getattr(detector, "tunings", None)
+    if tunings is None:
+        return _NOBODY
+    reasons = [t.sentence for t in tunings(series).values() if not t.decidable]
+    return reasons[0].removeprefix("not decidable: ") if reasons else _NOBODY
