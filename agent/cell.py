@@ -406,7 +406,7 @@ def parse_cell(text: str, source: str = "CELL.toml", folder: Path | None = None)
     try:
         return Cell.model_validate(data, context={"folder": folder})
     except ValidationError as error:
-        mistakes = [_mistake(e) for e in error.errors()]
+        mistakes = [mistake_in_words(e) for e in error.errors()]
         head = f"{source} has {len(mistakes)} mistake{'s' if len(mistakes) > 1 else ''}:"
         raise InputError("\n  - ".join([head, *mistakes])) from error
 
@@ -426,7 +426,7 @@ def read_cell(path: Path) -> Cell:
     return parse_cell(text, source=str(path), folder=path.parent)
 
 
-def _mistake(error: Any) -> str:
+def mistake_in_words(error: Any) -> str:
     """Return one of pydantic's errors as a line that names the key as TOML has it."""
     where = ""
     for part in error["loc"]:
