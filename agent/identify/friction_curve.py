@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify.curve_point import SAMPLES, CurvePoint, mean_speed, modelled_point, paired_point
-from agent.identify.pass_noise import Spread, TimedPass, spreads
+from agent.identify.pass_blocks import TimedPass
+from agent.identify.pass_noise import PassNoise, Spread, noise_of
 from agent.identify.passes import Pass, PositionTorque, take_pass, with_correlation
 from agent.identify.preprocess import Motion
 from agent.identify.result import Floats, FrictionCurve
@@ -63,7 +64,7 @@ class CurveFit:
     """The friction curve and how it came about.
 
     `standard_error_nm`, shape (n,), belongs to the curve's points; `dof`, shape (n,), are its
-    degrees of freedom.
+    degrees of freedom. `noise` is how the points err together, where the passes tell.
     """
 
     curve: FrictionCurve
@@ -71,6 +72,7 @@ class CurveFit:
     dof: Floats
     means: SteadyMeans
     notes: tuple[str, ...]
+    noise: PassNoise | None = None
 
 
 def friction_curve(
@@ -106,29 +108,32 @@ def friction_curve(
     # Gravity from the regression is a last resort: it takes up whatever the rigid body lacks.
     needy = sum(point is not None for point in paired) < _ENOUGH_MEETING
     points: list[CurvePoint] = []
+    kept: list[int] = []
     told: dict[str, list[float]] = {}
-    for group, meeting, spread in zip(groups, paired, noise, strict=True):
+    for i, (group, meeting) in enumerate(zip(groups, paired, strict=True)):
         point, note = meeting, ""
         if point is None and learned is not None and learned.covers(group):
             point, note = modelled_point(group, learned.torque), _FROM_MEETING
         elif point is None and position_torque is not None and needy:
             point, note = modelled_point(group, position_torque), _FROM_BODY
         if point is not None:
-            points.append(_widened(point, group, spread))
+            points.append(point if noise is None else _widened(point, group, noise.spreads[i]))
+            kept.append(i)
         note = note if point is not None else _LEFT_OUT
         if note:
             told.setdefault(note, []).append(mean_speed(group))
     if not points:
         return None
     notes = [f"at {_speeds(speeds)} {note}" for note, speeds in told.items()]
-    return _assemble(points, notes, with_position=passes[0].position_rad is not None)
+    fit = _assemble(points, notes, with_position=passes[0].position_rad is not None)
+    return fit if noise is None else replace(fit, noise=noise.of(kept, fit.standard_error_nm))
 
 
 def _noise(
     by_speed: Sequence[Sequence[Pass]],
     found: Sequence[tuple[Pass, SteadyWindow]],
     motions: Sequence[Motion],
-) -> Sequence[Spread | None]:
+) -> PassNoise | None:
     """Return what the noise of all passes together does to every speed's friction."""
     group_of = {id(p): k for k, group in enumerate(by_speed) for p in group}
     timed = [
@@ -137,17 +142,14 @@ def _noise(
         )
         for p, w in found
     ]
-    known = spreads(timed) if timed else None
-    return [None] * len(by_speed) if known is None else known
+    return noise_of(timed) if timed else None
 
 
-def _widened(point: CurvePoint, group: Sequence[Pass], spread: Spread | None) -> CurvePoint:
+def _widened(point: CurvePoint, group: Sequence[Pass], spread: Spread) -> CurvePoint:
     """Return the point with the error that all passes' noise gives it.
 
     Where the passes share a part of their positions only, fewer samples make the error larger.
     """
-    if spread is None:
-        return point
     used = max(point.friction.samples, 1)
     share = max(sum(p.torque_nm.size for p in group) / used, 1.0)
     variance = share * spread.standard_error_nm**2

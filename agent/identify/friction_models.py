@@ -4,9 +4,15 @@ All laws of `physics.friction` are fitted to the curve's points. The simplest, C
 stays unless a richer law beats it beyond its noise in three ways at once: in the error at speeds
 that it has not seen (leave one speed out, by more than one standard error), in the Bayesian
 information criterion (by more than 10: very strong evidence, Kass and Raftery, JASA 90 (1995)
-773), and with parameters that physics allows. Between Stribeck and Feeny-Moon, which draw nearly
-the same fall, Stribeck is reported unless Feeny-Moon beats it in the same way: Stribeck's
-parameters are the twin's.
+773), and with parameters that physics allows.
+
+Where a richer law has hardly fewer parameters than there are speeds, it cannot predict one that is
+left out: four of five speeds fix Stribeck's law, and the slowest lies far outside of them. There
+the passes' own noise takes the place of unseen speeds: the simple law must leave more of the curve
+than noise does in one stair of twenty.
+
+Between Stribeck and Feeny-Moon, which draw nearly the same fall, Stribeck is reported unless
+Feeny-Moon beats it in the same way: Stribeck's parameters are the twin's.
 """
 
 from __future__ import annotations
@@ -26,17 +32,26 @@ from agent.physics.friction import FrictionLaw
 
 _STRONG_BIC = 10.0
 _ENOUGH_FREEDOM = 4
+_PLAIN = "Coulomb + viscous"
+_BY_CHANCE = 0.05  # by which a simple law is refuted where unseen speeds cannot be predicted
 _USUAL_ERROR = 3.0
 _NOT_NEGATIVE = ("coulomb_nm", "static_extra_nm")
 
 
 @dataclass(frozen=True)
 class _LawFit:
-    """A fit with what selection needs: unseen-speed errors, shape (n,), in N m."""
+    """A fit with what selection needs.
+
+    `unseen_nm`, shape (n,), are the unseen-speed errors; `freedom` is how many speeds there are
+    beyond the law's parameters; `chance` is how likely the passes' noise leaves as much as this law
+    does, None where that is not known.
+    """
 
     fit: FrictionModelFit
     unseen_nm: Floats
     allowed: str
+    freedom: int
+    chance: float | None
 
 
 def fit_friction_models(curve_fit: CurveFit) -> tuple[FrictionModelFit, ...]:
@@ -114,7 +129,15 @@ def _fit_law(
         bic=float(bic),
         parameters=parameters,
     )
-    return _LawFit(fit, unseen, _objection(law, numbers))
+    return _LawFit(fit, unseen, _objection(law, numbers), count - free, _chance(law, curve_fit))
+
+
+def _chance(law: FrictionLaw, curve_fit: CurveFit) -> float | None:
+    """Return how likely the passes' noise leaves what a linear law leaves of the curve."""
+    if curve_fit.noise is None or law.ranges:
+        return None
+    curve = curve_fit.curve
+    return curve_fit.noise.chance(law.columns(curve.velocity_rad_s), curve.friction_nm)
 
 
 def _intervals(
@@ -253,10 +276,10 @@ def _select(fits: Sequence[_LawFit], weight: Floats) -> tuple[FrictionModelFit, 
         if refusal:
             reasons[rich.fit.model] = refusal
             continue
-        reasons[simple.fit.model] = "a richer law predicts unseen speeds better"
+        reasons[simple.fit.model], ours = _better(simple, rich)
         if chosen is simple:
             chosen = rich
-            reasons[rich.fit.model] = "predicts unseen speeds better than Coulomb + viscous"
+            reasons[rich.fit.model] = ours
         elif not _not_better(chosen, rich, weight):
             reasons[chosen.fit.model] = f"{rich.fit.model} predicts unseen speeds better"
             chosen = rich
@@ -266,6 +289,25 @@ def _select(fits: Sequence[_LawFit], weight: Floats) -> tuple[FrictionModelFit, 
     return tuple(replace(f.fit, selected=f is chosen, reason=reasons[f.fit.model]) for f in fits)
 
 
+def _by_noise(simple: _LawFit, rich: _LawFit) -> bool:
+    """Return whether the passes' noise decides: there are too few speeds to leave one out."""
+    return rich.freedom < _ENOUGH_FREEDOM and simple.chance is not None
+
+
+def _better(simple: _LawFit, rich: _LawFit) -> tuple[str, str]:
+    """Return why the simple law is dropped, and why the richer one replaces it."""
+    if not _by_noise(simple, rich):
+        return (
+            "a richer law predicts unseen speeds better",
+            f"predicts unseen speeds better than {_PLAIN}",
+        )
+    percent = f"chance {100.0 * (simple.chance or 0.0):.2g} %"
+    return (
+        f"it leaves more of the curve than the passes' noise does ({percent})",
+        f"follows the curve where {_PLAIN} leaves more than the passes' noise does ({percent})",
+    )
+
+
 def _not_better(simple: _LawFit, rich: _LawFit, weight: Floats) -> str:
     """Return why the richer law does not replace the simple one; empty where it does."""
     if simple.fit.bic - rich.fit.bic <= _STRONG_BIC:
@@ -273,7 +315,13 @@ def _not_better(simple: _LawFit, rich: _LawFit, weight: Floats) -> str:
             f"its gain does not pay for its parameters (BIC {rich.fit.bic - simple.fit.bic:+.1f} "
             f"against {simple.fit.model})"
         )
-    if _gain(simple, rich, weight) <= 0.0:
+    if _by_noise(simple, rich):
+        if (simple.chance or 0.0) > _BY_CHANCE:
+            return (
+                f"the passes' noise may leave what {simple.fit.model} leaves (chance "
+                f"{100.0 * (simple.chance or 0.0):.2g} %)"
+            )
+    elif _gain(simple, rich, weight) <= 0.0:
         return "it does not predict unseen speeds better beyond one standard error"
     return ""
 

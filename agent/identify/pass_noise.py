@@ -18,33 +18,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from agent.identify.passes import Pass
+from agent.identify.pass_blocks import Blocks, TimedPass, cut, evened
 from agent.identify.result import Floats
 from agent.identify.uncertainty import student_975
-from agent.physics.rigid_body import gravity_columns
 
-_BLOCKS = 240  # of all passes together, where they are long enough
-_BLOCK_SAMPLES = 4
 _MEMORIES = 16
 _SHARES = (0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.95, 0.99)
-_ASYMMETRY_FROM = 6  # speeds, from which on a viscous friction of two directions can be allowed for
-_BISECTIONS = 50
+_BISECTIONS = 30
 _BEYOND_CHANCE = 2.5
-
-
-@dataclass(frozen=True)
-class TimedPass:
-    """A pass, and where it stands: recording, first sample's time, and the speed it belongs to."""
-
-    samples: Pass
-    recording: int
-    start_s: float
-    group: int
+_DUST = 1e-9  # of the friction: rounding, where there is no noise
+_TOLD = 1e-4  # of the likeliest noise's weight: less likely ones change nothing
 
 
 @dataclass(frozen=True)
@@ -59,43 +46,96 @@ class Spread:
 
 
 @dataclass(frozen=True)
-class _Blocks:
-    """All passes in blocks of about equal length, n in all, in order of recording and time."""
+class PassNoise:
+    """What the noise of all passes does to the friction of G speeds.
 
-    torque_nm: Floats
-    columns: Floats  # (n, p): what is no noise
-    recording: NDArray[np.int64]
-    time_s: Floats
-    group: NDArray[np.int64]
-    direction: Floats
-    number: NDArray[np.int64]  # of the pass
-    thinness: Floats  # usual length over own length: the white part's share of variance
-    length_s: float
+    Parameters
+    ----------
+    spreads : tuple of Spread
+        One a speed.
+    weight : ndarray, shape (m,)
+        How likely each of m kinds of noise is; sums to 1.
+    covariance_nm2 : ndarray, shape (m, G, G)
+        Of the speeds' friction, under each of them.
+    freedom : float
+        Degrees of freedom of its size.
+    """
+
+    spreads: tuple[Spread, ...]
+    weight: Floats
+    covariance_nm2: Floats
+    freedom: float
+
+    def of(self, speeds: Sequence[int], standard_error_nm: Floats) -> PassNoise:
+        """Return the noise of some of the speeds, each as wide as its standard error says."""
+        each = tuple(self.spreads[i] for i in speeds)
+        error = np.array([s.standard_error_nm for s in each])
+        wider = np.where(error > 0.0, standard_error_nm / np.maximum(error, 1e-300), 1.0)
+        index = np.asarray(speeds, dtype=np.int64)
+        chosen = self.covariance_nm2[:, index[:, np.newaxis], index]
+        return replace(self, spreads=each, covariance_nm2=chosen * np.outer(wider, wider))
+
+    def chance(self, columns: Floats, friction_nm: Floats) -> float:
+        """Return how likely noise alone leaves as much as it is left of a curve by a linear law.
+
+        What a law leaves is judged by Hotelling's statistic under every kind of noise that the
+        passes allow, each by its weight: speeds err together, and a level that all of them share
+        is no evidence against a law.
+
+        Parameters
+        ----------
+        columns : ndarray, shape (G, p)
+            Of the law, or its derivatives by its parameters.
+        friction_nm : ndarray, shape (G,)
+            The curve.
+
+        Returns
+        -------
+        float
+            1 where the law has as many parameters as there are speeds.
+        """
+        from scipy.special import betainc
+
+        basis = np.linalg.qr(columns, mode="complete")[0]
+        left = basis[:, np.linalg.matrix_rank(columns) :]
+        many = left.shape[1]
+        if many == 0:
+            return 1.0
+        dust = (_DUST * float(np.max(np.abs(friction_nm)))) ** 2 + 1e-300
+        of_left = left.T @ self.covariance_nm2 @ left + dust * np.eye(many)
+        value = left.T @ friction_nm
+        statistic = np.linalg.solve(of_left, np.tile(value, (of_left.shape[0], 1))[..., np.newaxis])
+        statistic = statistic[..., 0] @ value
+        tail = betainc(0.5 * self.freedom, 0.5 * many, self.freedom / (self.freedom + statistic))
+        return float(self.weight @ tail)
 
 
-def spreads(passes: Sequence[TimedPass]) -> list[Spread] | None:
-    """Return the spread of every speed's friction; None where there is too little to tell.
+def noise_of(passes: Sequence[TimedPass]) -> PassNoise | None:
+    """Return what the noise does to every speed's friction; None where there is too little to tell.
 
     Parameters
     ----------
     passes : sequence of TimedPass
         All passes of the curve; groups are numbered from 0 without gaps.
     """
-    blocks = _cut(passes)
-    free = blocks.torque_nm.shape[0] - np.linalg.matrix_rank(blocks.columns)
+    blocks = cut(passes)
+    free = blocks.torque_nm.shape[0] - int(np.linalg.matrix_rank(blocks.columns))
     if free < 4:
         return None
-    scaled = _evened(blocks)
+    scaled = evened(blocks)
     memory_s, share = _grid(blocks)
     weight, variance_nm2 = _likelihood(scaled, memory_s, share)
     likeliest = int(np.argmax(weight))
     noise = _Noise(memory_s[likeliest], share[likeliest], variance_nm2[likeliest])
+    told = weight > _TOLD * weight.max()
+    weight = weight[told] / weight[told].sum()
     left = scaled[0].torque_nm - scaled[0].columns @ (scaled[0].columns.T @ scaled[0].torque_nm)
-    out = []
-    for group in range(int(blocks.group.max()) + 1):
-        of_noise = _of_mean(scaled, group, memory_s, share) * variance_nm2
-        out.append(_spread(of_noise * _excess(scaled[0], left, group, noise), weight))
-    return out
+    groups = range(int(blocks.group.max()) + 1)
+    louder = np.sqrt([_excess(scaled[0], left, group, noise) for group in groups])
+    covariance = _of_means(scaled, memory_s[told], share[told])
+    covariance *= variance_nm2[told][:, np.newaxis, np.newaxis] * np.outer(louder, louder)
+    each = tuple(_spread(covariance[:, group, group], weight) for group in groups)
+    return PassNoise(each, weight, covariance, float(free))
 
 
 @dataclass(frozen=True)
@@ -107,109 +147,7 @@ class _Noise:
     variance_nm2: float
 
 
-def _cut(passes: Sequence[TimedPass]) -> _Blocks:
-    """Cut all passes into blocks of about equal length."""
-    ordered = sorted(passes, key=lambda p: (p.recording, p.start_s))
-    total = sum(p.samples.torque_nm.size for p in ordered)
-    size = max(_BLOCK_SAMPLES, -(-total // _BLOCKS))
-    position = all(p.samples.position_rad is not None for p in ordered)
-    rows = []
-    for number, p in enumerate(ordered):
-        torque = p.samples.torque_nm
-        pieces = np.array_split(np.arange(torque.size), max(torque.size // size, 1))
-        where = np.zeros(2)
-        for piece in pieces:
-            if position and p.samples.position_rad is not None:
-                gravity = gravity_columns(p.samples.position_rad[piece], p.samples.gear_ratio)
-                where = gravity.mean(axis=0)
-            rows.append(
-                (
-                    float(torque[piece].mean()),
-                    p.recording,
-                    p.start_s + float(piece.mean()) * p.samples.period_s,
-                    p.group,
-                    float(np.sign(p.samples.velocity_rad_s)),
-                    number,
-                    size / piece.size,
-                    abs(p.samples.velocity_rad_s),
-                    float(where[0]),
-                    float(where[1]),
-                )
-            )
-    table = np.array(rows)
-    group, direction = table[:, 3].astype(np.int64), table[:, 4]
-    speeds = int(group.max()) + 1
-    friction = (group[:, np.newaxis] == np.arange(speeds)) * direction[:, np.newaxis]
-    shared = [np.ones(len(rows)), table[:, 8], table[:, 9]]
-    if speeds >= _ASYMMETRY_FROM:
-        shared.append(table[:, 7])
-    return _Blocks(
-        torque_nm=table[:, 0],
-        columns=_independent(np.column_stack((friction, *shared))),
-        recording=table[:, 1].astype(np.int64),
-        time_s=table[:, 2],
-        group=group,
-        direction=direction,
-        number=table[:, 5].astype(np.int64),
-        thinness=table[:, 6],
-        length_s=size * float(np.median([p.samples.period_s for p in ordered])),
-    )
-
-
-def _independent(columns: Floats) -> Floats:
-    """Return an orthonormal basis of the columns, shape (n, rank)."""
-    length = np.linalg.norm(columns, axis=0)
-    scaled = columns[:, length > 0.0] / length[length > 0.0]
-    left, singular, _ = np.linalg.svd(scaled, full_matrices=False)
-    return np.asarray(left[:, singular > 1e-6 * singular[0]])
-
-
-def _evened(blocks: _Blocks) -> tuple[_Blocks, Floats]:
-    """Divide every speed by the size of its noise, as far as speeds differ beyond chance.
-
-    Sizes come from second differences inside the passes, which neither gravity nor slow noise
-    touches, and are drawn to their mean by as much as chance explains of their scatter.
-
-    Returns
-    -------
-    blocks : _Blocks
-        With scaled torque and columns.
-    scale : ndarray, shape (groups,)
-    """
-    inside = (blocks.number[2:] == blocks.number[:-2]).nonzero()[0]
-    bend = blocks.torque_nm[:-2] - 2.0 * blocks.torque_nm[1:-1] + blocks.torque_nm[2:]
-    groups = int(blocks.group.max()) + 1
-    level, freedom = np.full(groups, np.nan), np.zeros(groups)
-    for group in range(groups):
-        own = inside[blocks.group[inside] == group]
-        size = float(np.sum(bend[own] ** 2 / blocks.thinness[own]))
-        if own.size >= 2 and size > 0.0:
-            # Second differences of white noise are correlated: 18/35 of them count.
-            level[group], freedom[group] = math.log(size / own.size), 18.0 / 35.0 * own.size
-    known = np.isfinite(level)
-    scale = np.ones(groups)
-    if np.count_nonzero(known) >= 2:
-        chance = float(np.mean(2.0 / freedom[known]))
-        scatter = float(np.var(level[known], ddof=1))
-        keep = max(0.0, 1.0 - chance / scatter) if scatter > 0.0 else 0.0
-        middle = float(np.mean(level[known]))
-        scale[known] = np.exp(0.5 * keep * (level[known] - middle))
-    by = scale[blocks.group]
-    evened = _Blocks(
-        blocks.torque_nm / by,
-        _independent(blocks.columns / by[:, np.newaxis]),
-        blocks.recording,
-        blocks.time_s,
-        blocks.group,
-        blocks.direction,
-        blocks.number,
-        blocks.thinness,
-        blocks.length_s,
-    )
-    return evened, scale
-
-
-def _grid(blocks: _Blocks) -> tuple[Floats, Floats]:
+def _grid(blocks: Blocks) -> tuple[Floats, Floats]:
     """Return memories and slow shares of the noise, shapes (g,): white, then all pairs."""
     longest_s = max(
         float(np.ptp(blocks.time_s[blocks.recording == r])) for r in np.unique(blocks.recording)
@@ -220,7 +158,7 @@ def _grid(blocks: _Blocks) -> tuple[Floats, Floats]:
 
 
 def _likelihood(
-    scaled: tuple[_Blocks, Floats], memory_s: Floats, share: Floats
+    scaled: tuple[Blocks, Floats], memory_s: Floats, share: Floats
 ) -> tuple[Floats, Floats]:
     """Return each grid point's weight and its noise variance, shapes (g,).
 
@@ -260,30 +198,33 @@ def _likelihood(
     return weight / weight.sum(), rest / freedom
 
 
-def _of_mean(scaled: tuple[_Blocks, Floats], group: int, memory_s: Floats, share: Floats) -> Floats:
-    """Return the variance of a speed's friction for noise of variance 1, shape (g,).
+def _of_means(scaled: tuple[Blocks, Floats], memory_s: Floats, share: Floats) -> Floats:
+    """Return the covariance of all speeds' friction for noise of variance 1, shape (m, G, G).
 
     Friction is half the difference of the directions' means, or one direction's mean.
     """
     blocks, scale = scaled
-    own = np.flatnonzero(blocks.group == group)
-    direction, mass = blocks.direction[own], 1.0 / blocks.thinness[own]
-    weight = np.zeros(own.size)
-    sides = np.unique(direction)
-    for side in sides.tolist():
-        there = direction == side
-        weight[there] = side * mass[there] / (mass[there].sum() * sides.size)
-    apart_s = np.abs(blocks.time_s[own][:, np.newaxis] - blocks.time_s[own])
-    same = blocks.recording[own][:, np.newaxis] == blocks.recording[own]
-    pairs = np.where(same, np.outer(weight, weight), 0.0)
-    out = (1.0 - share) * float(np.sum(weight**2 * blocks.thinness[own]))
+    weight = np.zeros((scale.shape[0], blocks.group.shape[0]))
+    for group in range(scale.shape[0]):
+        own = blocks.group == group
+        sides = np.unique(blocks.direction[own])
+        for side in sides.tolist():
+            there = own & (blocks.direction == side)
+            mass = 1.0 / blocks.thinness[there]
+            weight[group, there] = side * mass / (mass.sum() * sides.size)
+    weight *= scale[:, np.newaxis]
+    apart_s = np.abs(blocks.time_s[:, np.newaxis] - blocks.time_s)
+    same = blocks.recording[:, np.newaxis] == blocks.recording
+    white = (weight * blocks.thinness) @ weight.T
+    out = np.empty((share.shape[0], *white.shape))
     for memory in np.unique(memory_s).tolist():
         at = memory_s == memory
-        out[at] += share[at] * float(np.sum(pairs * np.exp(-apart_s / memory)))
-    return np.asarray(scale[group] ** 2 * out, dtype=np.float64)
+        slow = weight @ np.where(same, np.exp(-apart_s / memory), 0.0) @ weight.T
+        out[at] = np.multiply.outer(1.0 - share[at], white) + np.multiply.outer(share[at], slow)
+    return out
 
 
-def _excess(blocks: _Blocks, left_nm: Floats, group: int, noise: _Noise) -> float:
+def _excess(blocks: Blocks, left_nm: Floats, group: int, noise: _Noise) -> float:
     """Return how much larger one speed's slow noise is than all speeds', 1 within chance.
 
     Second differences do not see a slow stick-slip or ripple that only this speed has. What is left
@@ -309,8 +250,6 @@ def _excess(blocks: _Blocks, left_nm: Floats, group: int, noise: _Noise) -> floa
 def _spread(variance_nm2: Floats, weight: Floats) -> Spread:
     """Return the spread whose interval holds 95 % of the mixture of normal errors."""
     deviation = np.sqrt(np.maximum(variance_nm2, 0.0))
-    told = weight > 1e-6 * weight.max()
-    deviation, weight = deviation[told], weight[told] / weight[told].sum()
     low, high = 0.0, 4.0 * float(deviation.max())
     for _ in range(_BISECTIONS):
         middle = 0.5 * (low + high)

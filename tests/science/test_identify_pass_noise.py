@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from agent.identify.pass_noise import TimedPass, spreads
+from agent.identify.pass_blocks import TimedPass
+from agent.identify.pass_noise import PassNoise, noise_of
 from agent.identify.passes import Pass
 from agent.identify.uncertainty import student_975
 from tests.science.identify_plant import Floats, coloured
@@ -49,6 +50,11 @@ def stair_of_noise(
     return passes, np.asarray((sums[:, 0] - sums[:, 1]) / 2.0, dtype=np.float64)
 
 
+def errors_of(noise: PassNoise | None) -> list[float]:
+    assert noise is not None
+    return [s.standard_error_nm for s in noise.spreads]
+
+
 @pytest.mark.parametrize("memory_s", [0.02, 0.2, 1.0])
 @pytest.mark.parametrize("case", [{}, {"speeds": (5.0, 20.0, 60.0)}, {"repeats": 2}], ids=str)
 def test_intervals_cover_whatever_the_memory(memory_s: float, case: dict[str, int]) -> None:
@@ -56,9 +62,9 @@ def test_intervals_cover_whatever_the_memory(memory_s: float, case: dict[str, in
     inside = []
     for _ in range(25):
         passes, error = stair_of_noise(rng, memory_s, **case)  # type: ignore[arg-type]  # keywords by parametrisation
-        found = spreads(passes)
+        found = noise_of(passes)
         assert found is not None
-        reach = np.array([student_975(s.dof) * s.standard_error_nm for s in found])
+        reach = np.array([student_975(s.dof) * s.standard_error_nm for s in found.spreads])
         inside.append(np.abs(error) <= reach)
     # Points of one stair lean together: a run's share scatters by 2 points, of 3 speeds by 4.
     assert np.mean(inside) >= (0.88 if len(inside[0]) > 3 else 0.83)
@@ -68,8 +74,8 @@ def test_a_loud_speed_is_wide_and_does_not_widen_the_others() -> None:
     widths = []
     for louder in (1.0, 6.0):
         rng = np.random.default_rng(6)
-        found = [spreads(stair_of_noise(rng, 0.05, louder=louder)[0]) for _ in range(10)]
-        widths.append(np.mean([[s.standard_error_nm for s in f] for f in found if f], axis=0))
+        found = [noise_of(stair_of_noise(rng, 0.05, louder=louder)[0]) for _ in range(10)]
+        widths.append(np.mean([errors_of(f) for f in found], axis=0))
     ratio = widths[1] / widths[0]
     assert ratio[2] == pytest.approx(6.0, rel=0.35)
     assert np.all(np.delete(ratio, 2) < 1.4)
@@ -77,11 +83,9 @@ def test_a_loud_speed_is_wide_and_does_not_widen_the_others() -> None:
 
 def test_more_passes_narrow_the_interval_by_their_root() -> None:
     rng = np.random.default_rng(7)
-    once = [spreads(stair_of_noise(rng, 0.05)[0]) for _ in range(8)]
-    fourfold = [spreads(stair_of_noise(rng, 0.05, repeats=4)[0]) for _ in range(8)]
-    narrow, wide = (
-        np.mean([s.standard_error_nm for f in many if f for s in f]) for many in (fourfold, once)
-    )
+    once = [noise_of(stair_of_noise(rng, 0.05)[0]) for _ in range(8)]
+    fourfold = [noise_of(stair_of_noise(rng, 0.05, repeats=4)[0]) for _ in range(8)]
+    narrow, wide = (np.mean([errors_of(f) for f in many]) for many in (fourfold, once))
     assert narrow == pytest.approx(0.5 * wide, rel=0.15)
 
 
@@ -91,4 +95,33 @@ def test_a_single_block_tells_nothing() -> None:
     short = [
         TimedPass(p.samples.within(40.0, 40.4), p.recording, p.start_s, p.group) for p in passes
     ]
-    assert spreads(short) is None
+    assert noise_of(short) is None
+
+
+@pytest.mark.parametrize("memory_s", [0.02, 0.2])
+def test_a_true_law_is_refuted_no_more_often_than_it_says(memory_s: float) -> None:
+    rng = np.random.default_rng(9)
+    speeds = np.array(SPEEDS[:5])
+    columns = np.column_stack((np.ones(5), speeds))
+    chances = []
+    for _ in range(40):
+        passes, friction = stair_of_noise(rng, memory_s, speeds=speeds.tolist())
+        found = noise_of(passes)
+        assert found is not None
+        chances.append(found.chance(columns, friction + columns @ (0.6, 0.01)))
+    # One side of Kolmogorov's distance: of 40 even chances, beyond 0.24 in one case of 100.
+    ranks = np.arange(1, 41) / 40.0
+    assert np.max(ranks - np.sort(chances)) < 0.24
+
+
+def test_a_fall_beyond_the_noise_has_no_chance_and_a_common_level_every_chance() -> None:
+    rng = np.random.default_rng(10)
+    speeds = np.array(SPEEDS[:5])
+    columns = np.column_stack((np.ones(5), speeds))
+    passes, friction = stair_of_noise(rng, 0.05, speeds=speeds.tolist())
+    found = noise_of(passes)
+    assert found is not None
+    assert found.chance(columns, friction + 0.1 * np.exp(-speeds / 5.0)) < 1e-4
+    level = found.chance(columns, friction + 1.0)
+    assert level == pytest.approx(found.chance(columns, friction))
+    assert found.chance(np.eye(5), friction) == 1.0
