@@ -98,8 +98,16 @@ def with_probe(axis: AxisPort, described: Axis, owner: CanBusOwner, clock: Clock
     return Probed(probed, lambda: probed.probe_identity)
 
 
-def temperature_probe(described: Temperature, owner: CanBusOwner, clock: Clock) -> TemperatureProbe:
-    """Return the probe that `[axis.temperature]` describes; nothing is opened yet."""
+def temperature_probe(
+    described: Temperature, owner: CanBusOwner | None, clock: Clock
+) -> TemperatureProbe:
+    """Return the probe that `[axis.temperature]` describes; nothing is opened yet.
+
+    Raises
+    ------
+    agent.errors.InputError
+        Where the register map cannot be used, or a node on the CAN bus is asked for without one.
+    """
     period_s, timeout_s = described.period_s, described.timeout_s
     if isinstance(described, AdamTemperature):
         return AdamProbe(
@@ -112,6 +120,8 @@ def temperature_probe(described: Temperature, owner: CanBusOwner, clock: Clock) 
             timeout_s=timeout_s,
         )
     if isinstance(described, Cia404Temperature):
+        if owner is None:
+            raise InputError("A temperature node on the CAN bus cannot be read without the bus.")
         return RtdNode(
             owner,
             clock,
