@@ -16,6 +16,7 @@ what the shared error may be, is beyond `high_rise`.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -27,6 +28,8 @@ from agent.monitor.standing import Standing, standing
 from agent.monitor.tuning import Target, Tuning, cycles_per_year, tune
 
 DECIDING = "low_integral_w"
+
+_SHARES: Mapping[str, float] = {DECIDING: 0.75, "integral_w": 0.25}
 
 _KEPT = 1.5  # of the threshold of H1: the sum grows no further
 
@@ -41,15 +44,17 @@ class Cusum:
         The rise worth finding and the false alarms accepted, shared among the features.
     high_rise : float
         H1 is for a rise of the low-speed friction of at least this share of its level.
-    features : tuple of str
-        Tested for H0; those that a series does not carry are left out.
+    features : mapping of str to float
+        Tested for H0, each with its share of the accepted false alarms; those that a series does
+        not carry are left out. Wear shows at low speed, which so has the greater share; the whole
+        integral is there for what rises at high speed alone, such as a wrong oil.
     robust : bool
         Let no single cycle add more than half of the threshold.
     """
 
     target: Target = field(default_factory=Target)
     high_rise: float = 0.2
-    features: tuple[str, ...] = (DECIDING, "integral_w")
+    features: Mapping[str, float] = field(default_factory=lambda: dict(_SHARES))
     robust: bool = True
 
     @property
@@ -78,12 +83,12 @@ class Cusum:
         return Judgement(self.name, warned_states(increased, high), traces)
 
     def _tuned(self, series: FeatureSeries) -> dict[str, tuple[Standing | None, Tuning]]:
-        tested = [name for name in self.features if name in series.values]
-        per_year = cycles_per_year(series)
+        tested = {name: s for name, s in self.features.items() if name in series.values}
+        per_year, whole = cycles_per_year(series), sum(tested.values())
         out = {}
-        for name in tested:
+        for name, share in tested.items():
             found = standing(series, name)
-            out[name] = (found, tune(found, self.target, per_year, 1.0 / len(tested)))
+            out[name] = (found, tune(found, self.target, per_year, share / whole))
         return out
 
     def _sums(self, found: Standing, tuning: Tuning, healthy: int) -> Floats:

@@ -8,6 +8,9 @@ correlation and m = n / L the cycles that are worth as much as independent ones.
 is one draw of (b, r), so what is kept to is the expected rate over all of them, and the interval
 of the rate over them is said. Drift and threshold together are those that find the rise soonest
 under that constraint: with a long baseline Moustakides's, with a short one a larger drift.
+
+Half of the accepted false alarms are left to that noise. The other half is for the compensation's
+law being off, which `allowance` meets.
 """
 
 from __future__ import annotations
@@ -28,6 +31,7 @@ SLOWEST_CYCLES = 400.0
 """A rise that takes longer than this to be found is not found."""
 
 _DRIFTS = np.linspace(0.4, 0.95, 12)  # of the rise
+_NOISE = 0.5  # of the false alarms are left to noise, the rest to the law's error
 _LARGEST = 200.0  # threshold over scatter
 
 
@@ -43,7 +47,7 @@ class Target:
         False alarms of each state that are accepted in a robot-year.
     """
 
-    smallest_rise: float = 0.05
+    smallest_rise: float = 0.03
     increased_per_year: float = 0.1
     high_per_year: float = 0.01
 
@@ -67,10 +71,9 @@ class Tuning:
         k, and the thresholds of H0 and H1; infinite where the baseline cannot carry the rate.
     allowance, high_allowance : float
         How many deviations of the compensation's shared error are allowed for in H0 and in H1.
-        That error lasts a season, not a cycle, so it is one trial in each half of a year: the
-        quantile that it passes with half of the accepted rate.
+        That error lasts a season, not a cycle: it is one trial in each half of a year.
     rate_per_year : float
-        Expected false alarms of H0 in a robot-year.
+        Expected false alarms of H0 from noise in a robot-year.
     rate_ci95_per_year : tuple of float
         Between which that rate lies for this robot, from what its baseline leaves open.
     delay_cycles : float
@@ -130,7 +133,7 @@ def tune(
     doubt = _doubt(found.cycles, round(found.long_run, 2))
     rise = target.smallest_rise * found.level / found.scatter
     drifts = _DRIFTS * rise
-    lines = _thresholds(doubt, drifts, share * target.increased_per_year, cycles_per_year)
+    lines = _thresholds(doubt, drifts, _NOISE * share * target.increased_per_year, cycles_per_year)
     delays = np.where(np.isfinite(lines), doubt.delays(rise, drifts, lines), np.inf)
     best = int(np.argmin(delays))
     if not delays[best] <= SLOWEST_CYCLES:
@@ -141,7 +144,7 @@ def tune(
             f"{share * target.increased_per_year:.2g} false alarms a year"
         )
     drift, line = drifts[best : best + 1], lines[best : best + 1]
-    high = _thresholds(doubt, drift, share * target.high_per_year, cycles_per_year)
+    high = _thresholds(doubt, drift, _NOISE * share * target.high_per_year, cycles_per_year)
     rates = doubt.rates(drift, line, cycles_per_year)[0]
     low, up = (float(q) for q in np.quantile(rates, (0.025, 0.975)))
     return Tuning(
@@ -157,7 +160,8 @@ def tune(
         sentence=(
             f"{found.cycles} healthy cycles: a lasting rise of "
             f"{100.0 * target.smallest_rise:.0f} % is found after about {delays[best]:.0f} cycles; "
-            f"false-alarm rate between {low:.2g} and {up:.2g} a year, {np.mean(rates):.2g} expected"
+            f"false alarms from noise between {low:.2g} and {up:.2g} a year, "
+            f"{np.mean(rates):.2g} expected"
         ),
     )
 
@@ -176,8 +180,12 @@ def _undecided(reason: str) -> Tuning:
 
 
 def allowance(rate_per_year: float) -> float:
-    """Return how many deviations of the shared error are allowed for; see `Tuning`."""
-    return float(norm.isf(min(0.5, 0.5 * rate_per_year)))
+    """Return how many deviations of the law's shared error to allow for.
+
+    Half of the accepted false alarms are the law's, and it has two trials a year: its error is
+    largest where the season is warmest and where it is coldest.
+    """
+    return float(norm.isf(min(0.5, (1.0 - _NOISE) * rate_per_year / 2.0)))
 
 
 @functools.lru_cache(maxsize=256)
