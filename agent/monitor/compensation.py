@@ -400,9 +400,10 @@ def _solve(columns: Floats, y: Floats, weight: Floats, centre: Floats, width: Fl
     mean = float(weight @ y) / total
     away, left = columns - middle, y - mean
     precision = (away.T * weight) @ away + np.diag(1.0 / width**2)
-    covariance = np.linalg.inv(precision)
-    coefficients = covariance @ ((away.T * weight) @ left + centre / width**2)
-    predicted = mean + away @ coefficients
+    covariance: Floats = np.asarray(np.linalg.inv(precision), dtype=np.float64)
+    pull = np.asarray((away.T * weight) @ left + centre / width**2, dtype=np.float64)
+    coefficients = covariance @ pull
+    predicted: Floats = np.asarray(mean + away @ coefficients, dtype=np.float64)
     leverage = weight * (1.0 / total + np.einsum("ni,ij,nj->n", away, covariance, away))
     seen = np.maximum(1.0 - leverage, 1e-6)
     unseen = 0.5 * float(np.sum(np.log(seen * weight) - weight * (y - predicted) ** 2 / seen))

@@ -135,6 +135,7 @@ class Cycle:
             The document is another.
         """
         curve = document["curve"]
+        texts: dict[str, Any] = {key: str(document[key]) for key in _TEXTS}
         numbers: dict[str, Any] = {
             key: math.nan if document[key] is None else float(document[key]) for key in _NUMBERS
         }
@@ -145,7 +146,7 @@ class Cycle:
             parts=dict(document["parts"]),
             reasons=tuple(document["reasons"]),
             **numbers,
-            **{key: str(document[key]) for key in _TEXTS},
+            **texts,
         )
 
 

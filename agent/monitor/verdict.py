@@ -89,6 +89,21 @@ class Finding:
         return self.status in (State.INCREASED.value, State.HIGH.value)
 
     @property
+    def timing(self) -> tuple[str, ...]:
+        """Return when the change began and what is ahead, a sentence each; empty without alarm."""
+        out = []
+        if self.change is not None and self.change.decidable and self.current is not None:
+            start = self.history.cycles[self.current.segment.start].started_s
+            low, high = (_day(start + t) for t in self.change.time_ci95_s)
+            shape, share = max(self.change.shapes.items(), key=lambda s: s[1])
+            out.append(
+                f"The change began between {low} and {high} (95 %), as a {shape} ({share:.0%})."
+            )
+        elif self.change is not None:
+            out.append(_sentence(self.change.sentence))
+        return (*out, *([_sentence(self.outlook.sentence)] if self.outlook is not None else []))
+
+    @property
     def current(self) -> Track | None:
         """Return the last stretch."""
         return self.tracks[-1] if self.tracks else None
@@ -214,9 +229,7 @@ def _since(change: ChangeTime, cycles: tuple[Cycle, ...]) -> str:
     """Return since when, in words; empty where that is not decidable."""
     if not change.decidable:
         return ""
-    start = cycles[0].started_s
-    days = [_day(start + t) for t in (change.time_s, *change.time_ci95_s)]
-    return f" since about {days[0]} ({days[1]} to {days[2]})"
+    return f" since about {_day(cycles[0].started_s + change.time_s)}"
 
 
 def _day(seconds: float) -> str:
@@ -249,10 +262,11 @@ def _quiet(found: Comparison, last: Track) -> str:
 
 def _in_words(effect: Effect) -> str:
     low, high = effect.ci95_percent
-    return (
-        f"{_signed(effect.percent)} % ({_signed(low)} to {_signed(high)} %, "
-        f"{1e3 * effect.change_nm:+.3g} mN m)".replace("-", "−")
-    )
+    return f"{_signed(effect.percent)} % ({_signed(low)} to {_signed(high)} %)"
+
+
+def _sentence(words: str) -> str:
+    return f"{words[0].upper()}{words[1:]}."
 
 
 def _signed(percent: float) -> str:

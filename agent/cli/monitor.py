@@ -1,0 +1,168 @@
+"""`stribeck monitor`: a history of cycles in, an alarm with its reason or a quiet sentence out."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+import typer
+
+from agent.cli.exits import BAD_NEWS
+from agent.cli.monitor_cycles import Unreadable, cache_folder, cycles_of
+from agent.cli.monitor_json import to_json
+from agent.cli.monitor_text import monitor_text
+from agent.cli.talk import progress_bar, talker
+from agent.errors import InputError, StorageError
+from agent.monitor.detectors import DEFAULT, detector
+from agent.monitor.events import Event, parse_events
+from agent.monitor.history import histories
+from agent.monitor.verdict import Finding, judge
+from agent.record.atomic import publish
+from agent.record.events_file import read_events
+from agent.record.reading import find
+
+EVENTS = "events.toml"
+_SAID = {"swap": "swap", "oil": "oil-change", "oil-change": "oil-change"}
+_SAID |= {"relubrication": "relubrication"}
+
+
+@dataclass(frozen=True)
+class MonitorRequest:
+    """What the command was asked.
+
+    Parameters
+    ----------
+    patterns : sequence of str
+        The history: files, folders or globs.
+    baseline : int or None
+        How many of the first cycles are healthy; None for the rule.
+    events : Path or None
+        Of `events.toml`; None to look for it beside the recordings.
+    detector : str
+    low_rad_s : float or None
+        Where the low-speed part of the curve ends.
+    cache : bool
+        Whether estimates are kept.
+    """
+
+    patterns: Sequence[str]
+    baseline: int | None = None
+    events: Path | None = None
+    detector: str = DEFAULT
+    low_rad_s: float | None = None
+    cache: bool = True
+
+
+@dataclass(frozen=True)
+class Monitored:
+    """The findings, one a joint, and the files that could not be read."""
+
+    findings: tuple[Finding, ...]
+    unreadable: tuple[Unreadable, ...]
+
+    @property
+    def alarm(self) -> bool:
+        """Return whether any joint's friction is increased now."""
+        return any(finding.alarm for finding in self.findings)
+
+
+def run_monitor(request: MonitorRequest, out: Path | None, *, as_json: bool) -> None:
+    """Monitor the joints of a history and print what is said of them; exit 1 on an alarm.
+
+    Raises
+    ------
+    agent.errors.InputError
+        Nothing of the history can be used, or an option cannot.
+    """
+    found = monitor(request)
+    document = json.dumps(to_json(found.findings, found.unreadable), indent=2)
+    if out is not None:
+        report = _write(found, document, out)
+        talker().print(f"The report is in {report}.")
+    typer.echo(document if as_json else monitor_text(found.findings, found.unreadable))
+    if found.alarm:
+        raise typer.Exit(BAD_NEWS)
+
+
+def monitor(request: MonitorRequest) -> Monitored:
+    """Read, estimate and judge.
+
+    Raises
+    ------
+    agent.errors.InputError
+        As for `run_monitor`.
+    """
+    paths = find(request.patterns)
+    events = events_for(request, paths)
+    with progress_bar("estimating") as moved:
+        cycles, unreadable = cycles_of(paths, cache_folder() if request.cache else None, moved)
+    if not cycles:
+        more = f" (and {len(unreadable) - 1} more like it)" if len(unreadable) > 1 else ""
+        raise InputError(f"{unreadable[0].reason}{more}", "Nothing of this history can be used.")
+    try:
+        judges = detector(request.detector)
+        findings = tuple(
+            judge(history, judges, request.baseline)
+            for history in histories(cycles, events, request.low_rad_s)
+        )
+    except ValueError as error:
+        raise InputError(f"{str(error)[0].upper()}{str(error)[1:]}.") from error
+    return Monitored(findings, unreadable)
+
+
+def events_for(request: MonitorRequest, paths: Sequence[Path]) -> tuple[Event, ...]:
+    """Return what people and the agent wrote down of the joints.
+
+    Raises
+    ------
+    agent.errors.InputError
+        The file cannot be read or is no list of events.
+    """
+    folders = sorted({path.parent for path in paths})
+    beside = [f / EVENTS for f in folders if (f / EVENTS).is_file()]
+    files = [request.events] if request.events is not None else beside
+    written = [event for file in files for event in _read(file)]
+    for folder in folders:
+        entries, problems = read_events(folder)
+        for problem in problems:
+            talker().print(problem)
+        written += [
+            Event(_seconds(e.at), _SAID[e.kind], e.text, e.robot or None, e.axis)
+            for _, e in entries
+            if e.kind in _SAID
+        ]
+    return tuple(sorted(written, key=lambda e: e.at_s))
+
+
+def _read(path: Path) -> tuple[Event, ...]:
+    try:
+        return parse_events(tomllib.loads(path.read_text(encoding="utf-8")))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error}).") from error
+    except ValueError as error:  # a TOML error is one, too
+        raise InputError(f"{path}: {error}.", "See docs/monitor.md, events.") from error
+
+
+def _seconds(at: str) -> float:
+    try:
+        return datetime.fromisoformat(at).timestamp()
+    except ValueError as error:
+        raise InputError(f"events.jsonl: {at!r} is no time in ISO 8601.") from error
+
+
+def _write(found: Monitored, document: str, out: Path) -> Path:
+    """Write numbers and page, each whole or not at all."""
+    from agent.report.monitor import monitor_html
+
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StorageError(f"The folder {out} cannot be made: {error}.") from error
+    report = out / "report.html"
+    page = monitor_html(found.findings, [(u.name, u.reason) for u in found.unreadable])
+    publish({out / "monitor.json": f"{document}\n".encode(), report: page.encode()}, overwrite=True)
+    return report

@@ -1,0 +1,59 @@
+"""What `stribeck monitor` says in the terminal: one sentence first, the reasons after it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from agent.cli.monitor_cycles import Unreadable
+from agent.monitor.comparison import Effect
+from agent.monitor.verdict import Finding
+from agent.numbers import scale_for
+
+_MOST = 8
+
+
+def monitor_text(findings: Sequence[Finding], unreadable: Sequence[Unreadable]) -> str:
+    """Return what a technician reads, joint by joint."""
+    parts = [_joint(finding) for finding in findings]
+    if unreadable:
+        parts.append("\n".join(["Not read:", *_listed([f"{u.reason}" for u in unreadable])]))
+    return "\n\n".join(parts)
+
+
+def _joint(finding: Finding) -> str:
+    history = finding.history
+    lines = [f"{history.joint.label}: {finding.status}", f"  {finding.sentence}"]
+    if finding.reasons is not None:
+        lines.append(f"  {finding.reasons.sentence}")
+    lines += [f"  {sentence}" for sentence in finding.timing]
+    if finding.comparison is not None:
+        lines += [_effect(name, e) for name, e in finding.comparison.effects.items()]
+    if finding.next_steps:
+        lines += ["  What to do next:", *(f"    - {step}" for step in finding.next_steps)]
+    track = finding.current
+    if track is not None and track.segment.events:
+        events = "; ".join(event.label for event in track.segment.events)
+        lines.append(f"  The baseline began anew: {events}.")
+    if history.notes:
+        lines += ["  Bear in mind:", *(f"    - {note}" for note in history.notes)]
+    if history.set_aside:
+        lines.append(f"  Set aside ({len(history.set_aside)}):")
+        lines += _listed([f"{s.name}: {s.reason}" for s in history.set_aside])
+    return "\n".join(lines)
+
+
+def _effect(name: str, effect: Effect) -> str:
+    """Return a change in torque and per cent, as one line."""
+    scale = scale_for("N m", [effect.change_nm])
+    low, high = (scale.factor * end for end in effect.ci95_nm)
+    torque = f"{scale.factor * effect.change_nm:+.3g} {scale.unit} ({low:+.3g} to {high:+.3g})"
+    span = f"{effect.from_rad_s:.3g} to {effect.to_rad_s:.3g} rad/s"
+    which = "all speeds" if name == "whole" else f"{name} speed"
+    return f"    {which:<11} {span:<22} {torque}".replace("-", "−")
+
+
+def _listed(sentences: Sequence[str]) -> list[str]:
+    """Return at most a few of them, and how many more there are."""
+    shown = [f"    - {sentence}" for sentence in sentences[:_MOST]]
+    more = len(sentences) - _MOST
+    return shown + ([f"    - and {more} more (--json lists them all)"] if more > 0 else [])

@@ -1,0 +1,194 @@
+"""The offline page of a monitored history: one HTML file without network or script."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from agent.monitor.comparison import Effect
+from agent.monitor.series import FEATURES
+from agent.monitor.verdict import NOT_DECIDABLE, Finding, Track
+from agent.numbers import scale_for, significant
+from agent.report.canvas import data_uri
+from agent.report.estimate import Picture
+from agent.report.figure_monitor_curves import curves_in_words, figure_monitor_curves
+from agent.report.figure_monitor_trends import figure_monitor_trends, trends_in_words
+from agent.report.page import render
+
+STATUS = {
+    "NF": "No alarm",
+    "H0": "Friction has increased",
+    "H1": "Friction has increased a lot",
+    NOT_DECIDABLE: "Not decidable yet",
+}
+_UNITS = {
+    "coulomb_nm": "N m",
+    "viscous_nm_s_per_rad": "N m s/rad",
+    "integral_w": "W",
+    "low_integral_w": "W",
+}
+_LISTED = 40
+
+
+@dataclass(frozen=True)
+class JointView:
+    """What the page shows of one joint, every number written."""
+
+    label: str
+    id: str
+    status: str
+    kind: str
+    sentence: str
+    why: Sequence[str]
+    causes: Sequence[tuple[str, str, float]]
+    next_steps: Sequence[str]
+    facts: Sequence[tuple[str, str]]
+    effects: Sequence[tuple[str, str, str, str]]
+    curves: Picture | None
+    trends: Picture | None
+    laws: Sequence[tuple[str, str, str, str, str]]
+    segments: Sequence[tuple[str, str, str, str]]
+    notes: Sequence[str]
+    set_aside: Sequence[tuple[str, str]]
+    not_listed: int
+
+
+def monitor_html(findings: Sequence[Finding], unreadable: Sequence[tuple[str, str]]) -> str:
+    """Return the page as text; the same findings give the same text.
+
+    Parameters
+    ----------
+    findings : sequence of Finding
+        One a joint, at least one.
+    unreadable : sequence of (name, reason)
+        Files that are no recordings.
+    """
+    joints = [_view(finding, f"joint{i}") for i, finding in enumerate(findings)]
+    first = findings[0].history.joint
+    alone = len(findings) == 1
+    return render(
+        "monitor.html.j2",
+        robot=first.robot if alone else "",
+        axis=str(first.axis) if alone else "",
+        joints=joints,
+        unreadable=list(unreadable),
+    )
+
+
+def _view(finding: Finding, name: str) -> JointView:
+    history, reasons, found = finding.history, finding.reasons, finding.comparison
+    grid, track = history.grid, finding.current
+    return JointView(
+        label=history.joint.label,
+        id=name,
+        status=STATUS[finding.status],
+        kind="decided" if finding.status == "NF" else "undecided",
+        sentence=_without_status(finding.sentence),
+        why=() if reasons is None else (reasons.sentence, *finding.timing),
+        causes=()
+        if reasons is None
+        else [
+            (c.words, f"{100.0 * c.probability:.0f} %", 100.0 * c.probability)
+            for c in reasons.causes
+        ],
+        next_steps=finding.next_steps,
+        facts=_facts(finding),
+        effects=()
+        if found is None
+        else [_effect(key, found.effects[key]) for key in ("low", "high", "whole")],
+        curves=None
+        if found is None or grid is None
+        else Picture(
+            data_uri(figure_monitor_curves(found, grid.low_rad_s)),
+            data_uri(figure_monitor_curves(found, grid.low_rad_s, narrow=True)),
+            curves_in_words(found),
+        ),
+        trends=None
+        if not history.cycles
+        else Picture(
+            data_uri(figure_monitor_trends(finding)),
+            data_uri(figure_monitor_trends(finding, narrow=True)),
+            trends_in_words(finding),
+        ),
+        laws=() if track is None else _laws(track),
+        segments=[_segment(finding, t) for t in finding.tracks],
+        notes=history.notes,
+        set_aside=[(s.name, s.reason) for s in history.set_aside[:_LISTED]],
+        not_listed=max(0, len(history.set_aside) - _LISTED),
+    )
+
+
+def _without_status(sentence: str) -> str:
+    """Leave out what the headline says already."""
+    for start in ("No alarm, ", "Not decidable yet: ", "Friction has increased: "):
+        if sentence.startswith(start):
+            rest = sentence.removeprefix(start)
+            return f"{rest[0].upper()}{rest[1:]}"
+    return sentence
+
+
+def _facts(finding: Finding) -> list[tuple[str, str]]:
+    """Return what the comparison stands on."""
+    history, grid, track = finding.history, finding.history.grid, finding.current
+    rows = [("Cycles", f"{len(history.cycles)} counted, {len(history.set_aside)} set aside")]
+    if history.cycles:
+        first, last = history.cycles[0].started_at[:10], history.cycles[-1].started_at[:10]
+        rows.append(("From, to", f"{first}, {last}"))
+    if track is not None:
+        rows.append(("Baseline", f"{track.baseline.cycles} of {track.baseline.needed} cycles"))
+    if grid is not None:
+        low, high = grid.speed_rad_s[0], grid.speed_rad_s[-1]
+        rows.append(("Compared over", f"{low:.3g} to {high:.3g} rad/s"))
+        rows.append(("Low speed is", f"below {grid.low_rad_s:.3g} rad/s"))
+    return rows
+
+
+def _effect(key: str, effect: Effect) -> tuple[str, str, str, str]:
+    """Return range, change in per cent and in torque, and the healthy torque, as written."""
+    names = {"low": "low speed", "high": "high speed", "whole": "all speeds"}
+    span = f"{names[key]} ({effect.from_rad_s:.3g} to {effect.to_rad_s:.3g} rad/s)"
+    scale = scale_for("N m", [effect.change_nm])
+    torque = [scale.factor * v for v in (effect.change_nm, *effect.ci95_nm)]
+    share = (effect.percent, *effect.ci95_percent)
+    healthy = scale_for("N m", [effect.healthy_nm])
+    return (
+        span,
+        _interval(share, "%", 1),
+        _interval(torque, scale.unit, 1 if max(map(abs, torque)) < 100.0 else 0),
+        f"{significant(healthy.factor * effect.healthy_nm, 3)} {healthy.unit}",
+    )
+
+
+def _interval(values: Sequence[float], unit: str, places: int) -> str:
+    value, low, high = (f"{v:+.{places}f}".replace("-", "−") for v in values)
+    return f"{value} {unit} ({low} to {high})"
+
+
+def _laws(track: Track) -> list[tuple[str, str, str, str, str]]:
+    """Return what temperature does to each feature: level, law, slope, learned range."""
+    rows = []
+    for name, law in track.baseline.laws.items():
+        scale = scale_for(_UNITS[name], [law.level])
+        slope, deviation = (100.0 * s for s in law.slope_per_k)
+        low, high = law.basis.lowest[0], law.basis.highest[0]
+        known = math.isfinite(low)
+        rows.append(
+            (
+                FEATURES[name],
+                f"{significant(scale.factor * law.level, 4)} {scale.unit}",
+                f"{100.0 * law.scatter / abs(law.level):.2f} %",
+                f"{slope:+.2f} ± {1.96 * deviation:.2f} %/K".replace("-", "−") if known else "–",
+                f"{low:.1f} to {high:.1f} °C, {law.name}" if known else "no temperature",
+            )
+        )
+    return rows
+
+
+def _segment(finding: Finding, track: Track) -> tuple[str, str, str, str]:
+    """Return when a stretch began and why, its baseline, and its last state."""
+    cycles = finding.history.cycles[track.segment.start : track.segment.stop]
+    events = "; ".join(e.label for e in track.segment.events) or "first cycle"
+    state = track.judgement.states[-1].value if track.judgement else NOT_DECIDABLE
+    baseline = f"{track.baseline.cycles} of {track.baseline.needed}"
+    return (cycles[0].started_at[:10], events, f"{len(cycles)} ({baseline})", STATUS[state])
