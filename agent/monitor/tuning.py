@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import chi2, norm
@@ -130,7 +131,23 @@ def tune(
     """
     if found is None or found.level <= 0.0:
         return _undecided("the baseline has too few cycles to tune a detector on")
-    doubt = _doubt(found.cycles, round(found.long_run, 2))
+    known = _Known(found.cycles, round(found.long_run, 2), found.level, found.scatter)
+    return _tuned(known, target, cycles_per_year, share)
+
+
+class _Known(NamedTuple):
+    """What tuning knows of a baseline; one baseline is asked about again and again."""
+
+    cycles: int
+    long_run: float
+    level: float
+    scatter: float
+
+
+@functools.lru_cache(maxsize=512)
+def _tuned(found: _Known, target: Target, cycles_per_year: float, share: float) -> Tuning:
+    """Return the numbers for a baseline; see `tune`."""
+    doubt = _doubt(found.cycles, found.long_run)
     rise = target.smallest_rise * found.level / found.scatter
     drifts = _DRIFTS * rise
     lines = _thresholds(doubt, drifts, _NOISE * share * target.increased_per_year, cycles_per_year)
