@@ -15,11 +15,13 @@ from agent.acquisition import KEY as ACQUISITION
 from agent.acquisition import Acquisition
 from agent.cell import Axis, Bus, Cell
 from agent.cycle.axis_lock import owned
+from agent.cycle.ending import CycleResult
 from agent.cycle.job import JobRunner, job_columns
 from agent.cycle.permission import permitted
 from agent.cycle.plan import CyclePlan, plan_cycle
 from agent.cycle.preflight import before_the_bus, insist
-from agent.cycle.runner import CycleResult, CycleRunner, Progress, columns
+from agent.cycle.recorder import columns
+from agent.cycle.runner import CycleRunner, Progress
 from agent.errors import InputError
 from agent.record.atomic import publish, storage_error
 from agent.record.recording import Metadata

@@ -7,14 +7,17 @@ with stopping distance, torque, temperature, freshness. Whatever it refuses abor
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
+from agent.cycle.ending import CycleResult, conclude
 from agent.cycle.gate import SetPoint, refusals
 from agent.cycle.interlock import Event, Interlock
+from agent.cycle.pace import ticks
 from agent.cycle.plan import CyclePlan
 from agent.cycle.preflight import at_standstill, insist
-from agent.cycle.runner import OBSERVE_S, OBSERVE_TIMEOUT_S, CycleResult, Progress, Writer, annotate
+from agent.cycle.recorder import Writer
+from agent.cycle.runner import OBSERVE_S, OBSERVE_TIMEOUT_S, Progress
 from agent.cycle.teardown import Aftermath, tear_down
 from agent.errors import StoppedError
 from drivers.clock import Clock
@@ -112,14 +115,7 @@ class JobRunner:
             keep=self._keep,
             finish=self._finish,
         )
-        if failure is None and aftermath.problems:
-            failure = StoppedError(f"The job ran to its end, but: {'; '.join(aftermath.problems)}.")
-        if failure is not None:
-            annotate(failure, aftermath, moved=self._may_move)
-            raise failure
-        if aftermath.recording is None or aftermath.account is None or evidence is None:
-            raise AssertionError("a job that ran to its end has a recording and an account")
-        return CycleResult(aftermath.recording, evidence, aftermath.account)
+        return conclude(failure, aftermath, evidence, what="job", moved=self._may_move)
 
     # -- the loop ----------------------------------------------------------------------------
 
@@ -130,7 +126,7 @@ class JobRunner:
         self._may_move = True
         self._controller.start()
         started_s = self._clock.now()
-        for now_s in self._ticks():
+        for now_s in ticks(self._clock, self.plan.tick_s):
             reason = self._stop_requested()
             if reason is not None:
                 raise self._trip(reason)
@@ -155,7 +151,7 @@ class JobRunner:
         """
         seen: list[Sample] = []
         start_s = self._clock.now()
-        for now_s in self._ticks():
+        for now_s in ticks(self._clock, self.plan.tick_s):
             reason = self._stop_requested()
             if reason is not None:
                 raise StoppedError(f"Stopped before anything moved: {reason}.")
@@ -203,14 +199,6 @@ class JobRunner:
         stage = self._phase or self.interlock.state.value
         self.interlock = self.interlock.after(Event.TRIP, reason)
         return StoppedError(f"Stopped during '{stage}': {self.interlock.reason}.")
-
-    def _ticks(self) -> Iterator[float]:
-        """Yield the present time once per tick; ticks that were missed are not caught up."""
-        due_s = self._clock.now()
-        while True:
-            yield self._clock.now()
-            due_s = max(due_s + self.plan.tick_s, self._clock.now())
-            self._clock.sleep_until(due_s)
 
     # -- what the clean-up calls -------------------------------------------------------------
 

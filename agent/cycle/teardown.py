@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
-from agent.errors import AgentError
+from agent.errors import AgentError, StorageError
 from drivers.clock import Clock
 from drivers.errors import DriverError
 from drivers.ports import Sample, StopReport, SyncAccount
@@ -47,6 +47,8 @@ class Aftermath:
         The recording, as far as it got.
     problems : tuple of str
         What failed, in words.
+    unfinished : StorageError or None
+        Why the recording could not be finished, where it is the disk.
     """
 
     at_rest: bool
@@ -54,6 +56,7 @@ class Aftermath:
     account: SyncAccount | None
     recording: Path | None
     problems: tuple[str, ...]
+    unfinished: StorageError | None = None
 
 
 def tear_down(
@@ -98,8 +101,10 @@ def tear_down(
         restored = False
         problems.append(str(error))
     recording: Path | None = None
+    unfinished: StorageError | None = None
     try:
         recording = finish(account)
     except AgentError as error:
         problems.append(str(error))
-    return Aftermath(at_rest, restored, account, recording, tuple(problems))
+        unfinished = error if isinstance(error, StorageError) else None
+    return Aftermath(at_rest, restored, account, recording, tuple(problems), unfinished)

@@ -8,6 +8,8 @@ at a reversal nothing can be said.
 
 from __future__ import annotations
 
+import math
+
 from drivers.cia402.scaling import Scaling
 from drivers.cia402.sync import Place
 from drivers.ports import Sample
@@ -40,23 +42,27 @@ class Placing:
 
         The travel between two samples differs from trapezoid's rule by at most a quarter of the
         change of velocity times the time, when acceleration is anywhere between none and what
-        makes that change at once. After a contradiction, what cannot be told contradicts, too.
+        makes that change at once. A drive that hears a SYNC late measures late, by no more than its
+        answer comes late: a sample may be ahead by its own delay, or behind by that of the one
+        before it. After a contradiction, what cannot be told contradicts, too.
         """
         last = self._last
         if last is None:
             return Place.UNKNOWN
         span_s = sample.time_s - last.time_s
         mean_rad_s = 0.5 * (sample.velocity_rad_s + last.velocity_rad_s)
-        off_rad = abs(sample.position_rad - last.position_rad - mean_rad_s * span_s)
+        travel_rad = sample.position_rad - last.position_rad
+        ahead_rad = math.copysign(1.0, mean_rad_s) * (travel_rad - mean_rad_s * span_s)
         half_rad = 0.5 * abs(mean_rad_s) * self._period_s
         change_rad_s = abs(sample.velocity_rad_s - last.velocity_rad_s)
         open_rad = (
             0.25 * change_rad_s + self._velocity_step_rad_s
         ) * span_s + self._position_step_rad
-        if off_rad > half_rad + open_rad:
+        slack_rad = abs(mean_rad_s) * _delay_s(sample if ahead_rad > 0.0 else last)
+        if abs(ahead_rad) > half_rad + open_rad + slack_rad:
             self._suspicious = True
             return Place.CONTRADICTED
-        if off_rad <= half_rad and half_rad > open_rad:
+        if abs(ahead_rad) <= half_rad and half_rad > open_rad:
             self._suspicious = False
             return Place.BORNE_OUT
         return Place.CONTRADICTED if self._suspicious else Place.UNKNOWN
@@ -64,3 +70,8 @@ class Placing:
     def keep(self, sample: Sample) -> None:
         """Take a sample as one that is where it belongs."""
         self._last = sample
+
+
+def _delay_s(sample: Sample) -> float:
+    """Return how long after its SYNC an answer came, at most by so much it may be too new."""
+    return max(0.0, sample.received_s - sample.time_s)

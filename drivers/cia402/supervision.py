@@ -93,10 +93,10 @@ def _left(exchange: Exchange) -> DriverError | None:
 def _unanswered(exchange: Exchange) -> DriverError | None:
     """Return an error for too many SYNCs in a row without answer, or answers without a SYNC."""
     ledger, config = exchange.ledger, exchange.config
-    if ledger.consecutive_lost > config.consecutive_lost_limit:
+    if ledger.most_in_a_row > config.consecutive_lost_limit:
         late = f"; {ledger.undecided} answers came too late to tell whose they are"
         return SyncUnansweredError(
-            f"Node {config.node_id} left {ledger.consecutive_lost} SYNCs in a row unanswered "
+            f"Node {config.node_id} left {ledger.most_in_a_row} SYNCs in a row unanswered "
             f"({ledger.lost} of {ledger.expected} in all"
             f"{late if ledger.undecided else ''}).",
             "Check cable, termination and the load of bus and computer.",

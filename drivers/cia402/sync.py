@@ -151,6 +151,7 @@ class SyncLedger:
         self.duplicates = 0
         self.not_asked = 0
         self.consecutive_lost = 0
+        self.most_in_a_row = 0  # the longest run of lost ones, however it ended
         self._newest = [b""] * streams
         self._last_sent_s: float | None = None
         self._longest_gap_s = 0.0
@@ -305,6 +306,7 @@ class SyncLedger:
     def _count_lost(self) -> None:
         self.lost += 1
         self.consecutive_lost += 1
+        self.most_in_a_row = max(self.most_in_a_row, self.consecutive_lost)
         self._after_gap = True
 
     @staticmethod

@@ -101,7 +101,7 @@ def play(scenario: Scenario, phase: str, seed: int, *, rate_hz: float = 100.0) -
             _count_rows(patch, watch, bench.clock)
             _note_stop(patch, watch, bench.clock)
             # Pauses of the collector belong to real time; here they would be half of the cost.
-            patch.setattr(runner, "_unhurried_collector", contextlib.nullcontext)
+            patch.setattr(runner, "unhurried_collector", contextlib.nullcontext)
             _adapter(patch, bench.clock, [f for f in script if isinstance(f, AdapterFails)])
             stage.patch, stage.stack = patch, stack
             if scenario.act:

@@ -15,7 +15,7 @@ import tomli_w
 
 from agent.cell import Cell, parse_cell
 from agent.cli.fake_cell import fake_cell_text
-from agent.cycle.runner import CycleResult
+from agent.cycle.ending import CycleResult
 from agent.wire import CycleRequest, drive_cycle
 from drivers.clock import SteppedClock
 from fakes.can_drive import FakeDrive

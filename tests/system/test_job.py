@@ -17,8 +17,8 @@ import tomli_w
 
 from agent.cell import Cell, parse_cell
 from agent.cli.fake_cell import fake_cell_text
+from agent.cycle.ending import CycleResult
 from agent.cycle.plan import stair_of
-from agent.cycle.runner import CycleResult
 from agent.errors import InputError, RefusedError, StoppedError
 from agent.record.reading import read
 from agent.wire import CycleRequest, drive_cycle

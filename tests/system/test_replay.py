@@ -14,7 +14,7 @@ import tomli_w
 from agent.cell import Cell, parse_cell, read_cell
 from agent.cli.outcome import conclude
 from agent.cli.run import run_axis
-from agent.cycle.runner import CycleResult
+from agent.cycle.ending import CycleResult
 from agent.cycle.sequence import Stage
 from agent.errors import InputError, RefusedError, StoppedError
 from agent.record.reading import read

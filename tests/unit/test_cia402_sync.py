@@ -166,6 +166,7 @@ def test_an_answer_at_its_usual_time_is_booked_at_once_after_a_loss() -> None:
         got = book.settle(k * PERIOD_S + 0.0004)
     assert [(round(a.sent_s / PERIOD_S), a.answers[0][0]) for a in got] == [(4, 4)]
     assert book.account().lost == 2
+    assert (book.consecutive_lost, book.most_in_a_row) == (0, 2)
 
 
 def test_an_answer_that_came_before_a_sync_was_sent_is_not_its() -> None:

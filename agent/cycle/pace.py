@@ -1,0 +1,33 @@
+"""The pace of a control loop: ticks that are not caught up, and a collector that keeps out."""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+from collections.abc import Iterator
+
+from drivers.clock import Clock
+
+
+def ticks(clock: Clock, tick_s: float) -> Iterator[float]:
+    """Yield the present time once per tick; ticks that were missed are not caught up."""
+    due_s = clock.now()
+    while True:
+        yield clock.now()
+        due_s = max(due_s + tick_s, clock.now())
+        clock.sleep_until(due_s)
+
+
+@contextlib.contextmanager
+def unhurried_collector() -> Iterator[None]:
+    """Keep the garbage collector out of the control loop: one full pass can take 0.2 s."""
+    enabled = gc.isenabled()
+    gc.collect()
+    gc.freeze()
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
+        if enabled:
+            gc.enable()
