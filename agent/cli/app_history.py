@@ -13,6 +13,7 @@ def add_commands(app: typer.Typer) -> None:
     app.command("fake-history", short_help="months of a simulated joint, to try the monitor on")(
         fake_history
     )
+    app.command("self-test", short_help="would the monitor catch a rise of this joint?")(self_test)
     app.command(short_help="friction on ordinary work; asks for a dedicated cycle")(watch)
     app.command(short_help="friction from ordinary work, where it excites enough")(ordinary)
 
@@ -86,3 +87,31 @@ def ordinary(
     from agent.cli.ordinary import run_ordinary
 
     run_ordinary(work, dedicated or [], as_json=json)
+
+
+def self_test(
+    history: Annotated[
+        list[str], typer.Argument(metavar="HISTORY...", help="Recordings of healthy cycles.")
+    ],
+    rise: Annotated[
+        float, typer.Option(help="The rise that must be caught, % of low-speed friction.")
+    ] = 10.0,
+    within: Annotated[int, typer.Option(min=1, help="Cycles in which it must be caught.")] = 20,
+    replays: Annotated[int, typer.Option(min=20, max=2000, help="How many replays.")] = 100,
+    seed: Annotated[int, typer.Option(help="What the replays are drawn by.")] = 1,
+    baseline: Annotated[
+        int | None, typer.Option(min=3, help="Healthy cycles to learn from, as for `monitor`.")
+    ] = None,
+    detector: Annotated[str, typer.Option(help="As for `monitor`.")] = "cusum",
+    cache: Annotated[
+        bool, typer.Option("--cache/--no-cache", help="Keep what each recording came to.")
+    ] = True,
+    json: Annotated[
+        bool, typer.Option("--json", help="Write the result to stdout as JSON.")
+    ] = False,
+) -> None:
+    """Inject a known friction rise into replays of a joint's history and say if it is caught."""
+    from agent.cli.self_test import SelfTestRequest, run_self_test
+
+    request = SelfTestRequest(rise, within, replays, seed, baseline, detector, cache)
+    run_self_test(history, request, as_json=json)

@@ -1,0 +1,378 @@
+"""Replays of a joint's own healthy cycles, with a known rise that must be caught from a cycle on.
+
+A replay is made of blocks of neighbouring cycles drawn with their temperatures and payloads from
+the healthy history (circular block bootstrap, Politis and Romano 1992), so that what neighbours
+share stays shared. It goes through the very chain that judges a history: the rule of the baseline,
+the compensation learned from it, the detector. The features are linear in friction, so that a rise
+adds its own features to each later cycle's; that is checked by estimating injected recordings anew
+(`injection.responses`).
+
+Each replay has a smallest rise that it catches in time. The 95 % quantile of these over the replays
+is the smallest rise that is caught with 95 %; its interval is that of the quantile's order
+statistics.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.identify.result import Floats
+from agent.monitor.baseline import (
+    Baseline,
+    Features,
+    baseline_of,
+    compensated,
+    series_of,
+)
+from agent.monitor.compensation import Conditions
+from agent.monitor.features import SpeedGrid
+from agent.monitor.injection import SHAPES, rise_of
+from agent.monitor.series import FEATURES, Detector, Judgement, State
+
+CAUGHT = 0.95
+FEWEST = 12  # healthy cycles: fewer replay nothing but themselves
+_LARGEST = 2.0  # of the low-speed friction: a rise beyond is no small one
+_SMALLEST = 0.001
+_RESOLUTION = 1.1  # between a rise that is caught and one that is missed
+_AFTER = 60  # cycles after the baseline on which false alarms are counted
+_YEAR_S = 365.25 * 86_400.0
+
+
+@dataclass(frozen=True)
+class Healthy:
+    """A joint's healthy cycles in order of time.
+
+    Parameters
+    ----------
+    time_s : ndarray, shape (n,)
+    features : Features
+        Of the n cycles.
+    grid : SpeedGrid
+    """
+
+    time_s: Floats
+    features: Features
+    grid: SpeedGrid
+
+    @property
+    def low_mean_nm(self) -> float:
+        """Return the healthy friction, averaged over the low-speed part of the curve."""
+        width = float(self.grid.low_row().sum())
+        return float(np.mean(self.features.values["low_integral_w"])) / width
+
+    @property
+    def interval_s(self) -> float:
+        """Return the usual time from cycle to cycle."""
+        return float(np.median(np.diff(self.time_s)))
+
+
+@dataclass(frozen=True)
+class Catch:
+    """What is caught of one shape of rise.
+
+    Parameters
+    ----------
+    shape : str
+    smallest_percent : float
+        Of low-speed friction, caught with 95 %; NaN where no rise up to 200 % is.
+    ci95_percent : tuple of float
+        Its interval; an end is infinite where the replays do not bound it.
+    smallest_nm : float
+        The same, as torque averaged over the low speeds.
+    stated_percent : float
+        The rise that was asked about.
+    caught_share : float
+        Of the replays that catch it in time.
+    ci95_share : tuple of float
+        Wilson's interval of that share.
+    delay_cycles : float
+        Median from the rise to the alarm among those that catch it; NaN without any.
+    """
+
+    shape: str
+    smallest_percent: float
+    ci95_percent: tuple[float, float]
+    smallest_nm: float
+    stated_percent: float
+    caught_share: float
+    ci95_share: tuple[float, float]
+    delay_cycles: float
+
+    @property
+    def caught(self) -> bool:
+        """Tell whether the stated rise is caught with 95 %."""
+        return self.caught_share >= CAUGHT
+
+
+@dataclass(frozen=True)
+class FalseAlarms:
+    """Alarms of the replays without any rise.
+
+    `per_year` at the history's own rate of cycles, with the exact interval of a Poisson count.
+    """
+
+    alarms: int
+    cycles: int
+    per_year: float
+    ci95_per_year: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class SelfTest:
+    """What the monitor's chain catches of one joint, on replays of its own cycles.
+
+    `reason` says why nothing is decidable; empty where something is.
+    """
+
+    reason: str
+    cycles: int
+    baseline: int
+    replays: int
+    within: int
+    block: int
+    catches: tuple[Catch, ...] = ()
+    false_alarms: FalseAlarms | None = None
+
+    @property
+    def passed(self) -> bool:
+        """Tell whether every shape of the stated rise is caught; False where not decidable."""
+        return not self.reason and all(c.caught for c in self.catches)
+
+
+def self_test(
+    healthy: Healthy,
+    detector: Detector,
+    *,
+    stated: float = 0.10,
+    within: int = 20,
+    replays: int = 100,
+    seed: int = 1,
+    asked: int | None = None,
+    gains: Mapping[str, Mapping[str, float]] | None = None,
+) -> SelfTest:
+    """Inject rises into replays and count which are caught.
+
+    Parameters
+    ----------
+    healthy : Healthy
+    detector : Detector
+        The one that judges the history.
+    stated : float
+        The rise that must be caught, as a share of low-speed friction.
+    within : int
+        Cycles after the rise in which it counts as caught in time.
+    replays, seed : int
+        How many, and what they are drawn by.
+    asked : int, optional
+        The baseline's length, where the user gives it.
+    gains : mapping of shape to (mapping of feature to float), optional
+        What re-estimated recordings showed of the features' response, as a share of the
+        computed one; 1 without it.
+
+    Raises
+    ------
+    ValueError
+        A stated rise, a number of cycles or of replays that makes no sense.
+    """
+    if not (0.0 < stated <= _LARGEST and within >= 1 and replays >= 20):
+        raise ValueError(
+            f"expected a rise up to {_LARGEST:g}, at least one cycle and 20 replays, got {stated}, "
+            f"{within} and {replays}"
+        )
+    count = healthy.features.count
+    baseline = baseline_of(healthy.features, asked)
+    block = max(2, round(count ** (1.0 / 3.0)))
+    if count < FEWEST or not baseline.enough:
+        needed = max(FEWEST, baseline.needed)
+        reason = f"{count} of {needed} healthy cycles"
+        return SelfTest(reason, count, baseline.cycles, 0, within, block)
+    rng = np.random.default_rng(seed)
+    made = [_replay(healthy, block, within, asked, rng) for _ in range(replays)]
+    usable = [r for r in made if r is not None]
+    if len(usable) < replays // 2:
+        reason = f"in {replays - len(usable)} of {replays} replays the baseline never settles"
+        return SelfTest(reason, count, baseline.cycles, len(usable), within, block)
+    if not any(r.judged(detector, {}, r.onset + within).traces for r in usable[:5]):
+        reason = "the detector has no threshold for cycles that scatter as these do"
+        return SelfTest(reason, count, baseline.cycles, len(usable), within, block)
+    catches = tuple(
+        _catch(
+            shape,
+            usable,
+            healthy,
+            _Trial(_added(shape, healthy, (gains or {}).get(shape, {})), detector, within),
+            stated,
+        )
+        for shape in SHAPES
+    )
+    alarms = _false_alarms(usable, healthy, detector)
+    return SelfTest("", count, baseline.cycles, len(usable), within, block, catches, alarms)
+
+
+@dataclass(frozen=True)
+class _Replay:
+    """One drawn history of n cycles; a rise begins at cycle `onset`."""
+
+    time_s: Floats
+    features: Features
+    baseline: Baseline
+    onset: int
+
+    def judged(self, detector: Detector, added: Mapping[str, float], stop: int) -> Judgement:
+        """Return what the chain says of the first `stop` cycles with a rise's features added."""
+        own = self.features.take(slice(0, stop))
+        risen = {
+            name: values + added.get(name, 0.0) * (np.arange(values.size) >= self.onset)
+            for name, values in own.values.items()
+        }
+        found = compensated(replace(own, values=risen), self.baseline)
+        return detector.judge(series_of(self.time_s[:stop], found, self.baseline))
+
+    def alarm(self, detector: Detector, added: Mapping[str, float], stop: int) -> int | None:
+        """Return the first cycle after the baseline, before `stop`, that has an alarm."""
+        states = self.judged(detector, added, stop).states
+        after = range(self.baseline.cycles, stop)
+        return next((i for i in after if states[i] is not State.NO_FAULT), None)
+
+
+def _replay(
+    healthy: Healthy, block: int, within: int, asked: int | None, rng: np.random.Generator
+) -> _Replay | None:
+    """Draw a history; None where its baseline is not complete in twice the history's length."""
+    count = healthy.features.count
+    length = 2 * count + _AFTER + within
+    starts = rng.integers(0, count, math.ceil(length / block))
+    index = ((starts[:, np.newaxis] + np.arange(block)) % count).ravel()[:length]
+    drawn = _drawn(healthy.features, index)
+    baseline = baseline_of(drawn, asked)
+    if not baseline.enough or baseline.cycles + _AFTER + within > length:
+        return None
+    time_s = healthy.interval_s * np.arange(length, dtype=np.float64)
+    # The rise may begin at once or later: what the detector has summed up by then is its own.
+    onset = baseline.cycles + int(rng.integers(1, 2 * block + 1))
+    return _Replay(time_s, drawn, baseline, onset)
+
+
+def _drawn(features: Features, index: NDArray[np.int64]) -> Features:
+    """Return cycles in any order, some of them more than once."""
+    given = features.conditions
+    return Features(
+        {name: values[index] for name, values in features.values.items()},
+        {name: values[index] for name, values in features.deviations.items()},
+        Conditions(given.temperature_degc[index], given.payload_kg[index], given.load_nm[index]),
+    )
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """What a rise of a share of low-speed friction adds to the features, and how it is caught."""
+
+    unit: Mapping[str, float]
+    detector: Detector
+    within: int
+
+    def delay(self, replay: _Replay, share: float) -> int | None:
+        """Return the cycles from the rise to its alarm; None where it comes late or too early."""
+        added = {name: share * value for name, value in self.unit.items()}
+        alarm = replay.alarm(self.detector, added, replay.onset + self.within)
+        return alarm - replay.onset if alarm is not None and alarm >= replay.onset else None
+
+    def smallest(self, replay: _Replay, guess: float) -> float:
+        """Return the smallest share that is caught, within a tenth; infinite beyond `_LARGEST`.
+
+        Widened by doubling from a guess, then halved on a scale of ratios.
+        """
+        missed, caught = 0.0, math.inf
+        share = guess
+        while caught > _RESOLUTION * missed and _SMALLEST <= share <= _LARGEST:
+            if self.delay(replay, share) is None:
+                missed = share
+                share = 1.5 * share if math.isinf(caught) else math.sqrt(missed * caught)
+            else:
+                caught = share
+                share = share / 1.5 if missed == 0.0 else math.sqrt(missed * caught)
+        return caught
+
+
+def _catch(
+    shape: str,
+    replays: Sequence[_Replay],
+    healthy: Healthy,
+    trial: _Trial,
+    stated: float,
+) -> Catch:
+    """Find what is caught of one shape."""
+    delays = [trial.delay(r, stated) for r in replays]
+    known = [d for d in delays if d is not None]
+    share = len(known) / len(replays)
+    smallest: list[float] = []
+    for replay in replays:
+        finite = [s for s in smallest if math.isfinite(s)]
+        smallest.append(trial.smallest(replay, float(np.median(finite)) if finite else stated))
+    found, low, high = _quantile(np.sort(smallest), CAUGHT)
+    return Catch(
+        shape,
+        100.0 * found,
+        (100.0 * low, 100.0 * high),
+        found * healthy.low_mean_nm,
+        100.0 * stated,
+        share,
+        _wilson(len(known), len(replays)),
+        float(np.median(known)) if known else math.nan,
+    )
+
+
+def _added(shape: str, healthy: Healthy, gains: Mapping[str, float]) -> dict[str, float]:
+    """Return what a rise as large as the low-speed friction itself adds to each feature."""
+    rise = rise_of(shape, healthy.low_mean_nm, healthy.grid)
+    added = healthy.grid.rows() @ rise.torque_nm(healthy.grid.speed_rad_s)
+    return {
+        name: gains.get(name, 1.0) * value
+        for name, value in zip(FEATURES, added.tolist(), strict=True)
+    }
+
+
+def _false_alarms(replays: Sequence[_Replay], healthy: Healthy, detector: Detector) -> FalseAlarms:
+    """Count alarms without a rise, on the first cycles after each baseline."""
+    from scipy.special import gammaincinv
+
+    alarms = cycles = 0
+    for replay in replays:
+        stop = replay.baseline.cycles + _AFTER
+        first = replay.alarm(detector, {}, stop)
+        alarms += first is not None
+        cycles += (stop if first is None else first + 1) - replay.baseline.cycles
+    years = cycles * healthy.interval_s / _YEAR_S
+    low = float(gammaincinv(alarms, 0.025)) if alarms else 0.0
+    high = float(gammaincinv(alarms + 1, 0.975))
+    return FalseAlarms(alarms, cycles, alarms / years, (low / years, high / years))
+
+
+def _quantile(rising: Floats, share: float) -> tuple[float, float, float]:
+    """Return a quantile and the order statistics that bound it with 95 %; infinite for none."""
+    from scipy.special import bdtr
+
+    n = rising.size
+    below = bdtr(np.arange(n + 1, dtype=np.float64), n, share)  # P(at most k lie below it)
+    low = int(np.searchsorted(below, 0.025))
+    high = int(np.searchsorted(below, 0.975))
+    at = min(math.ceil(share * n), n) - 1
+    return (
+        float(rising[at]),
+        float(rising[max(low - 1, 0)]),
+        float(rising[high]) if high < n else math.inf,
+    )
+
+
+def _wilson(hits: int, total: int) -> tuple[float, float]:
+    """Return Wilson's 95 % interval of a share."""
+    z = 1.959963984540054
+    share, spread = hits / total, z * z / total
+    middle = (share + 0.5 * spread) / (1.0 + spread)
+    half = z * math.sqrt(share * (1.0 - share) / total + 0.25 * spread / total) / (1.0 + spread)
+    return max(middle - half, 0.0), min(middle + half, 1.0)
