@@ -1,0 +1,135 @@
+"""`stribeck night`: watch over a cell's nights, or do tonight's part; units for systemd."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+
+import typer
+
+from agent.cell import Cell, read_cell
+from agent.cli.night_cell import CellAttempts
+from agent.cli.talk import stop_on_signal, talker
+from agent.errors import AgentError, InputError
+from agent.night.clock import MachineClock, stamp
+from agent.night.description import NightDescription, night_path, read_night
+from agent.night.night import Night
+from agent.record.catalogue import Catalogue
+from agent.record.events_file import Event, read_events
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A cell and its night, read and checked against each other."""
+
+    path: Path
+    cell: Cell
+    description: NightDescription
+    night_file: Path
+
+    @property
+    def folder(self) -> Path:
+        """Return where the cell's recordings go."""
+        return self.path.parent / self.cell.recording.folder
+
+
+def asked_for(cell_path: Path, night_file: Path | None) -> Asked:
+    """Read a cell and its night.
+
+    Raises
+    ------
+    agent.errors.InputError
+        One cannot be read, or the night speaks of an axis that the cell does not have.
+    """
+    cell = read_cell(cell_path)
+    file = night_file or night_path(cell_path)
+    description = read_night(file)
+    for axis in description.axis:
+        cell.axis_numbered(axis.number)
+    return Asked(cell_path, cell, description, file)
+
+
+def run_night(cell_path: Path, night_file: Path | None, url: str | None, *, once: bool) -> None:
+    """Watch over the nights until Ctrl-C or SIGTERM; or do what tonight's open windows ask for."""
+    asked = asked_for(cell_path, night_file)
+    try:
+        asked.folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"The folder {asked.folder} cannot be made: {error}.") from error
+    with ExitStack() as stack:
+        stop_requested = stack.enter_context(stop_on_signal())
+
+        def stopped() -> bool:
+            return stop_requested() is not None
+
+        clock = MachineClock()
+        events, problems = read_events(asked.folder)
+        for problem in problems:
+            talker().print(problem)
+        night = Night(
+            asked.cell.robot,
+            asked.description,
+            CellAttempts(asked.path, asked.cell, asked.description, clock, stopped),
+            clock,
+            noting(asked, url),
+            [event for _, event in events],
+        )
+        if once:
+            night.tonight(stopped)
+        else:
+            _say_next(night, asked)
+            night.run(stopped)
+
+
+def noting(asked: Asked, url: str | None) -> Callable[[Event], None]:
+    """Return what records an event and tells it; whatever fails of that is said on stderr."""
+
+    def note(event: Event) -> None:
+        joint = event.robot if event.axis is None else f"{event.robot} axis {event.axis}"
+        talker().print(f"{event.at}  {joint}  {event.kind}: {event.text}")
+        try:
+            with Catalogue(asked.folder, url) as catalogue:
+                catalogue.record_event(event)
+        except AgentError as error:
+            talker().print(str(error))
+
+    return note
+
+
+def _say_next(night: Night, asked: Asked) -> None:
+    zone = asked.description.zone
+    for window in night.next_windows()[: len(asked.description.axis)]:
+        begins, ends = (t.astimezone(zone) for t in (window.begins, window.ends))
+        talker().print(
+            f"Axis {window.axis} of {asked.cell.robot}: next window "
+            f"{begins:%a %Y-%m-%d %H:%M} to {ends:%H:%M} ({asked.description.time_zone})."
+        )
+
+
+def show_plan(cell_path: Path, night_file: Path | None, *, as_json: bool) -> None:
+    """Print the windows of the coming week, and what would keep an axis from running now."""
+    asked = asked_for(cell_path, night_file)
+    clock = MachineClock()
+    attempts = CellAttempts(asked.path, asked.cell, asked.description, clock, lambda: False)
+    note: Callable[[Event], None] = lambda _event: None  # noqa: E731 - nothing is recorded
+    night = Night(asked.cell.robot, asked.description, attempts, clock, note)
+    windows = night.next_windows()
+    blocked = {axis.number: attempts.blocked(axis.number) for axis in asked.description.axis}
+    if as_json:
+        document = [
+            {"axis": w.axis, "night": w.night.isoformat(), "begins": stamp(w.begins),
+             "ends": stamp(w.ends), "blocked": blocked[w.axis]}
+            for w in windows
+        ]  # fmt: skip
+        typer.echo(json.dumps(document, indent=2))
+        return
+    zone = asked.description.zone
+    for window in windows:
+        begins, ends = (t.astimezone(zone) for t in (window.begins, window.ends))
+        typer.echo(f"axis {window.axis}  {begins:%a %Y-%m-%d %H:%M} to {ends:%a %H:%M %Z}")
+    for axis, reason in blocked.items():
+        if reason:
+            typer.echo(f"axis {axis} would be skipped now: {reason}.")

@@ -1,0 +1,1 @@
+"""The night: windows, one attempt, what was missed, who is told."""
