@@ -7,6 +7,7 @@ Here frames wait in an inbox, and `pump` hands them to canopen on the control ti
 from __future__ import annotations
 
 import enum
+import logging
 import math
 from typing import Any, NoReturn, cast
 
@@ -18,6 +19,10 @@ from canopen.sdo.exceptions import SdoCommunicationError
 
 from drivers.can.owner import CanBusOwner
 from drivers.clock import Clock
+
+# canopen logs each SDO that is refused or given up. We raise those; where nobody has asked for a
+# log, Python would print them to stderr once more, between our own words.
+logging.getLogger("canopen").addHandler(logging.NullHandler())
 
 
 class NmtOrder(enum.IntEnum):

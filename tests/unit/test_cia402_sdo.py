@@ -123,6 +123,17 @@ def test_an_abort_names_object_node_and_reason(server: ScriptedServer) -> None:
     assert len(server.writes) == 0
 
 
+def test_a_refusal_is_raised_and_not_printed_as_well(
+    server: ScriptedServer, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Where nobody has asked for a log, Python prints warnings of a logger without a handler."""
+    monkeypatch.setattr(logging.getLogger(), "handlers", [])
+    server.aborts[0x6083, 0] = 0x06010000
+    with pytest.raises(SdoError):
+        server.sdo.read(objects.PROFILE_ACCELERATION)
+    assert capsys.readouterr().err == ""
+
+
 def test_an_absent_object_is_none_only_where_asked_for(server: ScriptedServer) -> None:
     assert server.sdo.read_optional(objects.RATED_TORQUE) is None
     assert server.sdo.read_text(0x1008, 0, "device name") is None
