@@ -32,11 +32,16 @@ def no_thread_left_behind() -> Iterator[None]:
     """Fail the test that leaves a thread of its own running."""
     before = set(threading.enumerate())
     yield
-    leaked = [t for t in threading.enumerate() if t not in before and t.is_alive()]
+    leaked = [t for t in threading.enumerate() if t not in before and not _lasting(t)]
     for thread in leaked:
         thread.join(timeout=1.0)
     leaked = [t for t in leaked if t.is_alive()]
     assert not leaked, f"threads left behind: {[t.name for t in leaked]}"
+
+
+def _lasting(thread: threading.Thread) -> bool:
+    """Tell whether a thread is one that fsspec starts once and keeps for the whole process."""
+    return thread.name == "fsspecIO" or thread.name.startswith("asyncio_")
 
 
 @pytest.fixture(scope="session")

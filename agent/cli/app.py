@@ -8,6 +8,11 @@ from typing import Annotated
 import typer
 
 from agent.cli.app_history import add_commands
+from agent.cli.app_monitor import add_commands as add_monitor_command
+from agent.cli.app_night import add_commands as add_night_commands
+from agent.cli.app_page import add_commands as add_page_commands
+from agent.cli.app_record import add_commands as add_record_commands
+from agent.cli.fleet import fleet_app
 
 app = typer.Typer(
     name="stribeck",
@@ -363,3 +368,8 @@ def example_cell() -> None:
 
 
 add_commands(app)
+add_monitor_command(app)
+add_page_commands(app)
+add_record_commands(app)
+app.add_typer(fleet_app, short_help="recordings of many robots, on one machine or many")
+add_night_commands(app)

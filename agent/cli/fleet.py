@@ -1,0 +1,211 @@
+"""`stribeck fleet ...`: a lake of recordings pushed by cells, and the answers over all of it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from agent.cli.talk import progress_bar, talker
+
+if TYPE_CHECKING:
+    from agent.fleet.lake import Lake
+
+fleet_app = typer.Typer(
+    name="fleet",
+    help="Recordings of many robots: push, estimate, monitor, explain, report.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+
+Where = Annotated[str, typer.Argument(metavar="LAKE", help="A folder, or s3://bucket/prefix.")]
+Scheduler = Annotated[
+    str, typer.Option(metavar="ADDRESS", help="A Dask scheduler; else workers on this machine.")
+]
+Workers = Annotated[int, typer.Option(min=1, max=256, help="Worker processes on this machine.")]
+Memory = Annotated[float, typer.Option(min=0.25, help="GiB that each of them may take.")]
+Json = Annotated[bool, typer.Option("--json", help="Write the result to stdout as JSON.")]
+
+
+@fleet_app.command(short_help="put recordings into the lake")
+def push(
+    lake: Where,
+    recordings: Annotated[
+        list[str], typer.Argument(metavar="RECORDING...", help="Files, folders or globs.")
+    ],
+    site: Annotated[str, typer.Option(help="The site that they are from.")],
+    json: Json = False,
+) -> None:
+    """Put recordings into the lake: each once, whole or not at all; again is harmless."""
+    from agent.record.reading import find
+
+    there = _lake(lake)
+    new: list[str] = []
+    again = 0
+    for path in find(recordings):
+        entry, is_new = there.push(path, site)
+        if is_new:
+            new.append(entry.path)
+        else:
+            again += 1
+    talker().print(f"{len(new)} pushed, {again} were there already.")
+    _answer({"pushed": new, "already": again}, "\n".join(new), as_json=json)
+
+
+@fleet_app.command(short_help="estimate every recording that is new")
+def estimate(
+    lake: Where,
+    scheduler: Scheduler = "",
+    workers: Workers = 2,
+    memory: Memory = 2.0,
+    json: Json = False,
+) -> None:
+    """Estimate what is new, or what this version of the code has not estimated yet."""
+    from agent.fleet.estimates import estimate_all
+
+    there = _lake(lake)
+    with _cluster(scheduler, workers, memory) as client, _progress("estimating") as show:
+        tally = estimate_all(there, client, show)
+    poisoned = [*tally.failed, *(f"{p}: is no recording of a lake" for p in tally.others)]
+    counts = f"{tally.done} recordings estimated, {tally.already} were before"
+    text = f"{counts}, {len(poisoned)} cannot be."
+    _answer(
+        {"estimated": tally.done, "already": tally.already, "unusable": poisoned},
+        "\n".join([text, *(f"  - {p}" for p in poisoned)]),
+        as_json=json,
+    )
+
+
+@fleet_app.command(short_help="what the models' twins leave out, on every robot")
+def explain(
+    lake: Where,
+    scheduler: Scheduler = "",
+    workers: Workers = 2,
+    memory: Memory = 2.0,
+    json: Json = False,
+) -> None:
+    """Question each model's twin (fleet.toml) on every joint, and say where they agree."""
+    from agent.fleet.explanations import (
+        agreements,
+        explain_all,
+        explanations_of,
+        in_words,
+        questions,
+    )
+    from agent.fleet.roster import FILE, roster_of
+
+    there = _lake(lake)
+    roster = roster_of(there)
+    asked = [q.key for q in questions(there, roster)]
+    if not asked:
+        talker().print(
+            f"No joint has a twin in {FILE} and three estimated recordings: nothing is explained."
+        )
+    with _cluster(scheduler, workers, memory) as client, _progress("explaining") as show:
+        done, failed, already = explain_all(there, client, show)
+    agreed = agreements(explanations_of(there).rows(), asked)
+    lines = [f"{done} joints explained, {already} were before.", *map(in_words, agreed)]
+    lines += [f"  - {f}" for f in failed]
+    document = {
+        "explained": done,
+        "already": already,
+        "unusable": list(failed),
+        "agreements": [
+            {
+                "model": a.model,
+                "axis": a.axis,
+                "joints": a.asked,
+                "without_mismatch": a.without_mismatch,
+                "effects": dict(a.effects),
+                "sentence": in_words(a),
+            }
+            for a in agreed
+        ],
+    }
+    _answer(document, "\n".join(lines), as_json=json)
+
+
+@fleet_app.command(short_help="judge every joint that has new cycles")
+def monitor(
+    lake: Where,
+    detector: Annotated[
+        str, typer.Option(help="cusum, thesis, 3-sigma and others (docs/detection.md).")
+    ] = "cusum",
+    scheduler: Scheduler = "",
+    workers: Workers = 2,
+    memory: Memory = 2.0,
+    json: Json = False,
+) -> None:
+    """Judge each joint's history by itself; exit code 1 where one shows increased friction."""
+    from agent.cli.exits import BAD_NEWS
+    from agent.fleet.verdicts import by_risk, monitor_all
+
+    there = _lake(lake)
+    with _cluster(scheduler, workers, memory) as client, _progress("judging") as show:
+        judged = monitor_all(there, client, detector, show)
+    ranked = by_risk(judged.rows)
+    lines = [f"{judged.done} joints judged, {judged.already} were before."]
+    lines += [f"{_joint_of(r)}: {r['sentence']}" for r in ranked if r["alarm"]]
+    lines += [f"  - {f}" for f in judged.failed]
+    document = {
+        "judged": judged.done,
+        "already": judged.already,
+        "unusable": list(judged.failed),
+        "joints": [{k: v for k, v in r.items() if k not in ("key", "finding")} for r in ranked],
+    }
+    _answer(document, "\n".join(lines), as_json=json)
+    if any(r["alarm"] for r in ranked):
+        raise typer.Exit(BAD_NEWS)
+
+
+@fleet_app.command(short_help="ranking, models, twins: one offline page")
+def report(
+    lake: Where,
+    out: Annotated[Path, typer.Option(help="The HTML file to write.")] = Path("fleet.html"),
+    detector: Annotated[str, typer.Option(help="Whose verdicts.")] = "cusum",
+) -> None:
+    """Write the page: joints by urgency with reasons, models compared, what their twins lack."""
+    from agent.cli.fleet_report import page_of
+    from agent.report.fleet import in_words, write_fleet_page
+
+    page = page_of(_lake(lake), detector)
+    write_fleet_page(out, page)
+    typer.echo(in_words(page))
+    talker().print(f"Open {out}.")
+
+
+def _joint_of(row: dict[str, Any]) -> str:
+    return f"{row['site']}, {row['robot']} axis {row['axis']}"
+
+
+def _lake(url: str) -> Lake:
+    from agent.errors import InputError
+
+    try:
+        from agent.fleet.lake import Lake
+
+        return Lake(url)
+    except ModuleNotFoundError as error:
+        raise InputError(
+            f"A fleet needs {error.name}, which is not installed.", "Install stribeck[fleet]."
+        ) from error
+
+
+def _cluster(scheduler: str, workers: int, memory_gib: float) -> Any:
+    from agent.fleet.cluster import cluster
+
+    return cluster(scheduler, workers, int(memory_gib * (1 << 30)))
+
+
+@contextmanager
+def _progress(doing: str) -> Iterator[Callable[[int, int], None]]:
+    with progress_bar(doing) as show:
+        yield lambda done, of: show(f"{done} of {of}", done / max(of, 1))
+
+
+def _answer(document: dict[str, Any], text: str, *, as_json: bool) -> None:
+    typer.echo(json.dumps(document, indent=2) if as_json else text)

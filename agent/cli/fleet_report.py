@@ -1,0 +1,55 @@
+"""From a lake's results to the fleet's page."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from agent.fleet.estimates import estimates_of
+from agent.fleet.explanations import agreements, explanations_of, in_words, questions
+from agent.fleet.lake import Lake
+from agent.fleet.roster import roster_of
+from agent.fleet.verdicts import by_risk, joints, verdicts_of
+from agent.report.fleet import AgreementRow, FleetPage, JointRow
+
+
+def page_of(lake: Lake, detector: str) -> FleetPage:
+    """Return what the page shows, from what was computed already.
+
+    Raises
+    ------
+    agent.errors.InputError
+        The lake's own files cannot be used.
+    """
+    present = {joint.key for joint in joints(lake, detector)}
+    rows = by_risk([r for r in verdicts_of(lake).rows() if r["key"] in present])
+    asked = [q.key for q in questions(lake, roster_of(lake))]
+    agreed = agreements(explanations_of(lake).rows(), asked)
+    estimates = estimates_of(lake).rows(("failure",))
+    poisoned = [f"{r['key']}: {r['failure']}" for r in estimates if r["failure"]]
+    return FleetPage(
+        lake=lake.url,
+        joints=[_joint(r) for r in rows],
+        agreements=[AgreementRow(in_words(a), a.asked, a.effects) for a in agreed],
+        unusable=[*poisoned, *(f"{_name(r)}: {r['failure']}" for r in rows if r["failure"])],
+        recordings=len(estimates) - len(poisoned),
+    )
+
+
+def _joint(row: dict[str, Any]) -> JointRow:
+    rise = (row["low_rise_percent"], row["low_rise_from_percent"], row["low_rise_to_percent"])
+    return JointRow(
+        site=row["site"],
+        robot=row["robot"],
+        axis=row["axis"],
+        model=row["model"],
+        state=row["state"] or "",
+        sentence=row["sentence"] or row["failure"],
+        last_cycle=row["last_cycle"] or "",
+        rise_percent=None if None in rise else rise,
+        coulomb_nm=row["coulomb_nm"],
+        viscous_nm_s_per_rad=row["viscous_nm_s_per_rad"],
+    )
+
+
+def _name(row: dict[str, Any]) -> str:
+    return f"{row['robot']} axis {row['axis']}"

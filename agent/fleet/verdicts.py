@@ -1,0 +1,230 @@
+"""Every joint of a lake judged by its history: again only where it has new cycles or events."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tomllib
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from agent.errors import InputError
+from agent.fleet.cluster import each
+from agent.fleet.estimates import estimates_of
+from agent.fleet.lake import Lake
+from agent.fleet.results import Results
+from agent.fleet.roster import roster_of
+from agent.fleet.version import monitor_version
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+COLUMNS = {
+    "site": "string",
+    "robot": "string",
+    "axis": "int64",
+    "model": "string",
+    "failure": "string",
+    "state": "string",
+    "alarm": "bool",
+    "sentence": "string",
+    "cycles": "int64",
+    "last_cycle": "string",
+    "low_rise_percent": "double",
+    "low_rise_from_percent": "double",
+    "low_rise_to_percent": "double",
+    "limit_earliest": "string",
+    "limit_latest": "string",
+    "coulomb_nm": "double",
+    "viscous_nm_s_per_rad": "double",
+    "finding": "string",
+}
+"""Columns of the verdicts' rows; the low-speed rise is at equal temperature; `finding` is JSON."""
+
+EVENTS = "events.toml"
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One joint to judge; its cycles are read from the lake's estimates by whoever judges it."""
+
+    site: str
+    robot: str
+    axis: int
+    model: str
+    detector: str
+    cycles: tuple[str, ...]
+    events: str
+    key: str
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What one run over the joints did; `rows` are the present verdicts of all joints."""
+
+    done: int
+    already: int
+    failed: tuple[str, ...]
+    rows: tuple[dict[str, Any], ...]
+
+
+def verdicts_of(lake: Lake) -> Results:
+    """Return the lake's verdicts by this code."""
+    return Results(lake, "monitor", monitor_version(), COLUMNS)
+
+
+def monitor_all(
+    lake: Lake,
+    client: Client,
+    detector: str,
+    progress: Callable[[int, int], None] | None = None,
+) -> Judged:
+    """Judge every joint that has estimates this version has not judged yet.
+
+    Raises
+    ------
+    agent.errors.InputError
+        `events.toml` or `fleet.toml` cannot be used, or there is no such detector.
+    """
+    from agent.monitor.detectors import detector as detector_of
+
+    try:
+        detector_of(detector)
+    except ValueError as error:
+        raise InputError(f"{str(error)[0].upper()}{str(error)[1:]}.") from error
+    results = verdicts_of(lake)
+    known = results.keys()
+    present, due = [], []
+    for joint in joints(lake, detector):
+        present.append(joint.key)
+        if joint.key not in known:
+            due.append(joint)
+    failed = []
+    try:
+        for count, outcome in enumerate(each(client, judge_one, due), start=1):
+            row = outcome.value or _row(outcome.item, failure=outcome.failure)
+            if row["failure"]:
+                failed.append(f"{row['robot']} axis {row['axis']}: {row['failure']}")
+            results.add(row)
+            if progress is not None:
+                progress(count, len(due))
+    finally:
+        results.flush()
+    wanted = set(present)
+    rows = tuple(r for r in results.rows() if r["key"] in wanted)
+    return Judged(len(due) - len(failed), len(present) - len(due), tuple(sorted(failed)), rows)
+
+
+def joints(lake: Lake, detector: str) -> Iterator[Joint]:
+    """Yield every joint that has an estimated cycle, with all of its cycles.
+
+    Raises
+    ------
+    agent.errors.InputError
+        As for `monitor_all`.
+    """
+    events, roster = _events(lake), roster_of(lake)
+    by_joint: dict[tuple[str, str, int], list[str]] = defaultdict(list)
+    for row in estimates_of(lake).rows(("site", "robot", "axis", "cycle")):
+        if row["cycle"]:
+            by_joint[row["site"], row["robot"], row["axis"]].append(row["cycle"])
+    for (site, robot, axis), cycles in sorted(by_joint.items()):
+        digest = hashlib.sha256("\0".join([detector, events, *sorted(cycles)]).encode())
+        yield Joint(
+            site,
+            robot,
+            axis,
+            roster.name_of(robot),
+            detector,
+            tuple(cycles),
+            events,
+            f"{site}/{robot}/{axis}/{digest.hexdigest()[:32]}",
+        )
+
+
+def judge_one(joint: Joint) -> dict[str, Any]:
+    """Judge one joint: the very functions of `stribeck monitor`.
+
+    Recordings of one robot and axis with several gear ratios are several joints to the monitor;
+    the one with the latest cycle is the one that is there.
+    """
+    from agent.cli.monitor_json import to_json
+    from agent.monitor.cycle import Cycle
+    from agent.monitor.detectors import detector
+    from agent.monitor.events import parse_events
+    from agent.monitor.history import histories
+    from agent.monitor.verdict import judge
+
+    cycles = [Cycle.from_json(json.loads(c)) for c in joint.cycles]
+    events = parse_events(tomllib.loads(joint.events)) if joint.events else ()
+    findings = [judge(h, detector(joint.detector)) for h in histories(cycles, events)]
+    found = max(findings, key=lambda f: f.history.time_s[-1:] or [-1.0])
+    document = to_json([found], [])["joints"][0]
+    low = ((document["comparison"] or {}).get("effects") or {}).get("low") or {}
+    ahead = document["outlook"] or {}
+    last = found.history.features[-1].values if found.history.features else {}
+    interval = low.get("ci95_percent") or [None, None]
+    return _row(
+        joint,
+        state=found.status,
+        alarm=found.alarm,
+        sentence=found.sentence,
+        cycles=len(found.history.cycles),
+        last_cycle=found.history.cycles[-1].started_at if found.history.cycles else "",
+        low_rise_percent=low.get("change_percent"),
+        low_rise_from_percent=interval[0],
+        low_rise_to_percent=interval[1],
+        limit_earliest=ahead.get("earliest"),
+        limit_latest=ahead.get("latest"),
+        coulomb_nm=last.get("coulomb_nm"),
+        viscous_nm_s_per_rad=last.get("viscous_nm_s_per_rad"),
+        finding=json.dumps(document),
+    )
+
+
+_ORDER = {"H1": 0, "H0": 1, "not-decidable": 3, "NF": 4}
+
+
+def by_risk(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the verdicts, the most urgent first.
+
+    High friction comes before increased; then a joint that could not be judged at all, because
+    nobody knows; then one that nothing can be said of yet; the healthy ones last, by how much of a
+    rise their interval leaves possible.
+    """
+
+    def urgency(row: dict[str, Any]) -> tuple[int, str, float, str]:
+        rank = 2 if row["failure"] else _ORDER[row["state"]]
+        rise = row["low_rise_to_percent"]
+        soonest = row["limit_earliest"] or "9999"
+        return rank, soonest, -(rise if rise is not None else 0.0), row["key"]
+
+    return sorted(rows, key=urgency)
+
+
+def _events(lake: Lake) -> str:
+    if EVENTS not in lake.files_here():
+        return ""
+    from agent.monitor.events import parse_events
+
+    where = f"{lake.url}/{EVENTS}"
+    try:
+        text = lake.get(EVENTS).decode()
+        parse_events(tomllib.loads(text))
+    except ValueError as error:  # of TOML and of UTF-8, too
+        raise InputError(f"{where}: {error}.", "See docs/monitor.md, events.") from error
+    return text
+
+
+def _row(joint: Joint, failure: str = "", **values: Any) -> dict[str, Any]:
+    return {
+        "key": joint.key,
+        "site": joint.site,
+        "robot": joint.robot,
+        "axis": joint.axis,
+        "model": joint.model,
+        "failure": failure,
+        **values,
+    }

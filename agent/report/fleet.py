@@ -1,0 +1,178 @@
+"""The offline page of a fleet: which joint first and why, what models have in common."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from agent.record.atomic import publish
+from agent.report.canvas import data_uri
+from agent.report.estimate import Picture
+from agent.report.figure_fleet import figure_individuals, figure_rises
+from agent.report.page import render
+
+_STATES: Mapping[str, tuple[str, str, str]] = {
+    "H1": ("▲", "high", "stop"),
+    "H0": ("◆", "increased", "stop"),
+    "NF": ("●", "healthy", "good"),
+    "not-decidable": ("○", "not decidable", "open"),
+    "": ("✕", "not judged", "open"),
+}
+_SHOWN = 40
+
+
+@dataclass(frozen=True)
+class JointRow:
+    """One joint of the ranking.
+
+    Parameters
+    ----------
+    site, robot, axis, model : str, str, int, str
+    state : str
+        ``NF``, ``H0``, ``H1``, ``not-decidable``; empty where it could not be judged.
+    sentence : str
+        Why.
+    last_cycle : str
+        ISO 8601; empty for none.
+    rise_percent : tuple of float or None
+        Low-speed friction against the baseline at equal temperature: value, lower and upper end.
+    coulomb_nm, viscous_nm_s_per_rad : float or None
+        Of the last cycle.
+    """
+
+    site: str
+    robot: str
+    axis: int
+    model: str
+    state: str
+    sentence: str
+    last_cycle: str = ""
+    rise_percent: tuple[float, float, float] | None = None
+    coulomb_nm: float | None = None
+    viscous_nm_s_per_rad: float | None = None
+
+    @property
+    def label(self) -> str:
+        """Return the joint in few words."""
+        return f"{self.robot}, axis {self.axis}"
+
+    @property
+    def sign(self) -> tuple[str, str, str]:
+        """Return shape, word and colour class of the state."""
+        return _STATES[self.state]
+
+    @property
+    def alarm(self) -> bool:
+        """Return whether friction is increased."""
+        return self.state in ("H0", "H1")
+
+
+@dataclass(frozen=True)
+class AgreementRow:
+    """What the robots of one model say of one axis's twin: the sentence, and effects by count."""
+
+    sentence: str
+    joints: int
+    effects: tuple[tuple[str, int], ...]
+
+
+@dataclass(frozen=True)
+class FleetPage:
+    """What the page shows; `joints` with the most urgent first.
+
+    `unusable` are the recordings and joints that could not be used, each with its reason.
+    """
+
+    lake: str
+    joints: Sequence[JointRow]
+    agreements: Sequence[AgreementRow]
+    unusable: Sequence[str]
+    recordings: int
+
+
+def write_fleet_page(path: Path, page: FleetPage) -> Path:
+    """Write the page, whole or not at all; a file that is there is replaced.
+
+    Raises
+    ------
+    agent.errors.StorageError
+        If the file cannot be written.
+    """
+    publish({path: fleet_html(page).encode()}, overwrite=True)
+    return path
+
+
+def fleet_html(page: FleetPage) -> str:
+    """Return the page as text; the same input gives the same text."""
+    rises = [j for j in page.joints if j.rise_percent is not None][:_SHOWN]
+    return render(
+        "fleet.html.j2",
+        page=page,
+        sentence=in_words(page),
+        counts=[(*_STATES[s], n) for s, n in _counted(page.joints)],
+        shown=page.joints[:_SHOWN],
+        rises=_rises(rises),
+        individuals=_individuals(page.joints),
+        models=_models(page.joints),
+    )
+
+
+def in_words(page: FleetPage) -> str:
+    """Return what the fleet needs, in one sentence."""
+    alarms = [j for j in page.joints if j.alarm]
+    if not page.joints:
+        return "No joint has been judged yet: estimate and monitor the lake first."
+    total = _count(len(page.joints), "joint")
+    if not alarms:
+        open_ = sum(j.state != "NF" for j in page.joints)
+        rest = f"; {open_} cannot be decided yet" if open_ else ""
+        return f"Of {total}, none shows increased friction{rest}."
+    first = alarms[0]
+    return (
+        f"Of {total}, {len(alarms)} show{'s' * (len(alarms) == 1)} increased friction; see to "
+        f"{first.label} first."
+    )
+
+
+def _counted(joints: Sequence[JointRow]) -> list[tuple[str, int]]:
+    counts = Counter(j.state for j in joints)
+    return [(state, counts[state]) for state in ("H1", "H0", "not-decidable", "", "NF")]
+
+
+def _rises(joints: Sequence[JointRow]) -> Picture | None:
+    if not joints:
+        return None
+    words = "; ".join(
+        f"{j.label}: {j.rise_percent[0]:+.1f} %" for j in joints[:5] if j.rise_percent is not None
+    )
+    alt = f"Rise of low-speed friction of {_count(len(joints), 'joint')}. {words}."
+    return Picture(data_uri(figure_rises(joints)), data_uri(figure_rises(joints, narrow=True)), alt)
+
+
+def _individuals(joints: Sequence[JointRow]) -> Picture | None:
+    known = [j for j in joints if j.coulomb_nm is not None]
+    if not known:
+        return None
+    alt = f"Coulomb friction of {_count(len(known), 'joint')}, by model and axis."
+    return Picture(
+        data_uri(figure_individuals(known)), data_uri(figure_individuals(known, narrow=True)), alt
+    )
+
+
+def _models(joints: Sequence[JointRow]) -> list[tuple[str, str, int, str, int]]:
+    """Return model, axis, joints, range of Coulomb friction and alarms, one row a kind of joint."""
+    kinds: dict[tuple[str, int], list[JointRow]] = defaultdict(list)
+    for joint in joints:
+        kinds[joint.model, joint.axis].append(joint)
+    rows = []
+    for (model, axis), own in sorted(kinds.items()):
+        levels = sorted(j.coulomb_nm for j in own if j.coulomb_nm is not None)
+        spread = f"{levels[0]:.3g} to {levels[-1]:.3g}" if levels else "not known"
+        rows.append((model, str(axis), len(own), spread, sum(j.alarm for j in own)))
+    return rows
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'s' * (number != 1)}"

@@ -1,0 +1,159 @@
+"""A lake takes each recording once and whole, and knows one that is not what was pushed."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from agent.errors import InputError, StorageError
+from agent.fleet.lake import Lake, entry_of
+from agent.fleet.results import Results
+from agent.record.recording import Metadata, Recording
+from agent.record.writing import write
+from tests.benchmarks.fleet import cycles
+
+
+def written(folder: Path, count: int = 2) -> list[Path]:
+    """Write small cycles of one joint each."""
+    folder.mkdir(exist_ok=True)
+    return [
+        write(recording, folder / f"cycle-{i}.parquet") for i, recording in enumerate(cycles(count))
+    ]
+
+
+@pytest.fixture(scope="module")
+def store() -> Iterator[str]:
+    """Yield the address of an S3-compatible server on this machine, with one bucket."""
+    import boto3
+    from moto.server import ThreadedMotoServer
+
+    server = ThreadedMotoServer(ip_address="127.0.0.1", port=0)
+    server.start()
+    try:
+        host, port = server.get_host_and_port()
+        address = f"http://{host}:{port}"
+        client = boto3.client(
+            "s3",
+            endpoint_url=address,
+            aws_access_key_id="test",
+            aws_secret_access_key="test",
+            region_name="eu-central-1",
+        )
+        where = {"LocationConstraint": "eu-central-1"}
+        client.create_bucket(Bucket="plant", CreateBucketConfiguration=where)
+        client.close()
+        yield address
+    finally:
+        server.stop()
+
+
+@pytest.fixture(params=["folder", "s3"])
+def lake(request: pytest.FixtureRequest, tmp_path: Path, store: str) -> Lake:
+    """Return an empty lake, on the disk and in an object store."""
+    if request.param == "folder":
+        return Lake(str(tmp_path / "lake"))
+    options = {
+        "key": "test",
+        "secret": "test",
+        "endpoint_url": store,
+        "client_kwargs": {"region_name": "eu-central-1"},
+    }
+    return Lake(f"s3://plant/{tmp_path.name}", options)
+
+
+def test_what_is_pushed_twice_is_there_once_and_comes_back_whole(
+    lake: Lake, tmp_path: Path
+) -> None:
+    paths = written(tmp_path / "cell")
+    assert lake.entries() == ((), ())
+    pushed = [lake.push(p, "plant 1/b") for p in (*paths, *paths)]
+    assert [new for _, new in pushed] == [True, True, False, False]
+    entries, others = lake.entries()
+    assert others == ()
+    assert entries == tuple(sorted({e for e, _ in pushed}))
+    assert [e.joint for e in entries] == [("plant 1/b", "robot-000", n) for n in (1, 2)]
+    for entry, path in zip(entries, paths, strict=True):
+        assert lake.get(entry.path) == path.read_bytes()
+        assert lake.recording(entry).metadata.axis == entry.axis
+
+
+def test_what_is_not_what_was_pushed_is_refused_and_what_is_no_recording_is_listed(
+    lake: Lake, tmp_path: Path
+) -> None:
+    first, second = written(tmp_path / "cell")
+    entry, _ = lake.push(first, "plant")
+    lake.put(entry.path, second.read_bytes())
+    with pytest.raises(InputError, match="not what was pushed"):
+        lake.recording(entry)
+    stray = entry.path.rpartition("/")[0] + "/notes.txt"
+    lake.put(stray, b"half of a fi")
+    assert lake.entries()[1] == (stray,)
+    broken = tmp_path / "broken.parquet"
+    broken.write_bytes(first.read_bytes()[:1000])
+    with pytest.raises(InputError, match="cut short"):
+        lake.push(broken, "plant")
+
+
+def test_a_push_that_fails_leaves_nothing_that_looks_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (path,) = written(tmp_path / "cell", 1)
+    lake = Lake(str(tmp_path / "lake"))
+
+    def cut(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "replace", cut)
+    with pytest.raises(StorageError, match="No space left"):
+        lake.push(path, "plant")
+    monkeypatch.undo()
+    assert lake.entries() == ((), ())
+    assert [p for p in (tmp_path / "lake").rglob("*") if p.is_file()] == []
+    assert lake.push(path, "plant")[1]
+
+
+names = st.text(st.characters(exclude_categories=("Cs", "Cc")), min_size=1, max_size=30)
+
+
+@settings(max_examples=60)
+@given(site=names, robot=names)
+def test_every_name_is_one_element_of_the_path_and_comes_back(
+    tmp_path_factory: pytest.TempPathFactory, site: str, robot: str
+) -> None:
+    folder = tmp_path_factory.mktemp("names")
+    recording = next(cycles(1))
+    own = Recording(recording.columns, Metadata(robot=robot, axis=3, gear_ratio=10.0))
+    lake = Lake(str(folder / "lake"))
+    entry, _ = lake.push(write(own, folder / "cycle.parquet"), site)
+    assert entry.joint == (site, robot, 3)
+    assert entry_of(entry.path, entry.size_bytes) == entry
+    assert entry.path.count("/") == 5
+    assert lake.entries() == ((entry,), ())
+    shutil.rmtree(folder)
+
+
+def test_results_are_there_once_and_by_version(lake: Lake) -> None:
+    columns = {"value": "double"}
+    results = Results(lake, "estimate", "1", columns, part_rows=2)
+    assert results.rows() == []
+    for key, value in (("b", 2.0), ("a", None), ("b", 2.0), ("c", 4.0), ("d", 5.0)):
+        results.add({"key": key, "value": value})
+    assert results.keys() == {"a", "b", "c"}  # what waits is not there yet
+    results.flush()
+    assert [(r["key"], r["value"]) for r in results.rows()] == [
+        ("a", None),
+        ("b", 2.0),
+        ("c", 4.0),
+        ("d", 5.0),
+    ]
+    assert Results(lake, "estimate", "2", columns).rows() == []
+
+
+def test_an_address_of_no_store_is_one_sentence() -> None:
+    with pytest.raises(InputError, match="cannot be used as a lake"):
+        Lake("nowhere://bucket")
