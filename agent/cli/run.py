@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import typer
 
 from agent.cell import Axis, read_cell
+from agent.cli.catalogue_keep import keep
 from agent.cli.outcome import conclude
 from agent.cli.summary import summary
 from agent.cli.talk import progress_bar, stop_on_signal, talker
@@ -15,6 +18,7 @@ from agent.cycle.axis_lock import owned
 from agent.cycle.plan import NAMED, plan_cycle
 from agent.cycle.preconditions import listed
 from agent.cycle.preflight import before_the_bus
+from agent.cycle.runner import Progress
 from agent.errors import InputError, RefusedError
 from agent.record.reading import read
 from agent.replayed import Replayed
@@ -110,8 +114,9 @@ def run_axis(
     reverse: bool,
     as_json: bool,
     trajectory_path: Path | None = None,
+    shown: Callable[[str], AbstractContextManager[Progress]] = progress_bar,
 ) -> None:
-    """Drive one cycle and conclude."""
+    """Drive one cycle and conclude; `shown` is where its progress is shown."""
     cell = read_cell(cell_path)
     axis = cell.axis_numbered(number)
     own = cell_path.parent / cell.recording.folder
@@ -123,7 +128,7 @@ def run_axis(
         asked_for(axis, trajectory_path),
         journal_folder=own,
     )
-    with stop_on_signal() as stop_requested, progress_bar(f"axis {number}") as progress:
+    with stop_on_signal() as stop_requested, shown(f"axis {number}") as progress:
         result = drive_cycle(
             request, clock_for(cell), stop_requested=stop_requested, progress=progress
         )
@@ -140,6 +145,7 @@ def run_axis(
     conclusion = conclude([recording])
     json_path = conclusion.write_json(result.recording.with_suffix(".estimate.json"))
     report_path = conclusion.write_report(result.recording.with_suffix(".report.html"))
+    keep(result.recording, conclusion)
     if as_json:
         typer.echo(conclusion.json())
         return

@@ -1,0 +1,130 @@
+"""The running cycle to everybody who watches: one look, one text, any number of viewers."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import math
+from collections.abc import AsyncIterator
+from typing import Any
+
+from agent.web.attended import Attendant, AttendedRun
+from agent.web.tail import POINT_PERIOD_S, Point
+
+IDLE_PERIOD_S = 0.25
+BEAT_EVERY = 20
+"""Looks without news before a sign of life is sent: one a second."""
+MOST_VIEWERS = 200
+
+
+class Live:
+    """Looks at the attended cycle twenty times a second and wakes its viewers.
+
+    Parameters
+    ----------
+    attendant : Attendant
+        Whose cycle.
+    """
+
+    def __init__(self, attendant: Attendant) -> None:
+        self._attendant = attendant
+        self._news = asyncio.Event()
+        self._texts: list[str] = []
+        self._run = ""
+        self.viewers = 0
+
+    async def keep_looking(self) -> None:
+        """Look until cancelled."""
+        looks, told = 0, ""
+        due_s = asyncio.get_running_loop().time()
+        while True:
+            active = self._attendant.active
+            self._attendant.look()
+            looks += 1
+            run = self._attendant.run
+            if run is not None:
+                fresh = self._take(run)
+                state = json.dumps(state_of(run))
+                if fresh or state != told or looks % BEAT_EVERY == 0:
+                    told = state
+                    self._wake()
+            due_s += POINT_PERIOD_S if active is not None else IDLE_PERIOD_S
+            now_s = asyncio.get_running_loop().time()
+            due_s = max(due_s, now_s)
+            await asyncio.sleep(due_s - now_s)
+
+    async def events(self, run: AttendedRun, seen: int) -> AsyncIterator[str]:
+        """Yield server-sent events of one cycle: its plan, points as they come, its end.
+
+        Parameters
+        ----------
+        run : AttendedRun
+        seen : int
+            How many points the viewer has already.
+        """
+        self.viewers += 1
+        try:
+            yield _event("plan", run, plan_of(run), seen)
+            while True:
+                news, texts = self._news, self._texts if self._run == run.identity else []
+                fresh = f"[{','.join(texts[seen:])}]"
+                seen = max(seen, len(texts))
+                state = json.dumps(state_of(run))
+                yield f"event: points\nid: {run.identity}.{seen}\ndata: [{state},{fresh}]\n\n"
+                if run.ended is not None:
+                    yield _event("end", run, {"code": run.ended.code}, seen)
+                    return
+                await news.wait()
+        finally:
+            self.viewers -= 1
+
+    def _take(self, run: AttendedRun) -> bool:
+        """Write the new points as text, once for all viewers."""
+        if self._run != run.identity:
+            self._run, self._texts = run.identity, []
+        fresh = run.points[len(self._texts) :]
+        self._texts += [_text(point, run.gear_ratio) for point in fresh]
+        return bool(fresh)
+
+    def _wake(self) -> None:
+        news, self._news = self._news, asyncio.Event()
+        news.set()
+
+
+def state_of(run: AttendedRun) -> dict[str, Any]:
+    """Return where a cycle is."""
+    return {
+        "stage": run.stage,
+        "stopping": run.stopping,
+        "step": run.step,
+        "steps": run.steps,
+        "left_s": round(run.left_s, 1),
+        "stair_began_s": run.stair_began_s,
+        "ended": run.ended is not None,
+    }
+
+
+def plan_of(run: AttendedRun) -> dict[str, Any]:
+    """Return the stair that is driven, twenty points a second from its beginning; rad/s."""
+    samples = math.ceil(run.trajectory.duration_s / POINT_PERIOD_S) + 1
+    times = [POINT_PERIOD_S * i for i in range(samples)]
+    velocity = [round(float(v), 2) for v in run.trajectory.sample(times).velocity_rad_s]
+    return {
+        "run": run.identity,
+        "axis": run.asked.axis,
+        "period_s": POINT_PERIOD_S,
+        "velocity_rad_s": velocity,
+    }
+
+
+def _event(kind: str, run: AttendedRun, data: object, seen: int) -> str:
+    return f"event: {kind}\nid: {run.identity}.{seen}\ndata: {json.dumps(data)}\n\n"
+
+
+def _text(point: Point, gear_ratio: float) -> str:
+    """Return a point as JSON: s, rad/s, rad/s, N m, degrees of the arm, degC; null is unknown."""
+    arm_deg = math.degrees(point.position_rad / gear_ratio)
+    values = (*point[:4], arm_deg, point.gearbox_temperature_degc)
+    return f"[{','.join(f'{v:.4g}' if math.isfinite(v) else 'null' for v in values[1:])}]".replace(
+        "[", f"[{point.time_s:.2f},", 1
+    )

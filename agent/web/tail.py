@@ -1,0 +1,118 @@
+"""A recording read while it grows: whole batches as they come, thinned to what a screen shows."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pyarrow as pa
+import pyarrow.ipc as ipc
+
+POINT_PERIOD_S = 0.05
+"""A screen gets twenty points a second."""
+
+NUMBERS = (
+    "velocity_rad_s",
+    "velocity_command_rad_s",
+    "torque_nm",
+    "position_rad",
+    "gearbox_temperature_degc",
+)
+_MOST_BYTES = 4 << 20  # of one look: whatever has come together meanwhile is read in turns
+
+
+class Point(NamedTuple):
+    """Twenty of these a second; motor side, NaN where a channel is not measured.
+
+    Torque is the mean of its 50 ms, the rest is the last sample of them.
+    """
+
+    time_s: float
+    velocity_rad_s: float
+    velocity_command_rad_s: float
+    torque_nm: float
+    position_rad: float
+    gearbox_temperature_degc: float
+    phase: str
+
+
+class StreamTail:
+    """Reads what a recorder adds to its stream; never writes, never locks, never waits.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+        ``NAME.arrows``. It stays readable through this object when its writer has removed it.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
+        self._offset = 0
+        self._schema: pa.Schema | None = None
+
+    def read(self) -> Iterator[pa.RecordBatch]:
+        """Yield every whole batch that has come since the last call."""
+        content = os.pread(self._descriptor, _MOST_BYTES, self._offset)
+        source = pa.BufferReader(content)
+        while source.tell() < len(content):
+            began = source.tell()
+            try:
+                message = ipc.read_message(source)
+            except (pa.ArrowException, EOFError, OSError):
+                break  # not whole yet, or the mark of the end
+            ended = source.tell()
+            if self._schema is None:
+                self._schema = ipc.read_schema(message)
+            else:
+                yield ipc.read_record_batch(message, self._schema)
+            self._offset += ended - began
+
+    def close(self) -> None:
+        """Let go of the file."""
+        os.close(self._descriptor)
+
+
+@dataclass
+class _Bin:
+    """Samples of the same 50 ms."""
+
+    number: int
+    torque_sum_nm: float = 0.0
+    samples: int = 0
+
+
+class Thinner:
+    """Makes twenty points a second of rows at any rate."""
+
+    def __init__(self) -> None:
+        self._bin = _Bin(-1)
+        self._last: Point | None = None
+
+    def points(self, batch: pa.RecordBatch) -> list[Point]:
+        """Return the points that a batch completes."""
+        columns = [batch.column("time_s").to_pylist()]
+        names = set(batch.schema.names)
+        missing: list[Any] = [math.nan] * batch.num_rows
+        columns += [batch.column(n).to_pylist() if n in names else missing for n in NUMBERS]
+        phases = batch.column("phase").to_pylist() if "phase" in names else [""] * batch.num_rows
+        out: list[Point] = []
+        for row in zip(*columns, phases, strict=True):
+            point = Point(*row)
+            number = math.floor(point.time_s / POINT_PERIOD_S)
+            if number != self._bin.number:
+                if self._last is not None:
+                    out.append(self._finished(self._last))
+                self._bin = _Bin(number)
+            if math.isfinite(point.torque_nm):
+                self._bin.torque_sum_nm += point.torque_nm
+                self._bin.samples += 1
+            self._last = point
+        return out
+
+    def _finished(self, last: Point) -> Point:
+        samples = self._bin.samples
+        return last._replace(torque_nm=self._bin.torque_sum_nm / samples if samples else math.nan)

@@ -1,0 +1,194 @@
+"""Users and how they come to be: by a one-time token, never by a default password."""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+import re
+import secrets
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import Engine, Row, delete, func, insert, select, update
+
+from agent.errors import InputError
+from agent.web import store
+from agent.web.passwords import Hasher, insist_on_a_good_one
+from agent.web.roles import Role
+from drivers.clock import wall_time_utc
+
+INVITATION_HOURS = 24
+
+
+@dataclass(frozen=True)
+class User:
+    """Somebody who may log in, unless disabled."""
+
+    name: str
+    role: Role
+    disabled: bool
+    since: str
+
+
+@dataclass(frozen=True)
+class Invitation:
+    """What a token is good for; the name is empty where its bearer chooses one."""
+
+    name: str
+    role: Role
+
+
+class Users:
+    """Everybody who may log in.
+
+    Parameters
+    ----------
+    engine : sqlalchemy.Engine
+        See `agent.web.store`.
+    hasher : Hasher
+        For passwords.
+    wall_time : callable
+        ISO 8601, UTC; says when an invitation has expired.
+    """
+
+    def __init__(
+        self, engine: Engine, hasher: Hasher, wall_time: Callable[[], str] = wall_time_utc
+    ) -> None:
+        self._engine = engine
+        self._hasher = hasher
+        self._wall_time = wall_time
+        # Somebody who does not exist costs as much time as somebody with a wrong password.
+        self._nobody = hasher.hash(secrets.token_hex(16))
+
+    def all(self) -> list[User]:
+        """Return every user by name."""
+        with self._engine.connect() as connection:
+            rows = connection.execute(select(store.users).order_by(store.users.c.name))
+            return [_user(row) for row in rows]
+
+    def find(self, name: str) -> User | None:
+        """Return one user, disabled or not."""
+        with self._engine.connect() as connection:
+            row = connection.execute(select(store.users).where(store.users.c.name == name)).first()
+        return None if row is None else _user(row)
+
+    def authenticate(self, name: str, password: str) -> User | None:
+        """Return who has this name and password; None for anybody else, after the same time."""
+        with self._engine.connect() as connection:
+            row = connection.execute(select(store.users).where(store.users.c.name == name)).first()
+        fits = self._hasher.matches(self._nobody if row is None else row.password, password)
+        return _user(row) if row is not None and fits and not row.disabled else None
+
+    def invite(self, name: str, role: Role) -> str:
+        """Return a one-time token for a new user, or for a new password of an old one.
+
+        Parameters
+        ----------
+        name : str
+            Empty for the very first user, who chooses one; older such tokens end.
+        role : Role
+            What they will be.
+
+        Raises
+        ------
+        agent.errors.InputError
+            The name cannot be one.
+        """
+        if name:
+            _insist_on_a_name(name)
+        token = secrets.token_urlsafe(18)
+        now = datetime.datetime.fromisoformat(self._wall_time())
+        expires = now + datetime.timedelta(hours=INVITATION_HOURS)
+        with self._engine.begin() as connection:
+            connection.execute(delete(store.invitations).where(store.invitations.c.name == name))
+            connection.execute(
+                insert(store.invitations).values(
+                    token=_digest(token), name=name, role=int(role), expires=expires.isoformat()
+                )
+            )
+        return token
+
+    def invitation(self, token: str) -> Invitation | None:
+        """Return what a token is good for; None where it is unknown, used or expired."""
+        table = store.invitations
+        with self._engine.connect() as connection:
+            row = connection.execute(select(table).where(table.c.token == _digest(token))).first()
+        if row is None or self._expired(row.expires):
+            return None
+        return Invitation(row.name, Role(row.role))
+
+    def accept(self, token: str, name: str, password: str) -> User:
+        """Make (or renew) the user that a token invites; the token ends.
+
+        Raises
+        ------
+        agent.errors.InputError
+            The token, the name or the password cannot be used.
+        """
+        invitation = self.invitation(token)
+        if invitation is None:
+            raise InputError("This token is unknown, used or expired.", "Ask for a new one.")
+        name = invitation.name or name
+        _insist_on_a_name(name)
+        insist_on_a_good_one(name, password)
+        if not invitation.name and self.find(name) is not None:
+            raise InputError(f"There is a user {name} already.")
+        kept = self._hasher.hash(password)
+        values = {"role": int(invitation.role), "password": kept, "disabled": False}
+        with self._engine.begin() as connection:
+            used = connection.execute(
+                delete(store.invitations).where(store.invitations.c.token == _digest(token))
+            )
+            if used.rowcount != 1:
+                raise InputError("This token was used a moment ago.", "Ask for a new one.")
+            changed = connection.execute(
+                update(store.users).where(store.users.c.name == name).values(**values)
+            )
+            if changed.rowcount == 0:
+                since = self._wall_time()
+                connection.execute(insert(store.users).values(name=name, since=since, **values))
+        return User(name, invitation.role, disabled=False, since="")
+
+    def disable(self, name: str) -> None:
+        """Let somebody log in no more.
+
+        Raises
+        ------
+        agent.errors.InputError
+            Nobody has this name, or it is the last engineer: nobody could invite any more.
+        """
+        table = store.users
+        with self._engine.begin() as connection:
+            others = connection.execute(
+                select(func.count())
+                .select_from(table)
+                .where(table.c.role == int(Role.ENGINEER), table.c.name != name, ~table.c.disabled)
+            ).scalar_one()
+            user = connection.execute(select(table).where(table.c.name == name)).first()
+            if user is None:
+                raise InputError(f"There is no user {name}.")
+            if user.role == int(Role.ENGINEER) and others == 0:
+                raise InputError(f"{name} is the last engineer: invite another one first.")
+            connection.execute(update(table).where(table.c.name == name).values(disabled=True))
+            connection.execute(delete(store.invitations).where(store.invitations.c.name == name))
+
+    def _expired(self, expires: str) -> bool:
+        now = datetime.datetime.fromisoformat(self._wall_time())
+        return datetime.datetime.fromisoformat(expires) <= now
+
+
+def _user(row: Row[Any]) -> User:
+    return User(row.name, Role(row.role), bool(row.disabled), row.since)
+
+
+def _digest(token: str) -> str:
+    return hashlib.sha256(token.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def _insist_on_a_name(name: str) -> None:
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}", name):
+        raise InputError(
+            "A user's name has up to 64 letters, digits, '.', '_' or '-', and begins with a "
+            "letter or digit."
+        )
