@@ -17,6 +17,8 @@ from agent.monitor.series import FEATURES, FeatureSeries
 LEAST, MOST = 8, 60
 FEWEST_ASKED = 3
 SHARE = 0.005
+_PARAMETERS = 3
+_NORMAL_95 = 1.6448536269514722
 _RULING = ("coulomb_nm", "integral_w", "low_integral_w")
 
 
@@ -57,7 +59,7 @@ class Baseline:
     asked : bool
         Whether the number was given instead of chosen.
     standard_error : float
-        Of the healthy mean, as a share, for the least sure of the deciding features.
+        Of the healthy mean, as a share, at its upper end, for the least sure deciding feature.
     """
 
     cycles: int
@@ -94,7 +96,8 @@ def baseline_of(features: Features, asked: int | None = None) -> Baseline:
     """Choose the baseline's length and learn from it.
 
     The rule: the first n >= 8 cycles of which every deciding feature's mean has a standard error
-    of at most 0.5 % of it, and 60 where that is never so. Later cycles have no say in it.
+    of at most 0.5 % of it, even where the cycles scatter more than they have shown yet; and 60
+    where that is never so. Later cycles have no say in it.
 
     Parameters
     ----------
@@ -129,8 +132,16 @@ def _learned(healthy: Features, name: str) -> Law:
 
 
 def _standard_error(healthy: Features, name: str) -> float:
+    """Return the standard error of the mean as a share, as large as it may well be.
+
+    A few cycles may agree by luck, and a rule that stops at the first luck would stop too early:
+    the scatter is taken at the upper end of its one-sided 95 % interval.
+    """
     law = _learned(healthy, name)
-    return law.level_deviation / max(abs(law.level), 1e-300)
+    free = max(law.cycles - _PARAMETERS, 2)
+    third = 2.0 / (9.0 * free)  # Wilson and Hilferty's chi square, PNAS 17 (1931) 684
+    luck = (1.0 - third - _NORMAL_95 * math.sqrt(third)) ** 3
+    return law.level_deviation / max(abs(law.level), 1e-300) / math.sqrt(luck)
 
 
 def compensated(features: Features, baseline: Baseline) -> dict[str, Compensated]:

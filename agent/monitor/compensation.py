@@ -64,12 +64,12 @@ class Prior:
 
 
 PRIORS: Mapping[str, Prior] = {
-    "coulomb_nm": Prior(0.005, 0.02, 4e-4),
-    "viscous_nm_s_per_rad": Prior(-0.03, 0.03, 6e-4),
-    "integral_w": Prior(-0.01, 0.015, 4e-4),
-    "low_integral_w": Prior(0.0, 0.015, 4e-4),
+    "coulomb_nm": Prior(0.0, 0.02, 3e-4),
+    "viscous_nm_s_per_rad": Prior(-0.04, 0.03, 5e-4),
+    "integral_w": Prior(-0.015, 0.02, 3e-4),
+    "low_integral_w": Prior(-0.005, 0.02, 3e-4),
 }
-ONE_SPEED = Prior(-0.005, 0.025, 4e-4)
+ONE_SPEED = Prior(-0.01, 0.025, 3e-4)
 
 
 @dataclass(frozen=True)
@@ -299,13 +299,13 @@ def learn(conditions: Conditions, values: Floats, deviations: Floats, prior: Pri
     size = size if abs(size) > 0.0 else 1.0
     y, noise = values / size, deviations / abs(size)
     centre, width = basis.prior(prior)
-    straight = basis.columns(conditions, math.inf)
-    variance, scatter = _variance(straight, y, noise, centre, width)
     decays = _DECAYS_K if basis.temperature else _DECAYS_K[:1]
-    solved = [
-        _solve(basis.columns(conditions, decay_k), y, 1.0 / variance, centre, width)
-        for decay_k in decays
-    ]
+    columns = [basis.columns(conditions, decay_k) for decay_k in decays]
+    best = 0
+    for _ in range(2):  # a scatter about a shape that does not fit is too large: once more
+        variance, scatter = _variance(columns[best], y, noise, centre, width)
+        solved = [_solve(own, y, 1.0 / variance, centre, width) for own in columns]
+        best = int(np.argmax([s.unseen for s in solved]))
     merit = np.array([s.unseen for s in solved])
     weight = np.exp(merit - merit.max())
     bends = tuple(

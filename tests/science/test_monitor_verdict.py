@@ -1,0 +1,132 @@
+"""The whole chain on a joint of known truth: quiet while healthy, right reasons when not."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from agent.monitor.detectors import detector
+from agent.monitor.history import histories
+from agent.monitor.verdict import NOT_DECIDABLE, Finding, judge
+from tests.unit.monitor_joint import SPEEDS, START_S, Truth, friction_nm, months
+
+BASELINE = 40
+
+
+def found(seed: int, truth: Truth | None = None, cycles: int = 90) -> Finding:
+    (history,) = histories(months(seed, cycles, truth))
+    return judge(history, detector(), BASELINE)
+
+
+def test_a_healthy_joint_stays_quiet_through_swinging_temperature() -> None:
+    for seed in range(3):
+        finding = found(seed)
+        assert finding.status == "NF"
+        assert finding.sentence.startswith("No alarm, friction is as it was: ")
+        assert not any(s.value != "NF" for s in finding.tracks[0].judgement.states)  # type: ignore[union-attr]
+
+
+def test_wear_is_an_alarm_with_its_size_its_place_and_its_time() -> None:
+    truth = Truth(wear_nm=0.09)
+    inside, early = [], []
+    for seed in range(4):
+        finding = found(seed, truth)
+        assert finding.alarm
+        assert finding.comparison is not None
+        low = finding.comparison.effects["low"]
+        # The mean rise over the low speeds, at the share that the last three cycles have.
+        degc = finding.comparison.temperature_degc
+        share = np.mean([1.0, 29.0 / 30.0, 28.0 / 30.0])
+        rise = friction_nm(SPEEDS, degc, truth, share) - friction_nm(SPEEDS, degc, truth, 0.0)
+        grid = np.append(SPEEDS[low.to_rad_s > SPEEDS], low.to_rad_s)
+        mean = np.trapezoid(np.interp(grid, SPEEDS, rise), grid) / (grid[-1] - grid[0])
+        inside.append(low.ci95_nm[0] < mean < low.ci95_nm[1])
+        assert low.change_nm == pytest.approx(mean, rel=0.15)
+        assert low.percent > 2.0 * finding.comparison.effects["high"].percent
+        assert finding.reasons is not None
+        assert finding.reasons.causes[0].id == "wear"
+        assert "grease" in finding.next_steps[0]
+        assert finding.change is not None
+        early.append(finding.change.cycle_ci95[0] <= truth.onset + 1)
+        assert "most likely wear in the gearbox" in finding.sentence
+    assert sum(inside) >= 3
+    assert sum(early) >= 3
+
+
+@pytest.mark.parametrize(
+    ("truth", "causes"),
+    [
+        (Truth(thicker=0.25), {"oil", "temperature"}),
+        (Truth(torque_gain=0.09), {"measurement"}),
+        (Truth(sensor_k=-5.0), {"temperature", "oil"}),
+    ],
+)
+def test_what_is_no_wear_is_not_called_wear(truth: Truth, causes: set[str]) -> None:
+    """A thicker oil and a sensor that reads warm change the curve alike: both must be named."""
+    named: Counter[str] = Counter()
+    for seed in range(3):
+        finding = found(seed, truth)
+        assert finding.alarm
+        assert finding.reasons is not None
+        shares = {c.id: c.probability for c in finding.reasons.causes}
+        assert sum(shares.values()) == pytest.approx(1.0)
+        assert shares["wear"] < 0.05
+        assert {c.id for c in finding.reasons.likely} <= causes
+        named[finding.reasons.causes[0].id] += 1
+    assert set(named) <= causes
+
+
+def test_a_verdict_waits_for_its_baseline_and_says_how_long() -> None:
+    (history,) = histories(months(1, 4))
+    finding = judge(history, detector())
+    assert finding.status == NOT_DECIDABLE
+    assert finding.sentence == "Not decidable yet: 4 of 8 healthy cycles."
+    assert finding.next_steps[0].startswith("run 4 more cycles")
+    (one,) = histories(months(1, 1))
+    assert "1 of 8 healthy cycles" in judge(one, detector()).sentence
+    with pytest.raises(ValueError, match="at least 3 cycles, got 2"):
+        judge(history, detector(), 2)
+
+
+def test_a_noisy_joint_needs_a_longer_baseline() -> None:
+    quiet, noisy = (
+        judge(histories(months(2, 70, Truth(scatter=s)))[0], detector()).tracks[0].baseline
+        for s in (0.003, 0.03)
+    )
+    assert quiet.cycles <= 10
+    assert 20 < noisy.cycles <= 60
+
+
+def test_nothing_learned_from_the_baseline_changes_with_what_comes_after() -> None:
+    healthy, worn = found(5), found(5, Truth(wear_nm=0.3))
+    for name, law in healthy.tracks[0].baseline.laws.items():
+        other = worn.tracks[0].baseline.laws[name]
+        assert law.level == other.level
+        assert law.slope_per_k == other.slope_per_k
+    longer, shorter = worn.tracks[0].judgement, found(5, Truth(wear_nm=0.3), 90).tracks[0].judgement
+    assert longer is not None
+    assert shorter is not None
+    assert longer.states == shorter.states
+
+
+def test_a_joint_without_temperature_is_judged_and_says_so() -> None:
+    cycles = [
+        dataclasses.replace(c, temperature_degc=float("nan"))
+        for c in months(4, 90, Truth(swing_k=0.0, wear_nm=0.25))
+    ]
+    (history,) = histories(cycles)
+    finding = judge(history, detector(), BASELINE)
+    assert finding.alarm
+    assert "temperature unknown, not compensated" in finding.sentence
+    assert "uncompensated" in history.notes[0]
+
+
+def test_a_last_cycle_of_a_set_back_clock_does_not_count() -> None:
+    cycles = months(6, 20)
+    cycles[-1] = dataclasses.replace(cycles[-1], started_s=START_S - 40 * 365 * 86_400.0)
+    (history,) = histories(cycles)
+    assert len(history.cycles) == 19
+    assert "clock was not set" in history.set_aside[0].reason
