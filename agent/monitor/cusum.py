@@ -31,6 +31,7 @@ DECIDING = "low_integral_w"
 
 _SHARES: Mapping[str, float] = {DECIDING: 0.75, "integral_w": 0.25}
 
+_ONE_CYCLE = 0.501  # of the threshold: two cycles are enough, one never is
 _KEPT = 1.5  # of the threshold of H1: the sum grows no further
 
 
@@ -74,12 +75,13 @@ class Cusum:
         for name, (found, tuning) in self._tuned(series).items():
             if found is None or not tuning.decidable:
                 continue
-            sums = self._sums(found, tuning, series.healthy)
+            sums = self._sums(found, tuning, tuning.increased, series.healthy)
             traces[name] = Trace(sums, np.full_like(sums, tuning.increased))
             increased |= until_zero(sums, tuning.increased)
             if name == DECIDING:
                 rise = recent_median(found.rise(tuning.high_allowance))
-                high = (sums > tuning.high) & (rise > self.high_rise)
+                far = self._sums(found, tuning, tuning.high, series.healthy) > tuning.high
+                high = far & (rise > self.high_rise)
         return Judgement(self.name, warned_states(increased, high), traces)
 
     def _tuned(self, series: FeatureSeries) -> dict[str, tuple[Standing | None, Tuning]]:
@@ -91,13 +93,13 @@ class Cusum:
             out[name] = (found, tune(found, self.target, per_year, share / whole))
         return out
 
-    def _sums(self, found: Standing, tuning: Tuning, healthy: int) -> Floats:
+    def _sums(self, found: Standing, tuning: Tuning, threshold: float, healthy: int) -> Floats:
         """Return g at each cycle; it starts after the baseline, whose cycles set the level."""
         steps = found.z - tuning.drift - tuning.allowance * found.shared
         steps[:healthy] = -np.inf
         if self.robust:
-            steps = np.minimum(steps, 0.5 * tuning.increased)
-        kept = _KEPT * tuning.high
+            steps = np.minimum(steps, _ONE_CYCLE * threshold)
+        kept = _KEPT * threshold
         out = np.empty_like(steps)
         g = 0.0
         for i, step in enumerate(np.where(np.isnan(steps), 0.0, steps).tolist()):

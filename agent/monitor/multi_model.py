@@ -5,10 +5,12 @@ filter of a hypothesis is the feature less that rise, whose residuals are white 
 A change comes with probability rho at each cycle (Shiryaev 1963), so the probability of each rise,
 summed over all times it could have begun, runs recursively:
 
-    w_r <- (w_r + rho prior_r w_0) exp(a_r z - a_r^2 / 2),   w_0 <- (1 - rho) w_0
+    w_r <- (w_r + rho prior_r w_0) p(z | r) / p(z | 0),   w_0 <- (1 - rho) w_0
 
-with a_r the rise in units of the scatter. H0 is where the rises together have a probability
-beyond `certainty`, H1 where those of at least `high_rise` have.
+where p(z | r) is normal about the rise a_r in units of the scatter, wide enough that the bank has
+no gap between its rises, and has a floor for bad cycles: no single one decides. H0 is where the
+rises together have a probability beyond what the accepted false alarms ask for, H1 where those of
+at least `high_rise` have.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.stats import norm
 
 from agent.identify.result import Floats
 from agent.monitor.cusum import DECIDING, warned_states
@@ -23,7 +26,8 @@ from agent.monitor.series import FeatureSeries, Judgement, State, Trace
 from agent.monitor.standing import Standing, standing
 from agent.monitor.tuning import Target, allowance, cycles_per_year
 
-_LONGEST_STEP = 6.0  # log-likelihood ratio that one cycle may add: one bad cycle decides nothing
+_BAD_CYCLE = 1e-4  # density: one cycle in a hundred lies anywhere within a hundred scatters
+_WANDER = 1.0 / 3.0  # of a rise: the bank's rises are a factor of two apart
 
 
 @dataclass(frozen=True)
@@ -78,6 +82,7 @@ class MultiModel:
         """
         wide = np.sqrt(found.long_run * (1.0 + 1.0 / found.cycles))
         sizes = np.asarray(self.rises) * found.level / found.scatter / wide
+        widths = np.hypot(1.0, _WANDER * sizes)
         z = (found.z - allowance(self.target.increased_per_year) * found.shared) / wide
         hazard = min(0.5, self.changes_per_year / per_year)
         weights, none = np.zeros(sizes.size), 1.0
@@ -86,8 +91,8 @@ class MultiModel:
             if i >= healthy and np.isfinite(value):
                 weights = weights + hazard * none / sizes.size
                 none *= 1.0 - hazard
-                step = np.minimum(sizes * value - 0.5 * sizes**2, _LONGEST_STEP)
-                weights = weights * np.exp(np.maximum(step, -_LONGEST_STEP))
+                density = norm.pdf(value, sizes, widths) + _BAD_CYCLE
+                weights = weights * density / (norm.pdf(value) + _BAD_CYCLE)
                 total = none + float(np.sum(weights))
                 weights, none = weights / total, none / total
             out[i] = weights

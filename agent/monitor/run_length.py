@@ -57,7 +57,7 @@ def brook_evans(
     Parameters
     ----------
     drift, threshold : float
-        As for `siegmund`.
+        As for `siegmund`; runs beyond some 1e14 steps are returned as infinite.
     ceiling : float
         No step is taken for more than this (one bad cycle must not decide).
     states : int
@@ -70,7 +70,8 @@ def brook_evans(
     up_to = np.where(edge >= ceiling, 1.0, norm.cdf(edge - drift))
     moves = np.diff(up_to, axis=1, prepend=0.0)
     lengths = np.linalg.solve(np.eye(states) - moves, np.ones(states))
-    return float(lengths[0])
+    # Runs longer than the arithmetic's digits bear leave nothing of 1 - Q.
+    return float(lengths[0]) if lengths[0] >= 1.0 else np.inf
 
 
 def threshold_for(drift: float, steps: float) -> float:
