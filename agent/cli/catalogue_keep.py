@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from agent.cli.outcome import Conclusion, conclude
 from agent.cli.talk import talker
 from agent.errors import AgentError
-from agent.record.catalogue import Catalogue, RecordingRow
-from agent.record.catalogue_rows import in_utc
 from agent.record.reading import read
 from agent.record.seal import Seal, seal
 from agent.record.verdict_file import Verdict, write_verdict
 from drivers.clock import wall_time_utc
+
+if TYPE_CHECKING:
+    from agent.record.catalogue import RecordingRow
 
 NUMBERS = (
     "coulomb_nm",
@@ -35,6 +37,8 @@ def keep(recording: Path, conclusion: Conclusion, url: str | None = None) -> Ver
     agent.errors.InputError, agent.errors.StorageError
         The recording cannot be sealed, or the verdict not be written.
     """
+    from agent.record.catalogue import Catalogue  # SQLAlchemy: 0.4 s, once all has been recorded
+
     sealed = seal(recording)
     verdict = verdict_of(recording, conclusion, sealed)
     write_verdict(recording, verdict)
@@ -48,6 +52,8 @@ def keep(recording: Path, conclusion: Conclusion, url: str | None = None) -> Ver
 
 def take(recording: Path, url: str | None = None, folder: Path | None = None) -> RecordingRow:
     """Seal a recording that somebody has brought, and take it into the catalogue."""
+    from agent.record.catalogue import Catalogue  # as above
+
     read(recording)  # what is no recording gets no seal
     seal(recording)
     with Catalogue(folder or recording.parent, url) as catalogue:
@@ -56,6 +62,8 @@ def take(recording: Path, url: str | None = None, folder: Path | None = None) ->
 
 def verdict_of(recording: Path, conclusion: Conclusion, sealed: Seal) -> Verdict:
     """Return the verdict on one recording by itself; a baseline's comes from the monitor."""
+    from agent.record.catalogue_rows import in_utc  # as above
+
     metadata = conclusion.recordings[0].metadata
     estimate = conclusion.estimate
     words = "; ".join(estimate.reasons)

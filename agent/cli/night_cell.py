@@ -22,6 +22,7 @@ from agent.night.attempt import Outcome
 from agent.night.clock import WallClock
 from agent.night.description import NightDescription
 from agent.night.windows import Window
+from agent.record.reading import PARQUET, STREAM
 from agent.record.retention import over_limit
 from agent.record.seal import content
 from agent.record.verdict_file import Verdict, read_verdict, verdict_path
@@ -98,7 +99,7 @@ class CellAttempts:
 
     def attempt(self, window: Window) -> Outcome:
         """Drive one cycle in a process of its own; ask it to stop when the window ends."""
-        before = self._recordings(window.axis)
+        before = self._files(window.axis)
         with tempfile.TemporaryDirectory(prefix="stribeck-night-") as place:
             said = Path(place) / "outcome.json"
             talk = Path(place) / "talk.txt"
@@ -106,11 +107,13 @@ class CellAttempts:
                 forced = self._run(window, said, talk)
             except OSError as error:
                 return Outcome("failed", f"The cycle could not be begun: {error}.")
-            outcome = _read(said, talk)
-        if forced:
-            outcome = replace(outcome, sentence=f"{outcome.sentence} {forced}".strip())
-        new = sorted(self._recordings(window.axis) - before)
-        return self._concluded(outcome, new[-1] if new else None)
+            outcome = _read(said, talk, forced)
+        new = sorted(self._files(window.axis) - before)
+        finished = [path for path in new if path.suffix == PARQUET]
+        if not finished and new:  # killed, or the disk failed: a stream is left
+            text = f"{outcome.sentence} `stribeck recover` finishes {new[-1].name}."
+            return replace(outcome, kind="stopped", sentence=text)
+        return self._concluded(outcome, finished[-1] if finished else None)
 
     def _run(self, window: Window, said: Path, talk: Path) -> str:
         """Have the cycle driven; return what was done to end it, empty where it ended by itself."""
@@ -141,8 +144,10 @@ class CellAttempts:
             self.clock.wait_until(now + _LOOK, lambda: child.poll() is not None)
         return forced
 
-    def _recordings(self, axis: int) -> set[Path]:
-        return set(self.folder.glob(f"{self.cell.robot}-axis{axis}-*.parquet"))
+    def _files(self, axis: int) -> set[Path]:
+        """Return the axis's recordings, finished or not."""
+        own = f"{self.cell.robot}-axis{axis}-*"
+        return {p for suffix in (PARQUET, STREAM) for p in self.folder.glob(f"{own}{suffix}")}
 
     def _concluded(self, outcome: Outcome, recording: Path | None) -> Outcome:
         """Return the outcome with what the recording and its verdict say."""
@@ -153,7 +158,9 @@ class CellAttempts:
         try:
             sha256 = content(recording).sha256
             if outcome.kind != "run":
-                return replace(outcome, recording=sha256, details={"file": recording.name})
+                kind = "stopped" if outcome.kind == "skip" else outcome.kind
+                about = {"file": recording.name}
+                return replace(outcome, kind=kind, recording=sha256, details=about)
             verdict = read_verdict(verdict_path(recording))
         except AgentError as error:
             return replace(outcome, kind="failed", sentence=str(error))
@@ -174,11 +181,13 @@ def _about(verdict: Verdict) -> dict[str, Any]:
     }
 
 
-def _read(said: Path, talk: Path) -> Outcome:
-    """Return what the child has said; where it said nothing, what it talked."""
+def _read(said: Path, talk: Path, forced: str) -> Outcome:
+    """Return what the child has said; where it said nothing, what is known all the same."""
     try:
         document: Mapping[str, Any] = json.loads(said.read_text(encoding="utf-8"))
-        return Outcome(str(document["kind"]), str(document["sentence"]))
+        return Outcome(str(document["kind"]), f"{document['sentence']} {forced}".strip())
     except (OSError, ValueError, KeyError, TypeError):
+        if forced:  # asked to stop before it could listen, or killed: the recording tells which
+            return Outcome("stopped", forced)
         last = talk.read_text(encoding="utf-8", errors="replace").strip()[-300:]
         return Outcome("failed", f"The cycle ended without a word on what became of it. {last}")
