@@ -14,6 +14,7 @@ def add_commands(app: typer.Typer) -> None:
         fake_history
     )
     app.command("self-test", short_help="would the monitor catch a rise of this joint?")(self_test)
+    app.command(short_help="how often to test, and when the next comparable cycle can be")(schedule)
     app.command(short_help="friction on ordinary work; asks for a dedicated cycle")(watch)
     app.command(short_help="friction from ordinary work, where it excites enough")(ordinary)
 
@@ -115,3 +116,44 @@ def self_test(
 
     request = SelfTestRequest(rise, within, replays, seed, baseline, detector, cache)
     run_self_test(history, request, as_json=json)
+
+
+def schedule(
+    history: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[HISTORY...]", help="A joint's cycles, to learn its numbers from."),
+    ] = None,
+    swing: Annotated[
+        float, typer.Option(help="Half of the gearbox's swing over the year, degC.")
+    ] = 10.0,
+    wear: Annotated[float, typer.Option(help="Wear to be found, % of friction a month.")] = 5.0,
+    limit: Annotated[float, typer.Option(help="Rise by which it must be found, %.")] = 15.0,
+    minutes: Annotated[float, typer.Option(help="That one experiment stops the robot.")] = 1.5,
+    false_alarms: Annotated[float, typer.Option(help="That are accepted in a year.")] = 0.1,
+    slope: Annotated[
+        float | None, typer.Option(help="Change of friction, % a degree; else of the history.")
+    ] = None,
+    scatter: Annotated[
+        float | None, typer.Option(help="From cycle to cycle, %; else of the history.")
+    ] = None,
+    ambient: Annotated[float | None, typer.Option(help="The hall's temperature now, degC.")] = None,
+    cooling: Annotated[
+        list[str] | None,
+        typer.Option(metavar="RECORDING", help="The joint at rest until now; repeatable."),
+    ] = None,
+    picture: Annotated[
+        Path | None, typer.Option(help="Write the picture to this file (.svg or .png).")
+    ] = None,
+    cache: Annotated[
+        bool, typer.Option("--cache/--no-cache", help="Keep what each recording came to.")
+    ] = True,
+    json: Annotated[
+        bool, typer.Option("--json", help="Write the result to stdout as JSON.")
+    ] = False,
+) -> None:
+    """Say how often to test: what each rate costs and sees at the site's temperature swing."""
+    from agent.cli.schedule import ScheduleRequest, run_schedule
+
+    wish = (wear / 100.0, limit / 100.0, false_alarms, minutes)
+    request = ScheduleRequest(swing, wish, slope, scatter, ambient, tuple(cooling or ()), cache)
+    run_schedule(history or [], request, picture, as_json=json)
