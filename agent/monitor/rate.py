@@ -186,7 +186,7 @@ def plan_rate(site: Site, wish: Wish, intervals_days: Sequence[float] = INTERVAL
     if not intervals_days or min(intervals_days) <= 0.0:
         raise ValueError(f"expected intervals above 0 days, got {tuple(intervals_days)}")
     rates = tuple(_rate(site, wish, interval) for interval in sorted(intervals_days))
-    good = [r for r in rates if r.risen_95 <= wish.limit]
+    good = [r for r in rates if r.risen_95 <= wish.limit * (1.0 + 1e-9)]
     advised = good[-1] if good else None
     return RatePlan(site, wish, rates, advised, _sentence(site, wish, rates, advised))
 

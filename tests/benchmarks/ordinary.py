@@ -1,0 +1,93 @@
+"""What ordinary work carries: `python -m tests.benchmarks.ordinary [--joints N]`.
+
+Simulated joints at work (`fakes.history`): how often friction by speed is decidable, whether its
+intervals hold, how often the observer asks for a dedicated cycle without reason, and how far wear
+has grown when it asks.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+
+import numpy as np
+
+from agent.identify.estimate import estimate
+from agent.identify.preprocess import Motion, read_motion
+from agent.identify.signals import Signals
+from agent.identify.uncertainty import student_975
+from agent.monitor.observer_band import learn_band, model_of, watch
+from agent.monitor.ordinary import ordinary_friction
+from fakes.history import CycleRun, HistoryPlan, Wear, cycles, ordinary_runs
+
+HEALTHY, ONSET, NIGHTS = 12, 24, 44
+_WEAR = Wear(float(ONSET), days=20.0, low_speed_nm=0.2)
+
+
+def _motion(run: CycleRun, gear_ratio: float) -> Motion:
+    return read_motion(Signals.from_columns(run.columns, gear_ratio, name=run.name))
+
+
+def _by_speed(joints: Sequence[int], each: int) -> None:
+    inside: list[bool] = []
+    off: list[float] = []
+    decidable = total = 0
+    for seed in joints:
+        plan = HistoryPlan(cycles=each, seed=seed, repeatability=0.0, load_friction=0.0)
+        for run in ordinary_runs(plan):
+            found = ordinary_friction([_motion(run, plan.joint.gear_ratio)])
+            total, decidable = total + 1, decidable + found.decidable
+            if not found.decidable:
+                continue
+            law = plan.joint.friction.truth(run.label["gearbox_degc"])
+            truth = np.array([law.torque_nm(v) for v in found.speed_rad_s])
+            reach = student_975(found.dof) * found.deviation_nm
+            inside += (np.abs(found.friction_nm - truth) <= reach).tolist()
+            off += ((found.friction_nm - truth) / truth).tolist()
+    print(f"friction by speed from one piece of work: decidable in {decidable} of {total}")
+    print(f"  speeds whose 95 % interval holds: {100.0 * np.mean(inside):.1f} % of {len(inside)}")
+    print(f"  error, rms: {100.0 * np.sqrt(np.mean(np.square(off))):.2f} % of friction")
+
+
+def _observer(joints: Sequence[int]) -> None:
+    false = healthy = missed = 0
+    risen: list[float] = []
+    for seed in joints:
+        plan = HistoryPlan(cycles=NIGHTS, seed=seed, events=(_WEAR,))
+        gear = plan.joint.gear_ratio
+        reference = estimate([Signals.from_columns(next(cycles(plan)).columns, gear)])
+        runs = list(ordinary_runs(plan))
+        motions = [_motion(r, gear) for r in runs]
+        band = learn_band(model_of(reference, motions[:HEALTHY]), motions[:HEALTHY])
+        asked = [watch(m, band).asks for m in motions[HEALTHY:]]
+        before = ONSET + 1 - HEALTHY
+        false, healthy = false + asked[:before].count(True), healthy + before
+        first = next((k for k in range(before, len(asked)) if asked[k]), None)
+        missed += first is None
+        if first is not None:
+            risen.append(runs[HEALTHY + first].label["low_speed_rise_nm"])
+    print(f"observer, band of {HEALTHY} healthy recordings, 1 % false rate stated:")
+    print(f"  asks without reason: {false} of {healthy} ({100.0 * false / healthy:.1f} %)")
+    print(f"  wear that it never asks about: {missed} of {len(joints)}")
+    if risen:
+        level = HistoryPlan().joint.friction.coulomb_nm
+        middle, worst = np.median(risen), max(risen)
+        print(
+            f"  rise at low speed when it asks: median {middle:.3f} N m "
+            f"({100.0 * middle / level:.0f} % of Coulomb friction), at most {worst:.3f} N m"
+        )
+
+
+def main() -> None:
+    """Print both tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--joints", type=int, default=12)
+    parser.add_argument("--each", type=int, default=8)
+    asked = parser.parse_args()
+    joints = range(100, 100 + asked.joints)
+    _by_speed(joints, asked.each)
+    _observer(joints)
+
+
+if __name__ == "__main__":
+    main()
