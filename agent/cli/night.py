@@ -17,6 +17,7 @@ from agent.errors import AgentError, InputError
 from agent.night.clock import MachineClock, stamp
 from agent.night.description import NightDescription, night_path, read_night
 from agent.night.night import Night
+from agent.night.telling import Sink
 from agent.record.catalogue import Catalogue
 from agent.record.events_file import Event, read_events
 
@@ -59,6 +60,9 @@ def run_night(cell_path: Path, night_file: Path | None, url: str | None, *, once
         asked.folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"The folder {asked.folder} cannot be made: {error}.") from error
+    from agent.cli.notify import sinks_of
+
+    sinks = sinks_of(asked)  # a secret that is missing is known now, not in the night
     with ExitStack() as stack:
         stop_requested = stack.enter_context(stop_on_signal())
 
@@ -74,7 +78,7 @@ def run_night(cell_path: Path, night_file: Path | None, url: str | None, *, once
             asked.description,
             CellAttempts(asked.path, asked.cell, asked.description, clock, stopped),
             clock,
-            noting(asked, url),
+            noting(asked, url, sinks),
             [event for _, event in events],
         )
         if once:
@@ -84,8 +88,9 @@ def run_night(cell_path: Path, night_file: Path | None, url: str | None, *, once
             night.run(stopped)
 
 
-def noting(asked: Asked, url: str | None) -> Callable[[Event], None]:
+def noting(asked: Asked, url: str | None, sinks: tuple[Sink, ...]) -> Callable[[Event], None]:
     """Return what records an event and tells it; whatever fails of that is said on stderr."""
+    from agent.cli.notify import told
 
     def note(event: Event) -> None:
         joint = event.robot if event.axis is None else f"{event.robot} axis {event.axis}"
@@ -95,6 +100,8 @@ def noting(asked: Asked, url: str | None) -> Callable[[Event], None]:
                 catalogue.record_event(event)
         except AgentError as error:
             talker().print(str(error))
+        for delivery in told(event, sinks):
+            talker().print(delivery.sentence)
 
     return note
 
@@ -114,8 +121,7 @@ def show_plan(cell_path: Path, night_file: Path | None, *, as_json: bool) -> Non
     asked = asked_for(cell_path, night_file)
     clock = MachineClock()
     attempts = CellAttempts(asked.path, asked.cell, asked.description, clock, lambda: False)
-    note: Callable[[Event], None] = lambda _event: None  # noqa: E731 - nothing is recorded
-    night = Night(asked.cell.robot, asked.description, attempts, clock, note)
+    night = Night(asked.cell.robot, asked.description, attempts, clock, lambda _event: None)
     windows = night.next_windows()
     blocked = {axis.number: attempts.blocked(axis.number) for axis in asked.description.axis}
     if as_json:

@@ -25,6 +25,7 @@ from agent.record.catalogue import Catalogue
 from agent.record.events_file import read_events
 from agent.record.verdict_file import read_verdict
 from drivers.errors import BusError
+from tests.night.test_telling import Receiver
 from tests.system.rig import rig
 
 HOUR = datetime.timedelta(hours=1)
@@ -227,3 +228,24 @@ def test_the_example_is_a_night_and_a_missing_one_says_what_to_do(cell: Path) ->
     answer = CliRunner().invoke(app, ["night", str(cell), "--once"])
     assert isinstance(answer.exception, InputError)
     assert "stribeck night example" in str(answer.exception)
+
+
+def test_notify_tries_everybody_and_a_night_without_its_secret_does_not_begin(
+    cell: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = CliRunner().invoke
+    with Receiver([200]).running() as receiver:
+        hook = {"kind": "webhook", "url": receiver.url, "secret_env": "KEY_OF_A_TEST", "tries": 1}
+        night_path(cell).write_text(
+            night_text(notify=[hook, {**hook, "url": "http://127.0.0.1:9/"}])
+        )
+        answer = run(app, ["night", str(cell), "--once"])
+        assert isinstance(answer.exception, InputError)
+        assert "KEY_OF_A_TEST is not set" in str(answer.exception)
+        monkeypatch.setenv("KEY_OF_A_TEST", "geheim")
+        answer = run(app, ["notify", str(cell)])
+    assert answer.exit_code == 1
+    assert "127.0.0.1:9: NOT told" in answer.stdout
+    assert answer.stdout.count(": told.") == 1
+    assert "geheim" not in answer.output
+    assert json.loads(receiver.requests[0][1])["kind"] == "test"
