@@ -14,7 +14,7 @@ from pathlib import Path
 from agent.acquisition import KEY as ACQUISITION
 from agent.acquisition import Acquisition
 from agent.cell import Axis, Bus, Cell
-from agent.cycle.axis_lock import owned
+from agent.cycle.axis_lock import leave_word, owned
 from agent.cycle.ending import CycleResult
 from agent.cycle.job import JobRunner, job_columns
 from agent.cycle.permission import permitted
@@ -22,7 +22,7 @@ from agent.cycle.plan import CyclePlan, plan_cycle
 from agent.cycle.preflight import before_the_bus, insist
 from agent.cycle.recorder import columns
 from agent.cycle.runner import CycleRunner, Progress
-from agent.errors import InputError
+from agent.errors import AgentError, InputError
 from agent.record.atomic import publish, storage_error
 from agent.record.recording import Metadata
 from agent.record.rows import Kind
@@ -36,6 +36,7 @@ from drivers.cia402.axis import Cia402Axis
 from drivers.cia402.handing_back import restore
 from drivers.cia402.watching import WatchedAxes
 from drivers.clock import Clock, SteppedClock, wall_time_utc
+from drivers.errors import DriverError
 from drivers.ports import AxisEvidence, SyncAccount, WatchdogProof
 from trajectories import Trajectory
 
@@ -92,15 +93,31 @@ def drive_cycle(
         except OSError as error:
             raise storage_error(error, f"The folder {request.folder} cannot be made") from error
         progress("connect", 0.0)  # whatever is slow about showing it, is slow before a joint moves
-        if axis.job is not None:
-            return _run_job(request, plan, clock, stop_requested, progress)
-        if cell.bus.replays:
-            return _run_replay(request, plan, clock, stop_requested, progress)
-        owner = CanBusOwner.open(bus_config(cell.bus), clock)
         try:
-            return _run_drive(request, plan, owner, clock, stop_requested, progress)
-        finally:
-            owner.close()
+            return _run(request, plan, clock, stop_requested, progress)
+        except (AgentError, DriverError) as error:
+            leave_word(cell, axis, " ".join([str(error), *getattr(error, "__notes__", ())]))
+            raise
+
+
+def _run(
+    request: CycleRequest,
+    plan: CyclePlan,
+    clock: Clock,
+    stop_requested: Callable[[], str | None],
+    progress: Progress,
+) -> CycleResult:
+    """Let the axis be driven by whoever the cell says drives it."""
+    cell, axis = request.cell, request.axis
+    if axis.job is not None:
+        return _run_job(request, plan, clock, stop_requested, progress)
+    if cell.bus.replays:
+        return _run_replay(request, plan, clock, stop_requested, progress)
+    owner = CanBusOwner.open(bus_config(cell.bus), clock)
+    try:
+        return _run_drive(request, plan, owner, clock, stop_requested, progress)
+    finally:
+        owner.close()
 
 
 def _run_drive(

@@ -12,6 +12,7 @@ from agent.cli.app_monitor import add_commands as add_monitor_command
 from agent.cli.app_night import add_commands as add_night_commands
 from agent.cli.app_page import add_commands as add_page_commands
 from agent.cli.app_record import add_commands as add_record_commands
+from agent.cli.app_stop import add_commands as add_stop_command
 from agent.cli.fleet import fleet_app
 
 app = typer.Typer(
@@ -61,6 +62,13 @@ def run(
         Path | None,
         typer.Option(metavar="PLAN.json", help="Drive this (`plan --out`), or `triangle`."),
     ] = None,
+    contour: Annotated[
+        bool,
+        typer.Option("--contour", help="Creep over the travel instead: is the way free, and even?"),
+    ] = False,
+    torque_nm: Annotated[
+        float | None, typer.Option(help="Torque limit of --contour; else from what is expected.")
+    ] = None,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Say what would be driven; open no bus.")
     ] = False,
@@ -69,7 +77,18 @@ def run(
     """Drive one cycle on a real axis: preflight, stair, recording, estimate, verdict."""
     from agent.cli.run import dry_run_axis, run_axis
 
-    if dry_run:
+    if torque_nm is not None and not contour:
+        raise typer.BadParameter("--torque-nm belongs to --contour")
+    if contour:
+        from agent.cli.contour import dry_run_contour, run_contour
+
+        if reverse or trajectory is not None:
+            raise typer.BadParameter("--contour drives its own way")
+        if dry_run:
+            dry_run_contour(cell, axis, torque_nm)
+        else:
+            run_contour(cell, axis, out, torque_nm, as_json=json)
+    elif dry_run:
         dry_run_axis(cell, axis, reverse=reverse, trajectory_path=trajectory)
     else:
         run_axis(cell, axis, out, reverse=reverse, as_json=json, trajectory_path=trajectory)
@@ -369,6 +388,7 @@ def example_cell() -> None:
 
 add_commands(app)
 add_monitor_command(app)
+add_stop_command(app)
 add_page_commands(app)
 add_record_commands(app)
 app.add_typer(fleet_app, short_help="recordings of many robots, on one machine or many")

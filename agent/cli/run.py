@@ -9,7 +9,7 @@ from pathlib import Path
 
 import typer
 
-from agent.cell import Axis, read_cell
+from agent.cell import Axis, Cell, read_cell
 from agent.cli.catalogue_keep import keep
 from agent.cli.outcome import conclude
 from agent.cli.summary import summary
@@ -41,13 +41,37 @@ def dry_run_axis(
     cell = read_cell(cell_path)
     axis = cell.axis_numbered(number)
     asked = asked_for(axis, trajectory_path)
+    show_dry_run(cell, axis, cell_path.parent / cell.recording.folder, asked, reverse=reverse)
+
+
+def show_dry_run(
+    cell: Cell, axis: Axis, folder: Path, asked: Trajectory | None, *, reverse: bool = False
+) -> None:
+    """Print what a cycle would do and each precondition, as far as it can be judged by now.
+
+    Parameters
+    ----------
+    cell, axis : Cell, Axis
+        Whose joint.
+    folder : pathlib.Path
+        Where a recording would go.
+    asked : Trajectory, optional
+        In place of the cell's stair.
+    reverse : bool
+        Whether it would be driven backward in time.
+
+    Raises
+    ------
+    agent.errors.RefusedError
+        Where the cycle would exceed a limit.
+    """
+    number = axis.number
     cycle = plan_cycle(cell, axis, reverse=reverse, trajectory=asked)
     plan = summarise(
         cycle.trajectory, axis.motor_limits, axis.torque_model, gear_ratio=axis.gear_ratio
     )
     typer.echo("\n".join([f"{cell.robot}, axis {number}: dry run, nothing moves.", *plan.lines()]))
     with owned(cell, axis) as no_other_owner:
-        folder = cell_path.parent / cell.recording.folder
         judged = (*before_the_bus(cell, axis, cycle, folder), no_other_owner)
         typer.echo("\nBefore anything moves, each of these must hold:")
         typer.echo("\n".join(f"  {line}" for line in listed(cell, axis, judged)))

@@ -14,8 +14,9 @@ import json
 import os
 import re
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 from agent.cell import Axis, Cell
 from agent.cycle.preflight import Condition
@@ -80,7 +81,7 @@ def owned(cell: Cell, axis: Axis, folder: Path | None = None) -> Iterator[Condit
         holder = ""
         try:
             for name in lock_names(cell, axis):
-                holder = holder or _take(folder / f"stribeck.{_in_a_file_name(name)}.lock", held)
+                holder = holder or _take(_path(folder, name), held)
         except OSError as error:
             raise StorageError(
                 f"The lock of axis {axis.number} of {cell.robot} cannot be used: {error}.",
@@ -94,15 +95,122 @@ def owned(cell: Cell, axis: Axis, folder: Path | None = None) -> Iterator[Condit
         )
 
 
+class Holder(NamedTuple):
+    """A process of this machine that owns an axis.
+
+    `path` is the lock's file; `said` is what it has left to be known before it let go.
+    """
+
+    path: Path
+    pid: int
+    who: str
+    said: str
+
+
+def leave_word(cell: Cell, axis: Axis, said: str, folder: Path | None = None) -> None:
+    """Leave a word in the locks of an axis that is ours: how its cycle ended.
+
+    Whoever asked it to stop from another terminal reads it there.
+    """
+    for name in lock_names(cell, axis):
+        path = _path(folder or lock_folder(), name)
+        with contextlib.suppress(OSError):  # a word only; the cycle has its own end to report
+            path.write_text(json.dumps({**_me(), "said": said}), encoding="utf-8")
+
+
+def holders(folder: Path, names: Iterable[str] | None = None) -> tuple[Holder, ...]:
+    """Return who owns axes on this machine now.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+        Of the locks.
+    names : iterable of str, optional
+        As `lock_names` returns them; every lock of the folder where there are none.
+    """
+    paths = (
+        sorted(folder.glob("stribeck.*.lock"))
+        if names is None
+        else [_path(folder, name) for name in names]
+    )
+    found: dict[int, Holder] = {}
+    for path in paths:
+        holder = _holder(path)
+        if holder is not None:
+            found.setdefault(holder.pid, holder)
+    return tuple(found.values())
+
+
+def word_left(path: Path) -> str:
+    """Return what the last owner has said of its end, or nothing."""
+    try:
+        return str(json.loads(path.read_text(encoding="utf-8")).get("said", ""))
+    except (OSError, ValueError, AttributeError):
+        return ""
+
+
+def is_held(path: Path) -> bool:
+    """Return whether somebody owns a lock now."""
+    try:
+        descriptor = os.open(path, os.O_RDWR | getattr(os, "O_NOFOLLOW", 0))
+    except FileNotFoundError:
+        return False
+    try:
+        return not try_lock(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _holder(path: Path) -> Holder | None:
+    """Return who holds one lock; None where nobody does, or who it is cannot be known."""
+    if not is_held(path):
+        return None
+    try:
+        who = json.loads(path.read_text(encoding="utf-8"))
+        pid = int(who["pid"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    if not _has_open(pid, path):
+        return None
+    return Holder(path, pid, f"process {pid} (user {who.get('user')})", str(who.get("said", "")))
+
+
+def _has_open(pid: int, path: Path) -> bool:
+    """Return whether a process has this file open, where the system tells; else True.
+
+    Anybody may write into the file: a number in it that belongs to another process is no owner.
+    """
+    descriptors = Path(f"/proc/{pid}/fd")
+    if not Path("/proc/self/fd").exists():
+        return True
+    try:
+        return any(entry.samefile(path) for entry in _that_exist(descriptors))
+    except PermissionError:
+        return True  # another user's; a signal would be refused as well
+    except OSError:
+        return False
+
+
+def _that_exist(folder: Path) -> list[Path]:
+    return [entry for entry in folder.iterdir() if entry.exists()]
+
+
+def _me() -> dict[str, str | int]:
+    return {"pid": os.getpid(), "user": _user(), "since": wall_time_utc()}
+
+
+def _path(folder: Path, name: str) -> Path:
+    return folder / f"stribeck.{_in_a_file_name(name)}.lock"
+
+
 def _take(path: Path, held: contextlib.ExitStack) -> str:
     """Take one lock until `held` ends; return who has it, or nothing when it is ours."""
     descriptor = _open_for_all(path)
     held.callback(os.close, descriptor)
     if not try_lock(descriptor):
         return _who(descriptor)
-    who = {"pid": os.getpid(), "user": _user(), "since": wall_time_utc()}
     os.ftruncate(descriptor, 0)
-    os.write(descriptor, json.dumps(who).encode())
+    os.write(descriptor, json.dumps(_me()).encode())
     return ""
 
 

@@ -49,6 +49,9 @@ class Aftermath:
         What failed, in words.
     unfinished : StorageError or None
         Why the recording could not be finished, where it is the disk.
+    rest_after_s : float or None
+        From the beginning of the stop to the measured standstill; None where nothing was stopped,
+        or no standstill was seen.
     """
 
     at_rest: bool
@@ -57,6 +60,7 @@ class Aftermath:
     recording: Path | None
     problems: tuple[str, ...]
     unfinished: StorageError | None = None
+    rest_after_s: float | None = None
 
 
 def tear_down(
@@ -84,10 +88,14 @@ def tear_down(
     """
     problems: list[str] = []
     at_rest = not has_torque
+    rest_after_s: float | None = None
     if has_torque:
-        report = axis.stop(clock.now() + STOP_TIMEOUT_S)
+        began_s = clock.now()
+        report = axis.stop(began_s + STOP_TIMEOUT_S)
         at_rest = report.at_rest
-        if not at_rest:
+        if at_rest:
+            rest_after_s = clock.now() - began_s
+        else:
             problems.append(f"standstill was not seen: {report.reason}")
         try:
             keep(report.samples)
@@ -107,4 +115,6 @@ def tear_down(
     except AgentError as error:
         problems.append(str(error))
         unfinished = error if isinstance(error, StorageError) else None
-    return Aftermath(at_rest, restored, account, recording, tuple(problems), unfinished)
+    return Aftermath(
+        at_rest, restored, account, recording, tuple(problems), unfinished, rest_after_s
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import signal
@@ -18,10 +19,11 @@ import tomli_w
 
 from agent.cell import Cell, parse_cell
 from agent.cli.fake_cell import fake_cell_text
-from agent.cycle.axis_lock import FOLDER_VARIABLE, lock_folder, owned
-from agent.errors import RefusedError, StorageError
+from agent.cli.stop import stop
+from agent.cycle.axis_lock import FOLDER_VARIABLE, holders, lock_folder, owned
+from agent.errors import InputError, RefusedError, StoppedError, StorageError
 from agent.wire import CycleRequest, drive_cycle
-from drivers.clock import MonotonicClock
+from drivers.clock import MonotonicClock, SteppedClock
 from fakes.specification import FakeSpecification
 
 HOLDER = """
@@ -74,6 +76,49 @@ def test_a_second_start_learns_who_holds_the_axis_and_a_kill_leaves_it_free(tmp_
         holder.wait()
         with owned(cell, cell.axis[0], tmp_path) as condition:
             assert condition.holds
+
+
+def test_stop_asks_the_process_that_holds_the_lock_and_waits_until_it_lets_go(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path))
+    with pytest.raises(InputError, match="nothing was asked to stop"):
+        stop(None, None, dry_run=False, as_json=True)
+    with held_elsewhere(cell_with(), tmp_path) as holder:
+        path = tmp_path / "holder.toml"
+        stop(path, 1, dry_run=True, as_json=True)
+        assert holder.poll() is None
+        assert f"process {holder.pid} " in capsys.readouterr().out
+        stop(path, 1, dry_run=False, as_json=True)
+        (ended,) = json.loads(capsys.readouterr().out)["ended"]
+        assert ended["pid"] == holder.pid
+        assert holder.wait(timeout=10.0) != 0
+
+
+def test_a_process_that_only_stands_in_the_lock_is_not_asked(tmp_path: Path) -> None:
+    """Anybody may write a number into the file; this one belongs to a bystander."""
+    cell = cell_with()
+    with (
+        held_elsewhere(cell, tmp_path),
+        subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE) as bystander,
+    ):
+        for path in tmp_path.glob("*.lock"):
+            path.write_text(json.dumps({"pid": bystander.pid, "user": "somebody"}))
+        assert holders(tmp_path) == ()
+        bystander.kill()
+
+
+def test_one_that_does_not_let_go_is_a_matter_for_the_e_stop(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path))
+    with held_elsewhere(cell_with(), tmp_path) as holder:
+        holder.send_signal(signal.SIGSTOP)
+        try:
+            with pytest.raises(StoppedError, match=r"still owns its axis.*E-stop"):
+                stop(None, None, dry_run=False, as_json=False, clock=SteppedClock())
+        finally:
+            holder.send_signal(signal.SIGCONT)
 
 
 @pytest.mark.parametrize(

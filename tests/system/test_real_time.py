@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import struct
 import time
@@ -151,9 +152,15 @@ def test_a_hanging_run_stops_the_joint(bench: Bench) -> None:
         assert run.wait(timeout=30.0) in (4, 5)
 
 
-def test_ctrl_c_stops_in_order(bench: Bench) -> None:
-    out = bench.folder / "out"
-    with started(["run", bench.cell, "--axis", "1", "--out", out], bench.folder / "run.log") as run:
+def test_stop_from_another_terminal_does_what_ctrl_c_does(bench: Bench) -> None:
+    """It sends the same signal, so the order of the stop is Ctrl-C's, too."""
+    text = bench.cell.read_text()
+    bench.cell.write_text(re.sub(r"duration_s = [\d.]+", "duration_s = 60.0", text))
+    axis: list[str | Path] = [bench.cell, "--axis", "1"]
+    idle = stribeck("stop", *axis)
+    assert idle.returncode == 3, idle.stderr
+    assert "nothing was asked to stop" in idle.stderr
+    with started(["run", *axis, "--out", bench.folder / "out"], bench.folder / "run.log") as run:
         moving = bench.listen(
             lambda m: (
                 m.arbitration_id == TPDO2
@@ -161,11 +168,21 @@ def test_ctrl_c_stops_in_order(bench: Bench) -> None:
             ),
             timeout_s=30.0,
         )
-        assert moving is not None, (bench.folder / "run.log").read_text()
-        run.send_signal(signal.SIGINT)
-        assert run.wait(timeout=30.0) == 5
+        assert moving is not None
+        dry = stribeck("stop", *axis, "--dry-run")
+        assert f"process {run.pid} " in dry.stdout, dry.stderr
+        assert run.poll() is None
+        stopped = stribeck("stop", *axis, "--json")
+        assert stopped.returncode == 0, stopped.stderr
+        assert run.wait(timeout=20.0) == 5
     said = (bench.folder / "run.log").read_text()
     assert "the operator asked for it" in said
-    assert "The joint is at rest (measured)." in said
-    assert len(list(out.glob("*.parquet"))) == 1
+    assert "The joint is at rest (measured), 0." in said
+    (ended,) = json.loads(stopped.stdout)["ended"]
+    assert ended["pid"] == run.pid
+    assert 0.0 < ended["let_go_after_s"] < 15.0
+    assert "The joint is at rest (measured), 0." in ended["said"]
+    assert bench.velocity_rad_s() == pytest.approx(0.0, abs=0.5)
+    (path,) = (bench.folder / "out").glob("*.parquet")
+    assert "the operator asked for it" in str(read(path).metadata.extra["stopped_because"])
     assert not (bench.folder / "recordings" / ".simulated-joint-axis1.found.json").exists()
