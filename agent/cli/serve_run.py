@@ -91,4 +91,7 @@ def _hold_lifeline() -> None:
     waiting = threading.Event()
     while signal.getsignal(kind) in (signal.SIG_DFL, signal.SIG_IGN, None):
         waiting.wait(_LOOK_S)
-    signal.raise_signal(kind)
+    if sys.platform == "win32":
+        signal.raise_signal(kind)
+    else:  # to the main thread itself, which it wakes from whatever it waits for
+        signal.pthread_kill(threading.main_thread().ident or 0, kind)

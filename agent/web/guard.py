@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from starlette.datastructures import Headers, MutableHeaders
+from starlette.exceptions import HTTPException
 from starlette.responses import PlainTextResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
@@ -21,8 +22,11 @@ REPORT_POLICY = (
 """For the offline reports: they carry their style and pictures in themselves, and no script."""
 
 
-class TooLargeError(Exception):
+class TooLargeError(HTTPException):
     """The body is longer than anything that the page sends."""
+
+    def __init__(self) -> None:
+        super().__init__(413)
 
 
 class Guard:
@@ -59,19 +63,7 @@ class Guard:
         if not length.isdecimal() or int(length) > LARGEST_BODY:
             await _too_large(scope, receive, said)
             return
-        began = False
-
-        async def watched(message: Message) -> None:
-            nonlocal began
-            began = began or message["type"] == "http.response.start"
-            await said(message)
-
-        try:
-            await self._app(scope, _limited(receive), watched)
-        except TooLargeError:
-            if began:
-                raise
-            await _too_large(scope, receive, said)
+        await self._app(scope, _limited(receive), said)
 
 
 def host_name(host: str) -> str:

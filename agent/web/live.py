@@ -126,5 +126,5 @@ def _text(point: Point, gear_ratio: float) -> str:
     arm_deg = math.degrees(point.position_rad / gear_ratio)
     values = (*point[:4], arm_deg, point.gearbox_temperature_degc)
     return f"[{','.join(f'{v:.4g}' if math.isfinite(v) else 'null' for v in values[1:])}]".replace(
-        "[", f"[{point.time_s:.2f},", 1
+        "[", f"[{point.time_s:.3f},", 1
     )

@@ -14,7 +14,7 @@ from fastapi.responses import HTMLResponse
 from agent.errors import AgentError
 from agent.web.access import page_of, session_of
 from agent.web.roles import Role
-from agent.web.words import LANGUAGES, language_of, number, say
+from agent.web.words import LANGUAGES, fine, language_of, number, say
 
 if TYPE_CHECKING:
     import jinja2
@@ -76,6 +76,7 @@ def render(
                 "may": lambda word: who is not None and who.role >= Role.of(word),
                 "csrf": "" if who is None else who.csrf,
                 "running": page.attendant.active,
+                "status": status,
                 **values,
             }
         )
@@ -95,6 +96,7 @@ def voice(language: str) -> dict[str, Callable[..., str]]:
     return {
         "t": functools.partial(say, language),
         "num": functools.partial(number, language),
+        "fine": functools.partial(fine, language),
         "when": functools.partial(when, language),
         "ago": functools.partial(ago, language),
     }

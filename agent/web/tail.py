@@ -28,7 +28,7 @@ _MOST_BYTES = 4 << 20  # of one look: whatever has come together meanwhile is re
 class Point(NamedTuple):
     """Twenty of these a second; motor side, NaN where a channel is not measured.
 
-    Torque is the mean of its 50 ms, the rest is the last sample of them.
+    The time is the middle of its 50 ms, torque their mean, the rest their last sample.
     """
 
     time_s: float
@@ -115,4 +115,6 @@ class Thinner:
 
     def _finished(self, last: Point) -> Point:
         samples = self._bin.samples
-        return last._replace(torque_nm=self._bin.torque_sum_nm / samples if samples else math.nan)
+        mean_nm = self._bin.torque_sum_nm / samples if samples else math.nan
+        middle_s = (self._bin.number + 0.5) * POINT_PERIOD_S
+        return last._replace(time_s=middle_s, torque_nm=mean_nm)

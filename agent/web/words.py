@@ -56,6 +56,11 @@ def language_of(chosen: str, accepted: str) -> str:
     return "en"
 
 
+def fine(language: str, value: float) -> str:
+    """Return a number with the digits that its size asks for."""
+    return number(language, value, max(0, 3 - len(str(int(abs(value))))))
+
+
 def number(language: str, value: float | None, digits: int, *, sign: bool = False) -> str:
     """Return a number as the language writes it; a dash where there is none."""
     if value is None:

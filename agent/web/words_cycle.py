@@ -58,6 +58,10 @@ CYCLE_WORDS: dict[str, tuple[str, str]] = {
     "before_motion": ("Before anything moves", "Bevor sich etwas bewegt"),
     "would_start": ("Nothing speaks against it now.", "Jetzt spricht nichts dagegen."),
     "would_refuse": ("Refused now: {n} reason(s).", "Jetzt verweigert: {n} Grund/Gründe."),
+    "judged_after_start": (
+        "{n} more are judged after the start, before anything moves",
+        "{n} weitere werden nach dem Start geprüft, bevor sich etwas bewegt",
+    ),
     "verdict_holds": ("holds", "erfüllt"),
     "verdict_refused": ("refused", "verweigert"),
     "verdict_person": ("a person guarantees it", "ein Mensch steht dafür ein"),

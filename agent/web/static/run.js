@@ -10,15 +10,20 @@
   let period = 0.05, plan = [], planned = [], columns = [[], [], [], [], []], times = [], began = null, run = null;
   let heard = performance.now(), dirty = true;
 
+  // What hardly changes is not blown up to the size of its noise.
+  const calm = least => (_u, low, high) => {
+    const middle = ((low ?? 0) + (high ?? 0)) / 2, half = Math.max(least, ((high ?? 0) - (low ?? 0)) * 0.55);
+    return [middle - half, middle + half];
+  };
   const axes = () => [Charts.axis({ size: 34 }), Charts.axis({ size: 54 })];
-  const chart = (id, series) => Charts.make(document.getElementById(id), {
-    scales: { x: { time: false, range: (_u, low, high) => [low ?? 0, high ?? 10] } },
+  const chart = (id, series, least) => Charts.make(document.getElementById(id), {
+    scales: { x: { time: false, range: (_u, low, high) => [low ?? 0, Math.max(high ?? 0, 5)] }, y: { range: calm(least) } },
     axes: axes(), series: [{}, ...series],
   }, [[0], ...series.map(() => [null])]);
-  const velocity = chart("chart-velocity", [Charts.dashed(""), Charts.line("", Charts.BLUE)]);
-  const torque = chart("chart-torque", [Charts.line("", "#00664c", { width: 2 })]);
-  const position = chart("chart-position", [Charts.line("", "#5b3a94", { width: 2 })]);
-  const temperature = chart("chart-temperature", [Charts.line("", "#b3201a", { width: 2 })]);
+  const velocity = chart("chart-velocity", [Charts.dashed(""), Charts.line("", Charts.BLUE)], 5);
+  const torque = chart("chart-torque", [Charts.line("", "#00664c", { width: 2 })], 0.5);
+  const position = chart("chart-position", [Charts.line("", "#5b3a94", { width: 2 })], 0.5);
+  const temperature = chart("chart-temperature", [Charts.line("", "#b3201a", { width: 2 })], 2);
 
   function grow(length) {
     while (times.length < length) {

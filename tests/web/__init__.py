@@ -1,0 +1,1 @@
+"""The page without a browser: routes, roles, attacks, the running cycle's files."""

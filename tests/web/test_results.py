@@ -1,0 +1,158 @@
+"""What a finished cycle says, an axis over time, alarms."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import numpy as np
+import pyarrow.csv as pacsv
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from agent.record.events_file import read_events
+from agent.web.against import Curve, against, curve_of
+from agent.web.roles import Role
+from agent.web.verdicts import finding
+from tests.web.bench import Bench, estimate_document
+
+SPEEDS = np.array([-50.0, -5.0, 5.0, 50.0])
+
+
+@given(factor=st.floats(0.3, 3.0), half=st.floats(1e-4, 0.05))
+def test_a_known_rise_is_recovered_in_both_directions(factor: float, half: float) -> None:
+    friction = np.sign(SPEEDS) * (0.6 + 0.01 * np.abs(SPEEDS))
+    spread = np.full(4, half)
+    found = against(Curve(SPEEDS, factor * friction, spread), Curve(SPEEDS, friction, spread))
+    assert found is not None
+    assert found.whole.percent == pytest.approx(100.0 * (factor - 1.0), abs=1e-6)
+    assert found.low is not None
+    assert found.high is not None
+    rise = abs(factor - 1.0) * np.abs(friction).mean()
+    assert found.whole.clear == bool(rise > half * np.sqrt(2.0) / 2.0)
+
+
+def test_noise_alone_is_called_clear_as_often_as_the_interval_says() -> None:
+    generator = np.random.default_rng(7)
+    friction, spread, clear = 0.6 + 0.01 * np.abs(SPEEDS), np.full(4, 1.96 * 0.01), 0
+    signed = np.sign(SPEEDS) * friction
+    for _ in range(2000):
+        now, then = signed + 0.01 * generator.standard_normal((2, 4))
+        found = against(Curve(SPEEDS, now, spread), Curve(SPEEDS, then, spread))
+        assert found is not None
+        clear += found.whole.clear
+    assert 0.035 < clear / 2000 < 0.065
+
+
+def test_curves_without_common_speeds_are_not_compared() -> None:
+    one = Curve(np.array([1.0, 2.0]), np.ones(2), np.ones(2))
+    other = Curve(np.array([5.0, 9.0]), np.ones(2), np.ones(2))
+    assert against(one, other) is None
+
+
+@pytest.mark.parametrize("broken", [None, {}, {"friction_curve": None}, {"friction_curve": []},
+    {"friction_curve": {"velocity_rad_s": [1], "friction_nm": "x", "ci95_nm": [[1, 2]]}},
+    {"friction_curve": {"velocity_rad_s": [1, 2], "friction_nm": [1], "ci95_nm": [[1, 2]]}},
+])  # fmt: skip
+def test_an_estimate_without_a_usable_curve_has_none(broken: object) -> None:
+    assert curve_of(broken) is None  # type: ignore[arg-type]
+
+
+def kinds(bench: Bench, chosen: str = "") -> dict[str, str]:
+    own = bench.page.shelf.look(bench.recordings, "simulated-joint", 1)
+    return {cycle.name: finding(cycle, own, chosen).kind for cycle in own}
+
+
+def test_each_cycle_says_what_it_is(bench: Bench) -> None:
+    bench.shelve("first", 1)
+    bench.shelve("same", 2, friction=1.0001)
+    bench.shelve("more", 3, friction=1.2)
+    bench.shelve("alarm", 4, friction=1.3, alarm=True)
+    bench.shelve("undecided", 5, decidable=False)
+    bench.shelve("stopped", 6, extra={"stopped_because": "stop"})
+    bench.shelve("swapped", 7, extra={"gearbox_serial": "new"})
+    bench.shelve("plain", 8).replace("x", "")
+    (bench.recordings / "plain.estimate.json").write_text("[not json")
+    assert kinds(bench) == {
+        "first": "baseline", "same": "as_before", "more": "changed", "alarm": "alarm",
+        "undecided": "undecidable", "stopped": "stopped", "swapped": "baseline",
+        "plain": "unestimated",
+    }  # fmt: skip
+    assert kinds(bench, "more")["first"] == "changed"
+    assert kinds(bench, "more")["more"] == "baseline"
+
+
+def test_a_result_names_the_change_its_interval_and_what_the_temperature_may_do(
+    bench: Bench,
+) -> None:
+    bench.shelve("first", 1)
+    bench.shelve("warm", 2, friction=0.9, temperature_degc=[34.0, 36.0])
+    browser = bench.browser(Role.VIEWER)
+    text = browser.get("/results/warm").text
+    assert "Friction is 10.0 % (± 0.1 %) lower than in the baseline of 2026-03-01." in text
+    assert "+9.5 K against the baseline" in text
+    browser.get("/language/de?back=/")
+    assert "10,0 % (± 0,1 %) niedriger als in der Referenz vom 01.03.2026" in (
+        browser.get("/results/warm").text
+    )
+
+
+def test_files_of_others_and_broken_files_are_passed_over(bench: Bench) -> None:
+    bench.shelve("first", 1)
+    (bench.recordings / "broken.parquet").write_bytes(b"PAR1 no")
+    (bench.recordings / ".first.parquet.1.tmp.parquet").write_bytes(b"")
+    (bench.recordings / "first.verdict.json").write_text("{}")
+    bench.browser(Role.VIEWER)
+    assert bench.browser(Role.VIEWER).get("/axes/1").status_code == 200
+    assert list(kinds(bench)) == ["first"]
+
+
+def test_csv_has_what_parquet_has(bench: Bench) -> None:
+    bench.shelve("first", 1)
+    browser = bench.browser(Role.VIEWER)
+    parquet = pq.read_table(io.BytesIO(browser.get("/results/first/download/parquet").content))
+    answer = browser.get("/results/first/download/csv")
+    assert 'filename="first.csv"' in answer.headers["content-disposition"]
+    table = pacsv.read_csv(io.BytesIO(answer.content)).cast(parquet.schema)
+    assert table.replace_schema_metadata(None).equals(parquet.replace_schema_metadata(None))
+
+
+def test_an_alarm_is_acknowledged_once_with_a_note_by_somebody(bench: Bench) -> None:
+    bench.shelve("bad", 2, alarm=True)
+    bench.shelve("fine", 3, alarm=False)
+    toni = bench.browser(Role.TECHNICIAN)
+    assert toni.post("/alarms/fine", {"note": "x"}).status_code == 404
+    assert toni.post("/alarms/bad", {"note": "  "}).status_code == 422
+    assert toni.post("/alarms/bad", {"note": "grease <checked>"}).status_code == 303
+    assert toni.post("/alarms/bad", {"note": "again"}).status_code == 409
+    text = toni.get("/alarms").text
+    assert "grease &lt;checked&gt;" in text
+    ((_, event),) = read_events(bench.recordings)[0]
+    assert (event.kind, event.by, event.axis) == ("acknowledged", "toni", 1)
+
+
+def test_an_event_is_kept_with_who_noted_it(bench: Bench) -> None:
+    toni = bench.browser(Role.TECHNICIAN)
+    assert toni.post("/axes/1/events", {"kind": "party"}).status_code == 422
+    assert toni.post("/axes/1/events", {"kind": "oil-change", "note": "2.3 l"}).status_code == 303
+    assert "2.3 l" in toni.get("/axes/1").text
+    ((_, event),) = read_events(bench.recordings)[0]
+    assert (event.kind, event.by, event.text) == ("oil-change", "toni", "2.3 l")
+
+
+def test_estimate_document_is_what_stribeck_run_writes(tmp_path: Path) -> None:
+    """The bench's document has the keys that the page reads, where a real estimate has them."""
+    from agent.cli.outcome import conclude
+    from agent.record.reading import read
+    from tests.system.rig import rig
+
+    with rig(tmp_path) as cell:
+        result = cell.run()
+    real = conclude([read(result.recording)]).estimate.to_json()
+    made = estimate_document(1.0)
+    for part in ("friction_curve", "rigid_body", "quality"):
+        assert set(made[part]) <= set(real[part]), part
+    assert set(made["friction_models"][0]) <= set(real["friction_models"][0])
+    assert curve_of(real) is not None
