@@ -76,7 +76,15 @@ def _after_the_end(aftermath: Aftermath, what: str) -> StoppedError | StorageErr
 def annotate(error: BaseException, aftermath: Aftermath, *, moved: bool) -> None:
     """Add to `error` what a technician must know after a cycle that did not end well."""
     if moved:
-        error.add_note(_fate(aftermath))
+        error.add_note(
+            "The joint is at rest (measured)."
+            if aftermath.at_rest
+            else "The joint was NOT seen to come to rest: use the E-stop before you go near it."
+        )
+    if aftermath.rest_after_s is not None:
+        error.add_note(
+            f"Standstill was measured {aftermath.rest_after_s:.2f} s after the agent began to stop."
+        )
     for problem in aftermath.problems:
         if isinstance(error, StorageError) and error.__cause__ is aftermath.unfinished:
             continue  # it is what the error itself says
@@ -87,15 +95,3 @@ def annotate(error: BaseException, aftermath: Aftermath, *, moved: bool) -> None
         )
     if aftermath.recording is not None:
         error.add_note(f"What had been recorded is kept in {aftermath.recording}.")
-
-
-def _fate(aftermath: Aftermath) -> str:
-    """Say what became of a joint that may have moved."""
-    if not aftermath.at_rest:
-        return "The joint was NOT seen to come to rest: use the E-stop before you go near it."
-    if aftermath.rest_after_s is None:
-        return "The joint is at rest (measured)."
-    return (
-        f"The joint is at rest (measured), {aftermath.rest_after_s:.2f} s after the agent began to "
-        "stop it."
-    )
