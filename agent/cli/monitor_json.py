@@ -66,6 +66,7 @@ def _segment(finding: Finding, track: Track) -> dict[str, Any]:
             "needed": baseline.needed,
             "enough": baseline.enough,
             "asked": baseline.asked,
+            "promise": track.promise,
             "standard_error_percent": _number(100.0 * baseline.standard_error),
             "compensation": {name: _law(law) for name, law in baseline.laws.items()},
         },

@@ -31,6 +31,8 @@ def _joint(finding: Finding) -> str:
     if finding.next_steps:
         lines += ["  What to do next:", *(f"    - {step}" for step in finding.next_steps)]
     track = finding.current
+    if track is not None and track.promise:
+        lines.append(f"  {track.promise}")
     if track is not None and track.segment.events:
         events = "; ".join(event.label for event in track.segment.events)
         lines.append(f"  The baseline began anew: {events}.")

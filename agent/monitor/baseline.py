@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.identify.result import Floats
-from agent.monitor.compensation import PRIORS, Compensated, Conditions, Law, learn
+from agent.monitor.compensation import PRIORS, Compensated, Conditions, Index, Law, learn
 from agent.monitor.cycle import Cycle
 from agent.monitor.features import CycleFeatures, SpeedGrid
 from agent.monitor.series import FEATURES, FeatureSeries
@@ -30,7 +30,7 @@ class Features:
     deviations: Mapping[str, Floats]
     conditions: Conditions
 
-    def take(self, which: slice) -> Features:
+    def take(self, which: slice | Index) -> Features:
         """Return some of the cycles."""
         return Features(
             {k: v[which] for k, v in self.values.items()},

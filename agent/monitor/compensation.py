@@ -27,8 +27,9 @@ the healthy conditions share because the law may be off.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +37,7 @@ from numpy.typing import NDArray
 from agent.identify.result import Floats
 
 Mask = NDArray[np.bool_]
+Index = NDArray[np.bool_] | NDArray[np.signedinteger[Any]]
 
 _DECAYS_K = (math.inf, 60.0, 35.0, 20.0, 12.0)
 _USUAL_SCATTER = 0.005  # of the level, from cycle to cycle, worth `_SCATTER_CYCLES` of them
@@ -80,10 +82,9 @@ class Conditions:
     payload_kg: Floats
     load_nm: Floats
 
-    def take(self, which: slice | Mask | Sequence[int]) -> Conditions:
+    def take(self, which: slice | Index) -> Conditions:
         """Return some of the cycles."""
-        index = np.asarray(which) if not isinstance(which, slice) else which
-        return Conditions(self.temperature_degc[index], self.payload_kg[index], self.load_nm[index])
+        return Conditions(self.temperature_degc[which], self.payload_kg[which], self.load_nm[which])
 
 
 @dataclass(frozen=True)

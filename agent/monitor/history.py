@@ -164,7 +164,10 @@ def _copies(cycles: Sequence[Cycle]) -> dict[int, str]:
         if first is not None:
             out[i] = f"it holds the same samples as {first.name}: one cycle counts once"
         elif last is not None and cycle.started_s - last.started_s < _SAME_START_S:
-            out[i] = f"it started at the same time as {last.name}: one cycle counts once"
+            out[i] = (
+                f"it started at the same time as {last.name}, with other samples: a joint runs one "
+                "cycle at a time, so one of the two has a wrong clock or another joint's name"
+            )
         else:
             last = cycle
             seen[cycle.fingerprint] = cycle

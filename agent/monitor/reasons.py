@@ -90,6 +90,13 @@ class Cause:
         """Return it in words."""
         return WORDS[self.id]
 
+    @property
+    def share(self) -> str:
+        """Return the probability in per cent, as far as six shapes can bear it."""
+        if self.probability > 0.99:
+            return "over 99 %"
+        return "under 1 %" if self.probability < 0.01 else f"{100.0 * self.probability:.0f} %"
+
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
         return {"cause": self.id, "probability": round(self.probability, 4), "words": self.words}
@@ -116,8 +123,8 @@ class Reasons:
         """Return the causes in one sentence."""
         likely = self.likely
         if len(likely) == 1:
-            return f"Most likely {likely[0].words} ({likely[0].probability:.0%})."
-        listed = "; ".join(f"{c.words} ({c.probability:.0%})" for c in likely)
+            return f"Most likely {likely[0].words} ({likely[0].share})."
+        listed = "; ".join(f"{c.words} ({c.share})" for c in likely)
         return f"The curve's change cannot tell these apart: {listed}."
 
     @property

@@ -36,13 +36,15 @@ _NOBODY = "the detector has no threshold for these cycles"
 class Track:
     """One stretch between two events, and what was made of it.
 
-    `found` and `series` are None where the baseline is too short; so is `judgement`, and also
-    where the detector says that it cannot judge.
+    `promise` says what the detector can find after this baseline, and how often it is wrong, where
+    it says so itself. `found` and `series` are None where the baseline is too short; so is
+    `judgement`, and also where the detector says that it cannot judge.
     """
 
     segment: Segment
     baseline: Baseline
     found: Mapping[str, Compensated] | None = None
+    promise: str = ""
     series: FeatureSeries | None = None
     judgement: Judgement | None = None
 
@@ -96,9 +98,8 @@ class Finding:
             start = self.history.cycles[self.current.segment.start].started_s
             low, high = (_day(start + t) for t in self.change.time_ci95_s)
             shape, share = max(self.change.shapes.items(), key=lambda s: s[1])
-            out.append(
-                f"The change began between {low} and {high} (95 %), as a {shape} ({share:.0%})."
-            )
+            how = f"as a {shape} ({100.0 * share:.0f} %)"
+            out.append(f"The change began between {low} and {high} (95 %), {how}.")
         elif self.change is not None:
             out.append(_sentence(self.change.sentence))
         return (*out, *([_sentence(self.outlook.sentence)] if self.outlook is not None else []))
@@ -157,7 +158,8 @@ def _track(history: JointHistory, segment: Segment, detector: Detector, asked: i
     found = compensated(features, baseline)
     series = series_of(np.array([c.started_s for c in cycles]), found, baseline)
     judgement = detector.judge(series)
-    return Track(segment, baseline, found, series, judgement if judgement.traces else None)
+    promise = _promise(detector, series)
+    return Track(segment, baseline, found, promise, series, judgement if judgement.traces else None)
 
 
 def _judged(
@@ -311,6 +313,13 @@ def _more_cycles(track: Track) -> tuple[str, ...]:
 
 def _repair(history: JointHistory) -> tuple[str, ...]:
     return tuple(f"{one.name}: {one.reason}" for one in history.set_aside[:3])
+
+
+def _promise(detector: Detector, series: FeatureSeries) -> str:
+    """Return what the detector's tuning promises; empty where it has none."""
+    tunings = getattr(detector, "tunings", None)
+    tuning = tunings(series).get("low_integral_w") if tunings is not None else None
+    return "" if tuning is None else _sentence(tuning.sentence)
 
 
 def _unable(detector: Detector, series: FeatureSeries) -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from agent.monitor.comparison import Effect
 from agent.monitor.series import FEATURES
 from agent.monitor.verdict import NOT_DECIDABLE, Finding, Track
-from agent.numbers import scale_for, significant
+from agent.numbers import scale_for, significant, units_unbroken
 from agent.report.canvas import data_uri
 from agent.report.estimate import Picture
 from agent.report.figure_monitor_curves import curves_in_words, figure_monitor_curves
@@ -29,6 +29,7 @@ _UNITS = {
     "low_integral_w": "W",
 }
 _LISTED = 40
+_DRAWN = 0.005
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,7 @@ class JointView:
     kind: str
     sentence: str
     why: Sequence[str]
+    promise: str
     causes: Sequence[tuple[str, str, float]]
     next_steps: Sequence[str]
     facts: Sequence[tuple[str, str]]
@@ -85,11 +87,14 @@ def _view(finding: Finding, name: str) -> JointView:
         status=STATUS[finding.status],
         kind="decided" if finding.status == "NF" else "undecided",
         sentence=_without_status(finding.sentence),
-        why=() if reasons is None else (reasons.sentence, *finding.timing),
+        why=()
+        if reasons is None
+        else [units_unbroken(s) for s in (reasons.sentence, *finding.timing)],
+        promise="" if track is None else units_unbroken(track.promise),
         causes=()
         if reasons is None
         else [
-            (c.words, f"{100.0 * c.probability:.0f} %", 100.0 * c.probability)
+            (c.words, c.share, 100.0 * c.probability if c.probability > _DRAWN else 0.0)
             for c in reasons.causes
         ],
         next_steps=finding.next_steps,
@@ -124,8 +129,8 @@ def _without_status(sentence: str) -> str:
     for start in ("No alarm, ", "Not decidable yet: ", "Friction has increased: "):
         if sentence.startswith(start):
             rest = sentence.removeprefix(start)
-            return f"{rest[0].upper()}{rest[1:]}"
-    return sentence
+            return units_unbroken(f"{rest[0].upper()}{rest[1:]}")
+    return units_unbroken(sentence)
 
 
 def _facts(finding: Finding) -> list[tuple[str, str]]:
@@ -136,7 +141,10 @@ def _facts(finding: Finding) -> list[tuple[str, str]]:
         first, last = history.cycles[0].started_at[:10], history.cycles[-1].started_at[:10]
         rows.append(("From, to", f"{first}, {last}"))
     if track is not None:
-        rows.append(("Baseline", f"{track.baseline.cycles} of {track.baseline.needed} cycles"))
+        how = "as asked" if track.baseline.asked else "by the rule"
+        have = f"{track.baseline.cycles} cycles, {how}"
+        short = f"{track.baseline.cycles} of {track.baseline.needed} cycles"
+        rows.append(("Baseline", have if track.baseline.enough else short))
     if grid is not None:
         low, high = grid.speed_rad_s[0], grid.speed_rad_s[-1]
         rows.append(("Compared over", f"{low:.3g} to {high:.3g} rad/s"))

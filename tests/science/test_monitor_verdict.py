@@ -39,7 +39,7 @@ def test_wear_is_an_alarm_with_its_size_its_place_and_its_time() -> None:
         low = finding.comparison.effects["low"]
         # The mean rise over the low speeds, at the share that the last three cycles have.
         degc = finding.comparison.temperature_degc
-        share = np.mean([1.0, 29.0 / 30.0, 28.0 / 30.0])
+        share = float(np.mean([1.0, 29.0 / 30.0, 28.0 / 30.0]))
         rise = friction_nm(SPEEDS, degc, truth, share) - friction_nm(SPEEDS, degc, truth, 0.0)
         grid = np.append(SPEEDS[low.to_rad_s > SPEEDS], low.to_rad_s)
         mean = np.trapezoid(np.interp(grid, SPEEDS, rise), grid) / (grid[-1] - grid[0])

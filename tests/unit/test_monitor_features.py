@@ -90,7 +90,8 @@ def test_metadata_travel_along_and_come_back_from_the_cache() -> None:
         estimate, metadata, name="a", duration_s=40.0, temperature_degc=24.0, fingerprint="f"
     )
     assert cycle.parts == {"drive": "123456", "gearbox": "G-7"}
-    assert (cycle.oil, cycle.payload_kg, cycle.load_nm) == ("VG150", 12.0, pytest.approx(0.4))
+    assert (cycle.oil, cycle.payload_kg) == ("VG150", 12.0)
+    assert cycle.load_nm == pytest.approx(0.4)
     assert cycle.started_at == "2026-03-01T02:03:04+00:00"
     for one in (cycle, months(0, 3)[2]):
         assert Cycle.from_json(one.to_json()).to_json() == one.to_json()
