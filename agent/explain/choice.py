@@ -69,11 +69,15 @@ class Term:
 
 @dataclass(frozen=True)
 class Choice:
-    """The terms of a model, and the squared errors on unseen data without and with them."""
+    """The terms of a model, and the squared errors on unseen data without and with them.
+
+    Once `settled`, every term was ranked beside all the others and knows its rivals.
+    """
 
     terms: tuple[Term, ...]
     plain: Floats
     full: Floats
+    settled: bool = False
 
     @property
     def candidates(self) -> tuple[Candidate, ...]:
@@ -112,8 +116,8 @@ def choose(library: Library, *, rivals: bool = True) -> Choice:
         current = best.blocks
         chosen, current = _pruned(library, chosen, material)
     if rivals:
-        chosen, current = _settled(library, chosen)
-    return Choice(tuple(chosen), plain, current)
+        chosen, current = settled(library, chosen)
+    return Choice(tuple(chosen), plain, current, settled=rivals)
 
 
 def _least_on_all_rows(
@@ -179,7 +183,7 @@ def _pruned(library: Library, chosen: list[Term], material: float) -> tuple[list
         del chosen[weakest]
 
 
-def _settled(library: Library, chosen: list[Term]) -> tuple[list[Term], Floats]:
+def settled(library: Library, chosen: list[Term]) -> tuple[list[Term], Floats]:
     """Rank every term once more beside all the others, and note what could stand in its place."""
     for i in range(len(chosen)):
         others = [t.candidate for j, t in enumerate(chosen) if j != i]

@@ -69,6 +69,8 @@ class Form:
         may not be moved beyond.
     contains : tuple of str
         Effects that are special cases of this form: beside one of them it is no rival.
+    rests_on_numbers : bool
+        Whether its columns are made of the twin's own numbers, as a load is of its gravity.
     catch_all : bool
         Whether it may stand for anything that varies with it: others come first on a tie.
     """
@@ -88,6 +90,7 @@ class Form:
     to_twin: ToTwin = _as_named
     limits: Callable[[Scene], Sequence[tuple[float, float]]] | None = None
     contains: tuple[str, ...] = ()
+    rests_on_numbers: bool = False
     catch_all: bool = False
 
     @property

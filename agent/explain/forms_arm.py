@@ -142,6 +142,7 @@ FORMS: tuple[Form, ...] = (
         (1,),
         at_edges=True,
         to_twin=_rubbing_twin,
+        rests_on_numbers=True,
     ),
     Form(
         "backlash",
@@ -154,5 +155,6 @@ FORMS: tuple[Form, ...] = (
         needs=("position_rad",),
         at_edges=True,
         to_twin=_gap_twin,
+        rests_on_numbers=True,
     ),
 )

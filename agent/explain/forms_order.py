@@ -183,5 +183,6 @@ FORMS: tuple[Form, ...] = (
         _whole_orders,
         needs=_POSITION,
         refine=False,
+        rests_on_numbers=True,
     ),
 )

@@ -105,6 +105,7 @@ FORMS: tuple[Form, ...] = (
         (1,),
         at_edges=True,
         to_twin=_presliding_twin,
+        rests_on_numbers=True,
     ),
     Form(
         "presliding-hysteresis",
@@ -116,5 +117,6 @@ FORMS: tuple[Form, ...] = (
         (1,),
         at_edges=True,
         to_twin=_slipping_twin,
+        rests_on_numbers=True,
     ),
 )

@@ -68,6 +68,7 @@ FORMS: tuple[Form, ...] = (
         _delay_grid,
         at_edges=True,
         to_twin=_delay_twin,
+        rests_on_numbers=True,
     ),
     Form(
         "torque-saturation",
@@ -79,5 +80,6 @@ FORMS: tuple[Form, ...] = (
         (1,),
         refine=False,
         to_twin=_saturation_twin,
+        rests_on_numbers=True,
     ),
 )

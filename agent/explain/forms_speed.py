@@ -130,6 +130,7 @@ FORMS: tuple[Form, ...] = (
         highest=(1.0,),
         needs=("position_rad",),
         to_twin=_load_twin,
+        rests_on_numbers=True,
     ),
     Form(
         "load-dependent-friction",
@@ -142,5 +143,6 @@ FORMS: tuple[Form, ...] = (
         highest=(1.0, 1.0),
         needs=("position_rad",),
         to_twin=_load_twin,
+        rests_on_numbers=True,
     ),
 )

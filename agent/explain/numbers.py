@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.explain.evidence import heldout, moments
+from agent.explain.factor import factor_column, one_factor
 from agent.explain.intervals import named_effects
 from agent.explain.materiality import FAR, least_gain
 from agent.explain.model import Model
-from agent.explain.plain_refits import own_structure, plain_moves
+from agent.explain.plain_refits import plain_moves
 from agent.explain.reach import reach_of
 from agent.explain.search import Candidate, Library, basis_of
 from agent.explain.shares import above_noise, unseen_nm2
@@ -30,7 +31,6 @@ from agent.physics.twin import Twin
 MATERIAL = 0.04  # of what the twin as given leaves: less is a number's ordinary uncertainty
 _SAME_MOVE = 0.6  # of the move beside the effects
 _BENT = 0.25  # of that move: a fit that ends so close to the number as given is where it is from
-_ALIKE = 1.05  # one factor for all explains the error as well, within five percent
 _GROUPS: Mapping[str, tuple[str, ...]] = {
     "inertia-error": ("inertia_kg_m2",),
     "wrong-number": ("coulomb_nm", "viscous_nm_s_per_rad"),
@@ -110,9 +110,12 @@ def wrong_numbers(
     beside = np.concatenate(
         [np.zeros((library.target.shape[0], 0)), *(t.columns for t in terms)], axis=1
     )
-    factor = _one_factor(library, twin, beside, material, floor_nm)
+    factor = one_factor(library, twin, beside, material)
     if factor is not None:
-        return (factor,)
+        share = _share(
+            library, np.zeros((library.target.shape[0], 0)), factor_column(library), floor_nm
+        )
+        return (WrongNumber("torque-constant-error", share, {"factor": factor}),)
     case = _Case(library, twin, model, beside, plain_moves(library, twin), floor_nm)
     out = [
         _wrong(case, effect, names)
@@ -284,40 +287,3 @@ def _extras(twin: Twin, model: Model, names: Sequence[str]) -> dict[str, Paramet
             found.value - given, (found.ci95[0] - given, found.ci95[1] - given)
         )
     return out
-
-
-def _one_factor(
-    library: Library,
-    twin: Twin,
-    beside: Floats,
-    material: float,
-    floor_nm: float,
-) -> WrongNumber | None:
-    """Return the torque constant's error, where one factor explains what all numbers explain.
-
-    It must do so beside the effects that were found, too: else it was their absence that bent it.
-    """
-    table = library.scene.table
-    numbers = np.array([getattr(twin, name) for name in BASE])
-    if np.count_nonzero(numbers[_carried(library)]) < 3:
-        return None
-    scale = library.weighing.weighted(table.base @ numbers)[:, np.newaxis]
-    own = library.base[:, np.isin(np.flatnonzero(table.carried), own_structure(table, twin))]
-    for found in (np.zeros((library.target.shape[0], 0)), beside):
-        without, one, refitted = (
-            float(_errors(library, np.concatenate((columns, found), axis=1)).sum())
-            for columns in (own[:, :0], scale, own)
-        )
-        if one > _ALIKE * refitted or without - one < material:
-            return None
-    basis = basis_of(scale)
-    left = library.target - basis @ (basis.T @ library.target)
-    moved = float(scale[:, 0] @ library.target) / float(scale[:, 0] @ scale[:, 0])
-    reach = reach_of(
-        library.candidates, library.weighing, scale, left, frozenset({"torque-constant-error"})
-    )
-    low, high = (1.0 + moved + float(end[0]) for end in (reach.below, reach.above))
-    share = _share(library, np.zeros((library.target.shape[0], 0)), scale, floor_nm)
-    # The reported torque is the true one over the factor.
-    factor = Parameter(1.0 / (1.0 + moved), (1.0 / high, 1.0 / low))
-    return WrongNumber("torque-constant-error", share, {"factor": factor})

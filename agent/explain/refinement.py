@@ -1,16 +1,20 @@
-"""How far a grid's best point may be moved: the grid's own spacing, and what physics allows."""
+"""How a grid's best point is moved: by the grid's own spacing, within what physics allows."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from agent.explain.form import Form
+from agent.explain.form import Form, Point
 from agent.explain.scene import Scene
 from agent.identify.result import Floats
+
+_ROUNDS = 5
+_FEW = 2  # non-linear numbers: more hang together, and none is followed far by itself
+_MOST_STEPS = 6  # one way
 
 
 @dataclass(frozen=True)
@@ -23,6 +27,52 @@ class Step:
     def __call__(self, value: float) -> float:
         """Return the step at a value."""
         return self.size * abs(value) if self.proportional else self.size
+
+
+def climbed(
+    form: Form,
+    scene: Scene,
+    points: Floats,
+    best: Point,
+    gain: float,
+    gain_at: Callable[[Point], float],
+) -> tuple[float, Point]:
+    """Move the best point of a grid, one number after the other, ever more finely.
+
+    In the first round a number goes on as long as it helps, within the grid: a coarse grid's best
+    point may be several steps from the top.
+
+    Parameters
+    ----------
+    form : Form
+    scene : Scene
+    points : ndarray, shape (g, k)
+        The grid.
+    best : tuple of float
+        Its best point.
+    gain : float
+        There.
+    gain_at : callable
+        Point to what it gains.
+
+    Returns
+    -------
+    gain : float
+    best : tuple of float
+    """
+    steps, limits = steps_of(form, scene, points), limits_of(form, scene, points)
+    spans = list(zip(points.min(axis=0), points.max(axis=0), strict=True))
+    for round_ in range(_ROUNDS):
+        far = _MOST_STEPS if round_ == 0 and len(steps) <= _FEW else 1
+        for i, step in enumerate(steps):
+            for side in (-(0.5 ** (round_ + 1)), 0.5 ** (round_ + 1)):
+                for low, high in (limits[i], *(spans[i],) * (far - 1)):
+                    at = best[i] + side * step(best[i])
+                    trial = (*best[:i], at, *best[i + 1 :])
+                    if not low <= at <= high or (found := gain_at(trial)) <= gain:
+                        break
+                    gain, best = found, trial
+    return gain, best
 
 
 def steps_of(form: Form, scene: Scene, points: Floats) -> Sequence[Step]:

@@ -50,6 +50,11 @@ class Scene:
         """Return the direction of motion, shape (N,)."""
         return self.table.full["direction"]
 
+    @property
+    def as_given(self) -> Floats:
+        """Return the twin's numbers as given, shape (5,)."""
+        return self.theta if self.given is None else self.given
+
     @cached_property
     def arm_rad(self) -> Floats:
         """Return the arm's angle behind a stiff gear, shape (N,)."""

@@ -11,14 +11,13 @@ from numpy.typing import NDArray
 
 from agent.explain.evidence import Weighing, heldout, moments, solve
 from agent.explain.form import Form, Point
-from agent.explain.refinement import limits_of, steps_of
+from agent.explain.refinement import climbed
 from agent.explain.scene import Scene
 from agent.explain.table import BASE
 from agent.identify.result import Floats
 
 _POINTS_IN_FOLDS = 4
 _WORTH_FOLDS = 0.25  # of the best screened gain: less is not followed further
-_ROUNDS = 5
 _NOT_NEGATIVE = tuple(
     BASE.index(name) for name in ("inertia_kg_m2", "viscous_nm_s_per_rad", "coulomb_nm")
 )
@@ -206,22 +205,13 @@ class Library:
         form = entry[0][1].form
         if not form.refine or not form.nonlinear:
             return entry
+
+        def gain_at(point: Point) -> float:
+            return gain_of(self.candidate(form, point), basis, left)
+
         points = np.array([c.point for _, c in entry])
-        steps = steps_of(form, self.scene, points)
-        limits = limits_of(form, self.scene, points)
-        gain, best = entry[0]
-        for round_ in range(_ROUNDS):
-            for i, step in enumerate(steps):
-                for side in (-1.0, 1.0):
-                    moved = list(best.point)
-                    moved[i] += side * step(best.point[i]) * 0.5 ** (round_ + 1)
-                    if not limits[i][0] <= moved[i] <= limits[i][1]:
-                        continue
-                    trial = self.candidate(form, tuple(moved))
-                    trial_gain = gain_of(trial, basis, left)
-                    if trial_gain > gain:
-                        gain, best = trial_gain, trial
-        return [(gain, best), *entry]
+        gain, best = climbed(form, self.scene, points, entry[0][1].point, entry[0][0], gain_at)
+        return [(gain, self.candidate(form, best)), *entry]
 
     def _scored(
         self, entry: list[tuple[float, Candidate]], model: Floats, energy: float
@@ -261,8 +251,7 @@ class Library:
         A candidate that needs a joint without them has only traded one column for another.
         """
         carried = self.scene.table.carried
-        given = self.scene.theta if self.scene.given is None else self.scene.given
-        moved = given[carried] + theta[: self.base.shape[1]]
+        moved = self.scene.as_given[carried] + theta[: self.base.shape[1]]
         usual = np.abs(self.scene.theta[carried])
         must = np.isin(np.flatnonzero(carried), _NOT_NEGATIVE)
         return bool(np.all(moved[must] >= -_TOLERATED * usual[must]))

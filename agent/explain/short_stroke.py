@@ -15,6 +15,7 @@ import numpy as np
 from agent.explain.aliases import ALIKE
 from agent.explain.choice import Choice
 from agent.explain.evidence import Weighing, heldout, moments
+from agent.explain.factor import one_factor_does
 from agent.explain.form import Form, Point, stack
 from agent.explain.materiality import least_gain
 from agent.explain.model import Model
@@ -46,6 +47,9 @@ PAYLOAD = Form(
 def gravity_in_question(scene: Scene, weighing: Weighing, forms: Sequence[Form]) -> bool:
     """Return whether what gravity would explain may as well be a constant or a line.
 
+    Not where one factor on all of the torque explains what all numbers do: what gravity moves by is
+    the torque constant's then.
+
     Parameters
     ----------
     scene : Scene
@@ -64,7 +68,8 @@ def gravity_in_question(scene: Scene, weighing: Weighing, forms: Sequence[Form])
         return False
     free = _errors(library, library.base)
     gained = float((_errors(library, rest) - free).sum())
-    if gained < least_gain(library, free, ()):
+    material = least_gain(library, free, ())
+    if gained < material or one_factor_does(library, library.base, rest[:, :0], material):
         return False
     for candidate in hidden:
         loss = _errors(library, np.concatenate((rest, candidate.columns), axis=1)) - free

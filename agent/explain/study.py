@@ -19,6 +19,7 @@ from agent.explain.lines import Line, lines_of
 from agent.explain.materiality import least_gain
 from agent.explain.model import Model, extended_twin, fit_model, predicted
 from agent.explain.numbers import WrongNumber, wrong_numbers
+from agent.explain.resting import settled_beside
 from agent.explain.result import Cell, Floor
 from agent.explain.scene import Scene, refit
 from agent.explain.search import Library
@@ -165,7 +166,8 @@ def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
     A fit that needs a spring to push instead of pull may describe the data; it is no spring.
     """
     for _ in range(_MOST_REFUSALS):
-        choice = _material(library, choose(library))
+        library, choice = settled_beside(library, choose(library, rivals=False))
+        choice = _material(library, choice)
         model = fit_model(library, twin, choice.terms)
         try:
             return library, choice, model, extended_twin(library, twin, model)

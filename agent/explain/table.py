@@ -222,15 +222,18 @@ def _in_step(plain: Table, aligned: Table) -> bool:
     How much of the step between the two the torque asks for, beside the plain structure: above a
     half it is with the position. A fit to this one direction, because a large mismatch of another
     kind stays in both tables and would hide by its size what a fraction of a millisecond does at
-    the corners. A free friction curve and a free torque along the position stand beside it, so
-    that what is missing of either does not decide.
+    the corners. Friction that is free along the speed, the acceleration and the travel since a
+    reversal, and a free torque along the position stand beside it, so that what is missing of
+    these does not decide: friction under load, and friction that yields, act at corners, too.
     """
     rows = plain.sliding & aligned.sliding
     if not rows.any():
         return False
-    speed = np.abs(plain.rows["velocity_rad_s"][rows])
-    sign = np.sign(plain.rows["velocity_rad_s"][rows])[:, np.newaxis]
-    free = [plain.base[rows], sign * _hats(speed)]
+    velocity = plain.rows["velocity_rad_s"][rows]
+    load = np.abs(plain.base[rows, BASE.index("inertia_kg_m2")])
+    along = (np.abs(velocity), load, plain.rows["travel_rad"][rows])
+    sign = np.sign(velocity)[:, np.newaxis]
+    free = [plain.base[rows], *(sign * _hats(axis) for axis in along)]
     if plain.has("position_rad"):
         free.append(_hats(plain.rows["position_rad"][rows]))
     columns, target = np.concatenate(free, axis=1), plain.target_nm[rows]

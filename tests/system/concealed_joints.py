@@ -6,6 +6,7 @@ simulation of that very joint knows: everything but the concealed effect.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime, timedelta
@@ -57,6 +58,8 @@ class Concealed:
         Of the stair's corners.
     left : float
         How much may be left at most, in units of the noise.
+    curve_nm : float
+        How far the extended twin's friction may be from the joint's over the driven speeds.
     """
 
     effect: str
@@ -67,6 +70,7 @@ class Concealed:
     knows_spring: bool = True
     jerk_rad_s3: float = 75_000.0
     left: float = 1.25
+    curve_nm: float = math.inf
 
     @property
     def twin(self) -> Twin:
@@ -109,8 +113,9 @@ CONCEALED = {
             "stribeck",
             replace(STIFF, friction=replace(PLAIN, static_extra_nm=0.2)),
             STIFF,
-            # A height at rest that no speed reaches goes with the exponent: known to a fifth.
+            # The height is that at rest, which no speed reaches: it goes with the exponent.
             {"static_extra_nm": (0.2, 0.2), "stribeck_velocity_rad_s": (6.0, 0.2)},
+            curve_nm=0.005,
         ),
         Concealed("viscous-nonlinear", with_(thinning_velocity_rad_s=120.0), STIFF),
         Concealed(
@@ -123,8 +128,8 @@ CONCEALED = {
             "load-dependent-friction",
             with_(LOADED, load_share=0.25),
             LOADED,
-            {"load_coefficient": (0.25, 0.15)},
-            left=2.0,  # the load's sharp corners are compared smoothed twice, and stay
+            {"load_coefficient": (0.25, 0.05), "arm_inertia_kg_m2": (0.01, 0.05)},
+            left=1.1,
         ),
         Concealed(
             "torque-constant-error",
@@ -148,7 +153,8 @@ CONCEALED = {
             with_(position_share=0.15, position_order_per_arm_rev=5.0),
             STIFF,
         ),
-        Concealed("presliding-hysteresis", with_(presliding_rad=1.0), STIFF, left=1.5),
+        # Four bristles that slip one after the other: the twin's law is smooth, and corners stay.
+        Concealed("presliding-hysteresis", with_(presliding_rad=1.0), STIFF, left=1.4),
         Concealed(
             "kinematic-error", with_(wobble_rad=0.003), STIFF, {"order_per_motor_rev": (2.0, 1e-3)}
         ),

@@ -5,10 +5,15 @@ The rest of the effects, and what each asks for next, is `python -m tests.benchm
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from agent.explain.result import Explanation
+from agent.identify.result import Floats
 from tests.system.concealed_joints import CONCEALED, NULL, ask_on, find
 
 NAMED_AT_ONCE = (
@@ -18,7 +23,9 @@ NAMED_AT_ONCE = (
     "load-dependent-friction",
     "joint-flexibility",
     "presliding-hysteresis",
+    "torque-constant-error",
 )
+SPEEDS_RAD_S = (3.0, 5.0, 8.0, 12.0, 20.0, 40.0, 80.0)
 
 
 def test_a_joint_that_the_twin_knows_has_no_mismatch(tmp_path: Path) -> None:
@@ -38,6 +45,19 @@ def test_the_concealed_effect_is_named(effect: str, tmp_path: Path) -> None:
     assert found.extended.rmse_nm < case.left * found.floor.value_nm
     for name, (value, tolerance) in case.parameters.items():
         assert first.parameters[name].value == pytest.approx(value, rel=tolerance)
+    if math.isfinite(case.curve_nm):
+        law = case.joint.friction.truth(25.0)
+        truth = [law.torque_nm(speed) for speed in SPEEDS_RAD_S]
+        np.testing.assert_allclose(friction_of(found), truth, atol=case.curve_nm)
+
+
+def friction_of(found: Explanation) -> Floats:
+    """Return the extended twin's friction at the speeds, spring and gravity left aside."""
+    assert found.twin is not None
+    effects = tuple(e for e in found.twin.effects if e.id != "joint-flexibility")
+    twin = replace(found.twin, effects=effects, gravity_sin_nm=0.0, gravity_cos_nm=0.0)
+    velocity = np.array(SPEEDS_RAD_S)
+    return twin.predict_torque(np.zeros_like(velocity), velocity, np.zeros_like(velocity))
 
 
 def test_the_next_experiment_breaks_a_tie(tmp_path: Path) -> None:
