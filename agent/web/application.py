@@ -14,6 +14,7 @@ from fastapi.staticfiles import StaticFiles
 from sqlalchemy import Engine, delete, insert, select
 
 from agent.cell import Cell, read_cell
+from agent.cycle.axis_lock import Holder
 from agent.record.audit import AuditTrail
 from agent.web import (
     failures,
@@ -28,6 +29,7 @@ from agent.web.attended import Attendant, Launch
 from agent.web.guard import Guard
 from agent.web.limits import Attempts
 from agent.web.live import Live
+from agent.web.locks import others
 from agent.web.passwords import Argon2, Hasher
 from agent.web.roles import Role
 from agent.web.sessions import Sessions
@@ -93,6 +95,13 @@ class Page:
             connection.execute(
                 insert(table).values(axis=axis, recording=recording, who=who, at=wall_time_utc())
             )
+
+    def elsewhere(self) -> list[tuple[int, Holder]]:
+        """Return axes of this cell that other programs of this machine hold, and who they are."""
+        own = self.attendant.active
+        pid = None if own is None else own.process.pid
+        cell = self.cell
+        return [(a.number, holder) for a in cell.axis for holder in others(cell, a, pid)]
 
     @property
     def recordings(self) -> Path:

@@ -1,13 +1,15 @@
-"""Who holds an axis, seen without getting in anybody's way."""
+"""Who holds an axis, seen without getting in anybody's way, and asked to stop."""
 
 from __future__ import annotations
 
 import json
 import os
 import re
+import signal
+import sys
 
 from agent.cell import Axis, Cell
-from agent.cycle.axis_lock import lock_folder, lock_names, owned
+from agent.cycle.axis_lock import Holder, holders, lock_folder, lock_names, owned
 from agent.errors import StorageError
 
 
@@ -24,6 +26,26 @@ def holder(cell: Cell, axis: Axis) -> str:
             return "" if free.holds else free.reason
     except StorageError as error:
         return str(error)
+
+
+def others(cell: Cell, axis: Axis, own_pid: int | None) -> tuple[Holder, ...]:
+    """Return the programs of this machine that hold an axis, other than the page's own cycle."""
+    names = [name for name in lock_names(cell, axis) if _names_the_living(name)]
+    found = holders(lock_folder(), names) if names else ()
+    return tuple(holder for holder in found if holder.pid != own_pid)
+
+
+def ask_to_stop(holder: Holder) -> bool:
+    """Ask another program's cycle to stop, as `stribeck stop` does; False where it may not be."""
+    if sys.platform == "win32":
+        return False
+    try:
+        os.kill(holder.pid, signal.SIGINT)
+    except ProcessLookupError:
+        return True  # it has just ended
+    except PermissionError:
+        return False
+    return True
 
 
 def _names_the_living(name: str) -> bool:

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import datetime
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import anyio
 from fastapi import APIRouter, Depends, Request, Response
 
 from agent.cell import Axis
+from agent.errors import AgentError
+from agent.night.description import night_path, read_night
+from agent.night.windows import windows_between
 from agent.web.access import need, page_of
 from agent.web.locks import holder
 from agent.web.rendering import render
@@ -23,6 +27,7 @@ if TYPE_CHECKING:
     from agent.web.application import Page
 
 router = APIRouter()
+AHEAD_DAYS = 8
 
 
 @dataclass(frozen=True)
@@ -33,6 +38,7 @@ class Card:
     newest: Shelved | None
     finding: Finding | None
     age_days: float | None
+    next_run: str
     held_by: str
     running: bool
 
@@ -72,11 +78,33 @@ def cards_of(page: Page) -> list[Card]:
                 if newest is None
                 else finding(newest, own, page.baseline(axis.number)),
                 age_days=None if newest is None else age_days(newest.started_at, wall_time_utc()),
+                next_run=next_run(page.settings.cell_path, axis.number, wall_time_utc()),
                 held_by="" if running else holder(cell, axis),
                 running=running,
             )
         )
     return cards
+
+
+def next_run(cell_path: Path, number: int, now: str) -> str:
+    """Return when an axis's next quiet window begins, ISO 8601; empty where none is described."""
+    path = night_path(cell_path)
+    if not path.exists():
+        return ""
+    try:
+        night = read_night(path)
+        since = datetime.datetime.fromisoformat(now)
+    except (AgentError, ValueError):
+        return ""
+    until = since + datetime.timedelta(days=AHEAD_DAYS)
+    begins = [
+        window.begins
+        for axis in night.axis
+        if axis.number == number
+        for window in windows_between(axis, night.zone, since, until)
+        if window.begins > since
+    ]
+    return min(begins).isoformat() if begins else ""
 
 
 def age_days(then: str, now: str) -> float | None:

@@ -24,6 +24,7 @@ from agent.web.cycles import (
     judgements,
 )
 from agent.web.live import MOST_VIEWERS, state_of
+from agent.web.locks import ask_to_stop
 from agent.web.rendering import chosen_language, render
 from agent.web.roles import Role
 from agent.web.sessions import Session
@@ -137,27 +138,35 @@ async def stop(
     if sec_fetch_site not in ("", "same-origin", "same-site", "none"):
         raise TurnedAwayError(403, "form_not_ours")
     page = page_of(request)
-    run = page.attendant.stop()
+    run = page.attendant.stop()  # first of all: what comes next only tells of it
+    elsewhere = [(holder, ask_to_stop(holder)) for _axis, holder in page.elsewhere()]
+    session = session_of(request)
+    address = request.client.host if request.client is not None else "unknown"
+    who = "nobody" if session is None else session.name
     if run is not None:
-        session = session_of(request)
-        address = request.client.host if request.client is not None else "unknown"
-        who = "nobody" if session is None else session.name
         page.audit.add(who, "stop", axis=run.asked.axis, run=run.identity, address=address)
+    for holder, asked in elsewhere:
+        page.audit.add(who, "stop", of=holder.who, asked=asked, address=address)
+    if not all(asked for _holder, asked in elsewhere):
+        raise TurnedAwayError(409, "stop_of_others")
     return RedirectResponse("/stopped", 303)
 
 
 @router.get("/stopped")
 async def show_stopped(request: Request) -> Response:
     """Show, without log-in, what became of the stop."""
-    return render(request, "stopped.html.j2", run=page_of(request).attendant.run)
+    page = page_of(request)
+    return render(request, "stopped.html.j2", run=page.attendant.run, elsewhere=page.elsewhere())
 
 
 @router.get("/status")
 async def status(request: Request) -> Response:
     """Say, without log-in, whether a cycle runs, so that its stop can be shown on every page."""
-    run = page_of(request).attendant.active
+    page = page_of(request)
+    run = page.attendant.active
     if run is None:
-        return JSONResponse({"active": False})
+        held = page.elsewhere()
+        return JSONResponse({"active": True, "axis": held[0][0]} if held else {"active": False})
     state = state_of(run)
     return JSONResponse({"active": True, "axis": run.asked.axis, "stopping": state["stopping"]})
 

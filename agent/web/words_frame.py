@@ -13,6 +13,14 @@ FRAME_WORDS: dict[str, tuple[str, str]] = {
         "THE STOP DID NOT GET THROUGH. Use the E-stop.",
         "DER STOPP KAM NICHT DURCH. Not-Halt benutzen!",
     ),
+    "stop_elsewhere": (
+        "Another program's test is asked to stop: {who}.",
+        "Der Test eines anderen Programms soll stoppen: {who}.",
+    ),
+    "stop_of_others": (
+        "Another program's test could not be asked to stop: it is another user's. Use the E-stop.",
+        "Der Test eines anderen Benutzers ließ sich nicht stoppen. Not-Halt benutzen!",
+    ),
     "no_estop": (
         "This stop is no safety function. The E-stop is the red button at the robot.",
         "Dieser Stopp ist keine Sicherheitsfunktion. Der Not-Halt ist der rote Taster am Roboter.",

@@ -272,3 +272,27 @@ def test_looking_who_holds_an_axis_does_not_hold_it(bench: Bench) -> None:
     assert holder(cell, axis) == ""
     with owned(cell, axis) as free:
         assert free.holds
+
+
+def test_the_stop_reaches_a_cycle_that_another_program_has_started(bench: Bench) -> None:
+    code = (
+        "import sys, signal; from pathlib import Path; from agent.cell import read_cell\n"
+        "from agent.cycle.axis_lock import owned; cell = read_cell(Path(sys.argv[1]))\n"
+        "with owned(cell, cell.axis[0]):\n"
+        "    print('held', flush=True)\n"
+        "    print(signal.sigwait([signal.SIGINT]), flush=True)"
+    )
+    block = "import signal; signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])\n"
+    with subprocess.Popen(
+        [sys.executable, "-c", block + code, str(bench.page.settings.cell_path)],
+        stdout=subprocess.PIPE, text=True,
+    ) as other:  # fmt: skip
+        assert other.stdout is not None
+        assert other.stdout.readline().strip() == "held"
+        nobody = bench.browser(None)
+        assert nobody.get("/status").json() == {"active": True, "axis": 1}
+        assert 'data-running="yes"' in nobody.get("/login").text
+        assert nobody.post("/stop").status_code == 303
+        assert other.wait(15.0) == 0
+    assert nobody.get("/status").json() == {"active": False}
+    assert bench.page.audit.newest(1)[0].detail["of"].startswith(f"process {other.pid}")

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from agent.record.events_file import read_events
 from agent.web.against import Curve, against, curve_of
 from agent.web.roles import Role
+from agent.web.routes_cell import next_run
 from agent.web.verdicts import finding
 from tests.web.bench import Bench, estimate_document
 
@@ -156,3 +157,17 @@ def test_estimate_document_is_what_stribeck_run_writes(tmp_path: Path) -> None:
         assert set(made[part]) <= set(real[part]), part
     assert set(made["friction_models"][0]) <= set(real["friction_models"][0])
     assert curve_of(real) is not None
+
+
+def test_a_card_says_when_the_axis_runs_next(tmp_path: Path) -> None:
+    cell = tmp_path / "cell.toml"
+    assert next_run(cell, 1, "2026-03-02T12:00:00Z") == ""
+    (tmp_path / "cell.night.toml").write_text(
+        'schema = "stribeck.night/1"\ntime_zone = "Europe/Berlin"\n'
+        '[[axis]]\nnumber = 1\ndays = ["tue"]\nwindow = "22:00-05:00"\n'
+    )
+    assert next_run(cell, 1, "2026-03-02T12:00:00Z") == "2026-03-03T21:00:00+00:00"
+    assert next_run(cell, 1, "2026-03-29T12:00:00Z") == "2026-03-31T20:00:00+00:00"
+    assert next_run(cell, 2, "2026-03-02T12:00:00Z") == ""
+    (tmp_path / "cell.night.toml").write_text("[[")
+    assert next_run(cell, 1, "2026-03-02T12:00:00Z") == ""
