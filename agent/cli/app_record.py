@@ -100,7 +100,50 @@ def verify(
     run_verify(folder, recompute=recompute, as_json=json)
 
 
+def export(
+    recording: Annotated[str, typer.Argument(metavar="RECORDING", help="One recording.")],
+    kind: Annotated[str, typer.Option("--format", help="csv or mdf4.")] = "csv",
+    out: Annotated[Path | None, typer.Option(help="The file; else beside the recording.")] = None,
+) -> None:
+    """Write a recording as CSV with its side file, or as MDF 4, with units."""
+    from agent.cli.export import run_export
+
+    run_export(recording, kind, out)
+
+
+def import_(
+    file: Annotated[Path, typer.Argument(metavar="FILE.csv", help="As the studio has saved it.")],
+    robot: Annotated[str, typer.Option(help="Whose joint.")],
+    axis: Annotated[int, typer.Option(help="Number of the axis.")],
+    gear_ratio: Annotated[float, typer.Option(help="Motor turns per arm turn.")],
+    mapping: Annotated[
+        str, typer.Option(help="A shipped mapping, or MAPPING.toml (docs/record.md).")
+    ] = "epos-studio",
+    set_: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=NUMBER", help="What the mapping asks for; repeatable."),
+    ] = None,
+    time_zone: Annotated[
+        str, typer.Option(help="Of the studio's computer, such as Europe/Berlin.")
+    ] = "UTC",
+    payload_kg: Annotated[float | None, typer.Option(help="What the arm carried.")] = None,
+    notes: Annotated[str, typer.Option(help="Anything a reader should know.")] = "",
+    out: Annotated[
+        Path | None, typer.Option(help="The recording; else FILE.parquet beside it.")
+    ] = None,
+) -> None:
+    """Read a drive studio's CSV through a mapping; bad lines are named, nothing is guessed."""
+    from agent.cli.export import parameters_of, run_import
+    from agent.record.import_studio import Joint
+
+    parameters = parameters_of(set_ or [])
+    joint = Joint(robot, axis, gear_ratio, parameters, time_zone, payload_kg, notes)
+    run_import(file, mapping, joint, out)
+
+
 def add_commands(app: typer.Typer) -> None:
     """Add these commands to the command line."""
     app.add_typer(catalogue, short_help="what recordings and verdicts there are")
     app.command(short_help="are the recordings what was recorded?")(verify)
+    app.command(short_help="a recording as CSV or MDF 4")(export)
+    app.command("import", short_help="a drive studio's CSV as a recording")(import_)

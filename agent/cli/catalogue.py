@@ -128,10 +128,9 @@ def run_retain(
 
 def run_verify(folder: Path, *, recompute: bool, as_json: bool) -> None:
     """Check every recording and verdict below a folder; exit 1 where one does not hold."""
-    again = None
-    if recompute:
-        from agent.cli.catalogue_keep import recompute as again
-    checked = verify(folder, again)
+    from agent.cli import catalogue_keep
+
+    checked = verify(folder, catalogue_keep.recompute if recompute else None)
     wrong = [c for c in checked if not c.holds]
     unsealed = [c for c in checked if c.holds and not c.sealed]
     if as_json:

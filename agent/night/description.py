@@ -21,12 +21,12 @@ from agent.cell_devices import Part, Positive
 from agent.errors import InputError
 
 SCHEMA = "stribeck.night/1"
-DAYS = ("mon", "tue", "wed", "thu", "fri", "sat", "sun")
-KINDS = ("run", "alarm", "skip", "stopped", "failed", "wait", "missed")
-"""What the night may tell; `docs/night.md` says when."""
-
 Day = Literal["mon", "tue", "wed", "thu", "fri", "sat", "sun"]
 Kind = Literal["run", "alarm", "skip", "stopped", "failed", "wait", "missed"]
+DAYS: tuple[Day, ...] = ("mon", "tue", "wed", "thu", "fri", "sat", "sun")
+KINDS: tuple[Kind, ...] = ("run", "alarm", "skip", "stopped", "failed", "wait", "missed")
+"""What the night may tell; `docs/night.md` says when."""
+
 _BAD_NEWS: tuple[Kind, ...] = ("alarm", "skip", "stopped", "failed", "missed")
 _WINDOW = re.compile(r"^([01]\d|2[0-3]):([0-5]\d)-([01]\d|2[0-3]):([0-5]\d)$")
 _LONGEST_H = 16.0

@@ -150,13 +150,14 @@ class _Session:
 
     def __init__(self, sink: MqttSink, death: bytes) -> None:
         import paho.mqtt.client as paho
+        from paho.mqtt.enums import CallbackAPIVersion
 
         said = sink.described
         self._timeout_s = said.timeout_s
         self._answered = threading.Event()
         self._refused: Any = None
         self._client: Client = paho.Client(
-            paho.CallbackAPIVersion.VERSION2,
+            CallbackAPIVersion.VERSION2,
             client_id=f"stribeck-{said.group}-{sink.node}",
             protocol=paho.MQTTv311,
             reconnect_on_failure=False,

@@ -13,6 +13,7 @@ import paho.mqtt.client as paho
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from paho.mqtt.enums import CallbackAPIVersion
 
 from agent.errors import InputError
 from agent.night.description import Mqtt
@@ -108,9 +109,9 @@ def listening(port: int) -> Iterator[list[tuple[str, bytes, int, bool]]]:
     """Yield what arrives at the broker: topic, payload, QoS, retained."""
     got: list[tuple[str, bytes, int, bool]] = []
     subscribed = threading.Event()
-    client = paho.Client(paho.CallbackAPIVersion.VERSION2)
+    client = paho.Client(CallbackAPIVersion.VERSION2)
     client.on_subscribe = lambda *_args: subscribed.set()
-    client.on_message = lambda _c, _d, m: got.append((m.topic, m.payload, m.qos, m.retain))
+    client.on_message = lambda _c, _d, m: got.append((m.topic, bytes(m.payload), m.qos, m.retain))
     client.connect("127.0.0.1", port)
     client.loop_start()
     client.subscribe("#", qos=1)
