@@ -17,6 +17,7 @@ from agent.cli.monitor_cycles import cache_folder, cycle_from, cycles_of
 from agent.cli.talk import progress_bar, talker
 from agent.errors import InputError
 from agent.monitor.baseline import features_table
+from agent.monitor.change_time import change_time
 from agent.monitor.cycle import Cycle
 from agent.monitor.detectors import detector as named
 from agent.monitor.features import features_of
@@ -24,7 +25,7 @@ from agent.monitor.history import JointHistory, histories
 from agent.monitor.injection import SHAPES, FrictionRise, added_torque_nm, responses, rise_of
 from agent.monitor.injection_replay import Catch, Healthy, SelfTest, self_test
 from agent.monitor.series import Detector, State
-from agent.monitor.verdict import judge
+from agent.monitor.verdict import Track, judge
 from agent.record.reading import find, read
 from agent.record.recording import Recording
 
@@ -94,22 +95,16 @@ def _axis(
     request: SelfTestRequest,
 ) -> AxisTest:
     """Test one joint on the cycles since its last event that are held to be healthy."""
-    finding = judge(history, detector, request.baseline)
-    track, notes = finding.current, list(history.notes)
+    track, notes = judge(history, detector, request.baseline).current, list(history.notes)
     start, stop = (0, 0) if track is None else (track.segment.start, track.segment.stop)
-    alarm = (
-        None
-        if track is None or track.judgement is None
-        else next(
-            (i for i, s in enumerate(track.judgement.states) if s is not State.NO_FAULT), None
-        )
-    )
-    if alarm is not None:
+    changed = None if track is None else _changed(track)
+    if changed is not None:
         notes.append(
-            f"the history itself has an alarm at {history.cycles[start + alarm].name}: only the "
-            "cycles before it are taken for healthy"
+            "the history itself has an alarm: only the cycles before "
+            f"{history.cycles[start + changed].name}, where the change may have begun, are taken "
+            "for healthy"
         )
-        stop = start + alarm
+        stop = start + changed
     if history.grid is None or stop - start < _CHECKED:
         nothing = SelfTest("there are too few usable cycles", stop - start, 0, 0, request.within, 0)
         return AxisTest(history, nothing, {}, (), tuple(notes))
@@ -134,6 +129,21 @@ def _axis(
     except ValueError as error:
         raise InputError(f"No self-test can be made of that: {error}.") from error
     return AxisTest(history, found, answers, tuple(cycles[k].name for k in chosen), tuple(notes))
+
+
+def _changed(track: Track) -> int | None:
+    """Return the first cycle of a stretch that may be changed; None where there is no alarm.
+
+    An alarm comes later than the change: the earliest change that the cycles allow counts.
+    """
+    if track.judgement is None or track.series is None:
+        return None
+    states = track.judgement.states
+    alarm = next((i for i, s in enumerate(states) if s is not State.NO_FAULT), None)
+    if alarm is None:
+        return None
+    found = change_time(track.series)
+    return min(alarm, found.cycle_ci95[0]) if found.decidable else alarm
 
 
 def _answers(

@@ -29,6 +29,7 @@ FEWEST_HEALTHY = 5
 _TUNED_ON = 4  # recordings that the unknown torque's density is learned from
 _SPAN_DEGC = 2.0  # of healthy temperatures that carry a line
 _FEWEST_FOR_LINE = 6
+_BOW_PER_K = 1.0 / 25.0  # viscosity falls to 1/e over some 20 to 60 K: so much its slope changes
 _FEWEST_INNOVATIONS = 60
 _HALVINGS = 14
 
@@ -87,10 +88,13 @@ class HealthyBand:
     def band_nm(self, which: int, temperature_degc: float) -> tuple[float, float]:
         """Return the ends within which a healthy recording's rise lies at a temperature.
 
-        The two-sided prediction interval of Student's t, of a mean or a line.
+        The two-sided prediction interval of Student's t, of a mean or of a line that may bend as
+        an oil's viscosity does.
         """
         rises = np.array([s.rises_nm[which] for s in self.seen])
-        return _prediction(self._columns(), rises, self._row(temperature_degc), self.each_rate)
+        bow = _BOW_PER_K if self.follows_temperature else 0.0
+        columns, row = self._columns(), self._row(temperature_degc)
+        return _prediction(columns, rises, row, self.each_rate, bow)
 
     @property
     def whiteness_threshold(self) -> float:
@@ -115,10 +119,16 @@ class HealthyBand:
         ones = np.ones(len(self.seen))
         if not self.follows_temperature:
             return ones[:, np.newaxis]
-        return np.column_stack((ones, [s.temperature_degc for s in self.seen]))
+        return np.column_stack((ones, [s.temperature_degc - self._middle_degc for s in self.seen]))
 
     def _row(self, temperature_degc: float) -> Floats:
-        return np.array([1.0, temperature_degc]) if self.follows_temperature else np.ones(1)
+        if not self.follows_temperature:
+            return np.ones(1)
+        return np.array([1.0, temperature_degc - self._middle_degc])
+
+    @property
+    def _middle_degc(self) -> float:
+        return float(np.mean([s.temperature_degc for s in self.seen]))
 
 
 @dataclass(frozen=True)
@@ -258,16 +268,26 @@ def watch(motion: Motion, band: HealthyBand) -> Watch:
 
 
 def _prediction(
-    columns: Floats, values: Floats, row: Floats, false_rate: float
+    columns: Floats, values: Floats, row: Floats, false_rate: float, bow_per_k: float = 0.0
 ) -> tuple[float, float]:
-    """Return the two-sided prediction interval of least squares at a row of its columns."""
+    """Return the two-sided prediction interval of least squares at a row of its columns.
+
+    With `bow_per_k`, the second column is a temperature, and the law may bend: its second
+    derivative is that share of the slope a kelvin (one standard deviation). What a parabola of
+    that size leaves beside the line at the row widens the interval.
+    """
     from scipy.special import stdtrit
 
-    theta = np.linalg.lstsq(columns, values, rcond=None)[0]
+    inverse = np.linalg.pinv(columns.T @ columns)
+    theta = inverse @ columns.T @ values
     dof = values.size - columns.shape[1]
     variance = float(np.sum((values - columns @ theta) ** 2)) / dof
-    lever = float(row @ np.linalg.pinv(columns.T @ columns) @ row)
-    reach = float(stdtrit(dof, 1.0 - false_rate / 2.0)) * math.sqrt(variance * (1.0 + lever))
+    variance *= 1.0 + float(row @ inverse @ row)
+    if bow_per_k:
+        bent = 0.5 * columns[:, 1] ** 2
+        left = 0.5 * float(row[1]) ** 2 - float(row @ inverse @ columns.T @ bent)
+        variance += (bow_per_k * float(theta[1]) * left) ** 2
+    reach = float(stdtrit(dof, 1.0 - false_rate / 2.0)) * math.sqrt(variance)
     middle = float(row @ theta)
     return middle - reach, middle + reach
 
