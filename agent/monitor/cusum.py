@@ -9,9 +9,9 @@ sense (Moustakides 1986) where level and scatter are known.
 
 What is added, and what it costs: one cycle adds at most half of the threshold, so a single bad
 cycle is never an alarm and even a jump takes two cycles; a cycle that is missing changes nothing;
-the sum is kept from growing so far that recovery would not show. H1 is a low-speed sum beyond the
-threshold of H1's own false-alarm rate, after an H0, while the median of three cycles' rise, less
-what the shared error may be, is beyond `high_rise`.
+the sum is kept from growing so far that recovery would not show. H1 is a second sum of the
+low-speed friction, tuned to its own false-alarm rate and to half of `high_rise`, after an H0, while
+the median of three cycles' rise, less what the shared error may be, is beyond `high_rise`.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ DECIDING = "low_integral_w"
 _SHARES: Mapping[str, float] = {DECIDING: 0.75, "integral_w": 0.25}
 
 _ONE_CYCLE = 0.501  # of the threshold: two cycles are enough, one never is
-_KEPT = 1.5  # of the threshold of H1: the sum grows no further
+_KEPT = 1.5  # of the threshold: the sum grows no further
 
 
 @dataclass(frozen=True)
@@ -43,8 +43,6 @@ class Cusum:
     ----------
     target : Target
         The rise worth finding and the false alarms accepted, shared among the features.
-    high_rise : float
-        H1 is for a rise of the low-speed friction of at least this share of its level.
     features : mapping of str to float
         Tested for H0, each with its share of the accepted false alarms; those that a series does
         not carry are left out. Wear shows at low speed, which so has the greater share; the whole
@@ -54,7 +52,6 @@ class Cusum:
     """
 
     target: Target = field(default_factory=Target)
-    high_rise: float = 0.2
     features: Mapping[str, float] = field(default_factory=lambda: dict(_SHARES))
     robust: bool = True
 
@@ -75,13 +72,17 @@ class Cusum:
         for name, (found, tuning) in self._tuned(series).items():
             if found is None or not tuning.decidable:
                 continue
-            sums = self._sums(found, tuning, tuning.increased, series.healthy)
+            sums = self._sums(
+                found, tuning.drift, tuning.allowance, tuning.increased, series.healthy
+            )
             traces[name] = Trace(sums, np.full_like(sums, tuning.increased))
             increased |= until_zero(sums, tuning.increased)
             if name == DECIDING:
                 rise = recent_median(found.rise(tuning.high_allowance))
-                far = self._sums(found, tuning, tuning.high, series.healthy) > tuning.high
-                high = far & (rise > self.high_rise)
+                far = self._sums(
+                    found, tuning.high_drift, tuning.high_allowance, tuning.high, series.healthy
+                )
+                high = (far > tuning.high) & (rise > self.target.high_rise)
         return Judgement(self.name, warned_states(increased, high), traces)
 
     def _tuned(self, series: FeatureSeries) -> dict[str, tuple[Standing | None, Tuning]]:
@@ -93,9 +94,11 @@ class Cusum:
             out[name] = (found, tune(found, self.target, per_year, share / whole))
         return out
 
-    def _sums(self, found: Standing, tuning: Tuning, threshold: float, healthy: int) -> Floats:
+    def _sums(
+        self, found: Standing, drift: float, allowance: float, threshold: float, healthy: int
+    ) -> Floats:
         """Return g at each cycle; it starts after the baseline, whose cycles set the level."""
-        steps = found.z - tuning.drift - tuning.allowance * found.shared
+        steps = found.z - drift - allowance * found.shared
         steps[:healthy] = -np.inf
         if self.robust:
             steps = np.minimum(steps, _ONE_CYCLE * threshold)

@@ -83,7 +83,8 @@ class MultiModel:
         wide = np.sqrt(found.long_run * (1.0 + 1.0 / found.cycles))
         sizes = np.asarray(self.rises) * found.level / found.scatter / wide
         widths = np.hypot(1.0, _WANDER * sizes)
-        z = (found.z - allowance(self.target.increased_per_year) * found.shared) / wide
+        allowed = allowance(self.target.increased_per_year) * found.shared
+        z = np.sign(found.z) * np.maximum(0.0, np.abs(found.z) - allowed) / wide
         hazard = min(0.5, self.changes_per_year / per_year)
         weights, none = np.zeros(sizes.size), 1.0
         out = np.zeros((z.size, sizes.size))

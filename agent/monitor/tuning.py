@@ -28,10 +28,11 @@ from agent.monitor.series import FeatureSeries
 from agent.monitor.standing import Standing
 
 YEAR_S = 365.25 * 86400.0
-SLOWEST_CYCLES = 400.0
-"""A rise that takes longer than this to be found is not found."""
+SLOWEST_CYCLES = 30.0
+"""A rise that takes longer than this is not what to look for: a larger one is taken instead."""
 
-_DRIFTS = np.linspace(0.4, 0.95, 12)  # of the rise
+_DRIFTS = np.linspace(0.4, 0.95, 8)  # of the rise
+_LARGER = np.geomspace(1.0, 64.0, 13)  # the rises that are tried, over the smallest
 _NOISE = 0.5  # of the false alarms are left to noise, the rest to the law's error
 _LARGEST = 200.0  # threshold over scatter
 
@@ -43,18 +44,25 @@ class Target:
     Parameters
     ----------
     smallest_rise : float
-        The rise worth finding, as a share of the baseline's level.
+        The rise worth finding, as a share of the baseline's level. Where a robot's cycles scatter
+        too much for it, the smallest that is found within `SLOWEST_CYCLES` takes its place.
+    high_rise : float
+        H1 is for a rise of at least this share of the level.
     increased_per_year, high_per_year : float
         False alarms of each state that are accepted in a robot-year.
     """
 
-    smallest_rise: float = 0.03
+    smallest_rise: float = 0.02
+    high_rise: float = 0.2
     increased_per_year: float = 0.1
     high_per_year: float = 0.01
 
     def __post_init__(self) -> None:
-        if self.smallest_rise <= 0.0:
-            raise ValueError(f"expected a rise above zero, got {self.smallest_rise}")
+        if not 0.0 < self.smallest_rise <= self.high_rise:
+            raise ValueError(
+                "expected a smallest rise above zero and no more than that of H1, got "
+                f"{self.smallest_rise} and {self.high_rise}"
+            )
         if not 0.0 < self.high_per_year <= self.increased_per_year:
             raise ValueError(
                 "expected false-alarm rates above zero, that of H1 no more than that of H0, got "
@@ -68,8 +76,13 @@ class Tuning:
 
     Parameters
     ----------
-    drift, increased, high : float
-        k, and the thresholds of H0 and H1; infinite where the baseline cannot carry the rate.
+    rise : float
+        What it is tuned to find, as a share of the level.
+    drift, increased : float
+        k and h of H0.
+    high_drift, high : float
+        k and h of H1, whose sum looks for half of `high_rise`; h is infinite where the baseline
+        cannot carry the rate.
     allowance, high_allowance : float
         How many deviations of the compensation's shared error are allowed for in H0 and in H1.
         That error lasts a season, not a cycle: it is one trial in each half of a year.
@@ -83,8 +96,10 @@ class Tuning:
     sentence : str
     """
 
+    rise: float
     drift: float
     increased: float
+    high_drift: float
     high: float
     allowance: float
     high_allowance: float
@@ -148,25 +163,33 @@ class _Known(NamedTuple):
 def _tuned(found: _Known, target: Target, cycles_per_year: float, share: float) -> Tuning:
     """Return the numbers for a baseline; see `tune`."""
     doubt = _doubt(found.cycles, found.long_run)
-    rise = target.smallest_rise * found.level / found.scatter
-    drifts = _DRIFTS * rise
-    lines = _thresholds(doubt, drifts, _NOISE * share * target.increased_per_year, cycles_per_year)
-    delays = np.where(np.isfinite(lines), doubt.delays(rise, drifts, lines), np.inf)
-    best = int(np.argmin(delays))
-    if not delays[best] <= SLOWEST_CYCLES:
+    for share_of_level in target.smallest_rise * _LARGER:
+        rise = share_of_level * found.level / found.scatter
+        drifts = _DRIFTS * rise
+        lines = _thresholds(
+            doubt, drifts, _NOISE * share * target.increased_per_year, cycles_per_year
+        )
+        delays = np.where(np.isfinite(lines), doubt.delays(rise, drifts, lines), np.inf)
+        best = int(np.argmin(delays))
+        if delays[best] <= SLOWEST_CYCLES:
+            break
+    else:
         return _undecided(
             f"with {found.cycles} healthy cycles that scatter by "
-            f"{100.0 * found.scatter / found.level:.1f} %, a rise of "
-            f"{100.0 * target.smallest_rise:.0f} % cannot be found at "
+            f"{100.0 * found.scatter / found.level:.1f} %, not even a rise of "
+            f"{100.0 * share_of_level:.0f} % is found within {SLOWEST_CYCLES:.0f} cycles at "
             f"{share * target.increased_per_year:.2g} false alarms a year"
         )
     drift, line = drifts[best : best + 1], lines[best : best + 1]
-    high = _thresholds(doubt, drift, _NOISE * share * target.high_per_year, cycles_per_year)
+    half = np.maximum(drift, 0.5 * target.high_rise * found.level / found.scatter)
+    high = _thresholds(doubt, half, _NOISE * share * target.high_per_year, cycles_per_year)
     rates = doubt.rates(drift, line, cycles_per_year)[0]
     low, up = (float(q) for q in np.quantile(rates, (0.025, 0.975)))
     return Tuning(
+        float(share_of_level),
         float(drift[0]),
         float(line[0]),
+        float(half[0]),
         float(high[0]),
         allowance(share * target.increased_per_year),
         allowance(share * target.high_per_year),
@@ -176,7 +199,7 @@ def _tuned(found: _Known, target: Target, cycles_per_year: float, share: float) 
         decidable=True,
         sentence=(
             f"{found.cycles} healthy cycles: a lasting rise of "
-            f"{100.0 * target.smallest_rise:.0f} % is found after about {delays[best]:.0f} cycles; "
+            f"{100.0 * share_of_level:.1f} % is found after about {delays[best]:.0f} cycles; "
             f"false alarms from noise between {low:.2g} and {up:.2g} a year, "
             f"{np.mean(rates):.2g} expected"
         ),
@@ -191,7 +214,7 @@ def cycles_per_year(series: FeatureSeries) -> float:
 
 def _undecided(reason: str) -> Tuning:
     return Tuning(
-        np.inf, np.inf, np.inf, 0.0, 0.0, 0.0, (0.0, 0.0), np.inf, decidable=False,
+        np.inf, np.inf, np.inf, np.inf, np.inf, 0.0, 0.0, 0.0, (0.0, 0.0), np.inf, decidable=False,
         sentence=f"not decidable: {reason}",
     )  # fmt: skip
 
@@ -209,8 +232,8 @@ def allowance(rate_per_year: float) -> float:
 def _doubt(cycles: int, long_run: float) -> _Doubt:
     """Return what a baseline leaves open, at the quantiles of both laws."""
     worth = max(2.0, cycles / long_run)
-    middle = (np.arange(15) + 0.5) / 15.0
-    scale = np.sqrt((worth - 1.0) / chi2.ppf((np.arange(9) + 0.5) / 9.0, worth - 1.0))
+    middle = (np.arange(11) + 0.5) / 11.0
+    scale = np.sqrt((worth - 1.0) / chi2.ppf((np.arange(7) + 0.5) / 7.0, worth - 1.0))
     offset = norm.ppf(middle)[:, None] * scale[None, :] / np.sqrt(worth)
     return _Doubt(offset.ravel(), np.broadcast_to(scale * np.sqrt(long_run), offset.shape).ravel())
 
@@ -219,7 +242,7 @@ def _thresholds(doubt: _Doubt, drifts: Floats, rate: float, per_year: float) -> 
     """Return the smallest threshold that keeps the expected rate for each drift, or infinity."""
     low, high = np.zeros_like(drifts), np.full_like(drifts, _LARGEST)
     reachable = np.mean(doubt.rates(drifts, high, per_year), axis=1) <= rate
-    for _ in range(34):
+    for _ in range(26):
         middle = 0.5 * (low + high)
         too_many = np.mean(doubt.rates(drifts, middle, per_year), axis=1) > rate
         low, high = np.where(too_many, middle, low), np.where(too_many, high, middle)

@@ -77,8 +77,9 @@ def figure_case_study(
 def _curves(axes: Axes, speed: Floats, curves: Floats) -> None:
     for i, curve in enumerate(curves):
         share = i / max(1, len(curves) - 1)
-        named = {0: "first cycle", len(curves) - 1: "last cycle"}.get(i)
-        axes.plot(speed, curve, color=tuple(_EARLY + share * (_LATE - _EARLY)), lw=1.0, label=named)
+        color = tuple(_EARLY + share * (_LATE - _EARLY))
+        axes.plot(speed, curve, color=color, lw=0.8, label=None if share < 1.0 else "last cycle")
+    axes.plot(speed, curves[0], color=MEASURED, lw=1.4, label="first cycle")
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel("motor speed, rad/s")
     axes.set_ylabel("friction, N m")
@@ -91,7 +92,8 @@ def _test(axes: Axes, title: str, trace: Trace) -> None:
     axes.plot(cycle, trace.statistic, "-o", ms=2.5, color=MEASURED, label="statistic")
     axes.plot(cycle, trace.threshold, ls="--", color=INK, lw=1.0, label="threshold")
     beyond = trace.statistic > trace.threshold
-    axes.plot(cycle[beyond], trace.statistic[beyond], "o", ms=5, color=PREDICTED, label="beyond it")
+    label = "beyond it" if beyond.any() else None
+    axes.plot(cycle[beyond], trace.statistic[beyond], "o", ms=5, color=PREDICTED, label=label)
     axes.set_xlim(0.5, cycle.size + 0.5)
     axes.set_title(title)
     axes.set_xlabel("cycle")
@@ -107,5 +109,5 @@ def _decision(axes: Axes, judged: Judgement) -> None:
     axes.set_yticks(range(len(order)), [s.value for s in order])
     axes.set_ylim(-0.4, len(order) - 0.6)
     axes.set_xlim(0.5, cycle.size + 0.5)
-    axes.set_title(f"decision ({judged.detector})")
+    axes.set_title(f"decision: {judged.detector}")
     axes.set_xlabel("cycle")

@@ -92,20 +92,25 @@ def optimum(size: float, false_per_year: float, seeds: int = 4000) -> float:
 
 
 def measure(
-    healthy: int, noise: float, rise: float, *, robots: int = 400, years: float = 5.0
+    healthy: int,
+    noise: float,
+    rise: float,
+    *,
+    robots: int = 300,
+    years: float = 4.0,
+    per_year: float = 0.1,
 ) -> Delay:
     """Return the delay of the product's detector, told to look for this rise, and the optimum."""
-    detector = Cusum(Target(smallest_rise=rise))
+    detector = Cusum(Target(smallest_rise=rise, increased_per_year=per_year))
     rate, alarms = false_rate(detector, healthy, noise, robots, years)
-    rate = max(rate, 0.5 / (robots * years)) if not alarms else rate
+    rate = rate if alarms else 0.5 / (robots * years)
     delays = []
+    start = healthy + SETTLED
     for seed in range(robots):
         rng = np.random.default_rng(10_000 + seed)
-        values = LEVEL * (1.0 + noise * rng.standard_normal(healthy + SETTLED + 200))
-        start = healthy + SETTLED
+        values = LEVEL * (1.0 + noise * rng.standard_normal(start + 300))
         values[start:] += rise * LEVEL
         at = first_alarm(detector, values, healthy)
-        if at is not None and at < start:
-            continue
-        delays.append(200.0 if at is None else at - start + 1.0)
+        if at is None or at >= start:
+            delays.append(300.0 if at is None else at - start + 1.0)
     return Delay(healthy, noise, rise, rate, float(np.mean(delays)), optimum(rise / noise, rate))

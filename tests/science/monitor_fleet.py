@@ -7,7 +7,7 @@ compensation learned from the healthy nights, detectors.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -68,9 +68,15 @@ class Nights:
         stated = {name: STATED * np.abs(v) for name, v in values.items()}
         return FeatureSeries(DAY_S * (self.day - self.day[0]), values, stated, healthy)
 
-    def compensated(self, healthy: int) -> FeatureSeries:
-        """Return the features as the product gives them to its detectors."""
-        raw = self.raw(healthy)
+    def compensated(self, healthy: int | None) -> FeatureSeries:
+        """Return the features as the product gives them to its detectors.
+
+        Parameters
+        ----------
+        healthy : int or None
+            The baseline's length; None lets the product's rule choose.
+        """
+        raw = self.raw(1)
         table = Features(
             raw.values,
             raw.deviations,
@@ -141,7 +147,7 @@ def low_speed_share(joint: Joint) -> float:
     return float(worn[0] / low[0] - 1.0)
 
 
-def episodes(states: Mapping[int, str] | tuple[object, ...], state: object) -> int:
+def episodes(states: Sequence[object], state: object) -> int:
     """Return how many times a state was entered."""
     marks = np.array([s is state for s in states])
     return int(np.count_nonzero(np.diff(np.concatenate(([0], marks.astype(int)))) == 1))

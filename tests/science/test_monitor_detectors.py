@@ -1,0 +1,222 @@
+"""What every detector must keep to, and what the tuned CUSUM promises."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from agent.identify.result import Floats
+from agent.monitor.cusum import Cusum
+from agent.monitor.detectors import DETECTORS, detector
+from agent.monitor.run_length import brook_evans, siegmund, threshold_for
+from agent.monitor.series import FEATURES, FeatureSeries, State
+from agent.monitor.standing import standing
+from agent.monitor.tuning import Target, tune
+from tests.benchmarks.monitor_delay import LEVEL, first_alarm, measure, series_of
+from tests.science.monitor_fleet import Life, episodes, live, low_speed_share
+from tests.science.monitor_joint import DAY_S
+
+ORDER = list(State)
+HEALTHY = 20
+WORDS = sorted(DETECTORS)
+
+
+def made(seed: int, rise: float = 0.0, n: int = 50, missing: float = 0.0) -> FeatureSeries:
+    """Return four features that rise together from cycle 30 on."""
+    rng = np.random.default_rng(seed)
+    values, deviations, shared = {}, {}, {}
+    ramp = rise * np.maximum(0.0, np.arange(n) - 30.0)
+    for name in FEATURES:
+        y = 5.0 * (1.0 + 0.01 * rng.standard_normal(n) + ramp)
+        y[(rng.uniform(size=n) < missing) & (np.arange(n) >= HEALTHY)] = np.nan
+        values[name], deviations[name] = y, np.full(n, 0.06)
+        shared[name] = 0.03 * rng.uniform(size=n)
+    return FeatureSeries(DAY_S * np.arange(n, dtype=float), values, deviations, HEALTHY, shared)
+
+
+def each(series: FeatureSeries, change: Callable[[Floats], Floats]) -> FeatureSeries:
+    """Return a series whose features and deviations are changed, and the time cut as they are."""
+    parts = (
+        {name: change(v) for name, v in part.items()}
+        for part in (series.values, series.deviations, series.shared)
+    )
+    values, deviations, shared = parts
+    time_s = series.time_s[: next(iter(values.values())).size]
+    return FeatureSeries(time_s, values, deviations, series.healthy, shared)
+
+
+def scaled(series: FeatureSeries, factor: float) -> FeatureSeries:
+    return each(series, lambda v: factor * v)
+
+
+def prefix(series: FeatureSeries, count: int) -> FeatureSeries:
+    return each(series, lambda v: v[:count])
+
+
+@pytest.mark.parametrize("word", WORDS)
+@settings(max_examples=10, deadline=None)
+@given(
+    seed=st.integers(0, 10_000),
+    rise=st.floats(0.0, 0.1),
+    count=st.integers(HEALTHY, 49),
+    power=st.integers(-10, 10),
+)
+def test_no_detector_knows_the_future_or_the_unit(
+    word: str, seed: int, rise: float, count: int, power: int
+) -> None:
+    """What is said of the first cycles is said without the later ones; mN m is as good as N m."""
+    series = made(seed, rise, missing=0.1)
+    states = detector(word).judge(series).states
+    assert detector(word).judge(prefix(series, count)).states == states[:count]
+    assert detector(word).judge(scaled(series, 2.0**power)).states == states
+
+
+@pytest.mark.parametrize("word", ["cusum", "3-sigma", "likelihood-ratio"])
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 10_000), rise=st.floats(0.0, 0.05), more=st.floats(0.0, 0.05))
+def test_more_friction_is_never_less_of_an_alarm(
+    word: str, seed: int, rise: float, more: float
+) -> None:
+    low, high = (detector(word).judge(made(seed, r)).states for r in (rise, rise + more))
+    assert all(ORDER.index(a) <= ORDER.index(b) for a, b in zip(low, high, strict=True))
+
+
+@pytest.mark.parametrize("word", ["cusum", "multi-model", "likelihood-ratio"])
+def test_a_rise_is_found_and_h1_comes_after_h0(word: str) -> None:
+    for seed in range(5):
+        judged = detector(word).judge(made(seed, 0.03))
+        first, high = judged.first(State.INCREASED), judged.first(State.HIGH)
+        assert first is not None, seed
+        assert high is not None, seed
+        assert 30 < first < high, seed
+
+
+@pytest.mark.parametrize("word", sorted(DETECTORS.keys() - {"thesis-recursive"}))
+def test_one_bad_cycle_is_no_h1_and_for_the_product_no_alarm(word: str) -> None:
+    """Not so the thesis's recursive reading, whose sum outlasts the cycle (docs/detection.md)."""
+    for seed in range(5):
+        series = made(seed)
+        for y in series.values.values():
+            y[40] *= 3.0
+        states = detector(word).judge(series).states
+        assert State.HIGH not in states, seed
+        if word in ("cusum", "multi-model", "3-sigma"):
+            assert set(states) == {State.NO_FAULT}, seed
+
+
+def test_missing_cycles_change_no_state() -> None:
+    series = made(3, 0.03, missing=0.4)
+    judged = Cusum().judge(series)
+    lost = np.flatnonzero(
+        np.isnan(series.values["low_integral_w"]) & np.isnan(series.values["integral_w"])
+    )
+    assert lost.size
+    assert all(judged.states[i] is judged.states[i - 1] for i in lost)
+
+
+def test_an_error_that_compensation_shares_is_no_rise() -> None:
+    """3 % more in all of a season that the healthy cycles did not see, and said to be unsure."""
+    series = made(1, n=80)
+    for name, y in series.values.items():
+        y[40:] *= 1.03
+        series.shared[name][40:] = 0.03 * 5.0
+        series.deviations[name][40:] = np.hypot(0.05, 0.15)
+    assert set(Cusum().judge(series).states) == {State.NO_FAULT}
+    sure = dataclasses.replace(series, shared={k: 0.0 * v for k, v in series.shared.items()})
+    sure = dataclasses.replace(sure, deviations={k: 0.0 * v + 0.05 for k, v in sure.values.items()})
+    assert State.INCREASED in Cusum().judge(sure).states
+
+
+@pytest.mark.parametrize(("drift", "threshold"), [(-0.5, 3.0), (-1.0, 1.5), (0.5, 4.0)])
+def test_run_lengths_agree_with_each_other_and_with_simulation(
+    drift: float, threshold: float
+) -> None:
+    rng = np.random.default_rng(2)
+    g, lengths, running = np.zeros(1500), np.zeros(1500), np.ones(1500, dtype=bool)
+    while running.any():
+        g = np.maximum(0.0, g + drift + rng.standard_normal(g.size))
+        lengths += running
+        running &= g <= threshold
+    chain = brook_evans(drift, threshold)
+    standard_error = float(np.std(lengths)) / np.sqrt(lengths.size)
+    assert float(np.mean(lengths)) == pytest.approx(chain, abs=4.0 * standard_error)
+    assert float(siegmund(drift, threshold)) == pytest.approx(chain, rel=0.1)
+
+
+def test_one_cycle_that_may_not_decide_makes_runs_longer() -> None:
+    assert brook_evans(-0.5, 3.0, ceiling=1.5) > brook_evans(-0.5, 3.0)
+    assert float(siegmund(-0.5, threshold_for(-0.5, 500.0))) == pytest.approx(500.0)
+
+
+def flat(healthy: int, noise: float, seed: int = 0) -> FeatureSeries:
+    rng = np.random.default_rng(seed)
+    return series_of(LEVEL * (1.0 + noise * rng.standard_normal(healthy)), healthy)
+
+
+def test_tuning_asks_more_of_a_short_and_a_noisy_baseline_and_says_what_it_leaves_open() -> None:
+    target = Target()
+    short, long, noisy = (
+        tune(standing(flat(n, noise), "low_integral_w"), target, 365.25)
+        for n, noise in ((15, 0.01), (200, 0.01), (200, 0.03))
+    )
+    assert short.decidable
+    assert short.delay_cycles > long.delay_cycles
+    assert noisy.delay_cycles > long.delay_cycles
+    assert short.rate_ci95_per_year[1] > 2.0 * long.rate_ci95_per_year[1]
+    assert "false alarms from noise between" in short.sentence
+    for tuning in (short, long, noisy):
+        assert tuning.rate_per_year == pytest.approx(0.05, rel=0.01)
+
+
+@pytest.mark.parametrize("healthy", [1, 3])
+def test_too_short_a_baseline_is_not_decidable_and_never_an_alarm(healthy: int) -> None:
+    series = dataclasses.replace(made(0, 0.05), healthy=healthy)
+    tunings = Cusum().tunings(series)
+    assert all("not decidable" in t.sentence for t in tunings.values())
+    assert set(Cusum().judge(series).states) == {State.NO_FAULT}
+
+
+def test_the_false_alarm_rate_is_the_one_asked_for() -> None:
+    """Asked for six a year: half for noise, the other half for the law, which is exact here."""
+    robots, nights, alarms, watched = 60, 365, 0, 0
+    for seed in range(robots):
+        rng = np.random.default_rng(seed)
+        values: Floats = LEVEL * (1.0 + 0.02 * rng.standard_normal(60 + nights))
+        at = first_alarm(Cusum(Target(increased_per_year=6.0)), values, 60)
+        alarms += at is not None
+        watched += nights if at is None else at - 59
+    assert 0.5 <= alarms / (watched / 365.25) <= 4.0
+
+
+def test_the_delay_is_near_the_optimum() -> None:
+    """A slice of ``tests.benchmarks.monitor``, at a false-alarm rate that few robots show."""
+    delay = measure(120, 0.02, 0.03, robots=40, years=1.0, per_year=6.0)
+    assert delay.ratio <= 1.6, delay
+
+
+def test_a_simulated_fleet_is_quiet_when_healthy_and_its_wear_is_found() -> None:
+    """A slice of ``tests.benchmarks.monitor``: seasons, payloads, bad cycles, the whole chain."""
+    life = Life(nights=60 + 240)
+    false = sum(
+        episodes(Cusum().judge(live(life, s).compensated(60)).states, State.INCREASED)
+        for s in range(12)
+    )
+    assert false <= 2
+    found = []
+    for seed in range(8):
+        wear = 0.3 * np.maximum(0.0, np.arange(life.nights) - 90.0) / 365.0
+        nights = live(life, 500 + seed, wear / low_speed_share(life.joint))
+        judged = Cusum().judge(nights.compensated(60))
+        at = judged.first(State.INCREASED)
+        found.append(np.inf if at is None else 0.3 * (nights.day[at] - 90.0) / 365.0)
+    assert np.median(found) <= 0.08
+
+
+def test_an_unknown_word_names_the_known_ones() -> None:
+    with pytest.raises(ValueError, match="cusum, thesis"):
+        detector("magic")
