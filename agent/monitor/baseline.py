@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.identify.result import Floats
-from agent.monitor.compensation import PRIORS, Compensated, Conditions, Index, Law, learn
+from agent.monitor.compensation import PRIORS, Compensated, Conditions, Index, Law
+from agent.monitor.compensation_fit import learn
 from agent.monitor.cycle import Cycle
 from agent.monitor.features import CycleFeatures, SpeedGrid
 from agent.monitor.series import FEATURES, FeatureSeries

@@ -10,7 +10,8 @@ import numpy as np
 
 from agent.identify.result import Floats
 from agent.monitor.baseline import conditions_of, mean_rows
-from agent.monitor.compensation import ONE_SPEED, PRIORS, Conditions, Law, Prior, learn
+from agent.monitor.compensation import ONE_SPEED, PRIORS, Conditions, Law, Prior
+from agent.monitor.compensation_fit import learn
 from agent.monitor.cycle import Cycle
 from agent.monitor.features import CycleFeatures, SpeedGrid
 

@@ -7,10 +7,10 @@ A feature (or the friction at one speed) is taken as
 with the columns phi(c) of a cycle's conditions c:
 
 - temperature: with x = T - Tr either x itself (thesis App. A: the integral falls about linearly)
-  or Tv (1 - exp(-x / Tv)), the viscosity's fall of the extended law
-  (`agent.physics.friction_extended`), and x^2 / 2 for what either lacks. The straight line and
-  several Tv are weighed by how well each predicts healthy cycles that it has not seen; what the
-  healthy cycles do not tell apart stays side by side, and widens the prediction where it differs;
+  or what a film's viscosity loses, Tv (1 - exp(-x / Tv + 0.1 (x / Tv)^2)), and x^2 / 2 for what
+  either lacks. The straight line and several Tv are weighed by how well each predicts healthy
+  cycles that it has not seen; what the healthy cycles do not tell apart stays side by side, and
+  widens the prediction where it differs;
 - payload and load (mean of |gravity|), where the healthy cycles differ in them.
 
 The coefficients b have broad priors, in shares of the level (`Prior`). Where the healthy cycles
@@ -39,15 +39,8 @@ from agent.identify.result import Floats
 Mask = NDArray[np.bool_]
 Index = NDArray[np.bool_] | NDArray[np.signedinteger[Any]]
 
-_DECAYS_K = (math.inf, 60.0, 35.0, 20.0, 12.0)
-_USUAL_SCATTER = 0.005  # of the level, from cycle to cycle, worth `_SCATTER_CYCLES` of them
-_SCATTER_CYCLES = 2.0
-_BISECTIONS = 16
+_DECAY_GROWTH = 0.2
 _PAYLOAD_SHARE = 0.15  # what the whole payload may do to friction (one standard deviation)
-_VARIES = 1e-3
-_OUTLIER = 5.0  # robust deviations
-_FEWEST_INSIDE = 3
-_UNSURE = 1e4  # variance of a cycle that is not one of the others, in squared levels
 _EDGE = 0.15  # of the healthy span: so far beyond is no extrapolation
 _LEAST_EDGE_K = 1.0
 
@@ -57,7 +50,7 @@ class Prior:
     """What is held likely of temperature before a cycle was seen; shares of the level.
 
     Middle and standard deviation of the slope at the reference temperature; standard deviation,
-    about zero, of the second derivative that neither line nor exponential has.
+    about zero, of the second derivative that neither line nor viscosity has.
     """
 
     slope_per_k: float
@@ -134,7 +127,7 @@ class Basis:
         out = []
         if self.temperature:
             x = conditions.temperature_degc - self.reference[0]
-            bent = x if math.isinf(decay_k) else -decay_k * np.expm1(-x / decay_k)
+            bent = x if math.isinf(decay_k) else decay_k * _thinned(x / decay_k)
             out += [bent, 0.5 * x**2]
         if self.payload_scale_kg:
             out.append(_apart(conditions.payload_kg, self.reference[1]) / self.payload_scale_kg)
@@ -149,6 +142,17 @@ class Basis:
         middle = [prior.slope_per_k, 0.0] if self.temperature else []
         width = [prior.slope_deviation_per_k, prior.curvature_per_k2] if self.temperature else []
         return np.array(middle + [0.0] * loads), np.array(width + [_PAYLOAD_SHARE] * loads)
+
+
+def _thinned(fall: Floats) -> Floats:
+    """Return what a film's viscosity has lost, as a share, after `fall` decays of temperature.
+
+    The decay itself grows with temperature: for each of the thesis's three oils (viscosities at 40
+    and 100 degC by Walther's law) the logarithm bends by 0.19 to 0.20 of its slope's square between
+    20 and 50 degC.
+    """
+    reach = np.minimum(fall, 1.0 / _DECAY_GROWTH)
+    return np.asarray(-np.expm1(-reach + 0.5 * _DECAY_GROWTH * reach**2))
 
 
 def _apart(values: Floats, reference: float) -> Floats:
@@ -200,11 +204,11 @@ class Law:
 
     @property
     def name(self) -> str:
-        """Return ``none``, ``linear`` or ``exponential``: the shape of the greatest weight."""
+        """Return ``none``, ``linear`` or ``viscosity``: the shape of the greatest weight."""
         if not self.basis.temperature:
             return "none"
         likeliest = max(self.bends, key=lambda b: b.weight)
-        return "linear" if math.isinf(likeliest.decay_k) else "exponential"
+        return "linear" if math.isinf(likeliest.decay_k) else "viscosity"
 
     @property
     def slope_per_k(self) -> tuple[float, float]:
@@ -272,168 +276,3 @@ class Law:
         most = np.maximum(np.maximum(payload, self.basis.highest[1]), 1e-9)
         share = np.where(np.isfinite(payload), apart / most, 0.0)
         return np.asarray((_PAYLOAD_SHARE * share) ** 2)
-
-
-def learn(conditions: Conditions, values: Floats, deviations: Floats, prior: Prior) -> Law:
-    """Learn one feature's law from healthy cycles.
-
-    Parameters
-    ----------
-    conditions : Conditions
-        Of the n healthy cycles. Temperature is known for all of them or for none.
-    values, deviations : ndarray, shape (n,)
-        The feature, and the standard deviation of its measurement.
-    prior : Prior
-
-    Raises
-    ------
-    ValueError
-        There is no cycle, or some have a temperature and some do not.
-    """
-    if not values.size:
-        raise ValueError("expected healthy cycles, got none")
-    known = np.isfinite(conditions.temperature_degc)
-    if known.any() and not known.all():
-        raise ValueError("expected a temperature for all healthy cycles or for none")
-    basis = _basis(conditions)
-    size = float(np.median(values))
-    size = size if abs(size) > 0.0 else 1.0
-    y, noise = values / size, deviations / abs(size)
-    centre, width = basis.prior(prior)
-    decays = _DECAYS_K if basis.temperature else _DECAYS_K[:1]
-    columns = [basis.columns(conditions, decay_k) for decay_k in decays]
-    best = 0
-    for _ in range(2):  # a scatter about a shape that does not fit is too large: once more
-        variance, scatter = _variance(columns[best], y, noise, centre, width)
-        solved = [_solve(own, y, 1.0 / variance, centre, width) for own in columns]
-        best = int(np.argmax([s.unseen for s in solved]))
-    merit = np.array([s.unseen for s in solved])
-    weight = np.exp(merit - merit.max())
-    bends = tuple(
-        Bend(decay_k, float(w), s.coefficients, s.covariance, s.middle)
-        for decay_k, w, s in zip(decays, weight / weight.sum(), solved, strict=True)
-    )
-    moved = sum(b.weight * float(b.middle @ b.coefficients) for b in bends)
-    return Law(
-        basis=basis,
-        bends=bends,
-        level=size * (solved[0].mean - moved),
-        level_deviation=abs(size) * solved[0].mean_deviation,
-        size=size,
-        scatter=abs(size) * scatter,
-        cycles=int(y.size),
-    )
-
-
-def _basis(conditions: Conditions) -> Basis:
-    """Return the columns that these healthy cycles can be asked for."""
-    given = (conditions.temperature_degc, conditions.payload_kg, conditions.load_nm)
-    known = [values[np.isfinite(values)] for values in given]
-    mean, low, high = (
-        tuple(float(f(v)) if v.size else math.nan for v in known) for f in (np.mean, np.min, np.max)
-    )
-    payload = high[1] if known[1].size and np.ptp(known[1]) > _VARIES * max(high[1], 1e-9) else 0.0
-    load = 0.0
-    if known[2].size == conditions.load_nm.size and known[2].size:
-        load = _spread_beyond_noise(conditions)
-    return Basis(
-        temperature=bool(known[0].size),
-        reference=(mean[0], mean[1], mean[2]),
-        lowest=(low[0], low[1], low[2]),
-        highest=(high[0], high[1], high[2]),
-        payload_scale_kg=payload,
-        load_scale_nm=load,
-    )
-
-
-def _spread_beyond_noise(conditions: Conditions) -> float:
-    """Return the load's span where it differs by more than a tenth, and payload does not say so."""
-    load, payload = conditions.load_nm, conditions.payload_kg
-    span = float(np.ptp(load))
-    if span < 0.1 * float(np.mean(load)):
-        return 0.0
-    if np.all(np.isfinite(payload)) and np.ptp(payload) > 0.0:
-        return 0.0
-    return span
-
-
-def _variance(
-    columns: Floats, y: Floats, noise: Floats, centre: Floats, width: Floats
-) -> tuple[Floats, float]:
-    """Return each cycle's variance, and the scatter in it; a cycle far off its fellows is unsure.
-
-    How far a cycle is off tells whether it is one of them: its distance from the rest in robust
-    deviations. One that is not counts for next to nothing, and does not widen the others.
-    """
-    variance = _scatter(columns, y, noise, centre, width)
-    left = y - _solve(columns, y, 1.0 / variance, centre, width).predicted
-    robust = max(1.4826 * float(np.median(np.abs(left - np.median(left)))), 1e-3 * _USUAL_SCATTER)
-    inside = np.abs(left) <= _OUTLIER * np.maximum(robust, noise)
-    if np.all(inside) or np.count_nonzero(inside) < max(_FEWEST_INSIDE, 0.8 * y.size):
-        return variance, math.sqrt(float(np.median(variance - noise**2)))
-    kept = _scatter(columns[inside], y[inside], noise[inside], centre, width)
-    between = float(np.median(kept - noise[inside] ** 2))
-    return np.where(inside, noise**2 + between, _UNSURE), math.sqrt(between)
-
-
-@dataclass(frozen=True)
-class _Solved:
-    """Weighted ridge regression about the weighted mean.
-
-    `unseen` is the logarithm of the density of every cycle, predicted from the others, summed;
-    `freedom` the number of parameters that the data use up.
-    """
-
-    mean: float
-    mean_deviation: float
-    coefficients: Floats
-    covariance: Floats
-    middle: Floats
-    predicted: Floats
-    unseen: float
-    freedom: float
-
-
-def _solve(columns: Floats, y: Floats, weight: Floats, centre: Floats, width: Floats) -> _Solved:
-    """Solve for the mean (no prior) and the coefficients (normal prior) under given weights."""
-    total = float(weight.sum())
-    middle: Floats = np.asarray(weight @ columns / total, dtype=np.float64)
-    mean = float(weight @ y) / total
-    away, left = columns - middle, y - mean
-    precision = (away.T * weight) @ away + np.diag(1.0 / width**2)
-    covariance: Floats = np.asarray(np.linalg.inv(precision), dtype=np.float64)
-    pull = np.asarray((away.T * weight) @ left + centre / width**2, dtype=np.float64)
-    coefficients = covariance @ pull
-    predicted: Floats = np.asarray(mean + away @ coefficients, dtype=np.float64)
-    leverage = weight * (1.0 / total + np.einsum("ni,ij,nj->n", away, covariance, away))
-    seen = np.maximum(1.0 - leverage, 1e-6)
-    unseen = 0.5 * float(np.sum(np.log(seen * weight) - weight * (y - predicted) ** 2 / seen))
-    return _Solved(
-        mean,
-        1.0 / math.sqrt(total),
-        coefficients,
-        covariance,
-        middle,
-        predicted,
-        unseen,
-        float(leverage.sum()),
-    )
-
-
-def _scatter(columns: Floats, y: Floats, noise: Floats, centre: Floats, width: Floats) -> Floats:
-    """Return each cycle's variance: its noise, and a scatter that makes the residuals fit.
-
-    The scatter is where the weighted squares equal their degrees of freedom (Paule and Mandel,
-    J. Res. NBS 87 (1982) 377), together with a few imagined cycles of a usual scatter.
-    """
-    usual = _USUAL_SCATTER**2
-    low, high = 0.0, 10.0 * (float(np.var(y)) + usual)
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (low + high)
-        variance = noise**2 + middle
-        solved = _solve(columns, y, 1.0 / variance, centre, width)
-        squares = float(np.sum((y - solved.predicted) ** 2 / variance))
-        squares += _SCATTER_CYCLES * usual / max(middle, 1e-18)
-        freedom = y.size - solved.freedom + _SCATTER_CYCLES
-        low, high = (middle, high) if squares > freedom else (low, middle)
-    return np.asarray(noise**2 + 0.5 * (low + high))

@@ -6,24 +6,18 @@ Nothing is left out in silence: every cycle that is set aside has its sentence.
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-
-import numpy as np
 
 from agent.monitor.cycle import Cycle, Joint
 from agent.monitor.events import Event, events_between, events_said, visitors
 from agent.monitor.features import CycleFeatures, SpeedGrid, features_of, grid_of
+from agent.monitor.history_notes import SET_CLOCK_S, notes_on, usual
 
-_SET_CLOCK_S = 946_684_800.0  # 2000-01-01: a clock that shows less was never set
 _SAME_START_S = 0.5
 _OVERLAP_S = 1.0
 _FIRST = 8  # cycles whose common range the grid is
-_GAP = 10.0  # times the usual interval
-_LEAST_GAP_S = 2.0 * 86_400.0
-_DAY_S = 86_400.0
 _STRANGER = (
     "its serial numbers are those of other parts than before and after: another joint's cycle "
     "under this one's name"
@@ -135,7 +129,7 @@ def _history(
         grid,
         _segments(kept, events),
         tuple(aside),
-        tuple(_notes(cycles, kept)),
+        tuple(notes_on(cycles, kept)),
     )
 
 
@@ -149,7 +143,7 @@ def _undated(cycles: Sequence[Cycle]) -> dict[int, str]:
     for i, cycle in enumerate(cycles):
         if not math.isfinite(cycle.started_s):
             out[i] = "it does not say when it started (started_at)"
-        elif cycle.started_s < _SET_CLOCK_S:
+        elif cycle.started_s < SET_CLOCK_S:
             out[i] = f"its clock was not set: started_at is {cycle.started_at}"
     return out
 
@@ -218,14 +212,9 @@ def _grid(cycles: Sequence[Cycle], low_rad_s: float | None) -> SpeedGrid | None:
     """Return the common speeds of the first cycles of the usual trajectory."""
     if not cycles:
         return None
-    usual = _usual(cycles, lambda c: c.trajectory)
-    first = [c.curve for c in cycles if c.trajectory == usual and c.curve is not None][:_FIRST]
+    common = usual(cycles, lambda c: c.trajectory)
+    first = [c.curve for c in cycles if c.trajectory == common and c.curve is not None][:_FIRST]
     return grid_of(first, low_rad_s)
-
-
-def _usual(cycles: Sequence[Cycle], key: Callable[[Cycle], str]) -> str:
-    """Return the most frequent value; the earliest one of several."""
-    return Counter(key(c) for c in cycles).most_common(1)[0][0]
 
 
 def _narrow(cycle: Cycle, grid: SpeedGrid) -> str:
@@ -256,70 +245,3 @@ def _segments(cycles: Sequence[Cycle], events: Sequence[Event]) -> tuple[Segment
         Segment(start, stop, tuple(begins.get(start, ())))
         for start, stop in pairwise([*cuts, len(cycles)])
     )
-
-
-def _notes(given: Sequence[Cycle], kept: Sequence[Cycle]) -> list[str]:
-    """Say what does not set a cycle aside, and yet is to be known."""
-    notes = []
-    if kept and not any(math.isfinite(c.temperature_degc) for c in kept):
-        notes.append(
-            "no cycle has a gearbox temperature: friction is compared uncompensated, and a warmer "
-            "or colder joint looks like a change"
-        )
-    unknown = sum(math.isnan(c.payload_kg) for c in kept)
-    if 0 < unknown < len(kept):
-        notes.append(f"{unknown} of {len(kept)} cycles do not say their payload")
-    usual = _usual(kept, lambda c: c.trajectory) if kept else ""
-    others = sum(c.trajectory != usual for c in kept)
-    if others:
-        notes.append(
-            f"{others} of {len(kept)} cycles ran another trajectory; they are compared over the "
-            "common speeds, by straight lines between their own"
-        )
-    return [*notes, *_gaps(kept), *_backwards(given)]
-
-
-def _gaps(cycles: Sequence[Cycle]) -> list[str]:
-    """Say where the history has holes."""
-    apart = np.diff([c.started_s for c in cycles])
-    if apart.size < 3:
-        return []
-    limit = max(_GAP * float(np.median(apart)), _LEAST_GAP_S)
-    holes = np.flatnonzero(apart > limit)
-    if not holes.size:
-        return []
-    longest = int(holes[np.argmax(apart[holes])])
-    return [
-        f"the history has {holes.size} gap{'s' * (holes.size > 1)} of more than "
-        f"{limit / _DAY_S:.0f} days; the longest, {apart[longest] / _DAY_S:.0f} days, follows "
-        f"{cycles[longest].started_at[:10]}"
-    ]
-
-
-def _backwards(cycles: Sequence[Cycle]) -> list[str]:
-    """Say where the names of the recordings run on while their clock runs back."""
-    dated = [c for c in cycles if c.started_s >= _SET_CLOCK_S]
-    names = sorted(dated, key=lambda c: natural(c.name))
-    back = [(a, b) for a, b in pairwise(names) if b.started_s < a.started_s]
-    # Names that say nothing about time run back about every second time.
-    if not back or len(back) > max(1, len(names) // 10):
-        return []
-    before, after = back[0]
-    return [
-        f"the clock ran back: by name {after.name} follows {before.name}, by started_at it came "
-        "before; the order of started_at is kept"
-    ]
-
-
-def natural(name: str) -> list[tuple[int, int, str]]:
-    """Return a sort key under which numbers in names count as numbers."""
-    out: list[tuple[int, int, str]] = []
-    digits = text = ""
-    for letter in f"{name.casefold()}\0":
-        if letter.isdecimal():
-            out += [(1, 0, text)] if text else []
-            digits, text = digits + letter, ""
-        else:
-            out += [(0, int(digits), "")] if digits else []
-            digits, text = "", text + letter
-    return out

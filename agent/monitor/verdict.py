@@ -9,26 +9,25 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
 
 import numpy as np
 
 from agent.identify.result import Floats
 from agent.monitor.baseline import Baseline, baseline_of, compensated, features_table, series_of
 from agent.monitor.change_time import ChangeTime, change_time
-from agent.monitor.comparison import Comparison, Effect, compare
+from agent.monitor.comparison import Comparison, compare
 from agent.monitor.compensation import Compensated
 from agent.monitor.cycle import Cycle
 from agent.monitor.history import JointHistory, Segment
 from agent.monitor.outlook import Outlook, outlook
 from agent.monitor.reasons import Beside, Reasons, reasons_of
 from agent.monitor.series import Detector, FeatureSeries, Judgement, State
+from agent.monitor.verdict_words import alarmed, as_sentence, day, quiet, since
 
 NOW = 3
 """The last so many cycles are compared with the baseline."""
 
 NOT_DECIDABLE = "not-decidable"
-_NOTABLE_PERCENT = 3.0
 _NOBODY = "the detector has no threshold for these cycles"
 
 
@@ -96,13 +95,13 @@ class Finding:
         out = []
         if self.change is not None and self.change.decidable and self.current is not None:
             start = self.history.cycles[self.current.segment.start].started_s
-            low, high = (_day(start + t) for t in self.change.time_ci95_s)
+            low, high = (day(start + t) for t in self.change.time_ci95_s)
             shape, share = max(self.change.shapes.items(), key=lambda s: s[1])
             how = f"as a {shape} ({100.0 * share:.0f} %)"
             out.append(f"The change began between {low} and {high} (95 %), {how}.")
         elif self.change is not None:
-            out.append(_sentence(self.change.sentence))
-        return (*out, *([_sentence(self.outlook.sentence)] if self.outlook is not None else []))
+            out.append(as_sentence(self.change.sentence))
+        return (*out, *([as_sentence(self.outlook.sentence)] if self.outlook is not None else []))
 
     @property
     def current(self) -> Track | None:
@@ -182,7 +181,7 @@ def _judged(
     )
     state = last.judgement.states[-1]
     if state is State.NO_FAULT:
-        sentence = _quiet(found, last)
+        sentence = quiet(found, last.baseline.cycles)
         return Finding(history, detector.name, tracks, state.value, sentence, found)
     reasons = reasons_of(found, history.grid.low_rad_s, _beside(cycles, last.baseline.cycles, now))
     change = change_time(last.series)
@@ -192,7 +191,7 @@ def _judged(
         detector.name,
         tracks,
         state.value,
-        _alarmed(state, found, reasons, _since(change, cycles)),
+        alarmed(state, found, reasons, since(change, cycles)),
         found,
         reasons,
         change,
@@ -227,61 +226,6 @@ def _moved(values: Floats, healthy: int, now: slice) -> tuple[float, float, floa
     return float(before.mean()), float(latest.mean() - before.mean()), deviation
 
 
-def _since(change: ChangeTime, cycles: tuple[Cycle, ...]) -> str:
-    """Return since when, in words; empty where that is not decidable."""
-    if not change.decidable:
-        return ""
-    return f" since about {_day(cycles[0].started_s + change.time_s)}"
-
-
-def _day(seconds: float) -> str:
-    return datetime.fromtimestamp(seconds, UTC).date().isoformat()
-
-
-def _alarmed(state: State, found: Comparison, reasons: Reasons, since: str) -> str:
-    word = "has risen a lot" if state is State.HIGH else "has increased"
-    cause = reasons.causes[0]
-    likely = reasons.likely
-    short = cause.words.split(" (")[0]
-    why = f"most likely {short}" if len(likely) == 1 else f"perhaps {short}, not told apart yet"
-    return (
-        f"Friction {word}: {_in_words(found.effects['low'])} at low speed, "
-        f"{_in_words(found.effects['high'])} at high speed{_at(found)}{since}; {why}."
-    )
-
-
-def _quiet(found: Comparison, last: Track) -> str:
-    off = [e for e in found.effects.values() if e.clear and abs(e.percent) > _NOTABLE_PERCENT]
-    word = (
-        "as it was" if not off else "lower than it was" if off[0].percent < 0.0 else "a little up"
-    )
-    return (
-        f"No alarm, friction is {word}: {_in_words(found.effects['low'])} at low speed, "
-        f"{_in_words(found.effects['high'])} at high speed{_at(found)}, against "
-        f"{last.baseline.cycles} healthy cycles."
-    )
-
-
-def _in_words(effect: Effect) -> str:
-    low, high = effect.ci95_percent
-    return f"{_signed(effect.percent)} % ({_signed(low)} to {_signed(high)} %)"
-
-
-def _sentence(words: str) -> str:
-    return f"{words[0].upper()}{words[1:]}."
-
-
-def _signed(percent: float) -> str:
-    return f"{percent:+.1f}".replace("-", "−")
-
-
-def _at(found: Comparison) -> str:
-    if not math.isfinite(found.temperature_degc):
-        return " (temperature unknown, not compensated)"
-    beyond = ", which the baseline has not seen" if found.extrapolated else ""
-    return f" at {found.temperature_degc:.0f} °C{beyond}"
-
-
 def _undecided(
     history: JointHistory,
     detector: Detector,
@@ -295,12 +239,12 @@ def _undecided(
 
 def _too_few(track: Track) -> str:
     baseline = track.baseline
-    since = ""
+    begun = ""
     if track.segment.events:
         event = track.segment.events[0]
-        since = f" since the {event.label} on {_day(event.at_s)}"
+        begun = f" since the {event.label} on {day(event.at_s)}"
     plural = "cycle" if baseline.needed == 1 else "cycles"
-    return f"{baseline.cycles} of {baseline.needed} healthy {plural}{since}"
+    return f"{baseline.cycles} of {baseline.needed} healthy {plural}{begun}"
 
 
 def _more_cycles(track: Track) -> tuple[str, ...]:
@@ -319,7 +263,7 @@ def _promise(detector: Detector, series: FeatureSeries) -> str:
     """Return what the detector's tuning promises; empty where it has none."""
     tunings = getattr(detector, "tunings", None)
     tuning = tunings(series).get("low_integral_w") if tunings is not None else None
-    return "" if tuning is None else _sentence(tuning.sentence)
+    return "" if tuning is None else as_sentence(tuning.sentence)
 
 
 def _unable(detector: Detector, series: FeatureSeries) -> str:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from agent.identify.result import Floats
-from agent.monitor.compensation import PRIORS, Conditions, Law, learn
+from agent.monitor.compensation import PRIORS, Conditions, Law
+from agent.monitor.compensation_fit import learn
 
 NAME = "integral_w"
 
@@ -55,6 +56,7 @@ def test_a_linear_feature_gives_its_slope_back_with_an_interval_that_covers() ->
     [
         (20.0, 35.0, 28.0, 0.85),  # inside
         (20.0, 35.0, 45.0, 0.85),  # ten degrees beyond
+        (20.0, 35.0, 10.0, 0.82),  # ten degrees colder, where oil thickens steeply
         (20.0, 23.0, 35.0, 0.85),  # twelve degrees beyond three seen ones
         (24.0, 24.2, 15.0, 0.8),  # nothing seen: the prior alone
     ],
