@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import socket
+from dataclasses import replace
 from pathlib import Path
 
 from agent.cell import read_cell
@@ -25,19 +27,18 @@ def run_serve(settings: PageSettings) -> None:
     from agent.web.application import create_page, first_token
 
     cell = read_cell(settings.cell_path)
-    page = create_page(settings)
-    token = first_token(page)
-    talker().print(f"Page of {cell.robot}: {settings.url} (Ctrl-C ends it)")
-    if token:
-        talker().print(
-            f"Nobody can log in yet. The first user, an engineer, is made with this token, once: "
-            f"{token}\nOpen {settings.url}welcome and give it there."
-        )
-    server = uvicorn.Server(
-        uvicorn.Config(
+    with _listening(settings) as listening:
+        settings = replace(settings, port=listening.getsockname()[1])
+        page = create_page(settings)
+        token = first_token(page)
+        talker().print(f"Page of {cell.robot}: {settings.url} (Ctrl-C ends it)")
+        if token:
+            talker().print(
+                "Nobody can log in yet. The first user, an engineer, is made with this token, "
+                f"once: {token}\nOpen {settings.url}welcome and give it there."
+            )
+        config = uvicorn.Config(
             page.app,
-            host=settings.host,
-            port=settings.port,
             ssl_certfile=settings.tls_cert,
             ssl_keyfile=settings.tls_key,
             log_level="warning",
@@ -49,14 +50,19 @@ def run_serve(settings: PageSettings) -> None:
             h11_max_incomplete_event_size=32768,
             limit_concurrency=500,
         )
-    )
-    server.run()
-    if not server.started:
+        uvicorn.Server(config).run(sockets=[listening])
+
+
+def _listening(settings: PageSettings) -> socket.socket:
+    """Return the socket that the page is served on."""
+    family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
+    try:
+        return socket.create_server((settings.host, settings.port), family=family, backlog=128)
+    except OSError as error:
         raise StorageError(
-            f"The page cannot listen on {settings.host} port {settings.port}: it is taken, or may "
-            "not be used.",
-            "Choose another with --port.",
-        )
+            f"The page cannot listen on {settings.host} port {settings.port}: {error.strerror}.",
+            "Choose another port with --port.",
+        ) from error
 
 
 def state_folder(cell: Path, state: Path | None) -> Path:
