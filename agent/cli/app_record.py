@@ -87,6 +87,23 @@ def retain(
     run_retain(folder, days, max_mb, url, apply=apply)
 
 
+@catalogue.command(short_help="write down a swap, an oil change, anything")
+def note(
+    folder: Folder,
+    kind: Annotated[str, typer.Argument(help="swap, oil, relubrication, or a word of your own.")],
+    text: Annotated[str, typer.Argument(help="One sentence.")],
+    robot: Annotated[str, typer.Option(help="Whose.")],
+    axis: Annotated[int | None, typer.Option(help="Which axis; else the whole robot.")] = None,
+    at: Annotated[str, typer.Option(help="When, ISO 8601; else now.")] = "",
+    by: Annotated[str, typer.Option(help="Who did it.")] = "",
+    url: Url = None,
+) -> None:
+    """Append an event to the folder's events; a swap or an oil change begins a new baseline."""
+    from agent.cli.catalogue import run_note
+
+    run_note(folder, kind, text, robot, axis, at, by, url)
+
+
 def verify(
     folder: Folder,
     recompute: Annotated[

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import json
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -12,8 +13,11 @@ import typer
 from agent.cli.exits import BAD_NEWS
 from agent.cli.talk import talker
 from agent.errors import InputError
+from agent.night.description import KINDS
 from agent.record.catalogue import Catalogue, RecordingRow, VerdictRow
+from agent.record.catalogue_rows import in_utc
 from agent.record.catalogue_schema import catalogue_url, shown
+from agent.record.events_file import Event
 from agent.record.reading import find
 from agent.record.retention import MEGABYTE, Limits, apply_retention, plan_retention
 from agent.record.verify import verify
@@ -90,6 +94,30 @@ def run_upgrade(folder: Path, url: str | None) -> None:
         before, now = catalogue.upgraded
     name = shown(catalogue_url(folder, url))
     typer.echo(f"{name}: {'made' if before is None else f'was at {before}'}, is at {now}.")
+
+
+def run_note(
+    folder: Path, kind: str, text: str, robot: str, axis: int | None, at: str, by: str,
+    url: str | None,
+) -> None:  # fmt: skip
+    """Append an event of a person to the folder's events.
+
+    Raises
+    ------
+    agent.errors.InputError
+        No time, no word, or a word that the night uses for its own.
+    """
+    _insist(folder)
+    when = in_utc(at) if at else wall_time_utc()
+    try:
+        datetime.datetime.fromisoformat(when)
+    except ValueError as error:
+        raise InputError(f"--at {at!r} is no time in ISO 8601.") from error
+    if not kind.isidentifier() or kind in (*KINDS, "begun", "night"):
+        raise InputError(f"{kind!r} cannot be the kind of a note.", "Say swap, oil, or a word.")
+    with Catalogue(folder, url) as catalogue:
+        row = catalogue.record_event(Event(when, kind, text, robot, axis, by=by))
+    typer.echo(f"{catalogue.folder / row.path}: line {row.line}")
 
 
 def run_retain(

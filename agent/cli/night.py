@@ -76,7 +76,7 @@ def run_night(cell_path: Path, night_file: Path | None, url: str | None, *, once
         night = Night(
             asked.cell.robot,
             asked.description,
-            CellAttempts(asked.path, asked.cell, asked.description, clock, stopped),
+            CellAttempts(asked.path, asked.cell, asked.description, clock, stopped, url),
             clock,
             noting(asked, url, sinks),
             [event for _, event in events],

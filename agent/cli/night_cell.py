@@ -48,6 +48,8 @@ class CellAttempts:
         For the window's end.
     stopped : callable
         Whether somebody has asked the night to stop: the cycle then stops, too.
+    catalogue_url : str, optional
+        Where the verdicts are kept besides their files.
     """
 
     path: Path
@@ -55,6 +57,7 @@ class CellAttempts:
     description: NightDescription
     clock: WallClock
     stopped: Callable[[], bool]
+    catalogue_url: str | None = None
 
     @property
     def folder(self) -> Path:
@@ -161,7 +164,10 @@ class CellAttempts:
                 kind = "stopped" if outcome.kind == "skip" else outcome.kind
                 about = {"file": recording.name}
                 return replace(outcome, kind=kind, recording=sha256, details=about)
+            from agent.cli.night_verdict import against_baseline
+
             verdict = read_verdict(verdict_path(recording))
+            verdict = against_baseline(recording, verdict, self.catalogue_url)
         except AgentError as error:
             return replace(outcome, kind="failed", sentence=str(error))
         return Outcome(

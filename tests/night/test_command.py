@@ -79,6 +79,10 @@ def test_a_night_from_the_window_to_a_verdict_that_verifies(cell: Path) -> None:
     (verdict_file,) = folder.glob("*.verdict.json")
     verdict = read_verdict(verdict_file)
     assert events[-1].recording == verdict.recording_sha256
+    # the monitor has judged: one cycle is no baseline, and that is said
+    assert events[-1].text == verdict.sentence
+    assert verdict.state == "not decidable"
+    assert verdict.baseline == (verdict.recording_sha256,)
     assert events[-1].details["numbers"]["coulomb_nm"] == verdict.numbers["coulomb_nm"]
     with Catalogue(folder) as catalogue:
         (row,) = catalogue.recordings()

@@ -207,6 +207,12 @@ def test_the_commands_from_a_folder_to_a_verified_catalogue(tmp_path: Path) -> N
     assert "removed   run2.parquet" in wet.stdout
     assert not (tmp_path / "run2.parquet").exists()
     assert run(app, ["verify", str(tmp_path)]).exit_code == 0
+    folder = str(tmp_path)
+    noted = run(app, ["catalogue", "note", folder, "oil", "new oil", "--robot", "r", "--axis", "1"])
+    assert "line 1" in noted.stdout
+    for bad in (["alarm", "x"], ["oil", "x", "--at", "gestern"]):
+        answer = run(app, ["catalogue", "note", folder, *bad, "--robot", "r"])
+        assert isinstance(answer.exception, InputError)
     seal_path(tmp_path / "run3.parquet").unlink()
     (tmp_path / "run3.parquet").unlink()
     assert run(app, ["verify", str(tmp_path)]).exit_code == 0  # gone with its seal: retention

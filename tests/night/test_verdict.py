@@ -1,0 +1,100 @@
+"""The night's verdict against the baseline: what of the monitor's finding is written down."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from agent.cli import night_verdict
+from agent.cli.night_verdict import against_baseline
+from agent.errors import InputError
+from agent.record.catalogue import Catalogue
+from agent.record.retention import Limits, plan_retention
+from agent.record.seal import content
+from agent.record.verdict_file import read_verdict, verdict_path
+from tests.record.test_catalogue import made
+
+AXIS = "cell7-irb6650-axis1"
+
+
+def finding(names: list[str], **changes: Any) -> Any:
+    """A monitor's finding as far as the night reads it: two cycles of baseline, then an alarm."""
+    joint = SimpleNamespace(robot="cell7-irb6650", axis=1)
+    cycles = tuple(SimpleNamespace(name=name) for name in names)
+    track = SimpleNamespace(
+        segment=SimpleNamespace(start=0), baseline=SimpleNamespace(cycles=min(2, len(names)))
+    )
+    values: dict[str, Any] = {
+        "history": SimpleNamespace(joint=joint, cycles=cycles, set_aside=()),
+        "current": track,
+        "alarm": True,
+        "status": "H1",
+        "sentence": "Friction has grown by 30 %.",
+        "timing": ("The change began in May.",),
+    }
+    return SimpleNamespace(**{**values, **changes})
+
+
+@pytest.fixture
+def recordings(tmp_path: Path) -> list[Path]:
+    return [made(tmp_path, f"{AXIS}-{day}", day=day) for day in (1, 2, 3, 4)]
+
+
+def judge_by(monkeypatch: pytest.MonkeyPatch, found: Any) -> list[Any]:
+    asked: list[Any] = []
+
+    def monitor(request: Any) -> Any:
+        asked.append(request)
+        if isinstance(found, Exception):
+            raise found
+        return SimpleNamespace(findings=(found,))
+
+    monkeypatch.setattr(night_verdict, "monitor", monitor)
+    return asked
+
+
+def test_an_alarm_is_written_with_its_baseline_which_then_never_goes(
+    recordings: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    newest = recordings[-1]
+    asked = judge_by(monkeypatch, finding([path.name for path in recordings]))
+    verdict = against_baseline(newest, read_verdict(verdict_path(newest)))
+    assert asked[0].patterns == [str(newest.parent / f"{AXIS}-*.parquet")]
+    assert (verdict.alarm, verdict.state) == (True, "H1")
+    assert verdict.sentence == "Friction has grown by 30 %. The change began in May."
+    assert verdict.baseline == tuple(content(path).sha256 for path in recordings[:2])
+    assert read_verdict(verdict_path(newest)) == verdict
+    with Catalogue(newest.parent) as catalogue:
+        catalogue.rebuild()
+        assert [v.alarm for v in catalogue.verdicts()] == [False, False, False, True]
+        fates = plan_retention(catalogue, Limits(days=0.0), "2027-01-01T00:00:00Z")
+    assert [fate.goes for fate in fates] == [False, False, True, False]
+
+
+def test_a_cycle_that_was_set_aside_is_no_alarm_of_its_own(
+    recordings: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    newest = recordings[-1]
+    found = finding([path.name for path in recordings[:-1]])
+    found.history.set_aside = (SimpleNamespace(name=newest.name, reason="another trajectory"),)
+    judge_by(monkeypatch, found)
+    verdict = against_baseline(newest, read_verdict(verdict_path(newest)))
+    assert not verdict.alarm
+    assert verdict.sentence.endswith("Not compared with its history: another trajectory.")
+    assert verdict.baseline == ()
+
+
+def test_a_history_that_cannot_be_judged_leaves_the_cycle_s_own_verdict(
+    recordings: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    newest = recordings[-1]
+    before = read_verdict(verdict_path(newest))
+    judge_by(monkeypatch, InputError("Nothing of this history can be used."))
+    verdict = against_baseline(newest, before)
+    assert verdict.sentence == (
+        f"{before.sentence} No verdict on its history: Nothing of this history can be used."
+    )
+    assert read_verdict(verdict_path(newest)) == before
