@@ -200,6 +200,14 @@ def test_a_stribeck_velocity_that_moves_is_chosen_only_where_it_does() -> None:
         assert all(s.ratio < 2.2 for s in scores), scores
 
 
+def test_what_the_temperatures_do_not_tell_of_the_stribeck_velocity_has_no_number() -> None:
+    found = fit_surface(surface_points(np.arange(24.0, 51.0, 4.0)))
+    growth = found.parameters["stribeck_velocity_growth_per_k"]
+    assert not growth.identified
+    assert np.isnan(growth.value)
+    assert "temperatures further apart" in growth.reason
+
+
 def test_surface_interval_holds_where_nothing_was_measured() -> None:
     law = FrictionParameters(stribeck_velocity_per_degc=0.0)
     inside = 0
