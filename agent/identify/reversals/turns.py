@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -54,6 +55,7 @@ class Track:
     driving_rad_s : ndarray
         Velocity behind a higher cutoff, which drives friction with memory: a turn that is rounded
         off would be remembered as a rounder one, and travel bears more noise than acceleration.
+        Between turns it never goes back: see `_one_way`.
     lead_rad : ndarray or None
         Motor angle less gear ratio times arm angle, as recorded; None without the arm's encoder.
     turns : tuple of Turn
@@ -163,7 +165,7 @@ def _track(number: int, signals: Signals, stretch: Stretch) -> Track | None:
         position_rad=smooth,
         velocity_rad_s=velocity,
         acceleration_rad_s2=np.gradient(velocity, period_s),
-        driving_rad_s=np.gradient(fine, period_s),
+        driving_rad_s=np.gradient(_one_way(fine, extremes), period_s),
         torque_nm=stretch.on_grid(signals, signals.torque_nm),
         lead_rad=lead,
         turns=_turns(smooth, velocity, extremes),
@@ -172,6 +174,25 @@ def _track(number: int, signals: Signals, stretch: Stretch) -> Track | None:
         place_error_rad=0.5 * step if step > 0.0 else error,
         cutoff_hz=cutoff,
     )
+
+
+def _one_way(position: Floats, extremes: Sequence[int]) -> Floats:
+    """Return the nearest position that goes one way between turns (isotonic regression).
+
+    Friction with memory counts travel, forth or back. What an encoder's steps add where the joint
+    is slow, close to its turns, would all count as travel, and the laws would have friction rise
+    sooner than it does: of two springs' viscous part this took 1 %.
+    """
+    from scipy.optimize import isotonic_regression
+
+    out = position.copy()
+    ends = [0, *extremes, position.size - 1]
+    for begin, end in itertools.pairwise(ends):
+        leg = position[begin : end + 1]
+        if leg.size > 1:
+            rises = bool(leg[-1] > leg[0])
+            out[begin : end + 1] = isotonic_regression(leg, increasing=rises).x
+    return out
 
 
 def _extremes(position: Floats, hysteresis_rad: float) -> list[int]:
