@@ -43,7 +43,13 @@ def run_watch(
     reference = read_all(dedicated)
     band = _band(recordings, reference, healthy, false_rate)
     rest = recordings[healthy:]
-    found = [watch_one(read_motion(signals_of(r)), band) for r in rest]
+    carried = [r.metadata.payload_kg for r in recordings[:healthy]]
+    found = [
+        _other_payload(r, carried, band) or watch_one(read_motion(signals_of(r)), band)
+        for r in rest
+    ]
+    for why in band.set_aside:
+        talker().print(f"Set aside: {why}")
     if as_json:
         typer.echo(json.dumps(_document(band, rest, found), indent=2, allow_nan=False))
     else:
@@ -73,6 +79,26 @@ def _band(
         return learn_band(model, motions, false_rate)
     except ValueError as error:
         raise InputError(f"Not decidable: {error}.") from error
+
+
+def _other_payload(
+    recording: Recording, carried: Sequence[float | None], band: HealthyBand
+) -> Watch | None:
+    """Return why a recording under another payload is not judged; None where it may be.
+
+    Inertia and gravity are those of the dedicated cycle: another payload would look like friction.
+    """
+    known = [kg for kg in carried if kg is not None]
+    own = recording.metadata.payload_kg
+    if own is None or not known or min(known) <= own <= max(known):
+        return None
+    span = f"{min(known):g}" if min(known) == max(known) else f"{min(known):g} to {max(known):g}"
+    why = (
+        f"{Path(recording.source).name}: the payload is {own:g} kg, in the healthy recordings "
+        f"{span} kg: inertia and gravity are others"
+    )
+    speeds = tuple(share * band.model.top_rad_s for share in band.shares)
+    return Watch(None, speeds, (), band.whiteness_threshold, None, (why,))
 
 
 def _in_order(recordings: Sequence[Recording]) -> list[Recording]:

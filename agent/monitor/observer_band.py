@@ -8,6 +8,7 @@ widens away from it as a line's prediction does.
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -72,6 +73,8 @@ class HealthyBand:
     false_rate : float
         How often a healthy recording leaves one of the bands or fails the whiteness test, all
         tests together.
+    set_aside : tuple of str
+        Why recordings that were to be learned from are not among the seen ones.
     """
 
     model: ObserverModel
@@ -79,6 +82,7 @@ class HealthyBand:
     seen: tuple[Seen, ...]
     follows_temperature: bool
     false_rate: float
+    set_aside: tuple[str, ...] = ()
 
     @property
     def each_rate(self) -> float:
@@ -182,7 +186,7 @@ def model_of(estimate: Estimate, motions: Sequence[Motion]) -> ObserverModel:
         velocity_sd_rad_s=max(noise, 1e-6 * fastest),
         position_sd_rad=max(_position_noise(motions), 1e-9 * fastest),
     )
-    return _tuned(model, motions[:_TUNED_ON])
+    return _tuned(model, motions)
 
 
 def seen_of(run: ObserverRun, motion: Motion, shares: Sequence[float], false_rate: float) -> Seen:
@@ -228,14 +232,25 @@ def learn_band(
         )
     shares = _watched(motions, model)
     each = false_rate / (len(shares) + 1)
-    seen = tuple(seen_of(observe(blocks_of(m, model), model), m, shares, each) for m in motions)
+    seen, aside = [], []
+    for motion in motions:
+        try:
+            run = observe(blocks_of(motion, model), model)
+            seen.append(seen_of(run, motion, shares, each))
+        except ValueError as error:
+            aside.append(f"{error}")
+    if len(seen) < FEWEST_HEALTHY:
+        raise ValueError(
+            f"the observer can follow {len(seen)} of {len(motions)} healthy recordings, "
+            f"{FEWEST_HEALTHY} are needed: {'; '.join(aside)}"
+        )
     temperatures = np.array([s.temperature_degc for s in seen])
     follows = (
         len(seen) >= _FEWEST_FOR_LINE
         and bool(np.all(np.isfinite(temperatures)))
         and float(np.ptp(temperatures)) >= _SPAN_DEGC
     )
-    return HealthyBand(model, shares, seen, follows, false_rate)
+    return HealthyBand(model, shares, tuple(seen), follows, false_rate, tuple(aside))
 
 
 def watch(motion: Motion, band: HealthyBand) -> Watch:
@@ -322,7 +337,13 @@ def _tuned(model: ObserverModel, motions: Sequence[Motion]) -> ObserverModel:
 
     Their mean square falls as the density grows; bisection on the density's logarithm.
     """
-    blocks = [blocks_of(m, model) for m in motions]
+    blocks = []
+    for motion in motions:
+        with contextlib.suppress(ValueError):  # the band says which recordings it cannot follow
+            blocks.append(blocks_of(motion, model))
+    blocks = blocks[:_TUNED_ON]
+    if not blocks:
+        raise ValueError("the observer can follow none of the healthy recordings")
 
     def mean_nis(log_density: float) -> float:
         tried = replace(model, torque_density_nm2_s=math.exp(log_density))

@@ -157,3 +157,17 @@ def test_a_recording_that_cannot_be_followed_says_why(
     assert "blocks" in too_short.reasons[0]
     with pytest.raises(ValueError, match="5 healthy recordings"):
         learn_band(band.model, motions[:3])
+    cut = read_motion(Signals.from_columns(short, 224.0, name="cut"))
+    learned = learn_band(band.model, [cut, *motions[:5]])
+    assert [s.name for s in learned.seen] == [m.signals.name for m in motions[:5]]
+    assert "cut" in learned.set_aside[0]
+
+
+def test_the_band_widens_where_the_healthy_recordings_were_never_so_warm(
+    season: tuple[list[Motion], HealthyBand],
+) -> None:
+    _, band = season
+    assert band.follows_temperature
+    warmest = max(s.temperature_degc for s in band.seen)
+    width = [np.diff(band.band_nm(1, warmest + beyond))[0] for beyond in (0.0, 5.0, 15.0)]
+    assert width[0] < width[1] < width[2]

@@ -9,6 +9,8 @@ import pytest
 from typer.testing import CliRunner
 
 from agent.cli.app import app
+from agent.record.reading import read
+from agent.record.writing import write
 
 RUNNER = CliRunner()
 
@@ -42,6 +44,19 @@ def test_watch_wants_enough_healthy_recordings(history: Path) -> None:
     dedicated = str(history / "cycle-0001.parquet")
     done = RUNNER.invoke(app, ["watch", str(history / "work"), "--dedicated", dedicated])
     assert "9 of 10 healthy" in str(done.exception)
+
+
+def test_another_payload_is_not_judged(history: Path, tmp_path: Path) -> None:
+    last = read(history / "work" / "work-0009.parquet")
+    heavier = last.with_metadata(last.metadata.updated({"payload_kg": 40.0}))
+    other = write(heavier, tmp_path / "work-0010.parquet")
+    work = [str(history / "work" / f"work-000{k}.parquet") for k in range(1, 6)]
+    dedicated = str(history / "cycle-0001.parquet")
+    done = RUNNER.invoke(
+        app, ["watch", *work, str(other), "--dedicated", dedicated, "--healthy", "5"]
+    )
+    assert done.exit_code == 0, done.output
+    assert "the payload is 40 kg" in done.stdout
 
 
 def test_ordinary_work_lies_beside_the_dedicated_cycle(history: Path) -> None:
