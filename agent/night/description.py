@@ -1,7 +1,7 @@
 """CELL.night.toml: when each axis runs by itself, how warm, and who is told of it.
 
 A file of its own beside the cell's: the cell is what a responsible person has checked before
-anything moved (docs/decisions/0017), and a quiet window that is shifted by an hour must not touch
+anything moved (docs/decisions/0018), and a quiet window that is shifted by an hour must not touch
 it. It holds no secret: those come from the environment or from files that it names.
 """
 
