@@ -28,14 +28,15 @@ def day(seconds: float) -> str:
 
 def alarmed(state: State, found: Comparison, reasons: Reasons, since_when: str) -> str:
     """Return an alarm's sentence for a technician."""
-    word = "has risen a lot" if state is State.HIGH else "has increased"
+    word = "has increased a lot" if state is State.HIGH else "has increased"
     cause = reasons.causes[0]
     likely = reasons.likely
     short = cause.words.split(" (")[0]
     why = f"most likely {short}" if len(likely) == 1 else f"perhaps {short}, not told apart yet"
     return (
         f"Friction {word}: {_in_words(found.effects['low'])} at low speed, "
-        f"{_in_words(found.effects['high'])} at high speed{_at(found)}{since_when}; {why}."
+        f"{_in_words(found.effects['high'])} at high speed{since_when}, compared {_at(found)}; "
+        f"{why}."
     )
 
 
@@ -47,7 +48,7 @@ def quiet(found: Comparison, healthy: int) -> str:
     )
     return (
         f"No alarm, friction is {word}: {_in_words(found.effects['low'])} at low speed, "
-        f"{_in_words(found.effects['high'])} at high speed{_at(found)}, against "
+        f"{_in_words(found.effects['high'])} at high speed, compared {_at(found)} with "
         f"{healthy} healthy cycles."
     )
 
@@ -68,6 +69,6 @@ def _signed(percent: float) -> str:
 
 def _at(found: Comparison) -> str:
     if not math.isfinite(found.temperature_degc):
-        return " (temperature unknown, not compensated)"
-    beyond = ", which the baseline has not seen" if found.extrapolated else ""
-    return f" at {found.temperature_degc:.0f} °C{beyond}"
+        return "at unknown temperature (not compensated)"
+    beyond = " (which the baseline has not seen)" if found.extrapolated else ""
+    return f"at {found.temperature_degc:.0f} °C{beyond}"

@@ -6,10 +6,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from agent.identify.result import Parameter
 from agent.monitor.comparison import Effect
 from agent.monitor.series import FEATURES
 from agent.monitor.verdict import NOT_DECIDABLE, Finding, Track
-from agent.numbers import scale_for, significant, units_unbroken
+from agent.numbers import scale_for, significant, units_unbroken, written
 from agent.report.canvas import data_uri
 from agent.report.estimate import Picture
 from agent.report.figure_monitor_curves import curves_in_words, figure_monitor_curves
@@ -126,7 +127,12 @@ def _view(finding: Finding, name: str) -> JointView:
 
 def _without_status(sentence: str) -> str:
     """Leave out what the headline says already."""
-    for start in ("No alarm, ", "Not decidable yet: ", "Friction has increased: "):
+    for start in (
+        "No alarm, ",
+        "Not decidable yet: ",
+        "Friction has increased a lot: ",
+        "Friction has increased: ",
+    ):
         if sentence.startswith(start):
             rest = sentence.removeprefix(start)
             return units_unbroken(f"{rest[0].upper()}{rest[1:]}")
@@ -156,21 +162,25 @@ def _effect(key: str, effect: Effect) -> tuple[str, str, str, str]:
     """Return range, change in per cent and in torque, and the healthy torque, as written."""
     names = {"low": "low speed", "high": "high speed", "whole": "all speeds"}
     span = f"{names[key]} ({effect.from_rad_s:.3g} to {effect.to_rad_s:.3g} rad/s)"
-    scale = scale_for("N m", [effect.change_nm])
-    torque = [scale.factor * v for v in (effect.change_nm, *effect.ci95_nm)]
-    share = (effect.percent, *effect.ci95_percent)
     healthy = scale_for("N m", [effect.healthy_nm])
     return (
         span,
-        _interval(share, "%", 1),
-        _interval(torque, scale.unit, 1 if max(map(abs, torque)) < 100.0 else 0),
+        _interval(Parameter(effect.percent, effect.ci95_percent), "%"),
+        _interval(Parameter(effect.change_nm, effect.ci95_nm), "N m"),
         f"{significant(healthy.factor * effect.healthy_nm, 3)} {healthy.unit}",
     )
 
 
-def _interval(values: Sequence[float], unit: str, places: int) -> str:
-    value, low, high = (f"{v:+.{places}f}".replace("-", "−") for v in values)
-    return f"{value} {unit} ({low} to {high})"
+def _interval(change: Parameter, unit: str) -> str:
+    """Return a change with its interval, digits by the interval, its sign always said."""
+    scale = scale_for(unit, [change.value])
+    value, interval, _ = written(change, scale.factor)
+    ends = " to ".join(_signed(end) for end in interval.split(" to "))
+    return f"{_signed(value)} {scale.unit} ({ends})"
+
+
+def _signed(number: str) -> str:
+    return number if number.startswith("−") else f"+{number}"
 
 
 def _laws(track: Track) -> list[tuple[str, str, str, str, str]]:

@@ -120,7 +120,7 @@ def test_a_joint_without_temperature_is_judged_and_says_so() -> None:
     (history,) = histories(cycles)
     finding = judge(history, detector(), BASELINE)
     assert finding.alarm
-    assert "temperature unknown, not compensated" in finding.sentence
+    assert "at unknown temperature (not compensated)" in finding.sentence
     assert "uncompensated" in history.notes[0]
 
 
