@@ -62,6 +62,9 @@ def watch(
     false_rate: Annotated[
         float, typer.Option(help="How often a healthy recording may ask, as a share.")
     ] = 0.01,
+    picture: Annotated[
+        Path | None, typer.Option(help="Write the picture to this file (.svg or .png).")
+    ] = None,
     json: Annotated[
         bool, typer.Option("--json", help="Write the result to stdout as JSON.")
     ] = False,
@@ -69,7 +72,7 @@ def watch(
     """Follow friction on ordinary work with an observer; ask for a dedicated cycle when it must."""
     from agent.cli.watch import run_watch
 
-    run_watch(work, dedicated, healthy, false_rate, as_json=json)
+    run_watch(work, dedicated, healthy, false_rate, picture, as_json=json)
 
 
 def ordinary(

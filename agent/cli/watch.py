@@ -11,6 +11,7 @@ import typer
 
 from agent.cli.exits import BAD_NEWS
 from agent.cli.outcome import conclude, signals_of
+from agent.cli.ripple import write_picture
 from agent.cli.talk import talker
 from agent.errors import InputError
 from agent.identify.preprocess import read_motion
@@ -27,6 +28,7 @@ def run_watch(
     dedicated: Sequence[str],
     healthy: int,
     false_rate: float,
+    picture: Path | None = None,
     *,
     as_json: bool,
 ) -> None:
@@ -50,6 +52,10 @@ def run_watch(
     ]
     for why in band.set_aside:
         talker().print(f"Set aside: {why}")
+    if picture is not None and any(w.bands_nm for w in found):
+        from agent.report.figure_watch import figure_watch
+
+        write_picture(picture, figure_watch(band, found))
     if as_json:
         typer.echo(json.dumps(_document(band, rest, found), indent=2, allow_nan=False))
     else:

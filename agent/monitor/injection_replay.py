@@ -8,8 +8,8 @@ adds its own features to each later cycle's; that is checked by estimating injec
 (`injection.responses`).
 
 Each replay has a smallest rise that it catches in time. The 95 % quantile of these over the replays
-is the smallest rise that is caught with 95 %; its interval is that of the quantile's order
-statistics.
+is the smallest rise that is caught with 95 %; its interval is that of the quantile's order statistics,
+widened by what so many healthy cycles leave open of their own scatter.
 """
 
 from __future__ import annotations
@@ -315,10 +315,12 @@ def _catch(
         finite = [s for s in smallest if math.isfinite(s)]
         smallest.append(trial.smallest(replay, float(np.median(finite)) if finite else stated))
     found, low, high = _quantile(np.sort(smallest), CAUGHT)
+    # What n cycles scatter by is itself known to a share of 1 / sqrt(2 n) only.
+    doubt = 1.96 / math.sqrt(2.0 * (healthy.features.count - 1.0))
     return Catch(
         shape,
         100.0 * found,
-        (100.0 * low, 100.0 * high),
+        (100.0 * _apart(found, low, -doubt), 100.0 * _apart(found, high, doubt)),
         found * healthy.low_mean_nm,
         100.0 * stated,
         share,
@@ -367,6 +369,13 @@ def _quantile(rising: Floats, share: float) -> tuple[float, float, float]:
         float(rising[max(low - 1, 0)]),
         float(rising[high]) if high < n else math.inf,
     )
+
+
+def _apart(found: float, end: float, doubt: float) -> float:
+    """Return an interval's end moved out by a relative doubt, the two taken as independent."""
+    if not (math.isfinite(found) and math.isfinite(end)):
+        return end
+    return found * math.exp(math.copysign(math.hypot(math.log(end / found), doubt), doubt))
 
 
 def _wilson(hits: int, total: int) -> tuple[float, float]:

@@ -24,10 +24,12 @@ def history(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-def test_watch_asks_for_a_dedicated_cycle_and_exits_with_bad_news(history: Path) -> None:
-    dedicated = str(history / "cycle-0001.parquet")
+def test_watch_asks_for_a_dedicated_cycle_and_exits_with_bad_news(
+    history: Path, tmp_path: Path
+) -> None:
+    dedicated, picture = str(history / "cycle-0001.parquet"), tmp_path / "watch.svg"
     asked = ["watch", str(history / "work"), "--dedicated", dedicated, "--healthy", "7"]
-    done = RUNNER.invoke(app, [*asked, "--json"])
+    done = RUNNER.invoke(app, [*asked, "--json", "--picture", str(picture)])
     assert done.exit_code == 1, done.output
     found = json.loads(done.stdout)
     assert found["schema"] == "stribeck.watch/1"
@@ -38,6 +40,7 @@ def test_watch_asks_for_a_dedicated_cycle_and_exits_with_bad_news(history: Path)
     ]
     assert found["asks_now"] is True
     assert any("friction at" in reason for reason in found["recordings"][-1]["reasons"])
+    assert "whiteness of the innovations" in picture.read_text(encoding="utf-8")
 
 
 def test_watch_wants_enough_healthy_recordings(history: Path) -> None:
