@@ -5,6 +5,8 @@ from __future__ import annotations
 import logging
 import queue
 import socket
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 
@@ -159,3 +161,12 @@ def test_thread_safe_bus_as_a_context_hands_out_the_unlocked_bus() -> None:
     safe = can.ThreadSafeBus(interface="virtual", channel="safe", ignore_config=True)
     with safe as inside:
         assert not isinstance(inside, can.ThreadSafeBus)
+
+
+def test_asammdf_is_not_imported_with_python_can_and_can_be_had_afterwards() -> None:
+    code = (
+        "import sys, drivers.can.owner; assert 'pandas' not in sys.modules; "
+        "import can.io.mf4; assert can.io.mf4.asammdf is None; "
+        "import importlib.util; assert importlib.util.find_spec('asammdf')"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
