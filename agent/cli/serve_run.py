@@ -2,7 +2,7 @@
 
 The lifeline is standard input, held open by the page. When it ends - the page's process has died,
 however that came - whoever stood at the robot has lost the stop that they were promised, so the
-cycle is asked to stop, as a closed terminal asks it (docs/decisions/0017). What the cycle does
+cycle is asked to stop, as a closed terminal asks it (docs/decisions/0018). What the cycle does
 never waits for the page: a thread writes its progress five times a second to a small file.
 """
 
@@ -17,7 +17,11 @@ import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from agent.cell import read_cell
 from agent.cli.run import run_axis
+from agent.cli.talk import talker
+from agent.record.verdict_file import SUFFIX as VERDICT
+from agent.record.verdict_file import read_verdict
 
 PROGRESS_BYTES = 96
 PERIOD_S = 0.2
@@ -35,9 +39,28 @@ def serve_run(
         with progress_file(progress) as update:
             yield update
 
+    before = verdicts_of(cell, axis)
     run_axis(
         cell, axis, None, reverse=reverse, as_json=True, trajectory_path=trajectory, shown=shown
     )
+    for fresh in verdicts_of(cell, axis) - before:
+        judge_by_history(fresh)
+
+
+def verdicts_of(cell_path: Path, axis: int) -> set[Path]:
+    """Return the verdicts on an axis's recordings, in the cell's own folder."""
+    cell = read_cell(cell_path)
+    folder = cell_path.parent / cell.recording.folder
+    return set(folder.glob(f"{cell.robot}-axis{axis}-*{VERDICT}"))
+
+
+def judge_by_history(verdict: Path) -> None:
+    """Let the monitor judge a fresh cycle by its joint's history, as the night does; say it."""
+    from agent.cli.night_verdict import against_baseline
+
+    recording = verdict.with_name(verdict.name.removesuffix(VERDICT) + ".parquet")
+    judged = against_baseline(recording, read_verdict(verdict))
+    talker().print(judged.sentence)
 
 
 @contextlib.contextmanager

@@ -12,18 +12,39 @@ from pathlib import Path
 
 
 def to_csv(recording: Path, out: Path) -> None:
-    """Write the recording as CSV; its metadata stand in the Parquet file and in the estimate."""
+    """Write the recording's columns as CSV; its metadata stand in the Parquet file."""
     from agent.record import csv_file, parquet_file
 
     out.write_bytes(csv_file.to_bytes(parquet_file.read_table(recording, str(recording))))
 
 
-KINDS: Mapping[str, Callable[[Path, Path], None]] = {"csv": to_csv}
+def to_mdf4(recording: Path, out: Path) -> None:
+    """Write the recording as MDF 4 with its units and metadata."""
+    from agent.record.export import export
+    from agent.record.reading import read
+
+    out.unlink(missing_ok=True)  # an export replaces nothing; the page has made an empty file
+    export(read(recording), out, "mdf4")
+
+
+def to_pdf(recording: Path, out: Path) -> None:
+    """Write the one-page report."""
+    from agent.web.pdf import write_pdf
+
+    write_pdf(recording, out)
+
+
+KINDS: Mapping[str, Callable[[Path, Path], None]] = {
+    "csv": to_csv,
+    "mdf4": to_mdf4,
+    "pdf": to_pdf,
+}
 
 
 def available() -> tuple[str, ...]:
     """Return the kinds that can be made with what is installed here."""
-    return tuple(kind for kind in KINDS if kind != "mdf4" or importlib.util.find_spec("asammdf"))
+    there = importlib.util.find_spec("asammdf") is not None
+    return tuple(kind for kind in KINDS if kind != "mdf4" or there)
 
 
 def main() -> None:

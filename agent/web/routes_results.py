@@ -13,6 +13,7 @@ from fastapi.responses import FileResponse
 from starlette.background import BackgroundTask
 from starlette.responses import RedirectResponse
 
+from agent.web import convert
 from agent.web.access import TurnedAwayError, need, page_of
 from agent.web.against import Curve, curve_of
 from agent.web.guard import REPORT_POLICY
@@ -38,7 +39,7 @@ async def show_result(request: Request, _session: Viewer, name: str) -> Response
     return render(
         request, "result.html.j2", finding=found, cycle=found.cycle, chart=chart_of(found),
         rigid=_part(found.cycle, "rigid_body"), quality=_part(found.cycle, "quality"),
-        model=_selected(found.cycle), exports=await exports_there(),
+        model=_selected(found.cycle), exports=convert.available(),
     )  # fmt: skip
 
 
@@ -78,7 +79,7 @@ async def download(request: Request, _session: Viewer, name: str, kind: str) -> 
         if not there[kind].is_file():
             raise TurnedAwayError(404, "not_there")
         return FileResponse(there[kind], filename=there[kind].name)
-    if kind not in MADE:
+    if kind not in MADE or kind not in convert.available():
         raise TurnedAwayError(404, "not_there")
     made = await _made(cycle, kind)
     return FileResponse(
@@ -140,11 +141,6 @@ def _selected(cycle: Shelved) -> dict[str, Any]:
     models = (cycle.estimate or {}).get("friction_models")
     chosen = (m for m in models or () if isinstance(m, dict) and m.get("selected") is True)
     return next(chosen, {})
-
-
-async def exports_there() -> tuple[str, ...]:
-    """Return the kinds of files that can be made here."""
-    return tuple(MADE)
 
 
 async def _made(cycle: Shelved, kind: str) -> Path:

@@ -14,6 +14,12 @@ from agent.web.shelf import Shelved
 
 COMPARABLE_K = 2.0
 """Gearbox temperatures closer than this are called equal; beyond, the page says so."""
+MATERIAL_PERCENT = 5.0
+"""Less than this is called as before, however sure it is.
+
+Friction changes by a per cent or two with each kelvin of the gearbox, which the interval of a
+single cycle does not count: what is smaller than that of `COMPARABLE_K` says nothing of wear.
+"""
 
 
 @dataclass(frozen=True)
@@ -91,7 +97,8 @@ def finding(cycle: Shelved, own: Sequence[Shelved], chosen: str) -> Finding:
         return Finding("measured", cycle, baseline)
     if baseline.name == cycle.name:
         return Finding("baseline", cycle, baseline)
-    return Finding("changed" if change.whole.clear else "as_before", cycle, baseline, change)
+    changed = change.whole.clear and abs(change.whole.percent) > MATERIAL_PERCENT
+    return Finding("changed" if changed else "as_before", cycle, baseline, change)
 
 
 def baseline_of(cycle: Shelved, own: Sequence[Shelved], chosen: str) -> Shelved | None:

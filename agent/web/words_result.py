@@ -45,6 +45,7 @@ RESULT_WORDS: dict[str, tuple[str, str]] = {
         "Friction is {percent} % (± {half} %) lower than in the baseline of {date}.",
         "Die Reibung ist {percent} % (± {half} %) niedriger als in der Referenz vom {date}.",
     ),
+    "by_history": ("By its history", "Nach seinem Verlauf"),
     "what_next": ("What next", "Wie weiter"),
     "why": ("Why", "Warum"),
     "next_alarm": (

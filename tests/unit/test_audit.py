@@ -18,8 +18,6 @@ from agent.record.audit import HEAD, NAME, AuditTrail, verify
 HERE = settings(
     max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
-    max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
 
 
 def trail_of(folder: Path, entries: int) -> AuditTrail:

@@ -171,3 +171,15 @@ def test_a_card_says_when_the_axis_runs_next(tmp_path: Path) -> None:
     assert next_run(cell, 2, "2026-03-02T12:00:00Z") == ""
     (tmp_path / "cell.night.toml").write_text("[[")
     assert next_run(cell, 1, "2026-03-02T12:00:00Z") == ""
+
+
+def test_pdf_and_mdf4_are_made_beside_the_page(bench: Bench) -> None:
+    bench.shelve("first", 1, alarm=True)
+    browser = bench.browser(Role.VIEWER)
+    pdf = browser.get("/results/first/download/pdf")
+    assert pdf.content.startswith(b"%PDF-")
+    assert pdf.headers["content-type"] == "application/pdf"
+    mdf = browser.get("/results/first/download/mdf4")
+    assert mdf.content.startswith(b"MDF     4.10")
+    (bench.recordings / "first.parquet").write_bytes(b"PAR1 cut short")
+    assert browser.get("/results/first/download/pdf").status_code == 404

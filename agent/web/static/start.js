@@ -7,7 +7,7 @@
   if (!plan) return;
   Charts.make(element, {
     scales: { x: { time: false } },
-    axes: [Charts.axis({ label: `${element.dataset.time} / s`, labelSize: 22 }), Charts.axis({ label: `${element.dataset.velocity} / (rad/s)`, labelSize: 22, size: 54 })],
+    axes: [Charts.axis({ label: "s", labelSize: 20 }), Charts.axis({ label: "rad/s", labelSize: 20, size: 54 })],
     series: [{}, Charts.dashed("")],
   }, [plan.t, plan.v]);
 })();
