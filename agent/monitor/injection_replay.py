@@ -8,8 +8,8 @@ adds its own features to each later cycle's; that is checked by estimating injec
 (`injection.responses`).
 
 Each replay has a smallest rise that it catches in time. The 95 % quantile of these over the replays
-is the smallest rise that is caught with 95 %; its interval is that of the quantile's order statistics,
-widened by what so many healthy cycles leave open of their own scatter.
+is the smallest rise that is caught with 95 %; its interval is that of the quantile's order
+statistics, widened by what so many healthy cycles leave open of their own scatter.
 """
 
 from __future__ import annotations
