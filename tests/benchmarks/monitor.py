@@ -7,6 +7,7 @@ Parts, each a table:
   counted each time that it begins. Then the same robots with wear: how far low-speed friction had
   risen when the first alarm came. All detectors in one run, and a CUSUM of twenty lines without
   compensation.
+- ``rate``: false alarms counted against those asked for, where nights are correlated.
 - ``delay``: cycles until a step is found, against the optimum at the same false-alarm rate.
 - ``change``: error of the change time, coverage of its interval and of the outlook's.
 """
@@ -20,10 +21,12 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from agent.identify.result import Floats
+from agent.monitor.cusum import Cusum
 from agent.monitor.detectors import DETECTORS
 from agent.monitor.series import FeatureSeries, State
+from agent.monitor.tuning import Target
 from tests.benchmarks.monitor_change import CASES, Course, campaign
-from tests.benchmarks.monitor_delay import measure
+from tests.benchmarks.monitor_delay import false_rate, measure
 from tests.science.monitor_fleet import Life, Nights, episodes, live, low_speed_share
 
 ONSET = 30  # nights after the baseline
@@ -119,6 +122,16 @@ def rise_found(states: Sequence[State], day: Floats, risen: Floats, start: int) 
     return float("inf")
 
 
+def rate(robots: int) -> None:
+    """Print the false alarms of noise that were counted, one a year being asked for."""
+    print("\nrate: false alarms a year from noise alone where 1 is asked for, noise 2 %, nightly")
+    print("baseline  independent  neighbours tied 0.3  tied 0.6")
+    asked = Cusum(Target(increased_per_year=2.0))
+    for healthy in (15, 30, 60, 120):
+        counted = [false_rate(asked, healthy, 0.02, robots, 1.0, m)[0] for m in (0.0, 0.3, 0.6)]
+        print(f"{healthy:8d} {counted[0]:12.2f} {counted[1]:20.2f} {counted[2]:9.2f}", flush=True)
+
+
 def delay(robots: int) -> None:
     """Print the delay table."""
     print("\ndelay: mean cycles to find a step that the detector is told to look for, nightly")
@@ -151,13 +164,15 @@ def main() -> None:
     """Print the tables that are asked for."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--robots", type=int, default=1000)
-    parser.add_argument("--part", choices=("fleet", "delay", "change"))
+    parser.add_argument("--part", choices=("fleet", "rate", "delay", "change"))
     asked = parser.parse_args()
     if asked.part in (None, "fleet"):
         for healthy in (60, None):
             fleet(asked.robots, healthy)
+    if asked.part in (None, "rate"):
+        rate(200)
     if asked.part in (None, "delay"):
-        delay(300)
+        delay(200)
     if asked.part in (None, "change"):
         change(500)
 

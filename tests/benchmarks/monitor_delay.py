@@ -16,6 +16,7 @@ from agent.monitor.cusum import DECIDING, Cusum
 from agent.monitor.run_length import brook_evans
 from agent.monitor.series import FeatureSeries, State
 from agent.monitor.tuning import YEAR_S, Target
+from tests.science.monitor_fleet import correlated
 
 LEVEL = 100.0
 DAY_S = 86400.0
@@ -57,13 +58,16 @@ def first_alarm(detector: Cusum, values: Floats, healthy: int) -> int | None:
 
 
 def false_rate(
-    detector: Cusum, healthy: int, noise: float, robots: int, years: float
+    detector: Cusum, healthy: int, noise: float, robots: int, years: float, memory: float = 0.0
 ) -> tuple[float, int]:
-    """Return false alarms a year, each robot watched until its first, and how many there were."""
+    """Return false alarms a year, each robot watched until its first, and how many there were.
+
+    `memory` is the correlation of neighbouring nights.
+    """
     nights, alarms, watched = int(years * 365), 0, 0
     for seed in range(robots):
         rng = np.random.default_rng(seed)
-        values = LEVEL * (1.0 + noise * rng.standard_normal(healthy + nights))
+        values = LEVEL * (1.0 + noise * correlated(healthy + nights, memory, rng))
         at = first_alarm(detector, values, healthy)
         alarms += at is not None
         watched += nights if at is None else at - healthy + 1
