@@ -124,7 +124,7 @@ def self_test(
 def schedule(
     history: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[HISTORY...]", help="A joint's cycles, to learn its numbers from."),
+        typer.Argument(metavar="HISTORY", help="A joint's cycles, to learn its numbers from."),
     ] = None,
     swing: Annotated[
         float, typer.Option(help="Half of the gearbox's swing over the year, degC.")
