@@ -2,7 +2,7 @@
 
 The lifeline is standard input, held open by the page. When it ends - the page's process has died,
 however that came - whoever stood at the robot has lost the stop that they were promised, so the
-cycle is asked to stop, as a closed terminal asks it (docs/decisions/0018). What the cycle does
+cycle is asked to stop, as a closed terminal asks it (docs/decisions/0017). What the cycle does
 never waits for the page: a thread writes its progress five times a second to a small file.
 """
 

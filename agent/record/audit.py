@@ -78,7 +78,7 @@ class AuditTrail:
         try:
             with self._alone() as descriptor:
                 head = self._head(descriptor)
-                entry = {
+                entry: dict[str, Any] = {
                     "n": head.entries + 1,
                     "at": wall_time_utc(),
                     "who": who,

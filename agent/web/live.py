@@ -12,6 +12,8 @@ from agent.web.attended import Attendant, AttendedRun
 from agent.web.tail import POINT_PERIOD_S, Point
 
 IDLE_PERIOD_S = 0.25
+LONGEST_CATCH_UP_S = 0.5
+"""Looks that a loaded machine has delayed are made up for, up to this; older ones are not."""
 BEAT_EVERY = 20
 """Looks without news before a sign of life is sent: one a second."""
 MOST_VIEWERS = 200
@@ -50,8 +52,9 @@ class Live:
                     self._wake()
             due_s += POINT_PERIOD_S if active is not None else IDLE_PERIOD_S
             now_s = asyncio.get_running_loop().time()
-            due_s = max(due_s, now_s)
-            await asyncio.sleep(due_s - now_s)
+            if due_s < now_s - LONGEST_CATCH_UP_S:
+                due_s = now_s
+            await asyncio.sleep(max(0.0, due_s - now_s))
 
     async def events(self, run: AttendedRun, seen: int) -> AsyncIterator[str]:
         """Yield server-sent events of one cycle: its plan, points as they come, its end.

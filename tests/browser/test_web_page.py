@@ -64,7 +64,14 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
         pytest.skip(f"this machine has no IPv4 multicast: {error}")
     cell, log = folder / "cell.toml", folder / "serve.log"
     with ExitStack() as stack:
-        drive = ["fake", "--write-cell", cell, "--short", "--bus-option", f"port={port}"]
+        drive: list[str | Path] = [
+            "fake",
+            "--write-cell",
+            cell,
+            "--short",
+            "--bus-option",
+            f"port={port}",
+        ]
         stack.enter_context(started(drive, folder / "fake.log", ready="ready"))
         be_patient(cell)
         shorter = {
