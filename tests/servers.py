@@ -80,8 +80,18 @@ def _answers(folder: Path) -> bool:
 
 
 @contextlib.contextmanager
-def mosquitto(*, password: tuple[str, str] | None = None) -> Iterator[int]:
-    """Yield the port of an MQTT broker; with a password, nobody else is let in."""
+def mosquitto(
+    *, password: tuple[str, str] | None = None, tls: tuple[Path, Path] | None = None
+) -> Iterator[int]:
+    """Yield the port of an MQTT broker; with a password, nobody else is let in; with TLS encrypted.
+
+    Parameters
+    ----------
+    password : tuple of str, optional
+        User and password.
+    tls : tuple of Path, optional
+        Key and certificate.
+    """
     broker = program("mosquitto")
     with own_folder() as folder, socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
@@ -94,6 +104,11 @@ def mosquitto(*, password: tuple[str, str] | None = None) -> Iterator[int]:
             subprocess.run([tool, "-b", "-c", str(users), *password], check=True)
             users.chmod(0o644)
             lines.append(f"password_file {users}")
+        if tls is not None:
+            for path in tls:
+                (folder / path.name).write_bytes(path.read_bytes())
+                (folder / path.name).chmod(0o644)
+            lines += [f"keyfile {folder / tls[0].name}", f"certfile {folder / tls[1].name}"]
         config = folder / "mosquitto.conf"
         config.write_text("\n".join(lines) + "\n")
         with _running([broker, "-c", str(config)], folder, signal.SIGTERM):
@@ -104,6 +119,19 @@ def mosquitto(*, password: tuple[str, str] | None = None) -> Iterator[int]:
 def _listens(port: int) -> bool:
     with socket.socket() as probe:
         return probe.connect_ex(("127.0.0.1", port)) == 0
+
+
+def self_signed(folder: Path) -> tuple[Path, Path]:
+    """Return a key and a certificate for this machine that nobody vouches for."""
+    key, certificate = folder / "key.pem", folder / "cert.pem"
+    subprocess.run(
+        [program("openssl"), "req", "-x509", "-newkey", "ec", "-pkeyopt",
+         "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2", "-subj", "/CN=localhost",
+         "-addext", "subjectAltName=DNS:localhost,IP:127.0.0.1", "-keyout", str(key),
+         "-out", str(certificate)],
+        check=True, capture_output=True,
+    )  # fmt: skip
+    return key, certificate
 
 
 @contextlib.contextmanager

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,8 +20,10 @@ from agent.night.clock import MachineClock, stamp
 from agent.night.description import NightDescription, night_path, read_night
 from agent.night.night import Night
 from agent.night.telling import Sink
+from agent.record.atomic import storage_error
 from agent.record.catalogue import Catalogue
 from agent.record.events_file import Event, read_events
+from agent.record.lock import try_lock
 
 
 @dataclass(frozen=True)
@@ -64,6 +68,7 @@ def run_night(cell_path: Path, night_file: Path | None, url: str | None, *, once
 
     sinks = sinks_of(asked)  # a secret that is missing is known now, not in the night
     with ExitStack() as stack:
+        stack.enter_context(_alone(asked))
         stop_requested = stack.enter_context(stop_on_signal())
 
         def stopped() -> bool:
@@ -73,10 +78,13 @@ def run_night(cell_path: Path, night_file: Path | None, url: str | None, *, once
         events, problems = read_events(asked.folder)
         for problem in problems:
             talker().print(problem)
+        attempts = CellAttempts(asked.path, asked.cell, asked.description, clock, stopped, url)
+        for axis in asked.description.axis:
+            attempts.needs(axis.number)  # a stair that cannot be driven is known now
         night = Night(
             asked.cell.robot,
             asked.description,
-            CellAttempts(asked.path, asked.cell, asked.description, clock, stopped, url),
+            attempts,
             clock,
             noting(asked, url, sinks),
             [event for _, event in events],
@@ -86,6 +94,33 @@ def run_night(cell_path: Path, night_file: Path | None, url: str | None, *, once
         else:
             _say_next(night, asked)
             night.run(stopped)
+
+
+@contextlib.contextmanager
+def _alone(asked: Asked) -> Iterator[None]:
+    """Be the only program that watches over this cell's nights: two would try an axis twice.
+
+    Raises
+    ------
+    agent.errors.InputError
+        Another one does already.
+    agent.errors.StorageError
+        The folder cannot be written.
+    """
+    path = asked.folder / f".{asked.cell.robot}.night.lock"
+    try:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+    except OSError as error:
+        raise storage_error(error, f"{path} cannot be made") from error
+    try:
+        if not try_lock(descriptor):
+            raise InputError(
+                f"The nights of {asked.cell.robot} are watched already, by another program.",
+                "Let that end first: `systemctl list-timers` shows a timer.",
+            )
+        yield
+    finally:
+        os.close(descriptor)
 
 
 def noting(asked: Asked, url: str | None, sinks: tuple[Sink, ...]) -> Callable[[Event], None]:

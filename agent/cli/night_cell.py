@@ -161,9 +161,7 @@ class CellAttempts:
         try:
             sha256 = content(recording).sha256
             if outcome.kind != "run":
-                kind = "stopped" if outcome.kind == "skip" else outcome.kind
-                about = {"file": recording.name}
-                return replace(outcome, kind=kind, recording=sha256, details=about)
+                return self._cut_short(outcome, recording, sha256)
             from agent.cli.night_verdict import against_baseline
 
             verdict = read_verdict(verdict_path(recording))
@@ -176,6 +174,17 @@ class CellAttempts:
             sha256,
             {"file": recording.name, **_about(verdict)},
         )
+
+    def _cut_short(self, outcome: Outcome, recording: Path, sha256: str) -> Outcome:
+        """Return the outcome of a cycle that left a recording, which is kept, and no verdict."""
+        from agent.cli.catalogue_keep import take
+
+        kind = "stopped" if outcome.kind == "skip" else outcome.kind
+        try:
+            take(recording, self.catalogue_url)
+        except AgentError as error:  # too short to be one: it stays as it is
+            outcome = replace(outcome, sentence=f"{outcome.sentence} {error}")
+        return replace(outcome, kind=kind, recording=sha256, details={"file": recording.name})
 
 
 def _about(verdict: Verdict) -> dict[str, Any]:

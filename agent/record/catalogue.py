@@ -149,7 +149,7 @@ class Catalogue:
         with schema.told(self.url), schema.writing(self._engine) as connection:
             for table, rows in contents:
                 connection.execute(sa.delete(table).where(table.c.folder == self._key))
-                self._put(connection, table, rows)
+                self._insert(connection, table, rows)
         return Rebuilt(
             len(found.recordings),
             len(found.estimates),
@@ -241,12 +241,18 @@ class Catalogue:
         self, connection: sa.Connection, table: sa.Table, rows: Sequence[dict[str, Any]]
     ) -> None:
         """Write rows, in the place of those with the same key."""
-        keyed = [{"folder": self._key, **row} for row in rows]
         keys = [column.name for column in table.primary_key]
-        for row in keyed:
-            same = [table.c[name] == row[name] for name in keys]
+        for row in rows:
+            keyed = {"folder": self._key, **row}
+            same = [table.c[name] == keyed[name] for name in keys]
             connection.execute(sa.delete(table).where(*same))
-        if keyed:
+        self._insert(connection, table, rows)
+
+    def _insert(
+        self, connection: sa.Connection, table: sa.Table, rows: Sequence[dict[str, Any]]
+    ) -> None:
+        if rows:
+            keyed = [{"folder": self._key, **row} for row in rows]
             connection.execute(sa.insert(table), keyed)
 
     def _rows(

@@ -108,10 +108,17 @@ def over_limit(folder: Path, megabytes: float | None) -> str:
     """
     if megabytes is None or not folder.is_dir():
         return ""
-    held = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file()) / MEGABYTE
+    held = sum(_size(path) for path in folder.rglob("*")) / MEGABYTE
     if held < megabytes:
         return ""
     return f"{folder} holds {held:.1f} MB, its limit is {megabytes:g} MB"
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.stat().st_size if path.is_file() else 0
+    except OSError:  # a temporary file that has gone meanwhile
+        return 0
 
 
 def _held(

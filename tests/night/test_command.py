@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 
 from agent.cell import read_cell
 from agent.cli.app import app
+from agent.cli.night import _alone, asked_for
 from agent.cli.night_cell import CellAttempts
 from agent.cli.night_child import what_became
 from agent.errors import InputError, RefusedError, StoppedError
@@ -120,6 +121,17 @@ def test_a_night_that_is_asked_to_stop_stops_its_cycle_and_keeps_what_was_record
     assert outcome.kind == "stopped"
     assert "The night was asked to stop." in outcome.sentence
     assert len(outcome.recording) == 64
+    with Catalogue(folder) as catalogue:  # sealed and known, with no verdict
+        assert [row.sha256 for row in catalogue.recordings()] == [outcome.recording]
+        assert not catalogue.verdicts()
+
+
+def test_two_programs_do_not_watch_over_one_cell(cell: Path) -> None:
+    (cell.parent / "recordings").mkdir()
+    with _alone(asked_for(cell, None)):
+        answer = CliRunner().invoke(app, ["night", str(cell), "--once"])
+    assert isinstance(answer.exception, InputError)
+    assert "watched already" in str(answer.exception)
 
 
 def test_the_window_s_end_before_the_cycle_s_is_a_skip_where_nothing_had_moved(cell: Path) -> None:

@@ -22,7 +22,7 @@ from agent.night.sparkplug import BOOLEAN, DATE_TIME, DOUBLE, INT64, STRING, Met
 from agent.night.telling import tell
 from agent.record.events_file import Event
 from tests.night.protobuf import fields, metrics
-from tests.servers import mosquitto
+from tests.servers import mosquitto, self_signed
 
 NOW = datetime.datetime(2026, 6, 2, 0, 10, 0, 250_000, tzinfo=datetime.UTC)
 NOW_MS = 1_780_359_000_250
@@ -232,6 +232,22 @@ def test_a_broker_that_refuses_or_is_gone_is_a_sentence(tmp_path: Path) -> None:
     (delivery,) = tell(RUN, [sink(port, tmp_path)], pauses.append)
     assert (delivery.arrived, delivery.tries, pauses) == (False, 2, [2.0])
     assert "ConnectionRefused" in delivery.why
+
+
+# paho leaves the socket of a handshake that failed to the collector, which closes it at once
+@pytest.mark.filterwarnings(
+    "ignore:Exception ignored in. <ssl.SSLSocket:pytest.PytestUnraisableExceptionWarning"
+)
+def test_an_encrypted_line_goes_to_a_broker_that_is_believed_and_to_no_other(
+    tmp_path: Path,
+) -> None:
+    key_and_certificate = self_signed(tmp_path)
+    with mosquitto(password=("stribeck", "right"), tls=key_and_certificate) as port:
+        for ca_file, arrived in (("cert.pem", True), ("", False)):
+            asked = sink(port, tmp_path, "right", user="stribeck", tls=True, ca_file=ca_file)
+            (delivery,) = tell(RUN, [asked], lambda _s: None)
+            assert delivery.arrived is arrived, delivery.sentence
+    assert (delivery.tries, "no encrypted line" in delivery.why) == (1, True)
 
 
 def test_a_password_never_goes_over_an_open_line_to_another_machine(tmp_path: Path) -> None:

@@ -9,7 +9,6 @@ import http.server
 import json
 import re
 import ssl
-import subprocess
 import threading
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -27,6 +26,7 @@ from agent.night.mail import MailSink
 from agent.night.telling import Delivery, UndeliveredError, tell, undeliverable
 from agent.night.webhook import EVENT_ID, SIGNATURE, WebhookSink
 from agent.record.events_file import Event
+from tests.servers import self_signed
 
 ALARM = Event(
     "2026-06-02T00:10:00.000Z", "alarm", "Reibung um 30 % gewachsen.", "cell7", 1, "ab" * 32,
@@ -151,15 +151,7 @@ def test_a_receiver_that_never_answers_costs_its_time_out_and_no_more() -> None:
 
 @pytest.fixture(scope="module")
 def certificate(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    folder = tmp_path_factory.mktemp("tls")
-    key, cert = folder / "key.pem", folder / "cert.pem"
-    subprocess.run(
-        ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1",
-         "-nodes", "-days", "2", "-subj", "/CN=localhost", "-addext",
-         "subjectAltName=DNS:localhost,IP:127.0.0.1", "-keyout", str(key), "-out", str(cert)],
-        check=True, capture_output=True,
-    )  # fmt: skip
-    return key, cert
+    return self_signed(tmp_path_factory.mktemp("tls"))
 
 
 @dataclass
