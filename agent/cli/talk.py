@@ -24,8 +24,8 @@ STAGES = {
 
 
 def talker() -> Console:
-    """Return the console for talk: stderr, no highlighting of numbers."""
-    return Console(stderr=True, highlight=False, soft_wrap=True)
+    """Return the console for talk: stderr, numbers and [words] in brackets as they are."""
+    return Console(stderr=True, highlight=False, markup=False, soft_wrap=True)
 
 
 @contextlib.contextmanager

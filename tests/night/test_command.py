@@ -18,6 +18,7 @@ from agent.cli.app import app
 from agent.cli.night import _alone, asked_for
 from agent.cli.night_cell import CellAttempts
 from agent.cli.night_child import what_became
+from agent.cli.talk import talker
 from agent.errors import InputError, RefusedError, StoppedError
 from agent.night.clock import MachineClock
 from agent.night.description import night_path, read_night
@@ -265,3 +266,8 @@ def test_notify_tries_everybody_and_a_night_without_its_secret_does_not_begin(
     assert answer.stdout.count(": told.") == 1
     assert "geheim" not in answer.output
     assert json.loads(receiver.requests[0][1])["kind"] == "test"
+
+
+def test_what_is_said_keeps_its_brackets(capsys: pytest.CaptureFixture[str]) -> None:
+    talker().print("the cell has no [release], and [bold] is a word")
+    assert "no [release], and [bold] is" in capsys.readouterr().err
