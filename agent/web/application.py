@@ -15,6 +15,7 @@ from sqlalchemy import Engine, delete, insert, select
 
 from agent.cell import Cell, read_cell
 from agent.cycle.axis_lock import Holder
+from agent.errors import AgentError
 from agent.record.audit import AuditTrail
 from agent.web import (
     failures,
@@ -97,10 +98,19 @@ class Page:
             )
 
     def elsewhere(self) -> list[tuple[int, Holder]]:
-        """Return axes of this cell that other programs of this machine hold, and who they are."""
+        """Return axes of this cell that other programs of this machine hold, and who they are.
+
+        Of the cell as it was last read where its file has been spoilt since: a stop must not
+        depend on what somebody is typing.
+        """
         own = self.attendant.active
         pid = None if own is None else own.process.pid
-        cell = self.cell
+        try:
+            cell = self.cell
+        except AgentError:
+            if self._cell is None:
+                return []
+            cell = self._cell[1]
         return [(a.number, holder) for a in cell.axis for holder in others(cell, a, pid)]
 
     @property

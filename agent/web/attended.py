@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -27,6 +28,7 @@ from trajectories import Trajectory
 AROUND = frozenset(stage.value for stage in Stage if stage is not Stage.STAIR)
 """What the recording calls samples that are not of the stair."""
 CATCH_UP_S = 0.4
+MOST_RUNS = 50
 _READ_BYTES = 1 << 20
 
 
@@ -197,6 +199,7 @@ class Launch:
         identity = f"{stamp}-axis{axis.number}"
         folder = self.state / "runs" / identity
         folder.mkdir(parents=True)
+        _forget_the_oldest(folder.parent)
         recordings = self.cell_path.parent / cell.recording.folder
         before = frozenset(p.name for p in recordings.glob(f"*{SUFFIX}"))
         arguments = [
@@ -214,6 +217,12 @@ class Launch:
         return AttendedRun(
             asked, identity, trajectory, axis.gear_ratio, recordings, folder, process, before
         )
+
+
+def _forget_the_oldest(runs: Path) -> None:
+    """Remove what the oldest runs have said; their recordings are elsewhere and stay."""
+    for folder in sorted(path for path in runs.iterdir() if path.is_dir())[:-MOST_RUNS]:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 class Attendant:

@@ -19,8 +19,6 @@ from agent.web.words import LANGUAGES, fine, language_of, number, say
 if TYPE_CHECKING:
     import jinja2
 
-    from agent.web.application import Page
-
 LANGUAGE_COOKIE = "stribeck_language"
 
 
@@ -77,21 +75,13 @@ def render(
                 "who": who,
                 "may": lambda word: who is not None and who.role >= Role.of(word),
                 "csrf": "" if who is None else who.csrf,
-                "running": page.attendant.active is not None or _held_elsewhere(page),
+                "running": page.attendant.active is not None or bool(page.elsewhere()),
                 "status": status,
                 **values,
             }
         )
     )
     return HTMLResponse(text, status, headers={"content-language": language, "vary": "Cookie"})
-
-
-def _held_elsewhere(page: Page) -> bool:
-    """Return whether another program runs a cycle of this cell, which the stop would stop, too."""
-    try:
-        return bool(page.elsewhere())
-    except AgentError:
-        return False
 
 
 def chosen_language(request: Request) -> str:

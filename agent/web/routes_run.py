@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from typing import Annotated
 
@@ -12,7 +13,8 @@ from starlette.responses import RedirectResponse
 
 from agent.cell import Axis, Cell
 from agent.cycle.sequence import Stage
-from agent.errors import InputError
+from agent.errors import AgentError, InputError
+from agent.record.atomic import storage_error
 from agent.web.access import TurnedAwayError, need, page_of, session_of
 from agent.web.cycles import (
     CYCLES,
@@ -32,6 +34,7 @@ from agent.web.tail import POINT_PERIOD_S
 from agent.web.words import say
 
 router = APIRouter()
+log = logging.getLogger(__name__)
 STAGES = ("begin", "connect", "prove", *(stage.value for stage in Stage), "stopping")
 """Everything that a cycle's progress may say, and our own word for a stop."""
 PLAN_POINTS = 1500
@@ -90,7 +93,11 @@ async def start(
         page.audit.add(session.name, "start refused", axis=number, cycle=cycle.word)
         raise TurnedAwayError(409, "preconditions_refuse", "; ".join(refused))
     page.audit.add(session.name, "start", axis=number, cycle=cycle.word, confirmed=True)
-    if page.attendant.start(cell, axis, cycle, trajectory, session.name) is None:
+    try:
+        started = page.attendant.start(cell, axis, cycle, trajectory, session.name)
+    except OSError as error:
+        raise storage_error(error, "The run's folder or process cannot be made") from error
+    if started is None:
         raise TurnedAwayError(409, "already_running")
     return RedirectResponse("/run", 303)
 
@@ -143,10 +150,13 @@ async def stop(
     session = session_of(request)
     address = request.client.host if request.client is not None else "unknown"
     who = "nobody" if session is None else session.name
-    if run is not None:
-        page.audit.add(who, "stop", axis=run.asked.axis, run=run.identity, address=address)
-    for holder, asked in elsewhere:
-        page.audit.add(who, "stop", of=holder.who, asked=asked, address=address)
+    try:
+        if run is not None:
+            page.audit.add(who, "stop", axis=run.asked.axis, run=run.identity, address=address)
+        for holder, asked in elsewhere:
+            page.audit.add(who, "stop", of=holder.who, asked=asked, address=address)
+    except AgentError as error:  # a stop that was asked for must not be told as one that was not
+        log.error("the stop is not in the audit trail: %s", error)
     if not all(asked for _holder, asked in elsewhere):
         raise TurnedAwayError(409, "stop_of_others")
     return RedirectResponse("/stopped", 303)

@@ -296,3 +296,14 @@ def test_the_stop_reaches_a_cycle_that_another_program_has_started(bench: Bench)
         assert other.wait(15.0) == 0
     assert nobody.get("/status").json() == {"active": False}
     assert bench.page.audit.newest(1)[0].detail["of"].startswith(f"process {other.pid}")
+
+
+def test_a_stop_is_told_as_one_whatever_else_is_broken(bench: Bench) -> None:
+    run = started(bench)
+    bench.page.settings.cell_path.write_text("[[ not TOML")
+    (bench.page.settings.state / "audit.jsonl").write_text("no trail\n")
+    nobody = bench.browser(None)
+    assert nobody.get("/status").json()["active"] is True
+    assert nobody.post("/stop").status_code == 303
+    ended(bench, run)
+    assert "at rest (measured)" in nobody.get("/stopped").text
