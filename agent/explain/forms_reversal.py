@@ -10,11 +10,11 @@ import numpy as np
 
 from agent.explain.form import Form, Point, stack
 from agent.explain.scene import Scene, log_grid
-from agent.explain.twin_law import best_entry
+from agent.explain.twin_law import best_entry, nearest
 from agent.identify.result import Floats
 from agent.physics.presliding import MaxwellSlip
 
-_NEAR = np.geomspace(0.4, 2.5, 7)  # of a found travel: what the twin's law may need
+_EFFECT = "presliding-hysteresis"
 
 
 def _presliding_grid(scene: Scene) -> Sequence[Point]:
@@ -60,9 +60,15 @@ def _relaxed(velocity: Floats, period_s: float, reach_rad: float) -> Floats:
 def _presliding_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
     """Return the spring that yields at the twin's own dry level, not at the form's height."""
     level = max(float(scene.theta[2]), 0.0)
-    reaches = values["reach_rad"] * _NEAR
-    entries = [{"stiffness_nm_per_rad": level / float(r)} for r in reaches if level > 0.0]
-    return best_entry(scene, "presliding-hysteresis", entries)
+    if not level > 0.0:
+        return ()
+    reach = values["reach_rad"]
+    torque = values["height_nm"] * _presliding(scene, (reach,))[:, 0]
+
+    def entry(travel: float) -> Mapping[str, float]:
+        return {"stiffness_nm_per_rad": level / travel}
+
+    return best_entry(scene, _EFFECT, [nearest(scene, _EFFECT, entry, reach, torque)])
 
 
 def _slipping_grid(scene: Scene) -> Sequence[Point]:
@@ -85,13 +91,13 @@ def _slipping(scene: Scene, point: Point) -> Floats:
 
 def _slipping_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
     """Return the chain that slips at the twin's own dry level, not at the form's height."""
-    exponents = {max(values["shape_exponent"], 1.0), 2.0}
-    entries = [
-        {"sliding_travel_rad": float(travel), "shape_exponent": exponent}
-        for travel in values["sliding_travel_rad"] * _NEAR
-        for exponent in exponents
-    ]
-    return best_entry(scene, "presliding-hysteresis", entries)
+    travel, exponent = values["sliding_travel_rad"], max(values["shape_exponent"], 1.0)
+    torque = values["height_nm"] * _slipping(scene, (travel, exponent))[:, 0]
+
+    def entry(travel: float) -> Mapping[str, float]:
+        return {"sliding_travel_rad": travel, "shape_exponent": exponent}
+
+    return best_entry(scene, _EFFECT, [nearest(scene, _EFFECT, entry, travel, torque)])
 
 
 FORMS: tuple[Form, ...] = (

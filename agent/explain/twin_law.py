@@ -6,17 +6,20 @@ place, the law's own numbers are fitted in their stead; a law that then removes 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from agent.explain.pieces import known_part
 from agent.explain.scene import Scene, refit
 from agent.explain.table import effects_nm
 from agent.identify.result import Floats
 from agent.physics.twin import Effect, Twin
 
 _WORTH = 0.99  # of the squared residual: a law that leaves more is no better than none
+_FAR, _CLOSELY = math.log(4.0), 0.02  # of a number's logarithm
 
 
 def best_entry(
@@ -37,6 +40,51 @@ def best_entry(
     if not lefts or not min(lefts) < _WORTH * whole:
         return ()
     return (dict(entries[int(np.argmin(lefts))]),)
+
+
+def nearest(
+    scene: Scene,
+    effect: str,
+    entry_of: Callable[[float], Mapping[str, float]],
+    around: float,
+    torque_nm: Floats,
+) -> Mapping[str, float]:
+    """Return the entry whose torque comes nearest to a form's, the twin's numbers free beside both.
+
+    Parameters
+    ----------
+    scene : Scene
+    effect : str
+        Id of contract section 4.
+    entry_of : callable
+        The law's one number, above zero, to its parameter table.
+    around : float
+        Where it is looked for: from a quarter to four times this.
+    torque_nm : ndarray, shape (N,)
+        What the form says, at full rate.
+    """
+    from scipy.optimize import minimize_scalar
+
+    table = scene.table
+    rows, carried = table.used, table.carried
+    base = table.base[np.ix_(rows, carried)]
+    unit = np.linalg.qr(base / np.sqrt(np.mean(base**2, axis=0)))[0]
+
+    def beside(torque: Floats) -> Floats:
+        seen = known_part(torque, table.pieces)[rows]
+        seen = np.where(np.isfinite(seen), seen, 0.0)
+        return np.asarray(seen - unit @ (unit.T @ seen))
+
+    wanted = beside(torque_nm)
+
+    def left(times: float) -> float:
+        entry = entry_of(around * math.exp(times))
+        return float(np.sum((wanted - beside(_as_twin(scene, effect, entry))) ** 2))
+
+    found = minimize_scalar(
+        left, bounds=(-_FAR, _FAR), method="bounded", options={"xatol": _CLOSELY}
+    )
+    return entry_of(around * math.exp(float(found.x)))
 
 
 def _as_twin(scene: Scene, effect: str, entry: Mapping[str, float]) -> Floats:

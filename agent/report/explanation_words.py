@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Literal
 
@@ -99,6 +99,10 @@ _VERDICTS: Mapping[str, VerdictWords] = MappingProxyType(
         ),
     }
 )
+_NOT_WORTH = (
+    "The mismatch has a name; that correcting it makes the error smaller on data that the "
+    "correction was not made from is not shown: it is short, or small against the noise."
+)
 
 
 @dataclass(frozen=True)
@@ -188,7 +192,14 @@ def decidable(explanation: Explanation) -> bool:
 
 def verdict_words(explanation: Explanation) -> VerdictWords:
     """Return the verdict in words."""
-    return _VERDICTS[explanation.verdict] if decidable(explanation) else NOT_DECIDABLE
+    if not decidable(explanation):
+        return NOT_DECIDABLE
+    words = _VERDICTS[explanation.verdict]
+    holdout = explanation.holdout
+    gained = None if holdout is None else holdout.improvement_ci95_percent
+    if explanation.verdict == "explained" and gained is not None and gained[0] <= 0.0:
+        return replace(words, meaning=_NOT_WORTH)
+    return words
 
 
 def what_to_do(explanation: Explanation) -> tuple[str, ...]:

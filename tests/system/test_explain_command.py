@@ -5,23 +5,29 @@ from __future__ import annotations
 import dataclasses
 import json
 import re
+import tomllib
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
+import tomli_w
 
-from agent.cli.explain import explained, run_explain
+from agent.cell import read_cell
+from agent.cli.explain import explained, limits_of, run_explain
 from agent.cli.explain_checks import check_recordings
+from agent.cli.fake_cell import fake_cell_text
 from agent.cli.simulate import read_twin, run_simulate
 from agent.errors import InputError
 from agent.explain.result import Explanation
 from agent.physics.twin import parse_twin
 from agent.record.reading import read_all
 from agent.record.recording import Metadata, Recording
+from fakes.specification import FakeSpecification
 from tests.system import explain_recordings as made
 from tests.system.explain_recordings import Joint
 from tests.system.processes import stribeck
+from trajectories import Trajectory, check
 
 STRIBECK = Joint(stribeck_nm=0.12)
 
@@ -150,12 +156,47 @@ def test_one_recording_alone_is_judged_on_velocity_steps_of_itself() -> None:
     assert answer.holdout.source == "velocity steps left out in turn"
 
 
-def test_one_short_recording_names_the_effect_with_the_rivals_it_cannot_refute() -> None:
-    answer = explained(parse_twin(made.PLAIN), Path("t"), recordings(STRIBECK, range(1)), ())
-    assert answer.verdict == "tied"
-    (only,) = answer.findings
-    assert only.effect == "stribeck"
-    assert only.alternatives
+def cell_of(folder: Path, gear_ratio: float = made.GEAR, axis: int = 1) -> Path:
+    """Write a cell whose limits are far below what the recordings show."""
+    text = fake_cell_text(FakeSpecification(), interface="virtual", channel="none", short=True)
+    cell = tomllib.loads(text)
+    cell["axis"][0] |= {"gear_ratio": gear_ratio, "number": axis}
+    slow = {"motor_velocity_max_rad_s": 25.0, "motor_jerk_max_rad_s3": 1500.0}
+    cell["axis"][0]["limits"] |= {**slow, "motor_acceleration_max_rad_s2": 60.0}
+    cell["axis"][0]["stair"] |= {
+        "motor_velocity_max_rad_s": 20.0,
+        "motor_acceleration_rad_s2": 50.0,
+        "motor_jerk_rad_s3": 1000.0,
+        "approach_velocity_rad_s": 20.0,
+        "duration_s": 40.0,
+    }
+    path = folder / "cell.toml"
+    path.write_text(tomli_w.dumps(cell))
+    return path
+
+
+def test_one_short_recording_leaves_a_tie_and_asks_for_what_the_cell_allows(
+    tmp_path: Path,
+) -> None:
+    twin, cell = made.twin(tmp_path / "twin.toml"), cell_of(tmp_path)
+    run = made.save(tmp_path / "run.parquet", STRIBECK, 0)
+    run_explain(twin, [str(run)], [], tmp_path / "out", as_json=True, cell=cell)
+    answer = json.loads((tmp_path / "out/explanation.json").read_text())
+    assert answer["verdict"] == "tied"
+    (only,) = answer["findings"]
+    assert only["effect"] == "stribeck"
+    assert only["alternatives"]
+    asked = Trajectory.from_json(json.loads((tmp_path / "out/next-experiment.json").read_text()))
+    limits = read_cell(cell).axis_numbered(1).motor_limits
+    assert check(asked, limits) == ()
+
+
+def test_cell_of_another_gear_or_axis_is_refused(tmp_path: Path) -> None:
+    twin = parse_twin(made.PLAIN)
+    with pytest.raises(InputError, match="gear ratio 120, the twin 100"):
+        limits_of(cell_of(tmp_path, gear_ratio=120.0), twin)
+    with pytest.raises(InputError, match="axis"):
+        limits_of(cell_of(tmp_path, axis=2), twin)
 
 
 def test_twin_of_another_robot_axis_or_gear_is_refused() -> None:
