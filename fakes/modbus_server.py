@@ -17,6 +17,7 @@ from typing import Protocol
 from fakes.modbus_registers import WRITE_REGISTERS, Registers
 
 NOISE = bytes(1000)
+READ_HOLDING, READ_INPUT = 3, 4
 
 
 @dataclass
@@ -29,7 +30,8 @@ class Misbehaviour:
         ``deaf`` (nothing is heard, as with the cable out), ``silent`` (heard and done, but not
         answered), ``half`` (half a reply), ``garbled`` (wrong CRC, or a wrong protocol id on
         TCP), ``reset`` (the connection is cut), ``exception`` (with `code`), ``wrong-device``,
-        ``trickle`` (one byte a step), ``noise`` (the same, and never a reply).
+        ``trickle`` (one byte a step), ``noise`` (the same, and never a reply), ``swapped-words``
+        (registers that are read come in pairs the wrong way round).
     """
 
     kind: str
@@ -117,10 +119,8 @@ class TcpServer(_Manners):
             fault = self.spoil()
             if fault is not None and fault.kind == "deaf":
                 continue
-            answer = self.registers.answer(pdu)
+            answer = _spoiled(self.registers.answer(pdu), fault)
             tid, protocol, _, unit = struct.unpack(">HHHB", header)
-            if fault is not None and fault.kind == "exception":
-                answer = bytes([pdu[0] | 0x80, fault.code])
             if fault is not None and fault.kind == "garbled":
                 protocol = 0xDEAD
             if fault is not None and fault.kind == "wrong-device":
@@ -215,9 +215,7 @@ class RtuServer(_Manners):
         kind = "" if fault is None else fault.kind
         if kind == "deaf":
             return
-        answer = self.registers.answer(pdu)
-        if kind == "exception" and fault is not None:
-            answer = bytes([pdu[0] | 0x80, fault.code])
+        answer = _spoiled(self.registers.answer(pdu), fault)
         device = self.device_id + (kind == "wrong-device")
         body = bytes([device]) + answer
         check = crc16(body) ^ (0x5555 if kind == "garbled" else 0)
@@ -230,6 +228,20 @@ class RtuServer(_Manners):
             self._trickle += frame if kind == "trickle" else NOISE
             return
         os.write(self._descriptor, frame)
+
+
+def _spoiled(answer: bytes, fault: Misbehaviour | None) -> bytes:
+    """Return what a broken device answers on either line; `answer` is function code and data."""
+    if fault is None:
+        return answer
+    if fault.kind == "exception":
+        return bytes([answer[0] | 0x80, fault.code])
+    if fault.kind == "swapped-words" and answer[0] in (READ_HOLDING, READ_INPUT):
+        words = [answer[at : at + 2] for at in range(2, len(answer), 2)]
+        for at in range(0, len(words) - 1, 2):
+            words[at], words[at + 1] = words[at + 1], words[at]
+        return answer[:2] + b"".join(words)
+    return answer
 
 
 def _take_rtu(buffer: bytearray) -> bytes | None:

@@ -5,6 +5,7 @@ Each fault ends with the joint at rest, measured on the fake, within a stated ti
 
 from __future__ import annotations
 
+import contextlib
 import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -32,9 +33,9 @@ from drivers.errors import (
     NodeMissingError,
 )
 from fakes.modbus_controller import SAMPLE_PERIOD_S, FakeController
-from fakes.modbus_server import Misbehaviour, TcpServer
+from fakes.modbus_server import Misbehaviour, RtuServer, TcpServer
 from fakes.specification import FakeSpecification
-from tests.contract.modbus_rig import served
+from tests.contract.modbus_rig import pty_pair, served
 from trajectories import triangle
 
 ALIVE_TIMEOUT_S = 0.3
@@ -50,7 +51,7 @@ class Bench:
     cell: Cell
     clock: SteppedClock
     fake: FakeController
-    server: TcpServer
+    server: TcpServer | RtuServer
     stop_reason: str | None = None
 
     def run(self, *, reverse: bool = False) -> CycleResult:
@@ -75,34 +76,54 @@ class Bench:
 
 
 @contextmanager
-def bench(folder: Path, *, initial_arm_rad: float = 0.0) -> Iterator[Bench]:
+def bench(
+    folder: Path,
+    *,
+    initial_arm_rad: float = 0.0,
+    line: str = "tcp",
+    alive_timeout_s: float = ALIVE_TIMEOUT_S,
+    timeout_s: float = 0.1,
+    rate_hz: float = 100.0,
+) -> Iterator[Bench]:
+    """Yield a controller on ``tcp`` or, over a pty pair, ``rtu``, and the cell that asks for it."""
     specification = FakeSpecification.from_mapping(
         {"joint": {"initial_arm_position_rad": initial_arm_rad}}
     )
     fake = FakeController(specification, seed=3)
-    server = TcpServer(fake.registers)
     text = fake_cell_text(specification, interface="virtual", channel="none", short=True)
     description = tomllib.loads(text)
     del description["bus"]
-    description["recording"]["sample_rate_hz"] = 100.0
+    description["recording"]["sample_rate_hz"] = rate_hz
     axis = description["axis"][0]
     del axis["drive"]
     axis["stair"] |= {"duration_s": 6.0, "speeds": 3}
     axis["job"] = {
         "kind": "modbus",
-        "tcp": f"127.0.0.1:{server.port}",
-        "alive_timeout_s": ALIVE_TIMEOUT_S,
-        "timeout_s": 0.1,
+        "alive_timeout_s": alive_timeout_s,
+        "timeout_s": timeout_s,
         "gearbox_temperature": True,
     }
     clock = SteppedClock()
     clock.attach(fake.step_to)
-    with served(server):
+    with contextlib.ExitStack() as stack:
+        server: TcpServer | RtuServer
+        if line == "tcp":
+            server = TcpServer(fake.registers)
+            axis["job"]["tcp"] = f"127.0.0.1:{server.port}"
+        else:
+            descriptor, path = stack.enter_context(pty_pair())
+            server = RtuServer(fake.registers, descriptor)
+            axis["job"] |= {"rtu": path, "baudrate": 115_200, "parity": "N"}
+        stack.enter_context(served(server))
         yield Bench(folder, parse_cell(tomli_w.dumps(description)), clock, fake, server)
 
 
-def test_the_controller_drives_the_cells_stair_and_every_sample_is_kept(tmp_path: Path) -> None:
-    with bench(tmp_path) as made:
+@pytest.mark.parametrize("line", ["tcp", "rtu"])
+def test_the_controller_drives_the_cells_stair_and_every_sample_is_kept(
+    line: str, tmp_path: Path
+) -> None:
+    # A thread serves the line: on a loaded machine that may take it more than a tenth of a second.
+    with bench(tmp_path, line=line, alive_timeout_s=1.0, timeout_s=0.4) as made:
         result = made.run()
         assert made.rests()
         made.clock.sleep_until(made.clock.now() + 0.5)

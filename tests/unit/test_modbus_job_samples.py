@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drivers.errors import DriveStateError
 from drivers.modbus.device import Value
 from drivers.modbus.job_samples import ControllerSamples
 from drivers.modbus.register_map import RawValue
@@ -65,10 +66,25 @@ def test_samples_are_in_order_and_never_from_the_future(
     assert account.expected == account.received + account.lost
 
 
+@pytest.mark.parametrize("jump_s", [-0.001, 5.0, -1e5, math.nan])
+def test_what_comes_with_an_impossible_clock_is_no_sample(jump_s: float) -> None:
+    samples = ControllerSamples()
+    assert samples.take(block(1, 10.0), 100.0) is not None
+    broken = block(2, 10.02)
+    clock = broken["sample_time"]
+    broken["sample_time"] = clock._replace(value=10.0 + jump_s)
+    with pytest.raises(DriveStateError, match="clock went by"):
+        samples.take(broken, 100.02)
+    after = samples.take(block(3, 10.04), 100.04)
+    assert after is not None
+    assert after.time_s == pytest.approx(100.04)
+    assert (samples.account.received, samples.account.lost) == (2, 1)
+
+
 def test_a_number_that_was_skipped_is_lost_also_where_it_wraps() -> None:
     samples = ControllerSamples()
-    for number in (65534, 65535, 65535, 1, 2):
-        samples.take(block(number, number * PERIOD_S), 1e4)
+    for periods, number in ((0, 65534), (1, 65535), (1, 65535), (3, 1), (4, 2)):
+        samples.take(block(number, periods * PERIOD_S), 1e4)
     assert (samples.account.received, samples.account.lost) == (4, 1)
 
 
