@@ -14,6 +14,7 @@ _DECAYS_K = (math.inf, 50.0, 32.0, 24.0, 19.0, 15.0, 12.0)
 _USUAL_SCATTER = 0.005  # of the level, from cycle to cycle, worth `_SCATTER_CYCLES` of them
 _SCATTER_CYCLES = 2.0
 _BISECTIONS = 16
+_ALIKE = 1.5  # so many neighbouring cycles tell as much as one that is independent: memory of 0.2
 _VARIES = 1e-3
 _OUTLIER = 5.0  # robust deviations
 _FEWEST_INSIDE = 3
@@ -51,13 +52,14 @@ def learn(conditions: Conditions, values: Floats, deviations: Floats, prior: Pri
     best = 0
     for _ in range(2):  # a scatter about a shape that does not fit is too large: once more
         variance, scatter = _variance(columns[best], y, noise, centre, width)
-        solved = [_solve(own, y, 1.0 / variance, centre, width) for own in columns]
+        weight = 1.0 / (_caution(y.size, width.size) * variance)
+        solved = [_solve(own, y, weight, centre, width) for own in columns]
         best = int(np.argmax([s.unseen for s in solved]))
     merit = np.array([s.unseen for s in solved])
-    weight = np.exp(merit - merit.max())
+    share = np.exp(merit - merit.max())
     bends = tuple(
         Bend(decay_k, float(w), s.coefficients, s.covariance, s.middle)
-        for decay_k, w, s in zip(decays, weight / weight.sum(), solved, strict=True)
+        for decay_k, w, s in zip(decays, share / share.sum(), solved, strict=True)
     )
     moved = sum(b.weight * float(b.middle @ b.coefficients) for b in bends)
     return Law(
@@ -69,6 +71,16 @@ def learn(conditions: Conditions, values: Floats, deviations: Floats, prior: Pri
         scatter=abs(size) * scatter,
         cycles=int(y.size),
     )
+
+
+def _caution(cycles: int, coefficients: int) -> float:
+    """Return by how much a few cycles' variances count larger than they seem.
+
+    Neighbouring nights are alike, and their scatter is known from themselves alone: Student's
+    variance for their degrees of freedom.
+    """
+    free = cycles - coefficients - 1 + _SCATTER_CYCLES
+    return _ALIKE * free / max(free - 2.0, 1.0) if free > 0.0 else 3.0 * _ALIKE
 
 
 def _basis(conditions: Conditions) -> Basis:
