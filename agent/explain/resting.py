@@ -37,9 +37,10 @@ def settled_beside(library: Library, choice: Choice) -> tuple[Library, Choice]:
         Settled, with what could stand in each term's place as well.
     """
     for _ in range(_ROUNDS):
-        theta = _numbers_beside(library, choice.candidates)
-        resting = any(term.scored.form.rests_on_numbers for term in choice.terms)
-        if resting and _moved(library, theta):
+        theta = library.scene.theta
+        if any(term.scored.form.rests_on_numbers for term in choice.terms):
+            theta = _numbers_beside(library, choice.candidates)
+        if _moved(library, theta):
             library = _at(library, theta)
         elif choice.settled:
             break
