@@ -25,7 +25,7 @@ Item = TypeVar("Item")
 Value = TypeVar("Value")
 
 _AT_HAND = 3  # items on their way for each worker: one at work, the others waiting beside it
-_DEATHS = 2  # of a worker, until an item that waited in it is suspected
+_DEATHS = 1  # of a worker that an item has waited in and is not yet suspected for
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,6 @@ def cluster(address: str = "", workers: int = 2, memory_bytes: int = 2 << 30) ->
         "distributed.scheduler.allowed-failures": _DEATHS,
         "distributed.worker.memory.spill": False,
         "distributed.worker.memory.target": False,
-        "distributed.comm.timeouts.connect": "10s",
     }
     with dask.config.set(settings), contextlib.ExitStack() as stack:
         logging.getLogger("distributed").setLevel(logging.CRITICAL)
@@ -84,7 +83,7 @@ def cluster(address: str = "", workers: int = 2, memory_bytes: int = 2 << 30) ->
             threads_per_worker=1,
             processes=True,
             host="127.0.0.1",
-            dashboard_address=None,
+            dashboard_address="127.0.0.1:0",  # else its port is 8787, on every interface
             memory_limit=memory_bytes,
             silence_logs=logging.CRITICAL,
         )

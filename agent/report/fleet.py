@@ -20,7 +20,7 @@ _STATES: Mapping[str, tuple[str, str, str]] = {
     "not-decidable": ("○", "not decidable", "open"),
     "": ("✕", "not judged", "open"),
 }
-_SHOWN = 40
+_SHOWN, _LISTED = 40, 100
 
 
 @dataclass(frozen=True)
@@ -106,13 +106,17 @@ def write_fleet_page(path: Path, page: FleetPage) -> Path:
 
 def fleet_html(page: FleetPage) -> str:
     """Return the page as text; the same input gives the same text."""
+    urgent = [j for j in page.joints if j.state != "NF"]
     rises = [j for j in page.joints if j.rise_percent is not None][:_SHOWN]
     return render(
         "fleet.html.j2",
         page=page,
         sentence=in_words(page),
         counts=[(*_STATES[s], n) for s, n in _counted(page.joints)],
-        shown=page.joints[:_SHOWN],
+        urgent=urgent[:_LISTED],
+        left_out=max(len(urgent) - _LISTED, 0),
+        healthy=[j for j in page.joints if j.state == "NF"][:_LISTED],
+        limit=_LISTED,
         rises=_rises(rises),
         individuals=_individuals(page.joints),
         models=_models(page.joints),

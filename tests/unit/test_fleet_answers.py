@@ -1,0 +1,118 @@
+"""What a fleet's engineer reads: who is first, what robots agree on, what a file got wrong."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from agent.errors import InputError
+from agent.fleet.explanations import agreements, in_words
+from agent.fleet.lake import Lake
+from agent.fleet.roster import roster_of
+from agent.fleet.verdicts import by_risk
+from agent.report.fleet import AgreementRow, FleetPage, JointRow, fleet_html
+
+STATES = ("H1", "H0", "not-decidable", "NF", "")
+
+
+def verdict(
+    key: str, state: str, rise: float | None = None, limit: str | None = None
+) -> dict[str, Any]:
+    return {
+        "key": key,
+        "state": state,
+        "failure": "" if state else "its worker ended",
+        "low_rise_to_percent": rise,
+        "limit_earliest": limit,
+    }
+
+
+@given(st.permutations(range(7)))
+def test_the_most_urgent_joint_is_first_whatever_the_order(order: list[int]) -> None:
+    rows = [
+        verdict("a", "H1", 60.0, "2026-12-24T00:00:00+00:00"),
+        verdict("b", "H1", 90.0),
+        verdict("c", "H0", 12.0),
+        verdict("d", "H0", 8.0),
+        verdict("e", ""),
+        verdict("f", "not-decidable"),
+        verdict("g", "NF", 3.0),
+    ]
+    assert [r["key"] for r in by_risk([rows[i] for i in order])] == list("abcdefg")
+
+
+def test_robots_of_a_model_agree_or_do_not() -> None:
+    def said(key: str, effects: str, failure: str = "") -> dict[str, Any]:
+        verdict = "explained" if effects else "no-mismatch"
+        return {"key": key, "model": "M", "axis": 2, "effects": effects, "failure": failure} | {
+            "verdict": verdict
+        }
+
+    rows = [
+        said("1", "load-dependent-friction stribeck"),
+        said("2", "load-dependent-friction"),
+        said("3", ""),
+        said("4", "backlash"),
+        said("5", "", failure="mixed axes"),
+    ]
+    (found,) = agreements(rows, ["1", "2", "3", "5"])  # 4 was asked of older recordings
+    assert (found.asked, found.without_mismatch) == (3, 1)
+    assert in_words(found) == "2 of 3 M axis 2 show load-dependent-friction that the twin lacks."
+    (calm,) = agreements([said("3", "")], ["3"])
+    assert in_words(calm) == "1 of 1 M axis 2 agree with their twin."
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("schema = 3", "expected schema"),
+        ("schema =", "is no TOML"),
+        ('schema = "stribeck.fleet/1"\n[[model]]\nname = "M"', "robots as a list"),
+        (
+            'schema = "stribeck.fleet/1"\n[[model]]\nname = "M"\nrobots = ["*"]\ntwin = 1',
+            "does not know twin",
+        ),
+        (
+            'schema = "stribeck.fleet/1"\n[[model]]\nname = "M"\nrobots = ["*"]\n'
+            'twins = { a = "b" }',
+            "twins = { AXIS",
+        ),
+    ],
+)
+def test_a_wrong_roster_is_one_sentence(tmp_path: Path, text: str, said: str) -> None:
+    (tmp_path / "fleet.toml").write_text(text)
+    with pytest.raises(InputError, match=said):
+        roster_of(Lake(str(tmp_path)))
+
+
+def test_a_robot_is_of_the_first_model_that_has_its_name(tmp_path: Path) -> None:
+    (tmp_path / "fleet.toml").write_text(
+        'schema = "stribeck.fleet/1"\n'
+        '[[model]]\nname = "big"\nrobots = ["*66?0"]\ntwins = { 2 = "t.toml" }\n'
+        '[[model]]\nname = "any"\nrobots = ["*"]\n'
+    )
+    roster = roster_of(Lake(str(tmp_path)))
+    assert [roster.name_of(r) for r in ("c-6650", "c-4600")] == ["big", "any"]
+    assert roster.models[0].twins == {2: "t.toml"}
+
+
+def test_the_page_escapes_what_robots_are_called_and_says_what_is_first() -> None:
+    evil = "<script>alert(1)</script>"
+    rises = {"H1": (40.0, 35.0, 45.0), "NF": (0.5, -1.0, 2.0)}
+    joints = [
+        JointRow("s", f"{evil}{s}", 1, "M", s, f"why {evil}", "", rises.get(s), 0.6, 0.01)
+        for s in STATES
+    ]
+    agreed = [AgreementRow("2 of 3 agree.", 3, (("stribeck", 2), ("backlash", 1)))]
+    page = fleet_html(FleetPage("lake", joints, agreed, (f"x: {evil}",), 12))
+    assert evil not in page
+    assert "2 show increased friction; see to" in page
+    assert "backlash (1)" in page
+    assert page.count("data:image/svg+xml") == 4
+    calm = fleet_html(FleetPage("lake", joints[3:4], [], (), 1))
+    assert "none shows increased friction" in calm
+    assert "No joint has been judged yet" in fleet_html(FleetPage("lake", [], [], (), 0))
