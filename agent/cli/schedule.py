@@ -17,7 +17,7 @@ from agent.cli.ripple import write_picture
 from agent.cli.talk import progress_bar, talker
 from agent.errors import InputError
 from agent.identify.thermal import Cooling, estimate_cooling
-from agent.monitor.baseline import Baseline, baseline_of, features_table
+from agent.monitor.baseline import FEWEST_ASKED, Baseline, baseline_of, features_table
 from agent.monitor.compensation import PRIORS, Law
 from agent.monitor.cooling import NextCycle, Warmth, next_comparable, warmth
 from agent.monitor.history import JointHistory, histories
@@ -99,6 +99,8 @@ def _schedule(history: JointHistory | None, request: ScheduleRequest) -> Schedul
         own = slice(segment.start, segment.stop)
         features = features_table(history.cycles[own], history.features[own])
         baseline = baseline_of(features)
+        if not baseline.enough and features.count >= FEWEST_ASKED:
+            baseline = baseline_of(features, features.count)  # unsure, and as unsure as it says
         law = baseline.laws.get(_FEATURE)
         temperatures = features.conditions.temperature_degc
     site, sources = _site(law, baseline, request)

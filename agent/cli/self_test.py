@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import typer
 
 from agent.cli.exits import BAD_NEWS
 from agent.cli.monitor_cycles import cache_folder, cycle_from, cycles_of
+from agent.cli.self_test_text import AxisTest, axis_json, axis_text
 from agent.cli.talk import progress_bar, talker
 from agent.errors import InputError
 from agent.monitor.baseline import features_table
@@ -23,7 +22,8 @@ from agent.monitor.detectors import detector as named
 from agent.monitor.features import features_of
 from agent.monitor.history import JointHistory, histories
 from agent.monitor.injection import SHAPES, FrictionRise, added_torque_nm, responses, rise_of
-from agent.monitor.injection_replay import Catch, Healthy, SelfTest, self_test
+from agent.monitor.injection_replay import self_test
+from agent.monitor.injection_result import Healthy, SelfTest
 from agent.monitor.series import Detector, State
 from agent.monitor.verdict import Track, judge
 from agent.record.reading import find, read
@@ -45,17 +45,6 @@ class SelfTestRequest:
     baseline: int | None
     detector: str
     cache: bool = True
-
-
-@dataclass(frozen=True)
-class AxisTest:
-    """One joint's self-test; `answers` are the re-estimated recordings' shares by shape."""
-
-    history: JointHistory
-    found: SelfTest
-    answers: dict[str, dict[str, float]]
-    checked: tuple[str, ...]
-    notes: tuple[str, ...]
 
 
 def run_self_test(patterns: Sequence[str], request: SelfTestRequest, *, as_json: bool) -> None:
@@ -80,10 +69,10 @@ def run_self_test(patterns: Sequence[str], request: SelfTestRequest, *, as_json:
         talker().print(f"Replaying {len(history.cycles)} cycles of {history.joint.label} ...")
         tested.append(_axis(history, paths, detector, request))
     if as_json:
-        document = {"schema": SCHEMA, "axes": [_axis_json(t) for t in tested]}
+        document = {"schema": SCHEMA, "axes": [axis_json(t) for t in tested]}
         typer.echo(json.dumps(document, indent=2, allow_nan=False))
     else:
-        typer.echo("\n\n".join(_axis_text(t) for t in tested))
+        typer.echo("\n\n".join(axis_text(t) for t in tested))
     if not tested or not all(t.found.passed for t in tested):
         raise typer.Exit(BAD_NEWS)
 
@@ -210,94 +199,3 @@ def _surprises(answers: dict[str, dict[str, float]]) -> list[str]:
             "the replays count the computed answer, unchecked"
         )
     return notes
-
-
-def _axis_json(tested: AxisTest) -> dict[str, Any]:
-    found, alarms = tested.found, tested.found.false_alarms
-    return {
-        "robot": tested.history.joint.robot,
-        "axis": tested.history.joint.axis,
-        "decidable": not found.reason,
-        "reason": found.reason,
-        "passed": found.passed,
-        "healthy_cycles": found.cycles,
-        "baseline": found.baseline,
-        "replays": found.replays,
-        "block": found.block,
-        "within_cycles": found.within,
-        "rises": [_catch_json(c) for c in found.catches],
-        "false_alarms": None
-        if alarms is None
-        else {
-            "alarms": alarms.alarms,
-            "cycles": alarms.cycles,
-            "per_year": alarms.per_year,
-            "ci95_per_year": list(alarms.ci95_per_year),
-        },
-        "checked": {"recordings": list(tested.checked), "answers": tested.answers},
-        "notes": list(tested.notes),
-    }
-
-
-def _catch_json(catch: Catch) -> dict[str, Any]:
-    return {
-        "shape": catch.shape,
-        "stated_percent": catch.stated_percent,
-        "caught": catch.caught,
-        "caught_share": catch.caught_share,
-        "caught_share_ci95": list(catch.ci95_share),
-        "delay_cycles": _finite(catch.delay_cycles),
-        "smallest_percent": _finite(catch.smallest_percent),
-        "smallest_ci95_percent": [_finite(end) for end in catch.ci95_percent],
-        "smallest_nm": _finite(catch.smallest_nm),
-    }
-
-
-def _axis_text(tested: AxisTest) -> str:
-    found = tested.found
-    lines = [f"{tested.history.joint.label}:"]
-    if found.reason:
-        lines.append(f"  not decidable: {found.reason}.")
-        return "\n".join([*lines, *(f"  note: {note}" for note in tested.notes)])
-    lines.append(
-        f"  {found.replays} replays of {found.cycles} healthy cycles (blocks of {found.block}), "
-        f"baseline of {found.baseline}; caught within {found.within} cycles:"
-    )
-    lines += [f"  {line}" for catch in found.catches for line in _catch_lines(catch)]
-    if found.false_alarms is not None:
-        low, high = found.false_alarms.ci95_per_year
-        lines.append(
-            f"  without a rise: {found.false_alarms.alarms} alarms in "
-            f"{found.false_alarms.cycles} replayed cycles ({low:.2g} to {high:.2g} a year)"
-        )
-    if tested.answers:
-        shares = [s for by_name in tested.answers.values() for s in by_name.values()]
-        lines.append(
-            f"  checked by estimating {len(tested.checked)} injected recordings anew: features "
-            f"answer with {100.0 * min(shares):.0f} to {100.0 * max(shares):.0f} % of what was "
-            "computed"
-        )
-    return "\n".join([*lines, *(f"  note: {note}" for note in tested.notes)])
-
-
-def _catch_lines(catch: Catch) -> list[str]:
-    low, high = catch.ci95_share
-    verdict = "caught" if catch.caught else "NOT caught"
-    lines = [
-        f"- {SHAPES[catch.shape]}:",
-        f"    {catch.stated_percent:g} % of low-speed friction: {verdict} in "
-        f"{100.0 * catch.caught_share:.0f} % ({100.0 * low:.0f} to {100.0 * high:.0f} %)"
-        + (f", after {catch.delay_cycles:.0f} cycles (median)" if catch.caught_share > 0.0 else ""),
-    ]
-    if not math.isfinite(catch.smallest_percent):
-        return [*lines, "    no rise up to twice the friction is caught with 95 %"]
-    ends = [f"{e:.1f}" if math.isfinite(e) else "unknown" for e in catch.ci95_percent]
-    return [
-        *lines,
-        f"    smallest caught with 95 %: {catch.smallest_percent:.1f} % ({ends[0]} to {ends[1]}), "
-        f"{catch.smallest_nm:.3g} N m",
-    ]
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

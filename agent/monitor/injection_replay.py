@@ -30,118 +30,16 @@ from agent.monitor.baseline import (
     series_of,
 )
 from agent.monitor.compensation import Conditions
-from agent.monitor.features import SpeedGrid
 from agent.monitor.injection import SHAPES, rise_of
+from agent.monitor.injection_result import CAUGHT, Catch, FalseAlarms, Healthy, SelfTest
 from agent.monitor.series import FEATURES, Detector, Judgement, State
 
-CAUGHT = 0.95
 FEWEST = 12  # healthy cycles: fewer replay nothing but themselves
 _LARGEST = 2.0  # of the low-speed friction: a rise beyond is no small one
 _SMALLEST = 0.001
 _RESOLUTION = 1.1  # between a rise that is caught and one that is missed
 _AFTER = 60  # cycles after the baseline on which false alarms are counted
 _YEAR_S = 365.25 * 86_400.0
-
-
-@dataclass(frozen=True)
-class Healthy:
-    """A joint's healthy cycles in order of time.
-
-    Parameters
-    ----------
-    time_s : ndarray, shape (n,)
-    features : Features
-        Of the n cycles.
-    grid : SpeedGrid
-    """
-
-    time_s: Floats
-    features: Features
-    grid: SpeedGrid
-
-    @property
-    def low_mean_nm(self) -> float:
-        """Return the healthy friction, averaged over the low-speed part of the curve."""
-        width = float(self.grid.low_row().sum())
-        return float(np.mean(self.features.values["low_integral_w"])) / width
-
-    @property
-    def interval_s(self) -> float:
-        """Return the usual time from cycle to cycle."""
-        return float(np.median(np.diff(self.time_s)))
-
-
-@dataclass(frozen=True)
-class Catch:
-    """What is caught of one shape of rise.
-
-    Parameters
-    ----------
-    shape : str
-    smallest_percent : float
-        Of low-speed friction, caught with 95 %; NaN where no rise up to 200 % is.
-    ci95_percent : tuple of float
-        Its interval; an end is infinite where the replays do not bound it.
-    smallest_nm : float
-        The same, as torque averaged over the low speeds.
-    stated_percent : float
-        The rise that was asked about.
-    caught_share : float
-        Of the replays that catch it in time.
-    ci95_share : tuple of float
-        Wilson's interval of that share.
-    delay_cycles : float
-        Median from the rise to the alarm among those that catch it; NaN without any.
-    """
-
-    shape: str
-    smallest_percent: float
-    ci95_percent: tuple[float, float]
-    smallest_nm: float
-    stated_percent: float
-    caught_share: float
-    ci95_share: tuple[float, float]
-    delay_cycles: float
-
-    @property
-    def caught(self) -> bool:
-        """Tell whether the stated rise is caught with 95 %."""
-        return self.caught_share >= CAUGHT
-
-
-@dataclass(frozen=True)
-class FalseAlarms:
-    """Alarms of the replays without any rise.
-
-    `per_year` at the history's own rate of cycles, with the exact interval of a Poisson count.
-    """
-
-    alarms: int
-    cycles: int
-    per_year: float
-    ci95_per_year: tuple[float, float]
-
-
-@dataclass(frozen=True)
-class SelfTest:
-    """What the monitor's chain catches of one joint, on replays of its own cycles.
-
-    `reason` says why nothing is decidable; empty where something is.
-    """
-
-    reason: str
-    cycles: int
-    baseline: int
-    replays: int
-    within: int
-    block: int
-    catches: tuple[Catch, ...] = ()
-    false_alarms: FalseAlarms | None = None
-
-    @property
-    def passed(self) -> bool:
-        """Tell whether every shape of the stated rise is caught; False where not decidable."""
-        return not self.reason and all(c.caught for c in self.catches)
 
 
 def self_test(

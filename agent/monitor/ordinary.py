@@ -27,65 +27,15 @@ from agent.identify.result import Floats, FrictionCurve, Parameter, RigidBodyFit
 from agent.identify.rigid_body import variance_inflation
 from agent.identify.uncertainty import block_jackknife, student_975
 from agent.identify.windows import find_windows
+from agent.monitor.ordinary_excitation import MOVING, Excitation, excitation_of
 from agent.physics.rigid_body import PARAMETERS
 
 KNOTS = 5
 _BLOCKS = 40
 _FEWEST_BLOCKS = 14
-_SPEED_RATIO = 3.0  # fast to slow, that tells Coulomb from viscous friction
-_ONE_WAY = 0.1  # of the moving time that each direction needs
-_CONDITION = 60.0  # of columns of unit length
 _FIRM = 0.1  # of the value: half of the widest interval that counts as known
 _LEAST_RANGE = 2.0  # fastest to slowest speed at which friction is known
-_MOVING = 0.02  # of the fastest speed
 _INFLATION = 1000.0
-
-
-@dataclass(frozen=True)
-class Excitation:
-    """What the motion visits.
-
-    Parameters
-    ----------
-    speeds_rad_s : tuple of float
-        5, 50 and 95 % quantiles of the moving joint's speed.
-    forward_share : float
-        Of the moving time.
-    steady_share : float
-        Of the moving time spent in steady windows.
-    condition_number : float
-        Of sign, velocity, acceleration and constant, columns scaled to unit length.
-    arm_stroke_rad : float
-        NaN where no position was recorded.
-    """
-
-    speeds_rad_s: tuple[float, float, float]
-    forward_share: float
-    steady_share: float
-    condition_number: float
-    arm_stroke_rad: float
-
-    def reasons(self) -> list[str]:
-        """Return why this motion does not carry friction; empty where it does."""
-        slow, _, fast = self.speeds_rad_s
-        out = []
-        if fast < _SPEED_RATIO * slow:
-            out.append(
-                f"the joint moves at {slow:.3g} to {fast:.3g} rad/s only: Coulomb and viscous "
-                f"friction need a ratio of {_SPEED_RATIO:g} between fast and slow to be told apart"
-            )
-        rarer = min(self.forward_share, 1.0 - self.forward_share)
-        if rarer < _ONE_WAY:
-            out.append(
-                f"{100.0 * rarer:.0f} % of the moving time is in the rarer direction, "
-                f"{100.0 * _ONE_WAY:.0f} % are needed to tell friction from a constant torque"
-            )
-        if self.condition_number > _CONDITION:
-            out.append(
-                f"the condition number is {self.condition_number:.3g}, up to {_CONDITION:g} is "
-                "allowed: friction, inertia and offset look alike in this motion"
-            )
-        return out
 
 
 @dataclass(frozen=True)
@@ -171,7 +121,7 @@ def ordinary_friction(motions: Sequence[Motion]) -> OrdinaryFriction:
         return OrdinaryFriction.undecided([*refused, *objected])
     regression = regress(motions, None)
     steady = sum(w.stop - w.start for own in windows for w in own)
-    excitation = _excitation(motions, steady, regression.rows.arm_stroke_rad)
+    excitation = excitation_of(motions, steady, regression.rows.arm_stroke_rad)
     reasons = excitation.reasons()
     if reasons:
         return OrdinaryFriction.undecided(reasons, excitation)
@@ -244,37 +194,13 @@ def compare(
     return Comparison(speed, difference, deviation, agrees, sentence)
 
 
-def _excitation(motions: Sequence[Motion], steady: int, arm_stroke_rad: float) -> Excitation:
-    velocity = np.concatenate([v for m in motions for v in m.velocity_rad_s])
-    change = np.concatenate(
-        [
-            np.gradient(lowpass(v, s.period_s, 0.1 / s.period_s), s.period_s)
-            for m in motions
-            for s, v in zip(m.timing.stretches, m.velocity_rad_s, strict=True)
-        ]
-    )
-    moves = np.abs(velocity) > _MOVING * float(np.abs(velocity).max())
-    moving = velocity[moves]
-    columns = np.column_stack((np.sign(moving), moving, change[moves], np.ones(moving.size)))
-    length = np.linalg.norm(columns, axis=0)
-    singular = np.linalg.svd(columns / np.where(length > 0.0, length, 1.0), compute_uv=False)
-    slow, middle, fast = (float(q) for q in np.quantile(np.abs(moving), (0.05, 0.5, 0.95)))
-    return Excitation(
-        (slow, middle, fast),
-        float(np.mean(moving > 0.0)),
-        min(steady / moving.size, 1.0),
-        float(singular[0] / singular[-1]) if singular[-1] > 0.0 else math.inf,
-        arm_stroke_rad,
-    )
-
-
 def _knots(excitation: Excitation, fastest_rad_s: float) -> Floats:
     """Return the knots, shape (KNOTS + 2,): the first and the last are not reported.
 
     They take up what friction does in the few passes that are slower or faster than the rest.
     """
     slow, _, fast = excitation.speeds_rad_s
-    lowest = min(_MOVING * fastest_rad_s, 0.5 * slow)
+    lowest = min(MOVING * fastest_rad_s, 0.5 * slow)
     inner = np.geomspace(slow, fast, KNOTS)
     return np.concatenate(([lowest], inner, [max(fastest_rad_s, 1.05 * fast)]))
 

@@ -16,7 +16,8 @@ from agent.identify.estimate import estimate
 from agent.identify.preprocess import Motion, read_motion
 from agent.identify.signals import Signals
 from agent.identify.uncertainty import student_975
-from agent.monitor.observer_band import learn_band, model_of, watch
+from agent.monitor.observer_band import learn_band, watch
+from agent.monitor.observer_learning import model_of
 from agent.monitor.ordinary import ordinary_friction
 from fakes.history import CycleRun, HistoryPlan, Wear, cycles, ordinary_runs
 

@@ -17,7 +17,8 @@ from agent.monitor.compensation import Conditions
 from agent.monitor.detectors import detector
 from agent.monitor.features import SpeedGrid
 from agent.monitor.injection import LOW_SPEED, rise_of
-from agent.monitor.injection_replay import Healthy, self_test
+from agent.monitor.injection_replay import self_test
+from agent.monitor.injection_result import Healthy
 from agent.monitor.series import FEATURES, State
 
 GRID = SpeedGrid(np.array([3.0, 7.0, 14.0, 25.0, 40.0, 60.0, 85.0, 115.0, 155.0, 200.0]), 66.0)

@@ -14,8 +14,11 @@ from agent.identify.estimate import estimate
 from agent.identify.preprocess import Motion, read_motion
 from agent.identify.result import Estimate, Floats
 from agent.identify.signals import Signals
-from agent.monitor.observer import Blocks, ObserverModel, observe, whiteness
-from agent.monitor.observer_band import HealthyBand, learn_band, model_of, watch
+from agent.monitor.observer import observe
+from agent.monitor.observer_band import HealthyBand, learn_band, watch
+from agent.monitor.observer_learning import model_of
+from agent.monitor.observer_model import Blocks, ObserverModel
+from agent.monitor.observer_whiteness import whiteness
 from fakes.history import HistoryPlan, Wear, cycles, ordinary_runs
 
 MODEL = ObserverModel(

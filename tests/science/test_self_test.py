@@ -18,7 +18,8 @@ from agent.monitor.cycle import cycle_of
 from agent.monitor.detectors import detector
 from agent.monitor.features import SpeedGrid, features_of, grid_of
 from agent.monitor.injection import SHAPES, FrictionRise, added_torque_nm, responses, rise_of
-from agent.monitor.injection_replay import Healthy, self_test
+from agent.monitor.injection_replay import self_test
+from agent.monitor.injection_result import Healthy
 from fakes.history import HistoryPlan, cycles
 
 GRID = SpeedGrid(np.array([3.0, 10.0, 30.0, 60.0, 100.0, 150.0, 200.0]), 66.0)
