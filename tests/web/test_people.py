@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
+import typer
 
+from agent.cli import user
+from agent.errors import InputError
 from agent.record.audit import verify
 from agent.web.application import first_token
+from agent.web.passwords import Argon2
 from agent.web.roles import Role
 from tests.web.bench import PASSWORD, Bench, Browser, make
 
@@ -134,3 +139,24 @@ def test_what_people_do_stands_in_the_trail(bench: Bench) -> None:
         ("eva", "user invited"),
     ]
     assert verify(bench.page.settings.state).entries == len(done)
+
+
+def test_the_commands_invite_list_and_disable(
+    bench: Bench, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(user, "Argon2", lambda: Argon2(1, 8))
+    state = bench.page.settings.state
+    user.invite_user(state, "otto", "viewer")
+    token = capsys.readouterr().out.strip()
+    assert welcome(Browser(bench.page), token, "") == 303
+    user.list_users(state, as_json=True)
+    listed = {entry["name"]: entry for entry in json.loads(capsys.readouterr().out)}
+    assert (listed["otto"]["role"], listed["otto"]["disabled"]) == ("viewer", False)
+    user.disable_user(state, "otto")
+    user.list_users(state, as_json=False)
+    assert "otto                     viewer      disabled" in capsys.readouterr().out
+    assert bench.page.users.authenticate("otto", PASSWORD) is None
+    with pytest.raises(typer.BadParameter, match="engineer"):
+        user.invite_user(state, "otto", "king")
+    with pytest.raises(InputError, match="no page was ever served"):
+        user.list_users(state / "nowhere", as_json=False)
