@@ -123,8 +123,7 @@ class Catalogue:
     def record_event(self, event: Event) -> EventRow:
         """Append an event to the folder's file, then to the catalogue; the file comes first."""
         row = EventRow(EVENTS_FILE, append_event(self.folder, event), event)
-        with schema.told(self.url), schema.writing(self._engine) as connection:
-            self._put(connection, EVENTS, [row.columns()])
+        self._catch_up()
         return row
 
     def remove(self, path: str) -> None:
@@ -223,7 +222,11 @@ class Catalogue:
         since: str = "",
         newest: int | None = None,
     ) -> tuple[EventRow, ...]:
-        """Return events, oldest first; those of the whole robot count as every axis's."""
+        """Return events, oldest first; those of the whole robot count as every axis's.
+
+        Lines that others have appended to the folder's file meanwhile are taken in first.
+        """
+        self._catch_up()
         query = sa.select(EVENTS).where(EVENTS.c.folder == self._key, EVENTS.c.at >= since)
         if robot is not None:
             query = query.where(EVENTS.c.robot == robot)
@@ -234,6 +237,19 @@ class Catalogue:
         order = (EVENTS.c.at.desc(), EVENTS.c.path.desc(), EVENTS.c.line.desc())
         rows = self._ask(query.order_by(*order).limit(newest))
         return tuple(EventRow.from_columns(row) for row in reversed(rows))
+
+    def _catch_up(self) -> None:
+        """Take in the events that the folder's file has and the catalogue has not."""
+        own = sa.select(sa.func.max(EVENTS.c.line)).where(EVENTS.c.folder == self._key)
+        rows = [EventRow(EVENTS_FILE, n, e).columns() for n, e in read_events(self.folder)[0]]
+        last = rows[-1]["line"] if rows else 0
+        with schema.told(self.url):
+            with self._engine.connect() as connection:
+                if (connection.execute(own).scalar() or 0) >= last:
+                    return
+            with schema.writing(self._engine) as connection:
+                known = connection.execute(own).scalar() or 0
+                self._insert(connection, EVENTS, [row for row in rows if row["line"] > known])
 
     # -- the database ------------------------------------------------------------------------
 

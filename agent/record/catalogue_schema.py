@@ -17,7 +17,7 @@ VARIABLE = "STRIBECK_CATALOGUE"
 FILE = "catalogue.sqlite"
 _PATIENCE_S = 20.0
 _WRITES = {"stribeck_writes": True}
-_LOCK_NUMBER = 0x57121BEC  # of PostgreSQL's advisory lock that migrations are run under
+_LOCK_NUMBER = 0x57121BEC  # of PostgreSQL's advisory lock: SQLite has one writer by itself
 
 
 def catalogue_url(folder: Path, given: str | None = None) -> sa.URL:
@@ -130,8 +130,10 @@ def _reason(error: sa.exc.SQLAlchemyError) -> str:
 
 @contextlib.contextmanager
 def writing(engine: sa.Engine) -> Iterator[sa.Connection]:
-    """Yield a connection in one transaction that writes."""
+    """Yield a connection in one transaction that writes; one at a time, on both databases."""
     with engine.connect().execution_options(**_WRITES) as connection, connection.begin():
+        if engine.dialect.name == "postgresql":
+            connection.execute(sa.select(sa.func.pg_advisory_xact_lock(_LOCK_NUMBER)))
         yield connection
 
 
@@ -158,8 +160,6 @@ def upgrade(engine: sa.Engine) -> tuple[str | None, str]:
     if before == HEAD:
         return before, HEAD
     with writing(engine) as connection:
-        if engine.dialect.name == "postgresql":
-            connection.execute(sa.select(sa.func.pg_advisory_xact_lock(_LOCK_NUMBER)))
         before = version_of(connection)  # another process may have done it meanwhile
         _migrate(connection, before)
     return before, HEAD

@@ -20,7 +20,7 @@ from agent.errors import InputError, StorageError
 from agent.record.catalogue import Catalogue
 from agent.record.catalogue_schema import open_engine, upgrade
 from agent.record.catalogue_tables import HEAD, METADATA, TABLES
-from agent.record.events_file import Event
+from agent.record.events_file import Event, append_event
 from agent.record.seal import seal
 from agent.record.verdict_file import Verdict, write_verdict
 from agent.record.writing import write
@@ -169,6 +169,19 @@ def test_many_may_open_a_new_catalogue_at_once(tmp_path: Path, url: str | None) 
         rows = catalogue.events()
         assert sorted(row.line for row in rows) == list(range(1, 13))
         assert {row.event.text for row in rows} == {str(n) for n in range(12)}
+
+
+def test_events_that_others_appended_to_the_file_are_taken_in(
+    tmp_path: Path, url: str | None
+) -> None:
+    with Catalogue(tmp_path, url) as catalogue:
+        append_event(tmp_path, Event("2026-01-02", "acknowledged", "seen", "r", 1, by="meister"))
+        catalogue.record_event(Event("2026-01-03", "note", "later", "r", 1))
+        append_event(tmp_path, Event("2026-01-01", "oil", "backdated", "r", 1))
+        assert [row.event.text for row in catalogue.events()] == ["backdated", "seen", "later"]
+        before = catalogue.events()
+        catalogue.rebuild()
+        assert catalogue.events() == before
 
 
 def test_a_catalogue_of_a_newer_version_is_refused_and_left_alone(tmp_path: Path) -> None:

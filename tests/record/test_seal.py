@@ -30,7 +30,7 @@ NOW = "2026-04-01T00:00:00.000Z"
 
 
 @given(place=st.floats(0.0, 0.999999), bit=st.integers(0, 7))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 def test_one_bit_anywhere_is_seen(place: float, bit: int) -> None:
     with tempfile.TemporaryDirectory() as name:
         path = write(recording(), Path(name) / "run.parquet")
@@ -120,7 +120,7 @@ def test_a_verdict_is_computed_again_and_says_with_which_versions(tmp_path: Path
     assert "decidable -> not decidable" in sentence
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(
     alarms=st.sets(st.integers(0, 7)),
     baseline=st.sets(st.integers(0, 7)),
