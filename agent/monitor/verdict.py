@@ -28,7 +28,7 @@ NOW = 3
 """The last so many cycles are compared with the baseline."""
 
 NOT_DECIDABLE = "not-decidable"
-_NOBODY = "the detector has no threshold for these cycles"
+_NOT = "not decidable: "
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ def judge(history: JointHistory, detector: Detector, baseline: int | None = None
     tracks = tuple(_track(history, segment, detector, baseline) for segment in history.segments)
     if not tracks:
         why = "no cycle is usable" if history.set_aside else "there is no cycle"
-        return _undecided(history, detector, tracks, why, _repair(history))
+        return _undecided(history, detector, tracks, why, _USABLE)
     last = tracks[-1]
     if last.series is None:
         return _undecided(history, detector, tracks, _too_few(last), _more_cycles(last))
@@ -144,6 +144,10 @@ def judge(history: JointHistory, detector: Detector, baseline: int | None = None
     return _judged(history, detector, tracks, min(NOW, after))
 
 
+_USABLE = (
+    "correct what is said of each cycle that was set aside (its clock, its temperature, its "
+    "trajectory), or run new cycles",
+)
 _LONGER = ("let the baseline grow: run more cycles, and give their number with --baseline",)
 
 
@@ -255,10 +259,6 @@ def _more_cycles(track: Track) -> tuple[str, ...]:
     )
 
 
-def _repair(history: JointHistory) -> tuple[str, ...]:
-    return tuple(f"{one.name}: {one.reason}" for one in history.set_aside[:3])
-
-
 def _promise(detector: Detector, series: FeatureSeries) -> str:
     """Return what the detector's tuning promises; empty where it has none."""
     tunings = getattr(detector, "tunings", None)
@@ -269,7 +269,7 @@ def _promise(detector: Detector, series: FeatureSeries) -> str:
 def _unable(detector: Detector, series: FeatureSeries) -> str:
     """Return why a detector cannot judge, in its own words where it has some."""
     tunings = getattr(detector, "tunings", None)
-    if tunings is None:
-        return _NOBODY
-    reasons = [t.sentence for t in tunings(series).values() if not t.decidable]
-    return reasons[0].removeprefix("not decidable: ") if reasons else _NOBODY
+    sentences = () if tunings is None else [t.sentence for t in tunings(series).values()]
+    reasons = [s for s in sentences if s.startswith(_NOT)]
+    few = f"{series.healthy} healthy cycles are too few for the detector {detector.name}"
+    return reasons[0].removeprefix(_NOT) if reasons else few

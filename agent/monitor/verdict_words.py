@@ -43,11 +43,12 @@ def alarmed(state: State, found: Comparison, reasons: Reasons, since_when: str) 
 def quiet(found: Comparison, healthy: int) -> str:
     """Return the sentence of a joint without alarm, compared with so many healthy cycles."""
     off = [e for e in found.effects.values() if e.clear and abs(e.percent) > _NOTABLE_PERCENT]
-    word = (
-        "as it was" if not off else "lower than it was" if off[0].percent < 0.0 else "a little up"
-    )
+    start = "No alarm, friction is as it was"
+    if off:
+        word = "lower" if off[0].percent < 0.0 else "higher"
+        start = f"No alarm, yet friction is {word} than it was"
     return (
-        f"No alarm, friction is {word}: {_in_words(found.effects['low'])} at low speed, "
+        f"{start}: {_in_words(found.effects['low'])} at low speed, "
         f"{_in_words(found.effects['high'])} at high speed, compared {_at(found)} with "
         f"{healthy} healthy cycles."
     )

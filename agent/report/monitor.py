@@ -128,6 +128,7 @@ def _view(finding: Finding, name: str) -> JointView:
 def _without_status(sentence: str) -> str:
     """Leave out what the headline says already."""
     for start in (
+        "No alarm, yet ",
         "No alarm, ",
         "Not decidable yet: ",
         "Friction has increased a lot: ",

@@ -170,6 +170,14 @@ def test_events_start_a_new_baseline_wherever_they_are_written() -> None:
     assert "5 of 8 healthy cycles since the work on the joint" in finding.sentence
 
 
+def test_a_history_without_a_usable_cycle_says_what_to_correct() -> None:
+    history = only([dataclasses.replace(c, started_s=0.0) for c in months(1, 3)])
+    finding = judge(history, detector())
+    assert (finding.status, finding.comparison) == (NOT_DECIDABLE, None)
+    assert finding.sentence == "Not decidable yet: no cycle is usable."
+    assert "its clock" in finding.next_steps[0]
+
+
 @pytest.mark.parametrize(
     ("document", "sentence"),
     [
