@@ -6,7 +6,7 @@ catalogue again from the folder. SQLite in the folder itself, or PostgreSQL by U
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from types import TracebackType
@@ -14,25 +14,13 @@ from typing import Any, Self, TypeVar
 
 import sqlalchemy as sa
 
-from agent.errors import InputError, StorageError
+from agent.errors import StorageError
 from agent.record import catalogue_schema as schema
-from agent.record.catalogue_rows import (
-    EstimateRow,
-    EventRow,
-    RecordingRow,
-    VerdictRow,
-    estimate_row,
-    recording_row,
-    relative,
-    verdict_row,
-)
+from agent.record.catalogue_files import beside, everything
+from agent.record.catalogue_rows import EstimateRow, EventRow, RecordingRow, VerdictRow
 from agent.record.catalogue_tables import ESTIMATES, EVENTS, RECORDINGS, VERDICTS
 from agent.record.events_file import NAME as EVENTS_FILE
 from agent.record.events_file import Event, append_event, read_events
-from agent.record.reading import CSV, PARQUET, natural_key, side_file
-from agent.record.verdict_file import ESTIMATE_SUFFIX as ESTIMATE
-from agent.record.verdict_file import SUFFIX as VERDICT
-from agent.record.verdict_file import estimate_path, verdict_path
 
 __all__ = ["Catalogue", "EstimateRow", "EventRow", "Rebuilt", "RecordingRow", "VerdictRow"]
 
@@ -113,7 +101,7 @@ class Catalogue:
         agent.errors.InputError
             It is no recording, or not in this folder; an estimate or verdict cannot be read.
         """
-        found = _beside(recording, self.folder)
+        found = beside(recording, self.folder)
         with schema.told(self.url), schema.writing(self._engine) as connection:
             self._put(connection, RECORDINGS, [asdict(r) for r in found.recordings])
             self._put(connection, ESTIMATES, [asdict(e) for e in found.estimates])
@@ -136,7 +124,7 @@ class Catalogue:
 
     def rebuild(self) -> Rebuilt:
         """Make the catalogue of this folder again from its files, in one transaction."""
-        found = _everything(self.folder)
+        found = everything(self.folder)
         events, torn = read_events(self.folder)
         lines = [EventRow(EVENTS_FILE, number, event).columns() for number, event in events]
         contents: Sequence[tuple[sa.Table, list[dict[str, Any]]]] = (
@@ -291,85 +279,6 @@ class Catalogue:
     def _ask(self, query: sa.Select[Any]) -> list[dict[str, Any]]:
         with schema.told(self.url), self._engine.connect() as connection:
             return [dict(row) for row in connection.execute(query).mappings()]
-
-
-@dataclass(frozen=True)
-class _Files:
-    """The rows of files, and a sentence for every file that could not be taken."""
-
-    recordings: tuple[RecordingRow, ...] = ()
-    estimates: tuple[EstimateRow, ...] = ()
-    verdicts: tuple[VerdictRow, ...] = ()
-    problems: tuple[str, ...] = ()
-
-
-def _beside(file: Path, folder: Path) -> _Files:
-    """Return the rows of one recording, its estimate and its verdict; a bad file raises."""
-    recording = recording_row(file, folder)
-    estimate, verdict = estimate_path(file), verdict_path(file)
-    return _Files(
-        (recording,),
-        (estimate_row(estimate, recording, folder),) if estimate.exists() else (),
-        (verdict_row(verdict, folder),) if verdict.exists() else (),
-    )
-
-
-def _everything(folder: Path) -> _Files:
-    """Return the rows of every file below a folder."""
-    problems: list[str] = []
-    recordings = _taken(lambda f: recording_row(f, folder), recordings_below(folder), problems)
-    verdicts = _taken(lambda f: verdict_row(f, folder), _files(folder, VERDICT), problems)
-    # the recording, or what retention has left of it
-    owners: dict[str, RecordingRow | VerdictRow] = {
-        row.path.removesuffix(VERDICT): row for row in verdicts
-    }
-    owners |= {Path(row.path).with_suffix("").as_posix(): row for row in recordings}
-
-    def of(file: Path) -> EstimateRow:
-        owner = owners.get(relative(file, folder).removesuffix(ESTIMATE))
-        if owner is None:
-            raise InputError(f"{file}: the recording that it belongs to is not there.")
-        return estimate_row(file, owner, folder)
-
-    estimates = _taken(of, _files(folder, ESTIMATE), problems)
-    return _Files(tuple(recordings), tuple(estimates), tuple(verdicts), tuple(problems))
-
-
-def _taken(make: Callable[[Path], Row], files: Iterable[Path], problems: list[str]) -> list[Row]:
-    """Return a row for each file that can be read; the others' reasons go to `problems`."""
-    rows = []
-    for file in files:
-        try:
-            rows.append(make(file))
-        except InputError as error:
-            problems.append(str(error))
-    return rows
-
-
-def recordings_below(folder: Path) -> tuple[Path, ...]:
-    """Return the files below a folder that look like finished recordings, sorted as people count.
-
-    A CSV file is one when its side file is there and no Parquet file has its name; hidden files
-    and folders are passed over.
-    """
-    parquet = {file.with_suffix(""): file for file in _files(folder, PARQUET)}
-    others = [
-        file
-        for file in _files(folder, CSV)
-        if file.with_suffix("") not in parquet and side_file(file).is_file()
-    ]
-    return tuple(sorted([*parquet.values(), *others], key=natural_key))
-
-
-def _files(folder: Path, suffix: str) -> list[Path]:
-    """Return the visible files below a folder whose names end so, sorted as people count."""
-    found = [
-        path
-        for path in folder.rglob(f"*{suffix}")
-        if path.is_file()
-        and not any(part.startswith(".") for part in path.relative_to(folder).parts)
-    ]
-    return sorted(found, key=natural_key)
 
 
 def _as(kind: type[Row], row: dict[str, Any]) -> Row:
