@@ -34,6 +34,7 @@ def brisk(cell: dict[str, Any]) -> None:
     stair |= {"duration_s": 6.0, "speeds": 2, "arm_from_deg": -8.0, "arm_to_deg": 8.0}
     stair |= {"motor_velocity_min_rad_s": 15.0, "motor_velocity_max_rad_s": 60.0}
     stair["motor_acceleration_rad_s2"] = 120.0  # in pp nothing rounds the corners: the arm rings
+    cell["recording"]["sample_rate_hz"] = 100.0
 
 
 @pytest.mark.parametrize("word", BITS)
