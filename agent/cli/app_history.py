@@ -101,7 +101,7 @@ def self_test(
         float, typer.Option(help="The rise that must be caught, % of low-speed friction.")
     ] = 10.0,
     within: Annotated[int, typer.Option(min=1, help="Cycles in which it must be caught.")] = 20,
-    replays: Annotated[int, typer.Option(min=20, max=2000, help="How many replays.")] = 100,
+    replays: Annotated[int, typer.Option(min=20, max=2000, help="How many replays.")] = 120,
     seed: Annotated[int, typer.Option(help="What the replays are drawn by.")] = 1,
     baseline: Annotated[
         int | None, typer.Option(min=3, help="Healthy cycles to learn from, as for `monitor`.")

@@ -48,7 +48,7 @@ def self_test(
     *,
     stated: float = 0.10,
     within: int = 20,
-    replays: int = 100,
+    replays: int = 120,
     seed: int = 1,
     asked: int | None = None,
     gains: Mapping[str, Mapping[str, float]] | None = None,
@@ -92,16 +92,15 @@ def self_test(
     rng = np.random.default_rng(seed)
     made = [_replay(healthy, block, within, asked, rng) for _ in range(replays)]
     usable = [r for r in made if r is not None]
-    if len(usable) < replays // 2:
-        reason = f"in {replays - len(usable)} of {replays} replays the baseline never settles"
-        return SelfTest(reason, count, baseline.cycles, len(usable), within, block)
-    if not any(r.judged(detector, {}, r.onset + within).traces for r in usable[:5]):
-        reason = "the detector has no threshold for cycles that scatter as these do"
+    # A replay that has an alarm before the rise is a false alarm's, and catches nothing.
+    quiet = [r for r in usable if r.alarm(detector, {}, r.onset) is None]
+    reason = _unable(usable, quiet, replays, detector, within)
+    if reason:
         return SelfTest(reason, count, baseline.cycles, len(usable), within, block)
     catches = tuple(
         _catch(
             shape,
-            usable,
+            quiet,
             healthy,
             _Trial(_added(shape, healthy, (gains or {}).get(shape, {})), detector, within),
             stated,
@@ -109,7 +108,24 @@ def self_test(
         for shape in SHAPES
     )
     alarms = _false_alarms(usable, healthy, detector)
-    return SelfTest("", count, baseline.cycles, len(usable), within, block, catches, alarms)
+    return SelfTest("", count, baseline.cycles, len(quiet), within, block, catches, alarms)
+
+
+def _unable(
+    usable: Sequence[_Replay],
+    quiet: Sequence[_Replay],
+    replays: int,
+    detector: Detector,
+    within: int,
+) -> str:
+    """Return why the replays show nothing; empty where they do."""
+    if len(usable) < replays // 2:
+        return f"in {replays - len(usable)} of {replays} replays the baseline never settles"
+    if not any(r.judged(detector, {}, r.onset + within).traces for r in usable[:5]):
+        return "the detector has no threshold for cycles that scatter as these do"
+    if len(quiet) < replays // 2:
+        return f"{len(usable) - len(quiet)} of {len(usable)} replays have an alarm before any rise"
+    return ""
 
 
 @dataclass(frozen=True)

@@ -86,7 +86,7 @@ def main() -> None:
         low_nm = healthy.low_mean_nm
         each = [
             [_caught(rng, scatter, percent / 100.0, low_nm) for _ in range(FRESH)]
-            for percent in (catch.smallest_percent, catch.ci95_percent[1])
+            for percent in (catch.smallest_percent, min(catch.ci95_percent[1], 200.0))
         ]
         share, best = (100.0 * np.mean([f for f in one if f is not None]) for one in each)
         shares.append(share)
