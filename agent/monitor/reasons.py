@@ -206,8 +206,12 @@ def _hypotheses(
     kelvin = (_SENSOR_K if measured else _UNKNOWN_K) * (2.0 if found.extrapolated else 1.0)
     return {
         WEAR: tuple(
-            _shape([ones, np.exp(-speed / (fall * low_rad_s))], [level / 2, level], rises=True)
-            for fall in _FALLS
+            shape
+            for fall in (np.exp(-speed / (share * low_rad_s)) for share in _FALLS)
+            for shape in (
+                _shape([fall], [level], rises=True),
+                _shape([ones, fall], [level / 2, level], rises=True),
+            )
         ),
         OIL: tuple(
             _shape([ramp - share * np.exp(-speed / low_rad_s)], [level]) for share in (0.0, 0.3)
@@ -228,13 +232,18 @@ def _hypotheses(
 
 def _payload(found: Comparison, low_rad_s: float, beside: Beside) -> tuple[_Shape, ...]:
     """Return what load does to friction; where gravity is known, it must have changed as well."""
-    fall = np.exp(-found.speed_rad_s / (0.35 * low_rad_s))
-    shape = _LOAD_TO_FRICTION + _LOAD_TO_BOUNDARY * fall
-    if not math.isfinite(beside.load_deviation_nm):
-        mean = float(np.mean(found.healthy_nm))
-        return (_shape([shape / shape.mean()], [0.5 * _FRICTION_SHARE * mean]),)
-    size = max(_LOAD_SHARE * beside.load_nm, _FRICTION_SHARE * float(np.mean(found.healthy_nm)))
-    return tuple(_shape([gain * shape], [size], load=[1.0]) for gain in (0.5, 1.0, 2.0))
+    mean = float(np.mean(found.healthy_nm))
+    level = 0.5 * _FRICTION_SHARE * mean
+    size = max(_LOAD_SHARE * _or_zero(beside.load_nm), _FRICTION_SHARE * mean)
+    out = []
+    for fall in _FALLS:
+        bump = np.exp(-found.speed_rad_s / (fall * low_rad_s))
+        shape = _LOAD_TO_FRICTION + _LOAD_TO_BOUNDARY * bump
+        if math.isfinite(beside.load_deviation_nm):
+            out += [_shape([gain * shape], [size], load=[1.0]) for gain in (0.5, 1.0, 2.0)]
+        else:
+            out.append(_shape([shape / shape.mean()], [level]))
+    return tuple(out)
 
 
 def _shape(

@@ -8,6 +8,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from agent.monitor.cycle import CycleCurve
 from agent.monitor.detectors import detector
 from agent.monitor.history import histories
 from agent.monitor.verdict import NOT_DECIDABLE, Finding, judge
@@ -77,6 +78,29 @@ def test_what_is_no_wear_is_not_called_wear(truth: Truth, causes: set[str]) -> N
         assert {c.id for c in finding.reasons.likely} <= causes
         named[finding.reasons.causes[0].id] += 1
     assert set(named) <= causes
+
+
+@pytest.mark.parametrize("gravity", [True, False])
+def test_a_payload_that_nobody_stated_is_told_by_gravity_or_not_told_from_wear(
+    gravity: bool,
+) -> None:
+    """On an axis that bears no gravity, a load and narrow wear have one shape."""
+    rise = 0.5 * (0.025 + 0.11 * np.exp(-SPEEDS / 10.0))
+    cycles = []
+    for i, c in enumerate(months(1)):
+        assert c.curve is not None
+        curve = CycleCurve(SPEEDS, c.curve.friction_nm + rise * (i >= 60), c.curve.deviation_nm)
+        load = c.load_nm + 0.5 * (i >= 60) if gravity else float("nan")
+        cycles.append(dataclasses.replace(c, curve=curve, load_nm=load, payload_kg=float("nan")))
+    (history,) = histories(cycles)
+    reasons = judge(history, detector(), BASELINE).reasons
+    assert reasons is not None
+    shares = {c.id: c.probability for c in reasons.causes}
+    if gravity:
+        assert shares["payload"] > 0.95
+    else:
+        assert shares["payload"] + shares["wear"] > 0.95
+        assert shares["wear"] > 0.02
 
 
 def test_a_verdict_waits_for_its_baseline_and_says_how_long() -> None:

@@ -15,6 +15,8 @@ import numpy as np
 import pytest
 
 from agent.cli import main, monitor_cycles
+from agent.cli.monitor import MonitorRequest, events_for
+from agent.record.events_file import Event, append_event
 from agent.record.recording import Metadata, Recording
 from agent.record.writing import write
 
@@ -161,6 +163,20 @@ def test_events_beside_the_recordings_start_a_new_baseline(
     said = capsys.readouterr().out
     assert code == 0
     assert f"of 8 healthy cycles since the swap (gearbox G2) on {changed}" in said
+
+
+def test_what_the_agent_wrote_down_of_a_joint_is_an_event_too(
+    kept: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copy(kept / "night-00.parquet", tmp_path)
+    append_event(tmp_path, Event(NIGHT.isoformat(), "oil", "VG 220", robot="cell7", axis=1))
+    append_event(tmp_path, Event(NIGHT.isoformat(), "alarm", "is none of these"))
+    with (tmp_path / "events.jsonl").open("a") as lines:
+        lines.write("torn")
+    (event,) = events_for(MonitorRequest([str(tmp_path)]), [tmp_path / "night-00.parquet"])
+    assert (event.label, event.axis) == ("oil change (VG 220)", 1)
+    assert event.at_s == NIGHT.timestamp()
+    assert "line 3 is no event" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
