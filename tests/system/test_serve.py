@@ -38,7 +38,7 @@ def test_it_serves_over_tls_and_ends_when_asked(cell: Path, tmp_path: Path) -> N
         [*make.split(), *name.split(), "-keyout", key, "-out", certificate],
         check=True, capture_output=True,
     )  # fmt: skip
-    options = ["--port", "0", "--tls-cert", certificate, "--tls-key", key]
+    options: list[str | Path] = ["--port", "0", "--tls-cert", certificate, "--tls-key", key]
     with started(["serve", cell, *options], log, ready="give it there") as server:
         port = re.search(r"https://127\.0\.0\.1:(\d+)/", log.read_text())
         assert port is not None

@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agent.record.events_file import read_events
+from agent.record.verdict_file import read_verdict, verdict_path
 from agent.web.against import Curve, against, curve_of
 from agent.web.roles import Role
 from agent.web.routes_cell import next_run
@@ -143,20 +144,31 @@ def test_an_event_is_kept_with_who_noted_it(bench: Bench) -> None:
     assert (event.kind, event.by, event.text) == ("oil-change", "toni", "2.3 l")
 
 
-def test_estimate_document_is_what_stribeck_run_writes(tmp_path: Path) -> None:
+def test_a_real_cycle_has_what_the_page_reads_and_is_judged_by_its_history(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     """The bench's document has the keys that the page reads, where a real estimate has them."""
+    from agent.cli.catalogue_keep import keep
     from agent.cli.outcome import conclude
+    from agent.cli.serve_run import judge_by_history
     from agent.record.reading import read
     from tests.system.rig import rig
 
     with rig(tmp_path) as cell:
         result = cell.run()
-    real = conclude([read(result.recording)]).estimate.to_json()
+    conclusion = conclude([read(result.recording)])
+    real = conclusion.estimate.to_json()
     made = estimate_document(1.0)
     for part in ("friction_curve", "rigid_body", "quality"):
         assert set(made[part]) <= set(real[part]), part
     assert set(made["friction_models"][0]) <= set(real["friction_models"][0])
     assert curve_of(real) is not None
+    own = keep(result.recording, conclusion)
+    judge_by_history(verdict_path(result.recording))
+    judged = read_verdict(verdict_path(result.recording))
+    assert not judged.alarm  # one cycle is no baseline
+    assert judged.sentence != own.sentence
+    assert " ".join(judged.sentence.split()) in " ".join(capsys.readouterr().err.split())
 
 
 def test_a_card_says_when_the_axis_runs_next(tmp_path: Path) -> None:
