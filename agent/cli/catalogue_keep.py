@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +11,7 @@ from agent.errors import AgentError
 from agent.record.reading import read
 from agent.record.seal import Seal, seal
 from agent.record.verdict_file import Verdict, write_verdict
+from agent.record.verify import Recomputed
 from drivers.clock import wall_time_utc
 
 if TYPE_CHECKING:
@@ -93,6 +93,14 @@ def numbers_of(conclusion: Conclusion) -> dict[str, float]:
     return {n: float(found[n].value) for n in NUMBERS if n in found and found[n].identified}
 
 
-def recompute(recording: Path) -> Mapping[str, float]:
-    """Conclude again from a recording, for `stribeck verify --recompute`."""
-    return numbers_of(conclude([read(recording)]))
+def recompute(recording: Path, verdict: Verdict) -> Recomputed:
+    """Conclude again from a recording, for `stribeck verify --recompute`.
+
+    A verdict that stands on a baseline is judged again by the joint's recordings up to this one.
+    """
+    numbers = numbers_of(conclude([read(recording)]))
+    if not verdict.baseline:
+        return Recomputed(numbers)
+    from agent.cli.night_verdict import history_of, state_of
+
+    return Recomputed(numbers, state_of(recording, verdict, history_of(recording, verdict)))

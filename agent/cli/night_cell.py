@@ -120,7 +120,8 @@ class CellAttempts:
 
     def _run(self, window: Window, said: Path, talk: Path) -> str:
         """Have the cycle driven; return what was done to end it, empty where it ended by itself."""
-        command = [sys.executable, "-m", "agent.cli.night_child"]
+        # -P: a folder named `agent` where this was started must not take our place
+        command = [sys.executable, "-P", "-m", "agent.cli.night_child"]
         command += [str(self.path.resolve()), str(window.axis), str(said)]
         with talk.open("wb") as sink:
             child = subprocess.Popen(

@@ -30,10 +30,8 @@ def against_baseline(recording: Path, verdict: Verdict, url: str | None = None) 
     Verdict
         The one given, where the monitor cannot judge; its sentence then says why.
     """
-    pattern = recording.parent / f"{verdict.robot}-axis{verdict.axis}-*.parquet"
     try:
-        found = monitor(MonitorRequest([str(pattern)]))
-        finding = _of(found.findings, verdict)
+        finding = _finding(verdict, history_of(recording, verdict))
         judged = _judged(recording, verdict, finding)
         write_verdict(recording, judged)
         with Catalogue(recording.parent, url) as catalogue:
@@ -43,9 +41,26 @@ def against_baseline(recording: Path, verdict: Verdict, url: str | None = None) 
     return judged
 
 
-def _of(findings: tuple[Finding, ...], verdict: Verdict) -> Finding:
-    """Return the finding on the verdict's joint."""
-    for finding in findings:
+def history_of(recording: Path, verdict: Verdict) -> list[str]:
+    """Return the recordings of the verdict's joint up to its own; their names sort by time."""
+    own = recording.parent.glob(f"{verdict.robot}-axis{verdict.axis}-*.parquet")
+    return sorted(str(path) for path in own if path.name <= recording.name)
+
+
+def state_of(recording: Path, verdict: Verdict, history: list[str]) -> str:
+    """Return what the monitor says now of the joint as it was at a recording.
+
+    Raises
+    ------
+    agent.errors.InputError
+        The history cannot be judged.
+    """
+    return _judged(recording, verdict, _finding(verdict, history)).state
+
+
+def _finding(verdict: Verdict, history: list[str]) -> Finding:
+    """Return the monitor's finding on the verdict's joint."""
+    for finding in monitor(MonitorRequest(history)).findings:
         joint = finding.history.joint
         if (joint.robot, joint.axis) == (verdict.robot, verdict.axis):
             return finding

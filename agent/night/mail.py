@@ -40,6 +40,11 @@ class MailSink:
                 "A mail server that asks for a password needs starttls = true: the password would "
                 "go over the line for everybody to read."
             )
+        try:
+            mail_of(Event("", "test", "", ""), self.described).as_bytes()
+        except (ValueError, IndexError, AttributeError) as error:
+            who = ", ".join((self.described.sender, *self.described.to))
+            raise InputError(f"A mail from and to {who} cannot be made: {error}.") from error
 
     @property
     def name(self) -> str:

@@ -96,7 +96,7 @@ class WebhookSink:
                 client.stream("POST", self.described.url, content=body, headers=headers) as answer,
             ):  # whatever is answered beyond the status is not read
                 status = answer.status_code
-        except httpx.HTTPError as error:
+        except (httpx.HTTPError, httpx.InvalidURL) as error:
             raise UndeliveredError(f"{type(error).__name__}: {_plain(str(error), self)}") from error
         if not 200 <= status < 300:
             refused = 300 <= status < 500 and status not in (408, 425, 429)

@@ -17,8 +17,25 @@ from agent.record.verdict_file import Verdict, read_verdict, verdict_path, versi
 _RELATIVE = 1e-6
 """How far a number may move between machines with one version: libraries round differently."""
 
-Recompute = Callable[[Path], Mapping[str, float]]
-"""Conclude again from a recording: what was identified, unit in the names; empty: not decidable."""
+
+@dataclass(frozen=True)
+class Recomputed:
+    """What this version concludes from a recording.
+
+    Parameters
+    ----------
+    numbers : mapping of str to float
+        What was identified, unit in the names; empty: not decidable.
+    state : str or None
+        By the joint's history, as far as its recordings are still there; None where nobody asked.
+    """
+
+    numbers: Mapping[str, float]
+    state: str | None = None
+
+
+Recompute = Callable[[Path, Verdict], Recomputed]
+"""Conclude again from a recording, as the verdict on it did."""
 
 
 @dataclass(frozen=True)
@@ -121,13 +138,14 @@ def _verdict(path: Path, recording: Path | None, recompute: Recompute | None) ->
             )
         if recompute is None:
             return Checked(path, True, f"{path}: stands on its recording.")
-        return _recomputed(path, verdict, recompute(recording))
+        return _recomputed(path, verdict, recompute(recording, verdict))
     except InputError as error:
         return Checked(path, False, str(error))
 
 
-def _recomputed(path: Path, verdict: Verdict, numbers: Mapping[str, float]) -> Checked:
+def _recomputed(path: Path, verdict: Verdict, again: Recomputed) -> Checked:
     """Compare a verdict with what this version computes from the same file."""
+    numbers = again.numbers
     by = f"made with stribeck {verdict.version}, computed again with {versions()['stribeck']}"
     moved = [
         f"{name} {_shown(verdict.numbers.get(name))} -> {_shown(numbers.get(name))}"
@@ -137,6 +155,8 @@ def _recomputed(path: Path, verdict: Verdict, numbers: Mapping[str, float]) -> C
     if bool(numbers) != verdict.decidable:
         words = ("not decidable", "decidable")
         moved.insert(0, f"{words[verdict.decidable]} -> {words[bool(numbers)]}")
+    if again.state is not None and again.state != verdict.state:
+        moved.insert(0, f"state {verdict.state} -> {again.state}")
     if moved:
         return Checked(path, False, f"{path}: {'; '.join(moved)} ({by}).")
     return Checked(path, True, f"{path}: the same verdict again ({by}).")

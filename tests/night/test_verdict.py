@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from agent.cli import night_verdict
-from agent.cli.night_verdict import against_baseline
+from agent.cli.night_verdict import against_baseline, history_of, state_of
 from agent.errors import InputError
 from agent.record.catalogue import Catalogue
 from agent.record.retention import Limits, plan_retention
@@ -62,11 +62,14 @@ def test_an_alarm_is_written_with_its_baseline_which_then_never_goes(
     newest = recordings[-1]
     asked = judge_by(monkeypatch, finding([path.name for path in recordings]))
     verdict = against_baseline(newest, read_verdict(verdict_path(newest)))
-    assert asked[0].patterns == [str(newest.parent / f"{AXIS}-*.parquet")]
+    assert asked[0].patterns == [str(path) for path in recordings]
     assert (verdict.alarm, verdict.state) == (True, "H1")
     assert verdict.sentence == "Friction has grown by 30 %. The change began in May."
     assert verdict.baseline == tuple(content(path).sha256 for path in recordings[:2])
     assert read_verdict(verdict_path(newest)) == verdict
+    # and judged again, as it was: by what there was up to that recording
+    assert state_of(newest, verdict, history_of(newest, verdict)) == "H1"
+    assert history_of(recordings[1], verdict) == [str(path) for path in recordings[:2]]
     with Catalogue(newest.parent) as catalogue:
         catalogue.rebuild()
         assert [v.alarm for v in catalogue.verdicts()] == [False, False, False, True]

@@ -21,7 +21,7 @@ from agent.record.reading import read
 from agent.record.retention import Limits, apply_retention, over_limit, plan_retention
 from agent.record.seal import SUFFIX, broken, content, seal, seal_path
 from agent.record.verdict_file import read_verdict, verdict_path, write_verdict
-from agent.record.verify import verify
+from agent.record.verify import Recomputed, verify
 from agent.record.writing import write
 from tests.record.test_catalogue import made, verdict_on
 from tests.unit.record_samples import recording
@@ -105,8 +105,9 @@ def test_a_verdict_is_computed_again_and_says_with_which_versions(tmp_path: Path
     old = verdict_on(path, 1, 1)
     write_verdict(path, replace(old, numbers={"coulomb_nm": 0.6}, software={"stribeck": "0.0.9"}))
 
-    def judged(numbers: dict[str, float]) -> tuple[bool, str]:
-        (verdict,) = [c for c in verify(tmp_path, lambda _: numbers) if "verdict" in c.path.name]
+    def judged(numbers: dict[str, float], state: str | None = None) -> tuple[bool, str]:
+        again = Recomputed(numbers, state)
+        (verdict,) = [c for c in verify(tmp_path, lambda *_: again) if "verdict" in c.path.name]
         return verdict.holds, verdict.sentence
 
     holds, sentence = judged({"coulomb_nm": 0.6 * (1 + 1e-9)})
@@ -115,6 +116,10 @@ def test_a_verdict_is_computed_again_and_says_with_which_versions(tmp_path: Path
     holds, sentence = judged({"coulomb_nm": 0.61})
     assert not holds
     assert "coulomb_nm 0.6 -> 0.61" in sentence
+    holds, sentence = judged({"coulomb_nm": 0.6}, "H0")
+    assert not holds
+    assert "state NF -> H0" in sentence
+    assert judged({"coulomb_nm": 0.6}, "NF")[0]
     holds, sentence = judged({})
     assert not holds
     assert "decidable -> not decidable" in sentence
