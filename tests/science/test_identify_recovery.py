@@ -12,7 +12,7 @@ from agent.identify.estimate import estimate
 from agent.identify.result import Estimate, Parameter
 from tests.science.identify_plant import SPEEDS_RAD_S, Joint, Motion, record, stair
 
-SEEDS = range(100)
+SEEDS = range(60)
 SHORT = stair(rate_hz=125.0, longest_s=2.0)
 
 
@@ -53,19 +53,19 @@ def test_coverage_without_stribeck_and_with_gravity() -> None:
         "torque_offset_nm",
     )
     body = coverage(bodies, names, joint)
-    # 100 seeds: an interval of 95 % lies between 0.89 and 0.99 in 99 of 100 such tests.
-    assert all(0.86 <= share <= 1.0 for share in body.values()), body
+    # 60 seeds: an interval of 95 % covers 51 times or more in 997 of 1000 such tests.
+    assert all(0.85 <= share <= 1.0 for share in body.values()), body
     assert 0.89 <= np.mean(list(body.values())) <= 0.99, body
     laws = [r.friction_models[0].parameters for r in results]
     law = coverage(laws, ("coulomb_nm", "viscous_nm_s_per_rad"), joint)
-    assert all(0.86 <= share <= 1.0 for share in law.values()), law
-    assert selected(results)["coulomb-viscous"] >= 95
+    assert all(0.85 <= share <= 1.0 for share in law.values()), law
+    assert selected(results)["coulomb-viscous"] >= 57
 
 
 def test_stribeck_is_selected_and_its_parameters_are_covered() -> None:
     joint = Joint(static_extra_nm=0.15)
     results = estimates(joint)
-    assert selected(results)["stribeck"] >= 95
+    assert selected(results)["stribeck"] >= 57
     laws = [m.parameters for r in results for m in r.friction_models if m.model == "stribeck"]
     for name in (
         "coulomb_nm",
@@ -74,9 +74,27 @@ def test_stribeck_is_selected_and_its_parameters_are_covered() -> None:
         "stribeck_velocity_rad_s",
     ):
         identified = [p[name] for p in laws if p[name].identified]
-        assert len(identified) >= 90
+        assert len(identified) >= 54
         share = np.mean([covers(p, getattr(joint, name)) for p in identified])
         assert 0.88 <= share <= 1.0, name
+
+
+def test_five_speeds_tell_a_fall_from_none() -> None:
+    # Four of five speeds fix Stribeck's law: the fifth cannot be predicted, the noise decides.
+    motion = stair((4.0, 8.5, 17.9, 37.8, 80.0), rate_hz=125.0, longest_s=0.6)
+    chosen = [
+        [
+            next(m for m in estimate([record(joint, motion, seed=s)]).friction_models if m.selected)
+            for s in range(6)
+        ]
+        for joint in (Joint(), Joint(static_extra_nm=0.25, stribeck_velocity_rad_s=6.0))
+    ]
+    # No fall is seen in one stair of a hundred, and a fall of 0.13 N m at the slowest speed is not
+    # missed in one of ten.
+    without, falling = (sum(m.model != "coulomb-viscous" for m in models) for models in chosen)
+    assert without <= 1
+    assert falling >= 4
+    assert all("noise" in m.reason for m in chosen[1] if m.model == "stribeck")
 
 
 def test_curve_is_covered_and_free_of_gravity() -> None:

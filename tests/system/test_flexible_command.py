@@ -123,18 +123,24 @@ def test_a_triangle_on_the_wire_gives_the_joints_own_spring(driven: Driven, tmp_
     assert (found["kind"], found["friction"]) == ("two-mass", "stribeck")
     assert found["recordings"][0]["averaged"]["periods"] == 10
     joint = driven.specification.joint
+    # The physics' damper acts a step late, which is a spring beside its own: 0.03 % here, and as
+    # much of the antiresonance's square; an interval of that is 0.02 % to either side.
+    held_rad_s = 2.0 * np.pi * joint.locked_frequency_hz
+    late = 0.5 * driven.specification.servo.step_s * joint.damper_nm_s_per_rad * held_rad_s**2
+    stiffer = 1.0 + late / joint.spring_nm_per_rad
     truth = {
-        "spring_nm_per_rad": joint.spring_nm_per_rad,
+        "spring_nm_per_rad": joint.spring_nm_per_rad * stiffer,
         "arm_inertia_kg_m2": joint.arm_inertia_kg_m2,
-        "antiresonance_hz": joint.locked_frequency_hz,
+        "antiresonance_hz": joint.locked_frequency_hz * np.sqrt(stiffer),
         "damper_nm_s_per_rad": joint.damper_nm_s_per_rad,
         "coulomb_nm": joint.friction.coulomb_nm,
     }
     for name, value in truth.items():
         low, high = found["parameters"][name]["ci95"]
         width = high - low
-        # Of five intervals of 95 % one misses in every fourth run; of twice as wide ones, none.
-        assert low - 0.5 * width <= value <= high + 0.5 * width, (name, value, low, high)
+        # Of five intervals of 95 % one misses in every fourth run; three standard errors, in one
+        # run of seventy.
+        assert low - 0.25 * width <= value <= high + 0.25 * width, (name, value, low, high)
         assert width < 0.1 * value, name
     motor = found["parameters"]["motor_inertia_kg_m2"]["value"]
     assert motor == pytest.approx(joint.motor_inertia_kg_m2, rel=0.01)
