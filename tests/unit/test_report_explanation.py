@@ -85,6 +85,19 @@ def test_sentence_and_verdict_in_words_come_first_and_no_id_is_shown(case: Case)
             assert f" {ident} " not in text
 
 
+@pytest.mark.parametrize(("low", "holds"), [(1.0, True), (-0.7, False)])
+def test_a_gain_on_unseen_data_is_claimed_only_where_its_interval_shows_one(
+    low: float, *, holds: bool
+) -> None:
+    """A law of a few milliseconds may be there, and make no difference to an error of minutes."""
+    found = examples.explained()
+    assert found.holdout is not None
+    proof = dataclasses.replace(found.holdout, improvement_ci95_percent=(low, 2.0))
+    meaning = verdict_words(dataclasses.replace(found, holdout=proof)).meaning
+    assert ("correcting it holds" in meaning) is holds
+    assert ("is not shown" in meaning) is not holds
+
+
 def test_verdicts_differ_in_word_and_in_shape() -> None:
     words = [verdict_words(explanation(case)) for case in examples.ALL]
     assert (
