@@ -29,8 +29,8 @@ class Finding:
     Parameters
     ----------
     kind : str
-        "alarm", "undecidable", "stopped", "unestimated", "baseline", "changed", "as_before" or
-        "measured" (nothing to compare with).
+        "alarm", "undecidable", "stopped", "unestimated", "baseline", "changed", "as_before",
+        "unclear" (its interval holds a change and none) or "measured" (nothing to compare with).
     cycle : Shelved
     baseline : Shelved or None
         What it is held against.
@@ -97,8 +97,9 @@ def finding(cycle: Shelved, own: Sequence[Shelved], chosen: str) -> Finding:
         return Finding("measured", cycle, baseline)
     if baseline.name == cycle.name:
         return Finding("baseline", cycle, baseline)
-    changed = change.whole.clear and abs(change.whole.percent) > MATERIAL_PERCENT
-    return Finding("changed" if changed else "as_before", cycle, baseline, change)
+    if abs(change.whole.percent) <= MATERIAL_PERCENT:
+        return Finding("as_before", cycle, baseline, change)
+    return Finding("changed" if change.whole.clear else "unclear", cycle, baseline, change)
 
 
 def baseline_of(cycle: Shelved, own: Sequence[Shelved], chosen: str) -> Shelved | None:

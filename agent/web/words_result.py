@@ -12,6 +12,7 @@ RESULT_WORDS: dict[str, tuple[str, str]] = {
     "kind_baseline": ("Baseline", "Referenz"),
     "kind_measured": ("Measured", "Gemessen"),
     "kind_as_before": ("As the baseline", "Wie die Referenz"),
+    "kind_unclear": ("Not clear", "Unklar"),
     "kind_changed": ("Different", "Verändert"),
     "finding_undecidable": (
         "The recording does not carry a friction estimate.",
@@ -34,8 +35,14 @@ RESULT_WORDS: dict[str, tuple[str, str]] = {
         "Die Reibung ist gemessen. Es gibt keine Referenz zum Vergleich.",
     ),
     "finding_as_before": (
-        "Friction is as in the baseline of {date}: {percent} % (± {half} %).",
-        "Die Reibung ist wie in der Referenz vom {date}: {percent} % (± {half} %).",
+        "Friction is within 5 % of the baseline of {date}: {percent} % (± {half} %).",
+        "Die Reibung liegt innerhalb von 5 % der Referenz vom {date}: {percent} % (± {half} %).",
+    ),
+    "finding_unclear": (
+        "This cycle does not tell whether friction has changed since {date}: {percent} % "
+        "(± {half} %).",
+        "Dieser Test sagt nicht, ob sich die Reibung seit {date} geändert hat: {percent} % "
+        "(± {half} %).",
     ),
     "finding_more": (
         "Friction is {percent} % (± {half} %) higher than in the baseline of {date}.",
@@ -75,6 +82,10 @@ RESULT_WORDS: dict[str, tuple[str, str]] = {
     "next_as_before": (
         "Nothing to do. The next cycle comes as planned.",
         "Nichts zu tun. Der nächste Test kommt wie geplant.",
+    ),
+    "next_unclear": (
+        "Drive the stair once more; a longer one has narrower intervals.",
+        "Treppe noch einmal fahren; eine längere hat engere Intervalle.",
     ),
     "next_changed": (
         "Repeat the cycle at the baseline's gearbox temperature before you conclude anything: "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 from pathlib import Path
 
 import numpy as np
@@ -84,6 +85,20 @@ def test_each_cycle_says_what_it_is(bench: Bench) -> None:
     }  # fmt: skip
     assert kinds(bench, "more")["first"] == "changed"
     assert kinds(bench, "more")["more"] == "baseline"
+
+
+def test_a_wide_interval_is_called_unclear_and_a_small_change_as_before(bench: Bench) -> None:
+    bench.shelve("first", 1)
+    bench.shelve("small", 2, friction=1.04)
+    bench.shelve("wide", 3, friction=1.08)
+    path = bench.recordings / "wide.estimate.json"
+    document = json.loads(path.read_text())
+    curve = document["friction_curve"]
+    curve["ci95_nm"] = [[f - 0.4, f + 0.4] for f in curve["friction_nm"]]
+    path.write_text(json.dumps(document))
+    assert kinds(bench) == {"first": "baseline", "small": "as_before", "wide": "unclear"}
+    text = bench.browser(Role.VIEWER).get("/results/wide").text
+    assert "does not tell whether friction has changed since 2026-03-01: +8.0 %" in text
 
 
 def test_a_result_names_the_change_its_interval_and_what_the_temperature_may_do(

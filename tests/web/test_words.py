@@ -18,8 +18,10 @@ from agent.web.words import LANGUAGES, WORDS, fine, language_of, number, say
 from fakes.specification import FakeSpecification
 from trajectories.limits import UNITS
 
-FINDINGS = ("alarm", "undecidable", "stopped", "unestimated", "baseline", "measured", "changed",
-            "as_before")  # fmt: skip
+FINDINGS = (
+    "alarm", "undecidable", "stopped", "unestimated", "baseline", "measured", "changed",
+    "unclear", "as_before",
+)  # fmt: skip
 
 
 def _said_by_name() -> set[str]:
