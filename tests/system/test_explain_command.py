@@ -148,14 +148,6 @@ def test_recorded_simulation_takes_the_twins_place() -> None:
     assert any("torque_simulated_nm" in reason for reason in answer.reasons)
 
 
-def test_one_recording_alone_is_judged_on_velocity_steps_of_itself() -> None:
-    joint = dataclasses.replace(STRIBECK, hold_s=3.0)
-    answer = explained(parse_twin(made.PLAIN), Path("t"), recordings(joint, range(1)), ())
-    assert [f.effect for f in answer.findings] == ["stribeck"]
-    assert answer.holdout is not None
-    assert answer.holdout.source == "velocity steps left out in turn"
-
-
 def cell_of(folder: Path, gear_ratio: float = made.GEAR, axis: int = 1) -> Path:
     """Write a cell whose limits are far below what the recordings show."""
     text = fake_cell_text(FakeSpecification(), interface="virtual", channel="none", short=True)
@@ -175,7 +167,7 @@ def cell_of(folder: Path, gear_ratio: float = made.GEAR, axis: int = 1) -> Path:
     return path
 
 
-def test_one_short_recording_leaves_a_tie_and_asks_for_what_the_cell_allows(
+def test_one_recording_is_judged_on_its_steps_tied_and_asks_for_what_the_cell_allows(
     tmp_path: Path,
 ) -> None:
     twin, cell = made.twin(tmp_path / "twin.toml"), cell_of(tmp_path)
@@ -183,6 +175,7 @@ def test_one_short_recording_leaves_a_tie_and_asks_for_what_the_cell_allows(
     run_explain(twin, [str(run)], [], tmp_path / "out", as_json=True, cell=cell)
     answer = json.loads((tmp_path / "out/explanation.json").read_text())
     assert answer["verdict"] == "tied"
+    assert answer["holdout"]["source"] == "velocity steps left out in turn"
     (only,) = answer["findings"]
     assert only["effect"] == "stribeck"
     assert only["alternatives"]
@@ -273,10 +266,11 @@ def test_undecided_leaves_the_twin_as_given_and_no_old_experiment(tmp_path: Path
 def test_empty_folder_and_missing_twin_end_with_bad_input(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     twin = made.twin(tmp_path / "twin.toml")
-    for arguments in ((twin, tmp_path / "empty"), (tmp_path / "no.toml", tmp_path / "empty")):
-        done = stribeck("explain", *arguments, "--out", tmp_path / "out")
-        assert done.returncode == 3
-        assert "Traceback" not in done.stderr
+    done = stribeck("explain", twin, tmp_path / "empty", "--out", tmp_path / "out")
+    assert done.returncode == 3
+    assert "Traceback" not in done.stderr
+    with pytest.raises(InputError, match=r"no\.toml"):
+        run_explain(tmp_path / "no.toml", [], [], tmp_path / "out", as_json=True)
     assert not (tmp_path / "out").exists()
 
 
