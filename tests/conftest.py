@@ -24,6 +24,7 @@ def locks_of_this_run() -> Iterator[None]:
     """Let two test runs on one machine have simulated joints of the same name at a time."""
     with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
         patch.setenv("STRIBECK_LOCK_FOLDER", folder)
+        patch.setenv("STRIBECK_CACHE", str(Path(folder) / "cache"))  # and the user's cache alone
         yield
 
 
