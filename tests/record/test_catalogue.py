@@ -16,11 +16,14 @@ import sqlalchemy as sa
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from agent.cli.catalogue_keep import keep
+from agent.cli.outcome import conclude
 from agent.errors import InputError, StorageError
 from agent.record.catalogue import Catalogue
 from agent.record.catalogue_schema import open_engine, upgrade
 from agent.record.catalogue_tables import HEAD, METADATA, TABLES
 from agent.record.events_file import Event, append_event
+from agent.record.reading import read
 from agent.record.seal import seal
 from agent.record.verdict_file import Verdict, write_verdict
 from agent.record.writing import write
@@ -259,3 +262,19 @@ def test_opening_an_up_to_date_catalogue_does_not_load_alembic(tmp_path: Path) -
         for _ in range(2)
     ]
     assert [run.stdout.strip() for run in loaded] == ["True", "False"]
+
+
+def test_a_catalogue_that_cannot_be_used_stops_no_cycle_and_loses_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = write(recording(), tmp_path / "run.parquet")
+    (tmp_path / "catalogue.sqlite").write_bytes(b"no database at all" * 100)
+    verdict = keep(path, conclude([read(path)]))
+    assert not verdict.decidable
+    assert verdict.recording_sha256 == seal(path).sha256
+    assert "stribeck catalogue rebuild" in capsys.readouterr().err
+    (tmp_path / "catalogue.sqlite").unlink()
+    with Catalogue(tmp_path) as catalogue:
+        catalogue.rebuild()
+        (row,) = catalogue.verdicts()
+    assert (row.state, row.recording_sha256) == ("not decidable", verdict.recording_sha256)
