@@ -78,8 +78,9 @@ def axis_text(tested: AxisTest) -> str:
     lines += [f"  {line}" for catch in found.catches for line in _catch_lines(catch)]
     if found.false_alarms is not None:
         low, high = found.false_alarms.ci95_per_year
+        plural = "s" * (found.false_alarms.alarms != 1)
         lines.append(
-            f"  without a rise: {found.false_alarms.alarms} alarms in "
+            f"  without a rise: {found.false_alarms.alarms} alarm{plural} in "
             f"{found.false_alarms.cycles} replayed cycles ({low:.2g} to {high:.2g} a year)"
         )
     if tested.answers:
