@@ -1,11 +1,13 @@
 """The product's detector: Page's CUSUM on compensated features, tuned from the robot's own cycles.
 
-    g_t = max(0, g_{t-1} + min(z_t - k - c s_t, h / 2)),   H0 from g_t > h until g_t = 0
+    g_t = max(0, g_{t-1} + min(z_t - d_t, h / 2)),   d_t^2 = k^2 + (c s_t)^2,
+    H0 from g_t > h until g_t = 0
 
 z_t is the cycle's distance from the baseline in its own deviation, s_t the deviation of the error
-that the compensation shares among like cycles (`standing`); k, h and c come from `tuning`. The
-likelihood ratio of a known rise is this sum up to a factor, which makes it optimal in Lorden's
-sense (Moustakides 1986) where level and scatter are known.
+that the compensation shares among like cycles (`standing`); k, h and c come from `tuning`. Noise
+and the law's error are independent, so what is allowed for them adds as squares. The likelihood
+ratio of a known rise is this sum up to a factor, which makes it optimal in Lorden's sense
+(Moustakides 1986) where level and scatter are known.
 
 What is added, and what it costs: one cycle adds at most half of the threshold, so a single bad
 cycle is never an alarm and even a jump takes two cycles; a cycle that is missing changes nothing;
@@ -98,7 +100,7 @@ class Cusum:
         self, found: Standing, drift: float, allowance: float, threshold: float, healthy: int
     ) -> Floats:
         """Return g at each cycle; it starts after the baseline, whose cycles set the level."""
-        steps = found.z - drift - allowance * found.shared
+        steps = found.z - np.hypot(drift, allowance * found.shared)
         steps[:healthy] = -np.inf
         if self.robust:
             steps = np.minimum(steps, _ONE_CYCLE * threshold)
