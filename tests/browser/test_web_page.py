@@ -17,10 +17,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import can
+import pyarrow.parquet as pq
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
 
-from agent.record.reading import read
+from agent.record.metadata import KEY, Metadata
 from drivers.clock import MonotonicClock
 from fakes.process import open_bus
 from tests.system.processes import MULTICAST_GROUP, be_patient, free_udp_port, started
@@ -129,6 +130,11 @@ def opened(context: BrowserContext, path: str = "/") -> tuple[Page, list[str]]:
     return page, wrong
 
 
+def metadata_of(path: Path) -> Metadata:
+    """Return what a recording says of itself; one that was stopped at once is too short to read."""
+    return Metadata.loads(pq.read_schema(path).metadata[KEY.encode()], str(path))
+
+
 def start(page: Page) -> None:
     page.goto("/axes/1/start")
     expect(page.get_by_text("Nothing speaks against it now.")).to_be_visible()
@@ -163,7 +169,7 @@ def test_from_the_start_to_the_result_while_the_server_is_frozen_for_a_while(
         timeout=LONG_MS
     )
     (path,) = site.recordings() - before
-    assert "stopped_because" not in read(path).metadata.extra
+    assert "stopped_because" not in metadata_of(path).extra
     page.get_by_role("link", name="Result").click()
     expect(page.get_by_role("heading", level=1)).to_contain_text("Friction was measured")
     expect(page.locator("#curve-chart canvas")).to_be_visible()
@@ -187,7 +193,7 @@ def test_somebody_without_log_in_stops_the_joint_in_motion_by_one_key(
     expect(watching.get_by_text("The test was stopped.")).to_be_visible(timeout=LONG_MS)
     expect(watching.locator("pre")).to_contain_text("The joint is at rest (measured).")
     (path,) = site.recordings() - before
-    assert "the operator asked for it" in read(path).metadata.extra["stopped_because"]
+    assert "the operator asked for it" in metadata_of(path).extra["stopped_because"]
     assert wrong == []
 
 
@@ -239,6 +245,8 @@ def test_every_page_fits_every_width_has_big_targets_and_nothing_serious_by_axe(
     result = sorted(site.recordings())[0].stem
     paths = ["/", "/run", "/axes/1", "/axes/1/start", f"/results/{result}", "/alarms", "/users",
              "/audit", "/login", "/stopped", "/nowhere"]  # fmt: skip
+    if language == "de":  # longer words: the pages with most of them
+        paths = ["/", "/axes/1", "/axes/1/start", f"/results/{result}"]
     state = maria.storage_state()
     with site.browser.new_context(
         storage_state=state, base_url=site.url, bypass_csp=True
@@ -292,4 +300,4 @@ def test_a_page_that_is_killed_takes_its_cycle_to_rest(site: Site, maria: Browse
         assert time.monotonic() < deadline_s
         MonotonicClock().sleep_until(time.monotonic() + 0.1)
     (path,) = site.recordings() - before
-    assert "SIGHUP" in read(path).metadata.extra["stopped_because"]
+    assert "SIGHUP" in metadata_of(path).extra["stopped_because"]
