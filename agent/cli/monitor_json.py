@@ -48,6 +48,9 @@ def _joint(finding: Finding) -> dict[str, Any]:
         "change_time": None if finding.change is None else _change(finding.change, start),
         "outlook": None if finding.outlook is None else _outlook(finding.outlook, start),
         "next_steps": list(finding.next_steps),
+        "warmth": None
+        if finding.warmth is None
+        else {"word": finding.warmth.word, "sentence": finding.warmth.sentence},
         "segments": [_segment(finding, track) for track in finding.tracks],
         "set_aside": [{"name": s.name, "reason": s.reason} for s in history.set_aside],
         "notes": list(history.notes),

@@ -17,6 +17,7 @@ from agent.monitor.baseline import Baseline, baseline_of, compensated, features_
 from agent.monitor.change_time import ChangeTime, change_time
 from agent.monitor.comparison import Comparison, compare
 from agent.monitor.compensation import Compensated
+from agent.monitor.cooling import COLD, WARM, Warmth, next_comparable, warmth
 from agent.monitor.cycle import Cycle
 from agent.monitor.history import JointHistory, Segment
 from agent.monitor.outlook import Outlook, outlook
@@ -71,6 +72,8 @@ class Finding:
     outlook : Outlook or None
         Of an alarm.
     next_steps : tuple of str
+    warmth : Warmth or None
+        Whether the last cycle was run warm or cold; None where nothing was compared.
     """
 
     history: JointHistory
@@ -83,6 +86,7 @@ class Finding:
     change: ChangeTime | None = None
     outlook: Outlook | None = None
     next_steps: tuple[str, ...] = ()
+    warmth: Warmth | None = None
 
     @property
     def alarm(self) -> bool:
@@ -183,10 +187,21 @@ def _judged(
         last.baseline.cycles,
         now,
     )
+    degc = np.array([c.temperature_degc for c in cycles])
+    warm = warmth(float(degc[-1]), degc[: last.baseline.cycles])
     state = last.judgement.states[-1]
     if state is State.NO_FAULT:
         sentence = quiet(found, last.baseline.cycles)
-        return Finding(history, detector.name, tracks, state.value, sentence, found)
+        return Finding(
+            history,
+            detector.name,
+            tracks,
+            state.value,
+            sentence,
+            found,
+            next_steps=_comparable(warm),
+            warmth=warm,
+        )
     reasons = reasons_of(found, history.grid.low_rad_s, _beside(cycles, last.baseline.cycles, now))
     change = change_time(last.series)
     ahead = outlook(last.series)
@@ -200,8 +215,16 @@ def _judged(
         reasons,
         change,
         ahead,
-        reasons.actions,
+        (*reasons.actions, *_comparable(warm)),
+        warm,
     )
+
+
+def _comparable(warm: Warmth) -> tuple[str, ...]:
+    """Return what to do about a cycle that was run warmer or colder than the healthy ones."""
+    if warm.word not in (WARM, COLD):
+        return ()
+    return (f"the last cycle was {warm.sentence}; {next_comparable(warm).sentence}",)
 
 
 def _beside(cycles: tuple[Cycle, ...], healthy: int, now: slice) -> Beside:

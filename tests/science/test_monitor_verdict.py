@@ -154,3 +154,23 @@ def test_a_last_cycle_of_a_set_back_clock_does_not_count() -> None:
     (history,) = histories(cycles)
     assert len(history.cycles) == 19
     assert "clock was not set" in history.set_aside[0].reason
+
+
+@pytest.mark.parametrize(
+    ("beyond_degc", "word", "step"),
+    [(15.0, "warm", "the hall's temperature is not known"), (-15.0, "cold", "warm it up by")],
+)
+def test_a_cycle_run_warm_or_cold_says_so_and_what_to_do(
+    beyond_degc: float, word: str, step: str
+) -> None:
+    cycles = list(months(0, 90))
+    healthy = [c.temperature_degc for c in cycles[:BASELINE]]
+    end = max(healthy) if beyond_degc > 0.0 else min(healthy)
+    last = dataclasses.replace(cycles[-1], temperature_degc=end + beyond_degc)
+    (history,) = histories([*cycles[:-1], last])
+    finding = judge(history, detector(), BASELINE)
+    assert finding.warmth is not None
+    assert finding.warmth.word == word
+    assert any(f"run {word}" in s and step in s for s in finding.next_steps)
+    (usual,) = histories(cycles)
+    assert not judge(usual, detector(), BASELINE).next_steps
