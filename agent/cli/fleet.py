@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,6 +14,7 @@ import typer
 from agent.cli.talk import progress_bar, talker
 
 if TYPE_CHECKING:
+    from agent.fleet.cluster import Opened
     from agent.fleet.lake import Lake
 
 fleet_app = typer.Typer(
@@ -68,8 +70,9 @@ def estimate(
     from agent.fleet.estimates import estimate_all
 
     there = _lake(lake)
-    with _cluster(scheduler, workers, memory) as client, _progress("estimating") as show:
-        tally = estimate_all(there, client, show)
+    opened = _cluster(scheduler, workers, memory)
+    with _progress("estimating") as show:
+        tally = estimate_all(there, opened, show)
     poisoned = [*tally.failed, *(f"{p}: is no recording of a lake" for p in tally.others)]
     counts = f"{tally.done} recordings estimated, {tally.already} were before"
     text = f"{counts}, {len(poisoned)} cannot be."
@@ -105,8 +108,9 @@ def explain(
         talker().print(
             f"No joint has a twin in {FILE} and three estimated recordings: nothing is explained."
         )
-    with _cluster(scheduler, workers, memory) as client, _progress("explaining") as show:
-        done, failed, already = explain_all(there, client, show)
+    opened = _cluster(scheduler, workers, memory)
+    with _progress("explaining") as show:
+        done, failed, already = explain_all(there, opened, show)
     agreed = agreements(explanations_of(there).rows(), asked)
     lines = [f"{done} joints explained, {already} were before.", *map(in_words, agreed)]
     lines += [f"  - {f}" for f in failed]
@@ -145,8 +149,9 @@ def monitor(
     from agent.fleet.verdicts import by_risk, monitor_all
 
     there = _lake(lake)
-    with _cluster(scheduler, workers, memory) as client, _progress("judging") as show:
-        judged = monitor_all(there, client, detector, show)
+    opened = _cluster(scheduler, workers, memory)
+    with _progress("judging") as show:
+        judged = monitor_all(there, opened, detector, show)
     ranked = by_risk(judged.rows)
     lines = [f"{judged.done} joints judged, {judged.already} were before."]
     lines += [f"{_joint_of(r)}: {r['sentence']}" for r in ranked if r["alarm"]]
@@ -195,10 +200,10 @@ def _lake(url: str) -> Lake:
         ) from error
 
 
-def _cluster(scheduler: str, workers: int, memory_gib: float) -> Any:
+def _cluster(scheduler: str, workers: int, memory_gib: float) -> Opened:
     from agent.fleet.cluster import cluster
 
-    return cluster(scheduler, workers, int(memory_gib * (1 << 30)))
+    return partial(cluster, scheduler, workers, int(memory_gib * (1 << 30)))
 
 
 @contextmanager

@@ -11,10 +11,11 @@ from __future__ import annotations
 
 import contextlib
 import logging
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
 from agent.errors import InputError
 
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
 
 Item = TypeVar("Item")
 Value = TypeVar("Value")
+
+Opened: TypeAlias = "Callable[[], AbstractContextManager[Client]]"
 
 _AT_HAND = 3  # items on their way for each worker: one at work, the others waiting beside it
 _DEATHS = 1  # of a worker that an item has waited in and is not yet suspected for
@@ -89,6 +92,25 @@ def cluster(address: str = "", workers: int = 2, memory_bytes: int = 2 << 30) ->
         )
         stack.enter_context(here)
         yield stack.enter_context(Client(here))
+
+
+def outcomes(
+    opened: Opened, function: Callable[[Item], Value], items: Sequence[Item]
+) -> Iterator[Outcome[Item, Value]]:
+    """Yield what became of every item; without items no cluster is started.
+
+    Parameters
+    ----------
+    opened : callable
+        Opens the cluster, as `cluster` does.
+    function : callable
+        Pure.
+    items : sequence
+    """
+    if not items:
+        return
+    with opened() as client:
+        yield from each(client, function, items)
 
 
 def each(

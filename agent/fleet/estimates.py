@@ -6,15 +6,12 @@ import json
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from agent.fleet.cluster import each
+from agent.fleet.cluster import Opened, outcomes
 from agent.fleet.lake import Entry, Lake
 from agent.fleet.results import Results
 from agent.fleet.version import estimate_version
-
-if TYPE_CHECKING:
-    from distributed import Client
 
 COLUMNS = {
     "site": "string",
@@ -60,7 +57,7 @@ def estimates_of(lake: Lake) -> Results:
 
 
 def estimate_all(
-    lake: Lake, client: Client, progress: Callable[[int, int], None] | None = None
+    lake: Lake, opened: Opened, progress: Callable[[int, int], None] | None = None
 ) -> Tally:
     """Estimate every recording that this code has not estimated yet.
 
@@ -78,9 +75,9 @@ def estimate_all(
     due = [e for e in entries if e.path not in known]
     failed = []
     options = tuple(sorted(lake.options.items()))
-    orders = (Order(lake.url, options, e) for e in due)
+    orders = [Order(lake.url, options, e) for e in due]
     try:
-        for count, outcome in enumerate(each(client, estimate_one, orders), start=1):
+        for count, outcome in enumerate(outcomes(opened, estimate_one, orders), start=1):
             entry = outcome.item.entry
             row = outcome.value or _row(entry, failure=outcome.failure)
             if row["failure"]:

@@ -11,17 +11,14 @@ import json
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from agent.fleet.cluster import each
+from agent.fleet.cluster import Opened, outcomes
 from agent.fleet.estimates import estimates_of
 from agent.fleet.lake import Entry, Lake
 from agent.fleet.results import Results
 from agent.fleet.roster import Roster, roster_of, twin_of
 from agent.fleet.version import explain_version
-
-if TYPE_CHECKING:
-    from distributed import Client
 
 COLUMNS = {
     "site": "string",
@@ -80,7 +77,7 @@ def explanations_of(lake: Lake) -> Results:
 
 
 def explain_all(
-    lake: Lake, client: Client, progress: Callable[[int, int], None] | None = None
+    lake: Lake, opened: Opened, progress: Callable[[int, int], None] | None = None
 ) -> tuple[int, tuple[str, ...], int]:
     """Explain every joint that has new recordings; return how many, the failures, and the known.
 
@@ -95,7 +92,7 @@ def explain_all(
     due = [q for q in asked if q.key not in known]
     failed = []
     try:
-        for count, outcome in enumerate(each(client, explain_one, due), start=1):
+        for count, outcome in enumerate(outcomes(opened, explain_one, due), start=1):
             row = outcome.value or _row(outcome.item, failure=outcome.failure)
             if row["failure"]:
                 failed.append(f"{row['robot']} axis {row['axis']}: {row['failure']}")

@@ -8,18 +8,15 @@ import tomllib
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from agent.errors import InputError
-from agent.fleet.cluster import each
+from agent.fleet.cluster import Opened, outcomes
 from agent.fleet.estimates import estimates_of
 from agent.fleet.lake import Lake
 from agent.fleet.results import Results
 from agent.fleet.roster import roster_of
 from agent.fleet.version import monitor_version
-
-if TYPE_CHECKING:
-    from distributed import Client
 
 COLUMNS = {
     "site": "string",
@@ -77,7 +74,7 @@ def verdicts_of(lake: Lake) -> Results:
 
 def monitor_all(
     lake: Lake,
-    client: Client,
+    opened: Opened,
     detector: str,
     progress: Callable[[int, int], None] | None = None,
 ) -> Judged:
@@ -103,7 +100,7 @@ def monitor_all(
             due.append(joint)
     failed = []
     try:
-        for count, outcome in enumerate(each(client, judge_one, due), start=1):
+        for count, outcome in enumerate(outcomes(opened, judge_one, due), start=1):
             row = outcome.value or _row(outcome.item, failure=outcome.failure)
             if row["failure"]:
                 failed.append(f"{row['robot']} axis {row['axis']}: {row['failure']}")
