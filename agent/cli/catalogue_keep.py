@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from agent.cli.outcome import Conclusion, conclude
 from agent.cli.talk import talker
+from agent.conclude.outcome import Conclusion, conclude
 from agent.errors import AgentError
 from agent.record.reading import read
 from agent.record.seal import Seal, seal

@@ -12,9 +12,9 @@ from agent.cell import Axis, Cell, parse_cell
 from agent.cli.demo_concealed import opened, secrets_of, simulation_of
 from agent.cli.explain import run_explain
 from agent.cli.fake_cell import fake_cell_text
-from agent.cli.outcome import conclude
 from agent.cli.summary import summary
 from agent.cli.talk import progress_bar, stop_on_signal, talker
+from agent.conclude.outcome import conclude
 from agent.errors import StorageError
 from agent.physics.twin import format_twin
 from agent.record.atomic import publish

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import typer
 
-from agent.cli.outcome import Conclusion, conclude
 from agent.cli.summary import summary
 from agent.cli.talk import talker
+from agent.conclude.outcome import Conclusion, conclude
 from agent.errors import InputError
 from agent.identify.estimate import twin_from_estimate
 from agent.identify.forward import in_words

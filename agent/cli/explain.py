@@ -4,21 +4,18 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
-from datetime import datetime
+from collections.abc import Sequence
 from pathlib import Path
 
 import typer
 
-from agent.cli.explain_checks import check_recordings
 from agent.cli.simulate import read_twin
 from agent.cli.talk import talker
+from agent.conclude.comparable import check_recordings
+from agent.conclude.explanation import explained
 from agent.errors import InputError, StorageError
-from agent.explain.explain import explain
 from agent.explain.result import Explanation
-from agent.explain.run import Run
-from agent.identify.result import Floats
-from agent.physics.twin import Twin, TwinError, format_twin
+from agent.physics.twin import Twin, format_twin
 from agent.record.atomic import publish
 from agent.record.reading import read_all
 from agent.record.recording import Recording
@@ -64,20 +61,6 @@ def run_explain(
     talker().print(f"Open {out / 'report.html'}; the {learnt} is {out / 'twin.toml'}.")
 
 
-def explained(
-    twin: Twin,
-    where: Path,
-    recordings: Sequence[Recording],
-    unseen: Sequence[Recording],
-    limits: AxisLimits | None = None,
-) -> Explanation:
-    """Return the explanation of recordings; a twin that cannot predict them is refused."""
-    try:
-        return explain(twin, runs_of(recordings), runs_of(unseen), limits)
-    except TwinError as error:
-        raise InputError(f"{where}: {error}") from error
-
-
 def limits_of(cell_path: Path, twin: Twin) -> AxisLimits:
     """Return what a cell allows the twin's axis, for the next experiment to be planned within.
 
@@ -96,39 +79,6 @@ def limits_of(cell_path: Path, twin: Twin) -> AxisLimits:
             "Give the cell that the recordings were driven in.",
         )
     return axis.motor_limits
-
-
-def runs_of(recordings: Sequence[Recording]) -> tuple[Run, ...]:
-    """Return recordings as the explanation takes them; names are the files', made unique."""
-    names = [Path(r.source).name for r in recordings]
-    return tuple(
-        Run.from_columns(
-            _numbers(recording),
-            recording.metadata.gear_ratio,
-            name=name if names.count(name) == 1 else recording.source,
-            started_s=_started(recording),
-            payload_kg=(
-                math.nan
-                if recording.metadata.payload_kg is None
-                else float(recording.metadata.payload_kg)
-            ),
-        )
-        for recording, name in zip(recordings, names, strict=True)
-    )
-
-
-def _numbers(recording: Recording) -> Mapping[str, Floats]:
-    """Return the columns of numbers that the contract knows."""
-    from agent.record.recording import FLOAT_COLUMNS
-
-    return {name: recording[name] for name in FLOAT_COLUMNS if name in recording}
-
-
-def _started(recording: Recording) -> float:
-    try:
-        return datetime.fromisoformat(recording.metadata.started_at).timestamp()
-    except ValueError:
-        return math.nan
 
 
 def _has_next(found: Explanation) -> bool:

@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 
 from agent.cli.flexible_periods import Source, source_of
-from agent.cli.outcome import signals_of
+from agent.conclude.outcome import signals_of
 from agent.identify.flexible.fit import Options, fit_flexible
 from agent.identify.flexible.preparation import prepare, tracks_of
 from agent.identify.flexible.result import FlexibleFit

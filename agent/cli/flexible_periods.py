@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.cli.outcome import signals_of
+from agent.conclude.outcome import signals_of
 from agent.identify.flexible.periods import LAID, PeriodScatter, average_periods
 from agent.identify.signals import Signals
 from agent.record.recording import Recording

@@ -12,10 +12,10 @@ from pathlib import Path
 import typer
 
 from agent.cli.exits import BAD_NEWS
-from agent.cli.monitor_cycles import Unreadable, cache_folder, cycles_of
-from agent.cli.monitor_json import to_json
 from agent.cli.monitor_text import monitor_text
 from agent.cli.talk import progress_bar, talker
+from agent.conclude.cycles import Unreadable, cache_folder, cycles_of
+from agent.conclude.monitor_document import to_json
 from agent.errors import InputError, StorageError
 from agent.monitor.detectors import DEFAULT, detector
 from agent.monitor.events import Event, parse_events

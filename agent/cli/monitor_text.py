@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from agent.cli.monitor_cycles import Unreadable
+from agent.conclude.cycles import Unreadable
 from agent.monitor.comparison import Effect
 from agent.monitor.verdict import Finding
 from agent.numbers import scale_for

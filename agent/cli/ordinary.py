@@ -10,8 +10,8 @@ from typing import Any
 
 import typer
 
-from agent.cli.outcome import conclude, signals_of
 from agent.cli.ripple import one_axis
+from agent.conclude.outcome import conclude, signals_of
 from agent.errors import InputError
 from agent.identify.preprocess import read_motion
 from agent.identify.uncertainty import student_975

@@ -81,9 +81,9 @@ def make(order: Order, folder: Path) -> Sealed | str:
 
 def answer(folder: Path) -> Answer:
     """Explain the recordings of a folder as `stribeck explain` does; nothing else is known."""
-    from agent.cli.explain import explained, runs_of
     from agent.cli.prove_baseline import first_terms
     from agent.cli.simulate import read_twin
+    from agent.conclude.explanation import explained, runs_of
     from agent.record.reading import read_all
 
     began = time.perf_counter(), time.process_time()

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import typer
 
-from agent.cli.outcome import signals_of
 from agent.cli.ripple import one_axis, write_picture
+from agent.conclude.outcome import signals_of
 from agent.identify.result import Parameter
 from agent.identify.reversals.identification import identify_reversals
 from agent.identify.reversals.result import PreslidingFit, ReversalFit

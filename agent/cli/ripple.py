@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from agent.cli.outcome import signals_of
 from agent.cli.talk import talker
+from agent.conclude.outcome import signals_of
 from agent.errors import InputError
 from agent.identify.result import Parameter
 from agent.identify.ripple import Ripple, find_ripple

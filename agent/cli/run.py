@@ -11,9 +11,9 @@ import typer
 
 from agent.cell import Axis, Cell, read_cell
 from agent.cli.catalogue_keep import keep
-from agent.cli.outcome import conclude
 from agent.cli.summary import summary
 from agent.cli.talk import progress_bar, stop_on_signal, talker
+from agent.conclude.outcome import conclude
 from agent.cycle.axis_lock import owned
 from agent.cycle.plan import NAMED, plan_cycle
 from agent.cycle.preconditions import listed

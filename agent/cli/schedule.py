@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import typer
 
-from agent.cli.monitor_cycles import cache_folder, cycles_of
 from agent.cli.ripple import write_picture
 from agent.cli.talk import progress_bar, talker
+from agent.conclude.cycles import cache_folder, cycles_of
 from agent.errors import InputError
 from agent.identify.thermal import Cooling, estimate_cooling
 from agent.monitor.baseline import FEWEST_ASKED, Baseline, baseline_of, features_table

@@ -11,9 +11,9 @@ import numpy as np
 import typer
 
 from agent.cli.exits import BAD_NEWS
-from agent.cli.monitor_cycles import cache_folder, cycle_from, cycles_of
 from agent.cli.self_test_text import AxisTest, axis_json, axis_text
 from agent.cli.talk import progress_bar, talker
+from agent.conclude.cycles import cache_folder, cycle_from, cycles_of
 from agent.errors import InputError
 from agent.monitor.baseline import features_table
 from agent.monitor.change_time import change_time

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import typer
 
-from agent.cli.outcome import Conclusion, conclude, signals_of
 from agent.cli.talk import talker
+from agent.conclude.outcome import Conclusion, conclude, signals_of
 from agent.errors import InputError, StorageError
 from agent.identify.instrumental import fit_instrumental, has_command
 from agent.identify.preprocess import Motion, filter_motion, read_motion

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import typer
 
-from agent.cli.outcome import signals_of
 from agent.cli.ripple import one_axis, write_picture
 from agent.cli.thermal_history import History, history_of, temperatures_of
 from agent.cli.thermal_oil import oils_for, unknown_oil
+from agent.conclude.outcome import signals_of
 from agent.identify.estimate import estimate
 from agent.identify.friction_surface import Surface, fit_surface
 from agent.identify.oil_change import ASSUMPTION, OilComparison, compare_oils

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from agent.cli.outcome import signals_of
+from agent.conclude.outcome import signals_of
 from agent.errors import InputError
 from agent.identify.result import Floats
 from agent.record.recording import Recording

@@ -10,9 +10,9 @@ from typing import Any
 import typer
 
 from agent.cli.exits import BAD_NEWS
-from agent.cli.outcome import conclude, signals_of
 from agent.cli.ripple import write_picture
 from agent.cli.talk import talker
+from agent.conclude.outcome import conclude, signals_of
 from agent.errors import InputError
 from agent.identify.preprocess import read_motion
 from agent.monitor.observer_band import FEWEST_HEALTHY, HealthyBand, Watch, learn_band

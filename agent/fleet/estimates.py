@@ -95,8 +95,8 @@ def estimate_one(order: Order) -> dict[str, Any]:
 
     A recording that cannot be used is an answer, not an error.
     """
-    from agent.cli.monitor_cycles import cycle_from
-    from agent.cli.outcome import conclude
+    from agent.conclude.cycles import cycle_from
+    from agent.conclude.outcome import conclude
     from agent.errors import InputError
 
     lake = Lake(order.url, dict(order.options))

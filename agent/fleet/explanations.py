@@ -131,8 +131,8 @@ def explain_one(question: Question) -> dict[str, Any]:
     """Explain one joint: the very function of `stribeck explain`."""
     from pathlib import Path
 
-    from agent.cli.explain import explained
-    from agent.cli.explain_checks import check_recordings
+    from agent.conclude.comparable import check_recordings
+    from agent.conclude.explanation import explained
     from agent.errors import InputError
 
     lake = Lake(question.url, dict(question.options))

@@ -147,7 +147,7 @@ def judge_one(joint: Joint) -> dict[str, Any]:
     Recordings of one robot and axis with several gear ratios are several joints to the monitor;
     the one with the latest cycle is the one that is there.
     """
-    from agent.cli.monitor_json import to_json
+    from agent.conclude.monitor_document import to_json
     from agent.monitor.cycle import Cycle
     from agent.monitor.detectors import detector
     from agent.monitor.events import parse_events

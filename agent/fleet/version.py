@@ -9,7 +9,7 @@ from importlib.resources import files
 from importlib.resources.abc import Traversable
 
 # Every room that an estimate passes through; a change to the page or a driver changes no figure.
-_ROOMS = ("identify", "physics", "record", "numbers.py", "acquisition.py")
+_ROOMS = ("conclude", "identify", "physics", "record", "numbers.py", "acquisition.py")
 _MONITOR = ("monitor",)
 _EXPLAIN = ("explain",)
 

@@ -99,7 +99,7 @@ def estimated(lake: Lake, workers: int) -> tuple[float, list[str]]:
 
 def _warm() -> None:
     """Import and compile what an estimate needs, so that it is not counted as work."""
-    import agent.cli.outcome
+    import agent.conclude.outcome
     import agent.identify.estimate  # noqa: F401 - imported for what importing does
 
 

@@ -24,11 +24,11 @@ from typing import Any
 
 import numpy as np
 
-from agent.cli.explain import runs_of
 from agent.cli.prove_case import Sealed, answer, make
 from agent.cli.prove_plan import Asked, plan
 from agent.cli.prove_score import score
 from agent.cli.simulate import read_twin
+from agent.conclude.explanation import runs_of
 from agent.explain.evidence import weigh
 from agent.explain.library import judgeable
 from agent.explain.scene import Scene

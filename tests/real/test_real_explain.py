@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from agent.cli.estimate import run_twin
-from agent.cli.explain import explained
 from agent.cli.simulate import read_twin
+from agent.conclude.explanation import explained
 from agent.explain.result import Explanation, Finding
 from agent.record.reading import read_all
 

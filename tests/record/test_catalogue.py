@@ -17,7 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from agent.cli.catalogue_keep import keep
-from agent.cli.outcome import conclude
+from agent.conclude.outcome import conclude
 from agent.errors import InputError, StorageError
 from agent.record.catalogue import Catalogue
 from agent.record.catalogue_schema import open_engine, upgrade

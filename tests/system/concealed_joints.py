@@ -13,7 +13,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
-from agent.cli.explain import explained
+from agent.conclude.explanation import explained
 from agent.explain.result import Explanation
 from agent.physics.twin import Effect, Twin
 from agent.record.reading import read

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from agent.acquisition import Acquisition
-from agent.cli.outcome import conclude
+from agent.conclude.outcome import conclude
 from agent.errors import RefusedError, StoppedError
 from agent.record.reading import read
 from drivers.cia402.axis import Cia402Axis

@@ -14,10 +14,11 @@ import pytest
 import tomli_w
 
 from agent.cell import read_cell
-from agent.cli.explain import explained, limits_of, run_explain
-from agent.cli.explain_checks import check_recordings
+from agent.cli.explain import limits_of, run_explain
 from agent.cli.fake_cell import fake_cell_text
 from agent.cli.simulate import read_twin, run_simulate
+from agent.conclude.comparable import check_recordings
+from agent.conclude.explanation import explained
 from agent.errors import InputError
 from agent.explain.result import Explanation
 from agent.physics.twin import parse_twin

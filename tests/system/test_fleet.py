@@ -15,7 +15,7 @@ import duckdb
 import psutil
 import pytest
 
-from agent.cli.outcome import conclude
+from agent.conclude.outcome import conclude
 from agent.fleet.estimates import estimates_of
 from agent.fleet.lake import Lake
 from agent.fleet.verdicts import verdicts_of

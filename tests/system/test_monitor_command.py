@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agent.cli import main, monitor_cycles
+from agent.cli import main
 from agent.cli.monitor import MonitorRequest, events_for
+from agent.conclude import cycles as kept_cycles
 from agent.record.events_file import Event, append_event
 from agent.record.recording import Metadata, Recording
 from agent.record.writing import write
@@ -102,7 +103,7 @@ def test_the_second_call_estimates_nothing_again(
     assert stribeck(monkeypatch, [kept, "--baseline", HEALTHY]) == 1
     first = capsys.readouterr().out
     with monkeypatch.context() as patch:
-        patch.setattr(monitor_cycles, "estimate", None)
+        patch.setattr(kept_cycles, "estimate", None)
         assert stribeck(patch, [kept, "--baseline", HEALTHY]) == 1
     assert capsys.readouterr().out == first
     assert "Most likely wear" in first
@@ -113,14 +114,14 @@ def test_a_cache_that_is_spoiled_or_changed_bytes_are_estimated_anew(
 ) -> None:
     one, cache = tmp_path / "night.parquet", tmp_path / "cache"
     shutil.copy(kept / "night-00.parquet", one)
-    healthy, _ = monitor_cycles.cycles_of([one], cache)
+    healthy, _ = kept_cycles.cycles_of([one], cache)
     for entry in cache.glob("cycle-*.json"):
         entry.write_text('{"half": ')
-    again, _ = monitor_cycles.cycles_of([one], cache)
+    again, _ = kept_cycles.cycles_of([one], cache)
     assert again[0].to_json() == healthy[0].to_json()
     one.unlink()
     record(one, 0, wear_nm=0.3)
-    worn, _ = monitor_cycles.cycles_of([one], cache)
+    worn, _ = kept_cycles.cycles_of([one], cache)
     assert worn[0].fingerprint != healthy[0].fingerprint
     assert worn[0].curve is not None
     assert healthy[0].curve is not None

@@ -10,9 +10,9 @@ import pytest
 from typer.testing import CliRunner
 
 from agent.cli.app import app
-from agent.cli.outcome import conclude
 from agent.cli.plan import run_plan
 from agent.cli.run import dry_run_axis, read_trajectory
+from agent.conclude.outcome import conclude
 from agent.errors import InputError, RefusedError
 from agent.record.reading import read
 from agent.wire import CycleRequest, drive_cycle

@@ -12,8 +12,8 @@ import pytest
 import tomli_w
 
 from agent.cell import Cell, parse_cell, read_cell
-from agent.cli.outcome import conclude
 from agent.cli.run import run_axis
+from agent.conclude.outcome import conclude
 from agent.cycle.ending import CycleResult
 from agent.cycle.sequence import Stage
 from agent.errors import InputError, RefusedError, StoppedError

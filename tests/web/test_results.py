@@ -164,8 +164,8 @@ def test_a_real_cycle_has_what_the_page_reads_and_is_judged_by_its_history(
 ) -> None:
     """The bench's document has the keys that the page reads, where a real estimate has them."""
     from agent.cli.catalogue_keep import keep
-    from agent.cli.outcome import conclude
     from agent.cli.serve_run import judge_by_history
+    from agent.conclude.outcome import conclude
     from agent.record.reading import read
     from tests.system.rig import rig
 

@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from agent.cli.outcome import signals_of
+from agent.conclude.outcome import signals_of
 from agent.errors import InputError, StorageError
 from agent.identify.estimate import estimate
 from agent.identify.result import Estimate
@@ -31,8 +31,8 @@ from agent.record.reading import read, side_file
 from agent.record.recording import Recording
 
 SENSOR = "gearbox_temperature_degc"
-_PACKAGES = ("agent.identify", "agent.physics", "agent.monitor", "agent.record", "agent.cli")
-_CODE_OF = {"agent.monitor": ("cycle.py",), "agent.cli": ("outcome.py", "monitor_cycles.py")}
+_PACKAGES = ("agent.identify", "agent.physics", "agent.monitor", "agent.record", "agent.conclude")
+_CODE_OF = {"agent.monitor": ("cycle.py",), "agent.conclude": ("outcome.py", "cycles.py")}
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from agent.cli.monitor_cycles import Unreadable
+from agent.conclude.cycles import Unreadable
 from agent.identify.result import Floats
 from agent.monitor.change_time import ChangeTime
 from agent.monitor.compensation import Law

@@ -1,0 +1,1 @@
+"""From files to answers: recordings joined with estimators, monitor and explanation. No bus."""
