@@ -51,14 +51,22 @@ class Bench:
         return None
 
     def velocity_rad_s(self) -> float:
-        """Ask the drive for its velocity as a bystander: one SYNC, one answer."""
-        for _ in range(20):
-            self.bus.send(can.Message(arbitration_id=SYNC, is_extended_id=False))
-            answer = self.listen(lambda m: m.arbitration_id == TPDO2, 0.5)
-            if answer is not None:
-                counts: int = struct.unpack_from("<i", answer.data)[0]
-                return counts / COUNTS_PER_RAD
-        raise AssertionError("the drive does not answer SYNC")
+        """Ask the drive for its velocity (0x606C) as a bystander, by SDO: in any NMT state."""
+        ask = can.Message(
+            arbitration_id=0x600 + NODE,
+            is_extended_id=False,
+            data=bytes.fromhex("406c600000000000"),
+        )
+        while self.bus.recv(0.0) is not None:  # what was said before, during the motion
+            pass
+        self.bus.send(ask)
+        answer = self.listen(
+            lambda m: m.arbitration_id == 0x580 + NODE and bytes(m.data[:4]) == b"\x43\x6c\x60\x00",
+            5.0,
+        )
+        assert answer is not None, "the drive does not answer"
+        counts: int = struct.unpack_from("<i", answer.data, 4)[0]
+        return counts / COUNTS_PER_RAD
 
 
 @pytest.fixture
