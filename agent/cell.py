@@ -8,14 +8,12 @@ are converted to motor-side radians once, in this module.
 from __future__ import annotations
 
 import re
-import tomllib
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import (
     AfterValidator,
     Field,
-    ValidationError,
     ValidationInfo,
     model_validator,
 )
@@ -31,6 +29,7 @@ from agent.cell_devices import (
 )
 from agent.cell_devices import Part as _Part
 from agent.errors import InputError
+from drivers.described import validated
 from drivers.profiles.drive_profile import load_profile
 from trajectories import AxisLimits, TorqueModel, motor_rad
 
@@ -399,16 +398,7 @@ def parse_cell(text: str, source: str = "CELL.toml", folder: Path | None = None)
     agent.errors.InputError
         With every mistake on a line of its own.
     """
-    try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{source} is not TOML: {error}.") from error
-    try:
-        return Cell.model_validate(data, context={"folder": folder})
-    except ValidationError as error:
-        mistakes = [mistake_in_words(e) for e in error.errors()]
-        head = f"{source} has {len(mistakes)} mistake{'s' if len(mistakes) > 1 else ''}:"
-        raise InputError("\n  - ".join([head, *mistakes])) from error
+    return validated(Cell, text, source, InputError, whole="the cell", context={"folder": folder})
 
 
 def read_cell(path: Path) -> Cell:
@@ -424,18 +414,3 @@ def read_cell(path: Path) -> Cell:
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"The cell description {path} cannot be read: {error}.") from error
     return parse_cell(text, source=str(path), folder=path.parent)
-
-
-def mistake_in_words(error: Any) -> str:
-    """Return one of pydantic's errors as a line that names the key as TOML has it."""
-    where = ""
-    for part in error["loc"]:
-        where += f"[{part + 1}]" if isinstance(part, int) else f".{part}" if where else str(part)
-    if error["type"] == "extra_forbidden":
-        return f"{where}: unknown key"
-    message = error["msg"].removeprefix("Value error, ")
-    given = error.get("input")
-    shown = "" if isinstance(given, dict | list | tuple) else f" (given: {given!r})"
-    if error["type"] == "missing":
-        return f"{where}: is missing"
-    return f"{where or 'the cell'}: {message}{shown}"

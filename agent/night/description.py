@@ -10,15 +10,15 @@ from __future__ import annotations
 import datetime
 import os
 import re
-import tomllib
 import zoneinfo
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from agent.cell_devices import Part, Positive
 from agent.errors import InputError
+from drivers.described import validated
 
 SCHEMA = "stribeck.night/1"
 Day = Literal["mon", "tue", "wed", "thu", "fri", "sat", "sun"]
@@ -179,17 +179,7 @@ def read_night(path: Path) -> NightDescription:
         ) from error
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path} cannot be read: {error}.") from error
-    try:
-        data = tomllib.loads(text)
-        return NightDescription.model_validate(data)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{path} is not TOML: {error}.") from error
-    except ValidationError as error:
-        from agent.cell import mistake_in_words
-
-        mistakes = [mistake_in_words(e) for e in error.errors()]
-        head = f"{path} has {len(mistakes)} mistake{'s' if len(mistakes) > 1 else ''}:"
-        raise InputError("\n  - ".join([head, *mistakes])) from error
+    return validated(NightDescription, text, str(path), InputError, whole="the file")
 
 
 def secret(what: str, env: str, file: str, folder: Path) -> str:

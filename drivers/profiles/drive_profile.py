@@ -7,16 +7,15 @@ itself wins. Shipped profiles are in `drivers/profiles/drives`.
 
 from __future__ import annotations
 
-import tomllib
-from importlib.resources import files
 from pathlib import Path
-from typing import Annotated, Any, Generic, Literal, TypeVar
+from typing import Annotated, Generic, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
+
+from drivers.described import Shelf
 
 T = TypeVar("T")
 
-DRIVES = "drivers.profiles.drives"
 SCHEMA = "stribeck.drive-profile/1"
 Provenance = Literal["R", "P", "M", "U"]
 ModeWord = Literal["pv", "csv", "vl", "csp", "ip", "pp"]
@@ -106,6 +105,10 @@ class DriveProfile(_Part):
     quirk: list[Quirk] = Field(default=[])
 
 
+DRIVES = "drivers.profiles.drives"
+_SHELF = Shelf(DriveProfile, DRIVES, "drive profile", DriveProfileError)
+
+
 def parse_profile(text: str, source: str = "the drive profile") -> DriveProfile:
     """Parse and validate a drive profile.
 
@@ -114,59 +117,20 @@ def parse_profile(text: str, source: str = "the drive profile") -> DriveProfile:
     DriveProfileError
         With every mistake on a line of its own.
     """
-    try:
-        return DriveProfile.model_validate(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
-        raise DriveProfileError(f"{source} is not TOML: {error}.") from error
-    except ValidationError as error:
-        mistakes = [_mistake(e) for e in error.errors()]
-        head = f"{source} has {len(mistakes)} mistake{'s' if len(mistakes) > 1 else ''}:"
-        raise DriveProfileError("\n  - ".join([head, *mistakes])) from error
+    return _SHELF.parse(text, source)
 
 
 def shipped_profiles() -> tuple[str, ...]:
     """Return the names of the profiles that come with the product."""
-    names = (entry.name for entry in files(DRIVES).iterdir())
-    return tuple(sorted(n.removesuffix(".toml") for n in names if n.endswith(".toml")))
+    return _SHELF.shipped()
 
 
 def load_profile(name_or_path: str, folder: Path | None = None) -> DriveProfile:
-    """Return a shipped profile by its name, or one from a file.
-
-    Parameters
-    ----------
-    name_or_path : str
-        A name of `shipped_profiles`, or the path of a TOML file.
-    folder : pathlib.Path, optional
-        What a relative path is relative to.
+    """Return a shipped profile by its name, or one from a file (`drivers.described.Shelf.load`).
 
     Raises
     ------
     DriveProfileError
         Where there is no such profile, or with every mistake in it.
     """
-    if name_or_path in shipped_profiles():
-        entry = files(DRIVES).joinpath(f"{name_or_path}.toml")
-        return parse_profile(entry.read_text("utf-8"), f"the shipped profile {name_or_path}")
-    path = Path(name_or_path) if folder is None else folder / name_or_path
-    try:
-        return parse_profile(path.read_text(encoding="utf-8"), str(path))
-    except (OSError, UnicodeDecodeError) as error:
-        raise DriveProfileError(
-            f"The drive profile {path} cannot be read: {error}. Shipped profiles: "
-            f"{', '.join(shipped_profiles())}."
-        ) from error
-
-
-def _mistake(error: Any) -> str:
-    """Return one of pydantic's errors as a line that names the key as TOML has it."""
-    where = ""
-    for part in error["loc"]:
-        where += f"[{part + 1}]" if isinstance(part, int) else f".{part}" if where else str(part)
-    if error["type"] == "extra_forbidden":
-        return f"{where}: unknown key"
-    if error["type"] == "missing":
-        return f"{where}: is missing"
-    given = error.get("input")
-    shown = "" if isinstance(given, dict | list | tuple) else f" (given: {given!r})"
-    return f"{where}: {error['msg']}{shown}"
+    return _SHELF.load(name_or_path, folder)
