@@ -10,7 +10,7 @@ import hashlib
 import json
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from agent.fleet.cluster import Opened, outcomes
@@ -128,7 +128,7 @@ def questions(lake: Lake, roster: Roster) -> Iterator[Question]:
 
 
 def explain_one(question: Question) -> dict[str, Any]:
-    """Explain one joint: the very function of `stribeck explain`."""
+    """Explain one joint: the very function of `stribeck explain`; a model's twin is any robot's."""
     from pathlib import Path
 
     from agent.conclude.comparable import check_recordings
@@ -138,7 +138,7 @@ def explain_one(question: Question) -> dict[str, Any]:
     lake = Lake(question.url, dict(question.options))
     held = min(_HELD_OUT, len(question.entries) - 2)
     try:
-        twin = twin_of(lake, question.twin)
+        twin = replace(twin_of(lake, question.twin), robot=question.entries[-1].robot)
         recordings = [lake.recording(e) for e in question.entries]
         learnt, unseen = recordings[:-held], recordings[-held:]
         check_recordings(twin, Path(question.twin), learnt, unseen)

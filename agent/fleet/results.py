@@ -110,7 +110,9 @@ class Results:
         tables = [schema.empty_table()]
         for path in self.lake.files(self.folder):
             try:
-                tables.append(pq.read_table(io.BytesIO(self.lake.get(path)), schema=schema))
+                # without threads: Arrow's pool was once still at work when the interpreter ended
+                with pq.ParquetFile(io.BytesIO(self.lake.get(path))) as part:
+                    tables.append(part.read(schema.names, use_threads=False).cast(schema))
             except pa.ArrowException as error:
                 raise InputError(
                     f"{self.lake.url}/{path}: is a damaged part of the results ({error}).",
