@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +11,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agent.errors import InputError
-from agent.fleet.explanations import agreements, in_words
+from agent.fleet.estimates import estimates_of
+from agent.fleet.explanations import agreements, explain_one, in_words, questions
 from agent.fleet.lake import Lake
 from agent.fleet.roster import roster_of
 from agent.fleet.verdicts import by_risk
+from agent.physics.twin import Twin, format_twin
+from agent.record.writing import write
 from agent.report.fleet import AgreementRow, FleetPage, JointRow, fleet_html
+from tests.benchmarks.fleet import AXES, GEAR, ROBOTS, cycles
 
 STATES = ("H1", "H0", "not-decidable", "NF", "")
 
@@ -116,3 +121,33 @@ def test_the_page_escapes_what_robots_are_called_and_says_what_is_first() -> Non
     calm = fleet_html(FleetPage("lake", joints[3:4], [], (), 1))
     assert "none shows increased friction" in calm
     assert "No joint has been judged yet" in fleet_html(FleetPage("lake", [], [], (), 0))
+
+
+def test_a_models_twin_is_put_to_each_of_its_robots_and_again_when_it_changes(
+    tmp_path: Path,
+) -> None:
+    lake = Lake(str(tmp_path / "lake"))
+    known = estimates_of(lake)
+    for number, recording in enumerate(cycles(ROBOTS * AXES * 3 + 2)):
+        if number % (ROBOTS * AXES) < 2:  # axes 1 and 2 of the first robot, four nights
+            path = write(recording, tmp_path / "cycle.parquet", overwrite=True)
+            entry, _ = lake.push(path, "plant")
+            known.add({"key": entry.path, "failure": "", "decidable": True})
+    known.flush()
+    (tmp_path / "lake" / "fleet.toml").write_text(
+        'schema = "stribeck.fleet/1"\n'
+        '[[model]]\nname = "M"\nrobots = ["robot-*"]\ntwins = { 1 = "m1.toml" }\n'
+    )
+    twin = Twin("M", 1, GEAR, 0.0184, coulomb_nm=0.55, viscous_nm_s_per_rad=0.0105)
+    lake.put("m1.toml", format_twin(twin).encode())
+    (asked,) = questions(lake, roster_of(lake))
+    assert [e.axis for e in asked.entries] == [1, 1, 1, 1]
+    found = explain_one(asked)
+    assert found["failure"] == ""
+    assert found["verdict"] in ("explained", "partly-explained")  # at 100 Hz steep ramps alias
+    assert found["effects"] == "wrong-number"
+
+    lake.put("m1.toml", format_twin(replace(twin, gear_ratio=100.0)).encode())
+    (again,) = questions(lake, roster_of(lake))
+    assert again.key != asked.key
+    assert "gear" in explain_one(again)["failure"]
