@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import io
 import os
 import socket
 import subprocess
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 
+import pytest
+
+from agent.cli import main
 from drivers.clock import MonotonicClock
 
 STRIBECK = (sys.executable, "-m", "agent.cli")
@@ -32,13 +36,25 @@ def stribeck(
     )
 
 
+def called(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    """Run a command to its end in this process: the same words and exit code, without a start."""
+    out, err, code = io.StringIO(), io.StringIO(), 0
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
+        patch.setattr(sys, "argv", ["stribeck", *map(str, arguments)])
+        try:
+            main()
+        except SystemExit as ending:
+            code = int(ending.code or 0)
+    return subprocess.CompletedProcess(arguments, code, out.getvalue(), err.getvalue())
+
+
 def be_patient(cell: Path) -> None:
     """Widen a cell's supervision: a late tick on a loaded test machine is not what is tested."""
     text = cell.read_text()
     for old, new in (
         ("heartbeat_timeout_s = 0.15", "heartbeat_timeout_s = 1.0"),
         ("drive_heartbeat_period_s = 0.1", "drive_heartbeat_period_s = 0.5"),
-        ("sample_age_max_s = 0.1", "sample_age_max_s = 1.0"),
+        ("sample_age_max_s = 0.1", "sample_age_max_s = 1.0\nsamples_lost_in_a_row_max = 50"),
         ("velocity_error_max_rad_s = 20.0", "velocity_error_max_rad_s = 160.0"),
         ("following_error_max_arm_deg = 2.0", "following_error_max_arm_deg = 30.0"),
     ):

@@ -1,6 +1,6 @@
 """What a recording does not carry: "not identified", the reason, what to record instead, no number.
 
-The list is the identification issue's own. Every case is a file, and the command a process.
+The list is the identification issue's own. Every case is a file and a command.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from agent.record.recording import Metadata, Recording
 from agent.record.writing import write
 from tests.science.identify_plant import Floats, Joint, Motion, record, stair
-from tests.system.processes import stribeck
+from tests.system.processes import called
 
 JOINT = Joint(static_extra_nm=0.2)
 SPEEDS = (2.0, 4.0, 7.0, 12.0, 20.0, 32.0, 48.0, 70.0, 100.0, 140.0)
@@ -116,13 +116,13 @@ def test_estimate_says_why_not_and_what_instead(
     make: Callable[[], Columns], reason: str, instead: str, tmp_path: Path
 ) -> None:
     path = save(tmp_path, make())
-    done = stribeck("estimate", path)
+    done = called("estimate", path)
     assert done.returncode == 0, done.stderr
     assert "not identified:" in done.stdout
     assert reason in done.stdout
     assert instead in done.stdout
     assert not re.search(r"\d\s*(m|µ)?N m", done.stdout), done.stdout
-    document = json.loads(stribeck("estimate", path, "--json").stdout)
+    document = json.loads(called("estimate", path, "--json").stdout)
     assert document["decidable"] is False
     assert "not identified:" in document["sentence"]
     assert reason in document["sentence"]
@@ -135,7 +135,7 @@ def test_estimate_says_why_not_and_what_instead(
 
 def test_nothing_of_the_list_is_said_of_a_good_stair(tmp_path: Path) -> None:
     path = save(tmp_path, columns_of(stair()))
-    document = json.loads(stribeck("estimate", path, "--json").stdout)
+    document = json.loads(called("estimate", path, "--json").stdout)
     assert document["decidable"] is True
     assert document["next_steps"] == []
     # A parameter may still be missing, and says why: this stroke is too short for gravity.
@@ -149,7 +149,7 @@ def test_a_temperature_law_needs_temperatures_that_differ(tmp_path: Path) -> Non
     columns = columns_of(stair())
     warm = np.full(columns["time_s"].size, 31.0)
     path = save(tmp_path, columns | {"gearbox_temperature_degc": warm})
-    done = stribeck("thermal", path)
+    done = called("thermal", path)
     assert done.returncode == 0, done.stderr
     law = done.stdout.partition("Friction over velocity and temperature")[2]
     assert "not identified:" in law
