@@ -54,7 +54,8 @@ def be_patient(cell: Path) -> None:
     for old, new in (
         ("heartbeat_timeout_s = 0.15", "heartbeat_timeout_s = 1.0"),
         ("drive_heartbeat_period_s = 0.1", "drive_heartbeat_period_s = 0.5"),
-        ("sample_age_max_s = 0.1", "sample_age_max_s = 1.0\nsamples_lost_in_a_row_max = 50"),
+        ("sample_age_max_s = 0.1", "sample_age_max_s = 1.0"),
+        ("samples_lost_in_a_row_max = 3", "samples_lost_in_a_row_max = 50"),
         ("velocity_error_max_rad_s = 20.0", "velocity_error_max_rad_s = 160.0"),
         ("following_error_max_arm_deg = 2.0", "following_error_max_arm_deg = 30.0"),
     ):
