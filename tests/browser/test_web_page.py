@@ -77,7 +77,6 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Site]:
         be_patient(cell)
         shorter = {
             "sample_rate_hz = 500.0": "sample_rate_hz = 100.0",
-            "samples_lost_in_a_row_max = 3": "samples_lost_in_a_row_max = 100",
             "duration_s = 12.0": "duration_s = 9.0",
             "speeds = 5": "speeds = 3",
         }

@@ -247,9 +247,12 @@ def test_progress_is_one_small_file_that_is_always_whole(tmp_path: Path) -> None
     assert json.loads(path.read_text()) == {"stage": "disable", "share": 1.0}
 
 
-def test_looking_who_holds_an_axis_does_not_hold_it(bench: Bench) -> None:
+def test_looking_who_holds_an_axis_does_not_hold_it(
+    bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from agent.cycle.axis_lock import lock_folder, lock_names, owned
 
+    monkeypatch.setenv("STRIBECK_LOCK_FOLDER", str(tmp_path))  # other tests have left theirs
     cell = bench.page.cell
     axis = cell.axis[0]
     assert holder(cell, axis) == ""
