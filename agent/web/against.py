@@ -59,10 +59,12 @@ class Against:
 def curve_of(estimate: Mapping[str, Any] | None) -> Curve | None:
     """Return the friction curve of a `stribeck.estimate/1` document; None where it has none."""
     found = (estimate or {}).get("friction_curve")
+    if not isinstance(found, Mapping):
+        return None
     try:
-        velocity = np.asarray(found["velocity_rad_s"], dtype=np.float64)  # type: ignore[index]
-        friction = np.asarray(found["friction_nm"], dtype=np.float64)  # type: ignore[index]
-        ends = np.asarray(found["ci95_nm"], dtype=np.float64).reshape(-1, 2)  # type: ignore[index]
+        velocity = np.asarray(found["velocity_rad_s"], dtype=np.float64)
+        friction = np.asarray(found["friction_nm"], dtype=np.float64)
+        ends = np.asarray(found["ci95_nm"], dtype=np.float64).reshape(-1, 2)
     except (TypeError, KeyError, ValueError):
         return None
     half = 0.5 * (ends[:, 1] - ends[:, 0])
@@ -89,19 +91,13 @@ def against(now: Curve, baseline: Curve) -> Against | None:
     difference = now.friction_nm[inside] - healthy
     half = np.hypot(now.half_ci95_nm[inside], spread)
     order = np.argsort(np.abs(speed), kind="stable")
-    middle = order.size // 2
     whole = _change(difference, half, healthy)
     if whole is None:
         return None
-    parts = (order[:middle], order[middle:]) if order.size >= 4 else ()
-    low, high = (
-        (_change(difference[p], half[p], healthy[p]) for p in parts)
-        if parts
-        else (
-            None,
-            None,
-        )
-    )
+    low = high = None
+    if order.size >= 4:
+        halves = np.split(order, [order.size // 2])
+        low, high = (_change(difference[h], half[h], healthy[h]) for h in halves)
     return Against(whole, low, high, Curve(speed, difference, half))
 
 

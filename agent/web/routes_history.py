@@ -168,5 +168,6 @@ def _plain(cycle: Shelved, parameter: str) -> list[float | None]:
 
 
 def _number(value: object) -> float | None:
-    real = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    return float(value) if real else None  # type: ignore[arg-type]
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    return float(value) if math.isfinite(value) else None
