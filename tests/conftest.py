@@ -18,6 +18,10 @@ pytest_plugins = ["pytester"]  # tests/unit/test_starvation.py runs a suite of i
 
 REPOSITORY = Path(__file__).resolve().parents[1]
 
+# A test keeps to one core, and so do its commands: two processes of tests fill two cores already,
+# and threads that wait for each other spin. NumPy reads this when it is imported, later than here.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 
 @pytest.fixture(scope="session", autouse=True)
 def locks_of_this_run() -> Iterator[None]:
