@@ -52,34 +52,13 @@ def cut(passes: Sequence[TimedPass]) -> Blocks:
     total = sum(p.samples.torque_nm.size for p in ordered)
     size = max(_BLOCK_SAMPLES, -(-total // _BLOCKS))
     position = all(p.samples.position_rad is not None for p in ordered)
-    rows = []
-    for number, p in enumerate(ordered):
-        torque = p.samples.torque_nm
-        pieces = np.array_split(np.arange(torque.size), max(torque.size // size, 1))
-        where = np.zeros(2)
-        for piece in pieces:
-            if position and p.samples.position_rad is not None:
-                gravity = gravity_columns(p.samples.position_rad[piece], p.samples.gear_ratio)
-                where = gravity.mean(axis=0)
-            rows.append(
-                (
-                    float(torque[piece].mean()),
-                    p.recording,
-                    p.start_s + float(piece.mean()) * p.samples.period_s,
-                    p.group,
-                    float(np.sign(p.samples.velocity_rad_s)),
-                    number,
-                    size / piece.size,
-                    abs(p.samples.velocity_rad_s),
-                    float(where[0]),
-                    float(where[1]),
-                )
-            )
-    table = np.array(rows)
+    table = np.concatenate(
+        [_rows(p, number, size, with_position=position) for number, p in enumerate(ordered)]
+    )
     group, direction = table[:, 3].astype(np.int64), table[:, 4]
     speeds = int(group.max()) + 1
     friction = (group[:, np.newaxis] == np.arange(speeds)) * direction[:, np.newaxis]
-    shared = [np.ones(len(rows)), table[:, 8], table[:, 9]]
+    shared = [np.ones(table.shape[0]), table[:, 8], table[:, 9]]
     if speeds >= _ASYMMETRY_FROM:
         shared.append(table[:, 7])
     return Blocks(
@@ -93,6 +72,45 @@ def cut(passes: Sequence[TimedPass]) -> Blocks:
         thinness=table[:, 6],
         length_s=size * float(np.median([p.samples.period_s for p in ordered])),
     )
+
+
+def _rows(p: TimedPass, number: int, size: int, *, with_position: bool) -> Floats:
+    """Return one pass's blocks of `size` samples or a little more, shape (n, 10).
+
+    Torque, recording, time, group, direction, pass, thinness, speed, gravity's sine and cosine.
+    """
+    samples = p.samples
+    where = np.zeros((samples.torque_nm.size, 2))
+    if with_position and samples.position_rad is not None:
+        where = gravity_columns(samples.position_rad, samples.gear_ratio)
+    count = max(samples.torque_nm.size // size, 1)
+    out = np.empty((count, 10))
+    out[:, 1], out[:, 3], out[:, 5] = p.recording, p.group, number
+    out[:, 4], out[:, 7] = np.sign(samples.velocity_rad_s), abs(samples.velocity_rad_s)
+    for part, first, length in _even_parts(samples.torque_nm.size, count):
+        inside = slice(first, first + length * (part.stop - part.start))
+        middle = first + length * np.arange(part.stop - part.start) + 0.5 * (length - 1)
+        out[part, 0] = samples.torque_nm[inside].reshape(-1, length).mean(axis=1)
+        out[part, 2] = p.start_s + middle * samples.period_s
+        out[part, 6] = size / length
+        out[part, 8:] = where[inside].reshape(-1, length, 2).mean(axis=1)
+    return out
+
+
+def _even_parts(total: int, count: int) -> list[tuple[slice, int, int]]:
+    """Cut into blocks whose lengths differ by one at most, the longer ones first.
+
+    Returns
+    -------
+    list of (slice, int, int)
+        Which blocks, where the first of them begins, and how long each of them is.
+    """
+    length, longer = divmod(total, count)
+    parts = [
+        (slice(0, longer), 0, length + 1),
+        (slice(longer, count), longer * (length + 1), length),
+    ]
+    return [p for p in parts if p[0].stop > p[0].start]
 
 
 def _independent(columns: Floats) -> Floats:

@@ -29,6 +29,7 @@ from agent.identify.uncertainty import student_975
 _MEMORIES = 16
 _SHARES = (0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9, 0.95, 0.99)
 _BISECTIONS = 30
+_ROOT_2 = math.sqrt(2.0)
 _BEYOND_CHANCE = 2.5
 _DUST = 1e-9  # of the friction: rounding, where there is no noise
 _TOLD = 1e-4  # of the likeliest noise's weight: less likely ones change nothing
@@ -168,25 +169,19 @@ def _likelihood(
     blocks = scaled[0]
     data = np.column_stack((blocks.columns, blocks.torque_nm))
     n, width = data.shape
-    white = np.empty((n, memory_s.size, width))
-    slow = np.zeros((memory_s.size, width))
-    unsure = share.copy()
-    log_size = np.zeros(memory_s.size)
+    left, gain, whole = _gains(blocks, memory_s, share)
+    white = np.empty((n, width, memory_s.size))
+    slow = np.zeros(white.shape[1:])
     for i in range(n):
-        if i and blocks.recording[i] != blocks.recording[i - 1]:
-            slow, unsure = np.zeros_like(slow), share.copy()
-        elif i:
-            left = np.exp((blocks.time_s[i - 1] - blocks.time_s[i]) / memory_s)
-            slow = left[:, np.newaxis] * slow
-            unsure = left**2 * unsure + (1.0 - left**2) * share
-        whole = unsure + (1.0 - share) * blocks.thinness[i]
-        new = data[i] - slow
-        white[i] = new / np.sqrt(whole)[:, np.newaxis]
-        log_size += np.log(whole)
-        gain = unsure / whole
-        slow = slow + gain[:, np.newaxis] * new
-        unsure = unsure * (1.0 - gain)
-    gram = np.einsum("igj,igk->gjk", white, white)
+        slow *= left[i]
+        np.subtract(data[i][:, np.newaxis], slow, out=white[i])
+        slow += gain[i] * white[i]
+    white /= np.sqrt(whole)[:, np.newaxis]
+    gram = np.empty((memory_s.size, width, width))
+    for j in range(width):  # a column at a time, and half of a symmetric matrix
+        gram[:, j, j:] = np.einsum("ig,ikg->gk", white[:, j], white[:, j:])
+        gram[:, j:, j] = gram[:, j, j:]
+    log_size = np.log(whole).sum(axis=0)
     own, cross, square = gram[:, :-1, :-1], gram[:, :-1, -1], gram[:, -1, -1]
     solved = np.linalg.solve(own, cross[:, :, np.newaxis])[:, :, 0]
     rest = np.maximum(square - np.einsum("gj,gj->g", cross, solved), 1e-300)
@@ -196,6 +191,28 @@ def _likelihood(
     weight = np.exp(log_weight - log_weight.max())
     weight[0] *= len(_SHARES)
     return weight / weight.sum(), rest / freedom
+
+
+def _gains(blocks: Blocks, memory_s: Floats, share: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return what Kalman's filter does at every block, whatever the torque, shapes (n, g).
+
+    How much of the slow part is left since the block before (none at a recording's beginning), how
+    much of what is new in a block is taken for slow, and the variance of what is new.
+    """
+    begins = np.diff(blocks.recording, prepend=-1) != 0
+    left = np.exp(-np.diff(blocks.time_s, prepend=0.0)[:, np.newaxis] / memory_s)
+    left[begins] = 0.0
+    kept = left**2
+    renewed = (1.0 - kept) * share
+    white = (1.0 - share) * blocks.thinness[:, np.newaxis]
+    gain, whole = np.empty_like(left), np.empty_like(left)
+    unsure = np.zeros_like(share)
+    for i in range(left.shape[0]):
+        unsure = kept[i] * unsure + renewed[i]
+        whole[i] = unsure + white[i]
+        gain[i] = unsure / whole[i]
+        unsure = unsure * (1.0 - gain[i])
+    return left, gain, whole
 
 
 def _of_means(scaled: tuple[Blocks, Floats], memory_s: Floats, share: Floats) -> Floats:
@@ -250,13 +267,15 @@ def _excess(blocks: Blocks, left_nm: Floats, group: int, noise: _Noise) -> float
 def _spread(variance_nm2: Floats, weight: Floats) -> Spread:
     """Return the spread whose interval holds 95 % of the mixture of normal errors."""
     deviation = np.sqrt(np.maximum(variance_nm2, 0.0))
+    each = [
+        (s * _ROOT_2, w)
+        for s, w in zip(deviation.tolist(), weight.tolist(), strict=True)
+        if s > 0.0
+    ]
     low, high = 0.0, 4.0 * float(deviation.max())
     for _ in range(_BISECTIONS):
         middle = 0.5 * (low + high)
-        outside = sum(
-            w * math.erfc(middle / (s * math.sqrt(2.0))) if s > 0.0 else 0.0
-            for s, w in zip(deviation.tolist(), weight.tolist(), strict=True)
-        )
+        outside = sum([w * math.erfc(middle / s) for s, w in each])
         low, high = (middle, high) if outside > 0.05 else (low, middle)
     mean = float(weight @ deviation**2)
     scatter = float(weight @ (deviation**2 - mean) ** 2)

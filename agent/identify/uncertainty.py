@@ -153,12 +153,8 @@ def block_jackknife(
     # Never singular while one block is a small part of the whole; the pseudo-inverse covers the
     # case that a column lives in one block alone, whose jackknife spread is then rightly large.
     count = starts.shape[0]
-    without = np.stack(
-        [
-            np.linalg.pinv(gram_all - g, hermitian=True) @ (moment_all - m)
-            for g, m in zip(gram, moment, strict=True)
-        ]
-    )
+    inverse = np.linalg.pinv(gram_all - gram, hermitian=True)
+    without = (inverse @ (moment_all - moment)[:, :, np.newaxis])[:, :, 0]
     spread = without - without.mean(axis=0)
     covariance = (count - 1.0) / count * spread.T @ spread
     return theta / scale, covariance / np.outer(scale, scale), max(count - float(p), 1.0)
