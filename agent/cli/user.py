@@ -12,7 +12,7 @@ from agent.errors import InputError
 from agent.record.audit import AuditTrail, verify
 from agent.web.passwords import Argon2
 from agent.web.roles import Role
-from agent.web.store import open_store
+from agent.web.store import Store
 from agent.web.users import INVITATION_HOURS, Users
 
 
@@ -66,7 +66,7 @@ def _users(state: Path) -> Users:
             f"{state} is not there: no page was ever served for this cell.",
             "Name the folder with --state.",
         )
-    return Users(open_store(state), Argon2())
+    return Users(Store(state), Argon2())
 
 
 def _audit(state: Path, what: str, **detail: str) -> None:

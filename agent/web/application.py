@@ -11,7 +11,6 @@ from pathlib import Path
 
 from fastapi import FastAPI
 from fastapi.staticfiles import StaticFiles
-from sqlalchemy import Engine, delete, insert, select
 
 from agent.cell import Cell, read_cell
 from agent.cycle.axis_lock import Holder
@@ -24,7 +23,6 @@ from agent.web import (
     routes_people,
     routes_results,
     routes_run,
-    store,
 )
 from agent.web.attended import Attendant, Launch
 from agent.web.guard import Guard
@@ -36,7 +34,7 @@ from agent.web.roles import Role
 from agent.web.sessions import Sessions
 from agent.web.settings import PageSettings
 from agent.web.shelf import Shelf
-from agent.web.store import open_store
+from agent.web.store import Store
 from agent.web.users import Users
 from drivers.clock import Clock, MonotonicClock, wall_time_utc
 
@@ -50,7 +48,7 @@ class Page:
 
     settings: PageSettings
     clock: Clock
-    engine: Engine
+    store: Store
     users: Users
     sessions: Sessions
     attempts: Attempts
@@ -81,20 +79,18 @@ class Page:
 
     def baseline(self, axis: int) -> str:
         """Return which recording somebody chose as an axis's baseline; empty: nobody did."""
-        table = store.baselines
-        with self.engine.connect() as connection:
+        with self.store.reading() as connection:
             chosen = connection.execute(
-                select(table.c.recording).where(table.c.axis == axis)
-            ).scalar_one_or_none()
-        return chosen or ""
+                "SELECT recording FROM baselines WHERE axis = ?", (axis,)
+            ).fetchone()
+        return str(chosen["recording"]) if chosen is not None else ""
 
     def choose_baseline(self, axis: int, recording: str, who: str) -> None:
         """Keep which recording is an axis's baseline."""
-        table = store.baselines
-        with self.engine.begin() as connection:
-            connection.execute(delete(table).where(table.c.axis == axis))
+        with self.store.writing() as connection:
             connection.execute(
-                insert(table).values(axis=axis, recording=recording, who=who, at=wall_time_utc())
+                "INSERT OR REPLACE INTO baselines (axis, recording, who, at) VALUES (?, ?, ?, ?)",
+                (axis, recording, who, wall_time_utc()),
             )
 
     def elsewhere(self) -> list[tuple[int, Holder]]:
@@ -139,7 +135,7 @@ def create_page(
         Starts a cycle's process; `stribeck serve-run` unless given.
     """
     clock = clock or MonotonicClock()
-    engine = open_store(settings.state)
+    store = Store(settings.state)
     attendant = Attendant(launch or Launch(settings.state, settings.cell_path), clock)
     app = FastAPI(
         title="Stribeck", docs_url=None, redoc_url=None, openapi_url=None, lifespan=_lifespan
@@ -147,8 +143,8 @@ def create_page(
     page = Page(
         settings=settings,
         clock=clock,
-        engine=engine,
-        users=Users(engine, hasher or Argon2()),
+        store=store,
+        users=Users(store, hasher or Argon2()),
         sessions=Sessions(clock, settings.idle_s),
         attempts=Attempts(clock),
         attendant=attendant,
@@ -189,4 +185,4 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         watching.cancel()
         with contextlib.suppress(asyncio.CancelledError):
             await watching
-        page.engine.dispose()
+        page.store.close()

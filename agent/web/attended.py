@@ -19,7 +19,7 @@ from pathlib import Path
 
 from agent.cell import Axis, Cell
 from agent.cycle.sequence import Stage
-from agent.record.stream_file import SUFFIX
+from agent.record.reading import STREAM
 from agent.web.cycles import Cycle
 from agent.web.tail import Point, StreamTail, Thinner
 from drivers.clock import Clock, wall_time_utc
@@ -135,7 +135,7 @@ class AttendedRun:
                 [
                     name
                     for name in os.listdir(self.recordings)  # noqa: PTH208 - names are all it takes
-                    if name.endswith(SUFFIX) and name not in self.before
+                    if name.endswith(STREAM) and name not in self.before
                 ]
                 if self.recordings.is_dir()
                 else []
@@ -147,8 +147,8 @@ class AttendedRun:
                 self._tail = StreamTail(self._stream)
             except OSError:
                 return
-        for batch in self._tail.read():
-            self._waiting += self._thinner.points(batch)
+        for rows in self._tail.read():
+            self._waiting += self._thinner.points(rows)
 
     def _play(self, passed_s: float) -> None:
         """Let points through at the pace of time: the recorder hands them over in lots of two."""
@@ -169,7 +169,7 @@ class AttendedRun:
         self.points += self._waiting
         self._waiting = []
         self.let_go()
-        name = "" if self._stream is None else self._stream.name.removesuffix(SUFFIX)
+        name = "" if self._stream is None else self._stream.name.removesuffix(STREAM)
         kept = name if name and (self.recordings / f"{name}.parquet").exists() else ""
         talk = (self.folder / "talk.txt").read_bytes()[-_READ_BYTES:].decode(errors="replace")
         self.ended = Ended(code, talk.strip(), kept)
@@ -201,7 +201,7 @@ class Launch:
         folder.mkdir(parents=True)
         _forget_the_oldest(folder.parent)
         recordings = self.cell_path.parent / cell.recording.folder
-        before = frozenset(p.name for p in recordings.glob(f"*{SUFFIX}"))
+        before = frozenset(p.name for p in recordings.glob(f"*{STREAM}"))
         arguments = [
             "serve-run", str(self.cell_path), "--axis", str(axis.number),
             "--progress", str(folder / "progress"), *cycle.arguments,

@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 from agent.errors import InputError
 from agent.record.events_file import Event, read_events
 from agent.record.metadata import KEY, Metadata
+from agent.record.parquet_footer import ForeignFooterError, key_values
 from agent.record.verdict_file import Verdict, estimate_path, read_verdict, verdict_path
 
 REPORT_SUFFIX = ".report.html"
@@ -158,13 +159,9 @@ class Shelf:
 
 def _read_metadata(path: Path) -> Metadata | None:
     """Return what a recording says of itself, from its footer; None for a file that is none."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     try:
-        kept = pq.read_schema(path).metadata or {}
-        return Metadata.loads(kept[KEY.encode()], str(path))
-    except (pa.ArrowException, OSError, KeyError, InputError):
+        return Metadata.loads(key_values(path)[KEY.encode()], str(path))
+    except (ForeignFooterError, OSError, KeyError, InputError):
         return None
 
 

@@ -1,78 +1,118 @@
-"""What the page remembers in SQLite: users, invitations, chosen baselines."""
+"""What the page remembers in SQLite: users, invitations, chosen baselines.
+
+Three small tables that nobody but the page asks: the standard library's driver does, and the page's
+process stays 13 MB smaller than with the catalogue's SQLAlchemy (docs/decisions/0021).
+"""
 
 from __future__ import annotations
 
+import contextlib
+import sqlite3
+import threading
+from collections.abc import Iterator
 from pathlib import Path
-
-from sqlalchemy import (
-    Boolean,
-    Column,
-    Engine,
-    Integer,
-    MetaData,
-    String,
-    Table,
-    create_engine,
-    event,
-)
-from sqlalchemy.engine.interfaces import DBAPIConnection
-from sqlalchemy.exc import SQLAlchemyError
 
 from agent.errors import StorageError
 
 NAME = "page.sqlite"
+_BUSY_S = 5.0
 
-metadata = MetaData()
-users = Table(
-    "users",
-    metadata,
-    Column("name", String(64), primary_key=True),
-    Column("role", Integer, nullable=False),
-    Column("password", String(512), nullable=False),
-    Column("disabled", Boolean, nullable=False, default=False),
-    Column("since", String(40), nullable=False),
-)
-invitations = Table(
-    "invitations",
-    metadata,
-    Column("token", String(64), primary_key=True),  # its SHA-256, never the token itself
-    Column("name", String(64), nullable=False),  # empty: whoever comes first chooses one
-    Column("role", Integer, nullable=False),
-    Column("expires", String(40), nullable=False),
-)
-baselines = Table(
-    "baselines",
-    metadata,
-    Column("axis", Integer, primary_key=True),
-    Column("recording", String(200), nullable=False),
-    Column("who", String(64), nullable=False),
-    Column("at", String(40), nullable=False),
-)
+_TABLES = """
+CREATE TABLE IF NOT EXISTS users (
+    name VARCHAR(64) NOT NULL PRIMARY KEY,
+    role INTEGER NOT NULL,
+    password VARCHAR(512) NOT NULL,
+    disabled BOOLEAN NOT NULL DEFAULT 0,
+    since VARCHAR(40) NOT NULL
+);
+-- of a token its SHA-256 alone; an empty name: whoever comes first chooses one
+CREATE TABLE IF NOT EXISTS invitations (
+    token VARCHAR(64) NOT NULL PRIMARY KEY,
+    name VARCHAR(64) NOT NULL,
+    role INTEGER NOT NULL,
+    expires VARCHAR(40) NOT NULL
+);
+CREATE TABLE IF NOT EXISTS baselines (
+    axis INTEGER NOT NULL PRIMARY KEY,
+    recording VARCHAR(200) NOT NULL,
+    who VARCHAR(64) NOT NULL,
+    at VARCHAR(40) NOT NULL
+);
+"""
 
 
-def open_store(state: Path) -> Engine:
-    """Open, or make, the page's database; only its user may read it.
+class Store:
+    """The page's database. Many threads may use it, one at a time.
+
+    Parameters
+    ----------
+    state : pathlib.Path
+        Its folder; made where it is missing. Only its user may read folder and file.
 
     Raises
     ------
     agent.errors.StorageError
         The folder or the file cannot be used.
     """
-    path = state / NAME
-    try:
-        state.mkdir(parents=True, exist_ok=True, mode=0o700)
-        path.touch(mode=0o600)
-        engine = create_engine(f"sqlite:///{path}")
-        event.listen(engine, "connect", _set_up)
-        metadata.create_all(engine)
-    except (OSError, SQLAlchemyError) as error:
-        raise StorageError(f"The page's database {path} cannot be used: {error}.") from error
-    return engine
 
+    def __init__(self, state: Path) -> None:
+        self._path = state / NAME
+        self._lock = threading.Lock()
+        try:
+            state.mkdir(parents=True, exist_ok=True, mode=0o700)
+            self._path.touch(mode=0o600)
+            self._connection = sqlite3.connect(
+                self._path, timeout=_BUSY_S, isolation_level=None, check_same_thread=False
+            )
+        except (OSError, sqlite3.Error) as error:
+            raise self._unusable(error) from error
+        self._connection.row_factory = sqlite3.Row
+        try:
+            # readers do not wait for writers, and a writer's word survives a power cut
+            self._connection.execute("PRAGMA journal_mode=WAL")
+            self._connection.execute("PRAGMA synchronous=FULL")
+            self._connection.executescript(_TABLES)
+        except sqlite3.Error as error:
+            self._connection.close()
+            raise self._unusable(error) from error
 
-def _set_up(connection: DBAPIConnection, _record: object) -> None:
-    """Readers do not wait for writers; a writer waits for another; keys are held."""
-    cursor = connection.cursor()
-    for pragma in ("journal_mode=WAL", "busy_timeout=5000", "foreign_keys=ON", "synchronous=FULL"):
-        cursor.execute(f"PRAGMA {pragma}")
-    cursor.close()
+    @contextlib.contextmanager
+    def reading(self) -> Iterator[sqlite3.Connection]:
+        """Yield the connection; each statement sees what was last written.
+
+        Raises
+        ------
+        agent.errors.StorageError
+            The file cannot be read.
+        """
+        with self._lock:
+            try:
+                yield self._connection
+            except sqlite3.Error as error:
+                raise self._unusable(error) from error
+
+    @contextlib.contextmanager
+    def writing(self) -> Iterator[sqlite3.Connection]:
+        """Yield the connection in a transaction of its own: all of it, or after an error nothing.
+
+        Raises
+        ------
+        agent.errors.StorageError
+            The file cannot be written, or others have held it for seconds.
+        """
+        with self.reading() as connection:
+            connection.execute("BEGIN IMMEDIATE")
+            try:
+                yield connection
+            except BaseException:
+                connection.execute("ROLLBACK")
+                raise
+            connection.execute("COMMIT")
+
+    def close(self) -> None:
+        """Close the file; may be repeated."""
+        with self._lock:
+            self._connection.close()
+
+    def _unusable(self, error: Exception) -> StorageError:
+        return StorageError(f"The page's database {self._path} cannot be used: {error}.")

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import pyarrow as pa
-import pyarrow.ipc as ipc
+from agent.record.plain_arrow import ForeignStreamError, columns_of, next_message, rows_of
 
 POINT_PERIOD_S = 0.05
 """A screen gets twenty points a second."""
@@ -22,6 +21,7 @@ NUMBERS = (
     "position_rad",
     "gearbox_temperature_degc",
 )
+Rows = Mapping[str, Sequence[Any]]
 _MOST_BYTES = 4 << 20  # of one look: whatever has come together meanwhile is read in turns
 
 
@@ -52,24 +52,25 @@ class StreamTail:
     def __init__(self, path: Path) -> None:
         self._descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
         self._offset = 0
-        self._schema: pa.Schema | None = None
+        self._columns: tuple[tuple[str, int], ...] = ()
 
-    def read(self) -> Iterator[pa.RecordBatch]:
-        """Yield every whole batch that has come since the last call."""
-        content = os.pread(self._descriptor, _MOST_BYTES, self._offset)
-        source = pa.BufferReader(content)
-        while source.tell() < len(content):
-            began = source.tell()
+    def read(self) -> Iterator[Rows]:
+        """Yield the rows of every whole batch that has come since the last call, by column."""
+        content = memoryview(os.pread(self._descriptor, _MOST_BYTES, self._offset))
+        at = 0
+        while True:
             try:
-                message = ipc.read_message(source)
-            except (pa.ArrowException, EOFError, OSError):
-                break  # not whole yet, or the mark of the end
-            ended = source.tell()
-            if self._schema is None:
-                self._schema = ipc.read_schema(message)
-            else:
-                yield ipc.read_record_batch(message, self._schema)
-            self._offset += ended - began
+                message = next_message(content, at)
+                if message is None:
+                    return  # not whole yet, or the mark of the end
+                if self._columns:
+                    yield rows_of(message, self._columns)
+                else:
+                    self._columns = columns_of(message)
+            except ForeignStreamError:
+                return  # whoever finishes the recording says what is wrong with it
+            self._offset += message.ended - at
+            at = message.ended
 
     def close(self) -> None:
         """Let go of the file."""
@@ -92,13 +93,12 @@ class Thinner:
         self._bin = _Bin(-1)
         self._last: Point | None = None
 
-    def points(self, batch: pa.RecordBatch) -> list[Point]:
-        """Return the points that a batch completes."""
-        columns = [batch.column("time_s").to_pylist()]
-        names = set(batch.schema.names)
-        missing: list[Any] = [math.nan] * batch.num_rows
-        columns += [batch.column(n).to_pylist() if n in names else missing for n in NUMBERS]
-        phases = batch.column("phase").to_pylist() if "phase" in names else [""] * batch.num_rows
+    def points(self, rows: Rows) -> list[Point]:
+        """Return the points that more rows complete."""
+        count = len(rows["time_s"])
+        missing: Sequence[Any] = [math.nan] * count
+        columns = [rows["time_s"], *(rows.get(name, missing) for name in NUMBERS)]
+        phases = rows.get("phase", [""] * count)
         out: list[Point] = []
         for row in zip(*columns, phases, strict=True):
             point = Point(*row)

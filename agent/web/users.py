@@ -6,16 +6,14 @@ import datetime
 import hashlib
 import re
 import secrets
+import sqlite3
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
-
-from sqlalchemy import Engine, Row, delete, func, insert, select, update
 
 from agent.errors import InputError
-from agent.web import store
 from agent.web.passwords import Hasher, insist_on_a_good_one
 from agent.web.roles import Role
+from agent.web.store import Store
 from drivers.clock import wall_time_utc
 
 INVITATION_HOURS = 24
@@ -44,7 +42,7 @@ class Users:
 
     Parameters
     ----------
-    engine : sqlalchemy.Engine
+    store : Store
         See `agent.web.store`.
     hasher : Hasher
         For passwords.
@@ -53,9 +51,9 @@ class Users:
     """
 
     def __init__(
-        self, engine: Engine, hasher: Hasher, wall_time: Callable[[], str] = wall_time_utc
+        self, store: Store, hasher: Hasher, wall_time: Callable[[], str] = wall_time_utc
     ) -> None:
-        self._engine = engine
+        self._store = store
         self._hasher = hasher
         self._wall_time = wall_time
         # Somebody who does not exist costs as much time as somebody with a wrong password.
@@ -63,22 +61,19 @@ class Users:
 
     def all(self) -> list[User]:
         """Return every user by name."""
-        with self._engine.connect() as connection:
-            rows = connection.execute(select(store.users).order_by(store.users.c.name))
-            return [_user(row) for row in rows]
+        with self._store.reading() as connection:
+            return [_user(row) for row in connection.execute("SELECT * FROM users ORDER BY name")]
 
     def find(self, name: str) -> User | None:
         """Return one user, disabled or not."""
-        with self._engine.connect() as connection:
-            row = connection.execute(select(store.users).where(store.users.c.name == name)).first()
+        row = self._row(name)
         return None if row is None else _user(row)
 
     def authenticate(self, name: str, password: str) -> User | None:
         """Return who has this name and password; None for anybody else, after the same time."""
-        with self._engine.connect() as connection:
-            row = connection.execute(select(store.users).where(store.users.c.name == name)).first()
-        fits = self._hasher.matches(self._nobody if row is None else row.password, password)
-        return _user(row) if row is not None and fits and not row.disabled else None
+        row = self._row(name)
+        fits = self._hasher.matches(self._nobody if row is None else row["password"], password)
+        return _user(row) if row is not None and fits and not row["disabled"] else None
 
     def invite(self, name: str, role: Role) -> str:
         """Return a one-time token for a new user, or for a new password of an old one.
@@ -100,23 +95,23 @@ class Users:
         token = secrets.token_urlsafe(18)
         now = datetime.datetime.fromisoformat(self._wall_time())
         expires = now + datetime.timedelta(hours=INVITATION_HOURS)
-        with self._engine.begin() as connection:
-            connection.execute(delete(store.invitations).where(store.invitations.c.name == name))
+        with self._store.writing() as connection:
+            connection.execute("DELETE FROM invitations WHERE name = ?", (name,))
             connection.execute(
-                insert(store.invitations).values(
-                    token=_digest(token), name=name, role=int(role), expires=expires.isoformat()
-                )
+                "INSERT INTO invitations (token, name, role, expires) VALUES (?, ?, ?, ?)",
+                (_digest(token), name, int(role), expires.isoformat()),
             )
         return token
 
     def invitation(self, token: str) -> Invitation | None:
         """Return what a token is good for; None where it is unknown, used or expired."""
-        table = store.invitations
-        with self._engine.connect() as connection:
-            row = connection.execute(select(table).where(table.c.token == _digest(token))).first()
-        if row is None or self._expired(row.expires):
+        with self._store.reading() as connection:
+            row = connection.execute(
+                "SELECT * FROM invitations WHERE token = ?", (_digest(token),)
+            ).fetchone()
+        if row is None or self._expired(row["expires"]):
             return None
-        return Invitation(row.name, Role(row.role))
+        return Invitation(row["name"], Role(row["role"]))
 
     def accept(self, token: str, name: str, password: str) -> User:
         """Make (or renew) the user that a token invites; the token ends.
@@ -135,19 +130,16 @@ class Users:
         if not invitation.name and self.find(name) is not None:
             raise InputError(f"There is a user {name} already.")
         kept = self._hasher.hash(password)
-        values = {"role": int(invitation.role), "password": kept, "disabled": False}
-        with self._engine.begin() as connection:
-            used = connection.execute(
-                delete(store.invitations).where(store.invitations.c.token == _digest(token))
-            )
+        with self._store.writing() as connection:
+            used = connection.execute("DELETE FROM invitations WHERE token = ?", (_digest(token),))
             if used.rowcount != 1:
                 raise InputError("This token was used a moment ago.", "Ask for a new one.")
-            changed = connection.execute(
-                update(store.users).where(store.users.c.name == name).values(**values)
+            connection.execute(
+                "INSERT INTO users (name, role, password, disabled, since) VALUES (?, ?, ?, 0, ?) "
+                "ON CONFLICT (name) DO UPDATE SET role = excluded.role, "
+                "password = excluded.password, disabled = 0",
+                (name, int(invitation.role), kept, self._wall_time()),
             )
-            if changed.rowcount == 0:
-                since = self._wall_time()
-                connection.execute(insert(store.users).values(name=name, since=since, **values))
         return User(name, invitation.role, disabled=False, since="")
 
     def disable(self, name: str) -> None:
@@ -158,28 +150,33 @@ class Users:
         agent.errors.InputError
             Nobody has this name, or it is the last engineer: nobody could invite any more.
         """
-        table = store.users
-        with self._engine.begin() as connection:
-            others = connection.execute(
-                select(func.count())
-                .select_from(table)
-                .where(table.c.role == int(Role.ENGINEER), table.c.name != name, ~table.c.disabled)
-            ).scalar_one()
-            user = connection.execute(select(table).where(table.c.name == name)).first()
+        with self._store.writing() as connection:
+            (others,) = connection.execute(
+                "SELECT count(*) FROM users WHERE role = ? AND name != ? AND NOT disabled",
+                (int(Role.ENGINEER), name),
+            ).fetchone()
+            user = connection.execute("SELECT role FROM users WHERE name = ?", (name,)).fetchone()
             if user is None:
                 raise InputError(f"There is no user {name}.")
-            if user.role == int(Role.ENGINEER) and others == 0:
+            if user["role"] == int(Role.ENGINEER) and others == 0:
                 raise InputError(f"{name} is the last engineer: invite another one first.")
-            connection.execute(update(table).where(table.c.name == name).values(disabled=True))
-            connection.execute(delete(store.invitations).where(store.invitations.c.name == name))
+            connection.execute("UPDATE users SET disabled = 1 WHERE name = ?", (name,))
+            connection.execute("DELETE FROM invitations WHERE name = ?", (name,))
+
+    def _row(self, name: str) -> sqlite3.Row | None:
+        with self._store.reading() as connection:
+            row: sqlite3.Row | None = connection.execute(
+                "SELECT * FROM users WHERE name = ?", (name,)
+            ).fetchone()
+        return row
 
     def _expired(self, expires: str) -> bool:
         now = datetime.datetime.fromisoformat(self._wall_time())
         return datetime.datetime.fromisoformat(expires) <= now
 
 
-def _user(row: Row[Any]) -> User:
-    return User(row.name, Role(row.role), bool(row.disabled), row.since)
+def _user(row: sqlite3.Row) -> User:
+    return User(row["name"], Role(row["role"]), bool(row["disabled"]), row["since"])
 
 
 def _digest(token: str) -> str:

@@ -22,4 +22,4 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
             run.process.wait()
         if run is not None:
             run.let_go()
-        made.page.engine.dispose()
+        made.page.store.close()

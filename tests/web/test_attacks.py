@@ -71,7 +71,7 @@ def test_a_session_cookie_is_out_of_scripts_reach_and_of_other_sites(tmp_path: P
         assert word in said
     assert "strict-transport-security" in answer.headers
     assert browser.get("/status", host="cell7.example").status_code == 200
-    bench.page.engine.dispose()
+    bench.page.store.close()
 
 
 def test_large_bodies_are_refused_declared_or_not(bench: Bench) -> None:

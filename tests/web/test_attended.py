@@ -21,7 +21,7 @@ from agent.web.attended import AttendedRun
 from agent.web.live import Live, plan_of, state_of
 from agent.web.locks import holder
 from agent.web.roles import Role
-from agent.web.tail import POINT_PERIOD_S, StreamTail, Thinner
+from agent.web.tail import POINT_PERIOD_S, Point, StreamTail, Thinner
 from drivers.clock import MonotonicClock
 from tests.web.bench import Bench
 
@@ -53,10 +53,10 @@ def test_a_stream_is_read_while_it_grows_and_thinned_to_twenty_a_second(
         for i in range(rows):
             writer.append(row(i, rate_hz))
             if i % 37 == 0:
-                points += [p for batch in tail.read() for p in thinner.points(batch)]
+                points += [p for more in tail.read() for p in thinner.points(more)]
         writer.finish(0)
         assert not (tmp_path / "run.arrows").exists()
-        points += [p for batch in tail.read() for p in thinner.points(batch)]  # still readable
+        points += [p for more in tail.read() for p in thinner.points(more)]  # still readable
         tail.close()
     times = np.array([p.time_s for p in points])
     assert np.allclose(np.diff(times), POINT_PERIOD_S)
@@ -82,7 +82,7 @@ def test_half_a_batch_is_waited_for(tmp_path: Path) -> None:
         for start in range(0, len(content), 501):
             file.write(content[start : start + 501])
             file.flush()
-            seen += sum(batch.num_rows for batch in tail.read())
+            seen += sum(len(rows["time_s"]) for rows in tail.read())
     tail.close()
     assert seen == 200
 
@@ -188,12 +188,9 @@ def test_viewers_get_plan_points_and_end_and_go_on_where_they_were(bench: Bench)
     assert len(json.loads(later.partition("data: ")[2])[1]) == 2
 
 
-def _points(thinner: Thinner) -> list:  # type: ignore[type-arg]  # of Point, as the tail makes them
-    import pyarrow as pa
-
+def _points(thinner: Thinner) -> list[Point]:
     rows = [row(i, 100.0) for i in range(300)]
-    columns = dict(zip(COLUMNS, map(list, zip(*rows, strict=True)), strict=True))
-    return thinner.points(pa.RecordBatch.from_pydict(columns))
+    return thinner.points(dict(zip(COLUMNS, map(list, zip(*rows, strict=True)), strict=True)))
 
 
 def test_a_server_that_ends_stops_its_cycle_and_waits_for_rest(bench: Bench) -> None:

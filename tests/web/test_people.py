@@ -25,12 +25,8 @@ def welcome(page_browser: Browser, token: str, name: str, password: str = PASSWO
 @pytest.fixture
 def empty(tmp_path: Path) -> Bench:
     bench = make(tmp_path)
-    from sqlalchemy import delete
-
-    from agent.web import store
-
-    with bench.page.engine.begin() as connection:
-        connection.execute(delete(store.users))
+    with bench.page.store.writing() as connection:
+        connection.execute("DELETE FROM users")
     return bench
 
 
@@ -49,7 +45,7 @@ def test_the_first_user_needs_the_printed_token_and_there_is_no_default(empty: B
     assert welcome(Browser(empty.page), token, "mallory") in (422, 429)
     assert first_token(empty.page) == ""
     assert [user.name for user in empty.page.users.all()] == ["maria"]
-    empty.page.engine.dispose()
+    empty.page.store.close()
 
 
 def test_passwords_and_tokens_are_nowhere_in_the_files(bench: Bench) -> None:
@@ -66,18 +62,18 @@ def test_passwords_and_tokens_are_nowhere_in_the_files(bench: Bench) -> None:
 
 def test_an_invitation_ends_after_a_day(tmp_path: Path) -> None:
     from agent.web.passwords import Argon2
-    from agent.web.store import open_store
+    from agent.web.store import Store
     from agent.web.users import Users
 
     now = ["2026-03-28T23:30:00.000Z"]
-    engine = open_store(tmp_path / "state")
-    users = Users(engine, Argon2(1, 8), lambda: now[0])
+    store = Store(tmp_path / "state")
+    users = Users(store, Argon2(1, 8), lambda: now[0])
     token = users.invite("otto", Role.VIEWER)
     now[0] = "2026-03-29T23:29:59.000Z"
     assert users.invitation(token) is not None
     now[0] = "2026-03-29T23:30:00.000Z"
     assert users.invitation(token) is None
-    engine.dispose()
+    store.close()
 
 
 def test_an_unused_session_is_locked_and_what_the_page_asks_by_itself_keeps_none_alive(
