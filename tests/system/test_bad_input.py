@@ -12,7 +12,7 @@ import pytest
 
 from agent.record.recording import Metadata, Recording
 from agent.record.writing import write
-from tests.system.processes import stribeck
+from tests.system.processes import called, stribeck
 
 USAGE, BAD_INPUT, DEVICE, SAFETY = 2, 3, 4, 5
 
@@ -74,7 +74,7 @@ def test_estimate_refuses_what_is_no_recording(
     path = tmp_path / "recording.parquet"
     make(path)
     report = tmp_path / "report.html"
-    done = stribeck("estimate", path, "--report", report, "--json")
+    done = called("estimate", path, "--report", report, "--json")
     assert done.returncode == BAD_INPUT, done.stderr
     assert done.stdout == ""
     assert says in done.stderr
@@ -84,10 +84,18 @@ def test_estimate_refuses_what_is_no_recording(
     assert not report.exists()
 
 
+def test_a_refusal_is_talk_and_an_exit_code_for_a_shell_too(tmp_path: Path) -> None:
+    """The rest of this file calls the same `main` in its own process."""
+    done = stribeck("estimate", tmp_path / "recording.parquet", "--json")
+    assert (done.returncode, done.stdout) == (BAD_INPUT, "")
+    assert "recording.parquet" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
 def test_a_recording_full_of_nan_is_not_decidable(tmp_path: Path) -> None:
     path = tmp_path / "recording.parquet"
     _all_nan(path)
-    done = stribeck("estimate", path, "--json")
+    done = called("estimate", path, "--json")
     assert done.returncode == 0, done.stderr
     assert '"decidable": false' in done.stdout
     assert "NaN" not in done.stdout
@@ -96,14 +104,14 @@ def test_a_recording_full_of_nan_is_not_decidable(tmp_path: Path) -> None:
 def test_twin_of_nothing_decidable_writes_nothing(tmp_path: Path) -> None:
     path, out = tmp_path / "recording.parquet", tmp_path / "twin.toml"
     save(path, columns())
-    done = stribeck("twin", path, "--out", out)
+    done = called("twin", path, "--out", out)
     assert done.returncode == BAD_INPUT, done.stdout
     assert "No twin" in done.stderr
     assert not out.exists()
 
 
 def _cell(folder: Path, *changes: tuple[str, str]) -> Path:
-    text = stribeck("example-cell").stdout
+    text = called("example-cell").stdout
     for old, new in changes:
         assert old in text
         text = text.replace(old, new)
@@ -149,7 +157,7 @@ def test_run_refuses_before_anything_moves(
     changes: tuple[tuple[str, str], ...], code: int, says: str, tmp_path: Path
 ) -> None:
     cell = _cell(tmp_path, *changes)
-    done = stribeck("run", cell, "--axis", "1", "--out", tmp_path / "out")
+    done = called("run", cell, "--axis", "1", "--out", tmp_path / "out")
     assert done.returncode == code, done.stderr
     assert done.stdout == ""
     assert says in done.stderr
@@ -164,29 +172,29 @@ def test_nobody_on_the_bus_is_a_device_error(tmp_path: Path) -> None:
         ('interface = "socketcan"', 'interface = "virtual"'),
         ('channel = "can0"', 'channel = "nobody-here"'),
     )
-    done = stribeck("run", cell, "--axis", "1", "--out", tmp_path / "out")
+    done = called("run", cell, "--axis", "1", "--out", tmp_path / "out")
     assert done.returncode == DEVICE, done.stderr
     assert "Nobody answers under node id 1" in done.stderr
 
 
 def test_an_unknown_axis_and_an_unknown_option() -> None:
-    assert stribeck("run", "cell.toml").returncode == USAGE
-    assert stribeck("estimate").returncode == USAGE
+    assert called("run", "cell.toml").returncode == USAGE
+    assert called("estimate").returncode == USAGE
 
 
 def test_dry_run_opens_no_bus_and_says_what_would_be_driven(tmp_path: Path) -> None:
-    done = stribeck("run", _cell(tmp_path), "--axis", "1", "--dry-run")
+    done = called("run", _cell(tmp_path), "--axis", "1", "--dry-run")
     assert done.returncode == 0, done.stderr
     assert "22 steady velocities" in done.stdout
     assert "within all limits" in done.stdout
     assert "not commissioned" in done.stdout
-    done = stribeck("run", _cell(tmp_path), "--axis", "9", "--dry-run")
+    done = called("run", _cell(tmp_path), "--axis", "9", "--dry-run")
     assert done.returncode == BAD_INPUT
     assert "no axis 9; it has 1" in done.stderr
 
 
 def test_recover_where_there_is_nothing(tmp_path: Path) -> None:
-    done = stribeck("recover", tmp_path)
+    done = called("recover", tmp_path)
     assert done.returncode == 0
     assert "Nothing to recover" in done.stderr
-    assert stribeck("recover", tmp_path / "missing").returncode == BAD_INPUT
+    assert called("recover", tmp_path / "missing").returncode == BAD_INPUT
