@@ -64,8 +64,8 @@ def banded(raw: Floats, pieces: Sequence[Piece]) -> Floats:
     two = raw.reshape(raw.shape[0], -1)
     out = np.empty((pieces[-1].rows.stop, two.shape[1]))
     for piece in pieces:
-        filtered = lowpass(two[piece.full].T, piece.period_s, piece.cutoff_hz)
-        out[piece.rows] = filtered[:, :: piece.stride].T
+        columns = two[piece.full].T
+        out[piece.rows] = lowpass(columns, piece.period_s, piece.cutoff_hz, piece.stride).T
     return out[:, 0] if raw.ndim == 1 else out
 
 

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from agent.identify.result import Floats
 
@@ -23,7 +24,7 @@ _HARMONICS = 4.0
 _NOISE_SHARE = 0.01  # of the acceleration's energy: biases the inertia low by as much
 
 
-def lowpass(rows: Floats, period_s: float, cutoff_hz: float) -> Floats:
+def lowpass(rows: Floats, period_s: float, cutoff_hz: float, every: int = 1) -> Floats:
     """Return the rows low-passed without phase shift.
 
     Parameters
@@ -34,30 +35,53 @@ def lowpass(rows: Floats, period_s: float, cutoff_hz: float) -> Floats:
         Time between samples.
     cutoff_hz : float
         Where the response has fallen to one half (both passes together).
+    every : int
+        Return only every so many-th sample, the first one first: the same values, with less work.
 
     Returns
     -------
-    ndarray, shape (..., n)
+    ndarray, shape (..., ceil(n / every))
         A cutoff at or above the Nyquist frequency returns the rows as they are.
     """
     samples = rows.shape[-1]
     if samples < 3 or cutoff_hz * period_s >= 0.5:
-        return rows.astype(np.float64, copy=True)
+        return rows[..., ::every].astype(np.float64, copy=True)
     pad = min(samples - 1, int(np.ceil(3.0 / (cutoff_hz * period_s))))
     first, last = rows[..., :1], rows[..., -1:]
-    end = samples + 2 * pad
-    length = _fast_length(end)
+    end, tail = samples + 2 * pad, samples + pad
+    length = every * _fast_length(-(-end // every))
+    # The transform is circular: what comes before the first sample stands at the end of the rows.
     extended = np.empty((*rows.shape[:-1], length))
-    np.subtract(2.0 * first, rows[..., pad:0:-1], out=extended[..., :pad])
-    extended[..., pad : pad + samples] = rows
-    np.subtract(2.0 * last, rows[..., -2 : -pad - 2 : -1], out=extended[..., pad + samples : end])
-    # The transform is circular: the tail that is added joins the end to the beginning smoothly.
-    ramp = _ramp(length - end)
-    extended[..., end:] = extended[..., end - 1 : end] * (1.0 - ramp) + extended[..., :1] * ramp
+    extended[..., :samples] = rows
+    np.subtract(2.0 * last, rows[..., -2 : -pad - 2 : -1], out=extended[..., samples:tail])
+    np.subtract(2.0 * first, rows[..., pad:0:-1], out=extended[..., length - pad :])
+    ramp = _ramp(length - end)  # joins what was added behind to what was added before, smoothly
+    behind, before = extended[..., tail - 1 : tail], extended[..., length - pad : length - pad + 1]
+    extended[..., tail : length - pad] = behind * (1.0 - ramp) + before * ramp
     spectrum = np.fft.rfft(extended, axis=-1)
     spectrum *= _response(length, cutoff_hz * period_s)
-    out = np.fft.irfft(spectrum, n=length, axis=-1)[..., pad : pad + samples]
-    return np.ascontiguousarray(out, dtype=np.float64)
+    kept = np.fft.irfft(_folded(spectrum, length, every), n=length // every, axis=-1)
+    return np.ascontiguousarray(kept[..., : -(-samples // every)], dtype=np.float64)
+
+
+def _folded(spectrum: NDArray[np.complex128], length: int, every: int) -> NDArray[np.complex128]:
+    """Return the half spectrum of every so many-th sample from that of all `length`, (..., k).
+
+    Frequencies that the fewer samples cannot tell apart are added up, as sampling does.
+    """
+    if every == 1:
+        return spectrum
+    fewer = length // every
+    top = fewer // 2
+    out = spectrum[..., : top + 1].copy()
+    for number in range(1, every):
+        at = number * fewer
+        if at + top <= length // 2:
+            out += spectrum[..., at : at + top + 1]
+        else:  # beyond the half that is kept: its mirror image
+            out += spectrum[..., length - at - top : length - at + 1][..., ::-1].conj()
+    out /= every
+    return out
 
 
 @lru_cache(maxsize=256)

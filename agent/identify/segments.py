@@ -8,6 +8,7 @@ and no knowledge of how many levels there are. Ramps fall apart into short piece
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +44,7 @@ def partition(values: Floats, penalty: float) -> list[tuple[int, int]]:
         best[stop] = value[choice] + penalty
         previous[stop] = candidates[choice]
         # A start that is already worse than a new piece can never win later (PELT, Killick 2012).
-        candidates = np.append(candidates[value <= best[stop]], stop)
+        candidates = np.concatenate((candidates[value <= best[stop]], (stop,)))
     pieces = []
     stop = n
     while stop > 0:
@@ -80,19 +81,30 @@ def trend_of(values: Floats) -> Trend:
     level = float(np.mean(values))
     if k < 4:
         return Trend(level, float(values[-1] - values[0]), 0.0, 0.0)
-    x = np.linspace(-1.0, 1.0, k)
-    linear = x / np.sqrt(np.sum(x * x))
-    curve = x * x - np.mean(x * x)
-    curve /= np.sqrt(np.sum(curve * curve))
+    shapes, spans = _line_and_bow(k)
     deviation = values - level
-    a, b = float(linear @ deviation), float(curve @ deviation)
-    rest = deviation - a * linear - b * curve
-    return Trend(
-        level,
-        a * float(linear[-1] - linear[0]),
-        b * float(curve.max() - curve.min()),
-        float(np.sqrt(np.sum(rest * rest) / max(k - 3, 1))),
-    )
+    found = shapes @ deviation
+    rest = deviation - found @ shapes
+    rise, bow = (found * spans).tolist()
+    return Trend(level, rise, bow, float(np.sqrt(rest @ rest / max(k - 3, 1))))
+
+
+@lru_cache(maxsize=512)
+def _line_and_bow(count: int) -> tuple[Floats, Floats]:
+    """Return a line and a parabola over `count` blocks, of unit length and without a mean.
+
+    Returns
+    -------
+    shapes : ndarray, shape (2, count)
+    spans : ndarray, shape (2,)
+        How far each rises.
+    """
+    x = np.linspace(-1.0, 1.0, count)
+    shapes = np.stack((x, x * x - np.mean(x * x)))
+    shapes /= np.sqrt(np.sum(shapes * shapes, axis=1, keepdims=True))
+    spans = np.array([shapes[0, -1] - shapes[0, 0], np.ptp(shapes[1])])
+    shapes.flags.writeable = spans.flags.writeable = False
+    return shapes, spans
 
 
 def merge_steady(
@@ -105,7 +117,7 @@ def merge_steady(
     merged = list(pieces)
     gaps = [_gap(values, merged, i, relative) for i in range(len(merged) - 1)]
     while gaps:
-        i = int(np.argmin(gaps))
+        i = min(range(len(gaps)), key=gaps.__getitem__)
         if not np.isfinite(gaps[i]):
             break
         merged[i : i + 2] = [(merged[i][0], merged[i + 1][1])]
@@ -119,10 +131,7 @@ def merge_steady(
 def _gap(values: Floats, pieces: list[tuple[int, int]], i: int, relative: float) -> float:
     """Return the distance of two neighbours' levels, infinite where their union is not steady."""
     (start, middle), (_, stop) = pieces[i], pieces[i + 1]
-    joined = trend_of(values[start:stop])
-    if stop - start < 4:
-        return np.inf
-    if not joined.is_steady(stop - start, relative):
+    if stop - start < 4 or not trend_of(values[start:stop]).is_steady(stop - start, relative):
         return np.inf
     return abs(float(values[start:middle].mean() - values[middle:stop].mean()))
 

@@ -35,6 +35,16 @@ def test_lowpass_is_the_butterworth_run_forward_and_backward() -> None:
     np.testing.assert_allclose(ours[:, inside], reference[:, inside], atol=1e-4 * np.ptp(x))
 
 
+@pytest.mark.parametrize("every", [2, 3, 4, 7])
+def test_lowpass_that_returns_fewer_samples_returns_the_same(every: int) -> None:
+    x = np.cumsum(np.random.default_rng(0).standard_normal((2, 6001)), axis=1)
+    whole = lowpass(x, 1 / 500.0, 40.0)[:, ::every]
+    fewer = lowpass(x, 1 / 500.0, 40.0, every)
+    # Each transform has a length of its own, which the joint of end and beginning shows a little.
+    np.testing.assert_allclose(fewer, whole, atol=1e-5 * float(np.ptp(x)))
+    np.testing.assert_allclose(fewer[:, 100:-100], whole[:, 100:-100], atol=1e-9)
+
+
 def test_lowpass_is_linear_keeps_lines_and_does_not_shift() -> None:
     rng = np.random.default_rng(2)
     x, y = rng.standard_normal((2, 997))
