@@ -131,6 +131,7 @@ def _change(change: ChangeTime, start_s: float) -> dict[str, Any]:
         "sentence": change.sentence,
         "at": _iso(start_s + change.time_s),
         "ci95": [_iso(start_s + low), _iso(start_s + high)],
+        "probability": change.probability if math.isfinite(change.probability) else None,
         "shapes": dict(change.shapes),
         "rise": change.rise.to_json(),
     }

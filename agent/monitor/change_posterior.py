@@ -13,8 +13,9 @@ level); mu and the noise's variance are integrated out (Jeffreys' prior), which 
     p(k, shape | y) ~ gap_k (S_xx + lambda)^(-1/2) RSS^(-(n - 1) / 2)
 
 Beforehand a change is as likely at any time, so a candidate counts as much as its gap is long.
-Where neighbouring cycles are correlated the n cycles are worth n / L (`standing`). Basseville and
-Nikiforov, Detection of Abrupt Changes (1993), section 2.6, have the likelihood part.
+Where neighbouring cycles are correlated (`standing`), level, rise and feature are first whitened as
+a first-order autoregression, in which form the same sums hold. Basseville and Nikiforov, Detection
+of Abrupt Changes (1993), section 2.6, have the likelihood part.
 """
 
 from __future__ import annotations
@@ -121,16 +122,17 @@ def _posterior(
     """Weigh every candidate; the sums run over the n cycles, arrays have shape (shapes, c)."""
     onset = time_s[first - 1][:, None]
     share = np.maximum(0.0, time_s - onset) / (time_s[-1] - onset)
-    total, worth = float(np.sum(precision)), y.size / found.long_run - 1.0
-    y_mean = float(precision @ y) / total
-    s_yy = float(precision @ (y - y_mean) ** 2)
+    root, tie = np.sqrt(precision), found.autocorrelation
+    ones, seen = _whitened(root, tie, cycle), _whitened(root * y, tie, cycle)
+    total, worth = float(ones @ ones), y.size - 1.0
+    y_mean = float(ones @ seen) / total
+    apart = seen - y_mean * ones
+    s_yy = float(apart @ apart)
     rows = []
     for shape in SHAPES.values():
-        x = shape(share)
-        x_mean = x @ precision / total
-        s_xx = x**2 @ precision - total * x_mean**2
-        s_xy = x @ (precision * (y - y_mean))
-        rows.append((x_mean, s_xx, s_xy))
+        x = _whitened(root * shape(share), tie, cycle)
+        x_mean = x @ ones / total
+        rows.append((x_mean, np.sum(x**2, axis=1) - total * x_mean**2, x @ apart))
     x_mean, s_xx, s_xy = (np.array(part) for part in zip(*rows, strict=True))
     rise = s_xy / (s_xx + prior)
     left = np.maximum(s_yy - s_xy * rise, 1e-12 * max(s_yy, 1e-12))
@@ -140,7 +142,7 @@ def _posterior(
     top = float(np.max(log))
     weight = np.exp(log - top)
     evidence = top + float(np.log(np.sum(weight)))
-    rise_variance = found.long_run / (s_xx + prior)
+    rise_variance = 1.0 / (s_xx + prior)
     return Posterior(
         found,
         time_s,
@@ -149,13 +151,23 @@ def _posterior(
         weight / np.sum(weight),
         y_mean - x_mean * rise,
         rise,
-        found.long_run / total + x_mean**2 * rise_variance,
+        1.0 / total + x_mean**2 * rise_variance,
         rise_variance,
         -x_mean * rise_variance,
-        left / (found.long_run * worth),
+        left / worth,
         worth,
         float(1.0 / (1.0 + np.exp(-np.clip(evidence, -700.0, 700.0)))),
     )
+
+
+def _whitened(rows: Floats, tie: float, cycle: np.ndarray[tuple[int], np.dtype[np.intp]]) -> Floats:
+    """Return rows, shape (..., n), whose neighbours are not correlated any more.
+
+    Cycles that are d apart are taken to be correlated by ``tie ** d`` (first order).
+    """
+    near = tie ** np.diff(cycle)
+    fresh = (rows[..., 1:] - near * rows[..., :-1]) / np.sqrt(1.0 - near**2)
+    return np.concatenate((rows[..., :1], fresh), axis=-1)
 
 
 def _kept(y: Floats) -> Marks:

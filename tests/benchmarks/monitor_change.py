@@ -31,15 +31,25 @@ CASES = (
     Course("ramp of 0.3 % a night", 0.003, 1),
     Course("accelerating", 4e-5, 2),
 )
+TIED = (
+    Course("step of 3 %, neighbours tied 0.4", 0.03, 0, 0.4),
+    Course("ramp of 0.1 %, neighbours tied 0.4", 0.001, 1, 0.4),
+)
 
 
 @dataclass(frozen=True)
 class Score:
-    """Over the changes that were decidable; the outlook over those that had one."""
+    """Over the changes that were decidable; the outlook over those that had one.
+
+    `stated` is the probability that the intervals claim, on average; `nights` their median length,
+    `single` the share of those that are one night.
+    """
 
     median_error: float
     coverage: float
-    width: float
+    stated: float
+    nights: float
+    single: float
     undecided: float
     outlooks: float
     outlook_coverage: float
@@ -47,7 +57,7 @@ class Score:
 
 def campaign(course: Course, seeds: Sequence[int]) -> Score:
     """Simulate one change for each seed, at least 30 nights before the end."""
-    errors, held, widths, ahead = [], [], [], []
+    errors, held, stated, widths, ahead = [], [], [], [], []
     for seed in seeds:
         rng = np.random.default_rng(seed)
         first = int(rng.integers(HEALTHY + 10, NIGHTS - 30))
@@ -62,7 +72,8 @@ def campaign(course: Course, seeds: Sequence[int]) -> Score:
             continue
         errors.append(abs(found.cycle - first))
         held.append(found.cycle_ci95[0] <= first <= found.cycle_ci95[1])
-        widths.append(found.cycle_ci95[1] - found.cycle_ci95[0])
+        stated.append(found.probability)
+        widths.append(found.cycle_ci95[1] - found.cycle_ci95[0] + 1)
         told = outlook(series, LIMIT)
         if told.decidable and course.power:
             reached = first - 1.0 + (LIMIT / course.size) ** (1.0 / course.power)
@@ -71,7 +82,9 @@ def campaign(course: Course, seeds: Sequence[int]) -> Score:
     return Score(
         float(np.median(errors)),
         float(np.mean(held)),
+        float(np.mean(stated)),
         float(np.median(widths)),
+        float(np.mean(np.array(widths) == 1)),
         1.0 - len(errors) / len(seeds),
         len(ahead) / len(seeds),
         float(np.mean(ahead)) if ahead else float("nan"),

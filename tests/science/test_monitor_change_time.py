@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from agent.identify.result import Floats
-from agent.monitor.change_time import change_time
+from agent.monitor.change_time import change_time, credible
 from agent.monitor.outlook import outlook
 from agent.monitor.series import FeatureSeries
 from tests.benchmarks.monitor_change import CASES, Course, campaign
@@ -40,6 +40,7 @@ def test_change_times_are_near_and_their_intervals_cover(course: Course) -> None
     score = campaign(course, range(60))
     assert score.median_error <= 3.0
     assert score.coverage >= 0.85
+    assert abs(score.coverage - score.stated) <= 0.1
     assert score.undecided <= 0.2
 
 
@@ -51,6 +52,21 @@ def test_the_shape_of_a_clear_change_is_told(rise: Callable[[Floats], Floats], s
     assert found.rise.ci95 is not None
     truth = float(rise(np.array([N - 70.0]))[0])
     assert found.rise.ci95[0] <= truth <= found.rise.ci95[1]
+
+
+@pytest.mark.parametrize(
+    ("probability", "run"),
+    [
+        ([0.0, 0.99, 0.01], (1, 1, 0.99)),  # one cycle is all there can be, and says 99 %
+        ([0.02, 0.5, 0.44, 0.04], (1, 2, 0.94)),  # nearer to 95 % than the 98 % of one more
+        ([0.02, 0.5, 0.40, 0.08], (1, 3, 0.98)),  # 90 % would be further off
+        ([0.25, 0.25, 0.25, 0.25], (0, 3, 1.0)),
+    ],
+)
+def test_the_interval_is_the_run_of_cycles_nearest_to_95_percent(
+    probability: list[float], run: tuple[int, int, float]
+) -> None:
+    assert credible(np.array(probability)) == pytest.approx(run)
 
 
 def test_nothing_changed_is_not_decidable() -> None:
