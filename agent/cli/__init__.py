@@ -11,6 +11,9 @@ def main() -> None:
 
     A traceback is shown with `--debug` only.
     """
+    from agent.cli.threads import keep_to_one_thread
+
+    keep_to_one_thread()
     from agent.cli.app import app
 
     if "--debug" in sys.argv:

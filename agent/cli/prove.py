@@ -24,10 +24,10 @@ from agent.cli.prove_score import Score, score
 from agent.cli.prove_summary import summary_of
 from agent.cli.prove_table import table_text
 from agent.cli.talk import talker
+from agent.cli.threads import LINEAR_ALGEBRA
 from agent.errors import InputError
 
 SCHEMA = "stribeck.proof/1"
-_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 _MOST_PROCESSES = 64
 
 
@@ -144,8 +144,8 @@ def _workers(count: int) -> Iterator[Executor]:
 
     They are started afresh, not forked, so that what is set here is set before NumPy is loaded.
     """
-    before = {name: os.environ.get(name) for name in _ONE_THREAD}
-    os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
+    before = {name: os.environ.get(name) for name in LINEAR_ALGEBRA}
+    os.environ.update(dict.fromkeys(LINEAR_ALGEBRA, "1"))
     pool = ProcessPoolExecutor(
         count,
         mp_context=multiprocessing.get_context("spawn"),
