@@ -6,9 +6,9 @@ from typing import Any
 
 import can
 
-from drivers.can import batches
 from drivers.can.failures import OPENING_FAILURES, opening_failed
 from drivers.can.frames import CanBusConfig
+from drivers.can_reader import batches
 from drivers.clock import Clock, MonotonicClock
 
 

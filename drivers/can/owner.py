@@ -25,7 +25,7 @@ from drivers.can.failures import WORKING_FAILURES, bus_name, working_failed
 from drivers.can.frames import BusCounts, CanBusConfig, Frame, Inbox, Reception
 from drivers.can.opening import may_read_fast, open_bus
 from drivers.can.reader_process import ReaderProcess
-from drivers.can.ring import SLOT
+from drivers.can_reader.ring import SLOT
 from drivers.clock import Clock, SteppedClock
 from drivers.errors import BusError, BusOverflowError, WorkerDiedError
 

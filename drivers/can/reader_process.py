@@ -21,9 +21,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import drivers
-from drivers.can.batches import prepare
 from drivers.can.failures import working_failed
-from drivers.can.ring import CAPACITY, FrameRing, Moment, Word, drops_in
+from drivers.can_reader.batches import prepare
+from drivers.can_reader.ring import CAPACITY, FrameRing, Moment, Word, drops_in
 from drivers.clock import Clock
 from drivers.errors import BusError, BusOverflowError, WorkerDiedError
 
@@ -49,7 +49,7 @@ _READINGS = 3
 class Taken(NamedTuple):
     """What waited in the ring, and how to place its stamps."""
 
-    slots: bytes  # to be read by `drivers.can.ring.SLOT`
+    slots: bytes  # to be read by `drivers.can_reader.ring.SLOT`
     wall_ahead_s: float  # wall clock minus the injected clock
     oldest_s: float  # nothing of this came earlier, on the injected clock
     newest_s: float  # nor later
@@ -93,7 +93,7 @@ class ReaderProcess:
         name : str
             What messages call the bus.
         capacity : int
-            Slots of the ring, a multiple of `drivers.can.batches.RENEW`.
+            Slots of the ring, a multiple of `drivers.can_reader.batches.RENEW`.
 
         Raises
         ------
@@ -107,7 +107,7 @@ class ReaderProcess:
         try:
             process = subprocess.Popen(
                 [
-                    *(sys.executable, "-P", "-m", "drivers.can.reader"),
+                    *(sys.executable, "-P", "-m", "drivers.can_reader.reader"),
                     *(str(number) for number in (*inherited, capacity)),
                 ],
                 stdin=subprocess.DEVNULL,

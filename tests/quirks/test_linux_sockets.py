@@ -10,8 +10,8 @@ from collections.abc import Iterator
 import pytest
 from can.interfaces.socketcan.socketcan import capture_message
 
-from drivers.can.batches import SO_RXQ_OVFL, SO_TIMESTAMPNS, available
 from drivers.can.reader_process import ReaderProcess
+from drivers.can_reader.batches import SO_RXQ_OVFL, SO_TIMESTAMPNS, available
 from drivers.clock import MonotonicClock
 
 pytestmark = pytest.mark.skipif(not available(), reason="64-bit Linux only")

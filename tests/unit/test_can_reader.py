@@ -19,14 +19,15 @@ from pathlib import Path
 import can
 import pytest
 
-from drivers.can import batches, reader_process
-from drivers.can.batches import BATCH, RENEW, BatchReceiver, available, prepare
+from drivers.can import reader_process
 from drivers.can.frames import CanBusConfig, Inbox
 from drivers.can.opening import may_read_fast
 from drivers.can.owner import CanBusOwner
-from drivers.can.reader import drain
 from drivers.can.reader_process import ReaderProcess
-from drivers.can.ring import SLOT, FrameRing, Moment, Word, drops_in
+from drivers.can_reader import batches
+from drivers.can_reader.batches import BATCH, RENEW, BatchReceiver, available, prepare
+from drivers.can_reader.reader import drain
+from drivers.can_reader.ring import SLOT, FrameRing, Moment, Word, drops_in
 from drivers.clock import MonotonicClock, SteppedClock
 from drivers.errors import BusOverflowError, WorkerDiedError
 

@@ -1,8 +1,8 @@
 """The reader process: frames from a socket into shared memory, and nothing else.
 
-``python -m drivers.can.reader SOCKET RING LIFELINE CAPACITY`` with three inherited descriptors. It
-ends when the other end of the lifeline is closed, which the kernel does for an owner that was
-killed. It decides nothing, decodes nothing, logs nothing and takes no lock.
+``python -m drivers.can_reader.reader SOCKET RING LIFELINE CAPACITY``, the first three of them
+inherited descriptors. It ends when the other end of the lifeline is closed, which the kernel does
+for an owner that was killed. It decides nothing, decodes nothing, logs nothing and takes no lock.
 
 It waits for a frame, naps so that those that follow come along in the same system call, and takes
 them all: an answer to SYNC is in the ring at most some `NAP_S` after it came. On a busy bus, where
@@ -18,8 +18,8 @@ import select
 import signal
 import sys
 
-from drivers.can.batches import BatchReceiver
-from drivers.can.ring import FrameRing, Moment, Word
+from drivers.can_reader.batches import BatchReceiver
+from drivers.can_reader.ring import FrameRing, Moment, Word
 from drivers.clock import Clock, MonotonicClock
 
 NAP_S = 0.0003

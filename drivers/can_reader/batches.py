@@ -13,7 +13,7 @@ import socket
 import struct
 import sys
 
-from drivers.can.ring import FRAME_BYTES, SLOT_BYTES, STAMP_BYTES, FrameRing, Word
+from drivers.can_reader.ring import FRAME_BYTES, SLOT_BYTES, STAMP_BYTES, FrameRing, Word
 
 BATCH = 256
 RENEW = 1024
