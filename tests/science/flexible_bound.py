@@ -135,7 +135,7 @@ def _integrate(
 @cache
 def _carried() -> Callable[..., Floats]:
     numba = importlib.import_module("numba")
-    compiled = numba.njit(_integrate)
+    compiled = numba.njit(cache=True)(_integrate)
 
     def carried(*arguments: object) -> Floats:
         return np.asarray(compiled(*arguments), dtype=np.float64)

@@ -181,7 +181,7 @@ def _gear_loop(q_ref: Floats, v_ref: Floats, a_ref: Floats, gap: float, stiff: f
 def _compiled() -> Callable[..., Floats]:
     import numba
 
-    loop: Any = numba.njit(_gear_steps)
+    loop: Any = numba.njit(cache=True)(_gear_steps)
     return cast("Callable[..., Floats]", loop)
 
 

@@ -11,7 +11,7 @@ from agent.identify.flexible.chain import Chain, apparent_inertia, chain_of, sha
 from agent.identify.flexible.loops import simulate_steps
 from agent.identify.flexible.simulation import (
     FlexibleJoint,
-    compiled_steps,
+    compiled,
     simulate,
     state_space,
 )
@@ -89,12 +89,10 @@ def test_a_shape_is_its_chain_and_cannot_be_infeasible(chain: Chain) -> None:
     assert still[0].real == pytest.approx(chain.total_kg_m2)
 
 
-@pytest.mark.parametrize("compiled", [False, True])
+@pytest.mark.parametrize("fast", [False, True])
 @pytest.mark.parametrize("velocity", [0.0, 0.3, 4.0, -9.0])
-def test_the_loop_carries_the_friction_and_gravity_of_the_laws(
-    compiled: bool, velocity: float
-) -> None:
-    steps = compiled_steps() if compiled else simulate_steps
+def test_the_loop_carries_the_friction_and_gravity_of_the_laws(fast: bool, velocity: float) -> None:
+    steps = compiled(simulate_steps) if fast else simulate_steps
     one, push = np.array([1.0]), 50.0 if velocity >= 0.0 else -50.0
     position, moved = np.array([20.0, 0.0]), np.empty(2)
     # One step of a state that adds up what acts on it leaves push, friction and load.

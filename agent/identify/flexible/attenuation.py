@@ -22,7 +22,8 @@ from agent.identify.flexible.preparation import (
     motion_order,
     torque_noise_nm,
 )
-from agent.identify.flexible.projection import Point, Problem, slopes
+from agent.identify.flexible.projection import Point, Problem
+from agent.identify.flexible.slopes import jacobian_of
 from agent.identify.lowpass import ORDER
 from agent.identify.result import Floats
 
@@ -59,7 +60,7 @@ def without_motion_noise(problem: Problem, point: Point) -> Point:
         behind[j] -= step
         change = _energy(problem, noises, ahead, size) - _energy(problem, noises, behind, size)
         pull[j] = change / (4.0 * step)
-    jacobian = np.concatenate((point.columns, -slopes(problem, point)), axis=1)
+    jacobian = jacobian_of(problem, point)
     scale = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
     scale[scale == 0.0] = 1.0
     # What is held at zero stays there.
@@ -78,7 +79,7 @@ def _energy(problem: Problem, noises: list[float], values: Floats, size: int) ->
     for p, noise in zip(problem.stretches, noises, strict=True):
         omega = (np.arange(_LINES, dtype=np.float64) + 0.5) * (np.pi / _LINES / p.track.period_s)
         inertia = values[0] + values[1] * apparent_inertia(chain, omega)
-        power = np.abs(inertia * omega ** motion_order(p.track) * _filter(p, omega)) ** 2
+        power = np.abs(inertia * omega ** motion_order(p.track) * filter_of(p, omega)) ** 2
         total += int(p.usable.sum()) * noise**2 * float(power.mean())
     return total
 
@@ -124,11 +125,11 @@ def _noise_power(problem: Problem, point: Point, p: Prepared) -> Floats:
     chain = chain_of(point.search[: problem.shape_size])
     inertia = point.linear[0] + point.linear[1] * apparent_inertia(chain, omega)
     motion = np.abs(inertia * omega ** motion_order(p.track)) * motion_noise(p.track)
-    power = (torque_noise_nm(p.track) ** 2 + motion**2) * _filter(p, omega) ** 2
+    power = (torque_noise_nm(p.track) ** 2 + motion**2) * filter_of(p, omega) ** 2
     return np.asarray(power / p.stride, dtype=np.float64)
 
 
-def _filter(p: Prepared, omega_rad_s: Floats) -> Floats:
+def filter_of(p: Prepared, omega_rad_s: Floats) -> Floats:
     """Return the response of `agent.identify.lowpass.lowpass`."""
     half = 0.5 * p.track.period_s
     ratio = np.tan(omega_rad_s * half) / np.tan(2.0 * np.pi * p.cutoff_hz * half)

@@ -139,27 +139,39 @@ def stiffening(chain: Chain, omega_rad_s: Floats) -> Complexes:
     return np.asarray(inertia * s * s / (inertia * s * s + damper * s + spring))
 
 
-def free_motion(chain: Chain, time_s: Floats) -> Floats:
+def free_motion(chain: Chain, count: int, period_s: float) -> Floats:
     """Return how the chain's torque dies away by itself while the motor stands.
 
     Parameters
     ----------
-    time_s : ndarray, shape (n,)
-        From zero upward.
+    chain : Chain
+        Of m masses.
+    count : int
+        Samples n, from zero upward.
+    period_s : float
+        Between them.
 
     Returns
     -------
     ndarray, shape (n, 2 m)
-        A basis of all free motions of m masses: ``Re`` and ``Im`` of ``exp(s t)`` for every pair
-        of complex poles, ``exp(s t)`` for every real one.
+        A basis of all free motions: ``Re`` and ``Im`` of ``exp(s t)`` for every pair of complex
+        poles, ``exp(s t)`` for every real one.
     """
     columns = []
     for pole in held_poles_per_s(
         chain.inertia_kg_m2, chain.spring_nm_per_rad, chain.damper_nm_s_per_rad
     ):
         if pole.imag > 0.0:
-            decay = np.exp(pole * time_s)
+            decay = _decay(pole, count, period_s)
             columns += [decay.real, decay.imag]
         elif pole.imag == 0.0:
-            columns.append(np.exp(pole.real * time_s))
+            columns.append(_decay(pole, count, period_s).real)
     return np.stack(columns, axis=-1)
+
+
+def _decay(pole_per_s: complex, count: int, period_s: float) -> Complexes:
+    """Return ``exp(s t)``, shape (n,), from the exponentials of some 2 sqrt(n) samples."""
+    block = math.isqrt(count) + 1
+    begins = np.exp(pole_per_s * (period_s * block) * np.arange(block))
+    within = np.exp(pole_per_s * period_s * np.arange(block))
+    return np.asarray(np.outer(begins, within).ravel()[:count], dtype=np.complex128)

@@ -7,16 +7,20 @@ start first finds its frequency there, and is then let go.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.identify.flexible.projection import Point, Problem, evaluate, slopes
+from agent.identify.flexible.projection import Point, Problem, evaluate
+from agent.identify.flexible.slopes import slopes
 from agent.identify.result import Floats
 
+CONVERGED = 1e-9
+"""Relative fall of the cost at which a minimum is found."""
+
 _ITERATIONS = 60
-_CONVERGED = 1e-9  # relative fall of the cost
 _LONGEST_DELAY = 0.005  # s
 _LONGEST_STEP = 0.7  # of a logarithm: a factor of two
 _HEAVY = (1.5, 0.3)  # damping ratios of the approach, one after the other
@@ -89,15 +93,27 @@ def descend(
     start: Floats,
     bounds: Bounds,
     free: NDArray[np.bool_] | None = None,
-    iterations: int = _ITERATIONS,
+    enough: float = CONVERGED,
+    rival: float = math.inf,
 ) -> tuple[Point, bool]:
     """Return the minimum that a start leads to, and whether the descent converged.
 
-    What is not `free` stays where it is.
+    Parameters
+    ----------
+    problem : Problem
+    start : ndarray, shape (s,)
+    bounds : Bounds
+    free : ndarray of bool, shape (s,), optional
+        What is searched; the rest stays where it is.
+    enough : float
+        Relative fall of the cost at which the search ends.
+    rival : float
+        Cost of a minimum that is known already. A descent that would stay above it, did it go on
+        falling as fast to its last step, is given up.
     """
     free = np.ones(start.shape[0], dtype=np.bool_) if free is None else free
     point, damping = evaluate(problem, bounds.clip(start)), 1e-3
-    for _ in range(iterations):
+    for left in reversed(range(_ITERATIONS)):
         slope = slopes(problem, point, free)[:, free]
         # Kaufman: what the linear part can take over does not count; what is held at zero cannot.
         columns = point.columns[:, ~problem.held(point.linear)]
@@ -118,8 +134,9 @@ def descend(
                 damping *= 6.0
         if better is None:
             return point, True
-        fall = (point.cost - better.cost) / max(point.cost, 1e-300)
-        point = better
-        if fall < _CONVERGED:
+        fall, point = point.cost - better.cost, better
+        if fall < enough * (point.cost + fall):
             return point, True
+        if point.cost - left * fall > rival:
+            return point, False
     return point, False

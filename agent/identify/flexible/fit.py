@@ -35,8 +35,8 @@ from agent.identify.flexible.reversals import through_reversals
 from agent.identify.flexible.rivals import Lack, lack_of
 from agent.identify.flexible.search import Found, lowest_minimum
 from agent.identify.flexible.starts import rigid_minimum, starts_of
+from agent.identify.flexible.stiff_spring import from_motion
 from agent.identify.flexible.twist import stiffened
-from agent.identify.flexible.twist_noise import without_twist_noise
 from agent.identify.result import Floats, Parameter
 from agent.identify.signals import Signals
 from agent.physics.friction import COULOMB_VISCOUS, LAWS, FrictionLaw
@@ -223,8 +223,8 @@ class _Minimum:
         problem, point, bounds = self.problem, self.point, self.found.bounds
         if not self.lack.rivals:
             problem, point = through_reversals(problem, point, bounds)
+        point = from_motion(problem, point, bounds)
         point = without_motion_noise(problem, point)
-        point = without_twist_noise(problem, point, self.problem)
         parameters, condition = parameters_of(problem, point, bounds, self.lack)
         count, target = self.point.residual.shape[0], self.problem.target
         scatter = float(np.linalg.norm(target - target.mean()))

@@ -21,8 +21,9 @@ from numpy.typing import NDArray
 from agent.identify.flexible.attenuation import covariance_of
 from agent.identify.flexible.chain import chain_of
 from agent.identify.flexible.descent import Bounds
-from agent.identify.flexible.projection import CUBIC, Point, Problem, slopes
+from agent.identify.flexible.projection import CUBIC, Point, Problem
 from agent.identify.flexible.rivals import PLAIN, Effect, Lack
+from agent.identify.flexible.slopes import jacobian_of
 from agent.identify.result import Floats, Parameter
 from agent.identify.uncertainty import block_jackknife, correlation_time, student_975
 
@@ -81,7 +82,7 @@ def parameters_of(
 
     Intervals reach as far as what the model lacks would move their parameter.
     """
-    jacobian = np.concatenate((point.columns, -slopes(problem, point)), axis=1)
+    jacobian = jacobian_of(problem, point)
     norms = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
     there = np.flatnonzero(norms > 0.0)
     size, named = jacobian.shape[1], len(problem.linear_names)

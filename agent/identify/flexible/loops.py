@@ -89,3 +89,43 @@ def simulate_steps(
         for i in range(states):
             state[i] = fresh[i]
         velocity[k + 1] = state[0]
+
+
+def swing_steps(
+    transition: Floats,
+    force_now: Floats,
+    force_next: Floats,
+    scale: float,
+    linear: Floats,
+    twist: Floats,
+    rate: Floats,
+) -> None:
+    """Step ``y'' + 2 z w y' + w^2 y = scale (x + y)^3`` from rest, for x that is given.
+
+    The linear part is the matrix exponential, exact for a force that runs straight between
+    samples; the force at a step's end follows from the twist there, which three corrections find.
+
+    Parameters
+    ----------
+    transition : ndarray, shape (2, 2)
+        Of twist and rate.
+    force_now, force_next : ndarray, shape (2,)
+        Response within a step to the force at its two ends.
+    scale : float
+        The cubic spring over the inertia, negative.
+    linear : ndarray, shape (n,)
+        The twist x of the linear spring.
+    twist, rate : ndarray, shape (n,)
+        Outputs y and y', whose element 0 is zero.
+    """
+    y = v = 0.0
+    now = scale * linear[0] ** 3
+    for k in range(1, linear.shape[0]):
+        y0 = transition[0, 0] * y + transition[0, 1] * v + force_now[0] * now
+        v0 = transition[1, 0] * y + transition[1, 1] * v + force_now[1] * now
+        ahead = now
+        for _ in range(3):
+            y = y0 + force_next[0] * ahead
+            ahead = scale * (linear[k] + y) ** 3
+        y, v, now = y0 + force_next[0] * ahead, v0 + force_next[1] * ahead, ahead
+        twist[k], rate[k] = y, v

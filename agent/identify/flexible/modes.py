@@ -56,7 +56,11 @@ def second_mode_starts(one: Problem, known: Floats, low_hz: float, high_hz: floa
     costs = [np.inf, *(evaluate(both, t).cost for t in trials), np.inf]
     valleys = [i for i in range(1, len(trials) + 1) if costs[i] <= min(costs[i - 1], costs[i + 1])]
     valleys.sort(key=lambda i: costs[i])
-    return _chains([descend(both, trials[i - 1], box)[0] for i in valleys[:_TRIED]])
+    points: list[Point] = []
+    for i in valleys[:_TRIED]:
+        lowest = min((p.cost for p in points), default=np.inf)
+        points.append(descend(both, trials[i - 1], box, rival=lowest)[0])
+    return _chains(points)
 
 
 def approach_chain(chain: Problem, start: Floats, bounds: Bounds) -> Floats:

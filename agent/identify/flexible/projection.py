@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from agent.identify.flexible.chain import (
     SHAPE_SIZE,
+    Chain,
     Structure,
     apparent_inertia,
     chain_of,
@@ -30,9 +31,6 @@ from agent.identify.flexible.chain import (
 from agent.identify.flexible.preparation import Prepared
 from agent.identify.result import Floats
 from agent.physics.friction import FrictionLaw
-
-_STEP = 1e-5  # of central differences, in logarithms
-_DELAY_STEP_S = 1e-5
 
 
 @dataclass(frozen=True)
@@ -63,6 +61,11 @@ class Problem:
     def shape_size(self) -> int:
         """Return the number of the chain's shape parameters."""
         return 0 if self.kind is None else SHAPE_SIZE[self.kind]
+
+    @property
+    def arms(self) -> int:
+        """Return how many chains hang on the motor side by side."""
+        return len(_INERTIAS.get(self.kind, _FLEXIBLE)) - 1
 
     @property
     def search_size(self) -> int:
@@ -117,6 +120,12 @@ class Problem:
             return None
         return tuple(friction_columns(p, self.law, ()) for p in self.stretches)
 
+    def friction(self, index: int, nonlinear: Floats) -> Floats:
+        """Return friction's columns of one stretch, filtered, shape (c, full n)."""
+        if self._fixed_friction is not None:
+            return self._fixed_friction[index]
+        return friction_columns(self.stretches[index], self.law, tuple(nonlinear))
+
     def columns(self, search: Floats) -> Floats:
         """Return the columns at the rows that count, freed of blows."""
         return self.counted(self.all_columns(search))
@@ -148,17 +157,13 @@ class Problem:
         delay_s = float(search[-1])
         named, free = [], []
         for i, p in enumerate(self.stretches):
-            friction = (
-                friction_columns(p, self.law, tuple(nonlinear))
-                if self._fixed_friction is None
-                else self._fixed_friction[i]
-            )
+            friction = self.friction(i, nonlinear)
             rows = [p.through(np.ones_like(p.spectrum), delay_s)[np.newaxis]]
             rows += [
                 p.through(apparent_inertia(c, p.omega_rad_s), delay_s)[np.newaxis] for c in chains
             ]
             if chains:
-                free.append(np.concatenate([free_motion(c, p.time_s) for c in chains], axis=1))
+                free.append(free_motions(p, chains))
             if self.cubes is not None:
                 rows.append(cubic_column(p, self.cubes[i], shape)[np.newaxis])
             rows.append(p.thinned(friction, delay_s))
@@ -195,6 +200,12 @@ def cubic_column(p: Prepared, cube_rad3: Floats, shape: Floats) -> Floats:
     return p.passed(cube_rad3, stiffening(chain_of(shape), p.omega_rad_s))
 
 
+def free_motions(p: Prepared, chains: Sequence[Chain]) -> Floats:
+    """Return how the chains of one stretch swing by themselves, shape (n, f)."""
+    count = p.torque_nm.shape[0]
+    return np.concatenate([free_motion(c, count, p.period_s) for c in chains], axis=1)
+
+
 def _diagonal(blocks: Sequence[Floats]) -> Floats:
     """Return the blocks along the diagonal of a matrix of zeros."""
     out = np.zeros((sum(b.shape[0] for b in blocks), sum(b.shape[1] for b in blocks)))
@@ -209,7 +220,8 @@ def _diagonal(blocks: Sequence[Floats]) -> Floats:
 class Point:
     """The problem at one vector of searched parameters.
 
-    `linear` holds the named parameters and then the free motions; `cost` is the sum of squares.
+    `linear` holds the named parameters and then the free motions; `cost` is the sum of squares;
+    `slopes` the residual's derivative by the searched parameters, where it is known already.
     """
 
     search: Floats
@@ -217,6 +229,7 @@ class Point:
     residual: Floats
     columns: Floats
     cost: float
+    slopes: Floats | None = None
 
 
 def evaluate(problem: Problem, search: Floats) -> Point:
@@ -244,22 +257,3 @@ def solve_positive(columns: Floats, target: Floats, positive: NDArray[np.bool_])
         if not wrong.any():
             return np.asarray(solution / scale, dtype=np.float64)
         active[int(np.argmin(np.where(wrong, solution, 0.0)))] = False
-
-
-def slopes(problem: Problem, point: Point, free: NDArray[np.bool_] | None = None) -> Floats:
-    """Return the derivative of the residual by the searched parameters, linear part held.
-
-    Those that are not `free` are left at zero.
-    """
-    out = np.zeros((point.residual.shape[0], problem.search_size))
-    steps = np.full(problem.search_size, _STEP)
-    steps[-1] = _DELAY_STEP_S
-    for j, step in enumerate(steps):
-        if free is not None and not free[j]:
-            continue
-        ahead, behind = point.search.copy(), point.search.copy()
-        ahead[j] += step
-        behind[j] -= step
-        change = problem.columns(ahead) - problem.columns(behind)
-        out[:, j] = -(change @ point.linear) / (2.0 * step)
-    return out

@@ -26,7 +26,8 @@ class Start:
     rmse_nm : float
         Root mean square of what it left unexplained.
     outcome : {"best", "local", "unfinished"}
-        The common minimum; another one, which is discarded; or no minimum within the iterations.
+        The common minimum; another one, which is discarded; or none, the search being too slow to
+        come below the best.
     """
 
     origin: Literal["frequency-response", "random", "residual"]

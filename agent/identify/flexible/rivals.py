@@ -24,8 +24,8 @@ from agent.identify.flexible.projection import (
     Problem,
     cubic_column,
     friction_columns,
-    slopes,
 )
+from agent.identify.flexible.slopes import jacobian_of
 from agent.identify.flexible.spectra import PLACES, frequency_range_hz
 from agent.identify.flexible.twist import cubes_of
 from agent.identify.result import Floats
@@ -96,7 +96,7 @@ class _Family:
 
 def lack_of(problem: Problem, point: Point) -> Lack:
     """Return what a minimum of a problem with a chain lacks."""
-    jacobian = np.concatenate((point.columns, -slopes(problem, point)), axis=1)
+    jacobian = jacobian_of(problem, point)
     size = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
     there = size > 0.0
     u, s, vt = np.linalg.svd(jacobian[:, there] / size[there], full_matrices=False)

@@ -66,23 +66,26 @@ def lowest_minimum(problem: Problem, centres: Sequence[Floats], count: int, seed
     """
     box = bounds_of(problem, *frequency_range_hz(problem.stretches), problem.fastest_rad_s)
     toward = approach if problem.kind == "two-mass" else approach_chain
-    ends: list[tuple[Origin, Point, bool]] = [
-        ("frequency-response", *descend(problem, centre, box)) for centre in centres
-    ]
+    ends: list[tuple[Origin, Point, bool]] = []
+
+    def follow(origin: Origin, starts: Sequence[Floats]) -> None:
+        for start in starts:
+            known = min((point.cost for _, point, _ in ends), default=math.inf)
+            ends.append((origin, *descend(problem, start, box, rival=known)))
+
+    follow("frequency-response", centres)
     rng = np.random.default_rng(seed)
     reach = math.log(10.0) * _DECADES
     for _ in range(count - 1):
         start = centres[0].copy()
         start[:-1] += rng.uniform(-reach, reach, start.shape[0] - 1)
-        ends.append(("random", *descend(problem, toward(problem, start, box), box)))
+        follow("random", [toward(problem, start, box)])
     best = min((point for _, point, _ in ends), key=lambda p: p.cost)
     lack = lack_of(problem, best)
     for _ in range(_AGAIN):
         modes = [r.at_rad_s for r in lack.rivals if r.effect == "mode"]
-        again = [s for w in modes for s in with_mode(problem, best.search, w, box)]
-        more = [descend(problem, start, box) for start in again]
-        ends += [("residual", point, converged) for point, converged in more]
-        lower = min((point for point, _ in more), key=lambda p: p.cost, default=best)
+        follow("residual", [s for w in modes for s in with_mode(problem, best.search, w, box)])
+        lower = min((point for _, point, _ in ends), key=lambda p: p.cost)
         if lower.cost >= best.cost * (1.0 - _SAME):
             break
         best, lack = lower, lack_of(problem, lower)

@@ -152,7 +152,7 @@ def simulate(
     constant, ramp, load = exact[:size, size], exact[:size, size + 1], exact[:size, size + 2]
     position, velocity = np.empty(torque.size), np.empty(torque.size)
     position[0], velocity[0] = position_rad, velocity_rad_s
-    compiled_steps()(
+    compiled(simulate_steps)(
         np.ascontiguousarray(exact[:size, :size]),
         np.ascontiguousarray(constant - ramp),
         np.ascontiguousarray(ramp),
@@ -191,15 +191,15 @@ def _initial_state(
 
 
 @cache
-def compiled_steps() -> Callable[..., None]:
-    """Return the inner loop, compiled; the machine code is kept on disk where that is allowed."""
+def compiled(loop: Callable[..., None]) -> Callable[..., None]:
+    """Return an inner loop, compiled; the machine code is kept on disk where that is allowed."""
     numba = importlib.import_module("numba")
     try:
-        compiled = numba.njit(cache=True, nogil=True)(simulate_steps)
+        fast = numba.njit(cache=True, nogil=True)(loop)
     except RuntimeError:  # no place to keep it: neither beside the source nor in the user's cache
-        compiled = numba.njit(nogil=True)(simulate_steps)
+        fast = numba.njit(nogil=True)(loop)
 
     def steps(*arguments: object) -> None:
-        compiled(*arguments)
+        fast(*arguments)
 
     return steps

@@ -8,19 +8,21 @@ from dataclasses import replace
 import numpy as np
 
 from agent.identify.flexible.chain import Kind
-from agent.identify.flexible.descent import bounds_of, descend
+from agent.identify.flexible.descent import CONVERGED, bounds_of, descend
 from agent.identify.flexible.modes import second_mode_starts
 from agent.identify.flexible.projection import Point, Problem, evaluate
 from agent.identify.flexible.spectra import frequency_range_hz, frequency_response, start_shapes
 from agent.identify.result import Floats
 
+_ROUGHLY = 1e-4  # relative fall of the cost: where a joint swings, a rigid body is a start alone
 
-def rigid_minimum(problem: Problem) -> Point:
-    """Return the rigid body, fitted like the flexible joint."""
+
+def rigid_minimum(problem: Problem, enough: float = CONVERGED) -> Point:
+    """Return the rigid body, fitted like the flexible joint, until the cost falls no more."""
     box = bounds_of(problem, 1.0, 1.0, problem.fastest_rad_s)
     start = np.zeros(problem.search_size)
     start[:-1] = _friction_start(problem)
-    return descend(problem, start, box)[0]
+    return descend(problem, start, box, enough=enough)[0]
 
 
 def _friction_start(problem: Problem) -> Floats:
@@ -32,7 +34,7 @@ def _friction_start(problem: Problem) -> Floats:
 
 def starts_of(rigid: Problem, kind: Kind) -> list[Floats]:
     """Return starts of the search from the frequency response, friction taken out, best first."""
-    point = rigid_minimum(rigid)
+    point = rigid_minimum(rigid, _ROUGHLY)
     inertia, *others = point.linear
     rest, row = [], 0
     columns = rigid.all_columns(point.search)

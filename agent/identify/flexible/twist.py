@@ -13,18 +13,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from agent.identify.flexible.chain import Chain, chain_of
+from agent.identify.flexible.chain import chain_of
 from agent.identify.flexible.descent import Bounds, descend
 from agent.identify.flexible.preparation import Complexes, Prepared
 from agent.identify.flexible.projection import Point, Problem
 from agent.identify.result import Floats
-from agent.physics.flexibility import held_poles_per_s
 
 _TURNS = 40
 _ROUNDS = 10
-_CORRECTIONS = 2  # of a step's end
-_FINER = 4  # steps a sample
-_SETTLED = 1e-5  # relative change of the parameters
+_SETTLED = 1e-3  # relative change of the parameters: the last steps are others
 _CUBIC = 2  # place of the cubic spring among the linear parameters
 _FARTHEST = 1e6  # rad: no spring twists so far, and its cube is still a number
 _SMALL = 1e-6  # relative change of the twist at which it stands
@@ -44,8 +41,8 @@ def cubes_of(problem: Problem, point: Point) -> tuple[Floats, ...]:
     (spring,), (damper,) = chain.spring_nm_per_rad, chain.damper_nm_s_per_rad
     cubic = 0.0 if problem.cubes is None else float(point.linear[_CUBIC])
     return tuple(
-        _twist(p, torque, spring, damper, cubic) ** 3
-        for p, torque in zip(problem.stretches, _shaft_torque(problem, point), strict=True)
+        twist_of(p, torque, spring, damper, cubic) ** 3
+        for p, torque in zip(problem.stretches, shaft_torque(problem, point), strict=True)
     )
 
 
@@ -74,63 +71,7 @@ def stiffened(problem: Problem, point: Point, bounds: Bounds) -> tuple[Problem, 
     return problem, point
 
 
-def stiffening_torque(problem: Problem, point: Point, cubic: float) -> Floats:
-    """Return what a cubic spring adds to the torque that the motion needs, at the rows that count.
-
-    Parameters
-    ----------
-    problem : Problem
-        With a single mass and a linear spring.
-    point : Point
-        Its known parameters, and the free motions that its stretches begin with.
-    cubic : float
-        The cubic spring, N m/rad^3.
-    """
-    chain = chain_of(point.search[: problem.shape_size], float(point.linear[1]))
-    (spring,), (damper,) = chain.spring_nm_per_rad, chain.damper_nm_s_per_rad
-    predicted = replace(point, residual=np.zeros_like(point.residual))
-    out = []
-    for p, torque in zip(problem.stretches, _shaft_torque(problem, predicted), strict=True):
-        linear = _twist(p, torque, spring, damper, 0.0)
-        more, rate = _swung(linear, p.period_s, chain, cubic)
-        out.append(spring * more + damper * rate + cubic * (linear + more) ** 3)
-    return problem.counted(np.concatenate(out))
-
-
-def _swung(linear: Floats, period_s: float, chain: Chain, cubic: float) -> tuple[Floats, Floats]:
-    """Return how much more a stiffening spring twists than a linear one, and at what rate.
-
-    The difference obeys ``y'' + 2 z w y' + w^2 y = -(k3/J) (x + y)^3`` and begins at rest; its
-    two poles are stepped exactly for a force that runs straight between steps, which are finer
-    than the samples: the cube swings three times as fast as the twist.
-    """
-    count = linear.shape[0]
-    finer = np.fft.irfft(_FINER * np.fft.rfft(linear), n=_FINER * count)
-    period_s /= _FINER
-    poles = held_poles_per_s(
-        chain.inertia_kg_m2, chain.spring_nm_per_rad, chain.damper_nm_s_per_rad
-    )
-    decay = np.exp(poles * period_s)
-    whole = (decay - 1.0) / poles
-    end = (whole / period_s - 1.0) / poles
-    scale, apart = -cubic / chain.total_kg_m2, complex(poles[0] - poles[1])
-    twist = finer.tolist()
-    rate = np.zeros(len(twist))
-    state = np.zeros(2, dtype=np.complex128)
-    force = scale * twist[0] ** 3
-    for i in range(1, len(twist)):
-        begun = decay * state + (whole - end) * force
-        ahead, alone = scale * twist[i - 1] ** 3, twist[i]
-        for _ in range(_CORRECTIONS):
-            fresh = begun + end * ahead
-            twist[i] = alone + (complex(fresh[0] - fresh[1]) / apart).real
-            ahead = scale * twist[i] ** 3
-        state, force = begun + end * ahead, ahead
-        rate[i] = (complex(poles[0] * state[0] - poles[1] * state[1]) / apart).real
-    return np.array(twist[::_FINER]) - linear, rate[::_FINER]
-
-
-def _shaft_torque(problem: Problem, point: Point) -> list[Floats]:
+def shaft_torque(problem: Problem, point: Point) -> list[Floats]:
     """Return the torque of the whole joint on the motor, free motion included.
 
     It is the measured torque less what inertia and friction of the motor take; the model's own
@@ -145,7 +86,7 @@ def _shaft_torque(problem: Problem, point: Point) -> list[Floats]:
     return np.split(torque, ends[:-1])
 
 
-def _twist(p: Prepared, torque_nm: Floats, spring: float, damper: float, cubic: float) -> Floats:
+def twist_of(p: Prepared, torque_nm: Floats, spring: float, damper: float, cubic: float) -> Floats:
     """Solve ``k x + d x' + k3 x^3 = torque`` for the twist x by turns."""
     link: Complexes = np.asarray(spring + 1j * p.omega_rad_s * damper, dtype=np.complex128)
     twist = np.clip(p.passed(torque_nm, 1.0 / link), -_FARTHEST, _FARTHEST)

@@ -18,7 +18,7 @@ from agent.identify.flexible.preparation import Prepared, prepare, tracks_of
 from agent.identify.flexible.projection import Point, Problem
 from agent.identify.flexible.result import FlexibleFit
 from agent.identify.flexible.simulation import FlexibleJoint, simulate
-from agent.identify.flexible.twist import stiffening_torque
+from agent.identify.flexible.stiff_spring import stiffening_torque
 from agent.identify.result import Floats
 from agent.identify.signals import Signals
 from agent.physics.friction import LAWS
