@@ -83,6 +83,44 @@ def estimate(
     )
 
 
+@fleet_app.command(short_help="pack the months that are complete")
+def pack(
+    lake: Where,
+    before: Annotated[
+        str,
+        typer.Option(metavar="YYYY-MM", help="Pack the months before it; else before this one."),
+    ] = "",
+    json: Json = False,
+) -> None:
+    """Pack complete months into large files, byte for byte; ending it at any time loses nothing.
+
+    The months' results are put together too. Recordings are deleted only when they were read back
+    whole from a pack.
+    """
+    from agent.fleet.packs import pack_all
+    from agent.fleet.tidy import tidy_all
+
+    there = _lake(lake)
+    month = _month(before)
+    with _progress("packing") as show:
+        done = pack_all(there, month, show)
+        tidied = tidy_all(there, month)
+    text = (
+        f"{done.recordings} recordings of {len(done.months)} months packed, the results of "
+        f"{tidied} months put together; {len(done.unusable)} recordings cannot be packed."
+    )
+    _answer(
+        {
+            "packed": done.recordings,
+            "months": list(done.months),
+            "tidied": tidied,
+            "unusable": list(done.unusable),
+        },
+        "\n".join([text, *(f"  - {u}" for u in done.unusable)]),
+        as_json=json,
+    )
+
+
 @fleet_app.command(short_help="what the models' twins leave out, on every robot")
 def explain(
     lake: Where,
@@ -92,32 +130,26 @@ def explain(
     json: Json = False,
 ) -> None:
     """Question each model's twin (fleet.toml) on every joint, and say where they agree."""
-    from agent.fleet.explanations import (
-        agreements,
-        explain_all,
-        explanations_of,
-        in_words,
-        questions,
-    )
+    from agent.fleet.explanations import agreements, answers, explain_all, in_words, questions
     from agent.fleet.roster import FILE, roster_of
 
     there = _lake(lake)
-    roster = roster_of(there)
-    asked = [q.key for q in questions(there, roster)]
+    asked = list(questions(there, roster_of(there)))
     if not asked:
         talker().print(
             f"No joint has a twin in {FILE} and three estimated recordings: nothing is explained."
         )
     opened = _cluster(scheduler, workers, memory)
     with _progress("explaining") as show:
-        done, failed, already = explain_all(there, opened, show)
-    agreed = agreements(explanations_of(there).rows(), asked)
-    lines = [f"{done} joints explained, {already} were before.", *map(in_words, agreed)]
-    lines += [f"  - {f}" for f in failed]
+        put = explain_all(there, opened, asked, show)
+    already = len(asked) - put.done - len(put.failed)
+    agreed = agreements(answers(there, asked))
+    lines = [f"{put.done} joints explained, {already} were before.", *map(in_words, agreed)]
+    lines += [f"  - {f}" for f in put.failed]
     document = {
-        "explained": done,
+        "explained": put.done,
         "already": already,
-        "unusable": list(failed),
+        "unusable": list(put.failed),
         "agreements": [
             {
                 "model": a.model,
@@ -185,6 +217,20 @@ def report(
 
 def _joint_of(row: dict[str, Any]) -> str:
     return f"{row['site']}, {row['robot']} axis {row['axis']}"
+
+
+def _month(before: str) -> str:
+    """Return the month before which to pack: one that is given, or this one."""
+    import datetime
+    import re
+
+    from agent.errors import InputError
+
+    if not before:
+        return f"{datetime.datetime.now(datetime.UTC):%Y-%m}"
+    if not re.fullmatch(r"\d{4}-(0[1-9]|1[0-2])", before):
+        raise InputError(f"--before: expected a month such as 2026-11, got {before}.")
+    return before
 
 
 def _lake(url: str) -> Lake:

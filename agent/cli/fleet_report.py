@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from agent.fleet.estimates import estimates_of
-from agent.fleet.explanations import agreements, explanations_of, in_words, questions
+from agent.fleet.explanations import agreements, answers, in_words, questions
 from agent.fleet.lake import Lake
 from agent.fleet.roster import roster_of
-from agent.fleet.verdicts import by_risk, joints, verdicts_of
+from agent.fleet.verdicts import by_risk, present_stands, verdicts, verdicts_of
 from agent.report.fleet import AgreementRow, FleetPage, JointRow
 
 
@@ -20,19 +20,32 @@ def page_of(lake: Lake, detector: str) -> FleetPage:
     agent.errors.InputError
         The lake's own files cannot be used.
     """
-    present = {joint.key for joint in joints(lake, detector)}
-    rows = by_risk([r for r in verdicts_of(lake).rows() if r["key"] in present])
-    asked = [q.key for q in questions(lake, roster_of(lake))]
-    agreed = agreements(explanations_of(lake).rows(), asked)
-    estimates = estimates_of(lake).rows(("failure",))
-    poisoned = [f"{r['key']}: {r['failure']}" for r in estimates if r["failure"]]
+    rows = by_risk(list(verdicts(verdicts_of(lake), present_stands(lake, detector))))
+    asked = list(questions(lake, roster_of(lake)))
+    agreed = agreements(answers(lake, asked))
+    recordings, poisoned = _estimated(lake)
     return FleetPage(
         lake=lake.url,
         joints=[_joint(r) for r in rows],
         agreements=[AgreementRow(in_words(a), a.asked, a.effects) for a in agreed],
         unusable=[*poisoned, *(f"{_name(r)}: {r['failure']}" for r in rows if r["failure"])],
-        recordings=len(estimates) - len(poisoned),
+        recordings=recordings,
     )
+
+
+def _estimated(lake: Lake) -> tuple[int, list[str]]:
+    """Return how many recordings have an estimate, and what the others lack."""
+    import pyarrow as pa
+    import pyarrow.compute as pc
+
+    results = estimates_of(lake)
+    number, poisoned = 0, []
+    for month in results.months():
+        rows = results.table(month, ("failure",))
+        failed = rows.filter(pc.not_equal(rows.column("failure"), pa.scalar(""))).to_pylist()
+        number += rows.num_rows - len(failed)
+        poisoned += [f"{r['key']}: {r['failure']}" for r in failed]
+    return number, poisoned
 
 
 def _joint(row: dict[str, Any]) -> JointRow:

@@ -1,23 +1,24 @@
 """The same pure function over many items, on Dask: bounded memory, and no item harms another.
 
-Of the items only so many are on their way at a time that each worker has the next one at hand.
-What raises is an item's own failure and becomes its outcome. What kills its worker (memory, a
-crash of compiled code) also hits the items that waited in that worker: Dask gives up all of them
-in the end. They are tried again one at a time, so that the one that kills is known and the others
-are done.
+Small items go to a worker some at a time, so that what Dask does for a task is shared by them, and
+only so many are on their way that each worker has the next ones at hand. What raises is an item's
+own failure and becomes its outcome. What kills its worker (memory, a crash of compiled code) also
+hits the items that waited in that worker: Dask gives up all of them in the end. They are tried
+again one at a time, so that the one that kills is known and the others are done.
 """
 
 from __future__ import annotations
 
 import contextlib
 import logging
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from itertools import islice
+from functools import partial
+from itertools import chain, islice
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
-from agent.errors import InputError
+from agent.errors import InputError, StorageError
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -27,17 +28,21 @@ Value = TypeVar("Value")
 
 Opened: TypeAlias = "Callable[[], AbstractContextManager[Client]]"
 
-_AT_HAND = 3  # items on their way for each worker: one at work, the others waiting beside it
+_AT_HAND = 3  # tasks on their way for each worker: one at work, the others waiting beside it
 _DEATHS = 1  # of a worker that an item has waited in and is not yet suspected for
 
 
 @dataclass(frozen=True)
 class Outcome(Generic[Item, Value]):
-    """What became of one item: a value, or why there is none."""
+    """What became of one item: a value, or why there is none.
+
+    `transient` is a failure of the store, not of the item: another time there may be a value.
+    """
 
     item: Item
     value: Value | None
     failure: str = ""
+    transient: bool = False
 
 
 @contextlib.contextmanager
@@ -95,7 +100,7 @@ def cluster(address: str = "", workers: int = 2, memory_bytes: int = 2 << 30) ->
 
 
 def outcomes(
-    opened: Opened, function: Callable[[Item], Value], items: Sequence[Item]
+    opened: Opened, function: Callable[[Item], Value], items: Iterable[Item], batch: int = 1
 ) -> Iterator[Outcome[Item, Value]]:
     """Yield what became of every item; without items no cluster is started.
 
@@ -103,18 +108,19 @@ def outcomes(
     ----------
     opened : callable
         Opens the cluster, as `cluster` does.
-    function : callable
-        Pure.
-    items : sequence
+    function, items, batch
+        As for `each`.
     """
-    if not items:
+    source = iter(items)
+    first = list(islice(source, 1))
+    if not first:
         return
     with opened() as client:
-        yield from each(client, function, items)
+        yield from each(client, function, chain(first, source), batch)
 
 
 def each(
-    client: Client, function: Callable[[Item], Value], items: Iterable[Item]
+    client: Client, function: Callable[[Item], Value], items: Iterable[Item], batch: int = 1
 ) -> Iterator[Outcome[Item, Value]]:
     """Yield what became of every item, in whatever order they end.
 
@@ -125,6 +131,8 @@ def each(
         Pure: a worker that dies has its items done again elsewhere.
     items : iterable
         Taken as they are needed.
+    batch : int
+        Items that go to a worker together; a task should take tens of milliseconds or more.
     """
     from distributed import as_completed
     from distributed.scheduler import KilledWorker
@@ -132,37 +140,56 @@ def each(
     width = max(1, len(client.scheduler_info(n_workers=-1)["workers"]))
     source, suspects = iter(items), []
     ended: Any = as_completed(with_results=False)
-    under_way: dict[Any, Item] = {}
+    under_way: dict[Any, list[Item]] = {}
+    task = partial(_tried, function)
 
-    def send(item: Item) -> None:
-        future = client.submit(function, item, pure=False)
-        under_way[future.key] = item
-        ended.add(future)
+    def send_more(tasks: int) -> None:
+        for _ in range(tasks):
+            some = list(islice(source, batch))
+            if some:
+                future = client.submit(task, some, pure=False)
+                under_way[future.key] = some
+                ended.add(future)
 
-    for item in islice(source, width * _AT_HAND):
-        send(item)
+    send_more(width * _AT_HAND)
     for future in ended:
-        item = under_way.pop(future.key)
+        some = under_way.pop(future.key)
         error = future.exception()
         if isinstance(error, KilledWorker):
-            suspects.append(item)
+            suspects += some
+            found = []
         else:
-            yield _outcome(item, future, error)
+            found = _found(some, future, error)
         future.release()
-        for more in islice(source, 1):
-            send(more)
+        send_more(1)  # before the outcomes are seen to: the workers need not wait for that
+        yield from found
     for item in suspects:  # one at a time: nobody else's death is taken for its own
-        future = client.submit(function, item, pure=False)
+        future = client.submit(task, [item], pure=False)
         error = future.exception()
         if isinstance(error, KilledWorker):
             why = f"ended its worker process {_DEATHS + 1} times (memory, or a crash)"
             yield Outcome(item, None, why)
         else:
-            yield _outcome(item, future, error)
+            yield from _found([item], future, error)
         future.release()
 
 
-def _outcome(item: Item, future: Any, error: BaseException | None) -> Outcome[Item, Any]:
-    if error is not None:
-        return Outcome(item, None, f"{type(error).__name__}: {error}")
-    return Outcome(item, future.result())
+def _tried(
+    function: Callable[[Item], Value], items: list[Item]
+) -> list[tuple[Value | None, str, bool]]:
+    """Return each item's value, or its failure and whether that is of the store (in a worker)."""
+    found: list[tuple[Value | None, str, bool]] = []
+    for item in items:
+        try:
+            found.append((function(item), "", False))
+        except StorageError as error:
+            found.append((None, str(error), True))
+        except Exception as error:  # noqa: BLE001 - an item's failure is its own, whatever it is
+            found.append((None, f"{type(error).__name__}: {error}", False))
+    return found
+
+
+def _found(items: list[Item], future: Any, error: BaseException | None) -> list[Outcome[Item, Any]]:
+    if error is not None:  # of Dask's, or of what goes between the processes
+        return [Outcome(item, None, f"{type(error).__name__}: {error}") for item in items]
+    return [Outcome(item, *rest) for item, rest in zip(items, future.result(), strict=True)]

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from agent.fleet.cluster import Opened, outcomes
-from agent.fleet.lake import Entry, Lake
+from agent.fleet.cluster import Opened
+from agent.fleet.entry import Entry
+from agent.fleet.lake import Lake
+from agent.fleet.listing import Listing, listed
+from agent.fleet.parquet import without_keys
 from agent.fleet.results import Results
 from agent.fleet.version import estimate_version
+from agent.fleet.work import carry_out
 
 COLUMNS = {
     "site": "string",
@@ -32,6 +36,9 @@ COLUMNS = {
 """Columns of the estimates' rows; `estimate` and `cycle` are JSON, whole."""
 
 
+_BATCH = 16  # recordings that go to a worker together: some tenths of a second
+
+
 @dataclass(frozen=True)
 class Order:
     """One recording to estimate: the lake's address goes along, for the worker opens it itself."""
@@ -39,6 +46,20 @@ class Order:
     url: str
     options: tuple[tuple[str, Any], ...]
     entry: Entry
+
+    @property
+    def month(self) -> str:
+        """Return the month of the recording."""
+        return self.entry.month
+
+    @property
+    def name(self) -> str:
+        """Return the recording's path."""
+        return self.entry.path
+
+    def refused(self, failure: str) -> dict[str, Any]:
+        """Return the row of a recording that cannot be used."""
+        return _row(self.entry, failure=failure)
 
 
 @dataclass(frozen=True)
@@ -59,7 +80,7 @@ def estimates_of(lake: Lake) -> Results:
 def estimate_all(
     lake: Lake, opened: Opened, progress: Callable[[int, int], None] | None = None
 ) -> Tally:
-    """Estimate every recording that this code has not estimated yet.
+    """Estimate every recording that this code has not estimated yet, month by month.
 
     A recording that cannot be read, or that ends its worker, gets a row that says so and is not
     tried again by this version; what it takes is listed in the tally.
@@ -69,25 +90,35 @@ def estimate_all(
     agent.errors.StorageError
         The lake does not answer, or does not take results.
     """
-    entries, others = lake.entries()
-    results = estimates_of(lake)
-    known = results.keys()
-    due = [e for e in entries if e.path not in known]
-    failed = []
+    listing, results = listed(lake), estimates_of(lake)
+    due, already = _counted(listing, results)
+    total = sum(due.values())
+
+    def show(done: int) -> None:
+        if progress is not None:
+            progress(done, total)
+
+    orders = _orders(lake, listing, results, [m for m, number in due.items() if number])
+    done = carry_out(opened, estimate_one, orders, results, show, _BATCH)
+    return Tally(done.done, done.failed, already, listing.others)
+
+
+def _counted(listing: Listing, results: Results) -> tuple[dict[str, int], int]:
+    """Return how many recordings of each month are due, and how many are not."""
+    due, already = {}, 0
+    for month in listing.months:
+        table = listing.table(month)
+        due[month] = without_keys(table, results.keys(month)).num_rows
+        already += table.num_rows - due[month]
+    return due, already
+
+
+def _orders(lake: Lake, listing: Listing, results: Results, months: list[str]) -> Iterator[Order]:
+    """Yield the orders of the months that have any, none of which is held after its turn."""
     options = tuple(sorted(lake.options.items()))
-    orders = [Order(lake.url, options, e) for e in due]
-    try:
-        for count, outcome in enumerate(outcomes(opened, estimate_one, orders), start=1):
-            entry = outcome.item.entry
-            row = outcome.value or _row(entry, failure=outcome.failure)
-            if row["failure"]:
-                failed.append(f"{entry.path}: {row['failure']}")
-            results.add(row)
-            if progress is not None:
-                progress(count, len(due))
-    finally:
-        results.flush()
-    return Tally(len(due) - len(failed), tuple(sorted(failed)), len(entries) - len(due), others)
+    for month in months:
+        for entry in listing.entries(month, results.keys(month)):
+            yield Order(lake.url, options, entry)
 
 
 def estimate_one(order: Order) -> dict[str, Any]:

@@ -8,17 +8,19 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections import Counter, defaultdict
+from collections import Counter, defaultdict, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from agent.fleet.cluster import Opened, outcomes
+from agent.fleet.cluster import Opened
+from agent.fleet.entry import Entry, entry_of, joint_of
 from agent.fleet.estimates import estimates_of
-from agent.fleet.lake import Entry, Lake
+from agent.fleet.lake import Lake
 from agent.fleet.results import Results
-from agent.fleet.roster import Roster, roster_of, twin_of
+from agent.fleet.roster import Roster, twin_of
 from agent.fleet.version import explain_version
+from agent.fleet.work import Done, carry_out
 
 COLUMNS = {
     "site": "string",
@@ -46,6 +48,20 @@ class Question:
     twin: str
     entries: tuple[Entry, ...]
     key: str
+
+    @property
+    def month(self) -> str:
+        """Return the month of the newest recording."""
+        return self.entries[-1].month
+
+    @property
+    def name(self) -> str:
+        """Return the joint in words."""
+        return f"{self.entries[-1].robot} axis {self.entries[-1].axis}"
+
+    def refused(self, failure: str) -> dict[str, Any]:
+        """Return the row of a joint that could not be explained."""
+        return _row(self, failure=failure)
 
 
 @dataclass(frozen=True)
@@ -77,43 +93,45 @@ def explanations_of(lake: Lake) -> Results:
 
 
 def explain_all(
-    lake: Lake, opened: Opened, progress: Callable[[int, int], None] | None = None
-) -> tuple[int, tuple[str, ...], int]:
-    """Explain every joint that has new recordings; return how many, the failures, and the known.
+    lake: Lake,
+    opened: Opened,
+    asked: Sequence[Question],
+    progress: Callable[[int, int], None] | None = None,
+) -> Done:
+    """Put those of the `questions` that this code has not answered yet."""
+    results = explanations_of(lake)
+    months = sorted({question.month for question in asked})
+    known = {key for month in months for key in results.keys(month).to_pylist()}
+    due = [q for q in asked if q.key not in known]
+
+    def show(done: int) -> None:
+        if progress is not None:
+            progress(done, len(due))
+
+    return carry_out(opened, explain_one, due, results, show)
+
+
+def answers(lake: Lake, asked: Iterable[Question]) -> Iterator[dict[str, Any]]:
+    """Yield the rows of these questions, as far as they were put."""
+    wanted = {q.key: q.month for q in asked}
+    columns = [name for name in COLUMNS if name != "explanation"]
+    rows = explanations_of(lake).rows(columns, sorted(set(wanted.values())))
+    return (row for row in rows if row["key"] in wanted)
+
+
+def questions(lake: Lake, roster: Roster) -> Iterator[Question]:
+    """Yield what is to be explained: each joint with a twin and three decidable recordings.
 
     Raises
     ------
     agent.errors.InputError
-        `fleet.toml` cannot be used, or a twin that it names.
+        A twin that the roster names cannot be used.
     """
-    results = explanations_of(lake)
-    asked = list(questions(lake, roster_of(lake)))
-    known = results.keys()
-    due = [q for q in asked if q.key not in known]
-    failed = []
-    try:
-        for count, outcome in enumerate(outcomes(opened, explain_one, due), start=1):
-            row = outcome.value or _row(outcome.item, failure=outcome.failure)
-            if row["failure"]:
-                failed.append(f"{row['robot']} axis {row['axis']}: {row['failure']}")
-            results.add(row)
-            if progress is not None:
-                progress(count, len(due))
-    finally:
-        results.flush()
-    return len(due) - len(failed), tuple(sorted(failed)), len(asked) - len(due)
-
-
-def questions(lake: Lake, roster: Roster) -> Iterator[Question]:
-    """Yield what is to be explained: each joint with a twin and three decidable recordings."""
-    decidable = {r["key"] for r in estimates_of(lake).rows(("decidable",)) if r["decidable"]}
-    by_joint: dict[tuple[str, str, int], list[Entry]] = defaultdict(list)
-    for entry in lake.entries()[0]:
-        if entry.path in decidable:
-            by_joint[entry.joint].append(entry)
     options = tuple(sorted(lake.options.items()))
     digests: dict[str, str] = {}
-    for (_, robot, axis), entries in sorted(by_joint.items()):
+    for paths in _newest(lake, roster):
+        entries = tuple(e for e in (entry_of(p, 0) for p in paths) if e is not None)
+        robot, axis = entries[-1].robot, entries[-1].axis
         model = roster.model_of(robot)
         if model is None or axis not in model.twins or len(entries) < _FEWEST:
             continue
@@ -121,10 +139,29 @@ def questions(lake: Lake, roster: Roster) -> Iterator[Question]:
         if path not in digests:
             twin_of(lake, path)  # a twin that cannot be used is said before anything is explained
             digests[path] = hashlib.sha256(lake.get(path)).hexdigest()
-        newest = tuple(entries[-_NEWEST:])
-        content = "".join([digests[path], *(e.path for e in newest)])
+        content = "".join([digests[path], *paths])
         key = hashlib.sha256(content.encode()).hexdigest()[:32]
-        yield Question(lake.url, options, model.name, path, newest, key)
+        yield Question(lake.url, options, model.name, path, entries, key)
+
+
+def _newest(lake: Lake, roster: Roster) -> Iterator[tuple[str, ...]]:
+    """Yield the newest decidable recordings of each joint of a robot whose model has twins."""
+    found: dict[str, deque[str] | None] = {}
+    estimates = estimates_of(lake)
+    for month in estimates.months():
+        rows = estimates.table(month, ("decidable",))
+        for path in map(str, rows.filter(rows.column("decidable")).column(0).to_pylist()):
+            joint = joint_of(path)
+            if joint not in found:
+                entry = entry_of(path, 0)
+                model = None if entry is None else roster.model_of(entry.robot)
+                found[joint] = deque(maxlen=_NEWEST) if model is not None and model.twins else None
+            newest = found[joint]
+            if newest is not None:
+                newest.append(path)
+    for _, newest in sorted(found.items(), key=lambda pair: pair[0]):
+        if newest:
+            yield tuple(newest)
 
 
 def explain_one(question: Question) -> dict[str, Any]:
@@ -154,20 +191,17 @@ def explain_one(question: Question) -> dict[str, Any]:
     )
 
 
-def agreements(rows: Iterable[dict[str, Any]], keys: Sequence[str]) -> tuple[Agreement, ...]:
-    """Count, for each model and axis, what its joints' present explanations say.
+def agreements(rows: Iterable[dict[str, Any]]) -> tuple[Agreement, ...]:
+    """Count, for each model and axis, what its joints' explanations say.
 
     Parameters
     ----------
     rows : iterable of dict
-        Of `explanations_of`.
-    keys : sequence of str
-        Of the questions as they are now: older ones do not count.
+        From `answers`: one a joint.
     """
-    present = set(keys)
     grouped: dict[tuple[str, int], list[dict[str, Any]]] = defaultdict(list)
     for row in rows:
-        if row["key"] in present and not row["failure"]:
+        if not row["failure"]:
             grouped[row["model"], row["axis"]].append(row)
     found = []
     for (model, axis), joints in sorted(grouped.items()):

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any
 
-from agent.errors import InputError
+from agent.errors import InputError, StorageError
 from agent.fleet.lake import Lake
 from agent.physics.twin import Twin, TwinError, parse_twin
 
@@ -93,7 +93,7 @@ def twin_of(lake: Lake, path: str) -> Twin:
     """
     try:
         return parse_twin(lake.get(path).decode())
-    except (TwinError, UnicodeDecodeError, FileNotFoundError) as error:
+    except (TwinError, UnicodeDecodeError, StorageError) as error:
         raise InputError(f"{lake.url}/{path}: cannot be used as a twin ({error}).") from error
 
 

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import tomllib
-from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from agent.errors import InputError
-from agent.fleet.cluster import Opened, outcomes
-from agent.fleet.estimates import estimates_of
+from agent.fleet.cluster import Opened
+from agent.fleet.histories import Stand, cycles_of, stands
 from agent.fleet.lake import Lake
 from agent.fleet.results import Results
-from agent.fleet.roster import roster_of
+from agent.fleet.roster import Roster, roster_of
 from agent.fleet.version import monitor_version
+from agent.fleet.work import carry_out
 
 COLUMNS = {
     "site": "string",
@@ -45,7 +44,7 @@ EVENTS = "events.toml"
 
 @dataclass(frozen=True)
 class Joint:
-    """One joint to judge; its cycles are read from the lake's estimates by whoever judges it."""
+    """One joint to judge, with its cycles: JSON, as the lake's estimates have them."""
 
     site: str
     robot: str
@@ -54,7 +53,17 @@ class Joint:
     detector: str
     cycles: tuple[str, ...]
     events: str
+    month: str
     key: str
+
+    @property
+    def name(self) -> str:
+        """Return the joint in words."""
+        return f"{self.robot} axis {self.axis}"
+
+    def refused(self, failure: str) -> dict[str, Any]:
+        """Return the row of a joint that could not be judged."""
+        return _row(self, failure=failure)
 
 
 @dataclass(frozen=True)
@@ -92,53 +101,66 @@ def monitor_all(
     except ValueError as error:
         raise InputError(f"{str(error)[0].upper()}{str(error)[1:]}.") from error
     results = verdicts_of(lake)
-    known = results.keys()
-    present, due = [], []
-    for joint in joints(lake, detector):
-        present.append(joint.key)
-        if joint.key not in known:
-            due.append(joint)
-    failed = []
-    try:
-        for count, outcome in enumerate(outcomes(opened, judge_one, due), start=1):
-            row = outcome.value or _row(outcome.item, failure=outcome.failure)
-            if row["failure"]:
-                failed.append(f"{row['robot']} axis {row['axis']}: {row['failure']}")
-            results.add(row)
-            if progress is not None:
-                progress(count, len(due))
-    finally:
-        results.flush()
-    wanted = set(present)
-    rows = tuple(r for r in results.rows() if r["key"] in wanted)
-    return Judged(len(due) - len(failed), len(present) - len(due), tuple(sorted(failed)), rows)
+    present = present_stands(lake, detector)
+    due = _due(present, results)
+
+    def show(done: int) -> None:
+        if progress is not None:
+            progress(done, len(due))
+
+    joints = _joints(lake, due, detector)
+    done = carry_out(opened, judge_one, joints, results, show)
+    rows = tuple(verdicts(results, present))
+    return Judged(done.done, len(present) - len(due), done.failed, rows)
 
 
-def joints(lake: Lake, detector: str) -> Iterator[Joint]:
-    """Yield every joint that has an estimated cycle, with all of its cycles.
+def present_stands(lake: Lake, detector: str) -> dict[str, Stand]:
+    """Return how far each joint's history goes now, by the key that its verdict has then.
 
     Raises
     ------
     agent.errors.InputError
-        As for `monitor_all`.
+        `events.toml` cannot be used.
     """
+    found = stands(lake, f"{detector}\0{_events(lake)}")
+    return {f"{s.site}/{s.robot}/{s.axis}/{s.digest}": s for s in found}
+
+
+def verdicts(results: Results, present: dict[str, Stand]) -> Iterator[dict[str, Any]]:
+    """Yield the verdicts of the joints as they are now; older ones are passed over."""
+    months = sorted({s.month for s in present.values()})
+    return (r for r in results.rows(months=months) if r["key"] in present)
+
+
+def _due(present: dict[str, Stand], results: Results) -> dict[str, Stand]:
+    """Return the joints that have no verdict of their present history."""
+    months = sorted({s.month for s in present.values()})
+    known = {key for month in months for key in results.keys(month).to_pylist()}
+    return {key: stand for key, stand in present.items() if key not in known}
+
+
+def _joints(lake: Lake, due: dict[str, Stand], detector: str) -> Iterator[Joint]:
+    """Yield the joints that are due, each with all of its cycles, some joints read at a time."""
     events, roster = _events(lake), roster_of(lake)
-    by_joint: dict[tuple[str, str, int], list[str]] = defaultdict(list)
-    for row in estimates_of(lake).rows(("site", "robot", "axis", "cycle")):
-        if row["cycle"]:
-            by_joint[row["site"], row["robot"], row["axis"]].append(row["cycle"])
-    for (site, robot, axis), cycles in sorted(by_joint.items()):
-        digest = hashlib.sha256("\0".join([detector, events, *sorted(cycles)]).encode())
-        yield Joint(
-            site,
-            robot,
-            axis,
-            roster.name_of(robot),
-            detector,
-            tuple(cycles),
-            events,
-            f"{site}/{robot}/{axis}/{digest.hexdigest()[:32]}",
-        )
+    keys = {stand.prefix: key for key, stand in due.items()}
+    for stand, cycles in cycles_of(lake, due.values()):
+        yield _joint(stand, cycles, roster, detector, events, keys[stand.prefix])
+
+
+def _joint(
+    stand: Stand, cycles: tuple[str, ...], roster: Roster, detector: str, events: str, key: str
+) -> Joint:
+    return Joint(
+        stand.site,
+        stand.robot,
+        stand.axis,
+        roster.name_of(stand.robot),
+        detector,
+        cycles,
+        events,
+        stand.month,
+        key,
+    )
 
 
 def judge_one(joint: Joint) -> dict[str, Any]:

@@ -18,6 +18,7 @@ import pytest
 from agent.conclude.outcome import conclude
 from agent.fleet.estimates import estimates_of
 from agent.fleet.lake import Lake
+from agent.fleet.listing import listed
 from agent.fleet.verdicts import verdicts_of
 from agent.record.reading import read
 from agent.record.recording import Metadata, Recording
@@ -56,7 +57,8 @@ def plant(tmp_path_factory: pytest.TempPathFactory) -> Plant:
 
 def read_first(lake: Lake) -> str:
     """Return the first recording's path in a lake."""
-    return lake.entries()[0][0].path
+    there = listed(lake)
+    return next(there.entries(there.months[0])).path
 
 
 def fleet(*arguments: str | Path, expect: int = 0) -> dict[str, Any]:
