@@ -4,6 +4,7 @@
 fault, how many runs stopped, the worst time to rest by the plant, samples lost, and what is said;
 then every run that was not as it must be, with the seed that repeats it. Exit code 1 when there is
 one. ``--signals`` adds so many runs of each signal, in real time and processes of their own.
+``--socketcan CHANNEL`` plays on an interface of the kernel instead of a bus in memory.
 """
 
 from __future__ import annotations
@@ -23,10 +24,10 @@ RATES_HZ = (100.0, 100.0, 100.0, 200.0)
 """In turn; the faster, the dearer."""
 
 
-def played(scenario: Scenario, count: int) -> list[Run]:
+def played(scenario: Scenario, count: int, socketcan: str = "") -> list[Run]:
     """Return `count` runs of one fault, beyond those of the default tests."""
     return [
-        play(scenario, phase, seed, rate_hz=RATES_HZ[number % len(RATES_HZ)])
+        play(scenario, phase, seed, rate_hz=RATES_HZ[number % len(RATES_HZ)], socketcan=socketcan)
         for number, (phase, seed) in enumerate(variations(scenario, count, offset=4))
     ]
 
@@ -50,6 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--runs", type=int, default=2000)
     parser.add_argument("--only", default="", help="faults with this word in their name")
     parser.add_argument("--signals", type=int, default=0, help="runs of each signal")
+    parser.add_argument("--socketcan", default="", metavar="CHANNEL", help="play on vcan0 ...")
     chosen = parser.parse_args(arguments)
     # canopen logs every SDO that it gives up; here thousands are meant to fail.
     logging.getLogger("canopen").setLevel(logging.CRITICAL)
@@ -62,7 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     objected: list[str] = []
     total = 0
     for scenario in scenarios:
-        runs = played(scenario, each)
+        runs = played(scenario, each, chosen.socketcan)
         total += len(runs)
         sys.stdout.write(line(scenario, runs) + "\n")
         sys.stdout.flush()

@@ -1,4 +1,4 @@
-"""The real CAN bus of the tests in this folder, found once a session."""
+"""The real CAN bus of the tests in this folder: found, and where it must be booted, once."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from tests.bus.vcan import Vcan, VcanUnavailableError, open_vcan
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def vcan() -> Iterator[Vcan]:
     """Yield a real CAN bus; where there is none, skip, or fail with STRIBECK_REQUIRE_BUS=1."""
     try:

@@ -16,6 +16,9 @@ import sys
 import time
 from dataclasses import asdict, dataclass
 
+import drivers.can  # noqa: F401 - first: it keeps from python-can what takes seconds to import
+
+# isort: split
 import can
 import numpy as np
 

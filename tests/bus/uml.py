@@ -1,4 +1,4 @@
-"""A real `vcan0` where the host's kernel has no AF_CAN: the command runs inside User-Mode Linux.
+"""A real `vcan0` where the host's kernel has no AF_CAN: commands run inside User-Mode Linux.
 
 User-Mode Linux is a Linux kernel that runs as an ordinary program. The host's files are its root
 file system (hostfs), so the command sees the same checkout, interpreter and paths; its processes,
@@ -21,6 +21,9 @@ Every system call in there is a ptrace stop that hands over between two host pro
 one core, the hand-over needs no other core to be woken. The kernel is built without SMP, so a
 second core would not be used anyway. Two guests on that core would halve each other's speed, so
 one waits until the other has ended.
+
+It is booted once and then given one command after the other through files in a folder that both
+see; between two commands it ends whatever the first has left running.
 """
 
 from __future__ import annotations
@@ -37,11 +40,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from drivers.clock import MonotonicClock
-from tests.bus.process import run_bounded
+from tests.bus.process import kill_group, run_bounded
 
 KERNEL = "linux.uml"
 MEMORY_MIB = 1024
-BOOT_AND_POWER_OFF_S = 30.0  # seen: 2 s
+BOOT_S = 30.0  # seen: 2 s
+POWER_OFF_S = 10.0
+KILL_AFTER_S = 5
+IDLE_S = 600  # without a command for so long the guest powers off: whoever booted it is gone
+LOOK_S = 0.05
 FIFO_PRIORITY = "20"
 SHARED_FOLDER = "/var/tmp"  # not under /dev or /run, which the guest mounts for itself
 TURN_S = 600.0
@@ -58,7 +65,7 @@ PASSED_ON_PREFIXES = ("STRIBECK_", "PYTHON", "LC_")
 
 INIT = """\
 #!/bin/sh
-# Process 1 of the guest: one real vcan0, one command, its exit code in a file, power off.
+# Process 1 of the guest: one real vcan0, the commands as they come, power off.
 set -eux
 PATH={system_path}
 export PATH
@@ -72,14 +79,32 @@ mount -t tmpfs tmpfs /run
 for module in {modules}; do insmod "$module"; done
 ip link set lo up
 ip link add vcan0 type vcan
-ip link set vcan0 up
-cd {cwd}
 set +ex
+number=1
+idle=0
+cd {folder}
+ip link set vcan0 up && touch booted
+while [ ! -e over ] && [ $idle -lt {idle_looks} ]; do
+    if [ ! -e $number.job ]; then
+        sleep {look_s}
+        idle=$((idle + 1))
+        continue
+    fi
+    sh ./$number.job </dev/null >$number.stdout 2>$number.stderr
+    echo $? >exit_code
+    kill -9 -1  # every other process: what a command leaves behind would answer the next one
+    ip link set vcan0 up
+    mv exit_code $number.exit_code
+    number=$((number + 1))
+    idle=0
+done
+"""
+
+JOB = """\
+cd {cwd} || exit 126
 {exports}
 # batch scheduling: with one core, a frame that wakes its reader must not interrupt its sender
-chrt --batch 0 timeout --kill-after=5 {timeout_s:.3f} {command} \\
-    </dev/null >{folder}/stdout 2>{folder}/stderr
-echo $? >{folder}/exit_code
+exec chrt --batch 0 timeout --kill-after={kill_after_s} {timeout_s:.3f} {command}
 """
 
 
@@ -89,7 +114,7 @@ class BootError(Exception):
 
 @dataclass(frozen=True)
 class UserModeLinux:
-    """A kernel that is ready to be booted, once for each command.
+    """A kernel that can be booted.
 
     Parameters
     ----------
@@ -104,50 +129,46 @@ class UserModeLinux:
     kernel: str
     modules: tuple[Path, ...]
     prefix: tuple[str, ...]
-    channel: str = "vcan0"
 
-    def describe(self) -> str:
-        """Return in a few words where a command will run."""
-        return f"vcan0 in User-Mode Linux ({' '.join(self.prefix)})"
-
-    def run(
-        self,
-        command: Sequence[str],
-        timeout_s: float,
-        cwd: Path | None = None,
-        env: Mapping[str, str] | None = None,
-    ) -> subprocess.CompletedProcess[str]:
-        """Boot, run `command` with `vcan0` up, power off.
+    @contextmanager
+    def boot(self) -> Iterator[Guest]:
+        """Yield a guest that has `vcan0` up; power it off afterwards.
 
         Raises
         ------
-        subprocess.TimeoutExpired
-            The command ran longer than `timeout_s`; with what it had written by then.
         BootError
-            The guest ended without the command's exit code; with the end of its console.
+            It did not come so far; with the end of its console.
         """
         clock = MonotonicClock()
         with _turn(clock), _scratch_folder() as folder:
             init = folder / "init"
-            init.write_text(
-                self._init_script(folder, command, timeout_s, cwd or Path.cwd(), env or os.environ)
-            )
+            init.write_text(self._init_script(folder))
             init.chmod(0o700)
-            started_s = clock.now()
-            console = self._boot(folder, init, timeout_s + BOOT_AND_POWER_OFF_S)
-            elapsed_s = clock.now() - started_s
-            stdout, stderr = _text(folder / "stdout"), _text(folder / "stderr")
-            exit_code = _text(folder / "exit_code").strip()
-        if not exit_code:
-            end = "\n".join(console.splitlines()[-15:])
-            raise BootError(f"User-Mode Linux ended without running the command:\n{end}")
-        # coreutils' timeout: 124 when SIGTERM was enough; 137 when it took SIGKILL
-        if exit_code == "124" or (exit_code == "137" and elapsed_s > timeout_s):
-            raise subprocess.TimeoutExpired(list(command), timeout_s, stdout, stderr)
-        return subprocess.CompletedProcess(list(command), int(exit_code), stdout, stderr)
+            with (folder / "console").open("wb") as console:
+                process = subprocess.Popen(
+                    self._command(folder, init),
+                    stdin=subprocess.DEVNULL,
+                    stdout=console,
+                    stderr=console,
+                    env={
+                        "PATH": SYSTEM_PATH,
+                        "HOME": str(folder),
+                        "TMPDIR": str(_memory_folder(folder)),
+                    },
+                    start_new_session=True,
+                )
+            guest = Guest(process, folder, clock, " ".join(self.prefix))
+            try:
+                guest.await_file("booted", BOOT_S)
+                yield guest
+                (folder / "over").touch()
+                process.wait(POWER_OFF_S)
+            finally:
+                kill_group(process.pid)
+                process.wait()
 
-    def _boot(self, folder: Path, init: Path, timeout_s: float) -> str:
-        command = [
+    def _command(self, folder: Path, init: Path) -> list[str]:
+        return [
             *self.prefix,
             self.kernel,
             f"mem={MEMORY_MIB}M",
@@ -159,45 +180,96 @@ class UserModeLinux:
             "con0=null,fd:1",
             f"uml_dir={folder}",
         ]
-        env = {"PATH": SYSTEM_PATH, "HOME": str(folder), "TMPDIR": str(_memory_folder(folder))}
-        try:
-            result = run_bounded(command, timeout_s, env=env)
-        except subprocess.TimeoutExpired as error:
-            end = str(error.output)[-1500:]
-            raise BootError(f"User-Mode Linux did not end within {timeout_s:g} s:\n{end}") from None
-        return result.stdout + result.stderr
 
-    def _init_script(
-        self,
-        folder: Path,
-        command: Sequence[str],
-        timeout_s: float,
-        cwd: Path,
-        env: Mapping[str, str],
-    ) -> str:
-        passed_on = {
-            name: value
-            for name, value in env.items()
-            if name in PASSED_ON or name.startswith(PASSED_ON_PREFIXES)
-        }
+    def _init_script(self, folder: Path) -> str:
         return INIT.format(
             system_path=SYSTEM_PATH,
             modules=shlex.join(str(m) for m in self.modules),
-            cwd=shlex.quote(str(cwd)),
-            exports="\n".join(f"export {n}={shlex.quote(v)}" for n, v in passed_on.items()),
-            timeout_s=timeout_s,
-            command=shlex.join(command),
             folder=shlex.quote(str(folder)),
+            idle_looks=round(IDLE_S / LOOK_S),
+            look_s=LOOK_S,
         )
 
 
+class Guest:
+    """A booted kernel that takes one command after the other; made by `UserModeLinux.boot`."""
+
+    channel = "vcan0"
+
+    def __init__(
+        self, process: subprocess.Popen[bytes], folder: Path, clock: MonotonicClock, placement: str
+    ) -> None:
+        self._process = process
+        self._folder = folder
+        self._clock = clock
+        self._placement = placement
+        self._number = 0
+
+    def describe(self) -> str:
+        """Return in a few words where a command will run."""
+        return f"vcan0 in User-Mode Linux ({self._placement})"
+
+    def run(
+        self,
+        command: Sequence[str],
+        timeout_s: float,
+        cwd: Path | None = None,
+        env: Mapping[str, str] | None = None,
+    ) -> subprocess.CompletedProcess[str]:
+        """Run `command` with `vcan0` up; nothing that it started outlives it.
+
+        Raises
+        ------
+        subprocess.TimeoutExpired
+            The command ran longer than `timeout_s`; with what it had written by then.
+        BootError
+            The guest ended without the command's exit code; with the end of its console.
+        """
+        self._number += 1
+        job = self._folder / f"{self._number}.job"
+        prepared = job.with_suffix(".new")
+        prepared.write_text(_job(command, timeout_s, cwd or Path.cwd(), env or os.environ))
+        started_s = self._clock.now()
+        prepared.rename(job)  # the guest must not read half of it
+        exit_code = self.await_file(
+            f"{self._number}.exit_code", timeout_s + KILL_AFTER_S + BOOT_S
+        ).strip()
+        elapsed_s = self._clock.now() - started_s
+        stdout, stderr = _text(job.with_suffix(".stdout")), _text(job.with_suffix(".stderr"))
+        # coreutils' timeout: 124 when SIGTERM was enough; 137 when it took SIGKILL
+        if exit_code == "124" or (exit_code == "137" and elapsed_s > timeout_s):
+            raise subprocess.TimeoutExpired(list(command), timeout_s, stdout, stderr)
+        return subprocess.CompletedProcess(list(command), int(exit_code), stdout, stderr)
+
+    def await_file(self, name: str, patience_s: float) -> str:
+        """Return what the guest has written under `name`, once it is there.
+
+        Raises
+        ------
+        BootError
+            The guest has ended, or `patience_s` is over; with the end of its console.
+        """
+        path, deadline_s = self._folder / name, self._clock.now() + patience_s
+        while not path.exists():
+            if self._process.poll() is not None:
+                raise self._failure("ended too early")
+            if self._clock.now() > deadline_s:
+                raise self._failure(f"did not answer within {patience_s:g} s")
+            self._clock.sleep_until(self._clock.now() + LOOK_S)
+        return path.read_text()
+
+    def _failure(self, what: str) -> BootError:
+        end = "\n".join(_text(self._folder / "console").splitlines()[-15:])
+        return BootError(f"User-Mode Linux {what}:\n{end}")
+
+
 def find_user_mode_linux() -> UserModeLinux:
-    """Return a kernel that has booted here and brought `vcan0` up.
+    """Return a kernel that has what it takes to be booted here.
 
     Raises
     ------
     BootError
-        With what is missing, or how the trial boot ended.
+        With what is missing.
     """
     kernel = shutil.which(KERNEL)
     if kernel is None:
@@ -211,11 +283,23 @@ def find_user_mode_linux() -> UserModeLinux:
     missing = [str(m) for m in modules if not m.is_file()]
     if missing:
         raise BootError(f"{KERNEL} {release} comes without {', '.join(missing)}")
-    found = UserModeLinux(kernel, modules, _placement())
-    trial = found.run(["ip", "-brief", "link", "show", "dev", "vcan0"], 10.0)
-    if trial.returncode != 0:
-        raise BootError(f"vcan0 is missing in User-Mode Linux: {trial.stderr.strip()}")
-    return found
+    return UserModeLinux(kernel, modules, _placement())
+
+
+def _job(command: Sequence[str], timeout_s: float, cwd: Path, env: Mapping[str, str]) -> str:
+    """Return the script that runs one command."""
+    passed_on = {
+        name: value
+        for name, value in env.items()
+        if name in PASSED_ON or name.startswith(PASSED_ON_PREFIXES)
+    }
+    return JOB.format(
+        cwd=shlex.quote(str(cwd)),
+        exports="\n".join(f"export {n}={shlex.quote(v)}" for n, v in passed_on.items()),
+        kill_after_s=KILL_AFTER_S,
+        timeout_s=timeout_s,
+        command=shlex.join(command),
+    )
 
 
 def _placement() -> tuple[str, ...]:

@@ -6,6 +6,7 @@ here (needs root and the host kernel's vcan module; it is taken away again), Use
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import socket
@@ -98,45 +99,15 @@ def open_vcan() -> Iterator[Vcan]:
         finally:
             _ip("link", "delete", DEFAULT_CHANNEL)
         return
-    try:
-        guest = find_user_mode_linux()
-    except BootError as error:
-        raise VcanUnavailableError(
-            f"no real CAN bus here: the host has none ({trouble}), and neither has User-Mode "
-            f"Linux ({error})"
-        ) from error
-    yield guest
-
-
-def run_on_vcan(
-    command: Sequence[str],
-    timeout_s: float,
-    cwd: Path | None = None,
-    env: Mapping[str, str] | None = None,
-) -> subprocess.CompletedProcess[str]:
-    """Find a real CAN bus, run one command on it, and clean up.
-
-    Parameters
-    ----------
-    command : sequence of str
-        Program and arguments.
-    timeout_s : float
-        Bound on the command's own run time; booting and powering off come on top.
-    cwd : pathlib.Path, optional
-        Working directory; the caller's by default.
-    env : mapping, optional
-        Environment; the caller's by default. User-Mode Linux passes on only what `uml.PASSED_ON`
-        lists, so that no secret is written to a file.
-
-    Raises
-    ------
-    VcanUnavailableError
-        No real CAN bus can be had here.
-    subprocess.TimeoutExpired
-        With the output so far.
-    """
-    with open_vcan() as vcan:
-        return vcan.run(command, timeout_s, cwd, env)
+    with contextlib.ExitStack() as stack:
+        try:
+            guest = stack.enter_context(find_user_mode_linux().boot())
+        except BootError as error:
+            raise VcanUnavailableError(
+                f"no real CAN bus here: the host has none ({trouble}), and neither has User-Mode "
+                f"Linux ({error})"
+            ) from error
+        yield guest
 
 
 def _trouble_with(channel: str) -> str:

@@ -86,8 +86,14 @@ class Watch:
             self.moved_s = now_s
 
 
-def play(scenario: Scenario, phase: str, seed: int, *, rate_hz: float = 100.0) -> Run:
-    """Run one variation; `seed` draws the moment inside `phase` and the fault's parameters."""
+def play(
+    scenario: Scenario, phase: str, seed: int, *, rate_hz: float = 100.0, socketcan: str = ""
+) -> Run:
+    """Run one variation; `seed` draws the moment inside `phase` and the fault's parameters.
+
+    `socketcan` names an interface of the kernel to play it on, in the same stepped time: what is
+    sent there has arrived when the call returns, so that it is as repeatable as in memory.
+    """
     random = np.random.default_rng(seed)
     release = scenario.act in WITH_RELEASE
     begins_s, ends_s = _one_of(random, timeline(rate_hz, release=release)[phase])
@@ -96,7 +102,7 @@ def play(scenario: Scenario, phase: str, seed: int, *, rate_hz: float = 100.0) -
     lasts_s = scenario.lasts_s.draw(random)
     with (
         tempfile.TemporaryDirectory() as name,
-        _cell(Path(name), script, rate_hz, seed, release=release) as made,
+        _cell(Path(name), script, rate_hz, seed, release=release, socketcan=socketcan) as made,
     ):
         bench, watch, wire, contact = made
         stage = Stage(bench, onset_s, lasts_s, contact)
@@ -194,7 +200,13 @@ def _one_of(random: np.random.Generator, spans: tuple[Span, ...]) -> Span:
 
 @contextlib.contextmanager
 def _cell(
-    folder: Path, script: tuple[Fault, ...], rate_hz: float, seed: int, *, release: bool
+    folder: Path,
+    script: tuple[Fault, ...],
+    rate_hz: float,
+    seed: int,
+    *,
+    release: bool,
+    socketcan: str = "",
 ) -> Iterator[tuple[Rig, Watch, Wire, FakeContact | None]]:
     """Yield a cell whose drive hangs on a bad wire, and the watch over its plant."""
     wires: list[Wire] = []
@@ -214,7 +226,7 @@ def _cell(
     drives = [f for f in script if not isinstance(f, WireFault | AdapterFails)]
     watch = Watch(step_s=FakeSpecification().servo.step_s)
     with (
-        rig(folder, faults=drives, edit=edit, seed=seed, wire=wire) as bench,
+        rig(folder, faults=drives, edit=edit, seed=seed, wire=wire, socketcan=socketcan) as bench,
         contextlib.ExitStack() as stack,
     ):
         stack.callback(wires[0].shutdown)
@@ -223,7 +235,7 @@ def _cell(
             lambda now_s: watch.look(now_s, plant.motor_position_rad, plant.motor_velocity_rad_s)
         )
         if release:
-            bus = open_bus("virtual", str(bench.cell.bus.channel))
+            bus = open_bus(bench.cell.bus.interface, str(bench.cell.bus.channel))
             stack.callback(bus.shutdown)
             contact = FakeContact(bus)
             bench.clock.attach(contact.step_to)

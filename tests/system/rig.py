@@ -66,20 +66,23 @@ def rig(
     edit: Callable[[dict[str, Any]], None] = lambda _cell: None,
     seed: int = 1,
     wire: Callable[[can.BusABC, SteppedClock], can.BusABC] = lambda bus, _clock: bus,
+    socketcan: str = "",
 ) -> Iterator[Rig]:
     """Yield a cell with a short stair at 250 Hz; `edit` changes its description first.
 
-    `wire` may put something between the drive and the bus.
+    `wire` may put something between the drive and the bus; `socketcan` names an interface of the
+    kernel to drive on in place of a bus of python-can's.
     """
     specification = specification or FakeSpecification()
-    channel = f"rig-{secrets.token_hex(4)}"
-    text = fake_cell_text(specification, interface="virtual", channel=channel, short=True)
+    interface = "socketcan" if socketcan else "virtual"
+    channel = socketcan or f"rig-{secrets.token_hex(4)}"
+    text = fake_cell_text(specification, interface=interface, channel=channel, short=True)
     description = tomllib.loads(text)
     description["recording"]["sample_rate_hz"] = RATE_HZ
     edit(description)
     cell = parse_cell(tomli_w.dumps(description))
     clock = SteppedClock()
-    bus = open_bus("virtual", channel)
+    bus = open_bus(interface, channel)
     try:
         drive = FakeDrive(
             wire(bus, clock),
