@@ -226,29 +226,28 @@ def receive(kind: str, channel: str) -> None:
     gc.collect()
     gc.freeze()
     gc.disable()  # as in a cycle
-    begun_s: float | None = None
+    begun: tuple[float, float] | None = None
     came, came_s = 0, CLOCK.now()
     while not tally.ended:
         receiver.tick()
         now_s = CLOCK.now()
-        if begun_s is None and tally.came:
-            begun_s = processor_s(receiver.helper)
+        if begun is None and tally.came:
+            begun = processor_s(receiver.helper)
         if tally.came != came:
             came, came_s = tally.came, now_s
         elif now_s - came_s > PATIENCE_S * (1 if came else 10):
             break
         CLOCK.sleep_until(now_s + TICK_S)
-    spent_s = processor_s(receiver.helper) - (begun_s or 0.0)
-    found = {"came": tally.came, "wrong": tally.wrong, "processor_s": spent_s}
+    ended, begun = processor_s(receiver.helper), begun or (0.0, 0.0)
+    own_s, reader_s = ended[0] - begun[0], ended[1] - begun[1]
+    found = {"came": tally.came, "wrong": tally.wrong, "own_s": own_s, "reader_s": reader_s}
     sys.stdout.write(json.dumps(found | receiver.close()) + "\n")
 
 
-def processor_s(helper: int) -> float:
-    """Return the processor time of this process and of its helper, if it has one, in seconds."""
-    own_s = time.process_time()
-    if not helper:
-        return own_s
-    return own_s + time.clock_gettime((~helper << 3) | 2)  # clock_getcpuclockid(3)
+def processor_s(helper: int) -> tuple[float, float]:
+    """Return the processor time of this process, and of its helper if it has one, in seconds."""
+    helpers_clock = (~helper << 3) | 2  # as the C library's clock_getcpuclockid makes it
+    return time.process_time(), time.clock_gettime(helpers_clock) if helper else 0.0
 
 
 def _dictionary() -> canopen.ObjectDictionary:
