@@ -45,7 +45,7 @@ def validated(
     """
     try:
         return model.model_validate(tomllib.loads(text), context=context)
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise refusal(f"{source} is not TOML: {error}.") from error
     except ValidationError as error:
         mistakes = [mistake_in_words(e, whole) for e in error.errors()]

@@ -27,17 +27,17 @@ def main() -> None:
     except Exception as error:
         if "--debug" in sys.argv:
             raise
-        from agent.cli.exits import OUR_FAULT, exit_code
+        from agent.cli.exits import OUR_FAULT, exit_code, sentence
 
         code = exit_code(error)
         if code == OUR_FAULT:
-            sentence = (
+            said = (
                 f"This is a fault of stribeck's own ({type(error).__name__}: {error}). "
                 "Run `stribeck --debug ...` and report what it shows."
             )
         else:
-            sentence = str(error)
-        print(sentence, file=sys.stderr)  # noqa: T201 - talk belongs on stderr
+            said = sentence(error)
+        print(said, file=sys.stderr)  # noqa: T201 - talk belongs on stderr
         for note in getattr(error, "__notes__", ()):
             print(note, file=sys.stderr)  # noqa: T201 - as above
         sys.exit(code)

@@ -143,7 +143,7 @@ def _read(path: Path) -> tuple[Event, ...]:
         return parse_events(tomllib.loads(path.read_text(encoding="utf-8")))
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error}).") from error
-    except ValueError as error:  # a TOML error is one, too
+    except (ValueError, RecursionError) as error:  # a TOML error is a ValueError
         raise InputError(f"{path}: {error}.", "See docs/monitor.md, events.") from error
 
 

@@ -73,7 +73,7 @@ def roster_of(lake: Lake) -> Roster:
     where = f"{lake.url}/{FILE}"
     try:
         document = tomllib.loads(lake.get(FILE).decode())
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise InputError(f"{where}: is no TOML ({error}).") from error
     if document.get("schema") != SCHEMA:
         raise InputError(f'{where}: expected schema = "{SCHEMA}", got {document.get("schema")!r}.')

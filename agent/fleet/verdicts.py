@@ -232,7 +232,7 @@ def _events(lake: Lake) -> str:
     try:
         text = lake.get(EVENTS).decode()
         parse_events(tomllib.loads(text))
-    except ValueError as error:  # of TOML and of UTF-8, too
+    except (ValueError, RecursionError) as error:  # of TOML and of UTF-8, too
         raise InputError(f"{where}: {error}.", "See docs/monitor.md, events.") from error
     return text
 

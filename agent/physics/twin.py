@@ -192,7 +192,7 @@ def parse_twin(text: str) -> Twin:
     """
     try:
         document = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise TwinError(f"not TOML: {error}.") from error
     schema = document.pop("schema", None)
     if schema != SCHEMA:

@@ -125,7 +125,7 @@ def parse_mapping(text: str, where: str) -> ImportMapping:
     """Parse and check a mapping; see `load_mapping`."""
     try:
         data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise InputError(f"{where} is not TOML: {error}.") from error
     problems: list[str] = []
     mapping = _mapping(data, problems)
