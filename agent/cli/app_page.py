@@ -16,9 +16,10 @@ Json = Annotated[bool, typer.Option("--json", help="Write the result to stdout a
 
 
 def add_commands(app: typer.Typer) -> None:
-    """Add `serve`, `user`, `audit`, and the child that `serve` starts."""
+    """Add `serve`, `user`, `audit`, and the children that `serve` starts."""
     app.command(short_help="the page a technician uses")(serve)
     app.command("serve-run", hidden=True)(serve_run)
+    app.command("serve-look", hidden=True)(serve_look)
     user = typer.Typer(help="Who may log in to the page.", no_args_is_help=True)
     user.command("list", short_help="everybody who may log in")(user_list)
     user.command("invite", short_help="a one-time token for a new user or password")(user_invite)
@@ -72,6 +73,17 @@ def serve_run(
     from agent.cli.serve_run import serve_run as run
 
     run(cell, axis, reverse=reverse, trajectory=trajectory, progress=progress)
+
+
+def serve_look(
+    cell: CellPath,
+    axis: Annotated[int, typer.Option()],
+    out: Annotated[Path, typer.Option()],
+) -> None:
+    """Look at an axis for the page, as long as standard input asks for it; nothing is written."""
+    from agent.cli.serve_look import serve_look as look
+
+    look(cell, axis, out)
 
 
 def user_list(cell: CellPath, state: State = None, json: Json = False) -> None:

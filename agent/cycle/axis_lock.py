@@ -14,6 +14,7 @@ import json
 import os
 import re
 import tempfile
+import threading
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -27,6 +28,9 @@ from drivers.clock import wall_time_utc
 FOLDER_VARIABLE = "STRIBECK_LOCK_FOLDER"
 _SHARED = (Path("/run/lock"), Path("/var/lock"))
 _WHAT_IT_SAYS = 4096  # bytes, at most
+LOOK_PATIENCE_S = 5.0
+"""How long whoever wants an axis waits for somebody who only looks at it."""
+_PAUSE_S = 0.05
 
 
 def lock_folder() -> Path:
@@ -93,6 +97,28 @@ def owned(cell: Cell, axis: Axis, folder: Path | None = None) -> Iterator[Condit
             f"axis {axis.number} of {cell.robot}, or its place on the bus, is held by {holder}: "
             "let that end first",
         )
+
+
+@contextlib.contextmanager
+def looked_at(cell: Cell, axis: Axis, folder: Path | None = None) -> Iterator[bool]:
+    """Hold an axis for a moment, to read from it and nothing else; false where somebody owns it.
+
+    Whoever wants to own it meanwhile waits for the end of the look, which must be a short one, and
+    nobody is told that the axis is held.
+    """
+    folder = folder or lock_folder()
+    with contextlib.ExitStack() as held:
+        paths = [_path(folder, name) for name in lock_names(cell, axis)]
+        free = True
+        for path in paths:
+            free = free and not _take(path, held, looks=True)
+        try:
+            yield free
+        finally:
+            if free:
+                for path in paths:
+                    with contextlib.suppress(OSError):
+                        os.truncate(path, 0)  # nobody is here: what it said is over
 
 
 class Holder(NamedTuple):
@@ -170,7 +196,7 @@ def _holder(path: Path) -> Holder | None:
         pid = int(who["pid"])
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    if not _has_open(pid, path):
+    if who.get("looks") or not _has_open(pid, path):
         return None
     return Holder(path, pid, f"process {pid} (user {who.get('user')})", str(who.get("said", "")))
 
@@ -203,15 +229,35 @@ def _path(folder: Path, name: str) -> Path:
     return folder / f"stribeck.{_in_a_file_name(name)}.lock"
 
 
-def _take(path: Path, held: contextlib.ExitStack) -> str:
+def _take(path: Path, held: contextlib.ExitStack, *, looks: bool = False) -> str:
     """Take one lock until `held` ends; return who has it, or nothing when it is ours."""
     descriptor = _open_for_all(path)
     held.callback(os.close, descriptor)
-    if not try_lock(descriptor):
+    if not (try_lock(descriptor) or (not looks and _outwaits_a_look(descriptor))):
         return _who(descriptor)
     os.ftruncate(descriptor, 0)
-    os.write(descriptor, json.dumps(_me()).encode())
+    os.write(descriptor, json.dumps(_me() | ({"looks": True} if looks else {})).encode())
     return ""
+
+
+def _outwaits_a_look(descriptor: int) -> bool:
+    """Wait for somebody who only looks; return whether the lock is ours."""
+    pause = threading.Event()
+    for _ in range(round(LOOK_PATIENCE_S / _PAUSE_S)):
+        if not _only_looks(descriptor):
+            return try_lock(descriptor)
+        pause.wait(_PAUSE_S)
+        if try_lock(descriptor):
+            return True
+    return False
+
+
+def _only_looks(descriptor: int) -> bool:
+    os.lseek(descriptor, 0, os.SEEK_SET)
+    try:
+        return bool(json.loads(os.read(descriptor, _WHAT_IT_SAYS)).get("looks"))
+    except (ValueError, AttributeError):
+        return False
 
 
 def _open_for_all(path: Path) -> int:
@@ -236,6 +282,7 @@ def _open_for_all(path: Path) -> int:
 
 def _who(descriptor: int) -> str:
     """Say who holds the lock, as far as its file tells."""
+    os.lseek(descriptor, 0, os.SEEK_SET)
     try:
         who = json.loads(os.read(descriptor, _WHAT_IT_SAYS))
         return f"process {int(who['pid'])} (user {who['user']}) since {who['since']}"

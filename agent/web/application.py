@@ -29,6 +29,7 @@ from agent.web.guard import Guard
 from agent.web.limits import Attempts
 from agent.web.live import Live
 from agent.web.locks import others
+from agent.web.looking import Looking
 from agent.web.passwords import Argon2, Hasher
 from agent.web.roles import Role
 from agent.web.sessions import Sessions
@@ -53,6 +54,7 @@ class Page:
     sessions: Sessions
     attempts: Attempts
     attendant: Attendant
+    looking: Looking
     live: Live
     audit: AuditTrail
     shelf: Shelf
@@ -121,6 +123,7 @@ def create_page(
     clock: Clock | None = None,
     hasher: Hasher | None = None,
     launch: Launch | None = None,
+    looking: Looking | None = None,
 ) -> Page:
     """Build the page of one cell.
 
@@ -133,6 +136,8 @@ def create_page(
         For passwords; argon2 unless given.
     launch : Launch, optional
         Starts a cycle's process; `stribeck serve-run` unless given.
+    looking : Looking, optional
+        Looks at the devices before a start; by `stribeck serve-look` unless given.
     """
     clock = clock or MonotonicClock()
     store = Store(settings.state)
@@ -148,6 +153,7 @@ def create_page(
         sessions=Sessions(clock, settings.idle_s),
         attempts=Attempts(clock),
         attendant=attendant,
+        looking=looking or Looking(settings.state, settings.cell_path, clock),
         live=Live(attendant),
         audit=AuditTrail(settings.state),
         shelf=Shelf(),
@@ -182,6 +188,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
             deadline_s = page.clock.now() + STOP_PATIENCE_S
             while page.attendant.active and page.clock.now() < deadline_s:
                 await asyncio.sleep(0.05)
+        page.looking.end()
         watching.cancel()
         with contextlib.suppress(asyncio.CancelledError):
             await watching

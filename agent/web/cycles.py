@@ -13,6 +13,7 @@ from agent.cycle.preconditions import Judged, preconditions
 from agent.cycle.preflight import Condition, before_the_bus
 from agent.errors import AgentError
 from agent.web.locks import holder
+from agent.web.looking import Look
 from trajectories import Trajectory, TrajectoryError, summarise
 from trajectories.summary import Summary
 
@@ -92,7 +93,8 @@ class Judgement:
     reason : str
         Why it is refused, in the engine's words (English).
     judged : str
-        Name of `agent.cycle.preconditions.Judged`, for those judged later.
+        Name of `agent.cycle.preconditions.Judged`, for those that the cycle judges after its start,
+        whatever was seen before.
     """
 
     name: str
@@ -101,7 +103,9 @@ class Judgement:
     judged: str = ""
 
 
-def judgements(cell: Cell, axis: Axis, cycle: Cycle, folder: Path) -> list[Judgement]:
+def judgements(
+    cell: Cell, axis: Axis, cycle: Cycle, folder: Path, look: Look | None = None
+) -> list[Judgement]:
     """Return every precondition: what is judged without the bus is judged now; nothing is opened.
 
     Parameters
@@ -111,7 +115,10 @@ def judgements(cell: Cell, axis: Axis, cycle: Cycle, folder: Path) -> list[Judge
         What would be driven.
     folder : pathlib.Path
         Where the recording would go.
+    look : Look, optional
+        What the devices said a moment ago of those that the cycle will judge.
     """
+    seen = {} if look is None else look.conditions
     try:
         now = list(before_the_bus(cell, axis, planned(cell, axis, cycle), folder))
     except (TrajectoryError, AgentError) as error:
@@ -128,6 +135,10 @@ def judgements(cell: Cell, axis: Axis, cycle: Cycle, folder: Path) -> list[Judge
             out.append(Judgement(asked.name, verdict, reason))
         elif asked.judged is Judged.BY_CELL and cell.release is None:
             out.append(Judgement(asked.name, "person"))
+        elif asked.name in seen:
+            reason = seen[asked.name]
+            verdict = "refused" if reason else "holds"
+            out.append(Judgement(asked.name, verdict, reason, asked.judged.name))
         else:
             out.append(Judgement(asked.name, "later", judged=asked.judged.name))
     return out

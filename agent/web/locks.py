@@ -51,8 +51,9 @@ def ask_to_stop(holder: Holder) -> bool:
 def _names_the_living(name: str) -> bool:
     path = lock_folder() / f"stribeck.{re.sub(r'[^A-Za-z0-9._-]', '_', name)}.lock"
     try:
-        pid = int(json.loads(path.read_text(encoding="utf-8"))["pid"])
-        if pid == os.getpid():  # our own look of a moment ago
+        told = json.loads(path.read_text(encoding="utf-8"))
+        pid = int(told["pid"])
+        if pid == os.getpid() or told.get("looks"):  # our own look of a moment ago
             return False
         os.kill(pid, 0)
     except PermissionError:

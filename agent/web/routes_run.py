@@ -27,6 +27,7 @@ from agent.web.cycles import (
 )
 from agent.web.live import MOST_VIEWERS, state_of
 from agent.web.locks import ask_to_stop
+from agent.web.looking import Look
 from agent.web.rendering import chosen_language, render
 from agent.web.roles import Role
 from agent.web.sessions import Session
@@ -53,9 +54,10 @@ async def ask_to_start(
     """Show what would be driven, and what must hold before."""
     cell, axis, cycle = _asked(request, number, word)
     run = await anyio.to_thread.run_sync(dry_run, cell, axis, cycle)
+    look = await _looked_at(request, axis)
     return render(
         request, "start.html.j2", axis=axis, cycle=cycle, cycles=cycles_of(axis), run=run,
-        conditions=await _judged(request, cell, axis, cycle),
+        conditions=await _judged(request, cell, axis, cycle, look), look=look,
         persons_word=_persons_word(cell, axis), plan=_plan(run),
     )  # fmt: skip
 
@@ -66,8 +68,9 @@ async def show_preconditions(
 ) -> Response:
     """Show the preconditions as they stand now; the start page asks every two seconds."""
     cell, axis, cycle = _asked(request, number, word)
-    conditions = await _judged(request, cell, axis, cycle)
-    return render(request, "preconditions.html.j2", conditions=conditions)
+    look = await _looked_at(request, axis)
+    conditions = await _judged(request, cell, axis, cycle, look)
+    return render(request, "preconditions.html.j2", conditions=conditions, look=look)
 
 
 @router.post("/axes/{number}/start")
@@ -78,7 +81,10 @@ async def start(
     word: Annotated[str, Form(alias="cycle", max_length=20)],
     confirmed: Annotated[str, Form(max_length=3)] = "",
 ) -> Response:
-    """Start a cycle, once a person has confirmed; refused where a precondition does not hold."""
+    """Start a cycle, once a person has confirmed; refused where a precondition does not hold.
+
+    What was only seen of the devices refuses nothing here: the cycle asks them itself.
+    """
     page = page_of(request)
     cell, axis, cycle = _asked(request, number, word)
     if confirmed != "yes":
@@ -93,6 +99,7 @@ async def start(
         page.audit.add(session.name, "start refused", axis=number, cycle=cycle.word)
         raise TurnedAwayError(409, "preconditions_refuse", "; ".join(refused))
     page.audit.add(session.name, "start", axis=number, cycle=cycle.word, confirmed=True)
+    await anyio.to_thread.run_sync(page.looking.end)
     try:
         started = page.attendant.start(cell, axis, cycle, trajectory, session.name)
     except OSError as error:
@@ -198,9 +205,19 @@ def _asked(request: Request, number: int, word: str) -> tuple[Cell, Axis, Cycle]
     return cell, axis, cycle
 
 
-async def _judged(request: Request, cell: Cell, axis: Axis, cycle: Cycle) -> list[Judgement]:
+async def _looked_at(request: Request, axis: Axis) -> Look | None:
+    """Return what the devices say; nobody is asked while a cycle of this page has them."""
     page = page_of(request)
-    found = await anyio.to_thread.run_sync(judgements, cell, axis, cycle, page.recordings)
+    if page.attendant.active is not None:
+        return None
+    return await anyio.to_thread.run_sync(page.looking.ask, axis.number)
+
+
+async def _judged(
+    request: Request, cell: Cell, axis: Axis, cycle: Cycle, look: Look | None = None
+) -> list[Judgement]:
+    page = page_of(request)
+    found = await anyio.to_thread.run_sync(judgements, cell, axis, cycle, page.recordings, look)
     if page.attendant.active is not None:
         found.append(Judgement("nothing else runs", "refused", "a cycle of this page is running"))
     return found

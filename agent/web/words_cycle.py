@@ -59,8 +59,16 @@ CYCLE_WORDS: dict[str, tuple[str, str]] = {
     "would_start": ("Nothing speaks against it now.", "Jetzt spricht nichts dagegen."),
     "would_refuse": ("Refused now: {n} reason(s).", "Jetzt verweigert: {n} Grund/Gründe."),
     "judged_after_start": (
-        "{n} more are judged after the start, before anything moves",
-        "{n} weitere werden nach dem Start geprüft, bevor sich etwas bewegt",
+        "{n} are judged after the start in any case, before anything moves",
+        "{n} werden nach dem Start auf jeden Fall geprüft, bevor sich etwas bewegt",
+    ),
+    "seen_now": (
+        "Read from the device just now; judged again after the start.",
+        "Eben vom Gerät gelesen; wird nach dem Start erneut geprüft.",
+    ),
+    "looking": (
+        "The devices are being asked (read only, nothing moves); nothing is known of them yet.",
+        "Die Geräte werden gefragt (nur lesend, nichts bewegt sich); noch ist nichts bekannt.",
     ),
     "verdict_holds": ("holds", "erfüllt"),
     "verdict_refused": ("refused", "verweigert"),

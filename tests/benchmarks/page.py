@@ -1,168 +1,247 @@
-"""What the page costs while a cycle runs: CPU time and memory of its process, updates that arrive.
+"""What the page costs while a cycle runs, and whether the cycle's recording suffers from it.
 
-``python -m tests.benchmarks.page [--viewers 1 50] [--seconds 20]``
+``python -m tests.benchmarks.page [--viewers 1 50] [--rate 500] [--cycles 1]``
 
-A child that drives nothing writes a recording of 500 samples a second, as a cycle does; viewers of
-this process take the stream that a browser takes. CPU time is the server's own, from the system's
-account, so that other work on the machine does not count.
+Everything is what a user starts: the simulated drive, `stribeck serve`, a cycle started by its
+form, viewers that take the stream a browser takes, from before the cycle until its end. Beside it,
+as the control, the same cycles by `stribeck run` without any page. CPU time is the server's own by
+the system's account; memory is read twice a second, and the largest counts. What became of the
+frames is read from each recording, as the cycle wrote it there.
 """
 
 from __future__ import annotations
 
 import argparse
 import asyncio
+import contextlib
 import json
 import os
-import subprocess
-import sys
+import re
 import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import httpx
 import numpy as np
+import pyarrow.parquet as pq
 
-RATE_HZ = 500.0
-COLUMNS = ("time_s", "position_rad", "velocity_rad_s", "torque_nm", "velocity_command_rad_s",
-           "position_command_rad", "phase", "gearbox_temperature_degc")  # fmt: skip
+from agent.acquisition import Acquisition, total
+from agent.record.metadata import KEY, Metadata
+from agent.record.parquet_footer import key_values
+from tests.system.processes import be_patient, free_udp_port, started, stribeck
 
-
-def serve(folder: Path) -> None:
-    """Be the server: the page of a cell whose cycle is `cycle` below."""
-    import uvicorn
-
-    from agent.web.attended import Launch
-    from agent.web.roles import Role
-    from tests.web import bench
-
-    made = bench.make(folder)
-    command = (sys.executable, "-m", "tests.benchmarks.page", "--cycle", str(folder))
-    launch = Launch(made.page.settings.state, made.page.settings.cell_path, command)
-    made.page.attendant._launch = launch
-    from drivers.clock import MonotonicClock
-
-    made.page.attendant._clock = MonotonicClock()
-    browser = made.browser(Role.ENGINEER)
-    config = uvicorn.Config(made.page.app, port=0, log_level="warning", access_log=False)
-    server = uvicorn.Server(config)
-
-    async def say_when_ready() -> None:
-        task = asyncio.create_task(server.serve())
-        while not server.started:
-            await asyncio.sleep(0.01)
-        port = server.servers[0].sockets[0].getsockname()[1]
-        told = {"port": port, "cookie": browser.cookies["stribeck_session"], "csrf": browser.csrf}
-        print(json.dumps(told), flush=True)
-        await task
-
-    asyncio.run(say_when_ready())
+PASSWORD = "four plain words here"
+LOOK_S = 0.5
 
 
-def cycle(folder: Path, progress: Path, seconds: float) -> None:
-    """Be the cycle: write a recording in real time."""
-    from agent.record.recording import Metadata
-    from agent.record.stream import StreamWriter
-    from drivers.clock import MonotonicClock
+@dataclass
+class Watch:
+    """The server's process, looked at twice a second."""
 
-    clock = MonotonicClock()
-    metadata = Metadata(robot="simulated-joint", axis=1, gear_ratio=224.0)
-    with StreamWriter(
-        folder / "recordings", "simulated-joint-axis1-live", metadata, COLUMNS, background=True
-    ) as writer:
-        began_s = clock.now()
-        for i in range(int(seconds * RATE_HZ)):
-            time_s = i / RATE_HZ
-            wave = float(np.sin(time_s))
-            writer.append(
-                (time_s, 20.0 * wave, 80.0 * wave, wave, 80.0 * wave, 0.0, "steady", 25.0)
-            )
-            if i % 100 == 0:
-                share = time_s / seconds
-                progress.write_text(json.dumps({"stage": "stair", "share": share}))
-            clock.sleep_until(began_s + time_s)
+    pid: int
+    rss_mb: list[float] = field(default_factory=list)
+    pss_mb: list[float] = field(default_factory=list)
+    own_mb: list[float] = field(default_factory=list)
 
+    def cpu_s(self) -> float:
+        """Return the CPU time that the process has used, all its threads together."""
+        fields = Path(f"/proc/{self.pid}/stat").read_text().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
-def cpu_s(pid: int) -> float:
-    """Return the CPU time that a process has used, all its threads together."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    def look(self) -> None:
+        """Keep resident, proportional and own memory."""
+        found: dict[str, float] = {}
+        for line in Path(f"/proc/{self.pid}/smaps_rollup").read_text().splitlines()[1:]:
+            name, value = line.split()[:2]
+            found[name.rstrip(":")] = int(value) / 1024.0
+        self.rss_mb.append(found["Rss"])
+        self.pss_mb.append(found["Pss"])
+        self.own_mb.append(found["Private_Clean"] + found["Private_Dirty"])
 
+    async def keep_looking(self) -> None:
+        """Look until cancelled."""
+        while True:
+            self.look()
+            await asyncio.sleep(LOOK_S)
 
-def memory_mb(pid: int) -> tuple[float, float]:
-    """Return a process's resident memory, and what of it is its own (the rest: library files)."""
-    found = {}
-    for line in Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()[1:]:
-        name, value = line.split()[:2]
-        found[name.rstrip(":")] = int(value) / 1024.0
-    return found["Rss"], found["Anonymous"]
+    def highest_ever_mb(self) -> float:
+        """Return the system's own high-water mark, log-ins with their hashing included."""
+        status = Path(f"/proc/{self.pid}/status").read_text()
+        return int(re.findall(r"VmHWM:\s+(\d+)", status)[0]) / 1024.0
 
 
-async def viewer(
-    client: httpx.AsyncClient, seconds: float, until_points: int = 1 << 30
-) -> tuple[int, int]:
-    """Watch for some seconds; return how many updates and points came."""
-    updates = points = 0
-    end_s = time.monotonic() + seconds
+@dataclass
+class Seen:
+    """What one viewer got: updates with points, points, and between which times they came."""
+
+    updates: int = 0
+    points: int = 0
+    first_s: float = np.inf
+    last_s: float = -np.inf
+
+    @property
+    def rate_hz(self) -> float:
+        """Return updates a second."""
+        passed_s = self.last_s - self.first_s
+        return self.updates / passed_s if passed_s > 0.0 else 0.0
+
+
+async def view(client: httpx.AsyncClient) -> Seen:
+    """Watch a cycle from before its first sample until its end."""
+    seen, kind = Seen(), ""
     async with client.stream("GET", "/run/live", timeout=None) as answer:
         async for line in answer.aiter_lines():
-            if line.startswith("data: ["):
-                updates += 1
-                points += len(json.loads(line[6:])[1])
-            if time.monotonic() > end_s or points >= until_points:
+            if line.startswith("event: "):
+                kind = line[7:]
+            elif line.startswith("data: ") and kind == "points":
+                fresh = len(json.loads(line[6:])[1])
+                if fresh:
+                    now_s = time.monotonic()
+                    seen.first_s, seen.last_s = min(seen.first_s, now_s), now_s
+                    seen.updates, seen.points = seen.updates + 1, seen.points + fresh
+            elif kind == "end":
                 break
-    return updates, points
+    return seen
 
 
-async def measure(told: dict[str, str], pid: int, viewers: int, seconds: float) -> None:
-    """Start a cycle, let viewers watch it, print what it cost."""
+async def watched_cycle(
+    client: httpx.AsyncClient, csrf: str, watch: Watch, viewers: int
+) -> tuple[float, list[Seen]]:
+    """Drive one cycle with viewers; return the server's share of a core, and what they saw."""
+    form = {"csrf": csrf, "cycle": "stair", "confirmed": "yes"}
+    answer = await client.post("/axes/1/start", data=form)
+    assert answer.status_code == 303, answer.text
+    before_s, began_s = watch.cpu_s(), time.monotonic()
+    looking = asyncio.create_task(watch.keep_looking())
+    seen = await asyncio.gather(*(view(client) for _ in range(viewers)))
+    share = (watch.cpu_s() - before_s) / (time.monotonic() - began_s)
+    looking.cancel()
+    with contextlib.suppress(asyncio.CancelledError):
+        await looking
+    return share, seen
+
+
+def account(recording: Path, rate_hz: float) -> tuple[Acquisition, int]:
+    """Return what became of a recording's frames, and how many points twenty a second are."""
+    found = Metadata.loads(key_values(recording)[KEY.encode()], str(recording))
+    counted = Acquisition.from_metadata(found.extra, str(recording))
+    assert counted is not None
+    if "stopped_because" in found.extra:
+        print(f"    STOPPED EARLY: {found.extra['stopped_because']}", flush=True)
+    return counted, int(pq.read_metadata(recording).num_rows / rate_hz * 20.0)
+
+
+def said(accounts: list[Acquisition]) -> str:
+    """Return the frames of recordings in words."""
+    all_ = total(accounts)
+    assert all_ is not None
+    return (
+        f"frames expected {all_.expected}, received {all_.received}, lost {all_.lost}, late "
+        f"{all_.late}, not asked for in time {all_.not_asked}, longest gap "
+        f"{1e3 * all_.longest_gap_s:.1f} ms"
+    )
+
+
+@contextlib.contextmanager
+def site(folder: Path, rate_hz: float) -> Iterator[Path]:
+    """Yield the description of a cell whose drive is simulated and runs."""
+    cell, log = folder / "cell.toml", folder / "fake.log"
+    asked: list[str | Path] = [
+        "fake",
+        "--write-cell",
+        cell,
+        "--short",
+        "--bus-option",
+        f"port={free_udp_port()}",
+    ]
+    with started(asked, log, ready="ready"):
+        be_patient(cell)
+        text = cell.read_text().replace("sample_rate_hz = 500.0", f"sample_rate_hz = {rate_hz}")
+        cell.write_text(text)
+        yield cell
+
+
+def newest(cell: Path, before: set[Path]) -> Path:
+    """Return the recording that was not there before."""
+    (path,) = set((cell.parent / "recordings").glob("*.parquet")) - before
+    return path
+
+
+def control(cell: Path, cycles: int, rate_hz: float) -> None:
+    """Drive cycles without any page, and print what became of their frames."""
+    accounts = []
+    for _ in range(cycles):
+        before = set((cell.parent / "recordings").glob("*.parquet"))
+        stribeck("run", cell, "--axis", "1", timeout_s=600.0)
+        accounts.append(account(newest(cell, before), rate_hz)[0])
+    print(f"no page, {cycles} cycle(s): {said(accounts)}", flush=True)
+
+
+async def with_page(
+    cell: Path, log: Path, pid: int, viewers: int, cycles: int, rate_hz: float
+) -> None:
+    """Let viewers watch cycles, and print what that costs and what became of the frames."""
+    words = log.read_text()
+    url = re.findall(r"(http://127\.0\.0\.1:\d+)/", words)[0]
     async with httpx.AsyncClient(
-        base_url=f"http://127.0.0.1:{told['port']}",
-        cookies={"stribeck_session": told["cookie"]},
-        limits=httpx.Limits(max_connections=None),
+        base_url=url, limits=httpx.Limits(max_connections=None), timeout=60.0
     ) as client:
-        form = {"csrf": told["csrf"], "cycle": "stair", "confirmed": "yes"}
-        answer = await client.post("/axes/1/start", data=form)
-        assert answer.status_code == 303, answer.text
-        await viewer(client, 120.0, until_points=20)  # a loaded machine takes its time to begin
-        before_s, began_s = cpu_s(pid), time.monotonic()
-        seen = await asyncio.gather(*(viewer(client, seconds) for _ in range(viewers)))
-        passed_s, used_s = time.monotonic() - began_s, cpu_s(pid) - before_s
-        rss_mb, own_mb = memory_mb(pid)
-        updates = np.array([u for u, _ in seen]) / passed_s
-        print(
-            f"{viewers:3d} viewers, {passed_s:.0f} s: {100.0 * used_s / passed_s:.1f} % of a core, "
-            f"{rss_mb:.0f} MB resident ({own_mb:.0f} MB its own); updates a second and viewer: "
-            f"median {np.median(updates):.1f}, least {updates.min():.1f}; points at least "
-            f"{min(p for _, p in seen)}"
-        )
-        await client.post("/stop")
-        while (await client.get("/status")).json()["active"]:
-            await asyncio.sleep(0.1)
+        token = re.findall(r"once: (\S+)", words)[0]
+        data = {"token": token, "name": "eva", "password": PASSWORD, "again": PASSWORD}
+        assert (await client.post("/welcome", data=data)).status_code == 303
+        form = (await client.get("/axes/1/start")).text
+        csrf = re.findall(r'name="csrf" value="([^"]+)"', form)[0]
+        watch, accounts, shares, all_seen, missing = Watch(pid), [], [], [], 0
+        for _ in range(cycles):
+            before = set((cell.parent / "recordings").glob("*.parquet"))
+            share, seen = await watched_cycle(client, csrf, watch, viewers)
+            counted, points = account(newest(cell, before), rate_hz)
+            accounts.append(counted)
+            shares.append(share)
+            all_seen += seen
+            missing = max(missing, points - min(s.points for s in seen))
+            await client.get(f"/results/{newest(cell, before).stem}")
+            watch.look()
+    rates = np.array([s.rate_hz for s in all_seen])
+    print(
+        f"{viewers} viewer(s), {cycles} cycle(s): {said(accounts)}\n"
+        f"    server: {100.0 * max(shares):.1f} % of a core; memory at most "
+        f"{max(watch.rss_mb):.0f} MB resident, {max(watch.pss_mb):.0f} MB proportional, "
+        f"{max(watch.own_mb):.0f} MB its own; high-water mark with the log-in's hashing "
+        f"{watch.highest_ever_mb():.0f} MB\n"
+        f"    updates a second and viewer: median {np.median(rates):.1f}, least {rates.min():.1f}; "
+        f"points that a viewer missed: {max(0, missing - 1)}",  # the last one is never complete
+        flush=True,
+    )
 
 
 def main() -> None:
-    """Parse, start the server, measure."""
+    """Parse, measure, print."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--viewers", type=int, nargs="+", default=[1, 50])
-    parser.add_argument("--seconds", type=float, default=20.0)
-    parser.add_argument("--serve", type=Path)
-    parser.add_argument("--cycle", type=Path)
-    known, rest = parser.parse_known_args()
-    if known.serve is not None:
-        serve(known.serve)
-    elif known.cycle is not None:
-        cycle(known.cycle, Path(rest[rest.index("--progress") + 1]), 120.0)
-    else:
-        for viewers in known.viewers:
-            with tempfile.TemporaryDirectory() as folder:
-                command = [sys.executable, "-m", "tests.benchmarks.page", "--serve", folder]
-                with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
-                    assert server.stdout is not None
-                    told = json.loads(server.stdout.readline())
-                    try:
-                        asyncio.run(measure(told, server.pid, viewers, known.seconds))
-                    finally:
-                        server.terminate()
+    parser.add_argument("--rate", type=float, default=500.0, help="samples a second")
+    parser.add_argument("--cycles", type=int, default=1, help="of each kind")
+    given = parser.parse_args()
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        cell = stack.enter_context(site(folder, given.rate))
+        print(f"{given.rate:g} samples a second", flush=True)
+        control(cell, given.cycles, given.rate)
+        for viewers in given.viewers:
+            log = folder / f"serve-{viewers}.log"
+            asked: list[str | Path] = [
+                "serve",
+                cell,
+                "--port",
+                "0",
+                "--state",
+                folder / f"state-{viewers}",
+            ]
+            with started(asked, log, ready="give it there") as server:
+                asyncio.run(with_page(cell, log, server.pid, viewers, given.cycles, given.rate))
 
 
 if __name__ == "__main__":

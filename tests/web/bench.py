@@ -19,6 +19,7 @@ from agent.record.verdict_file import Verdict, estimate_path, write_verdict
 from agent.record.writing import write
 from agent.web.application import Page, create_page
 from agent.web.attended import Launch
+from agent.web.looking import Looking
 from agent.web.passwords import Argon2
 from agent.web.roles import Role
 from agent.web.settings import PageSettings
@@ -173,6 +174,7 @@ def make(folder: Path, **settings: Any) -> Bench:
         clock=clock,
         hasher=Argon2(time_cost=1, memory_kib=8),
         launch=Launch(state, cell, (sys.executable, str(CHILD))),
+        looking=Looking(state, cell, clock, ()),
     )
     for role, name in NAMES.items():
         page.users.accept(page.users.invite(name, role), name, PASSWORD)
