@@ -132,7 +132,9 @@ class Results:
             last = min(start + WHOLE_ROWS, len(keys)) - 1
             table = self.table(month, None, keys[start].as_py(), keys[last].as_py())
             self._put(month, "whole", table)
-        self.lake.delete(files)
+        self.lake.delete(
+            sorted(files, reverse=True)
+        )  # parts last: while one is there, so is this due
         return True
 
     def _files(self, month: str) -> tuple[str, ...]:

@@ -43,6 +43,7 @@ GEAR = 224.0
 ROBOTS, AXES = 50, 6
 _MIB = 1 << 20
 _CHUNK = 500  # cycles that a process generates and pushes at a time
+_PUSHERS = 6  # more than cores: a push waits for the disk to have it for good
 _PAIRS = 3
 
 
@@ -203,16 +204,20 @@ def scaling(folder: Path, count: int, state: State) -> None:
     print(f"scaling from one worker to two: {two / one:.2f}", flush=True)
 
 
-def whole(folder: Path, count: int, state: State) -> None:
-    """Push and estimate the whole lake; print rates, sizes and memory."""
+def pushed(folder: Path, count: int, state: State) -> None:
+    """Push the whole lake; print rate and size."""
     lake = Lake(str(folder / "lake"))
-    fill_all(lake.url, count, state, processes=2)
-    if state.known["push_s"]:
-        print(f"{count} cycles pushed at {count / state.known['push_s']:.0f}/s by two processes")
+    fill_all(lake.url, count, state, _PUSHERS)
+    seconds = state.known["push_s"]
+    print(f"{count} cycles pushed in {seconds:.0f} s by {_PUSHERS} processes")
     loose = listed(lake).loose.values()
     size, number = sum(sum(m.sizes) for m in loose), sum(len(m.sizes) for m in loose)
-    print(f"{size / max(number, 1) / 1024:.1f} KiB each", flush=True)
-    run = estimated(lake, 2)
+    print(f"{number} there, {size / max(number, 1) / 1024:.1f} KiB each", flush=True)
+
+
+def whole(folder: Path, state: State) -> None:
+    """Estimate the whole lake; print rate and memory."""
+    run = estimated(Lake(str(folder / "lake")), 2)
     if run.done:
         state.known["runs"].append([run.done, run.seconds, run.memory])
         state.keep()
@@ -229,17 +234,21 @@ def main() -> None:
     """Generate, estimate, print."""
     arguments = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     arguments.add_argument("--cycles", type=int, default=100_000)
-    arguments.add_argument("--slice", type=int, default=1500, help="cycles for scaling; 0: none")
+    arguments.add_argument("--slice", type=int, default=1500, help="cycles for scaling")
+    arguments.add_argument("--stages", default="push,scaling,estimate", help="which, in order")
     arguments.add_argument("--keep", type=Path, help="keep the lake here, and go on with it")
     given = arguments.parse_args()
     with contextlib.ExitStack() as stack:
         folder = given.keep or Path(stack.enter_context(tempfile.TemporaryDirectory()))
         folder.mkdir(parents=True, exist_ok=True)
         state = State(folder / "benchmark.json")
-        if given.slice:
-            scaling(folder, given.slice, state)
-        if given.cycles:
-            whole(folder, given.cycles, state)
+        stages = {
+            "push": lambda: pushed(folder, given.cycles, state),
+            "scaling": lambda: scaling(folder, given.slice, state),
+            "estimate": lambda: whole(folder, state),
+        }
+        for stage in given.stages.split(","):
+            stages[stage]()
 
 
 if __name__ == "__main__":

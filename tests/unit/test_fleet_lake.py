@@ -14,6 +14,7 @@ from agent.errors import InputError, StorageError
 from agent.fleet.entry import Entry, entry_of
 from agent.fleet.lake import Lake
 from agent.fleet.listing import listed
+from agent.fleet.packs import pack_all
 from agent.fleet.results import Results
 from agent.record.recording import Metadata, Recording
 from agent.record.writing import write
@@ -74,7 +75,7 @@ def lake(request: pytest.FixtureRequest, tmp_path: Path, store: str) -> Lake:
     return Lake(f"s3://plant/{tmp_path.name}", options)
 
 
-def test_what_is_pushed_twice_is_there_once_and_comes_back_whole(
+def test_what_is_pushed_twice_is_there_once_and_comes_back_whole_packed_or_not(
     lake: Lake, tmp_path: Path
 ) -> None:
     paths = written(tmp_path / "cell")
@@ -88,6 +89,15 @@ def test_what_is_pushed_twice_is_there_once_and_comes_back_whole(
     for entry, path in zip(entries, paths, strict=True):
         assert lake.get(entry.path) == path.read_bytes()
         assert lake.recording(entry).metadata.axis == entry.axis
+
+    assert pack_all(lake, "2099-01").recordings == 2
+    assert list(lake.walk("recordings", depth=2)) == []
+    assert entries_of(lake) == entries
+    for entry, path in zip(entries_of(lake), paths, strict=True):
+        assert entry.pack
+        assert lake.content(entry) == path.read_bytes()
+        assert lake.recording(entry).metadata.axis == entry.axis
+        assert lake.push(path, "plant 1/b") == (entry, False)
 
 
 def test_what_is_not_what_was_pushed_is_refused_and_what_is_no_recording_is_listed(
