@@ -16,6 +16,7 @@ from agent.cell import Cell, read_cell
 from agent.cli.night_cell import CellAttempts
 from agent.cli.talk import stop_on_signal, talker
 from agent.errors import AgentError, InputError
+from agent.night import news
 from agent.night.clock import MachineClock, stamp
 from agent.night.description import NightDescription, night_path, read_night
 from agent.night.night import Night
@@ -128,6 +129,7 @@ def noting(asked: Asked, url: str | None, sinks: tuple[Sink, ...]) -> Callable[[
     from agent.cli.notify import told
 
     def note(event: Event) -> None:
+        event = news.judged(event, _earlier(asked.folder))
         joint = event.robot if event.axis is None else f"{event.robot} axis {event.axis}"
         talker().print(f"{event.at}  {joint}  {event.kind}: {event.text}")
         try:
@@ -139,6 +141,15 @@ def noting(asked: Asked, url: str | None, sinks: tuple[Sink, ...]) -> Callable[[
             talker().print(delivery.sentence)
 
     return note
+
+
+def _earlier(folder: Path) -> list[Event]:
+    """Return the folder's events; of a file that cannot be read none, and then all is news."""
+    try:
+        return [event for _, event in read_events(folder)[0]]
+    except AgentError as error:
+        talker().print(str(error))
+        return []
 
 
 def _say_next(night: Night, asked: Asked) -> None:

@@ -193,6 +193,7 @@ def _about(verdict: Verdict) -> dict[str, Any]:
         "state": verdict.state,
         "decidable": verdict.decidable,
         "numbers": dict(verdict.numbers),
+        "facts": dict(verdict.facts),
         "version": verdict.version,
     }
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from agent.cli.monitor import MonitorRequest, monitor
+from agent.conclude.facts import facts_of
 from agent.errors import AgentError, InputError
 from agent.monitor.verdict import NOT_DECIDABLE, Finding
 from agent.record.catalogue import Catalogue
@@ -84,6 +85,7 @@ def _judged(recording: Path, verdict: Verdict, finding: Finding) -> Verdict:
         state=finding.status.replace(NOT_DECIDABLE, "not decidable"),
         sentence=" ".join((finding.sentence, *finding.timing)),
         baseline=_baseline(recording.parent, finding),
+        facts=facts_of(finding),
     )
 
 

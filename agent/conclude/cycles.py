@@ -43,6 +43,12 @@ class Unreadable:
     reason: str
 
 
+def nothing_usable(unreadable: Sequence[Unreadable]) -> InputError:
+    """Return what is to be said where no file of a history is a recording."""
+    more = f" (and {len(unreadable) - 1} more like it)" if len(unreadable) > 1 else ""
+    return InputError(f"{unreadable[0].reason}{more}", "Nothing of this history can be used.")
+
+
 def cycles_of(
     paths: Sequence[Path],
     folder: Path | None,

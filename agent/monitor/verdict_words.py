@@ -42,16 +42,21 @@ def alarmed(state: State, found: Comparison, reasons: Reasons, since_when: str) 
 
 def quiet(found: Comparison, healthy: int) -> str:
     """Return the sentence of a joint without alarm, compared with so many healthy cycles."""
-    off = [e for e in found.effects.values() if e.clear and abs(e.percent) > _NOTABLE_PERCENT]
+    word = moved(found)
     start = "No alarm, friction is as it was"
-    if off:
-        word = "lower" if off[0].percent < 0.0 else "higher"
+    if word:
         start = f"No alarm, yet friction is {word} than it was"
     return (
         f"{start}: {_in_words(found.effects['low'])} at low speed, "
         f"{_in_words(found.effects['high'])} at high speed, compared {_at(found)} with "
         f"{healthy} healthy cycles."
     )
+
+
+def moved(found: Comparison) -> str:
+    """Return "lower" or "higher" where friction has clearly moved; empty where it has not."""
+    off = [e for e in found.effects.values() if e.clear and abs(e.percent) > _NOTABLE_PERCENT]
+    return ("lower" if off[0].percent < 0.0 else "higher") if off else ""
 
 
 def _in_words(effect: Effect) -> str:

@@ -75,9 +75,13 @@ class Disk(Part):
 
 
 class Told(Part):
-    """What somebody is told of, and for how long that is tried."""
+    """What somebody is told of, and for how long that is tried.
+
+    `every`: also what is no news (`agent.night.news`), such as the same alarm once more.
+    """
 
     tell: tuple[Kind, ...] = Field(default=_BAD_NEWS, strict=False)
+    every: bool = False
     timeout_s: Positive = 10.0
     tries: int = Field(default=3, ge=1, le=10)
 
@@ -123,6 +127,7 @@ class Mqtt(Told):
     password_env: str = ""
     password_file: str = ""
     tell: tuple[Kind, ...] = Field(default=KINDS, strict=False)
+    every: bool = True
 
 
 Sink = Annotated[Webhook | Email | Mqtt, Field(discriminator="kind")]

@@ -56,8 +56,13 @@ class MailSink:
         """Return how often at most a message is tried."""
         return self.described.tries
 
+    @property
+    def every(self) -> bool:
+        """Return whether it also gets what is no news."""
+        return self.described.every
+
     def wants(self, event: Event) -> bool:
-        """Return whether it wants to know of this event."""
+        """Return whether it wants to know of events of this kind."""
         return event.kind in self.described.tell
 
     def deliver(self, event: Event) -> None:

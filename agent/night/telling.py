@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import ssl
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
+from agent.night import news
 from agent.record.events_file import Event
 
 PAUSE_S = 2.0
@@ -47,8 +48,13 @@ class Sink(Protocol):
         """Return how often at most a message is tried."""
         ...
 
+    @property
+    def every(self) -> bool:
+        """Return whether it also gets what is no news (`agent.night.news`)."""
+        ...
+
     def wants(self, event: Event) -> bool:
-        """Return whether it wants to know of this event."""
+        """Return whether it wants to know of events of this kind."""
         ...
 
     def deliver(self, event: Event) -> None:
@@ -98,7 +104,15 @@ def tell(
     everybody : bool
         Whether also those are told who did not ask for events of this kind (a test message).
     """
-    return tuple(_told(event, s, wait) for s in sinks if everybody or s.wants(event))
+    return tuple(_told(event, s, wait) for s in sinks if everybody or _wanted(s, event))
+
+
+def _wanted(sink: Sink, event: Event) -> bool:
+    """Return whether a sink is told: no old news, and an alarm's end as an alarm."""
+    if news.is_silent(event) and not sink.every:
+        return False
+    cleared = event.details.get(news.KEY) == news.CLEARED
+    return sink.wants(event) or (cleared and sink.wants(replace(event, kind="alarm")))
 
 
 def _told(event: Event, sink: Sink, wait: Callable[[float], None]) -> Delivery:
@@ -147,7 +161,9 @@ def subject(event: Event) -> str:
         "run": "done",
         "wait": "waiting",
     }
-    return " ".join(f"{joint}: {words.get(event.kind, event.kind)}".split())
+    more = {news.WORSE: " got worse", news.REMINDER: " (reminder)", news.CLEARED: ", alarm ended"}
+    kind = more.get(str(event.details.get(news.KEY, "")), "")
+    return " ".join(f"{joint}: {words.get(event.kind, event.kind)}{kind}".split())
 
 
 def undeliverable(deliveries: Sequence[Delivery]) -> tuple[str, ...]:

@@ -55,6 +55,9 @@ class Verdict:
         Content hashes of the recordings that it was compared with; none of them is ever removed.
     software : mapping of str to str
         Version of this product and of what computed for it.
+    facts : mapping
+        What the sentence says, as data (`agent.conclude.facts`): for other languages, and to be
+        held against the next verdict. Empty where nothing was compared; older files have none.
     """
 
     file: str
@@ -70,6 +73,7 @@ class Verdict:
     numbers: Mapping[str, float] = field(default_factory=dict)
     baseline: tuple[str, ...] = ()
     software: Mapping[str, str] = field(default_factory=versions)
+    facts: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def version(self) -> str:
@@ -117,11 +121,11 @@ def read_verdict(path: Path) -> Verdict:
     if str(document.get("schema", "")).split(".")[:2] != SCHEMA.split(".")[:2]:
         raise InputError(f"{path}: is no verdict that this version reads (expected {SCHEMA}).")
     known = {k: v for k, v in document.items() if k in Verdict.__dataclass_fields__}
-    missing = [k for k in Verdict.__dataclass_fields__ if k not in known]
+    missing = [k for k in Verdict.__dataclass_fields__ if k not in (*known, "facts")]
     if missing:
         raise InputError(f"{path}: the verdict lacks {', '.join(missing)}.")
     kinds = {"axis": int, "decidable": bool, "alarm": bool, "baseline": list}
-    kinds |= {"numbers": dict, "software": dict}
+    kinds |= {"numbers": dict, "software": dict, "facts": dict}
     wrong = [k for k, v in known.items() if not isinstance(v, kinds.get(k, str))]
     if wrong:
         raise InputError(f"{path}: {wrong[0]} is of the wrong kind ({known[wrong[0]]!r:.40}).")

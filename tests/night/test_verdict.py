@@ -34,6 +34,7 @@ def finding(names: list[str], **changes: Any) -> Any:
         "status": "H1",
         "sentence": "Friction has grown by 30 %.",
         "timing": ("The change began in May.",),
+        "comparison": None,
     }
     return SimpleNamespace(**{**values, **changes})
 
