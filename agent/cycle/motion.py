@@ -1,7 +1,8 @@
 """A trajectory on its way: what it asks of each tick, by what the drive is fed with.
 
-`Streamed` advances with the ticks and gives a set-point for each; `Moves` lets the drive's own
-profile make each pass from rest to rest, and goes on when the drive says that it stands there.
+`agent.cycle.streamed` advances with the ticks and gives a set-point for each; `Moves` lets the
+drive's own profile make each pass from rest to rest, and goes on when the drive says that it
+stands there.
 """
 
 from __future__ import annotations
@@ -17,8 +18,6 @@ TAKE_UP_S = 0.5
 
 ARRIVE_S = 2.0
 """How much later than planned a drive may say that it stands at its target."""
-
-_SAME_PLACE_RAD = 1e-9
 
 
 class Due(NamedTuple):
@@ -51,37 +50,6 @@ class Motion(Protocol):
             The drive is late with a move.
         """
         ...
-
-
-class Streamed:
-    """A set-point each tick; never more than three ticks at once.
-
-    A late tick so stretches the trajectory instead of making the set-point jump.
-    """
-
-    def __init__(self, trajectory: Trajectory, from_rad: float, tick_s: float) -> None:
-        self._trajectory = trajectory
-        self._shift_rad = from_rad - trajectory.start_position_rad
-        self._end_rad = trajectory.end_position_rad + self._shift_rad
-        self._elapsed_s = 0.0
-        self._longest_step_s = 3.0 * tick_s
-        self._last = Due(0.0, from_rad, "rest")
-
-    @property
-    def share(self) -> float:
-        """Return how much of it is behind us, 0 to 1."""
-        return min(1.0, self._elapsed_s / max(self._trajectory.duration_s, 1e-9))
-
-    def advance(self, step_s: float, newest: Sample) -> Due | None:  # noqa: ARG002 - a Motion's
-        """Go on by `step_s`; it has ended once its end has been asked for."""
-        self._elapsed_s += min(step_s, self._longest_step_s)
-        arrived = abs(self._last.position_rad - self._end_rad) <= _SAME_PLACE_RAD
-        over = self._elapsed_s >= self._trajectory.duration_s
-        if over and arrived and self._last.velocity_rad_s == 0.0:
-            return None
-        at = self._trajectory.at(self._elapsed_s)
-        self._last = Due(at.velocity_rad_s, at.position_rad + self._shift_rad, at.phase)
-        return self._last
 
 
 class _Leg(NamedTuple):

@@ -10,15 +10,16 @@ from __future__ import annotations
 
 import enum
 import itertools
-from collections import deque
 from collections.abc import Sequence as Many
 from typing import NamedTuple
 
+from agent.cycle.answered import Asking
 from agent.cycle.continuity import jump
 from agent.cycle.gate import Asked, SetPoint, move_refusals, refusals
 from agent.cycle.interlock import Event, Interlock
-from agent.cycle.motion import Motion, MoveFailedError, Moves, Streamed
+from agent.cycle.motion import Motion, MoveFailedError, Moves
 from agent.cycle.plan import CyclePlan
+from agent.cycle.streamed import ROUNDING_S, Streamed
 from agent.errors import RefusedError, StoppedError
 from drivers.ports import Command, DriveState, Goal, Move, Sample, SetPoints
 from trajectories import Trajectory, TrajectoryError, point_to_point
@@ -87,7 +88,7 @@ class Sequence:
         self._stage_since_s: float | None = None
         self._sent_velocity_rad_s = 0.0
         self._last_tick_s: float | None = None
-        self._asked: deque[tuple[float, Asked]] = deque()  # by tick, since the newest sample's
+        self._asking = Asking()
         try:
             self._motion_along(plan.trajectory)
         except TrajectoryError as error:
@@ -124,10 +125,10 @@ class Sequence:
         if samples:
             impossible = jump(self.plan.limits, (self._newest, *samples))
             self._newest = samples[-1]
-            self._forget_answered()
+            self._asking.forget_before(self._newest.time_s)
             if impossible:
                 raise self.trip(impossible)
-        step_s = 0.0 if self._last_tick_s is None else now_s - self._last_tick_s
+        step_s = 0.0 if self._last_tick_s is None else self._step_s(now_s - self._last_tick_s)
         self._last_tick_s = now_s
         if self._stage_since_s is None:
             self._stage_since_s = now_s
@@ -140,8 +141,7 @@ class Sequence:
             Stage.DONE: self._after_the_end,
         }[self.stage]
         step = handler(now_s, step_s)
-        asked = Asked(step.command.velocity_rad_s, step.position_command_rad)
-        self._asked.append((now_s, asked))
+        self._asking.ask(now_s, Asked(step.command.velocity_rad_s, step.position_command_rad))
         return step
 
     def trip(self, reason: str) -> StoppedError:
@@ -236,7 +236,7 @@ class Sequence:
             previous_velocity_rad_s=self._sent_velocity_rad_s,
             step_s=step_s,
             previous_position_rad=None if self._fed_velocity else self._held_rad,
-            answered=self._answered,
+            answered=self._asking.answered(self._newest.time_s),
         )
         self._insist(wanted, now_s, due.move)
         self._sent_velocity_rad_s = due.velocity_rad_s
@@ -269,18 +269,6 @@ class Sequence:
         self._next(stage, now_s)
 
     @property
-    def _answered(self) -> Asked | None:
-        """Return what was asked for in the tick that the newest sample answers."""
-        if self._asked and self._asked[0][0] <= self._newest.time_s:
-            return self._asked[0][1]
-        return None
-
-    def _forget_answered(self) -> None:
-        """Forget what was asked for before the tick that the newest sample answers."""
-        while len(self._asked) > 1 and self._asked[1][0] <= self._newest.time_s:
-            self._asked.popleft()
-
-    @property
     def _fed_velocity(self) -> bool:
         return self._set_points is SetPoints.VELOCITY
 
@@ -289,13 +277,28 @@ class Sequence:
         """Return where a motion begins: where the joint is, or where its drive was told to be."""
         return self._newest.position_rad if self._fed_velocity else self._held_rad
 
+    def _step_s(self, passed_s: float) -> float:
+        """Return how far the motion goes on in this tick.
+
+        A drive that is fed with positions makes one period of each, whenever it comes: a tick that
+        is late by a quarter would else ask for a quarter more speed, and the next for less.
+        """
+        streams_positions = self._set_points is SetPoints.POSITION and passed_s > 0.0
+        return self.plan.tick_s if streams_positions else passed_s
+
     def _motion_along(self, trajectory: Trajectory) -> Motion:
         """Return a motion along `trajectory` from where the joint stands."""
         tick_s = self.plan.tick_s
         if self._set_points is SetPoints.MOVE:
             ramp = self.plan.approach.acceleration_rad_s2
             return Moves(trajectory, self._stand_rad, ramp, tick_s, self._numbers)
-        return Streamed(trajectory, self._stand_rad, tick_s)
+        if self._fed_velocity or not self._may_be_rounded(trajectory):
+            return Streamed(trajectory, self._stand_rad, tick_s)
+        return Streamed(trajectory, self._stand_rad, tick_s, ROUNDING_S)
+
+    def _may_be_rounded(self, trajectory: Trajectory) -> bool:
+        """Tell a stair, or a move to it, from what has corners in order to excite the spring."""
+        return trajectory is not self.plan.trajectory or bool(trajectory.steady_windows())
 
     def _next(self, stage: Stage, now_s: float) -> None:
         self.stage = stage
@@ -317,7 +320,7 @@ class Sequence:
         """Hold at standstill; what is measured must allow even that, once motion may begin."""
         if self.interlock.may_move:
             held = None if self._fed_velocity else self._held_rad
-            asked = self._answered
+            asked = self._asking.answered(self._newest.time_s)
             if asked is not None and self._fed_velocity:  # it stands where it stands
                 asked = asked._replace(position_rad=self._stand_rad)
             still = SetPoint(0.0, self._stand_rad, self._sent_velocity_rad_s, 0.0, held, asked)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,8 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from agent.cycle import runner
 from agent.errors import RefusedError
 from agent.record.reading import read
+from drivers.clock import Clock
 from drivers.profiles.drive_profile import shipped_profiles
 from fakes.impersonation import impersonated
 from fakes.specification import FakeSpecification
@@ -59,6 +62,32 @@ def test_a_cycle_in_each_mode(word: str, tmp_path: Path) -> None:
             middle = velocity[there][there.sum() // 3 : -3]
             assert np.median(middle) == pytest.approx(sign * speed, rel=0.02), (speed, sign)
     assert np.max(np.abs(velocity)) < 66.0
+
+
+def trembling(clock: Clock, tick_s: float) -> Iterator[float]:
+    """Yield ticks of which every other one is late by a quarter."""
+    begun_s = clock.now()
+    for number in itertools.count(1):
+        yield clock.now()
+        clock.sleep_until(begun_s + (number + 0.25 * (number % 2)) * tick_s)
+
+
+def test_positions_on_a_trembling_clock_ask_for_no_more_torque_than_velocities(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A position loop holds what a velocity loop lets go; so its set-points must be smoother."""
+
+    def hurried(cell: dict[str, Any]) -> None:
+        brisk(cell)
+        cell["axis"][0]["stair"]["motor_acceleration_rad_s2"] = 300.0
+
+    peak_nm = {}
+    for word in ("pv", "csp"):
+        with rig(tmp_path, specification=offering(word), edit=hurried) as cell:
+            recording = read(cell.run().recording)
+        peak_nm[word] = np.max(np.abs(recording.columns["torque_nm"]))
+        monkeypatch.setattr(runner, "ticks", trembling)
+    assert peak_nm["csp"] < 1.05 * peak_nm["pv"]
 
 
 TAKEN = {

@@ -7,9 +7,10 @@ import math
 
 import pytest
 
-from agent.cycle.motion import ARRIVE_S, TAKE_UP_S, Due, MoveFailedError, Moves, Streamed
+from agent.cycle.motion import ARRIVE_S, TAKE_UP_S, Due, MoveFailedError, Moves
+from agent.cycle.streamed import ROUNDING_S, Streamed
 from drivers.ports import DriveState, MoveProgress, MoveState, Sample
-from trajectories import Trajectory, TrajectoryError, stair_between, stair_paired
+from trajectories import Trajectory, TrajectoryError, point_to_point, stair_between, stair_paired
 
 TICK_S, RAMP = 0.004, 200.0
 
@@ -138,3 +139,43 @@ def test_streaming_ends_where_it_should_and_a_late_tick_makes_no_leap() -> None:
         assert abs(due.position_rad - last) <= 40.0 * 3.0 * TICK_S * (1.0 + 1e-9)
         last = due.position_rad
     assert last == pytest.approx(5.0 + trajectory.end_position_rad - trajectory.start_position_rad)
+
+
+def pull(rounding_s: float, frequency_hz: float) -> float:
+    """Return with which acceleration a motor pulls an undamped arm at most, over one move.
+
+    The motor follows its set-points to the letter; the arm swings on a spring behind it.
+    """
+    move = point_to_point(
+        0.0, 60.0, velocity_rad_s=40.0, acceleration_rad_s2=RAMP, jerk_rad_s3=10_000.0
+    )
+    motion = Streamed(move, 0.0, TICK_S, rounding_s)
+    stiffness = (2.0 * math.pi * frequency_hz) ** 2
+    step_s, before_rad_s = 0.001, 0.0
+    twist_rad = twist_rad_s = most_rad = 0.0
+    while (due := motion.advance(step_s, said(None, None))) is not None:
+        twist_rad_s += due.velocity_rad_s - before_rad_s - step_s * stiffness * twist_rad
+        twist_rad += step_s * twist_rad_s
+        before_rad_s = due.velocity_rad_s
+        most_rad = max(most_rad, abs(twist_rad))
+    return most_rad * stiffness
+
+
+@pytest.mark.parametrize("frequency_hz", [8.0, 12.0, 20.0])
+def test_rounded_positions_pull_an_arm_hardly_more_than_their_own_ramp(frequency_hz: float) -> None:
+    assert pull(0.0, frequency_hz) > 1.7 * RAMP
+    assert pull(ROUNDING_S, frequency_hz) < 1.25 * RAMP
+
+
+def test_a_rounded_window_is_steady_only_where_all_that_is_averaged_is() -> None:
+    trajectory = paired()
+    motion = Streamed(trajectory, 5.0, TICK_S, ROUNDING_S)
+    dues: list[Due] = []
+    while (due := motion.advance(TICK_S, said(None, None))) is not None:
+        dues.append(due)
+    speeds = {round(d.velocity_rad_s, 9) for d in dues if d.phase == "steady"}
+    assert speeds == {-40.0, -20.0, 20.0, 40.0}
+    held_s = TICK_S * sum(d.phase == "steady" for d in dues)
+    windows = trajectory.steady_windows()
+    expected_s = sum(w.end_s - w.start_s - ROUNDING_S for w in windows)
+    assert held_s == pytest.approx(expected_s, abs=2.0 * TICK_S * len(windows))
