@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import socket
+import sys
 from typing import Any
 
 import can
@@ -10,6 +12,7 @@ from drivers.can.failures import OPENING_FAILURES, opening_failed
 from drivers.can.frames import CanBusConfig
 from drivers.can_reader import batches
 from drivers.clock import Clock, MonotonicClock
+from drivers.errors import BusError
 
 
 def open_bus(config: CanBusConfig) -> can.BusABC:
@@ -20,6 +23,11 @@ def open_bus(config: CanBusConfig) -> can.BusABC:
     BusError
         In one sentence why it does not open, and what to do.
     """
+    if config.interface == "socketcan" and not hasattr(socket, "AF_CAN"):
+        raise BusError(
+            f"SocketCAN is Linux's own; this is {sys.platform}.",
+            "Let the cell name one of the interfaces that docs/adapters.md lists for it.",
+        )
     arguments: dict[str, Any] = dict(config.options)
     if config.interface == "udp_multicast":
         # What moves a machine does not leave this computer unless the cell says so.
