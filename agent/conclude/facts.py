@@ -24,8 +24,14 @@ def facts_of(finding: Finding) -> dict[str, Any]:
     """Return what was decided of a joint, as plain JSON.
 
     `said` is one of `SAID`. Changes of friction at `low` and `high` speed are in per cent with
-    their 95 % intervals, `temperature_degc` is null where it is unknown, dates are UTC.
+    their 95 % intervals, `temperature_degc` is null where it is unknown, dates are UTC. Only
+    `next_steps` are words: the engine's own, in English.
     """
+    steps = {"next_steps": list(finding.next_steps)} if finding.next_steps else {}
+    return {**_said(finding), **steps}
+
+
+def _said(finding: Finding) -> dict[str, Any]:
     track, found = finding.current, finding.comparison
     if finding.status == NOT_DECIDABLE:
         if track is None:

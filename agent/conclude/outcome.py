@@ -48,8 +48,12 @@ class Conclusion:
         return self.identification.estimate
 
     def json(self) -> str:
-        """Return the `stribeck.estimate/1` document; what is not decidable has next steps."""
-        return json.dumps(self.estimate.to_json() | {"next_steps": self.next_steps()}, indent=2)
+        """Return the `stribeck.estimate/1` document; what is not decidable has next steps.
+
+        `advice` says what the steps are about, a word for each.
+        """
+        more = {"next_steps": self.next_steps(), "advice": self.advice()}
+        return json.dumps(self.estimate.to_json() | more, indent=2)
 
     def next_steps(self) -> list[str]:
         """Return what to record instead; empty where the estimate is decidable."""
@@ -58,6 +62,14 @@ class Conclusion:
         from agent.report.advice import next_steps
 
         return list(next_steps(self.estimate.reasons))
+
+    def advice(self) -> list[str]:
+        """Return what the next steps are about; empty where the estimate is decidable."""
+        if self.estimate.decidable:
+            return []
+        from agent.report.advice import advised
+
+        return list(advised(self.estimate.reasons))
 
     def write_json(self, path: Path) -> Path:
         """Write the document, whole or not at all."""

@@ -12,6 +12,7 @@ from fastapi import Request
 from fastapi.responses import HTMLResponse
 
 from agent.errors import AgentError
+from agent.web import saying
 from agent.web.access import page_of, session_of
 from agent.web.roles import Role
 from agent.web.words import LANGUAGES, fine, language_of, number, say
@@ -91,14 +92,19 @@ def chosen_language(request: Request) -> str:
     )
 
 
-def voice(language: str) -> dict[str, Callable[..., str]]:
-    """Return what a template says things with: words, numbers, times, ages."""
+def voice(language: str) -> dict[str, Callable[..., object]]:
+    """Return what a template says things with: words, numbers, times, ages, what was decided."""
     return {
         "t": functools.partial(say, language),
         "num": functools.partial(number, language),
         "fine": functools.partial(fine, language),
         "when": functools.partial(when, language),
         "ago": functools.partial(ago, language),
+        "verdict_said": functools.partial(saying.verdict, language),
+        "steps_said": functools.partial(saying.steps, language),
+        "reasons_said": functools.partial(saying.reasons, language),
+        "advice_said": functools.partial(saying.advice, language),
+        "refusal_said": functools.partial(saying.refusal, language),
     }
 
 

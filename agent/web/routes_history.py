@@ -39,7 +39,6 @@ class Alarm:
     """A cycle whose verdict is bad news, and who has looked at it."""
 
     cycle: Shelved
-    sentence: str
     acknowledged: Event | None
 
 
@@ -129,7 +128,7 @@ def alarms_of(page: Page) -> list[Alarm]:
         if event.kind == ACKNOWLEDGED
     }
     alarms = [
-        Alarm(cycle, cycle.verdict.sentence, looked_at.get(cycle.name))
+        Alarm(cycle, looked_at.get(cycle.name))
         for cycle in page.shelf.look(page.recordings, robot)
         if cycle.verdict is not None and cycle.verdict.alarm
     ]

@@ -1,7 +1,7 @@
 """Every word of the page in English and German: one table, both complete (tests hold it to that).
 
-What the engine itself says - reasons of a refusal, an estimate's objections - stays as it said it,
-in English, and is marked so for screen readers.
+What the engine itself decides is said in German by `agent.web.words_verdict`; where that has no
+words for it, it stays as it was said, in English, and is marked so for screen readers.
 """
 
 from __future__ import annotations

@@ -35,6 +35,7 @@ def finding(names: list[str], **changes: Any) -> Any:
         "sentence": "Friction has grown by 30 %.",
         "timing": ("The change began in May.",),
         "comparison": None,
+        "next_steps": (),
     }
     return SimpleNamespace(**{**values, **changes})
 

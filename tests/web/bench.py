@@ -139,6 +139,7 @@ def estimate_document(friction: float, **more: Any) -> dict[str, Any]:
         "reasons": [] if decidable else ["one speed only <b>"],
         "sentence": "Friction is 0.6 N m.",
         "next_steps": [] if decidable else ["Drive more speeds."],
+        "advice": [] if decidable else ["steady", "again"],
         "friction_curve": {
             "velocity_rad_s": speeds,
             "friction_nm": torque,
