@@ -9,6 +9,7 @@ import numpy as np
 
 from agent.explain import proof, words
 from agent.explain.aliases import aliases
+from agent.explain.creep import without_creep
 from agent.explain.dynamic_curves import spectrum_around
 from agent.explain.evidence import effective_size
 from agent.explain.experiment import next_experiments
@@ -79,7 +80,7 @@ def explain(
     table: Table | None = None
     if not refusal:
         try:
-            table = tabulate(twin, runs)
+            table = without_creep(tabulate(twin, runs))
         except ValueError as error:
             refusal = f"not decidable: {error}"
         else:
@@ -271,6 +272,12 @@ def _bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
         out.append(
             "the simulation as given is clearly above the noise: its own numbers, refitted, come "
             "closer, and these recordings do not say which of them is wrong"
+        )
+    if found.table.creep_rad_s > 0.0:
+        out.append(
+            f"below {found.table.creep_rad_s:.2g} rad/s friction is not fully there: the joint "
+            "creeps before it slips, or what recorded it smooths friction's sign; those samples "
+            "were left out"
         )
     compared = {piece.run for piece in found.table.pieces}
     for index, run in enumerate(found.table.runs):

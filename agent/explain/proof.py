@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.explain.choice import choose
+from agent.explain.creep import without_creep
 from agent.explain.evidence import solve
 from agent.explain.model import predicted
 from agent.explain.result import Holdout, fit_of
@@ -43,6 +44,7 @@ def compare_runs(
 ) -> tuple[Compared, Table]:
     """Return how three twins predict hold-out runs, in the band of the training table."""
     table = tabulate(twin, runs, like.cutoff_hz, align_velocity=like.aligned)
+    table = without_creep(table, like.creep_rad_s)
     rows = np.flatnonzero(table.sliding)
     if table.simulated:
         # A recorded simulation stands for the twin: what was learnt is added to it.

@@ -58,6 +58,7 @@ def strata_of(
     pieces: Sequence[Piece],
     acceleration_rad_s2: Floats,
     gear_ratio: float,
+    creep_rad_s: float = 0.0,
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
     """Return which rows are used, and steady, accelerating or edge for each, shape (n,).
 
@@ -69,6 +70,8 @@ def strata_of(
     acceleration_rad_s2 : ndarray, shape (n,)
         At the rows.
     gear_ratio : float
+    creep_rad_s : float
+        Slower is an edge, too.
     """
     standing = np.zeros(full["time_s"].shape[0])
     edge, apart = np.zeros_like(standing), np.zeros_like(standing)
@@ -80,6 +83,7 @@ def strata_of(
         sign = full["direction"][piece.full]
         standing[piece.full] = _lasting(sign == 0.0, _STANDING_S / piece.period_s)
         near = (sign == 0.0) | (travel[piece.full] < reach)
+        near |= np.abs(full["velocity_rad_s"][piece.full]) < creep_rad_s
         edge[piece.full] = _widened(near, memory)
         apart[piece.full] = _widened(full["bridged"][piece.full] > 0.0, memory)
         if piece.slow:

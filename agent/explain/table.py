@@ -64,6 +64,8 @@ class Table:
         Whether recorded simulations took the twin's place.
     aligned : bool
         Whether the velocity was brought in step with the position.
+    creep_rad_s : float
+        Up to which speed rows are edges, as friction is not fully there.
     """
 
     runs: tuple[Run, ...]
@@ -82,6 +84,7 @@ class Table:
     used: NDArray[np.bool_]
     simulated: bool
     aligned: bool
+    creep_rad_s: float = 0.0
 
     @property
     def target_nm(self) -> Floats:
@@ -233,16 +236,16 @@ def _in_step(plain: Table, aligned: Table) -> bool:
     load = np.abs(plain.base[rows, BASE.index("inertia_kg_m2")])
     along = (np.abs(velocity), load, plain.rows["travel_rad"][rows])
     sign = np.sign(velocity)[:, np.newaxis]
-    free = [plain.base[rows], *(sign * _hats(axis) for axis in along)]
+    free = [plain.base[rows], *(sign * hats(axis) for axis in along)]
     if plain.has("position_rad"):
-        free.append(_hats(plain.rows["position_rad"][rows]))
+        free.append(hats(plain.rows["position_rad"][rows]))
     columns, target = np.concatenate(free, axis=1), plain.target_nm[rows]
-    moved = _least(columns, target)[: plain.base.shape[1]]
+    moved = least(columns, target)[: plain.base.shape[1]]
     step = (aligned.given_nm - plain.given_nm)[rows] + (aligned.base - plain.base)[rows] @ moved
-    return bool(_least(np.column_stack((columns, step)), target)[-1] > 0.5)
+    return bool(least(np.column_stack((columns, step)), target)[-1] > 0.5)
 
 
-def _least(columns: Floats, target: Floats) -> Floats:
+def least(columns: Floats, target: Floats) -> Floats:
     """Return the least-squares coefficients, shape (p,); 0 for a column that is nothing."""
     size = np.sqrt(np.mean(columns**2, axis=0))
     there = size > 1e-12
@@ -252,7 +255,7 @@ def _least(columns: Floats, target: Floats) -> Floats:
     return out
 
 
-def _hats(values: Floats, count: int = 8) -> Floats:
+def hats(values: Floats, count: int = 8) -> Floats:
     """Return hat functions over an axis's quantiles, shape (n, k)."""
     if not values.size:
         return np.zeros((0, 0))

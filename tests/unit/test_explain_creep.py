@@ -1,0 +1,71 @@
+"""Speeds at which friction fades are edges; friction that yields, bends or rises there is not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from agent.explain.creep import creep_speed, without_creep
+from agent.explain.run import Run
+from agent.explain.table import tabulate
+from agent.physics.twin import Twin
+
+Floats = NDArray[np.float64]
+Friction = Callable[[Floats], Floats]
+
+TIME = np.arange(0.0, 30.0, 4e-3)
+TWIN = Twin("r", 1, 100.0, 0.018, 0.5, 0.01)
+FASTEST, SLOW = 58.0, 0.3  # rad/s: the greatest speed, and the scale on which a sign is smoothed
+
+
+def run(friction: Friction) -> Run:
+    """Return a slow swing, whose reversals last."""
+    rng = np.random.default_rng(3)
+    swing, turn = np.sin(0.6 * TIME), 0.6 * np.cos(0.6 * TIME)
+    velocity, acceleration = FASTEST * swing**3, 3.0 * FASTEST * swing**2 * turn
+    torque = 0.018 * acceleration + 0.01 * velocity + friction(velocity)
+    return Run.from_columns(
+        {
+            "time_s": TIME,
+            "position_rad": np.cumsum(velocity) * 4e-3,
+            "velocity_rad_s": velocity + 0.01 * rng.standard_normal(TIME.shape),
+            "torque_nm": torque + 0.01 * rng.standard_normal(TIME.shape),
+        },
+        100.0,
+        name="swing",
+    )
+
+
+def smoothed(velocity: Floats) -> Floats:
+    return np.asarray(0.5 * np.tanh(velocity / SLOW))
+
+
+def dry(velocity: Floats) -> Floats:
+    return np.asarray(0.5 * np.sign(velocity))
+
+
+def stribeck(velocity: Floats) -> Floats:
+    return np.asarray((0.5 + 0.2 * np.exp(-np.abs(velocity) / 3.0)) * np.sign(velocity))
+
+
+def thinning(velocity: Floats) -> Floats:
+    return np.asarray((0.3 + 0.3 * (np.abs(velocity) / FASTEST) ** 0.4) * np.sign(velocity))
+
+
+def test_where_a_simulator_smooths_the_sign_is_found_and_left_out() -> None:
+    table = tabulate(TWIN, [run(smoothed)])
+    found = without_creep(table)
+    assert 2.0 * SLOW < found.creep_rad_s < 6.0 * SLOW < 0.04 * FASTEST
+    slowest = np.abs(found.rows["velocity_rad_s"][found.used]).min()
+    assert slowest > 0.9 * found.creep_rad_s
+    assert np.count_nonzero(found.used) > 0.8 * np.count_nonzero(table.used)
+    again = without_creep(table, found.creep_rad_s)
+    assert np.array_equal(again.used, found.used)
+
+
+@pytest.mark.parametrize("friction", [dry, stribeck, thinning])
+def test_friction_that_is_there_at_low_speed_is_kept(friction: Friction) -> None:
+    assert creep_speed(tabulate(TWIN, [run(friction)])) < 0.006 * FASTEST
