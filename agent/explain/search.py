@@ -17,6 +17,7 @@ from agent.explain.table import BASE
 from agent.identify.result import Floats
 
 _POINTS_IN_FOLDS = 4
+_POINTS_TRIED = 12  # of a form, where its best would leave no possible joint
 _WORTH_FOLDS = 0.25  # of the best screened gain: less is not followed further
 _NOT_NEGATIVE = tuple(
     BASE.index(name) for name in ("inertia_kg_m2", "viscous_nm_s_per_rad", "coulomb_nm")
@@ -193,7 +194,8 @@ class Library:
                 continue
             if refined:
                 by_gain = self._refined(by_gain, basis, left)
-            scored = self._scored(by_gain, model, energy)
+            by_gain = self._from_possible(by_gain, model, worth)
+            scored = self._scored(by_gain, model, energy) if by_gain else None
             if scored is not None:
                 out.append(scored)
         return sorted(out, key=lambda s: s.error)
@@ -212,6 +214,25 @@ class Library:
         points = np.array([c.point for _, c in entry])
         gain, best = climbed(form, self.scene, points, entry[0][1].point, entry[0][0], gain_at)
         return [(gain, self.candidate(form, best)), *entry]
+
+    def _from_possible(
+        self, entry: list[tuple[float, Candidate]], model: Floats, worth: float
+    ) -> list[tuple[float, Candidate]]:
+        """Return an entry from its best point on that leaves a possible joint; nothing for none.
+
+        A power of the speed near one takes over the viscous friction, and a little more. The law is
+        none the worse for that: the point beside it, which leaves viscous friction, stands for it.
+        """
+        gram, moment = model.T @ model, model.T @ self.target
+        for index, (gain, candidate) in enumerate(entry[:_POINTS_TRIED]):
+            if gain <= worth:
+                break
+            cross = model.T @ candidate.columns
+            whole = np.block([[gram, cross], [cross.T, candidate.gram]])
+            theta = solve(whole, np.concatenate((moment, candidate.columns.T @ self.target)))
+            if self._possible(theta):
+                return entry[index:]
+        return []
 
     def _scored(
         self, entry: list[tuple[float, Candidate]], model: Floats, energy: float
@@ -236,10 +257,7 @@ class Library:
             chosen = int(np.argmin(errors[:, ~inside].sum(axis=1)))
             blocks[inside] = errors[chosen, inside]
         candidate = entry[0][1]
-        gram, moment = parts[0][1].total
-        theta = solve(gram, moment)
-        if not self._possible(theta):
-            return None
+        theta = solve(*parts[0][1].total)
         own = theta[-candidate.columns.shape[1] :]
         if any(abs(value) > top for value, top in zip(own, candidate.form.highest, strict=False)):
             return None

@@ -212,9 +212,11 @@ def _refused(library: Library, twin: Twin, model: Model) -> set[tuple[str, str]]
     out = set()
     for term, numbers in zip(model.terms, model.parameters, strict=True):
         form = term.scored.form
-        tables = form.to_twin(library.scene, {name: p.value for name, p in numbers.items()})
-        effects = tuple(Effect(form.effect, dict(numbers)) for numbers in tables)
+        values = {name: p.value for name, p in numbers.items()}
         try:
+            # Some forms ask the twin's law already while they look for its numbers.
+            tables = form.to_twin(library.scene, values)
+            effects = tuple(Effect(form.effect, dict(table)) for table in tables)
             predicted(library.scene.table, replace(twin, effects=effects))
         except TwinError:
             out.add((form.effect, form.name))

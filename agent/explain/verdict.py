@@ -13,6 +13,7 @@ from agent.explain.shares import unseen_nm2
 from agent.explain.study import Study
 
 _MOST_LEFT = 0.30  # of the mismatch: with more left over, what was named explains too little
+_OUTWEIGHS = 0.5  # of what was named: so much of what is left along one axis unsays it
 _CELL_BETTER = 1.20
 _STILL_VARIES = 0.15  # of what is left, along the axis of the main finding
 
@@ -45,7 +46,8 @@ def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> 
     best_cell = max((cell.gain for cell in study.cells if cell.counts), default=0.0)
     outdone = best_cell * plain > _CELL_BETTER * (plain - full) and study.ratio > CLOSE
     much = left_share > 0.5 * _MOST_LEFT
-    if missing and (left_share > _MOST_LEFT or outdone or (much and _misshapen(study))):
+    too_little = left_share > _MOST_LEFT and (study.ratio > FAR or _outweighed(study))
+    if missing and (too_little or outdone or (much and _misshapen(study))):
         return "unexplained"
     if (missing or lined) and much:
         return "partly-explained"
@@ -65,6 +67,17 @@ def far_from_given(study: Study) -> bool:
     refitted = unseen_nm2(library, library.base)
     noise = min(max(refitted, floor_nm**2), (CLOSE * floor_nm) ** 2)
     return given > FAR**2 * noise
+
+
+def _outweighed(study: Study) -> bool:
+    """Return whether what is left has an axis that matters next to what was named.
+
+    Close to the noise, the joint's own small effects and slow noise are a large part of a small
+    mismatch. Spread over many axes, they do not unsay a name that explains far more than any.
+    """
+    plain, full = float(study.choice.plain.sum()), float(study.choice.full.sum())
+    still = max((cell.gain for cell in study.left_cells if cell.counts), default=0.0)
+    return still * full > _OUTWEIGHS * (plain - full)
 
 
 def _misshapen(study: Study) -> bool:
