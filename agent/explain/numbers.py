@@ -29,6 +29,7 @@ from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Twin
 
 MATERIAL = 0.04  # of what the twin as given leaves: less is a number's ordinary uncertainty
+_NEEDED = 0.25  # of the noise's energy: less is lost in it where something else was found
 _SAME_MOVE = 0.6  # of the move beside the effects
 _BENT = 0.25  # of that move: a fit that ends so close to the number as given is where it is from
 _GROUPS: Mapping[str, tuple[str, ...]] = {
@@ -123,8 +124,10 @@ def wrong_numbers(
         if _is_wrong(case, names, material)
     ]
     if not out and not terms:
-        out = _wrong_together(case, material)
-    return tuple(sorted(out, key=lambda w: -w.energy_share))
+        return _sorted(_wrong_together(case, material))
+    return tuple(
+        w for at, w in enumerate(_sorted(out)) if (at == 0 and not terms) or _needed(case, w.effect)
+    )
 
 
 def _is_wrong(case: _Case, names: Sequence[str], material: float) -> bool:
@@ -134,11 +137,33 @@ def _is_wrong(case: _Case, names: Sequence[str], material: float) -> bool:
         return False
     library, base = case.library, case.columns(held)
     alone = _errors(library, base) - _errors(library, library.base)
-    whole = np.concatenate((library.base, case.beside), axis=1)
-    loss = _errors(library, np.concatenate((base, case.beside), axis=1)) - _errors(library, whole)
+    loss = _loss(case, names)
     if min(float(alone.sum()), float(loss.sum())) < material or not _lasting(loss):
         return False
     return _agrees(case, names) and _refuted(case, names)
+
+
+def _sorted(found: Sequence[WrongNumber]) -> tuple[WrongNumber, ...]:
+    return tuple(sorted(found, key=lambda wrong: -wrong.energy_share))
+
+
+def _needed(case: _Case, effect: str) -> bool:
+    """Return whether what else was found does not do without a number, nearly.
+
+    Beside other findings a number takes up what their laws' forms leave of them, and the joint's
+    small effects. Less than half the noise's amplitude is no reason to say that it is wrong.
+    """
+    weighing = case.library.weighing
+    noise = case.floor_nm**2 * float(np.sum(weighing.weight**2))
+    return float(_loss(case, _GROUPS[effect]).sum()) >= _NEEDED * noise
+
+
+def _loss(case: _Case, names: Sequence[str]) -> Floats:
+    """Return what holding some numbers as given costs on unseen blocks, shape (b,)."""
+    held = case.columns([name for name in case.carried if name not in names])
+    kept = np.concatenate((held, case.beside), axis=1)
+    whole = np.concatenate((case.library.base, case.beside), axis=1)
+    return _errors(case.library, kept) - _errors(case.library, whole)
 
 
 def _wrong(case: _Case, effect: str, names: Sequence[str]) -> WrongNumber:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from agent.explain.form import Form, stack
@@ -23,6 +23,7 @@ def _no_columns(scene: Scene, point: tuple[float, ...]) -> Floats:
 FORM = Form("torque-offset", "any", ("a", "b"), _no_columns)
 
 
+@settings(deadline=None)  # the machine may be busy
 @given(st.integers(0, 10_000))
 def test_a_gain_is_what_a_fit_beside_the_model_removes_whatever_the_model_left(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -38,6 +39,7 @@ def test_a_gain_is_what_a_fit_beside_the_model_removes_whatever_the_model_left(s
     assert abs(found - expected) < 1e-6 * float(alone @ alone)
 
 
+@settings(deadline=None)  # the machine may be busy
 @given(st.lists(st.integers(1, 4), max_size=150))
 def test_energies_of_many_spaces_are_those_of_each(widths: list[int]) -> None:
     rng = np.random.default_rng(len(widths))
@@ -46,4 +48,6 @@ def test_energies_of_many_spaces_are_those_of_each(widths: list[int]) -> None:
     found = energies_in(bases, drawn)
     assert len(found) == len(bases)
     for basis, energies in zip(bases, found, strict=True):
-        np.testing.assert_allclose(energies, np.sum((basis.T @ drawn) ** 2, axis=0), rtol=1e-4)
+        exact = np.sum((basis.T @ drawn) ** 2, axis=0)
+        # Single precision is exact to a share of what was projected, however little of it is left.
+        np.testing.assert_allclose(energies, exact, rtol=1e-4, atol=1e-6 * np.sum(drawn[:, 0] ** 2))
