@@ -16,7 +16,11 @@ _STARTS = 2  # coarse points that are followed: the best one may lie in the wron
 
 
 def downhill(
-    scene: Scene, column: Callable[[Scene, Point], Floats], coarse: Sequence[Point], trials: int
+    scene: Scene,
+    column: Callable[[Scene, Point], Floats],
+    coarse: Sequence[Point],
+    limits: Sequence[tuple[float, float]],
+    trials: int,
 ) -> tuple[Point, ...]:
     """Return where a pattern search leads from the best of some points, the best end first.
 
@@ -30,6 +34,8 @@ def downhill(
         (scene, point) to one full-rate column, shape (N, 1).
     coarse : sequence of tuple of float
         All above zero.
+    limits : sequence of (float, float)
+        Between which every number stays.
     trials : int
         How often a column may be computed from each of them.
     """
@@ -44,6 +50,8 @@ def downhill(
     target = apart(scene.residual_nm[rows])
 
     def likeness(point: Point) -> float:
+        if not all(low <= x <= high for x, (low, high) in zip(point, limits, strict=True)):
+            return 0.0
         own = apart(scene.table.band(column(scene, point)[:, 0])[rows])
         energy = float(own @ own)
         along = float(own @ target)

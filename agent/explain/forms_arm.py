@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from agent.explain.downhill import downhill
 from agent.explain.form import Form, Point, stack
 from agent.explain.hidden_arm import HiddenArm, inertia_of
@@ -18,12 +20,22 @@ _ARM_REACHES = (3e-5, 3e-4)  # rad of the arm: how far its own friction gives wa
 _WIDEST_ARM_GAP = 2e-3  # rad of the arm, half of a worn planetary gear's
 _RUBBING_TRIALS = 36
 _GAPS, _PLACES = 18, 2
+_GAP_WIDTHS = (0.93, 1.0, 1.07)  # of one gap: a gear's is not the same all the way round
+_STIFFEST = 3.0  # cutoffs: a spring whose swing is faster is as good as rigid in the band
+_DAMPED = 1.0  # of critical: gears swing, they do not creep
+_ALL_FRICTION = 1.2  # the arm's share of what the refitted twin has, which may be a little low
+
+Limits = Sequence[tuple[float, float]]
 
 
 def _swing_grid(scene: Scene) -> Sequence[Point]:
     highest = 1.5 * scene.table.cutoff_hz
     frequencies = log_grid(max(1.0, highest / 15.0), highest, 8)
     return tuple((f, d) for f in frequencies for d in (0.03, 0.1, 0.3))
+
+
+def _swing_limits(scene: Scene) -> Limits:
+    return ((0.1, _STIFFEST * scene.table.cutoff_hz), (1e-3, _DAMPED))
 
 
 def _flexible(scene: Scene, point: Point) -> Floats:
@@ -42,7 +54,13 @@ def _rubbing_grid(scene: Scene) -> Sequence[Point]:
         for k, r in enumerate(reaches)
     ]
     # A soft arm's resonance is narrower than the grid, and its four numbers hang together.
-    return (*coarse, *downhill(scene, _rubbing, coarse, _RUBBING_TRIALS))
+    limits = _rubbing_limits(scene)
+    return (*coarse, *downhill(scene, _rubbing, coarse, limits, _RUBBING_TRIALS))
+
+
+def _rubbing_limits(scene: Scene) -> Limits:
+    widest = 100.0 * _ARM_REACHES[-1] * scene.table.gear_ratio
+    return (*_swing_limits(scene), (0.0, _ALL_FRICTION), (1e-9, widest))
 
 
 def _rubbing(scene: Scene, point: Point) -> Floats:
@@ -87,26 +105,41 @@ def _spring_entry(inertia: float, frequency_hz: float, damping: float) -> dict[s
 
 
 def _gap_grid(scene: Scene) -> Sequence[Point]:
-    """Return gaps of all sizes at the arm's likeliest shares of inertia and friction."""
+    """Return gaps of all sizes at the arm's likeliest shares of inertia and friction.
+
+    Contacts are hard and well damped: what a search that starts from soft ones takes for twist is
+    a part of the gap.
+    """
     cutoff, gear = scene.table.cutoff_hz, scene.table.gear_ratio
     # A gap that is crossed faster than the band can follow leaves no trace.
     smallest = 0.1 * _slowing(scene) / (2.0 * math.pi * cutoff) ** 2
     gaps = log_grid(smallest, _WIDEST_ARM_GAP * gear, _GAPS)
     return tuple(
-        (gap, share, friction, (0.7, 1.3)[k % 2] * cutoff, (0.2, 0.4)[(i + k) % 2])
+        (gap, share, friction, (1.0, 1.6)[k % 2] * cutoff, (0.4, 0.8)[(i + k) % 2])
         for i, (share, friction) in enumerate(arm_shares(scene, _PLACES))
         for k, gap in enumerate(gaps)
     )
 
 
+def _gap_limits(scene: Scene) -> Limits:
+    widest = 2.0 * _WIDEST_ARM_GAP * scene.table.gear_ratio
+    return ((0.0, widest), (0.01, 1.0), (0.0, _ALL_FRICTION), *_swing_limits(scene))
+
+
 def _gap(scene: Scene, point: Point) -> Floats:
-    """Return the torque of an arm behind a gap, less that of a tight gear, over its inertia."""
+    """Return the torque of an arm behind a gap, less that of a tight gear, over its inertia.
+
+    The mean over gaps that differ a little: an arm that bounces is thrown to one side or the other
+    by next to nothing, so that one path is no prediction, and the best of many paths is luck.
+    """
     half_gap, inertia_share, friction_share, hz, damping = point
     friction = max(friction_share, 0.0) * _slowing(scene) / inertia_share
-    arm = HiddenArm(
-        hz, damping, friction, _ARM_REACHES[0] * scene.table.gear_ratio, half_gap, inertia_share
-    )
-    return stack(arm.extra_rad_s2(scene))
+    reach = _ARM_REACHES[0] * scene.table.gear_ratio
+    paths = [
+        HiddenArm(hz, damping, friction, reach, width * half_gap, inertia_share)
+        for width in _GAP_WIDTHS
+    ]
+    return stack(np.mean([arm.extra_rad_s2(scene) for arm in paths], axis=0))
 
 
 def _gap_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
@@ -131,6 +164,7 @@ FORMS: tuple[Form, ...] = (
         (1,),
         at_edges=True,
         to_twin=_flexible_twin,
+        limits=_swing_limits,
     ),
     Form(
         "joint-flexibility",
@@ -142,6 +176,7 @@ FORMS: tuple[Form, ...] = (
         (1,),
         at_edges=True,
         to_twin=_rubbing_twin,
+        limits=_rubbing_limits,
         rests_on_numbers=True,
     ),
     Form(
@@ -155,6 +190,7 @@ FORMS: tuple[Form, ...] = (
         needs=("position_rad",),
         at_edges=True,
         to_twin=_gap_twin,
+        limits=_gap_limits,
         rests_on_numbers=True,
     ),
 )

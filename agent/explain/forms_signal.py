@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 
 from agent.explain.form import Form, Point, stack
+from agent.explain.forms_reversal import hysteresis
 from agent.explain.saturation import saturation_evidence
 from agent.explain.scene import Scene
 from agent.identify.result import Floats
 
 _DELAYS_S = tuple(1e-3 * d for d in (-16, -8, -4, -2, -1, 1, 2, 4, 8, 16))
 _SHORTEST_DELAY_S = 2e-4
+_YIELDS_ARM_RAD = 1e-4  # before contacts slip: the lower end of what joints show
 
 
 def _delay_grid(scene: Scene) -> Sequence[Point]:
@@ -26,12 +28,16 @@ def _delay(scene: Scene, point: Point) -> Floats:
     """Return the refitted torque, later by a trial delay, less itself, over the trial, (N, 1).
 
     Its coefficient is the torque's delay, below zero where the motion is the late one; the trial
-    only bends the column, to the second order of how far it is from the delay.
+    only bends the column, to the second order of how far it is from the delay. Dry friction turns
+    round within a little travel, as it does in every joint: a jump would reach through the filter
+    to where friction has long settled, and make all delays too long.
     """
     trial_s = math.copysign(max(abs(point[0]), _SHORTEST_DELAY_S), point[0])
-    out = np.zeros(scene.direction.shape[0])
+    yielding = hysteresis(scene, _YIELDS_ARM_RAD * scene.table.gear_ratio)
+    predicted = scene.predicted_nm + float(scene.theta[2]) * (yielding - scene.direction)
+    out = np.zeros(predicted.shape[0])
     for at, _ in scene.each_piece():
-        time, torque = scene.full("time_s")[at], scene.predicted_nm[at]
+        time, torque = scene.full("time_s")[at], predicted[at]
         out[at] = (np.interp(time - trial_s, time, torque) - torque) / trial_s
     return stack(out)
 

@@ -76,6 +76,7 @@ class HiddenArm:
         # Stiffer friction would ask for smaller steps, and the band would not show the difference.
         reach = max(self.reach_rad, self.friction_rad_s2 / (_HARDEST * omega**2), 1e-12)
         fastest_hz = math.sqrt(omega**2 + self.friction_rad_s2 / reach) / (2.0 * math.pi)
+        steps_per_s = _STEPS_PER_SWING * fastest_hz * max(self.damping_ratio, 1.0)
         pull = np.zeros_like(velocity_rad_s) if pull_rad_s2 is None else pull_rad_s2
         out = np.zeros(velocity_rad_s.shape[0])
         for at, period_s in scene.each_piece():
@@ -88,7 +89,7 @@ class HiddenArm:
                 self.friction_rad_s2,
                 reach,
                 self.half_gap_rad,
-                max(1, math.ceil(_STEPS_PER_SWING * fastest_hz * period_s)),
+                max(1, math.ceil(steps_per_s * period_s)),
             )
         return out
 

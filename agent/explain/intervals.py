@@ -16,7 +16,7 @@ from agent.explain.search import Library
 from agent.explain.table import BASE
 from agent.identify.result import Floats, Parameter
 
-_NUDGE = 0.02  # of a non-linear number's first step: a derivative, not a difference
+_NUDGE = 0.1  # of a non-linear number's first step: what bounces has no slope on a finer scale
 
 
 def with_intervals(library: Library, model: Model) -> Model:

@@ -69,7 +69,7 @@ def climbed(
                 for low, high in (limits[i], *(spans[i],) * (far - 1)):
                     at = best[i] + side * step(best[i])
                     trial = (*best[:i], at, *best[i + 1 :])
-                    if not low <= at <= high or (found := gain_at(trial)) <= gain:
+                    if not low <= at <= high or not (found := gain_at(trial)) > gain:
                         break
                     gain, best = found, trial
     return gain, best

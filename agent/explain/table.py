@@ -32,6 +32,7 @@ BASE: tuple[str, ...] = rigid_body.PARAMETERS[:5]
 
 _MOST_ROWS = 30_000
 _ROWS_PER_CUTOFF = 3.0  # rows a second for every hertz of the band
+_HALF = 0.5  # of the step between velocity and position, or its inverse: no longer that step
 
 
 @dataclass(frozen=True)
@@ -222,12 +223,14 @@ def _pieces(kept: Sequence[_Kept], cutoff_hz: float) -> tuple[Piece, ...]:
 def _in_step(plain: Table, aligned: Table) -> bool:
     """Return whether the torque is in step with the position, and not with the velocity.
 
-    How much of the step between the two the torque asks for, beside the plain structure: above a
-    half it is with the position. A fit to this one direction, because a large mismatch of another
-    kind stays in both tables and would hide by its size what a fraction of a millisecond does at
-    the corners. Friction that is free along the speed, the acceleration and the travel since a
-    reversal, and a free torque along the position stand beside it, so that what is missing of
-    these does not decide: friction under load, and friction that yields, act at corners, too.
+    How much of the step between the two the torque asks for, beside the plain structure: about all
+    of it where it is with the position. Torque that asks for far more is late or early by itself,
+    which is for the explanation to find, and tells nothing about this step. A fit to this one
+    direction, because a large mismatch of another kind stays in both tables and would hide by its
+    size what a fraction of a millisecond does at the corners. Friction that is free along the
+    speed, the acceleration and the travel since a reversal, and a free torque along the position
+    stand beside it, so that what is missing of these does not decide: friction under load, and
+    friction that yields, act at corners, too.
     """
     rows = plain.sliding & aligned.sliding
     if not rows.any():
@@ -242,7 +245,8 @@ def _in_step(plain: Table, aligned: Table) -> bool:
     columns, target = np.concatenate(free, axis=1), plain.target_nm[rows]
     moved = least(columns, target)[: plain.base.shape[1]]
     step = (aligned.given_nm - plain.given_nm)[rows] + (aligned.base - plain.base)[rows] @ moved
-    return bool(least(np.column_stack((columns, step)), target)[-1] > 0.5)
+    asked = float(least(np.column_stack((columns, step)), target)[-1])
+    return _HALF < asked < 1.0 / _HALF
 
 
 def least(columns: Floats, target: Floats) -> Floats:

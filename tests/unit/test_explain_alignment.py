@@ -23,11 +23,14 @@ def speed(time: Floats) -> Floats:
     return np.asarray(waves)
 
 
-def run(viscous: float, *, with_position: bool, seed: int) -> Run:
-    """Return a run in which the reported velocity is late, the torque in step with either."""
+def run(viscous: float, *, with_position: bool, seed: int, late_s: float = 0.0) -> Run:
+    """Return a run in which the reported velocity is late, the torque in step with either.
+
+    Or the torque is later still by `late_s`.
+    """
     rng = np.random.default_rng(seed)
     late = speed(TIME - LATE_S)
-    own = TIME if with_position else TIME - LATE_S
+    own = (TIME if with_position else TIME - LATE_S) - late_s
     fine = 1e-5
     acceleration = (speed(own + fine) - speed(own - fine)) / (2.0 * fine)
     torque = 0.018 * acceleration + viscous * speed(own) + 0.5 * np.sign(speed(own))
@@ -50,3 +53,9 @@ def test_the_torque_decides_in_which_step_the_velocity_is_taken(*, with_position
     runs = [run(0.016, with_position=with_position, seed=1)]
     runs.append(run(0.006, with_position=with_position, seed=2))
     assert tabulate(TWIN, runs).aligned is with_position
+
+
+@pytest.mark.parametrize("late_s", [-10.0 * LATE_S, 10.0 * LATE_S])
+def test_a_torque_that_is_late_by_itself_tells_nothing_of_the_velocity(late_s: float) -> None:
+    runs = [run(0.01, with_position=False, seed=seed, late_s=late_s) for seed in (1, 2)]
+    assert not tabulate(TWIN, runs).aligned

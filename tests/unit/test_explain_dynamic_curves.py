@@ -71,7 +71,7 @@ def test_a_pattern_search_finds_the_bottom_of_a_narrow_valley() -> None:
         return np.asarray(bell * np.sin(2.0 * np.pi * point[0] * time))[:, np.newaxis]
 
     coarse = [(7.0, 0.1), (7.9, 0.1), (9.0, 0.1)]
-    (hertz, width), *_ = downhill(scene, burst, coarse, 60)
+    (hertz, width), *_ = downhill(scene, burst, coarse, ((1.0, 20.0), (0.01, 2.0)), 60)
     assert hertz == pytest.approx(HERTZ, rel=0.02)
     # The bell that resembles a box of one second most.
     assert width == pytest.approx(0.36, rel=0.3)
