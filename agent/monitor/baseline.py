@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from agent.monitor.series import FEATURES, FeatureSeries
 LEAST, MOST = 8, 60
 FEWEST_ASKED = 3
 SHARE = 0.005
-_PARAMETERS = 3
+PARAMETERS = 3
 _NORMAL_95 = 1.6448536269514722
 _RULING = ("coulomb_nm", "integral_w", "low_integral_w")
 
@@ -52,9 +52,10 @@ class Baseline:
     Parameters
     ----------
     cycles : int
-        How many of the first cycles are taken to be healthy.
+        How many of the first cycles are taken to be healthy; while nothing is suspected it grows
+        beyond what is needed (`agent.monitor.growth`).
     needed : int
-        How many it takes.
+        How many it takes to begin with.
     laws : mapping of str to Law
         Of each feature; empty where there are fewer cycles than needed.
     asked : bool
@@ -120,29 +121,45 @@ def baseline_of(features: Features, asked: int | None = None) -> Baseline:
         if have < length:
             return Baseline(have, length, {}, asked is not None)
         healthy = features.take(slice(0, length))
-        error = max(_standard_error(healthy, name) for name in _RULING)
+        laws = _laws(healthy)
+        error = _standard_error(laws)
         if asked is not None or error <= SHARE or length >= MOST:
-            laws = {name: _learned(healthy, name) for name in FEATURES}
             return Baseline(length, length, laws, asked is not None, error)
         wanted = math.ceil(length * (error / SHARE) ** 2)
         length = min(MOST, max(length + 1, min(wanted, 2 * length)))
 
 
-def _learned(healthy: Features, name: str) -> Law:
-    return learn(healthy.conditions, healthy.values[name], healthy.deviations[name], PRIORS[name])
+def lengthened(
+    baseline: Baseline, features: Features, cycles: int, names: Collection[str]
+) -> Baseline:
+    """Return a baseline that has learned these features from so many of the first cycles."""
+    if cycles == baseline.cycles:
+        return baseline
+    laws = _laws(features.take(slice(0, cycles)), names)
+    return replace(baseline, cycles=cycles, laws=laws, standard_error=_standard_error(laws))
 
 
-def _standard_error(healthy: Features, name: str) -> float:
-    """Return the standard error of the mean as a share, as large as it may well be.
+def _laws(healthy: Features, names: Collection[str] = FEATURES) -> dict[str, Law]:
+    return {
+        name: learn(
+            healthy.conditions, healthy.values[name], healthy.deviations[name], PRIORS[name]
+        )
+        for name in names
+    }
+
+
+def _standard_error(laws: Mapping[str, Law]) -> float:
+    """Return the least sure deciding mean's standard error as a share, as large as it may well be.
 
     A few cycles may agree by luck, and a rule that stops at the first luck would stop too early:
     the scatter is taken at the upper end of its one-sided 95 % interval.
     """
-    law = _learned(healthy, name)
-    free = max(law.cycles - _PARAMETERS, 2)
+    ruling = [law for name, law in laws.items() if name in _RULING]
+    free = max(ruling[0].cycles - PARAMETERS, 2)
     third = 2.0 / (9.0 * free)  # Wilson and Hilferty's chi square, PNAS 17 (1931) 684
     luck = (1.0 - third - _NORMAL_95 * math.sqrt(third)) ** 3
-    return law.level_deviation / max(abs(law.level), 1e-300) / math.sqrt(luck)
+    share = max(law.level_deviation / max(abs(law.level), 1e-300) for law in ruling)
+    return share / math.sqrt(luck)
 
 
 def compensated(features: Features, baseline: Baseline) -> dict[str, Compensated]:

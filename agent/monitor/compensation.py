@@ -241,6 +241,9 @@ class Law:
     def compensate(self, conditions: Conditions, values: Floats, deviations: Floats) -> Compensated:
         """Bring values to the reference conditions.
 
+        The scatter from cycle to cycle is a share of the friction that there is: where a cold
+        joint has more of it, its cycles scatter by more.
+
         Parameters
         ----------
         conditions : Conditions
@@ -248,9 +251,10 @@ class Law:
             As measured, with the deviation of the measurement.
         """
         effect, shared = self.effect(conditions)
+        more = np.maximum(1.0, 1.0 + effect / self.level) if self.level > 0.0 else 1.0
         return Compensated(
             values - effect,
-            np.hypot(deviations, self.scatter),
+            np.hypot(deviations, self.scatter * more),
             shared,
             self.extrapolates(conditions),
         )

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 
 from agent.identify.result import Floats
 from agent.monitor.compensation import Basis, Bend, Conditions, Law, Prior
@@ -13,7 +14,7 @@ from agent.monitor.compensation import Basis, Bend, Conditions, Law, Prior
 _DECAYS_K = (math.inf, 50.0, 32.0, 24.0, 19.0, 15.0, 12.0)
 _USUAL_SCATTER = 0.005  # of the level, from cycle to cycle, worth `_SCATTER_CYCLES` of them
 _SCATTER_CYCLES = 2.0
-_BISECTIONS = 16
+_LOG_TOLERANCE = 5e-3  # of a scatter's variance
 _ALIKE = 1.5  # so many neighbouring cycles tell as much as one that is independent: memory of 0.2
 _VARIES = 1e-3
 _OUTLIER = 5.0  # robust deviations
@@ -185,13 +186,16 @@ def _scatter(columns: Floats, y: Floats, noise: Floats, centre: Floats, width: F
     J. Res. NBS 87 (1982) 377), together with a few imagined cycles of a usual scatter.
     """
     usual = _USUAL_SCATTER**2
-    low, high = 0.0, 10.0 * (float(np.var(y)) + usual)
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (low + high)
-        variance = noise**2 + middle
+
+    def excess(log_between: float) -> float:
+        between = math.exp(log_between)
+        variance = noise**2 + between
         solved = _solve(columns, y, 1.0 / variance, centre, width)
         squares = float(np.sum((y - solved.predicted) ** 2 / variance))
-        squares += _SCATTER_CYCLES * usual / max(middle, 1e-18)
-        freedom = y.size - solved.freedom + _SCATTER_CYCLES
-        low, high = (middle, high) if squares > freedom else (low, middle)
-    return np.asarray(noise**2 + 0.5 * (low + high))
+        squares += _SCATTER_CYCLES * usual / between
+        return math.log(squares / (y.size - solved.freedom + _SCATTER_CYCLES))
+
+    low, high = math.log(1e-4 * usual), math.log(10.0 * (float(np.var(y)) + usual))
+    if excess(high) > 0.0:  # the priors themselves do not fit these cycles
+        return np.asarray(noise**2 + math.exp(high))
+    return np.asarray(noise**2 + math.exp(brentq(excess, low, high, xtol=_LOG_TOLERANCE)))

@@ -22,18 +22,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from agent.identify.result import Floats
 from agent.monitor.decision import Marks
 from agent.monitor.series import FeatureSeries, Judgement, State, Trace
 from agent.monitor.standing import Standing, standing
-from agent.monitor.tuning import Target, Tuning, cycles_per_year, tune
+from agent.monitor.tuning import NEAR_OPTIMUM, Target, Tuning, cycles_per_year, cycles_within, tune
 
 DECIDING = "low_integral_w"
 
 _SHARES: Mapping[str, float] = {DECIDING: 0.75, "integral_w": 0.25}
 
 _ONE_CYCLE = 0.501  # of the threshold: two cycles are enough, one never is
+_RECENT = 3  # cycles whose median is the rise now
 _KEPT = 1.5  # of the threshold: the sum grows no further
 
 
@@ -66,11 +68,26 @@ class Cusum:
         """Return what each tested feature's CUSUM is tuned to, and what it promises."""
         return {name: tuning for name, (_, tuning) in self._tuned(series).items()}
 
+    def promise(self, series: FeatureSeries) -> str:
+        """Return what is found after this baseline, how soon, and when it will be sooner."""
+        found, tuning = self._tuned(series)[DECIDING]
+        if found is None or not tuning.decidable:
+            return tuning.sentence
+        ratio = tuning.delay_cycles / tuning.known_delay_cycles
+        said = f"{tuning.sentence}; the delay is {ratio:.2f} times the least possible"
+        if ratio <= NEAR_OPTIMUM:
+            return said
+        enough = cycles_within(found, tuning, cycles_per_year(series))
+        if enough is None:
+            return f"{said}, and no baseline brings it to {NEAR_OPTIMUM:g} times"
+        return f"{said}; from {enough} healthy cycles on at most {NEAR_OPTIMUM:g} times"
+
     def judge(self, series: FeatureSeries) -> Judgement:
         """Return the state at each cycle; where tuning is not decidable, no fault throughout."""
         traces: dict[str, Trace] = {}
         increased = np.zeros(series.time_s.size, dtype=np.bool_)
         high = np.zeros_like(increased)
+        clear = np.ones_like(increased)
         for name, (found, tuning) in self._tuned(series).items():
             if found is None or not tuning.decidable:
                 continue
@@ -79,13 +96,15 @@ class Cusum:
             )
             traces[name] = Trace(sums, np.full_like(sums, tuning.increased))
             increased |= until_zero(sums, tuning.increased)
+            clear &= sums <= 0.0
             if name == DECIDING:
                 rise = recent_median(found.rise(tuning.high_allowance))
                 far = self._sums(
                     found, tuning.high_drift, tuning.high_allowance, tuning.high, series.healthy
                 )
                 high = (far > tuning.high) & (rise > self.target.high_rise)
-        return Judgement(self.name, warned_states(increased, high), traces)
+        states = warned_states(increased, high)
+        return Judgement(self.name, states, traces, clear if traces else None)
 
     def _tuned(self, series: FeatureSeries) -> dict[str, tuple[Standing | None, Tuning]]:
         tested = {name: s for name, s in self.features.items() if name in series.values}
@@ -127,8 +146,8 @@ def recent_median(rise: Floats) -> Floats:
     """Return the median of each cycle and the two before it that carry the feature, shape (n,)."""
     out = np.full_like(rise, np.nan)
     carried = np.flatnonzero(np.isfinite(rise))
-    for i in range(2, carried.size):
-        out[carried[i]] = np.median(rise[carried[i - 2 : i + 1]])
+    if carried.size >= _RECENT:
+        out[carried[_RECENT - 1 :]] = np.median(sliding_window_view(rise[carried], _RECENT), axis=1)
     last = np.maximum.accumulate(np.where(np.isfinite(out), np.arange(rise.size), 0))
     return out[last]
 

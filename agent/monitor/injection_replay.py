@@ -1,15 +1,17 @@
 """Replays of a joint's own healthy cycles, with a known rise that must be caught from a cycle on.
 
-A replay is made of blocks of neighbouring cycles drawn with their temperatures and payloads from
-the healthy history (circular block bootstrap, Politis and Romano 1992), so that what neighbours
-share stays shared. It goes through the very chain that judges a history: the rule of the baseline,
-the compensation learned from it, the detector. The features are linear in friction, so that a rise
-adds its own features to each later cycle's; that is checked by estimating injected recordings anew
-(`injection.responses`).
+Each replay is a joint as the healthy history allows it to be. The law of the conditions is learned
+from all healthy cycles once; what they leave comes back in blocks of neighbours (circular block
+bootstrap, Politis and Romano 1992), under conditions drawn in blocks of their own, so that no night
+is both learned from and judged. So few cycles know their scatter only roughly: each replay's is
+drawn from what they leave open (chi-squared). The replay then goes through the chain that judges a
+history: a baseline as long as the joint's is now, the compensation learned from it, the detector.
+The features are linear in friction, so that a rise adds its own features to each later cycle's;
+that is checked by estimating injected recordings anew (`injection.responses`).
 
-Each replay has a smallest rise that it catches in time. The 95 % quantile of these over the replays
-is the smallest rise that is caught with 95 %; its interval is that of the quantile's order
-statistics, widened by what so many healthy cycles leave open of their own scatter.
+Each replay has a smallest rise that it catches in time. As each stands for what the joint may be,
+the rise that 95 % of them catch is caught with 95 % the next time. Its interval is that of the
+quantile's order statistics, widened by what so many healthy cycles leave open of their scatter.
 """
 
 from __future__ import annotations
@@ -23,13 +25,15 @@ from numpy.typing import NDArray
 
 from agent.identify.result import Floats
 from agent.monitor.baseline import (
+    PARAMETERS,
     Baseline,
     Features,
     baseline_of,
     compensated,
     series_of,
 )
-from agent.monitor.compensation import Conditions
+from agent.monitor.compensation import Law
+from agent.monitor.growth import LAG, watched
 from agent.monitor.injection import SHAPES, rise_of
 from agent.monitor.injection_result import CAUGHT, Catch, FalseAlarms, Healthy, SelfTest
 from agent.monitor.series import FEATURES, Detector, Judgement, State
@@ -89,14 +93,14 @@ def self_test(
         needed = max(FEWEST, baseline.needed)
         reason = f"{count} of {needed} healthy cycles"
         return SelfTest(reason, count, baseline.cycles, 0, within, block)
-    rng = np.random.default_rng(seed)
-    made = [_replay(healthy, block, within, asked, rng) for _ in range(replays)]
-    usable = [r for r in made if r is not None]
+    length = watched(healthy.features, healthy.time_s, baseline, detector)[0].cycles
+    source, rng = _source(healthy, block), np.random.default_rng(seed)
+    usable = [_replay(source, length, within, rng) for _ in range(replays)]
     # A replay that has an alarm before the rise is a false alarm's, and catches nothing.
     quiet = [r for r in usable if r.alarm(detector, {}, r.onset) is None]
-    reason = _unable(usable, quiet, replays, detector, within)
+    reason = _unable(usable, quiet, detector, within)
     if reason:
-        return SelfTest(reason, count, baseline.cycles, len(usable), within, block)
+        return SelfTest(reason, count, length, len(usable), within, block)
     catches = tuple(
         _catch(
             shape,
@@ -108,22 +112,19 @@ def self_test(
         for shape in SHAPES
     )
     alarms = _false_alarms(usable, healthy, detector)
-    return SelfTest("", count, baseline.cycles, len(quiet), within, block, catches, alarms)
+    return SelfTest("", count, length, len(quiet), within, block, catches, alarms)
 
 
 def _unable(
     usable: Sequence[_Replay],
     quiet: Sequence[_Replay],
-    replays: int,
     detector: Detector,
     within: int,
 ) -> str:
     """Return why the replays show nothing; empty where they do."""
-    if len(usable) < replays // 2:
-        return f"in {replays - len(usable)} of {replays} replays the baseline never settles"
     if not any(r.judged(detector, {}, r.onset + within).traces for r in usable[:5]):
         return "the detector has no threshold for cycles that scatter as these do"
-    if len(quiet) < replays // 2:
+    if len(quiet) < len(usable) // 2:
         return f"{len(usable) - len(quiet)} of {len(usable)} replays have an alarm before any rise"
     return ""
 
@@ -154,32 +155,52 @@ class _Replay:
         return next((i for i in after if states[i] is not State.NO_FAULT), None)
 
 
-def _replay(
-    healthy: Healthy, block: int, within: int, asked: int | None, rng: np.random.Generator
-) -> _Replay | None:
-    """Draw a history; None where its baseline is not complete in twice the history's length."""
-    count = healthy.features.count
-    length = 2 * count + _AFTER + within
-    starts = rng.integers(0, count, math.ceil(length / block))
-    index = ((starts[:, np.newaxis] + np.arange(block)) % count).ravel()[:length]
-    drawn = _drawn(healthy.features, index)
-    baseline = baseline_of(drawn, asked)
-    if not baseline.enough or baseline.cycles + _AFTER + within > length:
-        return None
-    time_s = healthy.interval_s * np.arange(length, dtype=np.float64)
+@dataclass(frozen=True)
+class _Source:
+    """What replays are drawn from: the healthy cycles, and what the law leaves of each."""
+
+    healthy: Healthy
+    laws: Mapping[str, Law]
+    left: Mapping[str, Floats]
+    block: int
+
+    def drawn(self, length: int, rng: np.random.Generator) -> Features:
+        """Return so many cycles of a joint like this one."""
+        given, under = self.healthy.features, self._blocks(length, rng)
+        nights, free = self._blocks(length, rng), given.count - PARAMETERS
+        wider = math.sqrt(given.count / rng.chisquare(free))
+        conditions = given.conditions.take(under)
+        values = {
+            name: law.level + law.effect(conditions)[0] + wider * self.left[name][nights]
+            for name, law in self.laws.items()
+        }
+        stated = {name: deviation[nights] for name, deviation in given.deviations.items()}
+        return Features(values, stated, conditions)
+
+    def _blocks(self, length: int, rng: np.random.Generator) -> NDArray[np.int64]:
+        count = self.healthy.features.count
+        starts = rng.integers(0, count, math.ceil(length / self.block))
+        return ((starts[:, np.newaxis] + np.arange(self.block)) % count).ravel()[:length]
+
+
+def _source(healthy: Healthy, block: int) -> _Source:
+    """Learn the law of the conditions from all healthy cycles."""
+    given = healthy.features
+    laws = baseline_of(given, given.count).laws
+    left = {
+        name: given.values[name] - law.level - law.effect(given.conditions)[0]
+        for name, law in laws.items()
+    }
+    return _Source(healthy, laws, left, block)
+
+
+def _replay(source: _Source, baseline: int, within: int, rng: np.random.Generator) -> _Replay:
+    """Draw a history whose rise begins some cycles after its baseline."""
     # The rise may begin at once or later: what the detector has summed up by then is its own.
-    onset = baseline.cycles + int(rng.integers(1, 2 * block + 1))
-    return _Replay(time_s, drawn, baseline, onset)
-
-
-def _drawn(features: Features, index: NDArray[np.int64]) -> Features:
-    """Return cycles in any order, some of them more than once."""
-    given = features.conditions
-    return Features(
-        {name: values[index] for name, values in features.values.items()},
-        {name: values[index] for name, values in features.deviations.items()},
-        Conditions(given.temperature_degc[index], given.payload_kg[index], given.load_nm[index]),
-    )
+    onset = baseline + LAG + int(rng.integers(1, 2 * source.block + 1))
+    drawn = source.drawn(max(onset + within, baseline + _AFTER), rng)
+    time_s = source.healthy.interval_s * np.arange(drawn.count, dtype=np.float64)
+    return _Replay(time_s, drawn, baseline_of(drawn, baseline), onset)
 
 
 @dataclass(frozen=True)
@@ -277,7 +298,7 @@ def _quantile(rising: Floats, share: float) -> tuple[float, float, float]:
     below = bdtr(np.arange(n + 1, dtype=np.float64), n, share)  # P(at most k lie below it)
     low = int(np.searchsorted(below, 0.025))
     high = int(np.searchsorted(below, 0.975))
-    at = min(math.ceil(share * n), n) - 1
+    at = min(math.ceil(share * (n + 1)), n) - 1  # below which the next one lies with that share
     return (
         float(rising[at]),
         float(rising[max(low - 1, 0)]),

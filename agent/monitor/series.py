@@ -13,6 +13,7 @@ from enum import Enum
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from agent.identify.result import Floats
 
@@ -88,12 +89,15 @@ class Trace:
 class Judgement:
     """What a detector says at each cycle, knowing nothing of later ones.
 
-    `states` has one entry a cycle; `traces` the statistic of each feature that was tested.
+    `states` has one entry a cycle; `traces` the statistic of each feature that was tested; `clear`,
+    shape (n,), marks the cycles at which nothing that was seen speaks for a rise, and is None for a
+    detector that has no such mark.
     """
 
     detector: str
     states: tuple[State, ...]
     traces: Mapping[str, Trace]
+    clear: NDArray[np.bool_] | None = None
 
     def first(self, state: State) -> int | None:
         """Return the index of the first cycle in a state, or None."""

@@ -16,6 +16,7 @@ law being off, which `allowance` meets.
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -23,7 +24,7 @@ import numpy as np
 from scipy.stats import chi2, norm
 
 from agent.identify.result import Floats
-from agent.monitor.run_length import siegmund
+from agent.monitor.run_length import siegmund, threshold_for
 from agent.monitor.series import FeatureSeries
 from agent.monitor.standing import Standing
 
@@ -31,9 +32,14 @@ YEAR_S = 365.25 * 86400.0
 SLOWEST_CYCLES = 30.0
 """A rise that takes longer than this is not what to look for: a larger one is taken instead."""
 
+NEAR_OPTIMUM = 1.25
+"""So many times the delay of a detector that knows everything is as near as is asked for."""
+
+_LONGEST, _LENGTHEN = 400, 1.1  # baselines that are tried for it
 _DRIFTS = np.linspace(0.4, 0.95, 8)  # of the rise
 _LARGER = np.geomspace(1.0, 64.0, 13)  # the rises that are tried, over the smallest
 _NOISE = 0.5  # of the false alarms are left to noise, the rest to the law's error
+_TRIALS = 8.0  # of the law's error in a year: a season's two ends, under some four baselines
 _LARGEST = 200.0  # threshold over scatter
 
 
@@ -85,13 +91,15 @@ class Tuning:
         cannot carry the rate.
     allowance, high_allowance : float
         How many deviations of the compensation's shared error are allowed for in H0 and in H1.
-        That error lasts a season, not a cycle: it is one trial in each half of a year.
+        That error lasts a season, not a cycle: it is a few trials a year.
     rate_per_year : float
         Expected false alarms of H0 from noise in a robot-year.
     rate_ci95_per_year : tuple of float
         Between which that rate lies for this robot, from what its baseline leaves open.
     delay_cycles : float
         Expected, from the onset of a lasting rise of the smallest size.
+    known_delay_cycles : float
+        The same for the CUSUM that knows level, scatter and rise (Moustakides) at the same rate.
     decidable : bool
     sentence : str
     """
@@ -106,6 +114,7 @@ class Tuning:
     rate_per_year: float
     rate_ci95_per_year: tuple[float, float]
     delay_cycles: float
+    known_delay_cycles: float
     decidable: bool
     sentence: str
 
@@ -196,6 +205,7 @@ def _tuned(found: _Known, target: Target, cycles_per_year: float, share: float) 
         float(np.mean(rates)),
         (low, up),
         float(delays[best]),
+        _known_delay(float(rise), found.long_run, float(np.mean(rates)), cycles_per_year),
         decidable=True,
         sentence=(
             f"{found.cycles} healthy cycles: a lasting rise of "
@@ -206,6 +216,36 @@ def _tuned(found: _Known, target: Target, cycles_per_year: float, share: float) 
     )
 
 
+def cycles_within(
+    found: Standing, tuning: Tuning, cycles_per_year: float, ratio: float = NEAR_OPTIMUM
+) -> int | None:
+    """Return how long a baseline has to be for a delay of at most `ratio` times the optimum.
+
+    For the rise and the rate that the detector is tuned to. None where even `_LONGEST` cycles are
+    too few.
+    """
+    rise = tuning.rise * found.level / found.scatter
+    length, best = found.cycles, tuning.delay_cycles
+    while best > ratio * tuning.known_delay_cycles:
+        length = math.ceil(_LENGTHEN * length)
+        if length > _LONGEST:
+            return None
+        doubt = _doubt(length, round(found.long_run, 2))
+        drifts = _DRIFTS * rise
+        lines = _thresholds(doubt, drifts, tuning.rate_per_year, cycles_per_year)
+        best = float(
+            np.min(np.where(np.isfinite(lines), doubt.delays(rise, drifts, lines), np.inf))
+        )
+    return length
+
+
+def _known_delay(rise: float, long_run: float, rate: float, cycles_per_year: float) -> float:
+    """Return the delay of a CUSUM that knows everything, at a rate of false alarms in a year."""
+    spread = math.sqrt(long_run)
+    drift = 0.5 * rise / spread
+    return float(siegmund(drift, threshold_for(-drift, cycles_per_year / rate)))
+
+
 def cycles_per_year(series: FeatureSeries) -> float:
     """Return how many cycles a year the healthy ones amount to; one alone counts as nightly."""
     gaps = np.diff(series.time_s[: series.healthy])
@@ -214,18 +254,18 @@ def cycles_per_year(series: FeatureSeries) -> float:
 
 def _undecided(reason: str) -> Tuning:
     return Tuning(
-        np.inf, np.inf, np.inf, np.inf, np.inf, 0.0, 0.0, 0.0, (0.0, 0.0), np.inf, decidable=False,
-        sentence=f"not decidable: {reason}",
+        np.inf, np.inf, np.inf, np.inf, np.inf, 0.0, 0.0, 0.0, (0.0, 0.0), np.inf, np.inf,
+        decidable=False, sentence=f"not decidable: {reason}",
     )  # fmt: skip
 
 
 def allowance(rate_per_year: float) -> float:
     """Return how many deviations of the law's shared error to allow for.
 
-    Half of the accepted false alarms are the law's, and it has two trials a year: its error is
-    largest where the season is warmest and where it is coldest.
+    Half of the accepted false alarms are the law's. Its error is largest where the season is
+    warmest and where it is coldest, and it is another under each baseline that a year brings.
     """
-    return float(norm.isf(min(0.5, (1.0 - _NOISE) * rate_per_year / 2.0)))
+    return float(norm.isf(min(0.5, (1.0 - _NOISE) * rate_per_year / _TRIALS)))
 
 
 @functools.lru_cache(maxsize=256)

@@ -13,12 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.identify.result import Floats
-from agent.monitor.baseline import Baseline, baseline_of, compensated, features_table, series_of
+from agent.monitor.baseline import Baseline, baseline_of, compensated, features_table
 from agent.monitor.change_time import ChangeTime, change_time
 from agent.monitor.comparison import Comparison, compare
 from agent.monitor.compensation import Compensated
 from agent.monitor.cooling import COLD, WARM, Warmth, next_comparable, warmth
 from agent.monitor.cycle import Cycle
+from agent.monitor.growth import watched
 from agent.monitor.history import JointHistory, Segment
 from agent.monitor.outlook import Outlook, outlook
 from agent.monitor.reasons import Beside, Reasons, reasons_of
@@ -159,13 +160,13 @@ def _track(history: JointHistory, segment: Segment, detector: Detector, asked: i
     """Learn from a stretch's first cycles and judge the others."""
     cycles = history.cycles[segment.start : segment.stop]
     features = features_table(cycles, history.features[segment.start : segment.stop])
+    time_s = np.array([c.started_s for c in cycles])
     baseline = baseline_of(features, asked)
     if not baseline.enough:
         return Track(segment, baseline)
-    found = compensated(features, baseline)
-    series = series_of(np.array([c.started_s for c in cycles]), found, baseline)
-    judgement = detector.judge(series)
+    baseline, series, judgement = watched(features, time_s, baseline, detector)
     promise = _promise(detector, series)
+    found = compensated(features, baseline)
     return Track(segment, baseline, found, promise, series, judgement if judgement.traces else None)
 
 
@@ -283,10 +284,9 @@ def _more_cycles(track: Track) -> tuple[str, ...]:
 
 
 def _promise(detector: Detector, series: FeatureSeries) -> str:
-    """Return what the detector's tuning promises; empty where it has none."""
-    tunings = getattr(detector, "tunings", None)
-    tuning = tunings(series).get("low_integral_w") if tunings is not None else None
-    return "" if tuning is None else as_sentence(tuning.sentence)
+    """Return what the detector promises after this baseline; empty where it promises nothing."""
+    promise = getattr(detector, "promise", None)
+    return "" if promise is None else as_sentence(promise(series))
 
 
 def _unable(detector: Detector, series: FeatureSeries) -> str:

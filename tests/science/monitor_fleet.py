@@ -15,7 +15,8 @@ import numpy as np
 from agent.identify.result import Floats
 from agent.monitor.baseline import Features, baseline_of, compensated, series_of
 from agent.monitor.compensation import Conditions
-from agent.monitor.series import FEATURES, FeatureSeries
+from agent.monitor.growth import watched
+from agent.monitor.series import FEATURES, Detector, FeatureSeries, Judgement
 from tests.science.monitor_joint import DAY_S, GRID, Joint
 
 PAYLOADS_KG = np.array([0.0, 40.0, 175.0])
@@ -66,7 +67,13 @@ class Nights:
         """Return the features as they came, without compensation."""
         values = dict(zip(FEATURES, self.features.T, strict=True))
         stated = {name: STATED * np.abs(v) for name, v in values.items()}
-        return FeatureSeries(DAY_S * (self.day - self.day[0]), values, stated, healthy)
+        return FeatureSeries(self.time_s, values, stated, healthy)
+
+    def table(self) -> Features:
+        """Return the features with their conditions."""
+        raw, unknown = self.raw(1), np.full(self.day.size, np.nan)
+        given = Conditions(self.temperature_degc, self.payload_kg, unknown)
+        return Features(raw.values, raw.deviations, given)
 
     def compensated(self, healthy: int | None) -> FeatureSeries:
         """Return the features as the product gives them to its detectors.
@@ -76,14 +83,27 @@ class Nights:
         healthy : int or None
             The baseline's length; None lets the product's rule choose.
         """
-        raw = self.raw(1)
-        table = Features(
-            raw.values,
-            raw.deviations,
-            Conditions(self.temperature_degc, self.payload_kg, np.full(self.day.size, np.nan)),
-        )
+        table = self.table()
         baseline = baseline_of(table, healthy)
-        return series_of(raw.time_s, compensated(table, baseline), baseline)
+        return series_of(self.time_s, compensated(table, baseline), baseline)
+
+    def judged(self, detector: Detector, healthy: int | None = None) -> tuple[int, Judgement]:
+        """Return the baseline's last length and what the product says of each night.
+
+        Parameters
+        ----------
+        detector : Detector
+        healthy : int or None
+            A baseline that is asked for; None: the product's own, which grows.
+        """
+        table = self.table()
+        baseline, _, judged = watched(table, self.time_s, baseline_of(table, healthy), detector)
+        return baseline.cycles, judged
+
+    @property
+    def time_s(self) -> Floats:
+        """Return the nights on the series' clock, shape (n,)."""
+        return DAY_S * (self.day - self.day[0])
 
 
 def temperatures(nights: int, rng: np.random.Generator) -> Floats:

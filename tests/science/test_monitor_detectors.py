@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from agent.identify.result import Floats
 from agent.monitor.cusum import Cusum
 from agent.monitor.detectors import DETECTORS, detector
+from agent.monitor.growth import LAG, MOST_GROWN, grown
 from agent.monitor.run_length import brook_evans, siegmund, threshold_for
 from agent.monitor.series import FEATURES, FeatureSeries, State
 from agent.monitor.standing import standing
@@ -215,6 +216,50 @@ def test_a_simulated_fleet_is_quiet_when_healthy_and_its_wear_is_found() -> None
         at = judged.first(State.INCREASED)
         found.append(np.inf if at is None else 0.3 * (nights.day[at] - 90.0) / 365.0)
     assert np.median(found) <= 0.08
+
+
+def grown_states(values: Floats, first: int) -> tuple[int, tuple[State, ...]]:
+    """Return the last baseline's length and the states under a baseline that grows."""
+    length, judged = grown(lambda n, _: series_of(values, n), first, Cusum())
+    return length, judged.states
+
+
+@settings(max_examples=8, deadline=None)
+@given(
+    seed=st.integers(0, 10_000), rise=st.sampled_from([0.0, 0.02, 0.05]), cut=st.integers(20, 99)
+)
+def test_a_growing_baseline_knows_no_future(seed: int, rise: float, cut: int) -> None:
+    rng = np.random.default_rng(seed)
+    values: Floats = LEVEL * (1.0 + 0.01 * rng.standard_normal(100))
+    values[60:] += rise * LEVEL
+    assert grown_states(values[:cut], 15)[1] == grown_states(values, 15)[1][:cut]
+
+
+def test_a_growing_baseline_grows_while_nothing_is_suspected_and_to_its_bound() -> None:
+    rng = np.random.default_rng(2)
+    healthy: Floats = LEVEL * (1.0 + 0.01 * rng.standard_normal(300))
+    assert grown_states(healthy, 15) == (MOST_GROWN, (State.NO_FAULT,) * 300)
+    assert grown_states(healthy[: MOST_GROWN + LAG - 1], 15)[0] < MOST_GROWN
+    worn = healthy + 0.1 * LEVEL * (np.arange(300) >= 50)
+    length, states = grown_states(worn, 15)
+    assert length <= 50 - LAG + 2
+    assert State.INCREASED in states[50:54]
+
+
+@pytest.mark.parametrize("per_year", [0.1, 0.4])
+def test_slow_wear_is_not_learned_as_health(per_year: float) -> None:
+    """Wear from the first night on: what is learned of it delays the alarm by 0.5 % at most."""
+    kept, grew = [], []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        nights = np.arange(400)
+        values = LEVEL * (1.0 + 0.01 * rng.standard_normal(400) + per_year / 365.0 * nights)
+        first = first_alarm(Cusum(), values, 30)
+        states = grown_states(values, 30)[1]
+        kept.append(400 if first is None else first)
+        grew.append(next((i for i, s in enumerate(states) if s is not State.NO_FAULT), 400))
+    late = per_year / 365.0 * (np.median(grew) - np.median(kept))
+    assert late <= 0.005
 
 
 def test_an_unknown_word_names_the_known_ones() -> None:

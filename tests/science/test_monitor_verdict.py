@@ -120,8 +120,8 @@ def test_a_noisy_joint_needs_a_longer_baseline() -> None:
         judge(histories(months(2, 70, Truth(scatter=s)))[0], detector()).tracks[0].baseline
         for s in (0.003, 0.03)
     )
-    assert quiet.cycles <= 10
-    assert 20 < noisy.cycles <= 60
+    assert quiet.needed <= 10
+    assert 20 < noisy.needed <= 60
 
 
 def test_nothing_learned_from_the_baseline_changes_with_what_comes_after() -> None:

@@ -1,0 +1,126 @@
+"""A baseline that goes on growing while nothing is suspected.
+
+A short baseline knows neither the level nor the scatter nor many temperatures, and no tuning gives
+that back. But each night that passes without suspicion is one more healthy cycle. So the joint is
+judged from the first baseline on, and the baseline is learned anew, half as long again each time,
+compensation and tuning with it. What bounds it, so that slow wear is not learned as health:
+
+- only cycles before the detector's last all-clear are taken (a CUSUM's last zero: from there on
+  nothing that was seen speaks for a rise), and none of the last `LAG`;
+- it ends at `MOST_GROWN` cycles, at the first alarm, and where no all-clear comes for long;
+- what was said of a cycle stays said: a later baseline judges later cycles alone.
+
+A detector that has no all-clear (`Judgement.clear` is None) keeps its first baseline.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection
+
+import numpy as np
+
+from agent.identify.result import Floats
+from agent.monitor.baseline import Baseline, Features, compensated, lengthened, series_of
+from agent.monitor.decision import Marks
+from agent.monitor.series import FEATURES, Detector, FeatureSeries, Judgement, State, Trace
+
+MOST_GROWN = 120
+LAG = 10
+_STEP = 1.5
+
+SeriesFor = Callable[[int, Collection[str]], FeatureSeries]
+"""The same cycles under a baseline of so many of the first ones, with these features."""
+
+
+def watched(
+    features: Features, time_s: Floats, baseline: Baseline, detector: Detector
+) -> tuple[Baseline, FeatureSeries, Judgement]:
+    """Judge a joint's cycles under its first baseline and, where it was not asked for, grown ones.
+
+    Parameters
+    ----------
+    features : Features
+        Of n cycles in order of time.
+    time_s : ndarray, shape (n,)
+    baseline : Baseline
+        The first, of enough cycles.
+    detector : Detector
+
+    Returns
+    -------
+    Baseline, FeatureSeries, Judgement
+        The last baseline, the series under it, and what was said of each cycle when it was run.
+    """
+
+    def series_for(cycles: int, names: Collection[str]) -> FeatureSeries:
+        longer = lengthened(baseline, features, cycles, names)
+        return series_of(time_s, compensated(features, longer), longer)
+
+    if baseline.asked:
+        series = series_for(baseline.cycles, FEATURES)
+        return baseline, series, detector.judge(series)
+    cycles, judged = grown(series_for, baseline.cycles, detector)
+    last = lengthened(baseline, features, cycles, FEATURES)
+    return last, series_of(time_s, compensated(features, last), last), judged
+
+
+def grown(series_for: SeriesFor, first: int, detector: Detector) -> tuple[int, Judgement]:
+    """Judge a joint's cycles under a baseline that grows.
+
+    Parameters
+    ----------
+    series_for : callable
+        Learns from the first n cycles and returns all of them as the detector is given them.
+    first : int
+        The first baseline's length.
+    detector : Detector
+
+    Returns
+    -------
+    int, Judgement
+        How long the baseline has become; the states and traces of each cycle under the baseline
+        that held when it was run.
+    """
+    judged, length = detector.judge(series_for(first, FEATURES)), first
+    parts, ends = [judged], []
+    while judged.clear is not None and length < MOST_GROWN:
+        longer = min(MOST_GROWN, math.ceil(_STEP * length))
+        at = _settled(judged, longer)
+        if at is None:
+            break
+        judged, length = detector.judge(series_for(longer, judged.traces.keys())), longer
+        parts.append(judged)
+        ends.append(at + 1)
+    return length, _joined(parts, [*ends, len(judged.states)])
+
+
+def _settled(judged: Judgement, wanted: int) -> int | None:
+    """Return the first cycle at which the first `wanted` ones count as healthy, if there is one."""
+    assert judged.clear is not None
+    alarms = [i for i, s in enumerate(judged.states) if s is not State.NO_FAULT]
+    stop = min([len(judged.states), 2 * wanted + LAG, *alarms])
+    clear = np.flatnonzero(judged.clear[:stop])
+    clear = clear[clear >= wanted - 1]
+    at = max(int(clear[0]), wanted - 1 + LAG) if clear.size else stop
+    return at if at < stop else None
+
+
+def _joined(parts: list[Judgement], ends: list[int]) -> Judgement:
+    """Join judgements, each of which holds up to its end."""
+    last = parts[-1]
+    starts = [0, *ends[:-1]]
+    spans = [(part, slice(a, b)) for part, a, b in zip(parts, starts, ends, strict=True)]
+    states = tuple(s for part, span in spans for s in part.states[span])
+    traces = {}
+    for name in last.traces:
+        kept = [(part.traces[name], span) for part, span in spans if name in part.traces]
+        statistic = np.full(len(states), np.nan)
+        threshold = np.full(len(states), np.nan)
+        for trace, span in kept:
+            statistic[span], threshold[span] = trace.statistic[span], trace.threshold[span]
+        traces[name] = Trace(statistic, threshold)
+    clear: Marks | None = None
+    if last.clear is not None:
+        clear = np.concatenate([p.clear[span] for p, span in spans if p.clear is not None])
+    return Judgement(last.detector, states, traces, clear)
