@@ -33,8 +33,17 @@ LOOK_EVERY_S = 0.01
 """So often it looks whether its owner is still there, and says that it is there itself."""
 
 
-def drain(receiver: BatchReceiver, ring: FrameRing, clock: Clock) -> int:
-    """Take everything that waits and say until when that was; return how many frames came."""
+def drain(receiver: BatchReceiver, ring: FrameRing, clock: Clock) -> tuple[int, float]:
+    """Take everything that waits and say until when that was.
+
+    Returns
+    -------
+    int
+        How many frames came.
+    float
+        When the socket was last asked, in seconds: asking for the time once more would cost as much
+        as a frame where a system call is dear.
+    """
     total = 0
     while True:
         before_s = clock.now()
@@ -44,7 +53,7 @@ def drain(receiver: BatchReceiver, ring: FrameRing, clock: Clock) -> int:
         if receiver.emptied:
             ring.set_moment(Moment.HEARD_UNTIL, before_s)
         if receiver.emptied or not count:
-            return total
+            return total, before_s
 
 
 def read_until_let_go(socket_fd: int, ring: FrameRing, lifeline_fd: int, clock: Clock) -> None:
@@ -64,10 +73,10 @@ def read_until_let_go(socket_fd: int, ring: FrameRing, lifeline_fd: int, clock: 
     ring.set_moment(Moment.HEARD_UNTIL, look_s)
     ring.set_word(Word.READY, 1)
     while True:
-        count = drain(receiver, ring, clock)
-        now_s = clock.now()
-        if count >= BUSY_FRAMES and now_s < look_s:
-            clock.sleep_until(now_s + BUSY_NAP_S)
+        count, asked_s = drain(receiver, ring, clock)
+        is_busy = count >= BUSY_FRAMES
+        if is_busy and asked_s < look_s:
+            clock.sleep_until(asked_s + BUSY_NAP_S)
             continue
         waiting = poller.poll(LOOK_EVERY_S * 1000.0)
         if any(descriptor == lifeline_fd for descriptor, _ in waiting):
@@ -75,7 +84,7 @@ def read_until_let_go(socket_fd: int, ring: FrameRing, lifeline_fd: int, clock: 
         now_s = clock.now()
         look_s = now_s + LOOK_EVERY_S
         if waiting:
-            clock.sleep_until(now_s + NAP_S)
+            clock.sleep_until(now_s + (BUSY_NAP_S if is_busy else NAP_S))
 
 
 def main() -> int:

@@ -261,7 +261,7 @@ class Hand:
         self.receiver = BatchReceiver(line.receiver.fileno(), self.ring)
 
     def drain(self) -> int:
-        return drain(self.receiver, self.ring, CLOCK)
+        return drain(self.receiver, self.ring, CLOCK)[0]
 
     def taken(self) -> list[int]:
         return [int.from_bytes(data, "little") for *_, data in SLOT.iter_unpack(self.ring.take())]
