@@ -75,7 +75,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         ]
     for number in SIGNALS if chosen.signals else ():
         ended = [
-            signalled(number, after_s=0.3 + 4.0 * k / chosen.signals) for k in range(chosen.signals)
+            signalled(number, 0.3 + 4.0 * k / chosen.signals, socketcan=chosen.socketcan)
+            for k in range(chosen.signals)
         ]
         total += len(ended)
         worst_s = max(run.rest_after_s for run in ended)

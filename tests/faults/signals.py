@@ -87,24 +87,29 @@ class _Drive:
             self.step()
 
 
-def signalled(number: signal.Signals, after_s: float) -> SignalRun:
-    """Run the agent, send it a signal `after_s` after the joint began to move, and see."""
+def signalled(number: signal.Signals, after_s: float, *, socketcan: str = "") -> SignalRun:
+    """Run the agent, send it a signal `after_s` after the joint began to move, and see.
+
+    `socketcan` names an interface of the kernel to run on, in place of multicast.
+    """
     with tempfile.TemporaryDirectory() as name:
-        folder, port = Path(name), free_udp_port()
+        folder = Path(name)
         cell, log, out = folder / "cell.toml", folder / "run.log", folder / "out"
         specification = FakeSpecification()
-        options = {"port": port}
+        interface = "socketcan" if socketcan else "udp_multicast"
+        channel = socketcan or MULTICAST_GROUP
+        options = {} if socketcan else {"port": free_udp_port()}
         cell.write_text(
             fake_cell_text(
                 specification,
-                interface="udp_multicast",
-                channel=MULTICAST_GROUP,
+                interface=interface,
+                channel=channel,
                 options=options,
                 short=True,
             ).replace("sample_rate_hz = 500.0", "sample_rate_hz = 100.0")
         )
         be_patient(cell)
-        bus = open_bus("udp_multicast", MULTICAST_GROUP, options=options)
+        bus = open_bus(interface, channel, options=options)
         try:
             with log.open("wb") as sink:
                 command = [*STRIBECK, "run", str(cell), "--axis", "1", "--out", str(out)]
