@@ -109,10 +109,14 @@ def _specification(joint: Path | None) -> FakeSpecification:
         return FakeSpecification()
     try:
         return FakeSpecification.load(joint)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise InputError(f"The joint's description {joint} cannot be used: {error}.") from error
 
 
 def _is_bus_trouble(error: Exception) -> bool:
-    """Tell whether `error` comes from the bus; python-can stays in the fakes' room."""
-    return isinstance(error, OSError) or type(error).__module__.startswith("can")
+    """Tell whether `error` comes from the bus; python-can stays in the fakes' room.
+
+    Of an interface that it does not know, it says NotImplementedError.
+    """
+    of_the_system = isinstance(error, OSError | NotImplementedError)
+    return of_the_system or type(error).__module__.startswith("can")

@@ -14,7 +14,7 @@ import typer
 from agent.cli.exits import BAD_NEWS
 from agent.cli.monitor_text import monitor_text
 from agent.cli.talk import progress_bar, talker
-from agent.conclude.cycles import Unreadable, cache_folder, cycles_of
+from agent.conclude.cycles import Unreadable, cache_folder, cycles_of, nothing_usable
 from agent.conclude.monitor_document import to_json
 from agent.errors import InputError, StorageError
 from agent.monitor.detectors import DEFAULT, detector
@@ -27,7 +27,7 @@ from agent.record.reading import find
 
 EVENTS = "events.toml"
 _SAID = {"swap": "swap", "oil": "oil-change", "oil-change": "oil-change"}
-_SAID |= {"relubrication": "relubrication"}
+_SAID |= {"relubrication": "relubrication", "other": "other"}
 
 
 @dataclass(frozen=True)
@@ -101,8 +101,7 @@ def monitor(request: MonitorRequest) -> Monitored:
     with progress_bar("estimating") as moved:
         cycles, unreadable = cycles_of(paths, cache_folder() if request.cache else None, moved)
     if not cycles:
-        more = f" (and {len(unreadable) - 1} more like it)" if len(unreadable) > 1 else ""
-        raise InputError(f"{unreadable[0].reason}{more}", "Nothing of this history can be used.")
+        raise nothing_usable(unreadable)
     try:
         judges = detector(request.detector)
         findings = tuple(

@@ -14,7 +14,7 @@ import typer
 
 from agent.cli.ripple import write_picture
 from agent.cli.talk import progress_bar, talker
-from agent.conclude.cycles import cache_folder, cycles_of
+from agent.conclude.cycles import cache_folder, cycles_of, nothing_usable
 from agent.errors import InputError
 from agent.identify.thermal import Cooling, estimate_cooling
 from agent.monitor.baseline import FEWEST_ASKED, Baseline, baseline_of, features_table
@@ -81,6 +81,8 @@ def _history(patterns: Sequence[str], request: ScheduleRequest) -> JointHistory:
         cycles, unreadable = cycles_of(
             find(patterns), cache_folder() if request.cache else None, show
         )
+    if not cycles:
+        raise nothing_usable(unreadable)
     for bad in unreadable:
         talker().print(f"Set aside: {bad.reason}")
     found = histories(cycles)

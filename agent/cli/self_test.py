@@ -13,7 +13,7 @@ import typer
 from agent.cli.exits import BAD_NEWS
 from agent.cli.self_test_text import AxisTest, axis_json, axis_text
 from agent.cli.talk import progress_bar, talker
-from agent.conclude.cycles import cache_folder, cycle_from, cycles_of
+from agent.conclude.cycles import cache_folder, cycle_from, cycles_of, nothing_usable
 from agent.errors import InputError
 from agent.monitor.baseline import features_table
 from agent.monitor.change_time import change_time
@@ -62,6 +62,8 @@ def run_self_test(patterns: Sequence[str], request: SelfTestRequest, *, as_json:
     paths = find(patterns)
     with progress_bar("estimating") as show:
         cycles, unreadable = cycles_of(paths, cache_folder() if request.cache else None, show)
+    if not cycles:
+        raise nothing_usable(unreadable)
     for bad in unreadable:
         talker().print(f"Set aside: {bad.reason}")
     tested = []
@@ -73,7 +75,7 @@ def run_self_test(patterns: Sequence[str], request: SelfTestRequest, *, as_json:
         typer.echo(json.dumps(document, indent=2, allow_nan=False))
     else:
         typer.echo("\n\n".join(axis_text(t) for t in tested))
-    if not tested or not all(t.found.passed for t in tested):
+    if not all(t.found.passed for t in tested):
         raise typer.Exit(BAD_NEWS)
 
 

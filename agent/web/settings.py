@@ -55,6 +55,8 @@ class PageSettings:
         for path in (self.tls_cert, self.tls_key):
             if path is not None and not path.is_file():
                 raise InputError(f"The TLS file {path} is not there.")
+        if self.tls_cert is not None and self.tls_key is not None:
+            _check_tls(self.tls_cert, self.tls_key)
         if not is_loopback(self.host) and self.tls_cert is None:
             raise InputError(
                 f"The page does not listen on {self.host} without TLS: passwords and the stop "
@@ -101,3 +103,16 @@ def _host_of(url: str) -> str:
             f"--public-url expects https://NAME, got {url!r}: the proxy has to do the TLS."
         )
     return host.lower()
+
+
+def _check_tls(certificate: Path, key: Path) -> None:
+    """Refuse what no page can be served with before its address is given to anybody."""
+    import ssl
+
+    try:
+        ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER).load_cert_chain(certificate, key, password="")
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"{certificate} and {key} are no certificate and its key ({error}).",
+            "Both are PEM files; the key has no passphrase.",
+        ) from error
