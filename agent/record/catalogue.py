@@ -21,6 +21,8 @@ from agent.record.catalogue_rows import EstimateRow, EventRow, RecordingRow, Ver
 from agent.record.catalogue_tables import ESTIMATES, EVENTS, RECORDINGS, VERDICTS
 from agent.record.events_file import NAME as EVENTS_FILE
 from agent.record.events_file import Event, append_event, read_events
+from agent.record.events_toml import NAME as WRITTEN_FILE
+from agent.record.events_toml import read_written
 
 __all__ = ["Catalogue", "EstimateRow", "EventRow", "Rebuilt", "RecordingRow", "VerdictRow"]
 
@@ -126,7 +128,11 @@ class Catalogue:
         """Make the catalogue of this folder again from its files, in one transaction."""
         found = everything(self.folder)
         events, torn = read_events(self.folder)
-        lines = [EventRow(EVENTS_FILE, number, event).columns() for number, event in events]
+        written, wrong = read_written(self.folder)
+        lines = [
+            *(EventRow(EVENTS_FILE, number, event).columns() for number, event in events),
+            *(EventRow(WRITTEN_FILE, number, event).columns() for number, event in written),
+        ]
         contents: Sequence[tuple[sa.Table, list[dict[str, Any]]]] = (
             (RECORDINGS, [asdict(r) for r in found.recordings]),
             (ESTIMATES, [asdict(e) for e in found.estimates]),
@@ -142,7 +148,7 @@ class Catalogue:
             len(found.estimates),
             len(found.verdicts),
             len(lines),
-            (*found.problems, *torn),
+            (*found.problems, *torn, *wrong),
         )
 
     # -- asking ------------------------------------------------------------------------------
@@ -212,12 +218,13 @@ class Catalogue:
     ) -> tuple[EventRow, ...]:
         """Return events, oldest first; those of the whole robot count as every axis's.
 
-        Lines that others have appended to the folder's file meanwhile are taken in first.
+        Those of no robot count as every robot's. What others have added to the folder's two files
+        meanwhile is taken in first.
         """
         self._catch_up()
         query = sa.select(EVENTS).where(EVENTS.c.folder == self._key, EVENTS.c.at >= since)
         if robot is not None:
-            query = query.where(EVENTS.c.robot == robot)
+            query = query.where(EVENTS.c.robot.in_((robot, "")))
         if axis is not None:
             query = query.where(sa.or_(EVENTS.c.axis == axis, EVENTS.c.axis.is_(None)))
         if wanted := tuple(kinds):
@@ -227,17 +234,35 @@ class Catalogue:
         return tuple(EventRow.from_columns(row) for row in reversed(rows))
 
     def _catch_up(self) -> None:
-        """Take in the events that the folder's file has and the catalogue has not."""
-        own = sa.select(sa.func.max(EVENTS.c.line)).where(EVENTS.c.folder == self._key)
+        """Take in the events that the folder's files have and the catalogue has not."""
+        events = sa.select(EVENTS).where(EVENTS.c.folder == self._key)
+        last = events.with_only_columns(sa.func.max(EVENTS.c.line)).where(
+            EVENTS.c.path == EVENTS_FILE
+        )
+        of_toml = EVENTS.c.path == WRITTEN_FILE
         rows = [EventRow(EVENTS_FILE, n, e).columns() for n, e in read_events(self.folder)[0]]
-        last = rows[-1]["line"] if rows else 0
+        newest = rows[-1]["line"] if rows else 0
+        written = [EventRow(WRITTEN_FILE, n, e).columns() for n, e in read_written(self.folder)[0]]
+
+        def missing(connection: sa.Connection) -> tuple[list[dict[str, Any]], bool]:
+            known = connection.execute(last).scalar() or 0
+            query = events.where(of_toml).order_by(EVENTS.c.line)
+            kept = [dict(row) for row in connection.execute(query).mappings()]
+            same = [{"folder": self._key, **row} for row in written] == kept
+            return [row for row in rows if row["line"] > known] if known < newest else [], same
+
         with schema.told(self.url):
             with self._engine.connect() as connection:
-                if (connection.execute(own).scalar() or 0) >= last:
+                if missing(connection) == ([], True):
                     return
             with schema.writing(self._engine) as connection:
-                known = connection.execute(own).scalar() or 0
-                self._insert(connection, EVENTS, [row for row in rows if row["line"] > known])
+                fresh, same = missing(connection)
+                self._insert(connection, EVENTS, fresh)
+                if not same:
+                    connection.execute(
+                        sa.delete(EVENTS).where(EVENTS.c.folder == self._key, of_toml)
+                    )
+                    self._insert(connection, EVENTS, written)
 
     # -- the database ------------------------------------------------------------------------
 

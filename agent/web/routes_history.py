@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 import anyio
@@ -30,6 +30,8 @@ Viewer = Annotated[Session, Depends(need(Role.VIEWER))]
 Technician = Annotated[Session, Depends(need(Role.TECHNICIAN))]
 KINDS = ("swap", "oil-change", "relubrication", "other")
 """What people note: the monitor's words for what starts a new baseline."""
+SAME = {"oil": "oil-change"}
+"""What `stribeck catalogue note` calls otherwise."""
 ACKNOWLEDGED = "acknowledged"
 SHOWN = 400
 
@@ -49,7 +51,9 @@ async def show_history(request: Request, _session: Viewer, number: int) -> Respo
     axis = axis_numbered(page.cell, number)
     own = await anyio.to_thread.run_sync(page.shelf.look, page.recordings, page.cell.robot, number)
     events = [
-        e for e in page.shelf.events(page.recordings, page.cell.robot, number) if e.kind in KINDS
+        replace(event, kind=SAME.get(event.kind, event.kind))
+        for event in page.shelf.events(page.recordings, page.cell.robot, number)
+        if SAME.get(event.kind, event.kind) in KINDS
     ]
     chosen = page.baseline(number)
     return render(

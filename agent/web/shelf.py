@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 
 from agent.errors import InputError
 from agent.record.events_file import Event, read_events
+from agent.record.events_toml import read_written
 from agent.record.metadata import KEY, Metadata
 from agent.record.parquet_footer import ForeignFooterError, key_values
 from agent.record.verdict_file import Verdict, estimate_path, read_verdict, verdict_path
@@ -118,9 +119,10 @@ class Shelf:
     def events(self, folder: Path, robot: str, axis: int | None = None) -> list[Event]:
         """Return what happened to a robot, newest first; of one axis, what concerns it."""
         events, _torn = read_events(folder)
+        written, _wrong = read_written(folder)
         mine = [
             event
-            for _line, event in events
+            for _line, event in (*events, *written)
             if event.robot in ("", robot) and (axis is None or event.axis in (None, axis))
         ]
         return sorted(mine, key=lambda event: event.at, reverse=True)

@@ -174,6 +174,47 @@ def test_many_may_open_a_new_catalogue_at_once(tmp_path: Path, url: str | None) 
         assert {row.event.text for row in rows} == {str(n) for n in range(12)}
 
 
+WRITTEN = """
+schema = "stribeck.events/1"
+[[events]]
+at = 2026-03-14T09:00:00+01:00
+kind = "swap"
+robot = "r"
+axis = 2
+note = "new gearbox"
+[[events]]
+at = 2026-03-20
+kind = "oil-change"
+"""
+
+
+def test_events_of_people_s_own_file_are_rows_that_a_rebuild_makes_again(
+    tmp_path: Path, url: str | None
+) -> None:
+    file = tmp_path / "events.toml"
+    with Catalogue(tmp_path, url) as catalogue:
+        catalogue.record_event(Event("2026-03-15T00:00:00.000Z", "run", "done", "r", 2))
+        file.write_text(WRITTEN)
+        swap, run, oil = (row.event for row in catalogue.events(robot="r", axis=2))
+        assert swap == Event("2026-03-14T08:00:00.000Z", "swap", "new gearbox", "r", 2)
+        assert (run.kind, oil.kind, oil.at) == ("run", "oil-change", "2026-03-20T00:00:00.000Z")
+        assert [e.event.kind for e in catalogue.events(robot="other")] == ["oil-change"]
+        kept = catalogue.events()
+        built = catalogue.rebuild()
+        assert (built.events, built.problems) == (3, ())
+        assert catalogue.events() == kept
+        file.write_text(WRITTEN.replace("new gearbox", "another one"))  # corrected by hand
+        assert [e.event.text for e in catalogue.events(kinds=["swap"])] == ["another one"]
+        file.write_text(WRITTEN + '[[events]]\nkind = "swap"\n')
+        assert "event 3" in str(catalogue.rebuild().problems)
+        file.write_text("[[ no TOML")
+        assert "cannot be read" in str(catalogue.rebuild().problems)
+        assert [e.event.kind for e in catalogue.events()] == ["run"]
+        file.unlink()
+        catalogue.record_event(Event("2026-04-01T00:00:00.000Z", "run", "again", "r", 2))
+        assert len(catalogue.events()) == 2
+
+
 def test_events_that_others_appended_to_the_file_are_taken_in(
     tmp_path: Path, url: str | None
 ) -> None:
