@@ -1,18 +1,21 @@
 """How soon a lasting rise is found, against the optimum at the same false-alarm rate.
 
-Independent normal features, a step at an unknown cycle. The optimum (Lorden 1971, Moustakides
-1986) is Page's CUSUM that knows level, scatter and the size of the rise; its threshold is set by
-the Markov chain to the false-alarm rate that was counted of the product's detector.
+Independent normal features, a step at a night that nobody tells. The optimum (Lorden 1971,
+Moustakides 1986) is Page's CUSUM that knows level, scatter and the size of the rise; its threshold
+is set by the Markov chain to the false-alarm rate that was counted of the product's detector, and
+it sees the same nights. The product begins with a baseline of 30 nights that goes on growing.
 """
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
 
 from agent.identify.result import Floats
 from agent.monitor.cusum import DECIDING, Cusum
+from agent.monitor.growth import grown
 from agent.monitor.run_length import brook_evans
 from agent.monitor.series import FeatureSeries, State
 from agent.monitor.tuning import YEAR_S, Target
@@ -20,19 +23,23 @@ from tests.science.monitor_fleet import correlated
 
 LEVEL = 100.0
 DAY_S = 86400.0
-SETTLED = 100
-"""Healthy cycles between the baseline and the step: the sums have forgotten how they began."""
+FIRST = 30
+"""Nights of the first baseline."""
 
 
 @dataclass(frozen=True)
 class Delay:
-    """One row: mean cycles from the first changed one to the alarm, both included."""
+    """One row: mean cycles from the first changed one to the alarm, both included.
 
-    healthy: int
+    `night` is that of the step; `kept` is what the first baseline alone takes.
+    """
+
+    night: int
     noise: float
     rise: float
     false_per_year: float
     cycles: float
+    kept: float
     optimum: float
 
     @property
@@ -51,14 +58,26 @@ def series_of(values: Floats, healthy: int) -> FeatureSeries:
     )
 
 
-def first_alarm(detector: Cusum, values: Floats, healthy: int) -> int | None:
+def first_alarm(
+    detector: Cusum, values: Floats, healthy: int, *, grows: bool = False
+) -> int | None:
     """Return the first cycle that is not without fault."""
-    states = detector.judge(series_of(values, healthy)).states
+    if grows:
+        states = grown(lambda n, _: series_of(values, n), healthy, detector)[1].states
+    else:
+        states = detector.judge(series_of(values, healthy)).states
     return next((i for i, s in enumerate(states) if s is not State.NO_FAULT), None)
 
 
 def false_rate(
-    detector: Cusum, healthy: int, noise: float, robots: int, years: float, memory: float = 0.0
+    detector: Cusum,
+    healthy: int,
+    noise: float,
+    robots: int,
+    years: float,
+    memory: float = 0.0,
+    *,
+    grows: bool = False,
 ) -> tuple[float, int]:
     """Return false alarms a year, each robot watched until its first, and how many there were.
 
@@ -68,53 +87,76 @@ def false_rate(
     for seed in range(robots):
         rng = np.random.default_rng(seed)
         values = LEVEL * (1.0 + noise * correlated(healthy + nights, memory, rng))
-        at = first_alarm(detector, values, healthy)
+        at = first_alarm(detector, values, healthy, grows=grows)
         alarms += at is not None
         watched += nights if at is None else at - healthy + 1
     return alarms / (watched * DAY_S / YEAR_S), alarms
 
 
-def optimum(size: float, false_per_year: float, seeds: int = 4000) -> float:
-    """Return the mean delay of the CUSUM that knows everything, for a rise of `size` scatters."""
+def known(z: Floats, size: float, false_per_year: float, start: int) -> float | None:
+    """Return the delay of the CUSUM that knows everything; None where it alarms before the step.
+
+    Parameters
+    ----------
+    z : ndarray, shape (n,)
+        The nights in units of the known scatter about the known level.
+    size : float
+        The rise, in that unit, from the night `start` on.
+    false_per_year : float
+    start : int
+    """
+    threshold, g = _threshold(size, false_per_year), 0.0
+    for i, one in enumerate(z.tolist()):
+        g = max(0.0, g + one - 0.5 * size)
+        if g > threshold:
+            return i - start + 1.0 if i >= start else None
+    return float(z.size - start)
+
+
+@functools.cache
+def _threshold(size: float, false_per_year: float) -> float:
     wanted = YEAR_S / DAY_S / false_per_year
-    drift = 0.5 * size
     low, high = 0.0, 20.0
     for _ in range(30):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if brook_evans(-drift, middle) < wanted else (low, middle)
-    rng = np.random.default_rng(0)
-    g = np.zeros(seeds)
-    for _ in range(SETTLED):
-        g = np.maximum(0.0, g + rng.standard_normal(seeds) - drift)
-        g[g > high] = 0.0
-    delay, running = np.zeros(seeds), np.ones(seeds, dtype=bool)
-    while running.any():
-        g = np.maximum(0.0, g + size + rng.standard_normal(seeds) - drift)
-        delay += running
-        running &= g <= high
-    return float(np.mean(delay))
+        low, high = (middle, high) if brook_evans(-0.5 * size, middle) < wanted else (low, middle)
+    return high
 
 
 def measure(
-    healthy: int,
+    night: int,
     noise: float,
     rise: float,
+    rate: float,
     *,
     robots: int = 300,
-    years: float = 4.0,
     per_year: float = 0.1,
 ) -> Delay:
-    """Return the delay of the product's detector, told to look for this rise, and the optimum."""
+    """Return the delays after a step on a night; a robot that alarms before it has none.
+
+    Parameters
+    ----------
+    night : int
+        Of the step, counted from the robot's first.
+    noise, rise : float
+        Shares of the level; the detector is told to look for this rise.
+    rate : float
+        False alarms a year that were counted of the product.
+    robots : int
+    per_year : float
+        False alarms that the product is tuned to.
+    """
     detector = Cusum(Target(smallest_rise=rise, increased_per_year=per_year))
-    rate, alarms = false_rate(detector, healthy, noise, robots, years)
-    rate = rate if alarms else 0.5 / (robots * years)
-    delays = []
-    start = healthy + SETTLED
+    delays: tuple[list[float], list[float], list[float]] = ([], [], [])
     for seed in range(robots):
-        rng = np.random.default_rng(10_000 + seed)
-        values = LEVEL * (1.0 + noise * rng.standard_normal(start + 300))
-        values[start:] += rise * LEVEL
-        at = first_alarm(detector, values, healthy)
-        if at is None or at >= start:
-            delays.append(300.0 if at is None else at - start + 1.0)
-    return Delay(healthy, noise, rise, rate, float(np.mean(delays)), optimum(rise / noise, rate))
+        z = np.random.default_rng(10_000 + seed).standard_normal(night + 300)
+        z[night:] += rise / noise
+        values = LEVEL * (1.0 + noise * z)
+        for found, grows in zip(delays[:2], (True, False), strict=True):
+            at = first_alarm(detector, values, min(FIRST, night), grows=grows)
+            if at is None or at >= night:
+                found.append(300.0 if at is None else at - night + 1.0)
+        best = known(z, rise / noise, rate, night)
+        if best is not None:
+            delays[2].append(best)
+    return Delay(night, noise, rise, rate, *(float(np.mean(d)) for d in delays))
