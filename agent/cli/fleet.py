@@ -45,7 +45,7 @@ def push(
     """Put recordings into the lake: each once, whole or not at all; again is harmless."""
     from agent.record.reading import find
 
-    there = _lake(lake)
+    there = _lake(lake, may_be_new=True)
     new: list[str] = []
     again = 0
     for path in find(recordings):
@@ -233,17 +233,20 @@ def _month(before: str) -> str:
     return before
 
 
-def _lake(url: str) -> Lake:
+def _lake(url: str, *, may_be_new: bool = False) -> Lake:
     from agent.errors import InputError
 
     try:
         from agent.fleet.lake import Lake
 
-        return Lake(url)
+        lake = Lake(url)
     except ModuleNotFoundError as error:
         raise InputError(
             f"A fleet needs {error.name}, which is not installed.", "Install stribeck[fleet]."
         ) from error
+    if lake.is_folder and not may_be_new and not Path(lake.root).is_dir():
+        raise InputError(f"{url} is no folder with a lake.", "`stribeck fleet push` makes one.")
+    return lake
 
 
 def _cluster(scheduler: str, workers: int, memory_gib: float) -> Opened:
