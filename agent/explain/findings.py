@@ -200,7 +200,7 @@ def _number_finding(study: Study, wrong: WrongNumber) -> Finding:
             Alternative(other, even, told_apart_by(wrong.effect, other)) for other in alike
         ),
         holdout_rmse_without_nm=float(np.sqrt(np.mean(study.table.target_nm[rows] ** 2))),
-        form="the twin's own number",
+        form=words.OWN_NUMBER,
     )
 
 

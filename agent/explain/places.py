@@ -103,9 +103,11 @@ def place_in_words(region: Region | None, effect: str = "") -> str:
 
 
 def _after_reversal(low: float, high: float) -> str:
+    scale, unit = (1e3, "ms") if high < 1.0 else (1.0, "s")
     if low <= 0.1 * high:
-        return f"in the first {_short(1e3 * high)} ms after a start or a reversal"
-    return f"from {_short(1e3 * low)} to {_short(1e3 * high)} ms after a start or a reversal"
+        return f"in the first {_short(scale * high)} {unit} after a start or a reversal"
+    times = f"{_short(scale * low)} to {_short(scale * high)} {unit}"
+    return f"from {times} after a start or a reversal"
 
 
 def _times(order: float) -> str:

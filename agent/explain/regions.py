@@ -37,6 +37,7 @@ _FOLLOWS_SIGN = frozenset(
 _LOCAL = frozenset({"stribeck", "presliding-hysteresis", "backlash", "local-fault"})
 _MOST_ENERGY, _SEEN = 0.95, 2.0  # an effect's energy; how far beyond that its curve is drawn
 _RESONANCE = (0.5, 2.0)  # times its frequency
+_CREEPS = 0.1  # of the slowest speed: slower, a travel says nothing of the time that it took
 _HALF_ORDER = 0.5
 
 AXIS: Mapping[str, str] = MappingProxyType(
@@ -78,7 +79,7 @@ def axis_values(scene: Scene, variable: str, order: float = 0.0) -> Floats:
     if variable == "recording":
         return table.run.astype(np.float64)
     if variable == "after_reversal_s":
-        speed = np.maximum(np.abs(rows["velocity_rad_s"]), 1e-9)
+        speed = np.maximum(np.abs(rows["velocity_rad_s"]), _CREEPS * scene.slowest)
         # Half of the speed is the mean over a ramp: good enough to draw against.
         return 2.0 * rows["travel_rad"] / speed
     if variable.startswith("order_per_"):

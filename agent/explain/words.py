@@ -53,6 +53,10 @@ FOLLOWS_DIRECTION = frozenset(
 )
 """Effects whose torque brakes: told in the direction of motion."""
 
+OWN_NUMBER = "the twin's own number"
+"""The form of a finding that is no missing physics."""
+
+_SAME_NUMBER = 0.01  # of it: less is not told where another number of the kind moved more
 _TOLD = 3  # findings in the summary
 _AS_NOISE = 1.1  # times the noise floor: up to there the band of the comparison holds nothing
 # Of the greater side: less on the other side is not worth a word. Where friction grows, the twin's
@@ -166,10 +170,16 @@ def number_sentence(
             "The torque constant is wrong: the real torque is the reported one times a factor of "
             f"{found:.3f}. {worth}"
         )
-    said = " and ".join(_change(name, *numbers) for name, numbers in changes.items())
+    told = {name: numbers for name, numbers in changes.items() if _differs(*numbers[:2])}
+    said = " and ".join(_change(name, *numbers) for name, numbers in (told or changes).items())
     if effect == "gravity-imbalance":
         return f"The simulation does not know all of the load: {said}. {worth}"
     return f"A number of the simulation is wrong: {said}. {worth}"
+
+
+def _differs(given: float, found: float) -> bool:
+    """Return whether a number's change is worth a word beside another number's."""
+    return abs(found - given) >= _SAME_NUMBER * abs(given)
 
 
 def _change(name: str, given: float, found: float, unit: str) -> str:
@@ -233,6 +243,12 @@ def summary(
     """
     if verdict == "no-mismatch":
         rest = _torque(refitted.rmse_nm)
+        if not math.isfinite(floor_nm):
+            return (
+                "Simulation and recordings agree as far as can be told: what is left, "
+                f"{rest} rms, follows nothing that was recorded, and how much noise there is could "
+                "not be measured."
+            )
         return f"Simulation and recordings agree: what is left, {rest} rms, is noise."
     parts = [f.sentence for f in findings[:_TOLD]]
     if len(findings) > _TOLD:
@@ -258,6 +274,8 @@ def _left_sentence(
     """Return how much has no name, and where it lies."""
     place = " and ".join(dict.fromkeys(place_in_words(region) for region in left[:2]))
     lies = f"It is greatest {place}." if place else "It follows nothing that was recorded."
+    if findings and all(f.form == OWN_NUMBER for f in findings):
+        return f"What these numbers do not explain has no name in the library. {lies}"
     if findings:
         return f"{_percent(share)} of the mismatch has no name in the library. {lies}"
     if left and left[0].variable == "frequency_hz" and refitted.rmse_nm < _AS_NOISE * floor_nm:
