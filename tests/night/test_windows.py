@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import datetime
+import os
+import re
+import shutil
+import subprocess
 import zoneinfo
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agent.night.description import AxisNight
+from agent.night.description import AxisNight, NightDescription
+from agent.night.units import units
 from agent.night.windows import window_of, windows_between
 from tests.night.simulated import BERLIN, utc
 
@@ -63,6 +69,29 @@ def test_every_moment_of_a_window_is_quiet_on_the_wall(
     minute = local.hour * 60 + local.minute + local.second / 60 + local.microsecond / 6e7
     assert (minute - begin) % (24 * 60) < length or length - 1e-6 < (minute - begin) % (24 * 60)
     assert found.ends - found.begins <= datetime.timedelta(minutes=length + 60)
+
+
+@pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="no systemd-analyze here")
+@pytest.mark.parametrize("since", ["2026-03-26T12:00", "2026-10-22T12:00"])
+def test_systemd_s_timer_elapses_when_a_window_begins_also_when_the_clock_is_changed(
+    since: str,
+) -> None:
+    """As systemd itself computes it; whether a unit then starts is systemd's own affair."""
+    described = axis("01:15-05:00", days=["mon", "thu", "sat", "sun"])
+    night = NightDescription.model_validate(
+        {"schema": "stribeck.night/1", "time_zone": BERLIN, "axis": [described.model_dump()]}
+    )
+    timer = units("r", night, Path("/c.toml"), Path("/n.toml"), Path("/s")).timer
+    (calendar,) = re.findall(r"^OnCalendar=(.+)$", timer, re.MULTILINE)
+    base = f"{since.replace('T', ' ')}:00 UTC"
+    said = subprocess.run(
+        ["systemd-analyze", "calendar", "--iterations=8", f"--base-time={base}", calendar],
+        capture_output=True, text=True, check=True, env={"TZ": "UTC", "PATH": os.defpath},
+    ).stdout  # fmt: skip
+    elapses = re.findall(r"(?:elapse|#\d+): \w+ (\S+ \S+) UTC", said)
+    until = utc(since) + datetime.timedelta(days=21)
+    windows = list(windows_between(described, ZONE, utc(since), until))[:8]
+    assert [utc(e) for e in elapses] == [w.begins for w in windows]
 
 
 @given(
