@@ -107,20 +107,16 @@ def _nonlinear(
     form = term.scored.form
     out = {}
     for number, name in enumerate(form.nonlinear):
-        found = profiled(library, model.terms, index, number)
-        if (index, number) in places and found.ci95 is not None:
+        within = None
+        if (index, number) in places:
+            at, value = places[index, number], float(term.candidate.point[number])
             grid = np.array([c.point for c in library.candidates if c.form is form])
             low, high = limits_of(form, library.scene, grid)[number]
-            wide = _widened(found, reach, places[index, number])
-            ends = wide.ci95 or found.ci95
-            found = replace(
-                found,
-                ci95=(
-                    max(min(ends[0], found.ci95[0]), min(low, found.ci95[0])),
-                    min(max(ends[1], found.ci95[1]), max(high, found.ci95[1])),
-                ),
+            within = (
+                max(value + float(reach.below[at]), min(low, value)),
+                min(value + float(reach.above[at]), max(high, value)),
             )
-        out[name] = found
+        out[name] = profiled(library, model.terms, index, number, within)
     return out
 
 

@@ -21,7 +21,13 @@ _HALVINGS = 14
 _CLOSE = 0.05  # of the way to an interval's end: nobody reads that more exactly
 
 
-def profiled(library: Library, terms: Sequence[Term], index: int, number: int) -> Parameter:
+def profiled(
+    library: Library,
+    terms: Sequence[Term],
+    index: int,
+    number: int,
+    at_least: tuple[float, float] | None = None,
+) -> Parameter:
     """Return a non-linear number with its profile interval.
 
     Parameters
@@ -31,6 +37,8 @@ def profiled(library: Library, terms: Sequence[Term], index: int, number: int) -
     index, number : int
         Which term, and which of its non-linear numbers. The term's coefficients, the other terms
         and the twin's numbers are fitted again at every trial.
+    at_least : (float, float), optional
+        An interval that is known already: the profile is followed only where it reaches further.
     """
     term = terms[index]
     value = float(term.candidate.point[number])
@@ -51,10 +59,14 @@ def profiled(library: Library, terms: Sequence[Term], index: int, number: int) -
         library.scene.table, library.weighing, library.residual([t.candidate for t in terms])
     )
     limit = best * math.exp(_LIMIT / size)
-    ends = [_crossing(error, value, side, limit) for side in (-1.0, 1.0)]
+    known = at_least or (value, value)
+    ends = [
+        _crossing(error, value, side, limit, end)
+        for side, end in zip((-1.0, 1.0), known, strict=True)
+    ]
     if not all(math.isfinite(end) for end in ends):
         return Parameter.not_identified("the squared error hardly depends on it", value)
-    return Parameter(value, (min(ends), max(ends)))
+    return Parameter(value, (min(*ends, known[0]), max(*ends, known[1])))
 
 
 def _error(candidate: Candidate, basis: Floats, left: Floats) -> float:
@@ -64,11 +76,19 @@ def _error(candidate: Candidate, basis: Floats, left: Floats) -> float:
     return float(left @ left - np.sum((own.T @ left) ** 2))
 
 
-def _crossing(error: Callable[[float], float], value: float, side: float, limit: float) -> float:
-    """Return where the squared error rises above a limit, by doubling and halving the way."""
-    scale = abs(value) if value else 1.0
-    step = 0.01 * scale
+def _crossing(
+    error: Callable[[float], float], value: float, side: float, limit: float, known: float
+) -> float:
+    """Return where the squared error rises above a limit, by doubling and halving the way.
+
+    Or `known`, an end on that side, where the error is above the limit there.
+    """
+    step = 0.01 * (abs(value) if value else 1.0)
     inner, outer = value, math.nan
+    if side * (known - value) > 0.0 and not known <= 0.0 < value:
+        if error(known) > limit:
+            return known
+        inner, step = known, max(step, 2.0 * abs(known - value))
     for _ in range(9):
         trial = value + side * step
         if value > 0.0 and trial <= 0.0:

@@ -1,0 +1,33 @@
+"""A non-linear number's profile: where it is followed, and where an interval is known already."""
+
+from __future__ import annotations
+
+import pytest
+
+from agent.explain.profile import _crossing
+
+
+def bowl(at: float) -> float:
+    return (at - 2.0) ** 2
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.parametrize("known", [0.0, 0.004, 0.1, 0.3])
+def test_the_profile_goes_on_where_the_known_interval_ends_too_early(
+    side: float, known: float
+) -> None:
+    end = _crossing(bowl, 2.0, side, 0.5**2, 2.0 + side * known)
+    assert end == pytest.approx(2.0 + side * 0.5, abs=0.05)
+
+
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_known_end_that_reaches_further_costs_one_trial(side: float) -> None:
+    tried: list[float] = []
+
+    def counted(at: float) -> float:
+        tried.append(at)
+        return bowl(at)
+
+    end = _crossing(counted, 2.0, side, 0.5**2, 2.0 + side * 0.7)
+    assert end == 2.0 + side * 0.7
+    assert len(tried) == 1
