@@ -33,6 +33,7 @@ class Live:
         self._news = asyncio.Event()
         self._texts: list[str] = []
         self._run = ""
+        self._plan = ("", "")  # of which run, and the event that everybody gets first
         self.viewers = 0
 
     async def keep_looking(self) -> None:
@@ -67,7 +68,9 @@ class Live:
         """
         self.viewers += 1
         try:
-            yield _event("plan", run, plan_of(run), seen)
+            if self._plan[0] != run.identity:  # once for all viewers, as the points are
+                self._plan = (run.identity, json.dumps(plan_of(run)))
+            yield _event("plan", run, self._plan[1], seen)
             while True:
                 news, texts = self._news, self._texts if self._run == run.identity else []
                 fresh = f"[{','.join(texts[seen:])}]"
@@ -75,7 +78,7 @@ class Live:
                 state = json.dumps(state_of(run))
                 yield f"event: points\nid: {run.identity}.{seen}\ndata: [{state},{fresh}]\n\n"
                 if run.ended is not None:
-                    yield _event("end", run, {"code": run.ended.code}, seen)
+                    yield _event("end", run, json.dumps({"code": run.ended.code}), seen)
                     return
                 await news.wait()
         finally:
@@ -120,8 +123,8 @@ def plan_of(run: AttendedRun) -> dict[str, Any]:
     }
 
 
-def _event(kind: str, run: AttendedRun, data: object, seen: int) -> str:
-    return f"event: {kind}\nid: {run.identity}.{seen}\ndata: {json.dumps(data)}\n\n"
+def _event(kind: str, run: AttendedRun, data: str, seen: int) -> str:
+    return f"event: {kind}\nid: {run.identity}.{seen}\ndata: {data}\n\n"
 
 
 def _text(point: Point, gear_ratio: float) -> str:

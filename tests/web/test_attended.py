@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 
 from agent.cli.serve_run import PROGRESS_BYTES, progress_file
@@ -66,6 +67,50 @@ def test_a_stream_is_read_while_it_grows_and_thinned_to_twenty_a_second(
         assert math.isnan(point.gearbox_temperature_degc)
     if rate_hz == 1000.0:
         assert [p.torque_nm for p in points] == pytest.approx([0.5] * len(points), abs=0.011)
+
+
+def test_a_recorder_beside_fifty_viewers_loses_nothing_and_each_sees_every_point(
+    bench: Bench,
+) -> None:
+    """The recorder's thread writes in real time; the page and fifty viewers read beside it."""
+    rate_hz, rows, viewers = 500.0, 1000, 50
+    run = started(bench)
+    metadata = Metadata(robot="simulated-joint", axis=1, gear_ratio=224.0)
+    live = Live(bench.page.attendant)
+    bench.page.attendant._clock = MonotonicClock()
+
+    def record() -> None:
+        clock = MonotonicClock()
+        with StreamWriter(bench.recordings, "run", metadata, COLUMNS, background=True) as writer:
+            writer.append(row(0, rate_hz))
+            wait_until(lambda: run._tail)  # a machine that stands still is not what is tested
+            began_s = clock.now()
+            for i in range(1, rows):
+                writer.append(row(i, rate_hz))
+                clock.sleep_until(began_s + i / rate_hz)
+            writer.finish(0)
+        run.ask_to_stop()
+
+    async def watch() -> list[list[str]]:
+        async def one() -> list[str]:
+            return [event async for event in live.events(run, 0)]
+
+        looking = asyncio.create_task(live.keep_looking())
+        recording = asyncio.create_task(asyncio.to_thread(record))
+        seen = await asyncio.gather(*(one() for _ in range(viewers)))
+        await recording
+        looking.cancel()
+        return seen
+
+    every = asyncio.run(watch())
+    kept = pq.read_table(bench.recordings / "run.parquet")
+    assert kept.num_rows == rows
+    assert kept["time_s"].to_pylist() == [i / rate_hz for i in range(rows)]
+    points = round(rows / rate_hz / POINT_PERIOD_S) - 1  # the last one is not whole
+    for events in every:
+        told = [json.loads(e.partition("data: ")[2])[1] for e in events if "event: points" in e]
+        times = [point[0] for batch in told for point in batch]
+        assert times == [pytest.approx((i + 0.5) * POINT_PERIOD_S, abs=1e-3) for i in range(points)]
 
 
 def test_half_a_batch_is_waited_for(tmp_path: Path) -> None:
