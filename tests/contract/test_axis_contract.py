@@ -50,21 +50,24 @@ def test_a_velocity_is_reached_and_every_tick_is_answered(bench: AxisBench) -> N
     axis.open()
     sent_s: list[float] = []
     samples: list[Sample] = []
-    for _ in range(100):
-        sent_s.append(bench.clock.now())
+    # So long, and not so many ticks: a recording that is played in real time ends by itself.
+    end_s = bench.clock.now() + 99.5 * PERIOD_S
+    while (now_s := bench.clock.now()) < end_s:
+        sent_s.append(now_s)
         bench.send(axis, AT_SPEED)
-        bench.clock.sleep_until(sent_s[-1] + PERIOD_S)
+        bench.clock.sleep_until(now_s + PERIOD_S)
         samples += bench.receive(axis)
     report = axis.stop(bench.clock.now() + 2.0)
     assert report.at_rest, report.reason
     account = axis.close()
     assert account.lost == 0
-    assert account.received == account.expected >= 100
+    least = 100 if isinstance(bench.clock, SteppedClock) else 8  # a busy machine ticks late
+    assert account.received == account.expected >= len(sent_s) >= least
     times_s = np.array([sample.time_s for sample in (*samples, *report.samples)])
     assert np.all(np.diff(times_s) > 0.0)  # each once, in order
     assert times_s[0] >= sent_s[0]
     assert all(sample.received_s >= sample.time_s for sample in samples)
-    last, before = samples[-1], samples[-26]
+    last, before = samples[-1], samples[-1 - len(samples) // 4]
     assert last.state is DriveState.ON
     assert last.velocity_rad_s == pytest.approx(SPEED_RAD_S, abs=0.5)
     moved_rad = last.position_rad - before.position_rad
