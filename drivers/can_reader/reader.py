@@ -23,7 +23,7 @@ from drivers.can_reader.ring import FrameRing, Moment, Word
 from drivers.clock import Clock, MonotonicClock
 
 NAP_S = 0.0003
-BUSY_NAP_S = 0.004
+BUSY_NAP_S = 0.005
 BUSY_FRAMES = 4
 """From so many frames at once on, the bus counts as busy: one axis answers a SYNC with two."""
 
