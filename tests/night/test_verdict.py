@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -69,6 +71,11 @@ def test_an_alarm_is_written_with_its_baseline_which_then_never_goes(
     assert verdict.sentence == "Friction has grown by 30 %. The change began in May."
     assert verdict.baseline == tuple(content(path).sha256 for path in recordings[:2])
     assert read_verdict(verdict_path(newest)) == verdict
+    assert verdict.facts == {"said": "baseline-complete", "healthy": 2}
+    older = json.loads(verdict_path(newest).read_text())
+    del older["facts"]  # as it was written before there were any
+    verdict_path(newest).write_text(json.dumps(older))
+    assert read_verdict(verdict_path(newest)) == replace(verdict, facts={})
     # and judged again, as it was: by what there was up to that recording
     assert state_of(newest, verdict, history_of(newest, verdict)) == "H1"
     assert history_of(recordings[1], verdict) == [str(path) for path in recordings[:2]]
