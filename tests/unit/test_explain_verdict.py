@@ -1,0 +1,43 @@
+"""When what is left unsays a name: the verdict by how far above the noise, and along which axis."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+
+from agent.explain.result import Cell
+from agent.explain.study import Study
+from agent.explain.verdict import verdict_of
+
+NAMED = 0.26  # of the squared error on unseen data, by the effect that was found
+
+
+def studied(ratio: float, along_position: float) -> Study:
+    """Return a study that named a torque ripple, with one axis of what is left."""
+    term = SimpleNamespace(
+        scored=SimpleNamespace(screened=NAMED, form=SimpleNamespace(effect="torque-ripple"))
+    )
+    choice = SimpleNamespace(
+        terms=(term,), plain=np.array([100.0]), full=np.array([100.0 * (1.0 - NAMED)])
+    )
+    cells = (Cell("offset", "order_per_motor_rev 6", 0.17, 0.0, counts=True),)
+    left = (Cell("coulomb_nm", "arm_position_rad", along_position, 0.0, counts=True),)
+    study = SimpleNamespace(choice=choice, ratio=ratio, cells=cells, left_cells=left, lines=())
+    return cast("Study", study)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "along_position", "verdict"),
+    [
+        (1.12, 0.04, "partly-explained"),  # small effects, close to the noise
+        (1.12, 0.30, "unexplained"),  # an axis that carries as much as the name
+        (1.60, 0.04, "unexplained"),  # far from the noise, whatever axis carries it
+    ],
+)
+def test_a_name_stays_where_nothing_left_weighs_as_much(
+    ratio: float, along_position: float, verdict: str
+) -> None:
+    assert verdict_of(studied(ratio, along_position), (), left_share=0.36) == verdict
