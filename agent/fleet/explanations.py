@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from agent.explain.words import NAMES
 from agent.fleet.cluster import Opened
 from agent.fleet.entry import Entry, entry_of, joint_of
 from agent.fleet.estimates import estimates_of
@@ -33,6 +34,7 @@ COLUMNS = {
     "effects": "string",
     "explanation": "string",
 }
+_OWN_NUMBERS = frozenset({"wrong-number", "inertia-error", "torque-constant-error"})
 _NEWEST = 6
 _HELD_OUT = 2
 _FEWEST = 3
@@ -77,7 +79,8 @@ class Agreement:
     without_mismatch : int
         Of these, where the twin suffices.
     effects : tuple of (str, int)
-        Each effect that was found, and in how many joints; the most frequent first.
+        Each effect that was found, and in how many joints: what the twin lacks first, the most
+        frequent first, then what it has under another number.
     """
 
     model: str
@@ -89,7 +92,7 @@ class Agreement:
 
 def explanations_of(lake: Lake) -> Results:
     """Return the lake's explanations by this code."""
-    return Results(lake, "explain", explain_version(), COLUMNS, part_rows=16)
+    return Results(lake, "explain", explain_version(), COLUMNS, part_rows=4)  # dear ones
 
 
 def explain_all(
@@ -207,7 +210,8 @@ def agreements(rows: Iterable[dict[str, Any]]) -> tuple[Agreement, ...]:
     for (model, axis), joints in sorted(grouped.items()):
         effects = Counter(e for j in joints for e in set(str(j["effects"]).split()))
         without = sum(j["verdict"] == "no-mismatch" for j in joints)
-        found.append(Agreement(model, axis, len(joints), without, tuple(effects.most_common())))
+        ranked = sorted(effects.items(), key=lambda e: (e[0] in _OWN_NUMBERS, -e[1], e[0]))
+        found.append(Agreement(model, axis, len(joints), without, tuple(ranked)))
     return tuple(found)
 
 
@@ -217,7 +221,10 @@ def in_words(agreement: Agreement) -> str:
     if not agreement.effects:
         return f"{agreement.without_mismatch} of {about} agree with their twin."
     effect, count = agreement.effects[0]
-    return f"{count} of {about} show {effect} that the twin lacks."
+    lacks = "" if effect in _OWN_NUMBERS else ", which the twin lacks"
+    calm = agreement.without_mismatch
+    rest = f"; {calm} agree{'s' * (calm == 1)} with the twin" if calm else ""
+    return f"{count} of {about} show {NAMES[effect]} ({effect}){lacks}{rest}."
 
 
 def _row(question: Question, failure: str = "", **values: Any) -> dict[str, Any]:

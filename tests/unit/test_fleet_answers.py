@@ -58,14 +58,19 @@ def test_robots_of_a_model_agree_or_do_not() -> None:
         }
 
     rows = [
-        said("1", "load-dependent-friction stribeck"),
-        said("2", "load-dependent-friction"),
+        said("1", "wrong-number load-dependent-friction stribeck"),
+        said("2", "load-dependent-friction wrong-number"),
+        said("4", "wrong-number"),
         said("3", ""),
         said("5", "", failure="mixed axes"),
     ]
     (found,) = agreements(rows)
-    assert (found.asked, found.without_mismatch) == (3, 1)
-    assert in_words(found) == "2 of 3 M axis 2 show load-dependent-friction that the twin lacks."
+    assert (found.asked, found.without_mismatch) == (4, 1)
+    assert in_words(found) == (
+        "2 of 4 M axis 2 show friction that grows with the load on the gear "
+        "(load-dependent-friction), which the twin lacks; 1 agrees with the twin."
+    )
+    assert found.effects[-1] == ("wrong-number", 3)  # more often, but nothing the twin lacks
     (calm,) = agreements([said("3", "")])
     assert in_words(calm) == "1 of 1 M axis 2 agree with their twin."
 
