@@ -2,15 +2,17 @@
 
 Simulated joints at work (`fakes.history`): how often friction by speed is decidable, whether its
 intervals hold, how often the observer asks for a dedicated cycle without reason, and how far wear
-has grown when it asks.
+has grown when it asks. ``--soft HZ`` puts a soft gear between the motor and most of its inertia.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
+from scipy.signal import bilinear, lfilter
 
 from agent.identify.estimate import estimate
 from agent.identify.preprocess import Motion, read_motion
@@ -22,6 +24,7 @@ from agent.monitor.ordinary import ordinary_friction
 from fakes.history import CycleRun, HistoryPlan, Wear, cycles, ordinary_runs
 
 HEALTHY, ONSET, NIGHTS = 12, 24, 44
+SWINGS, DAMPING = 0.7, 0.04  # of the inertia, on the spring; of the critical one
 _WEAR = Wear(float(ONSET), days=20.0, low_speed_nm=0.2)
 
 
@@ -29,13 +32,37 @@ def _motion(run: CycleRun, gear_ratio: float) -> Motion:
     return read_motion(Signals.from_columns(run.columns, gear_ratio, name=run.name))
 
 
-def _by_speed(joints: Sequence[int], each: int) -> None:
+def softened(run: CycleRun, hz: float, inertia_kg_m2: float) -> CycleRun:
+    """Return a recording whose arm, 70 % of the inertia, swings on a spring.
+
+    The drive keeps the motor on its path. The arm answers the motor's acceleration a by
+    ``H(s) a``, with ``H = (2 z w s + w^2) / (s^2 + 2 z w s + w^2)``, so that the motor's torque has
+    the arm's inertia times (H - 1) a more than with a rigid gear.
+    """
+    time_s, velocity = run.columns["time_s"], run.columns["velocity_rad_s"]
+    smooth = np.hanning(9) / np.hanning(9).sum()
+    acceleration = np.convolve(np.gradient(velocity, time_s), smooth, "same")
+    turn = 2.0 * np.pi * hz
+    rubs = 2.0 * DAMPING * turn
+    rate_hz = 1.0 / float(np.median(np.diff(time_s)))
+    above, below = bilinear([rubs, turn**2], [1.0, rubs, turn**2], rate_hz)
+    lags = lfilter(above, below, acceleration) - acceleration
+    torque = run.columns["torque_nm"] + SWINGS * inertia_kg_m2 * lags
+    return replace(run, columns={**run.columns, "torque_nm": torque})
+
+
+def _work(plan: HistoryPlan, soft_hz: float | None) -> Iterator[CycleRun]:
+    for run in ordinary_runs(plan):
+        yield run if soft_hz is None else softened(run, soft_hz, plan.joint.inertia_kg_m2)
+
+
+def _by_speed(joints: Sequence[int], each: int, soft_hz: float | None) -> None:
     inside: list[bool] = []
     off: list[float] = []
     decidable = total = 0
     for seed in joints:
         plan = HistoryPlan(cycles=each, seed=seed, repeatability=0.0, load_friction=0.0)
-        for run in ordinary_runs(plan):
+        for run in _work(plan, soft_hz):
             found = ordinary_friction([_motion(run, plan.joint.gear_ratio)])
             total, decidable = total + 1, decidable + found.decidable
             if not found.decidable:
@@ -50,14 +77,14 @@ def _by_speed(joints: Sequence[int], each: int) -> None:
     print(f"  error, rms: {100.0 * np.sqrt(np.mean(np.square(off))):.2f} % of friction")
 
 
-def _observer(joints: Sequence[int]) -> None:
+def _observer(joints: Sequence[int], soft_hz: float | None) -> None:
     false = healthy = missed = 0
     risen: list[float] = []
     for seed in joints:
         plan = HistoryPlan(cycles=NIGHTS, seed=seed, events=(_WEAR,))
         gear = plan.joint.gear_ratio
         reference = estimate([Signals.from_columns(next(cycles(plan)).columns, gear)])
-        runs = list(ordinary_runs(plan))
+        runs = list(_work(plan, soft_hz))
         motions = [_motion(r, gear) for r in runs]
         band = learn_band(model_of(reference, motions[:HEALTHY]), motions[:HEALTHY])
         asked = [watch(m, band).asks for m in motions[HEALTHY:]]
@@ -81,13 +108,14 @@ def _observer(joints: Sequence[int]) -> None:
 
 def main() -> None:
     """Print both tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--joints", type=int, default=12)
     parser.add_argument("--each", type=int, default=8)
+    parser.add_argument("--soft", type=float, metavar="HZ", help="where the arm resonates")
     asked = parser.parse_args()
     joints = range(100, 100 + asked.joints)
-    _by_speed(joints, asked.each)
-    _observer(joints)
+    _by_speed(joints, asked.each, asked.soft)
+    _observer(joints, asked.soft)
 
 
 if __name__ == "__main__":
