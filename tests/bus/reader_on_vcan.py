@@ -1,4 +1,4 @@
-"""Tests that need AF_CAN in the same process; `test_reader.py` has them run where it is.
+"""Tests that need AF_CAN in the same process; `test_on_vcan.py` has them run where it is.
 
 Run by hand: ``python -m tests.bus env STRIBECK_CAN_CHANNEL=vcan0 python -m pytest`` and this file.
 """

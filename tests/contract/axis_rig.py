@@ -42,7 +42,7 @@ _CHANNELS = itertools.count()
 def interfaces() -> list[Any]:
     """Return the buses to hold the contract on: a real one where CHANNEL_VARIABLE names it.
 
-    `tests/bus/test_contract.py` names one, in User-Mode Linux where the host has none.
+    `tests/bus/test_on_vcan.py` names one, in User-Mode Linux where the host has none.
     """
     real = (
         [pytest.param(SOCKETCAN, marks=pytest.mark.bus)] if CHANNEL_VARIABLE in os.environ else []
