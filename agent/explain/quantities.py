@@ -14,6 +14,7 @@ from agent.identify.result import Parameter
 _Entry = Mapping[str, Any]
 
 _SETTLED = 1e-9
+_NO_LAW = "the simulation's own law predicts no better with it"
 _NOT_NEEDED = "within the intervals of its form's numbers the twin does as well without it"
 
 
@@ -33,10 +34,14 @@ def as_in_twin(form: Form, scene: Scene, own: Mapping[str, Parameter]) -> Mappin
     Returns
     -------
     mapping of str to Parameter
-        The form's own where its twin has none, or more than one set of them.
+        The form's own where its twin has none, or more than one set of them. Where the law of a
+        hidden state predicts no better with any, not identified: what the simulation of it does
+        not bear out is no measurement.
     """
     values = {name: p.value for name, p in own.items()}
     tables = form.to_twin(scene, values)
+    if not tables and form.at_edges:
+        return {key: Parameter.not_identified(_NO_LAW, p.value) for key, p in own.items()}
     if len(tables) != 1:
         return own
     moved = {key: _moved(form, scene, values, key, p) for key, p in own.items()}
