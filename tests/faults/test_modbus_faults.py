@@ -29,7 +29,9 @@ def test_a_broken_answer_is_never_a_temperature_and_stops_the_joint(
                 moved_s[0] = now_s
 
         bench.rig.clock.attach(look)
-        bench.at(IN_THE_STAIR_S, lambda: setattr(bench.server, "misbehaviour", Misbehaviour(kind)))
+        bench.rig.at(
+            IN_THE_STAIR_S, lambda: setattr(bench.server, "misbehaviour", Misbehaviour(kind))
+        )
         with pytest.raises(StoppedError, match="gearbox temperature is not known") as caught:
             bench.rig.run()
         bench.rig.later(0.5)

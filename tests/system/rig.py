@@ -50,6 +50,16 @@ class Rig:
             progress=progress,
         )
 
+    def at(self, time_s: float, act: Callable[[], None]) -> None:
+        """Do something, once, when the cell's clock has come to `time_s`."""
+        waiting = [act]
+
+        def step_to(now_s: float) -> None:
+            if waiting and now_s >= time_s:
+                waiting.pop()()
+
+        self.clock.attach(step_to)
+
     def later(self, seconds: float) -> None:
         """Let time pass without the agent: what does the drive do on its own?"""
         end_s = self.clock.now() + seconds

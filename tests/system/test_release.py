@@ -45,16 +45,6 @@ class Cell:
     server: TcpServer | None
     speeds: list[tuple[float, float]] = field(default_factory=list)
 
-    def at(self, time_s: float, act: Callable[[], None]) -> None:
-        """Do something when the cell's clock has come to `time_s`."""
-        waiting = [act]
-
-        def step_to(now_s: float) -> None:
-            if waiting and now_s >= time_s:
-                waiting.pop()()
-
-        self.rig.clock.attach(step_to)
-
     def watch(self) -> None:
         clock, drive = self.rig.clock, self.rig.drive
         clock.attach(lambda now_s: self.speeds.append((now_s, drive.motor_velocity_rad_s)))
@@ -135,7 +125,7 @@ def test_a_permit_that_goes_in_motion_brings_the_joint_to_rest(
     tmp_path: Path, kind: str, act: Callable[[Cell], None], says: str
 ) -> None:
     with cell(tmp_path, kind) as made:
-        made.at(IN_THE_STAIR_S, lambda: act(made))
+        made.rig.at(IN_THE_STAIR_S, lambda: act(made))
         with pytest.raises(StoppedError, match=says) as caught:
             made.rig.run()
         made.rig.later(1.0)

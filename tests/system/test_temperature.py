@@ -6,7 +6,7 @@ Real frames and real Modbus bytes; the drive's time is simulated, the transmitte
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -39,16 +39,6 @@ class Cell:
     rig: Rig
     fake: FakeTransmitter
     server: TcpServer
-
-    def at(self, time_s: float, act: Callable[[], None]) -> None:
-        """Do something when the cell's clock has come to `time_s`."""
-        waiting = [act]
-
-        def step_to(now_s: float) -> None:
-            if waiting and now_s >= time_s:
-                waiting.pop()()
-
-        self.rig.clock.attach(step_to)
 
 
 @contextmanager
@@ -110,7 +100,7 @@ def test_a_temperature_that_is_lost_in_motion_stops_the_joint(tmp_path: Path, ki
             bench.server.misbehaviour = Misbehaviour(kind)
 
     with cell(tmp_path) as bench:
-        bench.at(IN_THE_STAIR_S, lambda: lose(bench))
+        bench.rig.at(IN_THE_STAIR_S, lambda: lose(bench))
         with pytest.raises(StoppedError, match="gearbox temperature is not known") as caught:
             bench.rig.run()
         assert abs(bench.rig.drive.motor_velocity_rad_s) < REST_RAD_S

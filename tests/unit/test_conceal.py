@@ -32,34 +32,10 @@ from fakes.conceal import (
     seal,
     write_case,
 )
+from tests.unit.effect_ids import CONTRACT
 
 Floats = NDArray[np.float64]
 
-# Contract section 4, letter by letter.
-CONTRACT = (
-    "stribeck",
-    "viscous-nonlinear",
-    "direction-asymmetry",
-    "load-dependent-friction",
-    "temperature-dependent-friction",
-    "position-dependent-friction",
-    "presliding-hysteresis",
-    "friction-drift",
-    "torque-ripple",
-    "kinematic-error",
-    "torque-constant-error",
-    "torque-offset",
-    "torque-saturation",
-    "measurement-delay",
-    "resolver-error",
-    "inertia-error",
-    "wrong-number",
-    "gravity-imbalance",
-    "cable-force",
-    "joint-flexibility",
-    "backlash",
-    "local-fault",
-)
 NEEDS_GRAVITY = {"gravity-imbalance", "load-dependent-friction", "torque-constant-error"}
 QUIET = 12  # a seed whose drive measures velocity with little noise: plain columns suffice
 

@@ -14,31 +14,8 @@ from hypothesis import strategies as st
 from agent.physics.effects import LIBRARY, Form, Motion, Parameter, numbers_of
 from agent.physics.effects.look_alikes import PAIRS
 from agent.physics.twin import Effect, Twin, TwinError, format_twin, parse_twin
+from tests.unit.effect_ids import CONTRACT
 
-CONTRACT = [
-    "stribeck",
-    "viscous-nonlinear",
-    "direction-asymmetry",
-    "load-dependent-friction",
-    "temperature-dependent-friction",
-    "position-dependent-friction",
-    "presliding-hysteresis",
-    "friction-drift",
-    "torque-ripple",
-    "kinematic-error",
-    "torque-constant-error",
-    "torque-offset",
-    "torque-saturation",
-    "measurement-delay",
-    "resolver-error",
-    "inertia-error",
-    "wrong-number",
-    "gravity-imbalance",
-    "cable-force",
-    "joint-flexibility",
-    "backlash",
-    "local-fault",
-]
 AXES = {
     "time_s",
     "velocity_rad_s",
