@@ -119,7 +119,7 @@ def _starts(starts: Sequence[Start]) -> list[str]:
     words = {
         "best": "the minimum that is kept",
         "local": "local minimum, discarded",
-        "unfinished": "search not finished, discarded",
+        "unfinished": "given up above the one that is kept",
     }
     lines = [f"Starts of the search ({len(starts)}; torque left):"]
     for group in groups[:_SHOWN]:

@@ -35,6 +35,7 @@ _ENOUGH_FREEDOM = 4
 _PLAIN = "Coulomb + viscous"
 _BY_CHANCE = 0.05  # by which a simple law is refuted where unseen speeds cannot be predicted
 _USUAL_ERROR = 3.0
+_EXPONENTS = (1.0, 0.5, 1.5, 2.0)  # published ones; the first stands where the speeds tell none
 _NOT_NEGATIVE = ("coulomb_nm", "static_extra_nm")
 
 
@@ -44,7 +45,7 @@ class _LawFit:
 
     `unseen_nm`, shape (n,), are the unseen-speed errors; `freedom` is how many speeds there are
     beyond the law's parameters; `chance` is how likely the passes' noise leaves as much as this law
-    does, None where that is not known.
+    does, None where that is not known; `sse` the weighted sum of squares that it leaves.
     """
 
     fit: FrictionModelFit
@@ -52,6 +53,7 @@ class _LawFit:
     allowed: str
     freedom: int
     chance: float | None
+    sse: float
 
 
 def fit_friction_models(curve_fit: CurveFit) -> tuple[FrictionModelFit, ...]:
@@ -97,7 +99,8 @@ def _fit_law(
     """Fit one law by variable projection, with profile intervals and unseen-speed errors.
 
     An exponent that the speeds do not carry is held at the classical 1 in a second fit: left
-    free, it would take the other parameters' intervals along.
+    free, it would take the other parameters' values along. Their intervals, though, hold what other
+    published exponents would make of them: see `_over_exponents`.
     """
     curve = curve_fit.curve
     speed, value = curve.velocity_rad_s, curve.friction_nm
@@ -111,7 +114,7 @@ def _fit_law(
     parameters, region = _intervals(law, curve_fit, weight, (coarse, fine), numbers, bounds)
     free_exponent = not held and "exponent" in law.nonlinear
     if free_exponent and not (enough and parameters["exponent"].identified):
-        return _fit_law(law, curve_fit, {"exponent": 1.0})
+        return _over_exponents(law, curve_fit)
     unseen = _unseen(coarse, region) / weight
     predicted = law.torque(curve_fit.means.velocity_rad_s, numbers)
     measured = curve_fit.means.friction_nm
@@ -129,7 +132,29 @@ def _fit_law(
         bic=float(bic),
         parameters=parameters,
     )
-    return _LawFit(fit, unseen, _objection(law, numbers), count - free, _chance(law, curve_fit))
+    chance = _chance(law, curve_fit)
+    return _LawFit(fit, unseen, _objection(law, numbers), count - free, chance, sse)
+
+
+def _over_exponents(law: FrictionLaw, curve_fit: CurveFit) -> _LawFit:
+    """Return the fit with the exponent held at 1, its intervals those of every likely exponent.
+
+    How much more friction there is at standstill, where nobody measured, depends on how the fall
+    is bent: with an exponent of 2 by half of it. Every published exponent that the speeds allow
+    is therefore asked, and an interval reaches as far as any of theirs.
+    """
+    plain, *others = (_fit_law(law, curve_fit, {"exponent": e}) for e in _EXPONENTS)
+    least = min(f.sse for f in (plain, *others))
+    variance, dof = _variance(curve_fit, least, plain.freedom)
+    limit = least + variance * student_975(dof) ** 2
+    parameters = dict(plain.fit.parameters)
+    for name, parameter in parameters.items():
+        ends = [f.fit.parameters[name].ci95 for f in others if f.sse <= limit]
+        reach = [parameter.ci95, *(e for e in ends if e is not None)]
+        if parameter.ci95 is not None:
+            lower, upper = zip(*(e for e in reach if e is not None), strict=True)
+            parameters[name] = replace(parameter, ci95=(min(lower), max(upper)))
+    return replace(plain, fit=replace(plain.fit, parameters=parameters))
 
 
 def _chance(law: FrictionLaw, curve_fit: CurveFit) -> float | None:
@@ -148,23 +173,14 @@ def _intervals(
     numbers: dict[str, float],
     bounds: Floats,
 ) -> tuple[dict[str, Parameter], separable.GridFit]:
-    """Return parameters with profile-likelihood intervals, and the grid that they come from.
-
-    The variance is that of the residuals: it holds the points' noise and the law's misfit. With
-    too few speeds to tell it, the points' own variance takes its place where it is larger.
-    """
+    """Return parameters with profile-likelihood intervals, and the grid that they come from."""
     curve = curve_fit.curve
     speed, value = curve.velocity_rad_s, curve.friction_nm
     coarse, fine = grids
     least = float(fine.sse[fine.best])
     free = len(law.linear) + int(np.count_nonzero(bounds[:, 1] > bounds[:, 0]))
     freedom = speed.shape[0] - free
-    of_points = float(np.mean((weight * curve_fit.standard_error_nm) ** 2))
-    of_residuals = least / freedom if freedom > 0 else 0.0
-    if freedom >= _ENOUGH_FREEDOM or of_residuals > of_points:
-        variance, dof = of_residuals, float(freedom)
-    else:
-        variance, dof = of_points, float(np.sum(curve_fit.dof))
+    variance, dof = _variance(curve_fit, least, freedom)
     limit = least + variance * student_975(dof) ** 2
     region, at_bound = separable.profile_region(
         law, speed, value, weight, bounds, (coarse, fine), limit
@@ -192,6 +208,19 @@ def _intervals(
         else:
             parameters[name] = Parameter(numbers[name], ends[name])
     return parameters, region
+
+
+def _variance(curve_fit: CurveFit, least: float, freedom: int) -> tuple[float, float]:
+    """Return the variance of a weighted point about a law, and its degrees of freedom.
+
+    The residuals', whose least sum of squares is given, hold the points' noise and the law's
+    misfit. With too few speeds to tell it, the points' own takes its place where it is larger.
+    """
+    of_points = float(np.mean((_weights(curve_fit) * curve_fit.standard_error_nm) ** 2))
+    of_residuals = least / freedom if freedom > 0 else 0.0
+    if freedom >= _ENOUGH_FREEDOM or of_residuals > of_points:
+        return of_residuals, float(freedom)
+    return of_points, float(np.sum(curve_fit.dof))
 
 
 def _unequal_points(

@@ -33,7 +33,9 @@ def limited_share(motion: Motion) -> float:
         return 0.0
     steps = np.abs(np.diff(torque))
     width = float(np.ptp(torque))
-    noise = float(np.median(steps)) / (0.6745 * np.sqrt(2.0))
+    # What rings between two samples is no noise: the second differences see less of it.
+    bends = np.abs(np.diff(torque, n=2))
+    noise = min(float(np.median(d)) / np.sqrt(c) for d, c in ((steps, 2.0), (bends, 6.0))) / 0.6745
     coarse = float(np.min(steps[steps > 1e-9 * width], initial=width))
     # Half a step of a coarse channel, so that neighbouring levels stay apart.
     band = max(_SIGMAS * noise, min(0.5 * coarse, 1e-3 * width), 1e-6 * width)

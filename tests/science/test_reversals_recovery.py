@@ -66,6 +66,14 @@ def test_each_law_is_selected_and_its_parameters_recovered(law: str) -> None:
     assert simple.heldout_rmse_nm > 10.0 * found.selected.heldout_rmse_nm
 
 
+def test_a_simulator_without_noise_is_no_riddle() -> None:
+    # Against no noise at all every law would be wrong, and none was named.
+    found = identify_reversals([sampled(bristled("dahl"), 7, noise_nm=0.0, counts=1 << 34)])
+    assert found.selected is not None
+    assert found.selected.law == "dahl"
+    assert found.selected.parameters["coulomb_nm"].value == pytest.approx(0.6, rel=0.01)
+
+
 def test_intervals_cover_the_truth_of_dahl() -> None:
     inside = dict.fromkeys(TRUTH["dahl"], 0)
     seeds = 12

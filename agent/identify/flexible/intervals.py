@@ -137,9 +137,9 @@ class _Spread:
         better than from these few.
         """
         variance = float(gradient @ self.covariance @ gradient)
-        shares = np.bincount(self.blocks, (gradient @ self.influence) ** 2)
-        total = float(shares.sum())
-        dof = total**2 / float(shares @ shares) if total > 0.0 else 1.0
+        shares = np.bincount(self.blocks, (gradient @ self.influence) ** 2).astype(np.float64)
+        shares /= max(float(shares.sum()), 1e-300)  # first: their squares may be too small
+        dof = 1.0 / max(float(shares @ shares), 1.0 / shares.shape[0])
         quantile, certain = student_975(dof), student_975(math.inf)
         known = float(gradient @ self.known @ gradient)
         if variance * quantile**2 < known * certain**2:

@@ -15,6 +15,7 @@ from agent.identify.reversals.smoothing import resolution, white_noise
 from agent.identify.reversals.turns import Motion, standing
 
 _PER_CUTOFF = 4.0  # samples that are used, to one period of the cutoff
+_FINEST = 1e-3  # of the torque: no sensor reads it finer, and no law is truer
 _PASSED = 1.8  # of cutoff over sampling rate: the share of white noise that the filter passes
 
 
@@ -77,6 +78,8 @@ def data_of(motion: Motion) -> Data:
         passed = min(_PASSED * track.cutoff_hz * track.period_s, 1.0)
         # A drive's coarse torque can be noisier than its own step.
         own_noise = max(resolution(track.torque_nm)[1], white_noise(track.torque_nm))
+        # A simulator's torque has no noise, and against none of it every law would be wrong.
+        own_noise = max(own_noise, _FINEST * float(np.std(track.torque_nm)))
         noise.append(own_noise * math.sqrt(passed))
     return Data(
         motion,
