@@ -5,6 +5,7 @@ One drive and one server for the whole file; the tests go on where the one befor
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -17,10 +18,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import can
+import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
 
+from agent.acquisition import Acquisition
 from agent.record.metadata import KEY, Metadata
 from drivers.clock import MonotonicClock
 from fakes.process import open_bus
@@ -152,7 +155,9 @@ def test_from_the_start_to_the_result_while_the_server_is_frozen_for_a_while(
     site: Site, maria: BrowserContext
 ) -> None:
     """Start -> running -> result; the connection is lost and comes back; nothing is disturbed."""
-    page, wrong = opened(maria)
+    page, wrong = opened(maria, "/axes/1/start")
+    drive = page.locator("#conditions li.holds", has_text="The right drive")
+    expect(drive).to_contain_text("Read from the device just now", timeout=LONG_MS)
     before = site.recordings()
     start(page)
     moving(page)
@@ -168,7 +173,17 @@ def test_from_the_start_to_the_result_while_the_server_is_frozen_for_a_while(
         timeout=LONG_MS
     )
     (path,) = site.recordings() - before
-    assert "stopped_because" not in metadata_of(path).extra
+    metadata = metadata_of(path)
+    assert "stopped_because" not in metadata.extra
+    counted = Acquisition.from_metadata(metadata.extra, str(path))
+    assert counted is not None
+    assert counted.received + counted.lost == counted.expected
+    live = maria.request.get("/run/live").text()  # the whole cycle once more, and its end
+    ((_state, points),) = [
+        json.loads(d) for d in re.findall(r"^data: (\[\{.+)$", live, re.MULTILINE)
+    ]
+    time_s = pq.read_table(path, columns=["time_s"])["time_s"].to_numpy()
+    assert abs(len(points) - len(set(np.floor(time_s / 0.05)))) <= 1  # the last one is not whole
     page.get_by_role("link", name="Result").click()
     expect(page.get_by_role("heading", level=1)).to_contain_text("Friction was measured")
     expect(page.locator("#curve-chart canvas")).to_be_visible()
@@ -230,6 +245,8 @@ MEASURE = """
   return { scroll: document.documentElement.scrollWidth - wide, small, out };
 }
 """
+LAID_OUT = "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+"""Charts follow their width in the frame after it has changed."""
 AUDIT = """
 async () => (await axe.run(document, { resultTypes: ["violations"] })).violations
   .filter(v => ["serious", "critical"].includes(v.impact))
@@ -255,7 +272,7 @@ def test_every_page_fits_every_width_has_big_targets_and_nothing_serious_by_axe(
             page.goto(path)
             for name, (width, height) in WIDTHS.items():
                 page.set_viewport_size({"width": width, "height": height})
-                page.wait_for_timeout(100)
+                page.evaluate(LAID_OUT)
                 found = page.evaluate(MEASURE)
                 assert found == {"scroll": 0, "small": [], "out": []}, (path, name)
                 _kept(page, f"{language}-{name}-{path.strip('/').split('/')[0] or 'cell'}")
