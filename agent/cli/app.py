@@ -138,7 +138,8 @@ def plan(
 def estimate(
     recordings: Recordings,
     validation: Annotated[
-        str | None, typer.Option(help="A run of its own (reversed stair) to predict.")
+        str | None,
+        typer.Option(metavar="RECORDING", help="A run of its own (reversed stair) to predict."),
     ] = None,
     report: Annotated[
         Path | None, typer.Option(help="Write the offline HTML report to this file.")
