@@ -109,10 +109,18 @@ def caption_of(curve: Curve) -> str:
             " with the rest of the model taken off. Line: what the law adds to the simulation;"
             " pale: where the noise would leave 95 % of the points."
         )
+    if curve.variable.startswith("order_per_"):
+        return (
+            "Points: measured less simulated torque, averaged over one period of the wave, with the"
+            " rest of the model taken off. Their bars are 95 % intervals. Line: what the law found"
+            " adds to the simulation; pale: its band. Both in the band that is compared, above"
+            " which fast passes lie: their mean is lower than the wave's amplitude."
+        )
     return (
         "Points: measured less simulated torque, averaged over short stretches of this axis, with"
         " the rest of the model taken off. Their bars are 95 % intervals. Line: what the law found"
-        " adds to the simulation; pale: its band. Shaded: where the mismatch was located."
+        " adds to the simulation, whose own numbers move beside it (below), so that they may differ"
+        " by less; pale: its band. Shaded: where the mismatch was located."
     )
 
 
