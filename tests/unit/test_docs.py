@@ -40,7 +40,7 @@ def calls(page: Path, program: str) -> Iterator[Call]:
     spans = [" ".join(span.split()) for span in CODE.findall(FENCE.sub("", text))]
     for line, is_whole in [(line, True) for line in lines] + [(span, False) for span in spans]:
         found = re.search(rf"(?:^|uv run |[$] |& )({re.escape(program)}(?: .*|$))", line)
-        if found and not found[1].startswith(f"{program} = "):
+        if found and found[1] != "python -m" and not found[1].startswith(f"{program} = "):
             command = re.split(r" [|><;&]|  +#| #", found[1])[0]
             yield Call(shlex.split(command)[len(program.split()) :], is_whole)
 
