@@ -29,6 +29,7 @@ Value = TypeVar("Value")
 Opened: TypeAlias = "Callable[[], AbstractContextManager[Client]]"
 
 _AT_HAND = 3  # tasks on their way for each worker: one at work, the others waiting beside it
+_KEPT_BYTES = 32 << 20
 _DEATHS = 1  # of a worker that an item has waited in and is not yet suspected for
 
 
@@ -74,6 +75,10 @@ def cluster(address: str = "", workers: int = 2, memory_bytes: int = 2 << 30) ->
         "distributed.scheduler.allowed-failures": _DEATHS,
         "distributed.worker.memory.spill": False,
         "distributed.worker.memory.target": False,
+        # Dask has workers give back each array's pages at once, to ask for them again: a tenth of
+        # an estimate's time. They keep up to so much instead.
+        "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": _KEPT_BYTES,
+        "distributed.nanny.pre-spawn-environ.MALLOC_MMAP_THRESHOLD_": _KEPT_BYTES,
     }
     with dask.config.set(settings), contextlib.ExitStack() as stack:
         logging.getLogger("distributed").setLevel(logging.CRITICAL)
