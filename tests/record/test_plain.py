@@ -59,7 +59,7 @@ def read_plainly(content: bytes) -> list[dict[str, list[Any]]]:
     return out
 
 
-@settings(max_examples=40)
+@settings(max_examples=40, deadline=None)
 @given(parts=batches())
 def test_a_stream_is_read_as_arrow_reads_it(parts: list[pa.RecordBatch]) -> None:
     content = stream_of(parts)
@@ -69,7 +69,7 @@ def test_a_stream_is_read_as_arrow_reads_it(parts: list[pa.RecordBatch]) -> None
     assert torn == whole[:-1]
 
 
-@settings(max_examples=60)
+@settings(max_examples=60, deadline=None)
 @given(parts=batches(), data=st.data())
 def test_a_damaged_stream_is_refused_or_read_and_nothing_else(
     parts: list[pa.RecordBatch], data: st.DataObject
@@ -95,6 +95,7 @@ def test_another_form_than_ours_is_refused(form: str) -> None:
         read_plainly(stream_of([pa.RecordBatch.from_arrays([values], ["x"])], options))
 
 
+@settings(max_examples=60, deadline=None)
 @given(
     said=st.dictionaries(st.text(min_size=1, max_size=9), st.text(max_size=300), max_size=4),
     columns=st.integers(1, 20),
@@ -111,6 +112,7 @@ def test_a_footer_says_what_arrow_says_it_says(
     assert found == {k.encode(): v.encode() for k, v in said.items()}
 
 
+@settings(max_examples=80, deadline=None)  # a file each, on a disk that others use, too
 @given(data=st.data())
 def test_a_damaged_footer_is_refused_or_read_and_nothing_else(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
