@@ -1,5 +1,7 @@
 """Would the tests notice? Mutants of gate and interlock: ``python -m tests.benchmarks.mutation``.
 
+``[MODULE ...] [--within FUNCTION]`` takes some of the modules, or the mutants of one function only.
+
 Each mutant differs from the module in one place: a comparison, an operator, a constant, a
 condition, a call or a statement. It is installed in a forked process before the module's tests are
 imported there, and those must fail. Texts of messages, and what is computed inside of them, are
@@ -9,6 +11,7 @@ is in `EQUIVALENT` with the reason why nothing could tell it from the original.
 
 from __future__ import annotations
 
+import argparse
 import ast
 import copy
 import importlib
@@ -196,25 +199,42 @@ def _run_in_child(name: str, mutant: ast.Module, tests: tuple[str, ...]) -> int:
     return int(pytest.main([*tests, *options]))
 
 
-def survivors(name: str, tests: tuple[str, ...]) -> Iterator[str]:
-    """Yield, in words, every mutant of a module that its tests do not notice."""
+def survivors(name: str, tests: tuple[str, ...], within: str) -> Iterator[str]:
+    """Yield, in words, every mutant of a module, or of a function, that its tests do not notice."""
     tree = ast.parse(Path(*name.split(".")).with_suffix(".py").read_text(encoding="utf-8"))
     if is_noticed(name, tree, tests):
         raise AssertionError(f"{' '.join(tests)} fails without any mutant")
-    every = list(mutants(tree))
-    print(f"{name}: {len(every)} mutants", flush=True)
+    lines = _lines_of(tree, within)
+    every = [mutant for mutant in mutants(tree) if _line(mutant[0]) in lines]
+    print(f"{name}: {len(every)} mutants{f' of {within}' if within else ''}", flush=True)
     for words, mutant in every:
         if not is_noticed(name, mutant, tests):
             yield words
 
 
+def _lines_of(tree: ast.Module, function: str) -> range:
+    """Return where a function stands; every line where none is named."""
+    if not function:
+        return range(sys.maxsize)
+    (found,) = (n for n in tree.body if isinstance(n, ast.FunctionDef) and n.name == function)
+    return range(found.lineno, (found.end_lineno or found.lineno) + 1)
+
+
+def _line(words: str) -> int:
+    return int(words.partition(":")[0].removeprefix("line "))
+
+
 def main() -> int:
     """Judge every mutant of every target; return how many survive without an explanation."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("modules", nargs="*", metavar="MODULE", help=", ".join(TARGETS))
+    parser.add_argument("--within", default="", metavar="FUNCTION")
+    chosen = parser.parse_args()
     for warm in ("numpy", "hypothesis.strategies", "drivers.ports"):
         importlib.import_module(warm)  # once, for every child
     unexplained = 0
-    for name in sys.argv[1:] or TARGETS:
-        for words in survivors(name, TARGETS[name]):
+    for name in chosen.modules or TARGETS:
+        for words in survivors(name, TARGETS[name], chosen.within):
             why = EQUIVALENT.get(words.partition(": ")[2])
             unexplained += why is None
             print(f"  survived, {why or 'UNEXPLAINED'}: {words}", flush=True)
