@@ -35,6 +35,7 @@ from agent.monitor.baseline import (
 from agent.monitor.compensation import Law
 from agent.monitor.growth import LAG, watched
 from agent.monitor.injection import SHAPES, rise_of
+from agent.monitor.injection_intervals import apart, quantile, wilson
 from agent.monitor.injection_result import CAUGHT, Catch, FalseAlarms, Healthy, SelfTest
 from agent.monitor.series import FEATURES, Detector, Judgement, State
 
@@ -249,17 +250,17 @@ def _catch(
     for replay in replays:
         finite = [s for s in smallest if math.isfinite(s)]
         smallest.append(trial.smallest(replay, float(np.median(finite)) if finite else stated))
-    found, low, high = _quantile(np.sort(smallest), CAUGHT)
+    found, low, high = quantile(np.sort(smallest), CAUGHT)
     # What n cycles scatter by is itself known to a share of 1 / sqrt(2 n) only.
     doubt = 1.96 / math.sqrt(2.0 * (healthy.features.count - 1.0))
     return Catch(
         shape,
         100.0 * found,
-        (100.0 * _apart(found, low, -doubt), 100.0 * _apart(found, high, doubt)),
+        (100.0 * apart(found, low, -doubt), 100.0 * apart(found, high, doubt)),
         found * healthy.low_mean_nm,
         100.0 * stated,
         share,
-        _wilson(len(known), len(replays)),
+        wilson(len(known), len(replays)),
         float(np.median(known)) if known else math.nan,
     )
 
@@ -288,35 +289,3 @@ def _false_alarms(replays: Sequence[_Replay], healthy: Healthy, detector: Detect
     low = float(gammaincinv(alarms, 0.025)) if alarms else 0.0
     high = float(gammaincinv(alarms + 1, 0.975))
     return FalseAlarms(alarms, cycles, alarms / years, (low / years, high / years))
-
-
-def _quantile(rising: Floats, share: float) -> tuple[float, float, float]:
-    """Return a quantile and the order statistics that bound it with 95 %; infinite for none."""
-    from scipy.special import bdtr
-
-    n = rising.size
-    below = bdtr(np.arange(n + 1, dtype=np.float64), n, share)  # P(at most k lie below it)
-    low = int(np.searchsorted(below, 0.025))
-    high = int(np.searchsorted(below, 0.975))
-    at = min(math.ceil(share * (n + 1)), n) - 1  # below which the next one lies with that share
-    return (
-        float(rising[at]),
-        float(rising[max(low - 1, 0)]),
-        float(rising[high]) if high < n else math.inf,
-    )
-
-
-def _apart(found: float, end: float, doubt: float) -> float:
-    """Return an interval's end moved out by a relative doubt, the two taken as independent."""
-    if not (math.isfinite(found) and math.isfinite(end)):
-        return end
-    return found * math.exp(math.copysign(math.hypot(math.log(end / found), doubt), doubt))
-
-
-def _wilson(hits: int, total: int) -> tuple[float, float]:
-    """Return Wilson's 95 % interval of a share."""
-    z = 1.959963984540054
-    share, spread = hits / total, z * z / total
-    middle = (share + 0.5 * spread) / (1.0 + spread)
-    half = z * math.sqrt(share * (1.0 - share) / total + 0.25 * spread / total) / (1.0 + spread)
-    return max(middle - half, 0.0), min(middle + half, 1.0)

@@ -148,8 +148,11 @@ def _facts(finding: Finding) -> list[tuple[str, str]]:
         first, last = history.cycles[0].started_at[:10], history.cycles[-1].started_at[:10]
         rows.append(("From, to", f"{first}, {last}"))
     if track is not None:
-        how = "as asked" if track.baseline.asked else "by the rule"
-        have = f"{track.baseline.cycles} cycles, {how}"
+        baseline = track.baseline
+        how = "as asked" if baseline.asked else "by the rule"
+        if baseline.cycles > baseline.needed:
+            how = f"grown from {baseline.needed}"
+        have = f"{baseline.cycles} cycles, {how}"
         short = f"{track.baseline.cycles} of {track.baseline.needed} cycles"
         rows.append(("Baseline", have if track.baseline.enough else short))
     if grid is not None:

@@ -6,6 +6,7 @@ Parts, each a table:
   (`monitor_fleet`); 15 CPU minutes, ``--kept`` goes on where it was ended.
 - ``rate``: false alarms counted against those asked for, where nights are correlated.
 - ``delay``: cycles until a step is found, against the optimum at the same false-alarm rate.
+- ``ramps``: the rise at which slow wear is found, and what a growing baseline swallows of it.
 - ``change``: error of the change time, coverage of its interval and of the outlook's.
 """
 
@@ -19,10 +20,12 @@ import numpy as np
 from agent.monitor.cusum import Cusum
 from agent.monitor.tuning import Target
 from tests.benchmarks.monitor_change import CASES, TIED, campaign
-from tests.benchmarks.monitor_delay import FIRST, false_rate, measure
+from tests.benchmarks.monitor_delay import FIRST, LEVEL, false_rate, first_alarm, measure
 from tests.benchmarks.monitor_fleet import outcomes, table
 
-CHANGE_SEED = 700_000  # apart from those that were looked at while designing
+# Apart from those that were looked at while designing.
+CHANGE_SEED, RAMP_SEED = 700_000, 40_000
+RAMP_NIGHTS = 1200
 
 
 def rate(robots: int) -> None:
@@ -52,6 +55,26 @@ def delay(robots: int) -> None:
             )
 
 
+def ramps(joints: int) -> None:
+    """Print the rise at which slow wear is found, with the first baseline kept and grown."""
+    print("\nramps: rise in percent when found, median and 90 % quantile; noise 1 %, nightly")
+    rates = (0.02, 0.05, 0.1, 0.3, 1.0)
+    print(f"{'wear from night':22s}" + " ".join(f"{100.0 * r:.0f} %/a".rjust(12) for r in rates))
+    for onset in (1, 40, 90):
+        for word, grows in (("kept", False), ("grown", True)):
+            cells = []
+            for a_year in rates:
+                risen = a_year / 365.0 * np.maximum(0, np.arange(RAMP_NIGHTS) - onset)
+                found = []
+                for seed in range(RAMP_SEED, RAMP_SEED + joints):
+                    noise = 0.01 * np.random.default_rng(seed).standard_normal(RAMP_NIGHTS)
+                    at = first_alarm(Cusum(), LEVEL * (1.0 + noise + risen), FIRST, grows=grows)
+                    found.append(np.inf if at is None else 100.0 * risen[at])
+                middle, most = np.quantile(found, (0.5, 0.9), method="higher")
+                cells.append(f"{middle:6.2f} {most:5.2f}")
+            print(f"{onset:15d} {word:6s}", *cells, flush=True)
+
+
 def change(seeds: int) -> None:
     """Print the change-time table."""
     print("\nchange: nightly, noise 1 %, outlook to a rise of 30 %")
@@ -77,7 +100,7 @@ def main() -> None:
     parser.add_argument("--baseline", type=int, default=0, help="nights; 0: the product's own")
     parser.add_argument("--kept", type=Path, help="file of the fleet's robots, to go on with")
     parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--part", choices=("fleet", "rate", "delay", "change"))
+    parser.add_argument("--part", choices=("fleet", "rate", "delay", "ramps", "change"))
     asked = parser.parse_args()
     if asked.part in (None, "fleet"):
         found = outcomes(asked.robots, asked.baseline or None, asked.kept, asked.jobs)
@@ -86,6 +109,8 @@ def main() -> None:
         rate(200)
     if asked.part in (None, "delay"):
         delay(120)
+    if asked.part in (None, "ramps"):
+        ramps(40)
     if asked.part in (None, "change"):
         change(500)
 
