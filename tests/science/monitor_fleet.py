@@ -103,7 +103,7 @@ class Nights:
     @property
     def time_s(self) -> Floats:
         """Return the nights on the series' clock, shape (n,)."""
-        return DAY_S * (self.day - self.day[0])
+        return np.asarray(DAY_S * (self.day - self.day[0]))
 
 
 def temperatures(nights: int, rng: np.random.Generator) -> Floats:

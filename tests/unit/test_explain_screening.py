@@ -50,4 +50,5 @@ def test_energies_of_many_spaces_are_those_of_each(widths: list[int]) -> None:
     for basis, energies in zip(bases, found, strict=True):
         exact = np.sum((basis.T @ drawn) ** 2, axis=0)
         # Single precision is exact to a share of what was projected, however little of it is left.
-        np.testing.assert_allclose(energies, exact, rtol=1e-4, atol=1e-6 * np.sum(drawn[:, 0] ** 2))
+        least = 1e-6 * float(np.sum(drawn[:, 0] ** 2))
+        np.testing.assert_allclose(energies, exact, rtol=1e-4, atol=least)
