@@ -84,6 +84,20 @@ def _energy(problem: Problem, noises: list[float], values: Floats, size: int) ->
     return total
 
 
+def rigid_noise(problem: Problem, inertia_kg_m2: float) -> float:
+    """Return what the measuring noise alone leaves of a rigid joint's torque, squared, (N m)^2.
+
+    Summed over the rows that count, as a point's cost is.
+    """
+    total = 0.0
+    for p in problem.stretches:
+        omega = (np.arange(_LINES, dtype=np.float64) + 0.5) * (np.pi / _LINES / p.track.period_s)
+        motion = inertia_kg_m2 * omega ** motion_order(p.track) * motion_noise(p.track)
+        power = (torque_noise_nm(p.track) ** 2 + motion**2) * filter_of(p, omega) ** 2
+        total += int(p.usable.sum()) * float(power.mean())
+    return total
+
+
 def covariance_of(problem: Problem, point: Point, rows: Floats) -> Floats:
     """Return the covariance that the measuring noise gives to linear functions of the torque.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from agent.identify.flexible.attenuation import rigid_noise
 from agent.identify.flexible.intervals import physical
 from agent.identify.flexible.projection import Point, Problem
 from agent.identify.flexible.rivals import PLAIN, Lack, Rival
@@ -14,6 +15,9 @@ _FALSE_ALARMS = 1e-3  # of joints that are rigid
 # Structure that no model here has makes the samples look few; what leaves a tenth of the rigid
 # joint's squared residual, though, is no chance.
 _RIGID = 0.1
+# A spring damps the measured motion's noise, too, and so explains it: a rigid joint has to leave
+# more than that noise.
+_NOISE = 2.0
 _STAND_IN = 50.0  # times what the model lacks must its spring explain
 _ADVICE = (
     "record a triangle wave of velocity with high jerk, ten periods or more, at 250 Hz or more"
@@ -36,7 +40,8 @@ def not_excited(problem: Problem, best: Point, rigid: Point, cutoff_hz: float) -
     """Return why the minimum says nothing about a resonance, where that is so."""
     samples = best.residual.shape[0] / correlation_time([best.residual])
     gain = 0.5 * samples * math.log(max(rigid.cost, 1e-300) / max(best.cost, 1e-300))
-    if gain < _wanted_gain(problem, samples) and best.cost > _RIGID * rigid.cost:
+    chance = gain < _wanted_gain(problem, samples) and best.cost > _RIGID * rigid.cost
+    if chance or rigid.cost < _NOISE * rigid_noise(problem, float(rigid.linear[0])):
         return [
             f"no resonance is excited above the noise: a rigid joint explains as much; {_ADVICE}"
         ]
