@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from tests.starvation import pytest_runtest_protocol
 
@@ -21,6 +22,10 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 # A test keeps to one core, and so do its commands: two processes of tests fill two cores already,
 # and threads that wait for each other spin. NumPy reads this when it is imported, later than here.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# How long an example takes on a busy machine says nothing of the law that it is of.
+settings.register_profile("unhurried", settings(), deadline=None)
+settings.load_profile("unhurried")
 
 
 @pytest.fixture(scope="session", autouse=True)
