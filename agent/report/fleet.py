@@ -112,6 +112,7 @@ def fleet_html(page: FleetPage) -> str:
         "fleet.html.j2",
         page=page,
         sentence=in_words(page),
+        kind=_kind(page.joints),
         counts=[(*_STATES[s], n) for s, n in _counted(page.joints)],
         urgent=urgent[:_LISTED],
         left_out=max(len(urgent) - _LISTED, 0),
@@ -131,6 +132,8 @@ def in_words(page: FleetPage) -> str:
     total = _count(len(page.joints), "joint")
     if not alarms:
         open_ = sum(j.state != "NF" for j in page.joints)
+        if open_ == len(page.joints):
+            return f"Of {total}, none can be decided yet."
         rest = f"; {open_} cannot be decided yet" if open_ else ""
         return f"Of {total}, none shows increased friction{rest}."
     first = alarms[0]
@@ -138,6 +141,13 @@ def in_words(page: FleetPage) -> str:
         f"Of {total}, {len(alarms)} show{'s' * (len(alarms) == 1)} increased friction; see to "
         f"{first.label} first."
     )
+
+
+def _kind(joints: Sequence[JointRow]) -> str:
+    """Return how the answer looks: to do, calm, or (nothing was decided) neither."""
+    if not joints or any(j.alarm for j in joints):
+        return "undecided"
+    return "decided" if any(j.state == "NF" for j in joints) else "open"
 
 
 def _counted(joints: Sequence[JointRow]) -> list[tuple[str, int]]:

@@ -122,8 +122,14 @@ def test_the_page_escapes_what_robots_are_called_and_says_what_is_first() -> Non
     assert "2 show increased friction; see to" in page
     assert "backlash (1)" in page
     assert page.count("data:image/svg+xml") == 4
-    calm = fleet_html(FleetPage("lake", joints[3:4], [], (), 1))
-    assert "none shows increased friction" in calm
+    calm, silent = (
+        fleet_html(FleetPage("lake", [j for j in joints if j.state in states], [], (), 1))
+        for states in (("NF", ""), ("", "not-decidable"))
+    )
+    assert "none shows increased friction; 1 cannot be decided yet" in calm
+    assert "Nothing to do" in calm
+    assert "none can be decided yet" in silent
+    assert "Nothing to do" not in silent
     assert "No joint has been judged yet" in fleet_html(FleetPage("lake", [], [], (), 0))
 
 
