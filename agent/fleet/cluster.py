@@ -75,6 +75,8 @@ def cluster(address: str = "", workers: int = 2, memory_bytes: int = 2 << 30) ->
         "distributed.scheduler.allowed-failures": _DEATHS,
         "distributed.worker.memory.spill": False,
         "distributed.worker.memory.target": False,
+        # It notes what every worker does each 10 ms, for a dashboard: 8 KB a cycle, never freed.
+        "distributed.worker.profile.enabled": False,
         # Dask has workers give back each array's pages at once, to ask for them again: a tenth of
         # an estimate's time. They keep up to so much instead.
         "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": _KEPT_BYTES,
