@@ -5,7 +5,7 @@
     LAKE/results/KIND/version=V/month=2026-11/{part,whole}-UUID.parquet
 
 One row for each item, with the item's own key, in the month of the item: a run that was ended, or a
-worker that was killed, loses the rows of its last unwritten parts and nothing else. Two runs at
+worker that was killed, loses the rows that are not written yet (`part_rows` twice at most). Two at
 once may both compute an item; its rows are then equal, and one of them is taken. Another version of
 the code has another folder, so that nothing that it computed is mixed in.
 
@@ -66,11 +66,13 @@ class Results:
         return f"results/{self.kind}/version={self.version}"
 
     def add(self, month: str, row: Mapping[str, Any]) -> None:
-        """Take one row; write a part when its month has enough."""
+        """Take one row; write a part when its month has enough, or all months have twice that."""
         waiting = self._waiting.setdefault(month, [])
         waiting.append(dict(row))
         if len(waiting) >= self.part_rows:
             self._write(month)
+        elif sum(map(len, self._waiting.values())) >= 2 * self.part_rows:
+            self._write(max(self._waiting, key=lambda m: len(self._waiting[m])))
 
     def flush(self) -> None:
         """Write what waits."""

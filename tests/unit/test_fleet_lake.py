@@ -175,6 +175,10 @@ def test_results_are_there_once_and_by_version(lake: Lake) -> None:
     middle = results.table("2026-11", ("value",), low="b", high="c")
     assert middle.to_pydict() == {"key": ["b", "c"], "value": [2.0, 4.0]}
 
+    for month in range(1, 10):  # a row in each of many months: so much and no more may be lost
+        results.add(f"2030-0{month}", {"key": f"{month}", "value": 1.0})
+    assert sum(month.startswith("2030") for month in results.months()) >= 9 - 2 * 2
+
 
 def test_an_address_of_no_store_is_one_sentence() -> None:
     with pytest.raises(InputError, match="cannot be used as a lake"):
