@@ -51,8 +51,11 @@ def profiled(
     def error(at: float) -> float:
         point = list(term.candidate.point)
         point[number] = at
-        moved = library.candidate(term.scored.form, tuple(point))
-        return _error(moved, basis, left)
+        with np.errstate(over="ignore", invalid="ignore"):  # told by what comes out
+            moved = library.candidate(term.scored.form, tuple(point))
+            if not np.isfinite(moved.columns).all():
+                return math.inf  # so far off that its own law overflows: it fits nothing
+            return _error(moved, basis, left)
 
     best = error(value)
     size = effective_size(
