@@ -11,16 +11,18 @@ from typing import Any
 from agent.web.attended import Attendant, AttendedRun
 from agent.web.tail import POINT_PERIOD_S, Point
 
+LOOK_PERIOD_S = 0.5 * POINT_PERIOD_S
+"""As often as points come, two would now and then share a look, and a viewer's picture stutter."""
 IDLE_PERIOD_S = 0.25
 LONGEST_CATCH_UP_S = 0.5
 """Looks that a loaded machine has delayed are made up for, up to this; older ones are not."""
-BEAT_EVERY = 20
+BEAT_EVERY = 40
 """Looks without news before a sign of life is sent: one a second."""
 MOST_VIEWERS = 200
 
 
 class Live:
-    """Looks at the attended cycle twenty times a second and wakes its viewers.
+    """Looks at the attended cycle forty times a second and wakes its viewers when there is news.
 
     Parameters
     ----------
@@ -51,7 +53,7 @@ class Live:
                 if fresh or state != told or looks % BEAT_EVERY == 0:
                     told = state
                     self._wake()
-            due_s += POINT_PERIOD_S if active is not None else IDLE_PERIOD_S
+            due_s += LOOK_PERIOD_S if active is not None else IDLE_PERIOD_S
             now_s = asyncio.get_running_loop().time()
             if due_s < now_s - LONGEST_CATCH_UP_S:
                 due_s = now_s
