@@ -38,7 +38,7 @@ class Acquisition:
     dropped_by_kernel : int or None
         Frames, of whatever kind, that the kernel had no room for; None where nobody can tell.
     reader, stamps : str
-        Who received, and who stamped: see `drivers.ports.SyncAccount`.
+        Who received, and who stamped: see `drivers.evidence.SyncAccount`.
     receive_buffer_bytes : int or None
         What the kernel granted to the receiving socket; None where nobody asked.
     undecided : int
