@@ -12,7 +12,7 @@ from agent.cli.talk import talker
 from agent.conclude.outcome import Conclusion, conclude
 from agent.errors import InputError
 from agent.identify.estimate import twin_from_estimate
-from agent.identify.forward import in_words
+from agent.identify.rigid.forward import in_words
 from agent.physics.twin import format_twin
 from agent.record.atomic import publish
 from agent.record.reading import read, read_all

@@ -14,7 +14,7 @@ from agent.cli.talk import talker
 from agent.conclude.comparable import check_recordings
 from agent.conclude.explanation import explained
 from agent.errors import InputError, StorageError
-from agent.explain.result import Explanation
+from agent.explain.answer.result import Explanation
 from agent.physics.twin import Twin, format_twin
 from agent.record.atomic import publish
 from agent.record.reading import read_all

@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterable, Sequence
 
-from agent.explain.result import Explanation, Finding, NextExperiment
+from agent.explain.answer.result import Explanation, Finding, NextExperiment
 from agent.numbers import NO_NUMBER
 from agent.report.explanation_errors import error_rows, improvement_in_words
 from agent.report.explanation_rows import parameter_rows

@@ -21,7 +21,7 @@ from agent.identify.flexible.preparation import prepare, tracks_of
 from agent.identify.flexible.result import FlexibleFit
 from agent.identify.flexible.validation import FlexibleValidation, predicted_torque, validate
 from agent.identify.result import Floats
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
 from agent.identify.uncertainty import correlation_time
 from agent.physics.friction import STRIBECK
 from agent.record.recording import Recording

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from agent.conclude.outcome import signals_of
 from agent.identify.flexible.periods import LAID, PeriodScatter, average_periods
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
 from agent.record.recording import Recording
 
 _BLOCK_S = 2.2  # of distinct periods that are fitted: the fit refuses less than two seconds

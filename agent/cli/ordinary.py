@@ -13,7 +13,7 @@ import typer
 from agent.cli.ripple import one_axis
 from agent.conclude.outcome import conclude, signals_of
 from agent.errors import InputError
-from agent.identify.preprocess import read_motion
+from agent.identify.signals.preprocess import read_motion
 from agent.identify.uncertainty import student_975
 from agent.monitor.ordinary import Comparison, OrdinaryFriction, compare, ordinary_friction
 from agent.numbers import parameter_label, parameter_unit, scale_for, written

@@ -36,8 +36,8 @@ class PlannedAliases:
 
     def lines(self) -> list[str]:
         """Return it as a technician reads it in a terminal."""
-        from agent.explain.aliases import told_apart_by
-        from agent.explain.words import NAMES
+        from agent.explain.answer.words import NAMES
+        from agent.explain.choosing.aliases import told_apart_by
 
         out = ["This cycle cannot tell apart:" if self.sets else "This cycle confuses no effects."]
         for group in self.sets:
@@ -52,7 +52,7 @@ class PlannedAliases:
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
-        from agent.explain.aliases import told_apart_by
+        from agent.explain.choosing.aliases import told_apart_by
 
         return {
             "sets": [
@@ -78,8 +78,8 @@ def planned_aliases(cell: Cell, axis: Axis, trajectory: Trajectory) -> PlannedAl
     agent.errors.InputError
         The cell does not say what joint to expect, or the cycle is too short.
     """
-    from agent.explain.aliases import aliases
-    from agent.explain.experiment_planned import planned_library
+    from agent.explain.choosing.aliases import aliases
+    from agent.explain.experiment.planned import planned_library
     from agent.physics.twin import Twin
 
     expected = axis.expected

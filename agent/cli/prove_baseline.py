@@ -11,12 +11,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from agent.explain.evidence import weigh
-from agent.explain.library import judgeable
-from agent.explain.run import Run
-from agent.explain.scene import Scene, refit
-from agent.explain.search import Candidate, Library, basis_of
-from agent.explain.table import BASE, tabulate
+from agent.explain.choosing.search import Candidate, Library, basis_of
+from agent.explain.forms.library import judgeable
+from agent.explain.rows.evidence import weigh
+from agent.explain.rows.run import Run
+from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.table import BASE, tabulate
 from agent.identify.result import Floats
 from agent.physics.twin import Twin
 

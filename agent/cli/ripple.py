@@ -13,10 +13,10 @@ from agent.cli.talk import talker
 from agent.conclude.outcome import signals_of
 from agent.errors import InputError
 from agent.identify.result import Parameter
-from agent.identify.ripple import Ripple, find_ripple
-from agent.identify.ripple_change import GONE, OrderChange, RippleChange, compare_ripple
-from agent.identify.ripple_line import RippleLine
-from agent.identify.ripple_sentence import motion_sentence
+from agent.identify.ripple.change import GONE, OrderChange, RippleChange, compare_ripple
+from agent.identify.ripple.identification import Ripple, find_ripple
+from agent.identify.ripple.line import RippleLine
+from agent.identify.ripple.sentence import motion_sentence
 from agent.numbers import scale_for, written
 from agent.record.reading import read_all
 from agent.record.recording import Recording

@@ -16,7 +16,7 @@ from agent.cli.ripple import write_picture
 from agent.cli.talk import progress_bar, talker
 from agent.conclude.cycles import cache_folder, cycles_of, nothing_usable
 from agent.errors import InputError
-from agent.identify.thermal import Cooling, estimate_cooling
+from agent.identify.thermal.cooling import Cooling, estimate_cooling
 from agent.monitor.baseline import FEWEST_ASKED, Baseline, baseline_of, features_table
 from agent.monitor.compensation import PRIORS, Law
 from agent.monitor.cooling import NextCycle, Warmth, next_comparable, warmth

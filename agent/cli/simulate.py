@@ -8,9 +8,9 @@ import typer
 
 from agent.cli.talk import talker
 from agent.errors import InputError
-from agent.identify.signals import Signals
-from agent.identify.simulated import simulated_torque_nm
-from agent.identify.stand_in import with_stand_in
+from agent.identify.signals.arrays import Signals
+from agent.identify.signals.simulated import simulated_torque_nm
+from agent.identify.thermal.stand_in import with_stand_in
 from agent.physics.effects import unix_s
 from agent.physics.twin import Twin, TwinError, parse_twin
 from agent.record.reading import read

@@ -14,17 +14,17 @@ import typer
 from agent.cli.talk import talker
 from agent.conclude.outcome import Conclusion, conclude, signals_of
 from agent.errors import InputError, StorageError
-from agent.identify.instrumental import fit_instrumental, has_command
-from agent.identify.preprocess import Motion, filter_motion, read_motion
-from agent.identify.regression import rows_of
-from agent.identify.residuals import Correlation, correlate, residual_in_words, residual_of
 from agent.identify.result import Floats
-from agent.identify.thresholding import (
+from agent.identify.rigid.instrumental import fit_instrumental, has_command
+from agent.identify.rigid.regression import rows_of
+from agent.identify.rigid.residuals import Correlation, correlate, residual_in_words, residual_of
+from agent.identify.rigid.thresholding import (
     AccelerationSweep,
     SpeedStudy,
     study_speeds,
     sweep_acceleration,
 )
+from agent.identify.signals.preprocess import Motion, filter_motion, read_motion
 from agent.record.atomic import publish
 from agent.record.reading import read, read_all
 from agent.report.study import StudyPage, validation_in_words, write_study_page

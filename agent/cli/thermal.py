@@ -16,12 +16,12 @@ from agent.cli.thermal_history import History, history_of, temperatures_of
 from agent.cli.thermal_oil import oils_for, unknown_oil
 from agent.conclude.outcome import signals_of
 from agent.identify.estimate import estimate
-from agent.identify.friction_surface import Surface, fit_surface
-from agent.identify.oil_change import ASSUMPTION, OilComparison, compare_oils
+from agent.identify.friction.oil_change import ASSUMPTION, OilComparison, compare_oils
+from agent.identify.friction.surface import Surface, fit_surface
+from agent.identify.friction.surface_law import SurfacePoints
 from agent.identify.result import Floats, Parameter
-from agent.identify.surface_law import SurfacePoints
-from agent.identify.thermal import Cooling, estimate_cooling
-from agent.identify.thermal_trend import TemperatureOrTime, temperature_or_time
+from agent.identify.thermal.cooling import Cooling, estimate_cooling
+from agent.identify.thermal.trend import TemperatureOrTime, temperature_or_time
 from agent.numbers import parameter_label, parameter_unit, scale_for, written
 from agent.record.reading import read_all
 from agent.record.recording import Recording

@@ -14,7 +14,7 @@ from agent.cli.ripple import write_picture
 from agent.cli.talk import talker
 from agent.conclude.outcome import conclude, signals_of
 from agent.errors import InputError
-from agent.identify.preprocess import read_motion
+from agent.identify.signals.preprocess import read_motion
 from agent.monitor.observer_band import FEWEST_HEALTHY, HealthyBand, Watch, learn_band
 from agent.monitor.observer_band import watch as watch_one
 from agent.monitor.observer_learning import model_of

@@ -8,9 +8,9 @@ from datetime import datetime
 from pathlib import Path
 
 from agent.errors import InputError
+from agent.explain.answer.result import Explanation
 from agent.explain.explain import explain
-from agent.explain.result import Explanation
-from agent.explain.run import Run
+from agent.explain.rows.run import Run
 from agent.identify.result import Floats
 from agent.physics.twin import Twin, TwinError
 from agent.record.recording import Recording

@@ -16,7 +16,7 @@ from agent.errors import InputError
 from agent.identify.detail import RecordingDetail
 from agent.identify.estimate import Identification, identify
 from agent.identify.result import Estimate
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
 from agent.record.atomic import publish
 from agent.record.recording import Recording
 

@@ -7,18 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from agent.explain import proof, words
-from agent.explain.aliases import aliases
-from agent.explain.creep import without_creep
-from agent.explain.dynamic_curves import spectrum_around
-from agent.explain.evidence import effective_size
-from agent.explain.experiment import next_experiments
-from agent.explain.findings import OFFSET_OR_ASYMMETRY, findings_of
-from agent.explain.leftover import left_regions, line_regions
-from agent.explain.materiality import CLOSE
-from agent.explain.model import fit_model
-from agent.explain.regions import row_seconds
-from agent.explain.result import (
+from agent.explain import proof
+from agent.explain.answer import words
+from agent.explain.answer.result import (
     Curve,
     Explanation,
     Fit,
@@ -30,9 +21,19 @@ from agent.explain.result import (
     Trace,
     fit_of,
 )
-from agent.explain.run import Run, stood_in, without_gearbox_temperature
+from agent.explain.choosing.aliases import aliases
+from agent.explain.choosing.materiality import CLOSE
+from agent.explain.experiment.proposal import next_experiments
+from agent.explain.findings import OFFSET_OR_ASYMMETRY, findings_of
+from agent.explain.location.dynamic_curves import spectrum_around
+from agent.explain.location.leftover import left_regions, line_regions
+from agent.explain.location.regions import row_seconds
+from agent.explain.numbers.model import fit_model
+from agent.explain.rows.creep import without_creep
+from agent.explain.rows.evidence import effective_size
+from agent.explain.rows.run import Run, stood_in, without_gearbox_temperature
+from agent.explain.rows.table import BASE, Table, tabulate
 from agent.explain.study import Study, study
-from agent.explain.table import BASE, Table, tabulate
 from agent.explain.traces import traces_of
 from agent.explain.verdict import OWN_NUMBERS, far_from_given, left_share, verdict_of
 from agent.physics.twin import Twin

@@ -8,20 +8,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from agent.explain import words
-from agent.explain.aliases import told_apart_by
-from agent.explain.choice import Term
-from agent.explain.dynamic_curves import excerpt, over_frequency
-from agent.explain.evidence import effective_size
-from agent.explain.numbers import WrongNumber
-from agent.explain.quantities import as_in_twin
-from agent.explain.regions import AXIS, axis_values, curve_of, regions_of
-from agent.explain.result import Alternative, Finding, Region
-from agent.explain.saturation import saturation_evidence
-from agent.explain.scene import Scene
-from agent.explain.search import basis_of
-from agent.explain.shares import shares_of
-from agent.explain.short_stroke import gravity_look_alikes
+from agent.explain.answer import words
+from agent.explain.answer.result import Alternative, Finding, Region
+from agent.explain.choosing.aliases import told_apart_by
+from agent.explain.choosing.choice import Term
+from agent.explain.choosing.search import basis_of
+from agent.explain.choosing.shares import shares_of
+from agent.explain.forms.quantities import as_in_twin
+from agent.explain.location.dynamic_curves import excerpt, over_frequency
+from agent.explain.location.regions import AXIS, axis_values, curve_of, regions_of
+from agent.explain.numbers.short_stroke import gravity_look_alikes
+from agent.explain.numbers.wrong import WrongNumber
+from agent.explain.rows.evidence import effective_size
+from agent.explain.rows.saturation import saturation_evidence
+from agent.explain.rows.scene import Scene
 from agent.explain.study import Study
 from agent.identify.result import Floats, Parameter
 from agent.numbers import parameter_unit

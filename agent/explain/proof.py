@@ -9,16 +9,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.choice import choose
-from agent.explain.creep import without_creep
-from agent.explain.evidence import solve
-from agent.explain.model import predicted
-from agent.explain.result import Holdout, fit_of
-from agent.explain.run import Run
-from agent.explain.scene import refit
-from agent.explain.search import Candidate, Library, basis_of
-from agent.explain.shifts import shifted
-from agent.explain.table import BASE, Table, tabulate
+from agent.explain.answer.result import Holdout, fit_of
+from agent.explain.choosing.choice import choose
+from agent.explain.choosing.search import Candidate, Library, basis_of
+from agent.explain.choosing.shifts import shifted
+from agent.explain.numbers.model import predicted
+from agent.explain.rows.creep import without_creep
+from agent.explain.rows.evidence import solve
+from agent.explain.rows.run import Run
+from agent.explain.rows.scene import refit
+from agent.explain.rows.table import BASE, Table, tabulate
 from agent.identify.result import Floats
 from agent.physics.twin import Twin
 

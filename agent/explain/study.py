@@ -8,29 +8,29 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from agent.explain.arm_encoder import seen_by_the_arm
-from agent.explain.choice import Choice, choose
-from agent.explain.deficiency import deficiency_map
-from agent.explain.evidence import weigh
-from agent.explain.floor import noise_floor
-from agent.explain.intervals import with_intervals
-from agent.explain.library import judgeable
-from agent.explain.lines import Line, lines_of
-from agent.explain.materiality import least_gain
-from agent.explain.model import Model, extended_twin, fit_model, predicted
-from agent.explain.numbers import WrongNumber, wrong_numbers
-from agent.explain.resting import settled_beside
-from agent.explain.result import Cell, Floor
-from agent.explain.scene import Scene, refit
-from agent.explain.search import Library
-from agent.explain.short_stroke import (
+from agent.explain.answer.result import Cell, Floor
+from agent.explain.choosing.choice import Choice, choose
+from agent.explain.choosing.materiality import least_gain
+from agent.explain.choosing.search import Library
+from agent.explain.forms.arm_encoder import seen_by_the_arm
+from agent.explain.forms.library import judgeable
+from agent.explain.location.deficiency import deficiency_map
+from agent.explain.numbers.intervals import with_intervals
+from agent.explain.numbers.model import Model, extended_twin, fit_model, predicted
+from agent.explain.numbers.resting import settled_beside
+from agent.explain.numbers.short_stroke import (
     PAYLOAD,
     gravity_in_question,
     in_its_place,
     in_question,
     without_gravity,
 )
-from agent.explain.table import BASE, Table
+from agent.explain.numbers.wrong import WrongNumber, wrong_numbers
+from agent.explain.rows.evidence import weigh
+from agent.explain.rows.floor import noise_floor
+from agent.explain.rows.lines import Line, lines_of
+from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.table import BASE, Table
 from agent.identify.result import Floats
 from agent.physics.twin import Effect, Twin, TwinError
 

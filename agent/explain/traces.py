@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from agent.explain.model import predicted
-from agent.explain.result import Trace
+from agent.explain.answer.result import Trace
+from agent.explain.numbers.model import predicted
+from agent.explain.rows.table import Table
 from agent.explain.study import Study
-from agent.explain.table import Table
 from agent.physics.twin import Twin
 
 _TRACE_POINTS = 1500

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from agent.explain.materiality import CLOSE, FAR
-from agent.explain.regions import AXIS
-from agent.explain.result import Finding, Verdict
-from agent.explain.shares import unseen_nm2
+from agent.explain.answer.result import Finding, Verdict
+from agent.explain.choosing.materiality import CLOSE, FAR
+from agent.explain.choosing.shares import unseen_nm2
+from agent.explain.location.regions import AXIS
 from agent.explain.study import Study
 
 _MOST_LEFT = 0.30  # of the mismatch: with more left over, what was named explains too little

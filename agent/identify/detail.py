@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.identify.preprocess import Motion, filter_motion
 from agent.identify.result import Floats, RigidBodyFit
-from agent.identify.rigid_body import weights
-from agent.identify.windows import SteadyWindow
+from agent.identify.rigid.body import weights
+from agent.identify.signals.preprocess import Motion, filter_motion
+from agent.identify.signals.windows import SteadyWindow
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from agent.identify.frames import objections_of_frames
-from agent.identify.preprocess import Motion
-from agent.identify.windows import SteadyWindow
+from agent.identify.signals.frames import objections_of_frames
+from agent.identify.signals.preprocess import Motion
+from agent.identify.signals.windows import SteadyWindow
 
 _SAMPLES = 100
 _MOVING = 100

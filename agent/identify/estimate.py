@@ -10,13 +10,10 @@ import numpy as np
 from agent.acquisition import total
 from agent.identify import diagnosis
 from agent.identify.detail import RecordingDetail, detail_of
-from agent.identify.forward import position_error
-from agent.identify.friction_curve import CurveFit, friction_curve
-from agent.identify.friction_models import fit_friction_models
+from agent.identify.friction.curve import CurveFit, friction_curve
+from agent.identify.friction.models import fit_friction_models
+from agent.identify.friction.passes import PositionTorque
 from agent.identify.objections import objections, too_few_speeds
-from agent.identify.passes import PositionTorque
-from agent.identify.preprocess import Motion, read_motion
-from agent.identify.regression import Regression, regress, rows_of
 from agent.identify.result import (
     Estimate,
     FrictionModelFit,
@@ -24,13 +21,16 @@ from agent.identify.result import (
     Quality,
     RigidBodyFit,
 )
-from agent.identify.rigid_body import (
+from agent.identify.rigid.body import (
     validate,
     weights,
 )
+from agent.identify.rigid.forward import position_error
+from agent.identify.rigid.regression import Regression, regress, rows_of
 from agent.identify.sentence import verdict
-from agent.identify.signals import Signals
-from agent.identify.windows import SteadyWindow, find_windows
+from agent.identify.signals.arrays import Signals
+from agent.identify.signals.preprocess import Motion, read_motion
+from agent.identify.signals.windows import SteadyWindow, find_windows
 from agent.physics.rigid_body import PARAMETERS
 from agent.physics.twin import Twin
 

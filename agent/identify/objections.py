@@ -9,10 +9,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from agent.identify.preprocess import Motion
-from agent.identify.saturation import limited_share
-from agent.identify.settling import never_settles
-from agent.identify.windows import SteadyWindow
+from agent.identify.signals.preprocess import Motion
+from agent.identify.signals.saturation import limited_share
+from agent.identify.signals.settling import never_settles
+from agent.identify.signals.windows import SteadyWindow
 
 _SLOW_HZ = 20.0
 _JUMP = 0.1  # of the fastest speed, from one sample to the next

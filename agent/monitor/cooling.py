@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.identify.result import Floats, Parameter
-from agent.identify.thermal import Cooling
+from agent.identify.thermal.cooling import Cooling
 from agent.physics.thermal import relaxation_time_s
 
 USUAL_RATE_PER_S = 6.2e-5

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agent.identify.preprocess import Motion
 from agent.identify.result import Floats
+from agent.identify.signals.preprocess import Motion
 from agent.monitor.observer import ObserverRun, observe
 from agent.monitor.observer_model import ObserverModel, blocks_of
 from agent.monitor.observer_whiteness import Whiteness, whiteness

@@ -9,8 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from agent.identify.preprocess import Motion
 from agent.identify.result import Estimate
+from agent.identify.signals.preprocess import Motion
 from agent.monitor.observer import observe
 from agent.monitor.observer_model import ObserverModel, blocks_of
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.identify.preprocess import Motion
 from agent.identify.result import Floats
+from agent.identify.signals.preprocess import Motion
 from agent.physics.rigid_body import gravity_columns
 
 _STANDS = 0.005  # of the fastest speed: slower counts as standing

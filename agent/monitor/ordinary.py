@@ -18,15 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify import diagnosis
-from agent.identify.linear import time_blocks
-from agent.identify.lowpass import lowpass
 from agent.identify.objections import objections
-from agent.identify.preprocess import FilteredStretch, Motion, direction_of, filter_motion
-from agent.identify.regression import regress
 from agent.identify.result import Floats, FrictionCurve, Parameter, RigidBodyFit
-from agent.identify.rigid_body import variance_inflation
+from agent.identify.rigid.body import variance_inflation
+from agent.identify.rigid.linear import time_blocks
+from agent.identify.rigid.regression import regress
+from agent.identify.signals.lowpass import lowpass
+from agent.identify.signals.preprocess import FilteredStretch, Motion, direction_of, filter_motion
+from agent.identify.signals.windows import find_windows
 from agent.identify.uncertainty import block_jackknife, student_975
-from agent.identify.windows import find_windows
 from agent.monitor.ordinary_excitation import MOVING, Excitation, excitation_of
 from agent.physics.rigid_body import PARAMETERS
 

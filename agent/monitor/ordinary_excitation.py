@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agent.identify.lowpass import lowpass
-from agent.identify.preprocess import Motion
+from agent.identify.signals.lowpass import lowpass
+from agent.identify.signals.preprocess import Motion
 
 MOVING = 0.02
 """Of the fastest speed: slower counts as standing."""

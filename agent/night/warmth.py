@@ -1,8 +1,8 @@
 """When the gearbox will be as warm as it was for the cycles that tonight's is compared with.
 
-Tonight's own readings are fitted with the cooling law (`agent.identify.thermal`); its forecast
-says when to look again and what to tell. Whoever waited in vain runs at the last moment, where
-the difference is smallest, and the difference is recorded: the monitor compensates for it.
+Tonight's own readings are fitted with the cooling law (`agent.identify.thermal.cooling`); its
+forecast says when to look again and what to tell. Whoever waited in vain runs at the last moment,
+where the difference is smallest, and the difference is recorded: the monitor compensates for it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agent.identify.thermal import estimate_cooling
+from agent.identify.thermal.cooling import estimate_cooling
 from agent.night.description import AxisNight
 
 LOOK = datetime.timedelta(minutes=5)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from agent.explain.result import Explanation, NextExperiment
+from agent.explain.answer.result import Explanation, NextExperiment
 from agent.numbers import units_unbroken
 from agent.record.atomic import publish
 from agent.report import explanation_errors as errors

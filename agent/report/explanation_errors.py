@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from agent.explain.result import Explanation, Fit, Holdout
+from agent.explain.answer.result import Explanation, Fit, Holdout
 from agent.numbers import Scale, fixed, scale_for, significant, units_unbroken
 from agent.report.explanation_words import percent
 from agent.report.rows import Tile

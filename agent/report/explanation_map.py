@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from agent.explain.result import Cell
+from agent.explain.answer.result import Cell
 from agent.numbers import NO_NUMBER, parameter_label, significant
 from agent.report.explanation_words import heading, percent, share, variable
 

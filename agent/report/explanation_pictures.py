@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from agent.explain.result import Explanation, Finding, Trace
+from agent.explain.answer.result import Explanation, Finding, Trace
 from agent.report.canvas import data_uri
 from agent.report.estimate import Picture
 from agent.report.explanation_words import variable

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from agent.explain.result import Explanation, Finding, Moved, Region
+from agent.explain.answer.result import Explanation, Finding, Moved, Region
 from agent.identify.result import Parameter
 from agent.numbers import (
     NO_NUMBER,

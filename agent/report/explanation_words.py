@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from agent.explain.result import Explanation, Moved, NextExperiment, Region
+from agent.explain.answer.result import Explanation, Moved, NextExperiment, Region
 from agent.identify.result import Floats
 from agent.numbers import NO_NUMBER, fixed, parameter_label, parameter_unit, scale_for, significant
 from agent.report.advice import next_steps

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.result import Curve, Region
+from agent.explain.answer.result import Curve, Region
 from agent.identify.result import Floats
 from agent.numbers import Scale, scale_for, significant
 from agent.report.canvas import (

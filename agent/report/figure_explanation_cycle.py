@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.result import Region, Trace
+from agent.explain.answer.result import Region, Trace
 from agent.identify.result import Floats
 from agent.numbers import Scale, scale_for
 from agent.report.canvas import (

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from agent.explain.result import Region, Trace
+from agent.explain.answer.result import Region, Trace
 from agent.identify.result import Floats
 from agent.numbers import scale_for, significant
 from agent.report.canvas import (

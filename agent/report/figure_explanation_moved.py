@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from agent.explain.result import Moved
+from agent.explain.answer.result import Moved
 from agent.identify.result import Parameter
 from agent.numbers import parameter_label, parameter_unit, scale_for, significant, written
 from agent.report.canvas import (

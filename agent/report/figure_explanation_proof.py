@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from agent.explain.result import Explanation, Floor, Holdout
+from agent.explain.answer.result import Explanation, Floor, Holdout
 from agent.numbers import Scale
 from agent.report.canvas import (
     GRID,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from agent.explain.result import Curve, Region
+from agent.explain.answer.result import Curve, Region
 from agent.numbers import scale_for, significant
 from agent.report.canvas import (
     INK,

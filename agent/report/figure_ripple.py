@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from agent.identify.ripple import Ripple
-from agent.identify.ripple_change import RippleChange
+from agent.identify.ripple.change import RippleChange
+from agent.identify.ripple.identification import Ripple
 from agent.numbers import scale_for, significant
 from agent.report.canvas import (
     INK,

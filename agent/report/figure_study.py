@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from agent.identify.residuals import Correlation
 from agent.identify.result import Floats
-from agent.identify.thresholding import AccelerationSweep, SpeedStudy
+from agent.identify.rigid.residuals import Correlation
+from agent.identify.rigid.thresholding import AccelerationSweep, SpeedStudy
 from agent.numbers import parameter_label, parameter_unit, scale_for, significant
 from agent.report.canvas import (
     MEASURED,

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from agent.identify.friction_surface import Surface
-from agent.identify.oil_change import OilComparison
+from agent.identify.friction.oil_change import OilComparison
+from agent.identify.friction.surface import Surface
+from agent.identify.friction.surface_law import SurfacePoints
 from agent.identify.result import Floats
-from agent.identify.surface_law import SurfacePoints
-from agent.identify.thermal import Cooling
+from agent.identify.thermal.cooling import Cooling
 from agent.numbers import scale_for
 from agent.report.canvas import (
     INK,

@@ -21,7 +21,7 @@ from agent.identify.flexible.result import FlexibleFit
 from agent.identify.flexible.simulation import FlexibleJoint
 from agent.identify.flexible.validation import predicted_torque
 from agent.identify.result import Floats
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
 from agent.physics.friction import LAWS
 from agent.physics.rigid_body import gravity_columns
 

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from agent.identify.forward import in_words
 from agent.identify.result import Estimate, FrictionCurve, FrictionModelFit, Parameter
+from agent.identify.rigid.forward import in_words
 from agent.numbers import (
     Scale,
     fixed,

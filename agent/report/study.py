@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from agent.identify.instrumental import InstrumentalFit
-from agent.identify.residuals import Correlation
 from agent.identify.result import Parameter, Validation
-from agent.identify.thresholding import AccelerationSweep, SpeedStudy
+from agent.identify.rigid.instrumental import InstrumentalFit
+from agent.identify.rigid.residuals import Correlation
+from agent.identify.rigid.thresholding import AccelerationSweep, SpeedStudy
 from agent.numbers import parameter_label, parameter_unit, scale_for, significant, written
 from agent.record.atomic import publish
 from agent.report.canvas import data_uri

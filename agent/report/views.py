@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify.result import Floats
-from agent.identify.signals import Signals
-from agent.identify.windows import SteadyWindow
+from agent.identify.signals.arrays import Signals
+from agent.identify.signals.windows import SteadyWindow
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ import time
 
 import numpy as np
 
-from agent.identify import separable
 from agent.identify.estimate import estimate
+from agent.identify.friction import separable
 from agent.physics.friction import FEENY_MOON
 from tests.science.identify_plant import Floats, Joint, record, stair
 from tests.science.information import JOINT, MOTION, NOISE_NM, campaign

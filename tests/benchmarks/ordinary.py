@@ -15,8 +15,8 @@ import numpy as np
 from scipy.signal import bilinear, lfilter
 
 from agent.identify.estimate import estimate
-from agent.identify.preprocess import Motion, read_motion
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
+from agent.identify.signals.preprocess import Motion, read_motion
 from agent.identify.uncertainty import student_975
 from agent.monitor.observer_band import learn_band, watch
 from agent.monitor.observer_learning import model_of

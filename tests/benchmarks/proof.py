@@ -29,11 +29,11 @@ from agent.cli.prove_plan import Asked, plan
 from agent.cli.prove_score import score
 from agent.cli.simulate import read_twin
 from agent.conclude.explanation import runs_of
-from agent.explain.evidence import weigh
-from agent.explain.library import judgeable
-from agent.explain.scene import Scene
-from agent.explain.search import Library, basis_of
-from agent.explain.table import BASE, tabulate
+from agent.explain.choosing.search import Library, basis_of
+from agent.explain.forms.library import judgeable
+from agent.explain.rows.evidence import weigh
+from agent.explain.rows.scene import Scene
+from agent.explain.rows.table import BASE, tabulate
 from agent.identify.result import Floats
 from agent.record.reading import read_all
 from fakes.conceal import FIRST_SCORED_SEED, open_label

@@ -11,7 +11,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from agent.explain.result import Explanation
+from agent.explain.answer.result import Explanation
 from tests.system.concealed_joints import CONCEALED, NULL, Concealed, ask_on, find
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from agent.explain.result import Cell
+from agent.explain.answer.result import Cell
 from agent.report import estimate_html
 from agent.report.explanation import explanation_page
 from tests.unit import explanation_examples as explanations

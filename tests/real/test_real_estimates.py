@@ -10,10 +10,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from agent.identify.estimate import estimate, twin_from_estimate
-from agent.identify.friction_curve import friction_curve
-from agent.identify.preprocess import read_motion
-from agent.identify.signals import Signals
-from agent.identify.windows import find_windows
+from agent.identify.friction.curve import friction_curve
+from agent.identify.signals.arrays import Signals
+from agent.identify.signals.preprocess import read_motion
+from agent.identify.signals.windows import find_windows
 
 pytestmark = pytest.mark.real
 

@@ -10,7 +10,7 @@ import pytest
 from agent.cli.estimate import run_twin
 from agent.cli.simulate import read_twin
 from agent.conclude.explanation import explained
-from agent.explain.result import Explanation, Finding
+from agent.explain.answer.result import Explanation, Finding
 from agent.record.reading import read_all
 
 pytestmark = pytest.mark.real

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agent.identify.preprocess import read_motion
+from agent.identify.signals.preprocess import read_motion
 from agent.monitor.ordinary import ordinary_friction
 from tests.real.test_real_estimates import load
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from agent.identify.ripple import Ripple, find_ripple
-from agent.identify.ripple_change import DOWN, GONE, RippleChange, compare_ripple
-from agent.identify.ripple_line import UNDECIDED
-from agent.identify.ripple_sentence import motion_sentence
+from agent.identify.ripple.change import DOWN, GONE, RippleChange, compare_ripple
+from agent.identify.ripple.identification import Ripple, find_ripple
+from agent.identify.ripple.line import UNDECIDED
+from agent.identify.ripple.sentence import motion_sentence
 from tests.real.test_real_estimates import load
 
 pytestmark = pytest.mark.real

@@ -10,7 +10,7 @@ import pytest
 
 from agent.cli.thermal import thermal_of
 from agent.errors import InputError
-from agent.identify.thermal_trend import TIE, temperature_or_time
+from agent.identify.thermal.trend import TIE, temperature_or_time
 from agent.record.reading import read_all
 from tests.real.test_real_estimates import load
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify.estimate import estimate
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
 from agent.physics.friction import STRIBECK
 from agent.physics.sensitivity import sensitivity
 from trajectories import (

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agent.explain.choice import Choice, choose
-from agent.explain.evidence import weigh
-from agent.explain.library import judgeable
-from agent.explain.run import Run
-from agent.explain.scene import Scene, refit
-from agent.explain.search import Library
-from agent.explain.table import BASE, tabulate
+from agent.explain.choosing.choice import Choice, choose
+from agent.explain.choosing.search import Library
+from agent.explain.forms.library import judgeable
+from agent.explain.rows.evidence import weigh
+from agent.explain.rows.run import Run
+from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.table import BASE, tabulate
 from agent.identify.result import Floats
 from agent.physics.twin import Twin
 from trajectories import SetPoints, Trajectory, stair_paired

@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from agent.explain.run import Run
+from agent.explain.rows.run import Run
 
 Floats = NDArray[np.float64]
 

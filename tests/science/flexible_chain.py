@@ -16,7 +16,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
 from trajectories import Trajectory
 
 Floats = NDArray[np.float64]

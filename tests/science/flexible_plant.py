@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
 from fakes.friction import FrictionParameters
 from fakes.joint import JointParameters
 from fakes.plant import Plant, ServoParameters

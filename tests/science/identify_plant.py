@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
 
 Floats = NDArray[np.float64]
 

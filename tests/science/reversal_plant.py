@@ -16,7 +16,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
 from trajectories import Trajectory, reversals
 
 Floats = NDArray[np.float64]

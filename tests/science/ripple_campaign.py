@@ -14,8 +14,8 @@ import numpy as np
 from scipy.signal import lfilter
 
 from agent.identify.result import Parameter
-from agent.identify.ripple import find_ripple
-from agent.identify.signals import Signals
+from agent.identify.ripple.identification import find_ripple
+from agent.identify.signals.arrays import Signals
 from tests.science.information import Score
 from tests.science.thermal_campaign import score
 

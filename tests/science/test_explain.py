@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from agent.explain.answer.result import Explanation
+from agent.explain.choosing.materiality import CLOSE
 from agent.explain.explain import explain
-from agent.explain.materiality import CLOSE
-from agent.explain.result import Explanation
-from agent.explain.run import Run
+from agent.explain.rows.run import Run
+from agent.explain.rows.table import tabulate
 from agent.explain.study import study
-from agent.explain.table import tabulate
 from agent.identify.result import Parameter
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
 from agent.physics.twin import Twin, parse_twin
 from fakes.conceal.case import ConcealedCase, conceal
 

@@ -7,9 +7,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from agent.explain.arm_encoder import Twist, refuted, twist_of
-from agent.explain.scene import Scene, refit
-from agent.explain.table import BASE, tabulate
+from agent.explain.forms.arm_encoder import Twist, refuted, twist_of
+from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.table import BASE, tabulate
 from agent.physics.twin import Twin
 from tests.science.explain_plant import GEAR, Joint, record
 

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from agent.explain.explain import explain
-from agent.explain.held import Held, direction_in_passes
-from agent.explain.run import Run
+from agent.explain.rows.held import Held, direction_in_passes
+from agent.explain.rows.run import Run
+from agent.explain.rows.table import Table, tabulate
 from agent.explain.study import study
-from agent.explain.table import Table, tabulate
 from agent.physics.twin import Twin, parse_twin
 
 STATIC_EXTRA_NM, STRIBECK_VELOCITY_RAD_S = 0.2, 3.0

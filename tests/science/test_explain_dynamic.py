@@ -11,18 +11,20 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agent.explain import forms_arm, forms_reversal, forms_signal
-from agent.explain.choice import choose
-from agent.explain.evidence import weigh
-from agent.explain.hidden_arm import HiddenArm
-from agent.explain.library import judgeable
-from agent.explain.load_changes import arm_shares
-from agent.explain.run import Run
-from agent.explain.saturation import saturation_evidence
-from agent.explain.scene import Scene, refit
-from agent.explain.search import Library, Scored
-from agent.explain.table import BASE, effects_nm, tabulate
-from agent.explain.twin_law import best_entry
+from agent.explain.choosing.choice import choose
+from agent.explain.choosing.search import Library, Scored
+from agent.explain.forms import arm as forms_arm
+from agent.explain.forms import reversal as forms_reversal
+from agent.explain.forms import signal as forms_signal
+from agent.explain.forms.hidden_arm import HiddenArm
+from agent.explain.forms.library import judgeable
+from agent.explain.forms.load_changes import arm_shares
+from agent.explain.forms.twin_law import best_entry
+from agent.explain.rows.evidence import weigh
+from agent.explain.rows.run import Run
+from agent.explain.rows.saturation import saturation_evidence
+from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.table import BASE, effects_nm, tabulate
 from agent.physics.twin import Effect, Twin
 from tests.science.explain_plant import GEAR, Joint, record
 

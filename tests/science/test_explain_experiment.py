@@ -9,14 +9,14 @@ from functools import cache
 import numpy as np
 import pytest
 
-from agent.explain.choice import Choice
-from agent.explain.experiment import DECISIVE, next_experiments
-from agent.explain.experiment_driven import Driven
-from agent.explain.experiment_menu import menu
-from agent.explain.experiment_motion import elsewhere
-from agent.explain.result import NextExperiment
-from agent.explain.run import Run
-from agent.explain.search import Library
+from agent.explain.answer.result import NextExperiment
+from agent.explain.choosing.choice import Choice
+from agent.explain.choosing.search import Library
+from agent.explain.experiment.driven import Driven
+from agent.explain.experiment.menu import menu
+from agent.explain.experiment.motion import elsewhere
+from agent.explain.experiment.proposal import DECISIVE, next_experiments
+from agent.explain.rows.run import Run
 from agent.identify.result import Floats
 from tests.science.explain_joint import (
     NOISE_NM,

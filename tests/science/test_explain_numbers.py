@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from agent.explain.findings import findings_of
+from agent.explain.rows.table import tabulate
 from agent.explain.study import Study, study
-from agent.explain.table import tabulate
 from agent.explain.verdict import left_share, verdict_of
 from agent.identify.result import Floats
 from agent.physics.twin import Twin

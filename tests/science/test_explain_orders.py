@@ -7,13 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from agent.explain import forms_order
-from agent.explain.choice import Term, choose
-from agent.explain.evidence import weigh
-from agent.explain.run import Run
-from agent.explain.scene import Scene, refit
-from agent.explain.search import Library
-from agent.explain.table import BASE, tabulate
+from agent.explain.choosing.choice import Term, choose
+from agent.explain.choosing.search import Library
+from agent.explain.forms import order as forms_order
+from agent.explain.rows.evidence import weigh
+from agent.explain.rows.run import Run
+from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.table import BASE, tabulate
 from agent.identify.result import Floats
 from tests.science.explain_joint import GEAR_RATIO, NOISE_NM, RATE_HZ, TWIN, stair
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from agent.explain.findings import findings_of
+from agent.explain.rows.table import tabulate
 from agent.explain.study import Study, study
-from agent.explain.table import tabulate
 from agent.explain.verdict import left_share, verdict_of
 from agent.identify.result import Floats
 from tests.science.explain_joint import TWIN, Conditions, Missing, record, stair

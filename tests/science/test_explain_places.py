@@ -8,13 +8,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from agent.explain import forms_place
-from agent.explain.choice import Term, choose
-from agent.explain.evidence import weigh
-from agent.explain.scene import Scene, refit
-from agent.explain.search import Library
-from agent.explain.spots import strong_places
-from agent.explain.table import BASE, tabulate
+from agent.explain.choosing.choice import Term, choose
+from agent.explain.choosing.search import Library
+from agent.explain.forms import place as forms_place
+from agent.explain.forms.spots import strong_places
+from agent.explain.rows.evidence import weigh
+from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.table import BASE, tabulate
 from agent.identify.result import Floats
 from tests.science.explain_joint import GEAR_RATIO, TWIN, Conditions, record, stair
 from trajectories import SetPoints, Trajectory

@@ -10,15 +10,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agent.explain.evidence import weigh
-from agent.explain.library import FORMS
-from agent.explain.materiality import CLOSE, above_band_nm2, least_gain
-from agent.explain.plain_refits import plain_moves
-from agent.explain.run import Run
-from agent.explain.scene import Scene, refit
-from agent.explain.search import Candidate, Library
-from agent.explain.shares import above_noise, shares_of
-from agent.explain.table import BASE, tabulate
+from agent.explain.choosing.materiality import CLOSE, above_band_nm2, least_gain
+from agent.explain.choosing.search import Candidate, Library
+from agent.explain.choosing.shares import above_noise, shares_of
+from agent.explain.forms.library import FORMS
+from agent.explain.numbers.plain_refits import plain_moves
+from agent.explain.rows.evidence import weigh
+from agent.explain.rows.run import Run
+from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.table import BASE, tabulate
 from agent.identify.result import Floats
 from agent.physics.twin import Twin
 from tests.science.explain_joint import NOISE_NM, TWIN, Conditions, record, stair

@@ -18,7 +18,7 @@ from agent.identify.flexible.preparation import tracks_of
 from agent.identify.flexible.projection import Problem
 from agent.identify.flexible.validation import validate
 from agent.identify.result import Floats
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
 from tests.science.flexible_chain import NOISE_NM, SAMPLE_S, STRIBECK, THREE, Robot, run
 from tests.science.flexible_plant import PLAIN, drive, there_and_back, triangle_wave
 from trajectories import triangle

@@ -14,7 +14,7 @@ from agent.identify.flexible.fit import Options, fit_flexible
 from agent.identify.flexible.periods import average_periods
 from agent.identify.flexible.result import FlexibleFit
 from agent.identify.flexible.validation import validate
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
 from fakes.friction import FrictionParameters
 from fakes.joint import JointParameters
 from tests.science.flexible_chain import Robot, run

@@ -15,8 +15,8 @@ from agent.identify.flexible.descent import bounds_of, descend
 from agent.identify.flexible.preparation import Prepared, Track, prepare, tracks_of
 from agent.identify.flexible.projection import Point, Problem, evaluate
 from agent.identify.flexible.reversals import through_reversals
-from agent.identify.lowpass import lowpass
 from agent.identify.result import Floats
+from agent.identify.signals.lowpass import lowpass
 from agent.physics.friction import COULOMB_VISCOUS
 from tests.science.flexible_chain import NOISE_NM, TWO, run
 from tests.science.flexible_plant import triangle_wave

@@ -9,12 +9,12 @@ from typing import Literal
 import numpy as np
 import pytest
 
-from agent.identify.drive_loop import Loop, find_loop
 from agent.identify.estimate import estimate
-from agent.identify.forward import in_words, position_error
-from agent.identify.preprocess import read_motion
 from agent.identify.result import Parameter, RigidBodyFit
-from agent.identify.signals import Signals
+from agent.identify.rigid.drive_loop import Loop, find_loop
+from agent.identify.rigid.forward import in_words, position_error
+from agent.identify.signals.arrays import Signals
+from agent.identify.signals.preprocess import read_motion
 from agent.physics.rigid_body import PARAMETERS
 from tests.science.identify_plant import Joint, stair
 

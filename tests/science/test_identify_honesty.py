@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from agent.acquisition import Acquisition
 from agent.identify.diagnosis import refusals
 from agent.identify.estimate import estimate, identify, twin_from_estimate
-from agent.identify.preprocess import read_motion
 from agent.identify.result import Estimate
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
+from agent.identify.signals.preprocess import read_motion
 from agent.physics.twin import format_twin, parse_twin
 from tests.science.identify_plant import Joint, Motion, record, stair
 

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import least_squares
 
-from agent.identify import separable
 from agent.identify.estimate import estimate
+from agent.identify.friction import separable
 from agent.identify.result import Estimate
 from agent.physics.friction import FEENY_MOON, STRIBECK
 from tests.science.identify_plant import Joint, record, stair

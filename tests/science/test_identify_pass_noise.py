@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from agent.identify.pass_blocks import TimedPass
-from agent.identify.pass_noise import PassNoise, noise_of
-from agent.identify.passes import Pass
+from agent.identify.friction.pass_blocks import TimedPass
+from agent.identify.friction.pass_noise import PassNoise, noise_of
+from agent.identify.friction.passes import Pass
 from agent.identify.uncertainty import student_975
 from tests.science.identify_plant import Floats, coloured
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from agent.identify.estimate import estimate
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
 from fakes.friction import FrictionParameters
 from fakes.joint import JointParameters
 from fakes.plant import Plant

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from agent.identify.estimate import estimate
-from agent.identify.preprocess import read_motion
-from agent.identify.signals import Signals
-from agent.identify.windows import find_windows
+from agent.identify.signals.arrays import Signals
+from agent.identify.signals.preprocess import read_motion
+from agent.identify.signals.windows import find_windows
 from tests.science.identify_plant import Joint, record, stair
 from tests.science.information import MOTION, steady_samples
 

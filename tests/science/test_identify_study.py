@@ -8,25 +8,25 @@ import numpy as np
 import pytest
 
 from agent.identify.estimate import identify
-from agent.identify.instrumental import (
+from agent.identify.rigid.body import Rows
+from agent.identify.rigid.instrumental import (
     fit_instrumental,
     instrument_strength,
     weighted_least_squares,
 )
-from agent.identify.linear import solve_blocks, time_blocks
-from agent.identify.preprocess import filter_motion, read_motion
-from agent.identify.recursive import RecursiveLeastSquares, track
-from agent.identify.regression import rows_of
-from agent.identify.residuals import (
+from agent.identify.rigid.linear import solve_blocks, time_blocks
+from agent.identify.rigid.recursive import RecursiveLeastSquares, track
+from agent.identify.rigid.regression import rows_of
+from agent.identify.rigid.residuals import (
     Residual,
     correlate,
     explained_share,
     residual_in_words,
     residual_of,
 )
-from agent.identify.rigid_body import Rows
-from agent.identify.signals import Signals
-from agent.identify.thresholding import study_speeds, sweep_acceleration
+from agent.identify.rigid.thresholding import study_speeds, sweep_acceleration
+from agent.identify.signals.arrays import Signals
+from agent.identify.signals.preprocess import filter_motion, read_motion
 from tests.science.identify_plant import Joint, coloured, record, stair
 
 CUTOFF_HZ = 5.0

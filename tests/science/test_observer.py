@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from agent.identify.estimate import estimate
-from agent.identify.preprocess import Motion, read_motion
 from agent.identify.result import Estimate, Floats
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
+from agent.identify.signals.preprocess import Motion, read_motion
 from agent.monitor.observer import observe
 from agent.monitor.observer_band import HealthyBand, learn_band, watch
 from agent.monitor.observer_learning import model_of

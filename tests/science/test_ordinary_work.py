@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from agent.identify.estimate import estimate
-from agent.identify.preprocess import Motion, read_motion
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
+from agent.identify.signals.preprocess import Motion, read_motion
 from agent.identify.uncertainty import student_975
 from agent.monitor.ordinary import compare, ordinary_friction
 from fakes.history import CycleRun, HistoryPlan, Wear, Worker, cycles, ordinary_runs

@@ -7,12 +7,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from agent.identify.order_spectrum import AnglePass, grid_for
-from agent.identify.ripple import find_ripple, passes_of
-from agent.identify.ripple_change import DOWN, GONE, HIDDEN, UP, compare_ripple
-from agent.identify.ripple_line import FRICTION, RIPPLE, UNDECIDED, stutter_chances
-from agent.identify.ripple_sentence import motion_sentence
-from agent.identify.signals import Signals
+from agent.identify.ripple.change import DOWN, GONE, HIDDEN, UP, compare_ripple
+from agent.identify.ripple.identification import find_ripple, passes_of
+from agent.identify.ripple.line import FRICTION, RIPPLE, UNDECIDED, stutter_chances
+from agent.identify.ripple.order_spectrum import AnglePass, grid_for
+from agent.identify.ripple.sentence import motion_sentence
+from agent.identify.signals.arrays import Signals
 from tests.science.ripple_campaign import CASES, Passes, ripple_campaign
 
 TAU = 2.0 * np.pi

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from agent.cli.app import app
 from agent.identify.estimate import estimate
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
 from agent.monitor.baseline import Features
 from agent.monitor.compensation import Conditions
 from agent.monitor.cycle import cycle_of

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agent.identify.cooling_fit import fit_cooling
-from agent.identify.friction_surface import fit_surface
-from agent.identify.oil_change import compare_oils, equivalent_degc
+from agent.identify.friction.oil_change import compare_oils, equivalent_degc
+from agent.identify.friction.surface import fit_surface
+from agent.identify.friction.surface_law import SurfacePoints
 from agent.identify.result import Floats, Parameter
-from agent.identify.signals import Signals
-from agent.identify.surface_law import SurfacePoints
-from agent.identify.thermal import Cooling, estimate_cooling
-from agent.identify.thermal_trend import TEMPERATURE, TIE, temperature_or_time
+from agent.identify.signals.arrays import Signals
+from agent.identify.thermal.cooling import Cooling, estimate_cooling
+from agent.identify.thermal.cooling_fit import fit_cooling
+from agent.identify.thermal.trend import TEMPERATURE, TIE, temperature_or_time
 from agent.physics.thermal import (
     THESIS_FRICTION_INTEGRAL_SLOPE,
     THESIS_OILS,

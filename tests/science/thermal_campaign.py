@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr
 
-from agent.identify.friction_surface import fit_surface
+from agent.identify.friction.surface import fit_surface
+from agent.identify.friction.surface_law import LAWS, SurfacePoints
 from agent.identify.result import Floats, Parameter
-from agent.identify.surface_law import LAWS, SurfacePoints
-from agent.identify.thermal import estimate_cooling
+from agent.identify.thermal.cooling import estimate_cooling
 from fakes.friction import FrictionParameters
 from tests.science.information import Score
 

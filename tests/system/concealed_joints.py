@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from agent.conclude.explanation import explained
-from agent.explain.result import Explanation
+from agent.explain.answer.result import Explanation
 from agent.physics.twin import Effect, Twin
 from agent.record.reading import read
 from agent.record.recording import Recording

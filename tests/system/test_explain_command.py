@@ -20,7 +20,7 @@ from agent.cli.simulate import read_twin, run_simulate
 from agent.conclude.comparable import check_recordings
 from agent.conclude.explanation import explained
 from agent.errors import InputError
-from agent.explain.result import Explanation
+from agent.explain.answer.result import Explanation
 from agent.physics.twin import parse_twin
 from agent.record.reading import read_all
 from agent.record.recording import Metadata, Recording

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agent.explain.result import Explanation
+from agent.explain.answer.result import Explanation
 from agent.identify.result import Floats
 from tests.system.concealed_joints import CONCEALED, NULL, ask_on, find
 

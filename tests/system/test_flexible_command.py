@@ -26,7 +26,7 @@ from agent.errors import InputError
 from agent.identify.flexible.fit import Options, fit_flexible
 from agent.identify.flexible.result import Start
 from agent.identify.result import Parameter
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
 from agent.record.reading import read
 from agent.record.recording import Metadata, Recording
 from agent.record.writing import write

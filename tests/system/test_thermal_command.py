@@ -14,7 +14,7 @@ import pytest
 from agent.cli.thermal import run_thermal, thermal_of
 from agent.cli.thermal_history import history_of
 from agent.errors import InputError
-from agent.identify.thermal import estimate_cooling
+from agent.identify.thermal.cooling import estimate_cooling
 from agent.physics.thermal import THESIS_OILS
 from agent.record.reading import read_all
 from agent.record.recording import Metadata, Recording

@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from agent.explain.result import (
+from agent.explain.answer.result import (
     Alternative,
     Cell,
     Curve,

@@ -16,8 +16,8 @@ from agent.identify.result import (
     RigidBodyFit,
     Validation,
 )
-from agent.identify.signals import Signals
-from agent.identify.windows import SteadyWindow
+from agent.identify.signals.arrays import Signals
+from agent.identify.signals.windows import SteadyWindow
 from agent.physics.friction import COULOMB_VISCOUS, FEENY_MOON, STRIBECK, FrictionLaw
 from agent.report.views import EstimateViews, RecordingView
 

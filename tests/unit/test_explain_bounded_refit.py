@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from agent.explain.experiment_rivals import bounded_left
+from agent.explain.experiment.rivals import bounded_left
 
 SEEDS = st.integers(0, 10_000)
 HALF_WIDTHS = st.lists(st.floats(0.0, 3.0), min_size=4, max_size=4)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from agent.explain.creep import creep_speed, without_creep
-from agent.explain.run import Run
-from agent.explain.table import tabulate
+from agent.explain.rows.creep import creep_speed, without_creep
+from agent.explain.rows.run import Run
+from agent.explain.rows.table import tabulate
 from agent.physics.twin import Twin
 
 Floats = NDArray[np.float64]

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agent.explain.downhill import downhill
-from agent.explain.dynamic_curves import excerpt, over_frequency, spectrum_around
-from agent.explain.lines import lines_of
-from agent.explain.result import Curve, Region
-from agent.explain.scene import Scene, refit
-from agent.explain.table import BASE, tabulate
+from agent.explain.answer.result import Curve, Region
+from agent.explain.forms.downhill import downhill
+from agent.explain.location.dynamic_curves import excerpt, over_frequency, spectrum_around
+from agent.explain.rows.lines import lines_of
+from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.table import BASE, tabulate
 from agent.identify.result import Floats
 from agent.report.figure_explanation_curve import abscissa_of, caption_of
 from agent.report.figure_explanation_spectrum import figure_spectrum, spectrum_in_words

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from agent.explain.profile import _crossing
+from agent.explain.numbers.profile import _crossing
 
 
 def bowl(at: float) -> float:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from agent.explain.fits import Fit, Holdout
-from agent.explain.words import proof_sentence
+from agent.explain.answer.fits import Fit, Holdout
+from agent.explain.answer.words import proof_sentence
 
 
 def _holdout(before_nm: float, after_nm: float) -> Holdout:

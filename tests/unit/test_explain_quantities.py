@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agent.explain.form import Form
-from agent.explain.quantities import as_in_twin
-from agent.explain.scene import Scene
-from agent.explain.table import tabulate
+from agent.explain.forms.form import Form
+from agent.explain.forms.quantities import as_in_twin
+from agent.explain.rows.scene import Scene
+from agent.explain.rows.table import tabulate
 from agent.identify.result import Parameter
 from tests.unit.test_explain_alignment import TWIN, run
 

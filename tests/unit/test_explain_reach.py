@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from agent.explain.evidence import Weighing
-from agent.explain.form import Form
-from agent.explain.reach import reach_of
-from agent.explain.scene import Scene
-from agent.explain.search import Candidate
+from agent.explain.choosing.search import Candidate
+from agent.explain.forms.form import Form
+from agent.explain.numbers.reach import reach_of
+from agent.explain.rows.evidence import Weighing
+from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 
 RECORDINGS, BLOCKS, ROWS = 6, 4, 25

@@ -6,10 +6,10 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from agent.explain.form import Form, stack
-from agent.explain.scene import Scene
-from agent.explain.search import Candidate, basis_of, gain_of
-from agent.explain.shifts import energies_in
+from agent.explain.choosing.search import Candidate, basis_of, gain_of
+from agent.explain.choosing.shifts import energies_in
+from agent.explain.forms.form import Form, stack
+from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 
 ROWS = 60

@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from agent.explain.forms_warmth import FORMS
+from agent.explain.forms.warmth import FORMS
 
 DRIFTS = [form for form in FORMS if form.effect == "friction-drift"]
 

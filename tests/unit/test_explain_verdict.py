@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from agent.explain.result import Cell
+from agent.explain.answer.result import Cell
 from agent.explain.study import Study
 from agent.explain.verdict import verdict_of
 

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from agent.identify.estimate import estimate
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
 from agent.record.reading import read_all
 from fakes.history import Climate, HistoryPlan, OilChange, Swap, Wear, cycles, ordinary_runs
 

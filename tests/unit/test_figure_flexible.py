@@ -14,7 +14,7 @@ from agent.identify.flexible.fit import Options, refused
 from agent.identify.flexible.result import FlexibleFit
 from agent.identify.flexible.simulation import FlexibleJoint
 from agent.identify.result import Parameter
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
 from agent.report.figure_flexible import figure_flexible, flexible_in_words
 from agent.report.flexible_view import (
     Response,

@@ -9,10 +9,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
-from agent.identify.lowpass import ORDER, choose_cutoff, lowpass
-from agent.identify.preprocess import direction_of, filter_motion, read_motion
-from agent.identify.sampling import find_stretches
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
+from agent.identify.signals.lowpass import ORDER, choose_cutoff, lowpass
+from agent.identify.signals.preprocess import direction_of, filter_motion, read_motion
+from agent.identify.signals.sampling import find_stretches
 from tests.science.identify_plant import Joint, record, stair
 
 

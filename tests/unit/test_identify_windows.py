@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from agent.identify.preprocess import read_motion
-from agent.identify.segments import merge_steady, monotone_chain, partition, trend_of
-from agent.identify.signals import Signals
-from agent.identify.windows import SteadyWindow, find_windows
+from agent.identify.signals.arrays import Signals
+from agent.identify.signals.preprocess import read_motion
+from agent.identify.signals.segments import merge_steady, monotone_chain, partition, trend_of
+from agent.identify.signals.windows import SteadyWindow, find_windows
 from tests.science.identify_plant import SPEEDS_RAD_S, stair
 
 Floats = NDArray[np.float64]

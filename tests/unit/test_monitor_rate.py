@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from agent.identify.thermal import estimate_cooling
+from agent.identify.thermal.cooling import estimate_cooling
 from agent.monitor.cooling import COLD, COMPARABLE, UNKNOWN, WARM, next_comparable, warmth
 from agent.monitor.rate import Site, Wish, _ramp_cycles, plan_rate
 from agent.monitor.run_length import threshold_for

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from agent.cli.explanation_text import WIDTH, explanation_text
-from agent.explain.result import Cell, Explanation, Fit, Floor, NextExperiment, Region
+from agent.explain.answer.result import Cell, Explanation, Fit, Floor, NextExperiment, Region
 from agent.identify.result import Parameter
 from agent.physics.effects import LIBRARY
 from agent.report import explanation_pictures

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from agent.explain.result import Cell, Explanation, Fit, Region
+from agent.explain.answer.result import Cell, Explanation, Fit, Region
 from agent.identify.result import Parameter
 from agent.report.canvas import data_uri
 from agent.report.explanation_map import heat_map

@@ -24,8 +24,8 @@ from agent.identify.flexible.preparation import (
 )
 from agent.identify.flexible.projection import Point, Problem
 from agent.identify.flexible.slopes import jacobian_of
-from agent.identify.lowpass import ORDER
 from agent.identify.result import Floats
+from agent.identify.signals.lowpass import ORDER
 
 _LINES = 1024  # frequencies between zero and half the sampling rate
 _STEP = 1e-4  # relative, or in logarithms
@@ -144,7 +144,7 @@ def _noise_power(problem: Problem, point: Point, p: Prepared) -> Floats:
 
 
 def filter_of(p: Prepared, omega_rad_s: Floats) -> Floats:
-    """Return the response of `agent.identify.lowpass.lowpass`."""
+    """Return the response of `agent.identify.signals.lowpass.lowpass`."""
     half = 0.5 * p.track.period_s
     ratio = np.tan(omega_rad_s * half) / np.tan(2.0 * np.pi * p.cutoff_hz * half)
     return np.asarray(1.0 / (1.0 + ratio ** (2 * ORDER)), dtype=np.float64)

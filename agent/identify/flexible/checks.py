@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify.flexible.preparation import Track
-from agent.identify.preprocess import read_motion
 from agent.identify.result import Floats
-from agent.identify.saturation import limited_share
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
+from agent.identify.signals.preprocess import read_motion
+from agent.identify.signals.saturation import limited_share
 
 SLOWEST_HZ = 50.0
 SHORTEST_S = 1.0  # a slow gear's antiresonance, 2 Hz, twice
@@ -56,7 +56,7 @@ def why_not(recordings: Sequence[Signals], tracks: Sequence[Track]) -> list[str]
 
 
 def _saturated(signals: Signals) -> bool:
-    """Return whether a drive's limit cuts the torque off: see `agent.identify.saturation`.
+    """Return whether a drive's limit cuts the torque off: see `agent.identify.signals.saturation`.
 
     Noise that was added behind the limit blurs it; means over some samples see it again, as long as
     their scatter is that of noise and not of the motion.

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.identify.lowpass import lowpass
 from agent.identify.result import Floats
+from agent.identify.signals.lowpass import lowpass
 
 HIGHEST = 0.2
 """Cutoff of a low-pass as a share of the sampling rate, at most."""

@@ -38,7 +38,7 @@ from agent.identify.flexible.starts import rigid_minimum, starts_of
 from agent.identify.flexible.stiff_spring import from_motion
 from agent.identify.flexible.twist import stiffened
 from agent.identify.result import Floats, Parameter
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
 from agent.physics.friction import COULOMB_VISCOUS, LAWS, FrictionLaw
 
 _BAND = 8.0  # cutoff, of the highest start frequency

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from agent.identify.result import Floats
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
 
 LAID = 1
 """How often the mean period stands in what `average_periods` returns."""

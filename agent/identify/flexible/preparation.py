@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify.flexible.direction import HIGHEST, direction_of, near
-from agent.identify.lowpass import lowpass
 from agent.identify.result import Floats
-from agent.identify.sampling import find_stretches
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
+from agent.identify.signals.lowpass import lowpass
+from agent.identify.signals.sampling import find_stretches
 from agent.physics.rigid_body import gravity_columns
 
 Complexes = NDArray[np.complex128]

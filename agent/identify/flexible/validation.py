@@ -20,7 +20,7 @@ from agent.identify.flexible.result import FlexibleFit
 from agent.identify.flexible.simulation import FlexibleJoint, simulate
 from agent.identify.flexible.stiff_spring import stiffening_torque
 from agent.identify.result import Floats
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
 from agent.physics.friction import LAWS
 
 _TURNS = 40  # of a stiffening spring's twist and the free motion that it is known from

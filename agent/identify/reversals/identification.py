@@ -23,7 +23,7 @@ from agent.identify.reversals.search import Solution, solve
 from agent.identify.reversals.selection import not_better, objection, select
 from agent.identify.reversals.sentence import undecided, verdict
 from agent.identify.reversals.turns import Motion, read_tracks
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
 
 _NO_POSITION = (
     "not identified: position was not recorded. Friction around a reversal follows the travel "

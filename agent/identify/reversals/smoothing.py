@@ -12,8 +12,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.identify.lowpass import lowpass
 from agent.identify.result import Floats
+from agent.identify.signals.lowpass import lowpass
 
 _EXCESS = 0.97  # of the encoder's error: what the filter may take away at the turns
 _HIGHEST = 0.25

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.identify.lowpass import lowpass
 from agent.identify.result import Floats
 from agent.identify.reversals.smoothing import cutoff_for, resolution
-from agent.identify.sampling import Stretch, find_stretches
-from agent.identify.signals import Signals
+from agent.identify.signals.arrays import Signals
+from agent.identify.signals.lowpass import lowpass
+from agent.identify.signals.sampling import Stretch, find_stretches
 
 _LEAST_SIDE = 8  # samples before and after a turn
 _MOST_SIDE = 1000

@@ -1,0 +1,186 @@
+"""What is said of a mismatch: where it lies, what it is, what it bent, and what would decide."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from agent.explain.answer.fits import number
+from agent.identify.result import Floats, Parameter
+
+
+@dataclass(frozen=True)
+class Region:
+    """Where along one axis of the recordings a mismatch lives.
+
+    `variable` is a word of contract section 6; `seconds` is how much of the recordings lies there
+    and `share` which part of the mismatch's energy.
+    """
+
+    variable: str
+    lower: float
+    upper: float
+    seconds: float = math.nan
+    share: float = math.nan
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        out: dict[str, Any] = {"variable": self.variable, "from": self.lower, "to": self.upper}
+        for name in ("seconds", "share"):
+            value = getattr(self, name)
+            if math.isfinite(value):
+                out[name] = value
+        return out
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One cell of the deficiency map: a base parameter that may vary along one axis.
+
+    `gain` is the share of the residual's energy that letting it vary removes on blocks that it
+    was not fitted to; `p_value` comes from shifted residuals; `counts` says whether the cell is
+    significant (Benjamini-Yekutieli over all cells) and material.
+    """
+
+    parameter: str
+    axis: str
+    gain: float
+    p_value: float
+    counts: bool
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        return {
+            "parameter": self.parameter,
+            "axis": self.axis,
+            "gain": self.gain,
+            "p_value": self.p_value,
+            "counts": self.counts,
+        }
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A finding over the axis on which it lives: the law's line, and the data beneath it.
+
+    `at` and `line_nm` (m,) are the law with its simultaneous band `lower_nm`, `upper_nm` (m,);
+    `bin_at`, `bin_nm` and `bin_ci_nm` (k,) are means of what the twin left unexplained there,
+    with half of their 95 % interval. All torques are what the law adds to the simulation.
+    """
+
+    variable: str
+    at: Floats
+    line_nm: Floats
+    lower_nm: Floats
+    upper_nm: Floats
+    bin_at: Floats
+    bin_nm: Floats
+    bin_ci_nm: Floats
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Another effect that the recordings carry as well, and what would decide."""
+
+    effect: str
+    probability: float
+    told_apart_by: str
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        return {
+            "effect": self.effect,
+            "probability": self.probability,
+            "told_apart_by": self.told_apart_by,
+        }
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that the simulation leaves out.
+
+    `energy_share` is the share of the refitted twin's squared residual above the noise floor that
+    the effect removes on data that its fit had not seen; `holdout_rmse_without_nm` is what stays
+    there when the effect alone is taken out again. `form` says which of the effect's forms won.
+    """
+
+    effect: str
+    rank: int
+    probability: float
+    energy_share: float
+    where: tuple[Region, ...]
+    sentence: str
+    parameters: Mapping[str, Parameter]
+    alternatives: tuple[Alternative, ...] = ()
+    holdout_rmse_without_nm: float = math.nan
+    form: str = ""
+    curve: Curve | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        return {
+            "effect": self.effect,
+            "form": self.form,
+            "rank": self.rank,
+            "probability": self.probability,
+            "energy_share": self.energy_share,
+            "where": [region.to_json() for region in self.where],
+            "sentence": self.sentence,
+            "parameters": {name: p.to_json() for name, p in self.parameters.items()},
+            "alternatives": [a.to_json() for a in self.alternatives],
+            "holdout_rmse_without_nm": number(self.holdout_rmse_without_nm),
+        }
+
+
+@dataclass(frozen=True)
+class Moved:
+    """How a number of the twin moved when the missing physics was put in.
+
+    `given` is the twin's own number, `refitted` the best one without the findings, `extended`
+    with them; `sigmas` is the move from `refitted` to `extended` in standard deviations.
+    """
+
+    parameter: str
+    given: float
+    refitted: Parameter
+    extended: Parameter
+    sigmas: float
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        return {
+            "parameter": self.parameter,
+            "given": self.given,
+            "refitted": self.refitted.to_json(),
+            "extended": self.extended.to_json(),
+            "sigmas": number(self.sigmas),
+        }
+
+
+@dataclass(frozen=True)
+class NextExperiment:
+    """What to run to tell hypotheses apart, the best first; `trajectory` is what `run` drives.
+
+    `seconds` is how long it must be driven until the difference in log density is 10, and
+    `sentence` says it to a technician. Without a trajectory it is a change of the set-up.
+    """
+
+    sentence: str
+    tells_apart: tuple[str, ...]
+    seconds: float
+    gain_per_s: float
+    trajectory: Mapping[str, Any] | None = None
+    set_up: str = ""
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        return {
+            "sentence": self.sentence,
+            "tells_apart": list(self.tells_apart),
+            "seconds": number(self.seconds),
+            "gain_per_s": number(self.gain_per_s),
+            "set_up": self.set_up,
+            "trajectory": None if self.trajectory is None else dict(self.trajectory),
+        }

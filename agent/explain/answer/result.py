@@ -1,0 +1,140 @@
+"""What an explanation says: frozen, honest, and written out as `stribeck.explanation/1`.
+
+Pictures are drawn from the same values: the map's cells, the curve of a finding over the data,
+and the traces of each recording before and after. How far predictions are off is in `fits`, what is
+said of a mismatch in `located`; this module is where readers take all of it from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from agent.explain.answer.fits import Fit, Floor, Holdout, Trace, fit_of, number
+from agent.explain.answer.located import (
+    Alternative,
+    Cell,
+    Curve,
+    Finding,
+    Moved,
+    NextExperiment,
+    Region,
+)
+from agent.physics.twin import Twin
+
+__all__ = [
+    "SCHEMA",
+    "Alternative",
+    "Cell",
+    "Curve",
+    "Explanation",
+    "Finding",
+    "Fit",
+    "Floor",
+    "Holdout",
+    "Moved",
+    "NextExperiment",
+    "Region",
+    "Trace",
+    "Verdict",
+    "fit_of",
+]
+
+SCHEMA = "stribeck.explanation/1"
+
+Verdict = Literal["explained", "tied", "partly-explained", "unexplained", "no-mismatch"]
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Where simulation and recordings differ, what that is, and what it is worth.
+
+    Parameters
+    ----------
+    verdict : Verdict
+        Contract section 6.
+    sentence : str
+        The whole answer for a technician.
+    reasons : tuple of str
+        Why there is no more to say: not decidable, columns missing, recordings left out.
+    floor : Floor
+    baseline, refitted, extended : Fit
+        The twin as given, its own structure refitted, and with the findings.
+    holdout : Holdout or None
+        None where there was nothing to prove.
+    findings : tuple of Finding
+        By rank.
+    unexplained_share : float
+        Of the refitted residual's energy above the floor.
+    unexplained_where : tuple of Region
+    unexplained_curves : tuple of Curve
+        Spectra of what swings at a frequency of its own.
+    cells : tuple of Cell
+        The deficiency map of the refitted twin.
+    moved : tuple of Moved
+    next_experiment : NextExperiment or None
+    further_experiments : tuple of NextExperiment
+        The menu behind it, by gain per second.
+    not_judged : mapping of str to str
+        Effects that these recordings cannot show, and why.
+    aliases : tuple of tuple of str
+        Sets of effects that these recordings cannot tell apart, whatever is found.
+    twin : Twin or None
+        The extended twin.
+    traces : tuple of Trace
+    recordings, held_out : tuple of str
+        Names.
+    """
+
+    verdict: Verdict
+    sentence: str
+    reasons: tuple[str, ...]
+    floor: Floor
+    baseline: Fit
+    refitted: Fit
+    extended: Fit
+    holdout: Holdout | None
+    findings: tuple[Finding, ...]
+    unexplained_share: float
+    unexplained_where: tuple[Region, ...]
+    cells: tuple[Cell, ...]
+    moved: tuple[Moved, ...]
+    next_experiment: NextExperiment | None
+    recordings: tuple[str, ...]
+    held_out: tuple[str, ...] = ()
+    further_experiments: tuple[NextExperiment, ...] = ()
+    not_judged: Mapping[str, str] = field(default_factory=dict)
+    aliases: tuple[tuple[str, ...], ...] = ()
+    twin: Twin | None = None
+    traces: tuple[Trace, ...] = ()
+    unexplained_curves: tuple[Curve, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the `stribeck.explanation/1` document."""
+        following = self.next_experiment
+        return {
+            "schema": SCHEMA,
+            "verdict": self.verdict,
+            "sentence": self.sentence,
+            "reasons": list(self.reasons),
+            "recordings": list(self.recordings),
+            "held_out": list(self.held_out),
+            "noise_floor_nm": number(self.floor.value_nm),
+            "noise_floor_routes": self.floor.to_json(),
+            "baseline": self.baseline.to_json(),
+            "refitted": self.refitted.to_json(),
+            "extended": self.extended.to_json(),
+            "holdout": None if self.holdout is None else self.holdout.to_json(),
+            "findings": [finding.to_json() for finding in self.findings],
+            "unexplained": {
+                "energy_share": number(self.unexplained_share),
+                "where": [region.to_json() for region in self.unexplained_where],
+            },
+            "next_experiment": None if following is None else following.to_json(),
+            "further_experiments": [e.to_json() for e in self.further_experiments],
+            "map": [cell.to_json() for cell in self.cells],
+            "moved": [moved.to_json() for moved in self.moved],
+            "not_judged": dict(self.not_judged),
+            "aliases": [list(group) for group in self.aliases],
+        }

@@ -1,0 +1,1 @@
+"""Which effects a mismatch consists of: search, chance, materiality, shares, aliases."""

@@ -1,0 +1,248 @@
+"""Which effects a mismatch consists of: one after another, and taken back when no longer needed.
+
+A term enters when shifted residuals hardly ever give as much, when it removes a material share of
+the squared error on data that it was not fitted to, and when its gain is no accident of a few
+blocks.
+Among forms that predict unseen data equally well, the one with fewer numbers stands, and physical
+axes stand before time and recording. What predicts as well by another effect is its alternative.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from agent.explain.choosing.materiality import MATERIAL, least_gain
+from agent.explain.choosing.search import Candidate, Library, Scored, basis_of
+from agent.explain.choosing.shifts import chance
+from agent.explain.rows.evidence import effective_size
+from agent.identify.result import Floats
+
+_ACCIDENT = 0.01
+_MOST_TERMS = 6
+_DECISIVE = 3.0  # of log density: a rival that is further behind is out
+_SAME = 0.1  # of log density: columns that copy each other differ by no more
+_PER_SHARE = 60.0  # of log density: a twentieth of the gain missed is decisive
+_REPEATED = frozenset(
+    {"torque-ripple", "kinematic-error", "position-dependent-friction", "local-fault"}
+)
+
+
+@dataclass(frozen=True)
+class Rival:
+    """Another effect in a term's place, and how far it is behind in log density."""
+
+    scored: Scored
+    behind: float
+    probability: float
+    likeness: float
+
+
+@dataclass(frozen=True)
+class Term:
+    """One effect of the model, as it was chosen.
+
+    Parameters
+    ----------
+    scored : Scored
+    chance : float
+        How often shifted residuals give as much.
+    probability : float
+        Against its rivals.
+    rivals : tuple of Rival
+        The most likely first.
+    """
+
+    scored: Scored
+    chance: float
+    probability: float = 1.0
+    rivals: tuple[Rival, ...] = ()
+
+    @property
+    def candidate(self) -> Candidate:
+        """Return the columns in the model."""
+        return self.scored.candidate
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The terms of a model, and the squared errors on unseen data without and with them.
+
+    Once `settled`, every term was ranked beside all the others and knows its rivals.
+    """
+
+    terms: tuple[Term, ...]
+    plain: Floats
+    full: Floats
+    settled: bool = False
+
+    @property
+    def candidates(self) -> tuple[Candidate, ...]:
+        """Return the terms' columns."""
+        return tuple(term.candidate for term in self.terms)
+
+
+def choose(library: Library, *, rivals: bool = True) -> Choice:
+    """Choose the effects that a library's target consists of.
+
+    Parameters
+    ----------
+    library : Library
+    rivals : bool
+        Whether to look for what could stand in each term's place as well.
+    """
+    plain = library.errors([])
+    chosen: list[Term] = []
+    current = plain
+    while len(chosen) < _MOST_TERMS:
+        terms = [t.candidate for t in chosen]
+        least = _least_on_all_rows(library, terms, plain, current)
+        ranked = _allowed(library.rank(terms, least=least), chosen)
+        best = _preferred(library, ranked)
+        if best is None:
+            break
+        material = least_gain(library, plain, [*terms, best.candidate])
+        if float(current.sum()) - best.error < material:
+            break
+        if not _steady(current - best.blocks):
+            break
+        accident = chance(library, terms, best)
+        if accident > _ACCIDENT:
+            break
+        chosen.append(Term(best, accident))
+        current = best.blocks
+        chosen, current = _pruned(library, chosen, material)
+    if rivals:
+        chosen, current = settled(library, chosen)
+    return Choice(tuple(chosen), plain, current, settled=rivals)
+
+
+def _least_on_all_rows(
+    library: Library, terms: Sequence[Candidate], plain: Floats, current: Floats
+) -> float:
+    """Return what a form must at least remove of the residual on all rows to be material.
+
+    No fit removes more of unseen data than of the rows that it was made to: what the model loses
+    from these to those, a form beside it may give back, and no more.
+    """
+    left = library.residual(terms)
+    return MATERIAL * float(plain.sum()) - (float(current.sum()) - float(left @ left))
+
+
+def _allowed(ranked: Sequence[Scored], chosen: Sequence[Term]) -> list[Scored]:
+    """Leave out effects that are there already, but for those that may come at several places."""
+    there = {t.scored.form.effect for t in chosen}
+    return [s for s in ranked if s.form.effect not in there or s.form.effect in _REPEATED]
+
+
+def _steady(gain: Floats) -> bool:
+    """Return whether a gain is more than two standard errors over the blocks."""
+    spread = float(np.std(gain)) * math.sqrt(gain.shape[0])
+    return float(gain.sum()) > 2.0 * spread
+
+
+def log_density_gap(library: Library, best: Floats, other: Floats, size: float) -> float:
+    """Return how much log density another model loses on unseen data, at `size` samples."""
+    del library
+    return 0.5 * size * math.log(max(float(other.sum()), 1e-300) / max(float(best.sum()), 1e-300))
+
+
+def _preferred(library: Library, ranked: Sequence[Scored]) -> Scored | None:
+    """Return the simplest candidate that is not clearly worse than the best on unseen data."""
+    if not ranked:
+        return None
+    best = ranked[0]
+    size = effective_size(library.scene.table, library.weighing, library.residual([best.candidate]))
+    close = []
+    for scored in ranked:
+        loss = scored.blocks - best.blocks
+        error = float(np.std(loss)) * math.sqrt(loss.shape[0])
+        behind = log_density_gap(library, best.blocks, scored.blocks, size)
+        special = scored.form.effect in best.form.contains and behind < _DECISIVE
+        if behind < _SAME or special or (float(loss.sum()) <= error and behind < 2.0 * _DECISIVE):
+            close.append(scored)
+    return min(close, key=lambda s: (s.form.catch_all, s.form.size, s.error), default=best)
+
+
+def _pruned(library: Library, chosen: list[Term], material: float) -> tuple[list[Term], Floats]:
+    """Take back every term that the others have made immaterial."""
+    while True:
+        whole = library.errors([t.candidate for t in chosen])
+        if len(chosen) < 2:
+            return chosen, whole
+        losses = []
+        for i in range(len(chosen)):
+            without = library.errors([t.candidate for j, t in enumerate(chosen) if j != i])
+            losses.append(float(without.sum() - whole.sum()))
+        weakest = int(np.argmin(losses))
+        if losses[weakest] >= material:
+            return chosen, whole
+        del chosen[weakest]
+
+
+def settled(library: Library, chosen: list[Term]) -> tuple[list[Term], Floats]:
+    """Rank every term once more beside all the others, and note what could stand in its place."""
+    for i in range(len(chosen)):
+        others = [t.candidate for j, t in enumerate(chosen) if j != i]
+        ranked = _allowed(library.rank(others), [t for j, t in enumerate(chosen) if j != i])
+        best = _preferred(library, ranked)
+        if best is not None:
+            chosen[i] = _with_rivals(library, others, ranked, best, chosen[i].chance)
+    whole = library.errors([t.candidate for t in chosen])
+    return chosen, whole
+
+
+def _with_rivals(
+    library: Library,
+    others: Sequence[Candidate],
+    ranked: Sequence[Scored],
+    best: Scored,
+    chance: float,
+) -> Term:
+    """Return a term with the best form of every other effect that is not clearly worse."""
+    residual = library.residual([*others, best.candidate])
+    size = effective_size(library.scene.table, library.weighing, residual)
+    without = library.errors(others)
+    first_of: dict[str, Scored] = {}
+    for scored in ranked:
+        first_of.setdefault(scored.form.effect, scored)
+    entries = []
+    for effect, scored in first_of.items():
+        if effect == best.form.effect or best.form.effect in scored.form.contains:
+            continue
+        loss = scored.blocks - best.blocks
+        error = float(np.std(loss)) * math.sqrt(loss.shape[0])
+        scale = 0.5 * size / max(float(best.blocks.sum()), 1e-300)
+        behind = log_density_gap(library, best.blocks, scored.blocks, size)
+        # Log density in units of its own uncertainty over the blocks, where that is large; and no
+        # law's form is so exact that a rival's missing a few percent of the gain refutes it.
+        missed = float(loss.sum()) / max(float(without.sum() - best.blocks.sum()), 1e-300)
+        behind = min(behind / max(1.0, scale * error / 2.0), _PER_SHARE * missed)
+        entries.append((scored, behind))
+    weights = [math.exp(-max(behind, 0.0)) for _, behind in entries]
+    total = 1.0 + sum(weights)
+    rivals = [
+        Rival(scored, behind, weight / total, likeness(library, others, best, scored))
+        for (scored, behind), weight in zip(entries, weights, strict=True)
+        if behind < _DECISIVE
+    ]
+    rivals.sort(key=lambda r: -r.probability)
+    return Term(best, chance, 1.0 / total, tuple(rivals))
+
+
+def likeness(library: Library, others: Sequence[Candidate], found: Scored, rival: Scored) -> float:
+    """Return which share of a found effect's torque a rival can copy, beside the model, 0 to 1.
+
+    The squared cosine of the angle between what the effect adds beyond base and other terms and the
+    best copy from the rival's columns.
+    """
+    basis = basis_of(library.model(others))
+    added = found.candidate.columns @ found.coefficients
+    added = added - basis @ (basis.T @ added)
+    copy = rival.candidate.columns
+    copy = basis_of(copy - basis @ (basis.T @ copy), like=copy)
+    energy = float(added @ added)
+    return float(np.sum((copy.T @ added) ** 2)) / energy if energy > 0.0 else 0.0

@@ -1,0 +1,58 @@
+"""How much squared error an effect must remove to be worth a name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from agent.explain.choosing.search import Candidate, Library
+from agent.explain.rows.floor import noise_floor
+from agent.explain.rows.strata import STEADY
+from agent.explain.rows.table import Table
+from agent.identify.result import Floats
+
+MATERIAL = 0.02
+"""Of the mismatch's energy, and of the energy of all that was recorded beside the prediction."""
+
+CLOSE = 1.10
+"""Up to so many times the noise floor nothing is looked for any more, and what is left is noise."""
+
+FAR = 1.25
+"""From so many times the noise floor something is missing, even where no axis shows it."""
+
+_OF_NOISE = 0.06  # of the band's noise: a quarter of its amplitude; less matters to nobody
+_SEEN = 0.25  # of the band's noise: half its amplitude stands out, however noisy the raw torque is
+
+
+def least_gain(library: Library, plain: Floats, terms: Sequence[Candidate]) -> float:
+    """Return the least weighted squared error that a term must remove to be worth a name.
+
+    Two percent of what the refitted twin leaves; and of the residual as it was recorded, in which
+    most of the noise lies above the band that is compared: every joint has some effects that are
+    lost in that, significant or not.
+
+    Parameters
+    ----------
+    library : Library
+    plain : ndarray, shape (b,)
+        Squared error of every block on unseen data, without any term.
+    terms : sequence of Candidate
+        The model with the term: its noise is what other missing physics enlarges least.
+    """
+    weighing, table = library.weighing, library.scene.table
+    left = np.zeros(table.used.shape[0])
+    left[weighing.rows] = library.residual(terms) / weighing.weight
+    floor_nm = noise_floor(table, left).value_nm
+    in_band = floor_nm**2 if floor_nm > 0.0 else 0.0
+    recorded = MATERIAL * (in_band + above_band_nm2(table))
+    noise = max(_OF_NOISE * in_band, min(recorded, _SEEN * in_band))
+    return max(MATERIAL * float(plain.sum()), noise * float(np.sum(weighing.weight**2)))
+
+
+def above_band_nm2(table: Table) -> float:
+    """Return the mean square of the torque above the band in steady motion, N m squared."""
+    steady = table.used & (table.stratum == STEADY)
+    above = (table.rows["torque_nm"] - table.measured_nm)[steady]
+    above = above[np.isfinite(above)]
+    return float(np.mean(above**2)) if above.size else 0.0

@@ -1,0 +1,320 @@
+"""Candidates against a model: screened on all rows, ranked on data that they were not fitted to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.explain.forms.form import Form, Point
+from agent.explain.forms.refinement import climbed
+from agent.explain.rows.evidence import Weighing, heldout, moments, solve
+from agent.explain.rows.scene import Scene
+from agent.explain.rows.table import BASE
+from agent.identify.result import Floats
+
+_POINTS_IN_FOLDS = 4
+_POINTS_TRIED = 12  # of a form, where its best would leave no possible joint
+_WORTH_FOLDS = 0.25  # of the best screened gain: less is not followed further
+_NOT_NEGATIVE = tuple(
+    BASE.index(name) for name in ("inertia_kg_m2", "viscous_nm_s_per_rad", "coulomb_nm")
+)
+_TOLERATED = 0.05
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One form at one point: its weighted columns (m, k) among the rows."""
+
+    form: Form
+    point: Point
+    columns: Floats
+
+    @cached_property
+    def gram(self) -> Floats:
+        """Return the columns' products with each other, shape (k, k)."""
+        return np.asarray(self.columns.T @ self.columns)
+
+
+@dataclass(frozen=True)
+class Scored:
+    """One form's best candidate against a model.
+
+    Parameters
+    ----------
+    candidate : Candidate
+    coefficients : ndarray, shape (k,)
+        Beside the model's own columns, refitted.
+    screened : float
+        Share of the model's squared residual that it removes, on all rows.
+    blocks : ndarray, shape (b,)
+        Weighted squared error of every block under fits to the other folds.
+    """
+
+    candidate: Candidate
+    coefficients: Floats
+    screened: float
+    blocks: Floats
+
+    @property
+    def form(self) -> Form:
+        """Return the candidate's form."""
+        return self.candidate.form
+
+    @property
+    def error(self) -> float:
+        """Return the squared error on data that was not seen."""
+        return float(self.blocks.sum())
+
+    def values(self) -> dict[str, float]:
+        """Return all of its numbers by name."""
+        form = self.form
+        out = {n: float(c) for n, c in zip(form.linear, self.coefficients, strict=True)}
+        out.update({n: float(c) for n, c in zip(form.nonlinear, self.candidate.point, strict=True)})
+        return out
+
+
+@dataclass(frozen=True)
+class Library:
+    """All candidates of one scene, computed once, and compared with any model.
+
+    Parameters
+    ----------
+    scene : Scene
+    weighing : Weighing
+    target : ndarray, shape (m,)
+        Weighted measured less given torque.
+    base : ndarray, shape (m, p)
+        Weighted columns of the twin's own numbers, as far as they are excited.
+    candidates : tuple of Candidate
+    known : dict
+        Every candidate that was computed so far, by form and point: searches meet again.
+    """
+
+    scene: Scene
+    weighing: Weighing
+    target: Floats
+    base: Floats
+    candidates: tuple[Candidate, ...]
+    known: dict[tuple[Form, Point], Candidate] = field(
+        default_factory=dict, compare=False, repr=False
+    )
+
+    @classmethod
+    def of(cls, scene: Scene, weighing: Weighing, forms: Sequence[Form]) -> Library:
+        """Compute all columns of forms whose signals were recorded."""
+        carried = scene.table.carried
+        empty = cls(
+            scene,
+            weighing,
+            weighing.weighted(scene.table.target_nm),
+            weighing.weighted(scene.table.base)[:, carried],
+            (),
+        )
+        return replace(empty, candidates=tuple(c for f in forms for c in empty.all_points(f)))
+
+    def part(self, blocks: NDArray[np.bool_]) -> Library:
+        """Return the library over some of its blocks, shape (b,)."""
+        weighing, rows = self.weighing.part(blocks)
+        return Library(
+            self.scene,
+            weighing,
+            self.target[rows],
+            self.base[rows],
+            tuple(replace(c, columns=c.columns[rows]) for c in self.candidates),
+        )
+
+    def candidate(self, form: Form, point: Point) -> Candidate:
+        """Compute one candidate's columns, or take what was computed before."""
+        key = form, point
+        found = self.known.get(key)
+        if found is None:
+            raw = form.columns(self.scene, point)
+            found = self.known[key] = Candidate(form, point, self._at_rows(form, raw))
+        return found
+
+    def all_points(self, form: Form) -> list[Candidate]:
+        """Compute a form's columns over its whole grid."""
+        return [self.candidate(form, point) for point in form.grid(self.scene)]
+
+    def _at_rows(self, form: Form, raw: Floats) -> Floats:
+        """Return full-rate columns (N, k) as weighted rows (m, k)."""
+        table = self.scene.table
+        seen = table.where_speed_changes(raw) if form.at_edges else raw
+        return self.weighing.weighted(table.band(seen))
+
+    def model(self, terms: Sequence[Candidate]) -> Floats:
+        """Return the columns of the base model and some terms, shape (m, p)."""
+        return np.concatenate([self.base, *(t.columns for t in terms)], axis=1)
+
+    def errors(self, terms: Sequence[Candidate]) -> Floats:
+        """Return the squared error of every block under fits to the other folds, shape (b,)."""
+        part = moments(self.model(terms), self.target, self.weighing.starts)
+        return heldout(part, self.weighing.fold)
+
+    def residual(self, terms: Sequence[Candidate]) -> Floats:
+        """Return what a model leaves of the weighted target, fitted to all rows, shape (m,)."""
+        basis = basis_of(self.model(terms))
+        return np.asarray(self.target - basis @ (basis.T @ self.target))
+
+    def rank(
+        self, terms: Sequence[Candidate], *, refined: bool = True, least: float = 0.0
+    ) -> list[Scored]:
+        """Return every form that helps the model, the best on unseen data first.
+
+        Parameters
+        ----------
+        terms : sequence of Candidate
+        refined : bool
+            Whether every form's best point is moved between its neighbours.
+        least : float
+            Squared residual that a form must remove to be of use.
+        """
+        model = self.model(terms)
+        basis = basis_of(model)
+        left = self.target - basis @ (basis.T @ self.target)
+        energy = float(left @ left)
+        taken = {(t.form.effect, t.form.name, t.point) for t in terms}
+        screened: dict[tuple[str, str], list[tuple[float, Candidate]]] = {}
+        for candidate in self.candidates:
+            form = candidate.form
+            if (form.effect, form.name, candidate.point) in taken:
+                continue
+            gain = gain_of(candidate, basis, left)
+            screened.setdefault((form.effect, form.name), []).append((gain, candidate))
+        best = max((max(g for g, _ in entry) for entry in screened.values()), default=0.0)
+        worth = _WORTH_FOLDS * max(best, least)
+        out = []
+        for entry in screened.values():
+            by_gain = sorted(entry, key=lambda pair: -pair[0])
+            if by_gain[0][0] <= worth:
+                continue
+            if refined:
+                by_gain = self._refined(by_gain, basis, left)
+            by_gain = self._from_possible(by_gain, model, worth)
+            scored = self._scored(by_gain, model, energy) if by_gain else None
+            if scored is not None:
+                out.append(scored)
+        return sorted(out, key=lambda s: s.error)
+
+    def _refined(
+        self, entry: list[tuple[float, Candidate]], basis: Floats, left: Floats
+    ) -> list[tuple[float, Candidate]]:
+        """Move the best point between its neighbours on the grid, ever more finely."""
+        form = entry[0][1].form
+        if not form.refine or not form.nonlinear:
+            return entry
+
+        def gain_at(point: Point) -> float:
+            return gain_of(self.candidate(form, point), basis, left)
+
+        points = np.array([c.point for _, c in entry])
+        gain, best = climbed(form, self.scene, points, entry[0][1].point, entry[0][0], gain_at)
+        return [(gain, self.candidate(form, best)), *entry]
+
+    def _from_possible(
+        self, entry: list[tuple[float, Candidate]], model: Floats, worth: float
+    ) -> list[tuple[float, Candidate]]:
+        """Return an entry from its best point on that leaves a possible joint; nothing for none.
+
+        A power of the speed near one takes over the viscous friction, and a little more. The law is
+        none the worse for that: the point beside it, which leaves viscous friction, stands for it.
+        """
+        gram, moment = model.T @ model, model.T @ self.target
+        for index, (gain, candidate) in enumerate(entry[:_POINTS_TRIED]):
+            if gain <= worth:
+                break
+            cross = model.T @ candidate.columns
+            whole = np.block([[gram, cross], [cross.T, candidate.gram]])
+            theta = solve(whole, np.concatenate((moment, candidate.columns.T @ self.target)))
+            if self._possible(theta):
+                return entry[index:]
+        return []
+
+    def _scored(
+        self, entry: list[tuple[float, Candidate]], model: Floats, energy: float
+    ) -> Scored | None:
+        """Return the best point with its error on unseen data, the point chosen without it."""
+        parts = [
+            (
+                candidate,
+                moments(
+                    np.concatenate((model, candidate.columns), axis=1),
+                    self.target,
+                    self.weighing.starts,
+                ),
+            )
+            for _, candidate in entry[:_POINTS_IN_FOLDS]
+        ]
+        errors = np.stack([heldout(part, self.weighing.fold) for _, part in parts])
+        blocks = np.empty(errors.shape[1])
+        for k in np.unique(self.weighing.fold):
+            inside = self.weighing.fold == k
+            # The point that the other folds like best: nothing of this fold chose it.
+            chosen = int(np.argmin(errors[:, ~inside].sum(axis=1)))
+            blocks[inside] = errors[chosen, inside]
+        candidate = entry[0][1]
+        theta = solve(*parts[0][1].total)
+        own = theta[-candidate.columns.shape[1] :]
+        if any(abs(value) > top for value, top in zip(own, candidate.form.highest, strict=False)):
+            return None
+        return Scored(candidate, own, entry[0][0] / max(energy, 1e-300), blocks)
+
+    def _possible(self, theta: Floats) -> bool:
+        """Return whether a fit leaves inertia, viscous and Coulomb friction above zero.
+
+        A candidate that needs a joint without them has only traded one column for another.
+        """
+        carried = self.scene.table.carried
+        moved = self.scene.as_given[carried] + theta[: self.base.shape[1]]
+        usual = np.abs(self.scene.theta[carried])
+        must = np.isin(np.flatnonzero(carried), _NOT_NEGATIVE)
+        return bool(np.all(moved[must] >= -_TOLERATED * usual[must]))
+
+
+def basis_of(columns: Floats, like: Floats | None = None) -> Floats:
+    """Return an orthonormal basis of columns, shape (m, r), those that are nothing left out.
+
+    A column is nothing against `like`, shape (m, k), of which it is what a projection left.
+    """
+    size = np.sqrt(np.einsum("ij,ij->j", columns, columns))
+    whole = size if like is None else np.sqrt(np.einsum("ij,ij->j", like, like))
+    kept = size > 1e-6 * np.maximum(whole, 1e-300)
+    if not kept.any():
+        return np.zeros((columns.shape[0], 0))
+    if np.count_nonzero(kept) == 1:
+        return np.asarray(columns[:, kept] / size[kept])
+    q, r = np.linalg.qr(columns[:, kept] / size[kept])
+    good = np.abs(np.diag(r)) > 1e-6
+    return np.asarray(q[:, good])
+
+
+def gain_of(candidate: Candidate, basis: Floats, left: Floats) -> float:
+    """Return the squared residual that a candidate removes; 0 where its sign is impossible.
+
+    Parameters
+    ----------
+    candidate : Candidate
+    basis : ndarray, shape (m, r)
+        Orthonormal, of the model beside which it stands.
+    left : ndarray, shape (m,)
+        What the model leaves.
+    """
+    # What the projection leaves of a column is orthogonal to what it takes: products are enough.
+    copied = basis.T @ candidate.columns
+    gram = candidate.gram - copied.T @ copied
+    scale = np.sqrt(np.maximum(np.diag(gram), 0.0))
+    whole = np.sqrt(np.diag(candidate.gram))
+    if np.any(scale <= 1e-6 * np.maximum(whole, 1e-300)):
+        return 0.0
+    gram = gram / np.outer(scale, scale)
+    gram[np.diag_indices_from(gram)] += 1e-9
+    moment = (candidate.columns.T @ left - copied.T @ (basis.T @ left)) / scale
+    theta = np.linalg.solve(gram, moment)
+    for i, value in enumerate(theta):
+        if candidate.form.sign(i) * value < 0.0:
+            return 0.0
+    return float(moment @ theta)

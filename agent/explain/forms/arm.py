@@ -1,0 +1,196 @@
+"""The arm behind a spring or a gap, simulated at full rate behind the measured motor motion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from agent.explain.forms.downhill import downhill
+from agent.explain.forms.form import Form, Point, stack
+from agent.explain.forms.hidden_arm import HiddenArm, inertia_of
+from agent.explain.forms.load_changes import arm_shares
+from agent.explain.forms.twin_law import best_entry
+from agent.explain.rows.scene import Scene, log_grid
+from agent.identify.result import Floats
+
+_ARM_REACHES = (3e-5, 3e-4)  # rad of the arm: how far its own friction gives way before it slips
+_WIDEST_ARM_GAP = 2e-3  # rad of the arm, half of a worn planetary gear's
+_RUBBING_TRIALS = 36
+_GAPS, _PLACES = 18, 2
+_GAP_WIDTHS = (0.93, 1.0, 1.07)  # of one gap: a gear's is not the same all the way round
+_STIFFEST = 3.0  # cutoffs: a spring whose swing is faster is as good as rigid in the band
+_DAMPED = 1.0  # of critical: gears swing, they do not creep
+_ALL_FRICTION = 1.2  # the arm's share of what the refitted twin has, which may be a little low
+
+Limits = Sequence[tuple[float, float]]
+
+
+def _swing_grid(scene: Scene) -> Sequence[Point]:
+    highest = 1.5 * scene.table.cutoff_hz
+    frequencies = log_grid(max(1.0, highest / 15.0), highest, 8)
+    return tuple((f, d) for f in frequencies for d in (0.03, 0.1, 0.3))
+
+
+def _swing_limits(scene: Scene) -> Limits:
+    return ((0.1, _STIFFEST * scene.table.cutoff_hz), (1e-3, _DAMPED))
+
+
+def _flexible(scene: Scene, point: Point) -> Floats:
+    """Return the torque of an arm behind a spring, over its inertia, shape (N, 1)."""
+    return stack(HiddenArm(*point).extra_rad_s2(scene))
+
+
+def _rubbing_grid(scene: Scene) -> Sequence[Point]:
+    highest = 1.5 * scene.table.cutoff_hz
+    frequencies = log_grid(max(1.0, highest / 15.0), highest, 7)
+    reaches = [arm * scene.table.gear_ratio for arm in _ARM_REACHES]
+    coarse = [
+        (f, (0.06, 0.2)[(i + j + k) % 2], s, r)
+        for i, f in enumerate(frequencies)
+        for j, s in enumerate((0.4, 1.0))
+        for k, r in enumerate(reaches)
+    ]
+    # A soft arm's resonance is narrower than the grid, and its four numbers hang together.
+    limits = _rubbing_limits(scene)
+    return (*coarse, *downhill(scene, _rubbing, coarse, limits, _RUBBING_TRIALS))
+
+
+def _rubbing_limits(scene: Scene) -> Limits:
+    widest = 100.0 * _ARM_REACHES[-1] * scene.table.gear_ratio
+    return (*_swing_limits(scene), (0.0, _ALL_FRICTION), (1e-9, widest))
+
+
+def _rubbing(scene: Scene, point: Point) -> Floats:
+    """Return the torque of an arm with dry friction behind a spring, over its inertia, (N, 1)."""
+    frequency_hz, damping, share, reach = point
+    arm = HiddenArm(frequency_hz, damping, share * _slowing(scene), reach)
+    return stack(arm.extra_rad_s2(scene))
+
+
+def _slowing(scene: Scene) -> float:
+    """Return how fast dry friction alone would slow the joint, rad/s2."""
+    return max(float(scene.theta[2]), 0.0) / inertia_of(scene)
+
+
+def _flexible_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    del scene
+    return (
+        _spring_entry(
+            values["arm_inertia_kg_m2"], values["antiresonance_hz"], values["damping_ratio"]
+        ),
+    )
+
+
+def _rubbing_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    inertia = values["arm_inertia_kg_m2"]
+    spring = _spring_entry(inertia, values["antiresonance_hz"], values["damping_ratio"])
+    friction = {
+        "arm_coulomb_nm": max(values["friction_share"], 0.0) * _slowing(scene) * inertia,
+        "arm_yield_rad": values["friction_reach_rad"],
+    }
+    return best_entry(scene, "joint-flexibility", [{**spring, **friction}, spring])
+
+
+def _spring_entry(inertia: float, frequency_hz: float, damping: float) -> dict[str, float]:
+    """Return a spring's numbers as the twin names them."""
+    omega = 2.0 * math.pi * frequency_hz
+    return {
+        "arm_inertia_kg_m2": inertia,
+        "stiffness_nm_per_rad": inertia * omega**2,
+        "damping_nm_s_per_rad": 2.0 * damping * inertia * omega,
+    }
+
+
+def _gap_grid(scene: Scene) -> Sequence[Point]:
+    """Return gaps of all sizes at the arm's likeliest shares of inertia and friction.
+
+    Contacts are hard and well damped: what a search that starts from soft ones takes for twist is
+    a part of the gap.
+    """
+    cutoff, gear = scene.table.cutoff_hz, scene.table.gear_ratio
+    # A gap that is crossed faster than the band can follow leaves no trace.
+    smallest = 0.1 * _slowing(scene) / (2.0 * math.pi * cutoff) ** 2
+    gaps = log_grid(smallest, _WIDEST_ARM_GAP * gear, _GAPS)
+    return tuple(
+        (gap, share, friction, (1.0, 1.6)[k % 2] * cutoff, (0.4, 0.8)[(i + k) % 2])
+        for i, (share, friction) in enumerate(arm_shares(scene, _PLACES))
+        for k, gap in enumerate(gaps)
+    )
+
+
+def _gap_limits(scene: Scene) -> Limits:
+    widest = 2.0 * _WIDEST_ARM_GAP * scene.table.gear_ratio
+    return ((0.0, widest), (0.01, 1.0), (0.0, _ALL_FRICTION), *_swing_limits(scene))
+
+
+def _gap(scene: Scene, point: Point) -> Floats:
+    """Return the torque of an arm behind a gap, less that of a tight gear, over its inertia.
+
+    The mean over gaps that differ a little: an arm that bounces is thrown to one side or the other
+    by next to nothing, so that one path is no prediction, and the best of many paths is luck.
+    """
+    half_gap, inertia_share, friction_share, hz, damping = point
+    friction = max(friction_share, 0.0) * _slowing(scene) / inertia_share
+    reach = _ARM_REACHES[0] * scene.table.gear_ratio
+    paths = [
+        HiddenArm(hz, damping, friction, reach, width * half_gap, inertia_share)
+        for width in _GAP_WIDTHS
+    ]
+    return stack(np.mean([arm.extra_rad_s2(scene) for arm in paths], axis=0))
+
+
+def _gap_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    inertia = values["arm_share"] * inertia_of(scene)
+    spring = _spring_entry(inertia, values["contact_hz"], values["damping_ratio"])
+    gap = {
+        "half_gap_rad": values["half_gap_rad"],
+        "arm_coulomb_nm": max(values["arm_friction_share"] * float(scene.theta[2]), 0.0),
+        "arm_yield_rad": _ARM_REACHES[0] * scene.table.gear_ratio,
+    }
+    return best_entry(scene, "backlash", [{**gap, **spring}])
+
+
+FORMS: tuple[Form, ...] = (
+    Form(
+        "joint-flexibility",
+        "one spring",
+        ("arm_inertia_kg_m2",),
+        _flexible,
+        ("antiresonance_hz", "damping_ratio"),
+        _swing_grid,
+        (1,),
+        at_edges=True,
+        to_twin=_flexible_twin,
+        limits=_swing_limits,
+    ),
+    Form(
+        "joint-flexibility",
+        "one spring, and an arm with friction",
+        ("arm_inertia_kg_m2",),
+        _rubbing,
+        ("antiresonance_hz", "damping_ratio", "friction_share", "friction_reach_rad"),
+        _rubbing_grid,
+        (1,),
+        at_edges=True,
+        to_twin=_rubbing_twin,
+        limits=_rubbing_limits,
+        rests_on_numbers=True,
+    ),
+    Form(
+        "backlash",
+        "gap",
+        ("arm_inertia_kg_m2",),
+        _gap,
+        ("half_gap_rad", "arm_share", "arm_friction_share", "contact_hz", "damping_ratio"),
+        _gap_grid,
+        (1,),
+        needs=("position_rad",),
+        at_edges=True,
+        to_twin=_gap_twin,
+        limits=_gap_limits,
+        rests_on_numbers=True,
+    ),
+)

@@ -1,0 +1,103 @@
+"""A candidate: one form of one effect, linear but for at most two numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from agent.explain.rows.scene import Scene
+from agent.identify.result import Floats
+
+Point = tuple[float, ...]
+Columns = Callable[[Scene, Point], Floats]
+Grid = Callable[[Scene], Sequence[Point]]
+ToTwin = Callable[[Scene, Mapping[str, float]], Sequence[Mapping[str, Any]]]
+
+
+def stack(*columns: Floats) -> Floats:
+    """Return columns of shape (N,) side by side, shape (N, k)."""
+    return np.stack(columns, axis=-1)
+
+
+def _no_grid(scene: Scene) -> Sequence[Point]:
+    del scene
+    return ((),)
+
+
+def _as_named(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    del scene
+    return (dict(values),)
+
+
+@dataclass(frozen=True)
+class Form:
+    """One way in which an effect may show.
+
+    Parameters
+    ----------
+    effect : str
+        Id of contract section 4.
+    name : str
+        Which of the effect's forms.
+    linear : tuple of str
+        Names of the coefficients, one for each column.
+    columns : callable
+        (scene, point) to the full-rate columns, shape (N, k), before the common filter.
+    nonlinear : tuple of str
+        Names of the numbers that `grid` spans.
+    grid : callable
+        Scene to the points that are tried; refined around the best one.
+    signs : tuple of int
+        For every coefficient: 1 where physics only allows it to be positive, else 0.
+    highest : tuple of float
+        For every coefficient: what it cannot exceed in size; empty where nothing is known.
+    needs : tuple of str
+        Columns that must have been recorded.
+    at_edges : bool
+        Whether it is judged at starts and reversals, too.
+    refine : bool
+        Whether the grid's best point may be moved between its neighbours.
+    step : callable, optional
+        Scene to how far each non-linear number may be moved; else the grid's own spacing.
+    to_twin : callable
+        (scene, values by name) to the parameter tables of the twin's effects.
+    limits : callable, optional
+        Scene to the lowest and highest value of each non-linear number, where the grid's best point
+        may not be moved beyond.
+    contains : tuple of str
+        Effects that are special cases of this form: beside one of them it is no rival.
+    rests_on_numbers : bool
+        Whether its columns are made of the twin's own numbers, as a load is of its gravity.
+    catch_all : bool
+        Whether it may stand for anything that varies with it: others come first on a tie.
+    """
+
+    effect: str
+    name: str
+    linear: tuple[str, ...]
+    columns: Columns
+    nonlinear: tuple[str, ...] = ()
+    grid: Grid = _no_grid
+    signs: tuple[int, ...] = ()
+    highest: tuple[float, ...] = ()
+    needs: tuple[str, ...] = ()
+    at_edges: bool = False
+    refine: bool = True
+    step: Callable[[Scene], Point] | None = None
+    to_twin: ToTwin = _as_named
+    limits: Callable[[Scene], Sequence[tuple[float, float]]] | None = None
+    contains: tuple[str, ...] = ()
+    rests_on_numbers: bool = False
+    catch_all: bool = False
+
+    @property
+    def size(self) -> int:
+        """Return the number of free numbers."""
+        return len(self.linear) + len(self.nonlinear)
+
+    def sign(self, index: int) -> int:
+        """Return 1 where a coefficient must not be negative, else 0."""
+        return self.signs[index] if self.signs else 0

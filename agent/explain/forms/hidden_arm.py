@@ -1,0 +1,99 @@
+"""The arm behind a soft or loose gear, simulated on the measured motion of the motor.
+
+Everything is per unit of the arm's inertia, so that the shaft's torque is proportional to that
+inertia: it is the one linear number. The arm has dry friction of its own, which gives way like a
+spring before it slips; without that an arm would stop dead and ring otherwise than real ones do.
+Gravity decides on which side of a gap the arm rests; without a gap it only shifts the twist.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from agent.explain.rows.scene import Scene
+from agent.identify.result import Floats
+
+_STEPS_PER_SWING = 16.0
+_HARDEST = 16.0  # gear's springs: friction that is harder before it slips is as good as rigid
+
+
+@dataclass(frozen=True)
+class HiddenArm:
+    """What is behind the gear, per unit of the arm's inertia.
+
+    Parameters
+    ----------
+    frequency_hz : float
+        Of the arm's swing on the gear's spring while the motor is held.
+    damping_ratio : float
+        Of that swing.
+    friction_rad_s2 : float
+        The arm's dry friction over its inertia.
+    reach_rad : float
+        How far that friction gives way, like a spring, before it slips, seen from the motor.
+    half_gap_rad : float
+        Half of the gear's clearance, seen from the motor.
+    inertia_share : float
+        The arm's share of the whole inertia, which says how hard gravity pulls it.
+    """
+
+    frequency_hz: float
+    damping_ratio: float
+    friction_rad_s2: float = 0.0
+    reach_rad: float = 1.0
+    half_gap_rad: float = 0.0
+    inertia_share: float = 1.0
+
+    def extra_rad_s2(self, scene: Scene) -> Floats:
+        """Return the shaft's torque less that of a stiff gear, over the arm's inertia, shape (N,).
+
+        The velocity is taken as it was recorded: its smooth form would lack the swing itself.
+        """
+        velocity = scene.full("velocity_raw_rad_s")
+        pull = scene.weight_nm / (self.inertia_share * inertia_of(scene))
+        out = self.shaft_rad_s2(scene, velocity, pull) - pull - scene.stiff_rad_s2
+        return np.asarray(out - self.friction_rad_s2 * scene.direction)
+
+    def shaft_rad_s2(
+        self, scene: Scene, velocity_rad_s: Floats, pull_rad_s2: Floats | None = None
+    ) -> Floats:
+        """Return the shaft's torque over the arm's inertia, shape (N,).
+
+        Parameters
+        ----------
+        scene : Scene
+        velocity_rad_s : ndarray, shape (N,)
+            At which the gear's motor side turns.
+        pull_rad_s2 : ndarray, shape (N,), optional
+            The arm's weight over its inertia.
+        """
+        from agent.explain.forms.arm_kernel import shaft_rad_s2
+
+        omega = 2.0 * math.pi * self.frequency_hz
+        # Stiffer friction would ask for smaller steps, and the band would not show the difference.
+        reach = max(self.reach_rad, self.friction_rad_s2 / (_HARDEST * omega**2), 1e-12)
+        fastest_hz = math.sqrt(omega**2 + self.friction_rad_s2 / reach) / (2.0 * math.pi)
+        steps_per_s = _STEPS_PER_SWING * fastest_hz * max(self.damping_ratio, 1.0)
+        pull = np.zeros_like(velocity_rad_s) if pull_rad_s2 is None else pull_rad_s2
+        out = np.zeros(velocity_rad_s.shape[0])
+        for at, period_s in scene.each_piece():
+            out[at] = shaft_rad_s2(
+                np.ascontiguousarray(velocity_rad_s[at]),
+                np.ascontiguousarray(pull[at]),
+                period_s,
+                omega,
+                self.damping_ratio,
+                self.friction_rad_s2,
+                reach,
+                self.half_gap_rad,
+                max(1, math.ceil(steps_per_s * period_s)),
+            )
+        return out
+
+
+def inertia_of(scene: Scene) -> float:
+    """Return the refitted twin's inertia, kg m2, kept away from zero."""
+    return max(float(scene.theta[0]), 1e-12)

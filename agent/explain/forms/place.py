@@ -1,0 +1,262 @@
+"""What belongs to a place of the arm: tight spots, faults, hoses, another payload."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from agent.explain.forms.form import Form, Grid, Point, stack
+from agent.explain.forms.orders import half_a_line, strong_orders
+from agent.explain.forms.spots import strong_places
+from agent.explain.rows.scene import Scene
+from agent.identify.result import Floats
+
+_PLACES = 24
+_LOCAL = 0.028  # of the stroke: wider, the bell is seen along more than a tenth of it, and no fault
+_NARROWEST, _WIDEST = 0.003, 0.12
+_POSITION = ("position_rad",)
+
+Limits = Callable[[Scene], Sequence[tuple[float, float]]]
+
+
+def _half_an_arm_line(scene: Scene) -> Point:
+    return (half_a_line(scene)[0] * scene.table.gear_ratio,)
+
+
+def _arm_grid(scene: Scene) -> Sequence[Point]:
+    """Return arm orders from a half wave over the stroke, and the strong ones of the residual."""
+    lower, upper = scene.span("position_rad")
+    stroke = (upper - lower) / scene.table.gear_ratio
+    longest = 0.5 * 2.0 * math.pi / max(stroke, 1e-6)
+    whole = [float(k) for k in (1, 2, 3, 4) if k >= longest]
+    low = [longest * k for k in (1.0, 1.5, 2.0, 3.0)]
+    orders = () if _one_way(scene) else strong_orders(scene, "friction")
+    strong = [order * scene.table.gear_ratio for order in orders]
+    return tuple((o,) for o in dict.fromkeys((*whole, *low, *strong)))
+
+
+def _friction_wave(scene: Scene, point: Point) -> Floats:
+    angle = point[0] * scene.arm_rad
+    return stack(scene.direction * np.cos(angle), scene.direction * np.sin(angle))
+
+
+def _friction_wave_two(scene: Scene, point: Point) -> Floats:
+    double = _friction_wave(scene, (2.0 * point[0],))
+    return np.concatenate((_friction_wave(scene, point), double), axis=1)
+
+
+def _one_way(scene: Scene) -> bool:
+    """Return whether only one direction was driven."""
+    direction = scene.table.rows["direction"][scene.table.sliding]
+    return bool(np.unique(direction[direction != 0.0]).size == 1)
+
+
+def _one_way_grid(scene: Scene) -> Sequence[Point]:
+    """Return the strong orders where friction cannot be told from ripple, which comes first."""
+    strong = strong_orders(scene, "torque") if _one_way(scene) else ()
+    return tuple((o * scene.table.gear_ratio,) for o in strong)
+
+
+def _wave_two_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    del scene
+    order = values["order_per_arm_rev"]
+    return tuple(
+        {"cos_nm": values[cos], "sin_nm": values[sin], "order_per_arm_rev": times * order}
+        for cos, sin, times in (("cos_nm", "sin_nm", 1), ("cos_second_nm", "sin_second_nm", 2))
+    )
+
+
+def _bump(scene: Scene, point: Point) -> Floats:
+    return np.exp(-0.5 * ((scene.arm_rad - point[0]) / point[1]) ** 2)
+
+
+def _stroke(scene: Scene) -> tuple[float, float]:
+    lower, upper = scene.span("position_rad")
+    return lower / scene.table.gear_ratio, upper / scene.table.gear_ratio
+
+
+def _places(widths: Sequence[float], *, friction: bool) -> Grid:
+    """Return spots all along the stroke, and finer ones where the residual stands out.
+
+    Parameters
+    ----------
+    widths : sequence of float
+        Of the stroke, narrow to wide.
+    friction : bool
+        Whether the spot brakes; else it pushes.
+    """
+
+    def grid(scene: Scene) -> Sequence[Point]:
+        lower, upper = _stroke(scene)
+        centers = np.linspace(lower, upper, _PLACES)
+        even = [(float(c), w * (upper - lower)) for w in widths[-2:] for c in centers]
+        return (*even, *strong_places(scene, widths, friction=friction))
+
+    return grid
+
+
+def _within_stroke(narrowest: float, widest: float) -> Limits:
+    """Return where a spot may lie, and how narrow or wide it may be, of the stroke."""
+
+    def limits(scene: Scene) -> Sequence[tuple[float, float]]:
+        lower, upper = _stroke(scene)
+        return ((lower, upper), (narrowest * (upper - lower), widest * (upper - lower)))
+
+    return limits
+
+
+def _spot_step(scene: Scene) -> Point:
+    """Return how far a spot is moved and widened at first: it is nearly found."""
+    lower, upper = _stroke(scene)
+    return (0.5 * (upper - lower) / _PLACES, 0.5 * _LOCAL * (upper - lower))
+
+
+def _tight_spot(scene: Scene, point: Point) -> Floats:
+    return stack(scene.direction * _bump(scene, point))
+
+
+def _fault(scene: Scene, point: Point) -> Floats:
+    return stack(_bump(scene, point))
+
+
+def _cable(scene: Scene, point: Point) -> Floats:
+    del point
+    return stack(scene.arm_rad - _middle(scene))
+
+
+def _middle(scene: Scene) -> float:
+    lower, upper = scene.span("position_rad")
+    return 0.5 * (lower + upper) / scene.table.gear_ratio
+
+
+def _cable_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    return ({**values, "neutral_arm_rad": _middle(scene)},)
+
+
+def _cable_anywhere(scene: Scene, point: Point) -> Floats:
+    del point
+    return stack(scene.arm_rad - _middle(scene), np.ones_like(scene.arm_rad))
+
+
+def _cable_anywhere_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    stiffness = values["stiffness_nm_per_arm_rad"]
+    neutral = _middle(scene) - values["constant_nm"] / stiffness if stiffness else 0.0
+    return ({"stiffness_nm_per_arm_rad": stiffness, "neutral_arm_rad": neutral},)
+
+
+def _another_payload(scene: Scene, point: Point) -> Floats:
+    there = (scene.runs() == int(point[0])).astype(np.float64)
+    return stack(there * np.sin(scene.arm_rad), there * np.cos(scene.arm_rad))
+
+
+def _each_run(scene: Scene) -> Sequence[Point]:
+    count = len(scene.table.runs)
+    return tuple((float(k),) for k in range(count)) if count > 2 else ()
+
+
+def _load_differs(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    del scene, values
+    return ()  # a payload of one run is no property of the axis: nothing for its twin
+
+
+FORMS: tuple[Form, ...] = (
+    Form(
+        "position-dependent-friction",
+        "wave",
+        ("cos_nm", "sin_nm"),
+        _friction_wave,
+        ("order_per_arm_rev",),
+        _arm_grid,
+        needs=_POSITION,
+        step=_half_an_arm_line,
+    ),
+    Form(
+        "position-dependent-friction",
+        "wave, one way",
+        ("cos_nm", "sin_nm"),
+        _friction_wave,
+        ("order_per_arm_rev",),
+        _one_way_grid,
+        needs=_POSITION,
+        step=_half_an_arm_line,
+        catch_all=True,
+    ),
+    Form(
+        "position-dependent-friction",
+        "wave and its double, one way",
+        ("cos_nm", "sin_nm", "cos_second_nm", "sin_second_nm"),
+        _friction_wave_two,
+        ("order_per_arm_rev",),
+        _one_way_grid,
+        needs=_POSITION,
+        step=_half_an_arm_line,
+        to_twin=_wave_two_twin,
+        catch_all=True,
+    ),
+    Form(
+        "position-dependent-friction",
+        "tight spot",
+        ("height_nm",),
+        _tight_spot,
+        ("center_arm_rad", "width_arm_rad"),
+        _places((_LOCAL, 0.04, 0.08), friction=True),
+        limits=_within_stroke(_LOCAL, _WIDEST),
+        needs=_POSITION,
+    ),
+    Form(
+        "local-fault",
+        "bump",
+        ("height_nm",),
+        _fault,
+        ("center_arm_rad", "width_arm_rad"),
+        _places((0.01, 0.02, 0.04, 0.08), friction=False),
+        step=_spot_step,
+        limits=_within_stroke(_NARROWEST, _WIDEST),
+        needs=_POSITION,
+    ),
+    Form(
+        "local-fault",
+        "rubbing",
+        ("rubbing_nm",),
+        _tight_spot,
+        ("center_arm_rad", "width_arm_rad"),
+        _places((0.007, 0.014, _LOCAL), friction=True),
+        step=_spot_step,
+        limits=_within_stroke(_NARROWEST, _LOCAL),
+        needs=_POSITION,
+    ),
+    Form(
+        "cable-force",
+        "spring",
+        ("stiffness_nm_per_arm_rad",),
+        _cable,
+        signs=(1,),
+        needs=_POSITION,
+        to_twin=_cable_twin,
+    ),
+    Form(
+        "cable-force",
+        "spring at rest elsewhere",
+        ("stiffness_nm_per_arm_rad", "constant_nm"),
+        _cable_anywhere,
+        signs=(1, 0),
+        needs=_POSITION,
+        to_twin=_cable_anywhere_twin,
+        contains=("torque-offset", "direction-asymmetry"),
+    ),
+    Form(
+        "gravity-imbalance",
+        "one recording has another payload",
+        ("gravity_sin_nm", "gravity_cos_nm"),
+        _another_payload,
+        ("recording",),
+        _each_run,
+        needs=_POSITION,
+        refine=False,
+        to_twin=_load_differs,
+        catch_all=True,
+    ),
+)

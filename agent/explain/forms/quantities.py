@@ -1,0 +1,103 @@
+"""An effect's numbers under the names that a twin gives them, with their intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from agent.explain.forms.form import Form
+from agent.explain.rows.scene import Scene
+from agent.identify.result import Parameter
+
+_Entry = Mapping[str, Any]
+
+_SETTLED = 1e-9
+_NO_LAW = "the simulation's own law predicts no better with it"
+_NOT_NEEDED = "within the intervals of its form's numbers the twin does as well without it"
+
+
+def as_in_twin(form: Form, scene: Scene, own: Mapping[str, Parameter]) -> Mapping[str, Parameter]:
+    """Return a form's numbers as the extended twin holds them.
+
+    What the twin's law calls otherwise is converted, and half an interval follows from moving every
+    number of the form to the end of its own, the moves taken as independent.
+
+    Parameters
+    ----------
+    form : Form
+    scene : Scene
+    own : mapping of str to Parameter
+        The form's numbers as they were fitted.
+
+    Returns
+    -------
+    mapping of str to Parameter
+        The form's own where its twin has none, or more than one set of them. Where the law of a
+        hidden state predicts no better with any, not identified: what the simulation of it does
+        not bear out is no measurement.
+    """
+    values = {name: p.value for name, p in own.items()}
+    tables = form.to_twin(scene, values)
+    if not tables and form.at_edges:
+        return {key: Parameter.not_identified(_NO_LAW, p.value) for key, p in own.items()}
+    if len(tables) != 1:
+        return own
+    moved = {key: _moved(form, scene, values, key, p) for key, p in own.items()}
+    out: dict[str, Parameter] = {}
+    for name, value in tables[0].items():
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            continue  # an instant is no quantity
+        if name in own and own[name].value == value:
+            out[name] = own[name]
+        else:
+            out[name] = _converted(own, moved, name, float(value))
+    return out
+
+
+def _moved(
+    form: Form, scene: Scene, values: Mapping[str, float], key: str, parameter: Parameter
+) -> Sequence[_Entry]:
+    """Return the twin's numbers with one of the form's at either end of its interval.
+
+    A number without an interval is nudged, to see which of the twin's depend on it.
+    """
+    if not parameter.identified or parameter.ci95 is None:
+        ends: Sequence[float] = (values[key] * 1.01 + 1e-9,)
+    else:
+        ends = parameter.ci95
+    tables = [form.to_twin(scene, {**values, key: end}) for end in ends]
+    return [table[0] if table else {} for table in tables]
+
+
+def _converted(
+    own: Mapping[str, Parameter], moved: Mapping[str, Sequence[_Entry]], name: str, value: float
+) -> Parameter:
+    """Return one number of the twin's with the interval that the form's numbers give it."""
+    scale = max(abs(value), 1e-12)
+    square_low = square_high = 0.0
+    for key, parameter in own.items():
+        if not parameter.identified or parameter.ci95 is None:
+            nudged = _there(moved[key][0], name)
+            if parameter.identified or (
+                nudged is not None and abs(nudged - value) <= _SETTLED * scale
+            ):
+                continue
+            return Parameter.not_identified(parameter.reason, value)
+        ends = [_there(entry, name) for entry in moved[key]]
+        if any(end is None for end in ends):
+            return Parameter.not_identified(_NOT_NEEDED, value)
+        moves = [end - value for end in ends if end is not None]
+        square_low += min(*moves, 0.0) ** 2
+        square_high += max(*moves, 0.0) ** 2
+    if square_low == square_high == 0.0:
+        return Parameter(value, None)
+    return Parameter(
+        value, (value - float(np.sqrt(square_low)), value + float(np.sqrt(square_high)))
+    )
+
+
+def _there(entry: _Entry, name: str) -> float | None:
+    """Return one number of the twin's; None where the values asked for a law without it."""
+    return float(entry[name]) if name in entry else None

@@ -1,0 +1,128 @@
+"""Friction that yields before it slips: what a reversal leaves for a while."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from agent.explain.forms.form import Form, Point, stack
+from agent.explain.forms.twin_law import best_entry, nearest
+from agent.explain.rows.scene import Scene, log_grid
+from agent.identify.result import Floats
+from agent.physics.presliding import MaxwellSlip
+
+_EFFECT = "presliding-hysteresis"
+
+
+def _presliding_grid(scene: Scene) -> Sequence[Point]:
+    arm = log_grid(3e-5, 2e-2, 9)
+    return tuple((reach * scene.table.gear_ratio,) for reach in arm)
+
+
+def _presliding(scene: Scene, point: Point) -> Floats:
+    """Return a rate-independent hysteresis of unit height, less the sign it settles to."""
+    return stack(hysteresis(scene, point[0]) - scene.direction)
+
+
+def hysteresis(scene: Scene, reach_rad: float) -> Floats:
+    """Return Dahl's state on the measured motion, from -1 to 1, shape (N,).
+
+    Between reversals ``z = s + (z0 - s) exp(-travel / reach)``: exact for any sampling.
+    """
+    out = np.zeros(scene.direction.shape[0])
+    for at, period_s in scene.each_piece():
+        velocity = scene.full("velocity_rad_s")[at]
+        out[at] = _relaxed(velocity, period_s, reach_rad)
+    return out
+
+
+def _relaxed(velocity: Floats, period_s: float, reach_rad: float) -> Floats:
+    sign = np.sign(velocity)
+    starts = np.flatnonzero(np.diff(sign, prepend=sign[0]) != 0.0)
+    edges = np.concatenate(([0], starts, [sign.shape[0]]))
+    travel = np.cumsum(np.abs(velocity)) * period_s
+    out = np.empty_like(velocity)
+    state = 0.0
+    for begin, end in pairwise(edges):
+        if end <= begin:
+            continue
+        settled = sign[begin]
+        way = travel[begin:end] - (travel[begin - 1] if begin else 0.0)
+        part = settled + (state - settled) * np.exp(-way / reach_rad)
+        out[begin:end] = part if settled else state
+        state = float(out[end - 1])
+    return out
+
+
+def _presliding_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    """Return the spring that yields at the twin's own dry level, not at the form's height."""
+    level = max(float(scene.theta[2]), 0.0)
+    if not level > 0.0:
+        return ()
+    reach = values["reach_rad"]
+    torque = values["height_nm"] * _presliding(scene, (reach,))[:, 0]
+
+    def entry(travel: float) -> Mapping[str, float]:
+        return {"stiffness_nm_per_rad": level / travel}
+
+    return best_entry(scene, _EFFECT, [nearest(scene, _EFFECT, entry, reach, torque)])
+
+
+def _slipping_grid(scene: Scene) -> Sequence[Point]:
+    arm = log_grid(3e-5, 5e-2, 9)
+    return tuple((travel * scene.table.gear_ratio, p) for travel in arm for p in (1.0, 2.0, 3.5))
+
+
+def _slipping(scene: Scene, point: Point) -> Floats:
+    """Return a chain of slipping springs of unit height, less the sign it settles to, (N, 1)."""
+    from agent.physics.kernels import slipping
+
+    stiffness, level = MaxwellSlip(point[0], max(point[1], 1.0)).elements()
+    out = np.zeros(scene.direction.shape[0])
+    for at, _ in scene.each_piece():
+        time, velocity = scene.full("time_s")[at], scene.full("velocity_rad_s")[at]
+        start = float(scene.direction[at][0])
+        out[at] = slipping(time.copy(), velocity.copy(), stiffness, level, start)
+    return stack(out - scene.direction)
+
+
+def _slipping_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    """Return the chain that slips at the twin's own dry level, not at the form's height."""
+    travel, exponent = values["sliding_travel_rad"], max(values["shape_exponent"], 1.0)
+    torque = values["height_nm"] * _slipping(scene, (travel, exponent))[:, 0]
+
+    def entry(travel: float) -> Mapping[str, float]:
+        return {"sliding_travel_rad": travel, "shape_exponent": exponent}
+
+    return best_entry(scene, _EFFECT, [nearest(scene, _EFFECT, entry, travel, torque)])
+
+
+FORMS: tuple[Form, ...] = (
+    Form(
+        "presliding-hysteresis",
+        "Dahl",
+        ("height_nm",),
+        _presliding,
+        ("reach_rad",),
+        _presliding_grid,
+        (1,),
+        at_edges=True,
+        to_twin=_presliding_twin,
+        rests_on_numbers=True,
+    ),
+    Form(
+        "presliding-hysteresis",
+        "Maxwell slip",
+        ("height_nm",),
+        _slipping,
+        ("sliding_travel_rad", "shape_exponent"),
+        _slipping_grid,
+        (1,),
+        at_edges=True,
+        to_twin=_slipping_twin,
+        rests_on_numbers=True,
+    ),
+)

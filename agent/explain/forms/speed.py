@@ -1,0 +1,148 @@
+"""Friction over speed, direction and load: what bends, falls, differs or grows while sliding."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from agent.explain.forms.form import Form, Point, stack
+from agent.explain.rows.scene import Scene, log_grid
+from agent.identify.result import Floats
+from agent.physics.friction import boundary_share
+
+_ARM_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the inertia, behind the gear
+_ARM_FRICTION = (0.0, 0.15, 0.3, 0.45)  # of the dry friction, behind the gear
+
+
+def _stribeck_grid(scene: Scene) -> Sequence[Point]:
+    speeds = log_grid(0.5 * scene.slowest, 0.5 * scene.fastest, 12)
+    return tuple((v, e) for v in speeds for e in (0.7, 1.0, 1.4, 2.0))
+
+
+def _stribeck(scene: Scene, point: Point) -> Floats:
+    return stack(scene.direction * boundary_share(scene.speed, *point))
+
+
+def _bend_grid(scene: Scene) -> Sequence[Point]:
+    del scene
+    return tuple((e,) for e in (0.3, 0.45, 0.6, 0.75, 1.4, 1.7, 2.0, 2.5, 3.0))
+
+
+def _bend(scene: Scene, point: Point) -> Floats:
+    return stack(scene.direction * (scene.speed / scene.fastest) ** point[0])
+
+
+def _bend_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    return ({**values, "reference_velocity_rad_s": scene.fastest},)
+
+
+def _offset(scene: Scene, point: Point) -> Floats:
+    del point
+    return stack(np.ones_like(scene.direction))
+
+
+def _asymmetric_coulomb(scene: Scene, point: Point) -> Floats:
+    del point
+    return stack(0.5 * np.abs(scene.direction))
+
+
+def _asymmetric_viscous(scene: Scene, point: Point) -> Floats:
+    del point
+    return stack(0.5 * scene.speed * np.abs(scene.direction))
+
+
+def _asymmetric_both(scene: Scene, point: Point) -> Floats:
+    del point
+    moving = np.abs(scene.direction)
+    return stack(0.5 * moving, 0.5 * scene.speed * moving)
+
+
+def _load(scene: Scene, point: Point) -> Floats:
+    behind = point[1] * max(float(scene.theta[2]), 0.0) * scene.direction
+    return stack(scene.direction * np.abs(scene.load_nm(point[0]) + behind))
+
+
+def _load_boundary(scene: Scene, point: Point) -> Floats:
+    load = _load(scene, (point[0], 0.0))[:, 0]
+    return stack(load, load * boundary_share(scene.speed, point[1], 1.0))
+
+
+def _load_grid(scene: Scene) -> Sequence[Point]:
+    del scene
+    return tuple((share, friction) for share in _ARM_SHARES for friction in _ARM_FRICTION)
+
+
+def _load_boundary_grid(scene: Scene) -> Sequence[Point]:
+    speeds = log_grid(scene.slowest, 0.5 * scene.fastest, 4)
+    return tuple((share, v) for share in _ARM_SHARES[::2] for v in speeds)
+
+
+def _load_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    numbers = dict(values)
+    inertia = numbers.pop("arm_share") * float(scene.theta[0])
+    friction = numbers.pop("arm_friction_share", 0.0) * max(float(scene.theta[2]), 0.0)
+    return ({**numbers, "arm_inertia_kg_m2": inertia, "arm_coulomb_nm": friction},)
+
+
+FORMS: tuple[Form, ...] = (
+    Form(
+        "stribeck",
+        "exponential fall",
+        ("static_extra_nm",),
+        _stribeck,
+        ("stribeck_velocity_rad_s", "exponent"),
+        _stribeck_grid,
+        (1,),
+    ),
+    Form(
+        "viscous-nonlinear",
+        "power law",
+        ("power_nm",),
+        _bend,
+        ("exponent",),
+        _bend_grid,
+        to_twin=_bend_twin,
+    ),
+    Form("torque-offset", "constant", ("torque_offset_nm",), _offset),
+    Form("direction-asymmetry", "Coulomb", ("coulomb_difference_nm",), _asymmetric_coulomb),
+    Form(
+        "direction-asymmetry",
+        "viscous",
+        ("viscous_difference_nm_s_per_rad",),
+        _asymmetric_viscous,
+    ),
+    Form(
+        "direction-asymmetry",
+        "Coulomb and viscous",
+        ("coulomb_difference_nm", "viscous_difference_nm_s_per_rad"),
+        _asymmetric_both,
+    ),
+    Form(
+        "load-dependent-friction",
+        "proportional",
+        ("load_coefficient",),
+        _load,
+        ("arm_share", "arm_friction_share"),
+        _load_grid,
+        (1,),
+        highest=(1.0,),
+        needs=("position_rad",),
+        to_twin=_load_twin,
+        rests_on_numbers=True,
+    ),
+    Form(
+        "load-dependent-friction",
+        "with boundary part",
+        ("load_coefficient", "load_boundary_coefficient"),
+        _load_boundary,
+        ("arm_share", "load_velocity_rad_s"),
+        _load_boundary_grid,
+        (1, 1),
+        highest=(1.0, 1.0),
+        needs=("position_rad",),
+        to_twin=_load_twin,
+        rests_on_numbers=True,
+    ),
+)

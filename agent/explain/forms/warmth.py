@@ -1,0 +1,197 @@
+"""What changes with temperature and time: viscosity, the dry level, the torque constant."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+
+from agent.explain.forms.form import Form, Point, stack
+from agent.explain.rows.scene import Scene, log_grid
+from agent.identify.result import Floats
+
+_HOUR_S = 3600.0
+_GEAR_T, _MOTOR_T = "gearbox_temperature_degc", "motor_temperature_degc"
+_STEEPEST_PER_K = 0.01  # five times a ferrite magnet's 0.2 %: steeper is no torque constant
+_COULOMB_K, _VISCOUS_T = "coulomb_nm_per_k", "viscous_thermal_nm_s_per_rad"
+
+
+def _warmer(scene: Scene, decay_k: float) -> Floats:
+    temperature = scene.full("gearbox_temperature_degc")
+    reference = scene.mean("gearbox_temperature_degc")
+    return np.exp(-(temperature - reference) / decay_k) - 1.0
+
+
+def _viscosity(scene: Scene, point: Point) -> Floats:
+    return stack(scene.full("velocity_rad_s") * _warmer(scene, point[0]))
+
+
+def _viscosity_grid(scene: Scene) -> Sequence[Point]:
+    lower, upper = scene.span("gearbox_temperature_degc")
+    span = max(upper - lower, 1.0)
+    return tuple((k,) for k in log_grid(max(6.0, 0.2 * span), max(150.0, 5.0 * span), 8))
+
+
+def _viscosity_and_coulomb(scene: Scene, point: Point) -> Floats:
+    temperature = scene.full("gearbox_temperature_degc")
+    warmer = temperature - scene.mean("gearbox_temperature_degc")
+    return stack(scene.full("velocity_rad_s") * _warmer(scene, point[0]), scene.direction * warmer)
+
+
+def _coulomb_warm(scene: Scene, point: Point) -> Floats:
+    del point
+    temperature = scene.full("gearbox_temperature_degc")
+    return stack(scene.direction * (temperature - scene.mean("gearbox_temperature_degc")))
+
+
+def _viscosity_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    return ({**values, "reference_degc": scene.mean("gearbox_temperature_degc")},)
+
+
+def _hours(scene: Scene) -> Floats:
+    return (scene.full("elapsed_s") - scene.mean("elapsed_s")) / _HOUR_S
+
+
+def _drift_coulomb(scene: Scene, point: Point) -> Floats:
+    del point
+    return stack(scene.direction * _hours(scene))
+
+
+def _drift_both(scene: Scene, point: Point) -> Floats:
+    del point
+    hours = _hours(scene)
+    return stack(scene.direction * hours, scene.full("velocity_rad_s") * hours)
+
+
+def _run_in(scene: Scene, point: Point) -> Floats:
+    elapsed = scene.full("elapsed_s")
+    share = np.exp(-(elapsed - np.nanmin(elapsed)) / point[0])
+    return stack(scene.direction * share)
+
+
+def _dated(scene: Scene) -> bool:
+    """Return whether a drift can be told to a twin, which counts from a date."""
+    return all(math.isfinite(run.started_s) for run in scene.table.runs)
+
+
+def _instant(scene: Scene, elapsed_s: float) -> str:
+    """Return an instant of the table's own clock as a date and time, UTC."""
+    started = min(run.started_s for run in scene.table.runs)
+    return datetime.fromtimestamp(started + elapsed_s, tz=UTC).isoformat()
+
+
+def _drift_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    if not _dated(scene):
+        return ()
+    return ({**values, "reference_started_at": _instant(scene, scene.mean("elapsed_s"))},)
+
+
+def _run_in_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    """Return the change since the first sample; what was there then belongs to the base."""
+    if not _dated(scene):
+        return ()
+    first = float(np.nanmin(scene.full("elapsed_s")))
+    return (
+        {
+            "coulomb_change_nm": -values["run_in_nm"],
+            "settling_h": values["run_in_s"] / _HOUR_S,
+            "reference_started_at": _instant(scene, first),
+        },
+    )
+
+
+def _run_in_grid(scene: Scene) -> Sequence[Point]:
+    lower, upper = scene.span("elapsed_s")
+    return tuple((t,) for t in log_grid(0.1 * (upper - lower), 1.0 * (upper - lower), 4))
+
+
+def _constant_warm(scene: Scene, point: Point) -> Floats:
+    del point
+    temperature = scene.full("motor_temperature_degc")
+    warmer = temperature - scene.mean("motor_temperature_degc")
+    return stack(-scene.full("torque_nm") * warmer)
+
+
+def _constant_warm_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    return (
+        {
+            "factor": 1.0,
+            "factor_per_k": values["factor_per_k"],
+            "reference_degc": scene.mean("motor_temperature_degc"),
+        },
+    )
+
+
+FORMS: tuple[Form, ...] = (
+    Form(
+        "temperature-dependent-friction",
+        "viscosity",
+        (_VISCOUS_T,),
+        _viscosity,
+        ("decay_k",),
+        _viscosity_grid,
+        (1,),
+        needs=(_GEAR_T,),
+        to_twin=_viscosity_twin,
+    ),
+    Form(
+        "temperature-dependent-friction",
+        "viscosity and Coulomb level",
+        (_VISCOUS_T, _COULOMB_K),
+        _viscosity_and_coulomb,
+        ("decay_k",),
+        _viscosity_grid,
+        (1, 0),
+        needs=(_GEAR_T,),
+        to_twin=_viscosity_twin,
+    ),
+    Form(
+        "temperature-dependent-friction",
+        "Coulomb level",
+        (_COULOMB_K,),
+        _coulomb_warm,
+        needs=(_GEAR_T,),
+        to_twin=_viscosity_twin,
+    ),
+    Form(
+        "friction-drift",
+        "Coulomb level, steady",
+        ("coulomb_nm_per_h",),
+        _drift_coulomb,
+        needs=("elapsed_s",),
+        to_twin=_drift_twin,
+        catch_all=True,
+    ),
+    Form(
+        "friction-drift",
+        "Coulomb and viscous, steady",
+        ("coulomb_nm_per_h", "viscous_nm_s_per_rad_per_h"),
+        _drift_both,
+        needs=("elapsed_s",),
+        to_twin=_drift_twin,
+        catch_all=True,
+    ),
+    Form(
+        "friction-drift",
+        "run-in",
+        ("run_in_nm",),
+        _run_in,
+        ("run_in_s",),
+        _run_in_grid,
+        needs=("elapsed_s",),
+        to_twin=_run_in_twin,
+        catch_all=True,
+    ),
+    Form(
+        "torque-constant-error",
+        "with motor temperature",
+        ("factor_per_k",),
+        _constant_warm,
+        highest=(_STEEPEST_PER_K,),
+        needs=(_MOTOR_T,),
+        to_twin=_constant_warm_twin,
+    ),
+)

@@ -1,0 +1,81 @@
+"""One factor on all of the torque: the torque constant is not what the drive takes it for."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from agent.explain.choosing.search import Library, basis_of
+from agent.explain.numbers.plain_refits import own_structure
+from agent.explain.numbers.reach import reach_of
+from agent.explain.rows.evidence import heldout, moments
+from agent.identify.result import Floats, Parameter
+from agent.physics.twin import Twin
+
+_ALIKE = 1.05  # one factor for all explains the error as well, within five percent
+_FEWEST = 3  # numbers that it must stand for
+
+
+def factor_column(library: Library) -> Floats:
+    """Return the weighted torque of the twin's own numbers as given, shape (m, 1)."""
+    scene = library.scene
+    return library.weighing.weighted(scene.table.base @ scene.as_given)[:, np.newaxis]
+
+
+def one_factor_does(library: Library, own: Floats, beside: Floats, material: float) -> bool:
+    """Return whether one factor explains of unseen data what freeing all numbers explains.
+
+    Parameters
+    ----------
+    library : Library
+    own : ndarray, shape (m, p)
+        Weighted columns of the numbers that are freed.
+    beside : ndarray, shape (m, k)
+        Of the effects that stand beside either.
+    material : float
+        Weighted squared error that it must remove.
+    """
+    table = library.scene.table
+    if np.count_nonzero(library.scene.as_given[table.carried]) < _FEWEST:
+        return False
+    without, one, refitted = (
+        float(_error(library, np.concatenate((columns, beside), axis=1)))
+        for columns in (own[:, :0], factor_column(library), own)
+    )
+    return one <= _ALIKE * refitted and without - one >= material
+
+
+def one_factor(library: Library, twin: Twin, beside: Floats, material: float) -> Parameter | None:
+    """Return the torque constant's factor, where it explains what all numbers explain.
+
+    It must do so beside the effects that were found, too: else it was their absence that bent it.
+
+    Parameters
+    ----------
+    library : Library
+    twin : Twin
+        As given.
+    beside : ndarray, shape (m, k)
+        The effects' columns.
+    material : float
+        Weighted squared error that it must remove.
+    """
+    table = library.scene.table
+    own = library.base[:, np.isin(np.flatnonzero(table.carried), own_structure(table, twin))]
+    if not all(one_factor_does(library, own, b, material) for b in (beside[:, :0], beside)):
+        return None
+    scale = factor_column(library)
+    basis = basis_of(scale)
+    left = library.target - basis @ (basis.T @ library.target)
+    moved = float(scale[:, 0] @ library.target) / float(scale[:, 0] @ scale[:, 0])
+    reach = reach_of(
+        library.candidates, library.weighing, scale, left, frozenset({"torque-constant-error"})
+    )
+    low, high = (1.0 + moved + float(end[0]) for end in (reach.below, reach.above))
+    # The reported torque is the true one over the factor.
+    return Parameter(1.0 / (1.0 + moved), (1.0 / high, 1.0 / low))
+
+
+def _error(library: Library, columns: Floats) -> float:
+    """Return the squared error on unseen data; without columns, all of it."""
+    part = moments(columns, library.target, library.weighing.starts)
+    return float((heldout(part, library.weighing.fold) if columns.shape[1] else part.square).sum())

@@ -1,0 +1,128 @@
+"""How far a model's numbers may be from the truth: noise, recordings, and what is left out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from agent.explain.choosing.choice import Term
+from agent.explain.choosing.search import Library
+from agent.explain.forms.refinement import limits_of, steps_of
+from agent.explain.numbers.model import Model
+from agent.explain.numbers.profile import profiled
+from agent.explain.numbers.reach import Reach, reach_of
+from agent.explain.rows.table import BASE
+from agent.identify.result import Floats, Parameter
+
+_NUDGE = 0.1  # of a non-linear number's first step: what bounces has no slope on a finer scale
+
+
+def with_intervals(library: Library, model: Model) -> Model:
+    """Return a model whose intervals own up to what it leaves out; see `reach`.
+
+    A non-linear number's interval is the profile's, too, where that reaches further.
+
+    Parameters
+    ----------
+    library : Library
+    model : Model
+        As it was fitted to the library.
+    """
+    derivatives, places = _derivatives(library, model)
+    weighted = model.residual_nm * library.weighing.weight
+    reach = reach_of(
+        library.candidates, library.weighing, derivatives, weighted, named_effects(model)
+    )
+    carried = library.scene.table.carried
+    base = dict(model.base)
+    for at, name in enumerate(np.array(BASE)[carried].tolist()):
+        base[name] = _widened(base[name], reach, at)
+    parameters = []
+    for index, (term, own, place) in enumerate(
+        zip(model.terms, model.parameters, model.slices(), strict=True)
+    ):
+        numbers = dict(own)
+        for at, name in enumerate(term.scored.form.linear, start=place.start):
+            numbers[name] = _widened(numbers[name], reach, at)
+        numbers |= _nonlinear(library, model, index, reach, places)
+        parameters.append(numbers)
+    return replace(model, base=base, parameters=tuple(parameters))
+
+
+def named_effects(model: Model) -> frozenset[str]:
+    """Return the effects of the model, and those that a reader is told may stand in their place."""
+    found = {term.scored.form.effect for term in model.terms}
+    rivals = {rival.scored.form.effect for term in model.terms for rival in term.rivals}
+    return frozenset(found | rivals)
+
+
+def _derivatives(library: Library, model: Model) -> tuple[Floats, Mapping[tuple[int, int], int]]:
+    """Return the prediction's weighted derivatives by every number, shape (m, p).
+
+    And, for every non-linear number that may be moved (term, number), where its column stands.
+    """
+    columns = [library.model([t.candidate for t in model.terms])]
+    places: dict[tuple[int, int], int] = {}
+    width = columns[0].shape[1]
+    for index, (term, place) in enumerate(zip(model.terms, model.slices(), strict=True)):
+        if not term.scored.form.refine:
+            continue
+        for number in range(len(term.candidate.point)):
+            slope = _slope(library, term, number, model.coefficients[place])
+            if not slope.any():
+                continue
+            columns.append(slope[:, np.newaxis])
+            places[index, number] = width + len(places)
+    return np.concatenate(columns, axis=1), places
+
+
+def _slope(library: Library, term: Term, number: int, coefficients: Floats) -> Floats:
+    """Return the derivative of a term's weighted torque by a non-linear number, shape (m,)."""
+    form, point = term.scored.form, term.candidate.point
+    grid = np.array([c.point for c in library.candidates if c.form is form])
+    if not grid.size:
+        return np.zeros(library.target.shape[0])
+    nudge = _NUDGE * steps_of(form, library.scene, grid)[number](point[number])
+    low, high = limits_of(form, library.scene, grid)[number]
+    ends = max(point[number] - nudge, low), min(point[number] + nudge, high)
+    if ends[1] <= ends[0]:
+        return np.zeros(library.target.shape[0])
+    before, after = (
+        library.candidate(form, (*point[:number], end, *point[number + 1 :])) for end in ends
+    )
+    return np.asarray((after.columns - before.columns) @ coefficients / (ends[1] - ends[0]))
+
+
+def _nonlinear(
+    library: Library,
+    model: Model,
+    index: int,
+    reach: Reach,
+    places: Mapping[tuple[int, int], int],
+) -> dict[str, Parameter]:
+    """Return a term's non-linear numbers with their intervals, within what physics allows."""
+    term = model.terms[index]
+    form = term.scored.form
+    out = {}
+    for number, name in enumerate(form.nonlinear):
+        within = None
+        if (index, number) in places:
+            at, value = places[index, number], float(term.candidate.point[number])
+            grid = np.array([c.point for c in library.candidates if c.form is form])
+            low, high = limits_of(form, library.scene, grid)[number]
+            within = (
+                max(value + float(reach.below[at]), min(low, value)),
+                min(value + float(reach.above[at]), max(high, value)),
+            )
+        out[name] = profiled(library, model.terms, index, number, within)
+    return out
+
+
+def _widened(parameter: Parameter, reach: Reach, at: int) -> Parameter:
+    """Return a number with the interval that its reach gives it."""
+    if parameter.ci95 is None:
+        return parameter
+    value = parameter.value
+    return replace(parameter, ci95=(value + float(reach.below[at]), value + float(reach.above[at])))

@@ -1,0 +1,156 @@
+"""The chosen effects beside the twin's own numbers, fitted together, and the twin with them.
+
+Linear numbers come with a covariance from leaving out blocks of time: how far they may be from the
+truth is the story of `intervals`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from agent.explain.choosing.choice import Term
+from agent.explain.choosing.search import Library
+from agent.explain.rows.pieces import known_part
+from agent.explain.rows.table import BASE, Table, effects_nm
+from agent.identify.result import Floats, Parameter
+from agent.identify.rigid.linear import solve_blocks
+from agent.physics.twin import Effect, Twin
+
+_NOT_NEGATIVE = ("inertia_kg_m2", "viscous_nm_s_per_rad", "coulomb_nm")
+
+
+@dataclass(frozen=True)
+class Model:
+    """Base numbers and effects, fitted together to a library's rows.
+
+    Parameters
+    ----------
+    base : mapping of str to Parameter
+        The twin's own numbers, moved.
+    terms : tuple of Term
+    parameters : tuple of mapping of str to Parameter
+        Of every term.
+    coefficients : ndarray, shape (p,)
+        Moves of the base numbers that are excited, then every term's.
+    residual_nm : ndarray, shape (m,)
+        At the library's rows.
+    """
+
+    base: Mapping[str, Parameter]
+    terms: tuple[Term, ...]
+    parameters: tuple[Mapping[str, Parameter], ...]
+    coefficients: Floats
+    residual_nm: Floats
+
+    def slices(self) -> tuple[slice, ...]:
+        """Return where every term's coefficients stand."""
+        first = self.coefficients.shape[0] - sum(len(t.scored.form.linear) for t in self.terms)
+        stops = np.cumsum([first, *(len(t.scored.form.linear) for t in self.terms)])
+        return tuple(slice(int(a), int(b)) for a, b in pairwise(stops))
+
+
+def fit_model(library: Library, twin: Twin, terms: Sequence[Term]) -> Model:
+    """Fit the twin's numbers and some effects together.
+
+    Parameters
+    ----------
+    library : Library
+    twin : Twin
+        As given: its numbers are moved.
+    terms : sequence of Term
+    """
+    columns = library.model([t.candidate for t in terms])
+    blocks = np.zeros(columns.shape[0], dtype=np.int64)
+    blocks[library.weighing.starts] = 1
+    fit = solve_blocks(columns, columns, library.target, np.cumsum(blocks))
+    carried = library.scene.table.carried
+    base = {
+        name: Parameter.not_identified("these recordings do not excite it", getattr(twin, name))
+        for name in BASE
+    }
+    for at, name in enumerate(np.array(BASE)[carried].tolist()):
+        given = float(getattr(twin, name))
+        low, high = (float(x) for x in fit.ci95[at])
+        base[name] = Parameter(given + float(fit.theta[at]), (given + low, given + high))
+    model = Model(base, tuple(terms), (), fit.theta, fit.residual)
+    parameters = []
+    for term, place in zip(terms, model.slices(), strict=True):
+        form = term.scored.form
+        own = {
+            name: Parameter(float(fit.theta[i]), (float(fit.ci95[i][0]), float(fit.ci95[i][1])))
+            for name, i in zip(form.linear, range(place.start, place.stop), strict=True)
+        }
+        for name, value in zip(form.nonlinear, term.candidate.point, strict=True):
+            own[name] = Parameter(float(value), None, identified=True)
+        parameters.append(own)
+    return replace(
+        model,
+        parameters=tuple(parameters),
+        residual_nm=fit.residual / library.weighing.weight,
+    )
+
+
+def extended_twin(library: Library, twin: Twin, model: Model) -> Twin:
+    """Return the twin with the effects in it and its own numbers moved.
+
+    The base numbers are fitted once more beside what the twin itself makes of the effects, so that
+    the twin predicts as well as the model that it was written from.
+    """
+    scene = library.scene
+    entries = list(twin.effects)
+    for term, numbers in zip(model.terms, model.parameters, strict=True):
+        values = {name: p.value for name, p in numbers.items()}
+        entries += [
+            Effect(term.scored.form.effect, dict(table))
+            for table in term.scored.form.to_twin(scene, values)
+        ]
+    moved = _moved(twin, {name: p.value for name, p in model.base.items()})
+    extended = replace(moved, effects=tuple(entries))
+    if not entries:
+        return extended
+    for _ in range(2):
+        # Some effects refer to the base numbers, so that these settle in two rounds.
+        delta = _base_beside(scene.table, library, extended)
+        extended = _moved(
+            extended,
+            {name: getattr(extended, name) + d for name, d in zip(BASE, delta, strict=True)},
+        )
+    return extended
+
+
+def _moved(twin: Twin, numbers: Mapping[str, float]) -> Twin:
+    held = {n: max(v, 0.0) if n in _NOT_NEGATIVE else v for n, v in numbers.items()}
+    return replace(
+        twin,
+        inertia_kg_m2=held["inertia_kg_m2"],
+        viscous_nm_s_per_rad=held["viscous_nm_s_per_rad"],
+        coulomb_nm=held["coulomb_nm"],
+        gravity_sin_nm=held["gravity_sin_nm"],
+        gravity_cos_nm=held["gravity_cos_nm"],
+    )
+
+
+def predicted(table: Table, twin: Twin) -> Floats:
+    """Return what a twin predicts at a table's rows, filtered as the measured torque, (n,)."""
+    plain = table.base @ np.array([getattr(twin, name) for name in BASE])
+    if not twin.effects:
+        return np.asarray(plain)
+    extra = effects_nm(twin, table.runs, table.pieces, table.full)
+    return np.asarray(plain + known_part(extra, table.pieces))
+
+
+def _base_beside(table: Table, library: Library, twin: Twin) -> Floats:
+    """Return the move of a twin's base numbers that fits best beside its effects, shape (5,)."""
+    weighing = library.weighing
+    left = weighing.weighted(table.measured_nm - predicted(table, twin))
+    delta = np.zeros(len(BASE))
+    carried = table.carried
+    good = np.isfinite(left)
+    columns = library.base[good]
+    scale = np.sqrt(np.mean(columns**2, axis=0))
+    delta[carried] = np.linalg.lstsq(columns / scale, left[good], rcond=1e-9)[0] / scale
+    return delta

@@ -1,0 +1,84 @@
+"""Laws that rest on the twin's own numbers, taken again at the numbers found beside them.
+
+A load is made of inertia and gravity, a reversal's spring yields at the Coulomb level. The search
+takes these from the twin's refitted structure, which the missing physics has bent; what that does
+to such a law's own numbers is undone here, once the model is known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from agent.explain.choosing.choice import Choice, Term, settled
+from agent.explain.choosing.search import Candidate, Library
+from agent.explain.rows.evidence import solve
+from agent.identify.result import Floats
+
+_ROUNDS = 2
+_MOVED = 0.02  # of the predicted torque: less changes no law that is made of it
+
+
+def settled_beside(library: Library, choice: Choice) -> tuple[Library, Choice]:
+    """Settle a choice with every law that rests on own numbers at the model's numbers.
+
+    Parameters
+    ----------
+    library : Library
+        With the refitted twin's numbers.
+    choice : Choice
+        Not settled yet.
+
+    Returns
+    -------
+    library : Library
+        The same where no term rests on own numbers, or these hardly moved.
+    choice : Choice
+        Settled, with what could stand in each term's place as well.
+    """
+    for _ in range(_ROUNDS):
+        theta = library.scene.theta
+        if any(term.scored.form.rests_on_numbers for term in choice.terms):
+            theta = _numbers_beside(library, choice.candidates)
+        if _moved(library, theta):
+            library = _at(library, theta)
+        elif choice.settled:
+            break
+        terms = [_again(library, term) for term in choice.terms]
+        chosen, full = settled(library, terms)
+        choice = replace(choice, terms=tuple(chosen), full=full, settled=True)
+    return library, choice
+
+
+def _numbers_beside(library: Library, terms: Sequence[Candidate]) -> Floats:
+    """Return the twin's numbers as fitted beside some terms, shape (5,)."""
+    columns = library.model(terms)
+    moves = solve(columns.T @ columns, columns.T @ library.target)
+    theta = library.scene.as_given.copy()
+    theta[library.scene.table.carried] += moves[: library.base.shape[1]]
+    return theta
+
+
+def _moved(library: Library, theta: Floats) -> bool:
+    """Return whether numbers predict another torque than those that the laws were taken at."""
+    scene, weighing = library.scene, library.weighing
+    before, moved = (
+        weighing.weighted(scene.table.base @ numbers)
+        for numbers in (scene.theta, theta - scene.theta)
+    )
+    return float(moved @ moved) > _MOVED**2 * float(before @ before)
+
+
+def _at(library: Library, theta: Floats) -> Library:
+    """Return a library whose laws rest on other numbers of the twin, at the same points."""
+    known = {k: c for k, c in library.known.items() if not k[0].rests_on_numbers}
+    moved = replace(library, scene=replace(library.scene, theta=theta), known=known)
+    return replace(
+        moved, candidates=tuple(moved.candidate(c.form, c.point) for c in library.candidates)
+    )
+
+
+def _again(library: Library, term: Term) -> Term:
+    """Return a term with its columns as the library has them now."""
+    own = library.candidate(term.scored.form, term.candidate.point)
+    return replace(term, scored=replace(term.scored, candidate=own))

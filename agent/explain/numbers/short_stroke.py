@@ -1,0 +1,157 @@
+"""On a short stroke gravity is nearly a constant or a line: a hypothesis then, no base number.
+
+Freed with the twin's own numbers it takes up whatever an offset, an asymmetry or a cable adds, and
+none of these would ever be seen. Where one of them does as well as gravity, gravity steps back
+into the library, and stands beside them as one of their alternatives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from agent.explain.choosing.aliases import ALIKE
+from agent.explain.choosing.choice import Choice
+from agent.explain.choosing.materiality import least_gain
+from agent.explain.choosing.search import Candidate, Library, basis_of, gain_of
+from agent.explain.forms.form import Form, Point, stack
+from agent.explain.numbers.factor import one_factor_does
+from agent.explain.numbers.model import Model
+from agent.explain.rows.evidence import Weighing, heldout, moments
+from agent.explain.rows.scene import Scene
+from agent.explain.rows.table import BASE, Table
+from agent.identify.result import Floats
+from agent.physics.twin import Twin
+
+_ALIKE = 0.98  # of the energy beside the other numbers: on a stroke of radians a cosine is none
+_MISSED = 0.05  # of what gravity gains: a look-alike that misses more is none
+_OTHERS = ("torque-offset", "direction-asymmetry", "cable-force")
+
+
+def _payload(scene: Scene, point: Point) -> Floats:
+    del point
+    return stack(np.sin(scene.arm_rad), np.cos(scene.arm_rad))
+
+
+PAYLOAD = Form(
+    "gravity-imbalance",
+    "a payload",
+    ("gravity_sin_nm", "gravity_cos_nm"),
+    _payload,
+    needs=("position_rad",),
+)
+
+
+def gravity_in_question(scene: Scene, weighing: Weighing, forms: Sequence[Form]) -> bool:
+    """Return whether what gravity would explain may as well be a constant or a line.
+
+    Not where one factor on all of the torque explains what all numbers do: what gravity moves by is
+    the torque constant's then.
+
+    Parameters
+    ----------
+    scene : Scene
+        With gravity among the numbers that are refitted.
+    weighing : Weighing
+    forms : sequence of Form
+        All that these recordings can show.
+    """
+    library = Library.of(scene, weighing, [f for f in forms if f.effect in _OTHERS])
+    gravity = _gravity_at(library)
+    if not gravity:
+        return False
+    rest = np.delete(library.base, gravity, axis=1)
+    hidden = _hidden(library, rest, library.base[:, gravity])
+    if not hidden:
+        return False
+    free = _errors(library, library.base)
+    gained = float((_errors(library, rest) - free).sum())
+    material = least_gain(library, free, ())
+    if gained < material or one_factor_does(library, library.base, rest[:, :0], material):
+        return False
+    for candidate in hidden:
+        loss = _errors(library, np.concatenate((rest, candidate.columns), axis=1)) - free
+        chance = float(np.std(loss)) * float(np.sqrt(loss.shape[0]))
+        if float(loss.sum()) <= min(chance, _MISSED * gained):
+            return True
+    return False
+
+
+def without_gravity(table: Table) -> Table:
+    """Return a table in which the twin's gravity is held as it was given."""
+    gravity = np.array([name.startswith("gravity") for name in BASE])
+    return replace(table, carried=table.carried & ~gravity)
+
+
+def in_question(library: Library) -> bool:
+    """Return whether gravity is one of a library's candidates."""
+    return any(candidate.form is PAYLOAD for candidate in library.candidates)
+
+
+def in_its_place(choice: Choice) -> bool:
+    """Return whether something was found of what gravity may be taken for, or gravity itself."""
+    effects = {term.scored.form.effect for term in choice.terms}
+    return bool(effects & {*_OTHERS, PAYLOAD.effect})
+
+
+def gravity_look_alikes(library: Library, twin: Twin, model: Model) -> tuple[str, ...]:
+    """Return the effects whose columns copy the gravity that the twin does not know.
+
+    Parameters
+    ----------
+    library : Library
+    twin : Twin
+        As given.
+    model : Model
+        With gravity as the recordings ask for it.
+    """
+    gravity = _gravity_at(library)
+    if not gravity:
+        return ()
+    names = np.array(BASE)[library.scene.table.carried].tolist()
+    moved = np.array([model.base[names[i]].value - getattr(twin, names[i]) for i in gravity])
+    basis = basis_of(np.delete(library.base, gravity, axis=1))
+    torque = library.base[:, gravity] @ moved
+    torque = torque - basis @ (basis.T @ torque)
+    energy = float(torque @ torque)
+    out: list[str] = []
+    for candidate in library.candidates:
+        effect = candidate.form.effect
+        # One column each: a form with more would copy more, and not for its own sake.
+        if effect not in _OTHERS or effect in out or len(candidate.form.linear) > 1:
+            continue
+        own = candidate.columns - basis @ (basis.T @ candidate.columns)
+        own = basis_of(own, like=candidate.columns)
+        if energy > 0.0 and float(np.sum((own.T @ torque) ** 2)) > _ALIKE * energy:
+            out.append(effect)
+    return tuple(out)
+
+
+def _gravity_at(library: Library) -> list[int]:
+    """Return where gravity stands among the base columns that are excited."""
+    carried = np.array(BASE)[library.scene.table.carried].tolist()
+    return [i for i, name in enumerate(carried) if name.startswith("gravity")]
+
+
+def _hidden(library: Library, rest: Floats, gravity: Floats) -> list[Candidate]:
+    """Return the candidates that gravity, freed, takes up whole, and that may be what is there."""
+    basis = basis_of(rest)
+    left = library.target - basis @ (basis.T @ library.target)
+    copy = basis_of(gravity - basis @ (basis.T @ gravity), like=gravity)
+    out = []
+    for candidate in library.candidates:
+        columns = candidate.columns - basis @ (basis.T @ candidate.columns)
+        own = basis_of(columns, like=candidate.columns)
+        if not own.shape[1] or gain_of(candidate, basis, left) <= 0.0:
+            continue
+        if float(np.linalg.svd(copy.T @ own, compute_uv=False).min()) ** 2 > ALIKE:
+            out.append(candidate)
+    return out
+
+
+def _errors(library: Library, columns: Floats) -> Floats:
+    """Return the squared error of every block under fits to the other folds, shape (b,)."""
+    part = moments(columns, library.target, library.weighing.starts)
+    return heldout(part, library.weighing.fold)

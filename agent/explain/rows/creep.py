@@ -1,0 +1,95 @@
+"""Near standstill friction is not fully there: those speeds are edges, too.
+
+Dry friction of a joint that slides is at its greatest near zero speed. Where it fades there, the
+joint creeps before it slips, or a simulator has smoothed the sign of the velocity, as every
+integrator of rigid contacts does. Neither is a law of sliding friction; but in slow reversals there
+are so many of these samples that they would be taken for one: for friction that yields, or bends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from agent.explain.rows.pieces import banded
+from agent.explain.rows.strata import strata_of
+from agent.explain.rows.table import BASE, Table, hats, least
+from agent.identify.result import Floats
+
+_SLOW = tuple(float(x) for x in np.geomspace(3e-4, 1e-2, 6))  # of the fastest speed
+_FADED = 0.5  # of the dry level: with more left, friction is there
+_WORTH = 0.02  # of what is left: less does nobody harm
+_GONE = 4.0  # of tanh's scale: up to there friction is not whole
+_MOST_ROWS = 0.3  # left out: what fades along so much of the motion is a law, and no edge
+
+
+def without_creep(table: Table, creep_rad_s: float | None = None) -> Table:
+    """Return a table in which speeds at which friction fades are left out as edges.
+
+    Parameters
+    ----------
+    table : Table
+    creep_rad_s : float, optional
+        Up to which speed; found from the table where not given.
+    """
+    if creep_rad_s is not None:
+        return _left_out(table, creep_rad_s)
+    found = _left_out(table, creep_speed(table))
+    rows = int(np.count_nonzero(table.sliding))
+    return found if int(np.count_nonzero(found.sliding)) >= (1.0 - _MOST_ROWS) * rows else table
+
+
+def creep_speed(table: Table) -> float:
+    """Return up to which speed dry friction is not fully there, rad/s; 0 where it always is.
+
+    One column for each of some speeds: what ``sign(v) (1 - tanh(|v| / speed))`` takes away of the
+    Coulomb level, beside the twin's own numbers and friction that is free along the travel since a
+    reversal (friction that yields is a law) and along the load.
+
+    Parameters
+    ----------
+    table : Table
+    """
+    rows = table.sliding
+    coulomb = BASE.index("coulomb_nm")
+    if not rows.any() or not table.carried[coulomb]:
+        return 0.0
+    velocity, direction = table.full["velocity_rad_s"], table.full["direction"]
+    slow = float(np.quantile(np.abs(table.rows["velocity_rad_s"][rows]), 0.99)) * np.array(_SLOW)
+    near = (
+        direction * (1.0 - np.tanh(np.minimum(np.abs(velocity) / speed, 20.0))) for speed in slow
+    )
+    faded = banded(np.stack(tuple(near), axis=-1), table.pieces)[rows]
+    sign = np.sign(table.rows["velocity_rad_s"][rows])[:, np.newaxis]
+    load = np.abs(table.base[rows, BASE.index("inertia_kg_m2")])
+    free = [table.base[rows], *(sign * hats(x) for x in (load, table.rows["travel_rad"][rows]))]
+    columns, target = np.concatenate(free, axis=1), table.target_nm[rows]
+    plain = _energy(columns, target)
+    best, found = (1.0 - _WORTH) * plain, 0.0
+    level = float(least(table.base[rows], table.measured_nm[rows])[coulomb])
+    for index, speed in enumerate(slow.tolist()):
+        beside = np.column_stack((columns, faded[:, index]))
+        left = _energy(beside, target)
+        if left < best and least(beside, target)[-1] < -_FADED * level:
+            best, found = left, speed
+    return _GONE * found
+
+
+def _energy(columns: Floats, target: Floats) -> float:
+    rest = target - columns @ least(columns, target)
+    return float(rest @ rest)
+
+
+def _left_out(table: Table, creep_rad_s: float) -> Table:
+    """Return a table without what is as slow as a creep."""
+    if not creep_rad_s > 0.0:
+        return table
+    used, stratum = strata_of(
+        table.full,
+        table.pieces,
+        table.base[:, BASE.index("inertia_kg_m2")],
+        table.gear_ratio,
+        creep_rad_s,
+    )
+    return replace(table, used=table.used & used, stratum=stratum, creep_rad_s=creep_rad_s)

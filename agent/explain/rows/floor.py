@@ -1,0 +1,137 @@
+"""How much of the torque no model can explain: the noise floor by three routes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from agent.explain.answer.result import Floor
+from agent.explain.rows.pieces import Piece
+from agent.explain.rows.strata import STEADY
+from agent.explain.rows.table import Table
+from agent.identify.result import Floats
+from agent.identify.signals.lowpass import lowpass
+
+_SHORTEST_S = 0.5
+_FEWEST_WINDOWS = 8
+_FEWEST_INDEPENDENT = 6.0  # samples in a window: fewer do not bear a parabola
+_TREND = 3.0  # numbers that a parabola takes
+_SAME_SPEED, _SAME_PLACE = 0.01, 0.02
+
+
+def noise_floor(table: Table, residual_nm: Floats) -> Floor:
+    """Return the noise floor in the table's band.
+
+    Parameters
+    ----------
+    table : Table
+    residual_nm : ndarray, shape (n,)
+        What a model leaves. The neighbours' route looks at how it scatters about a parabola within
+        half a second of steady motion (longer in a narrow band), which no slow misfit enlarges.
+
+    Returns
+    -------
+    Floor
+        Its value is the neighbours' route, else the repeated passes: a joint that stands has
+        another noise than one that moves.
+    """
+    neighbours = _neighbours(table, residual_nm)
+    repeats = _repeats(table, residual_nm)
+    standstill = _standstill(table)
+    value = next((v for v in (neighbours, repeats) if math.isfinite(v)), math.nan)
+    return Floor(value, repeats, neighbours, standstill)
+
+
+def _window_s(piece: Piece) -> float:
+    """Return half a second, or as long as a narrow band needs to bear a parabola."""
+    return max(_SHORTEST_S, _FEWEST_INDEPENDENT / (2.0 * piece.cutoff_hz))
+
+
+def _windows(table: Table) -> list[tuple[slice, float]]:
+    """Return short windows of rows of steady motion, and how many samples each is worth."""
+    steady = table.used & (table.stratum == STEADY)
+    out = []
+    for piece in table.pieces:
+        length = max(4, round(_window_s(piece) / (piece.period_s * piece.stride)))
+        flags = steady[piece.rows].astype(np.int8)
+        edges = np.flatnonzero(np.diff(flags, prepend=0, append=0))
+        for begin, end in zip(edges[::2], edges[1::2], strict=True):
+            for at in range(begin, end - length + 1, length):
+                first = piece.rows.start + at
+                worth = min(2.0 * piece.cutoff_hz * _window_s(piece), float(length))
+                out.append((slice(first, first + length), worth))
+    return out
+
+
+def _neighbours(table: Table, residual_nm: Floats) -> float:
+    """Return the scatter about a parabola within short windows, N m."""
+    variances = []
+    for window, independent in _windows(table):
+        values = residual_nm[window]
+        if round(independent, 6) < _FEWEST_INDEPENDENT:
+            continue
+        t = np.linspace(-1.0, 1.0, values.shape[0])
+        left = values - np.polyval(np.polyfit(t, values, 2), t)
+        variances.append(float(np.mean(left**2)) * independent / (independent - _TREND))
+    if len(variances) < _FEWEST_WINDOWS:
+        return math.nan
+    return math.sqrt(float(np.mean(variances)))
+
+
+def _repeats(table: Table, residual_nm: Floats) -> float:
+    """Return how much passes at the same speed, over the same places of one run, differ, N m."""
+    if not table.has("position_rad"):
+        return math.nan
+    velocity, position = table.rows["velocity_rad_s"], table.rows["position_rad"]
+    passes = [
+        (
+            int(table.run[window.start]),
+            float(np.mean(velocity[window])),
+            float(np.mean(position[window])),
+            window,
+        )
+        for window, _ in _windows(table)
+    ]
+    stroke = float(np.ptp(position[table.used])) if table.used.any() else 0.0
+    squares = []
+    taken: set[int] = set()
+    for i, (run, speed, place, window) in enumerate(passes):
+        if i in taken:
+            continue
+        for j in range(i + 1, len(passes)):
+            other = passes[j]
+            if j in taken or other[0] != run or abs(other[1] - speed) > _SAME_SPEED * abs(speed):
+                continue
+            if abs(other[2] - place) > _SAME_PLACE * stroke or other[3].start < window.stop + 2:
+                continue
+            taken.update((i, j))
+            first, second = residual_nm[window], residual_nm[other[3]]
+            length = min(first.shape[0], second.shape[0])
+            difference = first[:length] - second[:length]
+            squares.append(0.5 * float(np.mean(difference**2)))
+            break
+    return math.sqrt(float(np.mean(squares))) if len(squares) >= _FEWEST_WINDOWS else math.nan
+
+
+def _standstill(table: Table) -> float:
+    """Return the torque's scatter while the joint stands, N m.
+
+    The median over short windows, each about its own parabola: a joint that stands may still be
+    pulled from one holding torque to another, which is no noise.
+    """
+    variances = []
+    for piece in table.pieces:
+        independent = 2.0 * piece.cutoff_hz * _window_s(piece)
+        still = table.full["direction"][piece.full] == 0.0
+        torque = lowpass(table.full["torque_nm"][piece.full], piece.period_s, piece.cutoff_hz)
+        edges = np.flatnonzero(np.diff(still.astype(np.int8), prepend=0, append=0))
+        margin = math.ceil(1.5 / (piece.cutoff_hz * piece.period_s))
+        length = round(_window_s(piece) / piece.period_s)
+        for begin, end in zip(edges[::2], edges[1::2], strict=True):
+            for at in range(begin + margin, end - margin - length + 1, length):
+                inner = torque[at : at + length]
+                t = np.linspace(-1.0, 1.0, inner.shape[0])
+                left = inner - np.polyval(np.polyfit(t, inner, 2), t)
+                variances.append(float(np.mean(left**2)) * independent / (independent - _TREND))
+    return math.sqrt(float(np.median(variances))) if variances else math.nan

@@ -1,0 +1,147 @@
+"""The motion at full rate, smooth and in step, gaps marked; and the band to compare in."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from agent.explain.rows.held import Held, direction_in_passes
+from agent.explain.rows.pieces import Piece
+from agent.explain.rows.run import OPTIONAL, Run
+from agent.identify.result import Floats
+from agent.identify.signals.lowpass import lowpass
+from agent.identify.signals.preprocess import Motion
+from agent.identify.signals.sampling import Stretch
+from agent.physics.derivative import slope
+
+WIDEST_SHARE = 0.1
+"""Of the sampling rate: the widest band."""
+
+_WIDEST_HZ, _NARROWEST_HZ = 40.0, 2.0
+_LONGEST_LAG_S = 0.03
+_OWN = (
+    "time_s",
+    "elapsed_s",
+    "position_rad",
+    "velocity_rad_s",
+    "velocity_raw_rad_s",
+    "acceleration_rad_s2",
+    "direction",
+    "held_rad_s",
+    "step",
+    "torque_nm",
+    "run",
+    "bridged",
+)
+
+
+def choose_band(motions: Sequence[Motion], inertia_kg_m2: float) -> float:
+    """Return the widest low-pass in which torque noise prevails over the acceleration's noise, Hz.
+
+    White noise of the velocity, differentiated and multiplied by the inertia, grows with the
+    cutoff to the power 3/2; white noise of the torque with its root. At most 40 Hz. It is that of
+    drive and encoder, and so one for all recordings; `band_of` fits it to a sampling rate.
+    """
+    chosen: float = _WIDEST_HZ
+    for motion in motions:
+        for stretch, velocity in zip(motion.timing.stretches, motion.velocity_rad_s, strict=True):
+            if velocity.shape[0] < 16 or _NARROWEST_HZ * stretch.period_s > WIDEST_SHARE:
+                continue  # sampled so slowly that the noise does not set its band
+            torque = stretch.on_grid(motion.signals, motion.signals.torque_nm)
+            torque_noise = float(np.sqrt(np.mean(np.diff(torque, n=2) ** 2) / 6.0))
+            # High-passed near Nyquist, where neither motion nor its harmonics are left.
+            rough = np.diff(velocity, n=3)
+            velocity_noise = float(np.sqrt(np.mean(rough**2) / 20.0))
+            shaken = inertia_kg_m2 * velocity_noise * 2.0 * math.pi / math.sqrt(3.0)
+            balance = torque_noise / shaken if shaken > 0.0 else math.inf
+            chosen = min(chosen, max(balance, _NARROWEST_HZ))
+    return chosen
+
+
+def band_of(stretch: Stretch, cutoff_hz: float) -> float:
+    """Return a stretch's own band: at most a tenth of its sampling rate, Hz."""
+    return min(cutoff_hz, WIDEST_SHARE / stretch.period_s)
+
+
+def full_rate(
+    runs: Sequence[Run],
+    motions: Sequence[Motion],
+    pieces: Sequence[Piece],
+    velocities: Sequence[Floats],
+    passes: Sequence[Held],
+    *,
+    align: bool,
+) -> dict[str, Floats]:
+    """Return the smooth motion and the recorded columns at full rate, each shape (N,)."""
+    full = {name: np.full(pieces[-1].full.stop, np.nan) for name in (*_OWN, *OPTIONAL)}
+    known = [run.started_s for run in runs if math.isfinite(run.started_s)]
+    origin_s = min(known) if len(known) == len(runs) else math.nan
+    first_step, driven = 0.0, any(piece.shows_changes for piece in pieces)
+    for piece, reported, held in zip(pieces, velocities, passes, strict=True):
+        velocity, cutoff_hz = reported, piece.cutoff_hz
+        run, motion, stretch = runs[piece.run], motions[piece.run], piece.stretch
+        signals, at = run.signals, piece.full
+        if signals.position_rad is not None:
+            position = stretch.on_grid(signals, signals.position_rad)
+            full["position_rad"][at] = position
+            if align:
+                velocity = _aligned(velocity, position, piece.period_s, cutoff_hz)
+        smooth = lowpass(velocity, piece.period_s, cutoff_hz)
+        full["time_s"][at] = stretch.time_s
+        started = run.started_s - origin_s if math.isfinite(origin_s) else math.nan
+        full["elapsed_s"][at] = stretch.time_s + (started if len(runs) > 1 else 0.0)
+        full["velocity_raw_rad_s"][at] = velocity
+        full["velocity_rad_s"][at] = smooth
+        # Between slow samples a change of speed is over: what is left to see is the filter's.
+        still = piece.slow or not driven
+        full["acceleration_rad_s2"][at] = 0.0 if still else slope(smooth, piece.period_s)
+        full["direction"][at] = direction_in_passes(
+            velocity, held, piece.period_s, cutoff_hz, motion.velocity_noise_rad_s
+        )
+        full["held_rad_s"][at], full["step"][at] = held.velocity_rad_s, first_step + held.step
+        first_step += float(held.step.max()) + 1.0
+        full["torque_nm"][at] = stretch.on_grid(signals, signals.torque_nm)
+        full["run"][at] = piece.run
+        full["bridged"][at] = _bridged(stretch, signals.time_s, cutoff_hz)
+        for name, values in run.columns.items():
+            full[name][at] = _filled(stretch.on_grid(signals, values))
+    return full
+
+
+def _aligned(velocity: Floats, position: Floats, period_s: float, cutoff_hz: float) -> Floats:
+    """Return a drive's velocity in step with its position, shape (n,).
+
+    Observers and differences report the velocity late by a part of a sample or more; the lag is
+    what the acceleration explains of the difference to the position's central derivative.
+    """
+    derived, own = lowpass(
+        np.stack((np.gradient(position, period_s), velocity)), period_s, cutoff_hz
+    )
+    acceleration = np.gradient(own, period_s)
+    energy = float(acceleration @ acceleration)
+    if energy <= 0.0:
+        return velocity
+    lag_s = float((derived - own) @ acceleration) / energy
+    if abs(lag_s) > _LONGEST_LAG_S:
+        return velocity
+    time = np.arange(velocity.shape[0]) * period_s
+    return np.asarray(np.interp(time + lag_s, time, velocity))
+
+
+def _bridged(stretch: Stretch, time_s: Floats, cutoff_hz: float) -> Floats:
+    """Return 1 where a grid point lies between samples too far apart for the band."""
+    own = time_s[stretch.index]
+    after = np.clip(np.searchsorted(own, stretch.time_s, side="right"), 1, own.shape[0] - 1)
+    far_s = max(1.5 * stretch.period_s, 1.5 * WIDEST_SHARE / cutoff_hz)
+    return (own[after] - own[after - 1] > far_s).astype(np.float64)
+
+
+def _filled(values: Floats) -> Floats:
+    """Return values with single gaps bridged; all NaN stays all NaN."""
+    bad = ~np.isfinite(values)
+    if bad.all() or not bad.any():
+        return values
+    at = np.arange(values.shape[0])
+    return np.interp(at, at[~bad], values[~bad])

@@ -1,0 +1,89 @@
+"""Where every stretch of every run stands, and the one filter that everything passes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from agent.identify.result import Floats
+from agent.identify.signals.lowpass import lowpass
+from agent.identify.signals.sampling import Stretch
+
+SLOWEST_HZ = 10.0
+"""Samples a second below which a change of speed is over before it has been sampled."""
+
+_UNKNOWN = 1e-3  # of a filter's weight
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One stretch of one run: where it stands, and the band in which it is compared.
+
+    Parameters
+    ----------
+    run : int
+    stretch : Stretch
+    full, rows : slice
+        Where it stands among the full-rate samples and among the rows.
+    stride : int
+        Samples per row.
+    cutoff_hz : float
+        Of the low-pass that all its signals pass: its own sampling rate may narrow it.
+    one_speed : bool
+        Whether it is one pass: no speed is driven to change in it.
+    """
+
+    run: int
+    stretch: Stretch
+    full: slice
+    rows: slice
+    stride: int
+    cutoff_hz: float
+    one_speed: bool = False
+
+    @property
+    def period_s(self) -> float:
+        """Return the even grid's period."""
+        return self.stretch.period_s
+
+    @property
+    def slow(self) -> bool:
+        """Return whether it is sampled too slowly for anything but speeds that are held."""
+        return 1.0 / self.period_s < SLOWEST_HZ
+
+    @property
+    def shows_changes(self) -> bool:
+        """Return whether a change of speed was driven in it, and sampled."""
+        return not (self.slow or self.one_speed)
+
+
+def banded(raw: Floats, pieces: Sequence[Piece]) -> Floats:
+    """Return full-rate columns, shape (N,) or (N, k), filtered, at the rows: (n,) or (n, k)."""
+    two = raw.reshape(raw.shape[0], -1)
+    out = np.empty((pieces[-1].rows.stop, two.shape[1]))
+    for piece in pieces:
+        columns = two[piece.full].T
+        out[piece.rows] = lowpass(columns, piece.period_s, piece.cutoff_hz, piece.stride).T
+    return out[:, 0] if raw.ndim == 1 else out
+
+
+def thinned(values: Floats, pieces: Sequence[Piece]) -> Floats:
+    """Return full-rate values at the rows, shape (n,), as they are."""
+    out = np.empty(pieces[-1].rows.stop)
+    for piece in pieces:
+        out[piece.rows] = values[piece.full][:: piece.stride]
+    return out
+
+
+def known_part(raw: Floats, pieces: Sequence[Piece]) -> Floats:
+    """Return a full-rate torque (N,) as `banded` does, NaN only where the unknown reaches.
+
+    A twin may not know its torque everywhere, as before a late channel's first sample.
+    """
+    unknown = ~np.isfinite(raw)
+    out = banded(np.where(unknown, 0.0, raw), pieces)
+    if unknown.any():
+        out[np.abs(banded(unknown.astype(np.float64), pieces)) > _UNKNOWN] = np.nan
+    return out

@@ -1,0 +1,82 @@
+"""One recording as a question: what was measured, and what the simulation said of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from agent.identify.result import Floats
+from agent.identify.signals.arrays import Signals
+from agent.identify.thermal.stand_in import lacks_gearbox_temperature, with_stand_in
+
+OPTIONAL = (
+    "gearbox_temperature_degc",
+    "motor_temperature_degc",
+    "ambient_temperature_degc",
+    "velocity_command_rad_s",
+    "position_command_rad",
+    "position_arm_rad",
+    "torque_simulated_nm",
+)
+"""Columns of contract section 2 that an explanation makes use of where they are recorded."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One recording of one axis.
+
+    Parameters
+    ----------
+    signals : Signals
+        The columns that every estimator starts from.
+    columns : mapping of str to ndarray, shape (n,)
+        The optional columns by name, as far as recorded.
+    started_s : float
+        When it began, seconds since any instant that the runs share; NaN if not known.
+    payload_kg : float
+        NaN if not known.
+    """
+
+    signals: Signals
+    columns: Mapping[str, Floats] = field(default_factory=dict)
+    started_s: float = math.nan
+    payload_kg: float = math.nan
+
+    @property
+    def name(self) -> str:
+        """Return what the recording is called."""
+        return self.signals.name
+
+    @classmethod
+    def from_columns(
+        cls,
+        columns: Mapping[str, Floats],
+        gear_ratio: float,
+        *,
+        name: str,
+        started_s: float = math.nan,
+        payload_kg: float = math.nan,
+    ) -> Run:
+        """Take a recording's columns, named as in contract section 2."""
+        known = {
+            key: np.asarray(columns[key], dtype=np.float64) for key in OPTIONAL if key in columns
+        }
+        return cls(
+            Signals.from_columns(columns, gear_ratio, name=name),
+            {key: value for key, value in known.items() if np.isfinite(value).any()},
+            started_s,
+            payload_kg,
+        )
+
+
+def without_gearbox_temperature(runs: Sequence[Run]) -> bool:
+    """Return whether every run has a motor's temperature, and none the gearbox's."""
+    return bool(runs) and all(lacks_gearbox_temperature(run.columns) for run in runs)
+
+
+def stood_in(runs: Sequence[Run]) -> tuple[Run, ...]:
+    """Return runs with the motor's temperature in the gearbox's place."""
+    return tuple(replace(run, columns=with_stand_in(run.columns)) for run in runs)

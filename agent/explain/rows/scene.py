@@ -1,0 +1,182 @@
+"""What candidate forms are computed from: the table's motion at full rate, and the first refit."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.explain.rows.strata import travel_rad
+from agent.explain.rows.table import BASE, Table
+from agent.identify.result import Floats
+from agent.physics.derivative import slope
+
+
+@dataclass(frozen=True)
+class Scene:
+    """The table, with what the refitted twin makes of it.
+
+    Parameters
+    ----------
+    table : Table
+    theta : ndarray, shape (5,)
+        The refitted twin's numbers, in the order of `table.BASE`.
+    residual_nm : ndarray, shape (n,)
+        What the refitted twin leaves, at the rows; 0 where a row is not used.
+    given : ndarray, shape (5,), optional
+        The twin's numbers as given; `theta` where it says nothing.
+    """
+
+    table: Table
+    theta: Floats
+    residual_nm: Floats
+    given: Floats | None = field(default=None, kw_only=True)
+
+    def full(self, name: str) -> Floats:
+        """Return a full-rate column, shape (N,)."""
+        return self.table.full[name]
+
+    @property
+    def speed(self) -> Floats:
+        """Return the smooth speed, shape (N,)."""
+        return np.abs(self.table.full["velocity_rad_s"])
+
+    @property
+    def direction(self) -> Floats:
+        """Return the direction of motion, shape (N,)."""
+        return self.table.full["direction"]
+
+    @property
+    def as_given(self) -> Floats:
+        """Return the twin's numbers as given, shape (5,)."""
+        return self.theta if self.given is None else self.given
+
+    @cached_property
+    def arm_rad(self) -> Floats:
+        """Return the arm's angle behind a stiff gear, shape (N,)."""
+        return self.table.full["position_rad"] / self.table.gear_ratio
+
+    @cached_property
+    def travel_rad(self) -> Floats:
+        """Return the motor's travel since it last started or turned round, shape (N,)."""
+        return travel_rad(self.table.full, self.table.pieces)
+
+    @cached_property
+    def weight_nm(self) -> Floats:
+        """Return gravity's torque as the refitted twin has it, shape (N,)."""
+        if not self.has("position_rad"):
+            return np.zeros(self.direction.shape[0])
+        sin_nm, cos_nm = self.theta[3:5]
+        return np.asarray(sin_nm * np.sin(self.arm_rad) + cos_nm * np.cos(self.arm_rad))
+
+    @cached_property
+    def stiff_rad_s2(self) -> Floats:
+        """Return the acceleration of an arm behind a stiff gear, as recorded, shape (N,)."""
+        velocity = self.table.full["velocity_raw_rad_s"]
+        out = np.empty_like(velocity)
+        for at, period_s in self.each_piece():
+            out[at] = slope(velocity[at], period_s)
+        return out
+
+    def load_nm(self, arm_share: float = 1.0) -> Floats:
+        """Return the torque of gravity and of a share of the inertia, shape (N,)."""
+        inertia, gravity = arm_share * self.theta[0], self.theta[3:5]
+        load = inertia * self.table.full["acceleration_rad_s2"]
+        if self.has("position_rad"):
+            load = load + gravity[0] * np.sin(self.arm_rad) + gravity[1] * np.cos(self.arm_rad)
+        return np.asarray(load)
+
+    def arm_rows(self) -> Floats:
+        """Return the arm's angle at the rows, shape (n,)."""
+        return self.table.rows["position_rad"] / self.table.gear_ratio
+
+    def load_rows(self) -> Floats:
+        """Return the torque of gravity and inertia at the rows, shape (n,)."""
+        gravity = self.table.base[:, 3:5] @ self.theta[3:5]
+        return np.asarray(gravity + self.table.base[:, 0] * self.theta[0])
+
+    @cached_property
+    def predicted_nm(self) -> Floats:
+        """Return the refitted twin's torque at full rate, shape (N,)."""
+        full = self.table.full
+        friction = self.theta[2] * full["direction"] + self.theta[1] * full["velocity_rad_s"]
+        return np.asarray(self.load_nm() + friction)
+
+    @property
+    def slowest(self) -> float:
+        """Return the slowest speed that was held, rad/s."""
+        return self.speeds[0]
+
+    @property
+    def fastest(self) -> float:
+        """Return the fastest speed, rad/s."""
+        return self.speeds[1]
+
+    @cached_property
+    def speeds(self) -> tuple[float, float]:
+        """Return the 2 % and 99 % quantiles of the speed while sliding, rad/s."""
+        rows = self.table
+        speed = np.abs(rows.rows["velocity_rad_s"][rows.sliding])
+        if not speed.size:
+            return 1.0, 2.0
+        fast = float(np.quantile(speed, 0.99))
+        return max(float(np.quantile(speed, 0.02)), 1e-3 * fast), fast
+
+    def has(self, name: str) -> bool:
+        """Return whether a column was recorded in every run."""
+        return self.table.has(name)
+
+    def span(self, name: str) -> tuple[float, float]:
+        """Return the 1 % and 99 % quantiles of a row column over the used rows."""
+        values = self.table.rows[name][self.table.used]
+        return float(np.quantile(values, 0.01)), float(np.quantile(values, 0.99))
+
+    def mean(self, name: str) -> float:
+        """Return the mean of a row column over the used rows."""
+        return float(np.mean(self.table.rows[name][self.table.used]))
+
+    def each_piece(self) -> Sequence[tuple[slice, float]]:
+        """Return the full-rate slice and the period of every stretch."""
+        return [(piece.full, piece.period_s) for piece in self.table.pieces]
+
+    def runs(self) -> NDArray[np.int64]:
+        """Return the run of every full-rate sample, shape (N,)."""
+        return np.round(self.table.full["run"]).astype(np.int64)
+
+
+def refit(table: Table, known: Floats | None = None) -> tuple[Floats, Floats]:
+    """Return the move of the twin's five numbers that fits the rows best, and what is left.
+
+    Parameters
+    ----------
+    table : Table
+    known : ndarray, shape (n,), optional
+        A torque that is taken off the target first.
+
+    Returns
+    -------
+    delta : ndarray, shape (5,)
+        To be added to the twin's numbers.
+    residual_nm : ndarray, shape (n,)
+    """
+    target = table.target_nm if known is None else table.target_nm - known
+    rows = table.sliding if table.sliding.any() else table.used
+    size = np.sqrt(np.mean(table.base[rows] ** 2, axis=0))
+    carried = table.carried
+    delta = np.zeros(len(BASE))
+    if carried.any():
+        columns = table.base[np.ix_(rows, carried)] / size[carried]
+        solution = np.linalg.lstsq(columns, target[rows], rcond=1e-9)[0]
+        delta[carried] = solution / size[carried]
+    return delta, target - table.base @ delta
+
+
+def log_grid(lower: float, upper: float, count: int) -> tuple[float, ...]:
+    """Return `count` points even in their logarithm."""
+    if not (0.0 < lower < upper) or math.isinf(upper):
+        return (max(lower, upper),)
+    return tuple(float(x) for x in np.geomspace(lower, upper, count))

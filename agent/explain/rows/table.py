@@ -1,0 +1,377 @@
+"""All recordings of one axis as one table of rows: every signal filtered alike, strata apart.
+
+The full rate is kept for laws with a memory; what they give passes `Table.band`, the same
+zero-phase low-pass and stride as the measured torque and every column of the base model, the sign
+of the velocity included. Every stretch has the band that its own sampling rate carries.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.explain.rows.full_rate import band_of, choose_band, full_rate
+from agent.explain.rows.held import Held, held_speeds
+from agent.explain.rows.pieces import Piece, banded, known_part, thinned
+from agent.explain.rows.run import Run
+from agent.explain.rows.strata import EDGE, END_PERIODS, blocks_of, strata_of, travel_rad
+from agent.identify.result import Floats
+from agent.identify.signals.preprocess import SPEED_CHANGE, Motion, read_motion
+from agent.identify.signals.sampling import Stretch
+from agent.physics import rigid_body
+from agent.physics.derivative import slope
+from agent.physics.effects.motion import Motion as Measured
+from agent.physics.twin import Twin
+
+BASE: tuple[str, ...] = rigid_body.PARAMETERS[:5]
+"""The plain twin's numbers, in the order of the table's base columns."""
+
+_MOST_ROWS = 30_000
+_ROWS_PER_CUTOFF = 3.0  # rows a second for every hertz of the band
+_HALF = 0.5  # of the step between velocity and position, or its inverse: no longer that step
+
+
+@dataclass(frozen=True)
+class Table:
+    """n rows in the band of the comparison, from N samples at full rate.
+
+    Parameters
+    ----------
+    runs : tuple of Run
+    pieces : tuple of Piece
+    gear_ratio : float
+    cutoff_hz : float
+        Of the low-pass that everything passed; a slowly sampled piece has a narrower one.
+    full : mapping of str to ndarray, shape (N,)
+        ``time_s, elapsed_s, position_rad, velocity_rad_s, acceleration_rad_s2, direction`` and the
+        optional columns; velocity and acceleration are smooth; NaN where not recorded.
+    rows : mapping of str to ndarray, shape (n,)
+        The same at the rows.
+    base : ndarray, shape (n, 5)
+        Filtered columns of the plain twin, in the order of `BASE`; no gravity without position.
+    carried : ndarray of bool, shape (5,)
+        Which of the twin's numbers the rows excite.
+    measured_nm, given_nm, target_nm : ndarray, shape (n,)
+        Measured torque, what the twin as given (or the recorded simulation) says, and the former
+        less the latter.
+    run, block, stratum : ndarray of int, shape (n,)
+    used : ndarray of bool, shape (n,)
+        Not standing still, not at a stretch's end.
+    simulated : bool
+        Whether recorded simulations took the twin's place.
+    aligned : bool
+        Whether the velocity was brought in step with the position.
+    creep_rad_s : float
+        Up to which speed rows are edges, as friction is not fully there.
+    """
+
+    runs: tuple[Run, ...]
+    pieces: tuple[Piece, ...]
+    gear_ratio: float
+    cutoff_hz: float
+    full: Mapping[str, Floats]
+    rows: Mapping[str, Floats]
+    base: Floats
+    carried: NDArray[np.bool_]
+    measured_nm: Floats
+    given_nm: Floats
+    run: NDArray[np.int64]
+    block: NDArray[np.int64]
+    stratum: NDArray[np.int64]
+    used: NDArray[np.bool_]
+    simulated: bool
+    aligned: bool
+    creep_rad_s: float = 0.0
+
+    @property
+    def target_nm(self) -> Floats:
+        """Return measured less given torque, shape (n,)."""
+        return self.measured_nm - self.given_nm
+
+    @property
+    def sliding(self) -> NDArray[np.bool_]:
+        """Return which rows are used and no edge, shape (n,)."""
+        return np.asarray(self.used & (self.stratum != EDGE))
+
+    def has(self, name: str) -> bool:
+        """Return whether a column was recorded in every run."""
+        return bool(np.isfinite(self.rows[name][self.used]).all()) if self.used.any() else False
+
+    def band(self, raw: Floats) -> Floats:
+        """Return full-rate columns, shape (N,) or (N, k), filtered as the torque, at the rows."""
+        return banded(raw, self.pieces)
+
+    def where_speed_changes(self, raw: Floats) -> Floats:
+        """Return full-rate columns, shape (N, k), zero where no change of speed is to be seen."""
+        out = raw.copy()
+        for piece in self.pieces:
+            if not piece.shows_changes:
+                out[piece.full] = 0.0
+        return out
+
+    @property
+    def several_speeds(self) -> bool:
+        """Return whether more than one speed was driven."""
+        return bool(self.carried[BASE.index("viscous_nm_s_per_rad")])
+
+    def step_folds(self, rows: NDArray[np.int64], count: int) -> NDArray[np.int64] | None:
+        """Return for some rows which of `count` folds their velocity step is left out with.
+
+        Drawn by lot: cycles repeat, and every n-th step may be of one speed. None where there are
+        not two steps for every fold.
+        """
+        step = np.unique(self.rows["step"][rows], return_inverse=True)[1].reshape(-1)
+        steps = int(step.max(initial=-1)) + 1
+        if steps < 2 * count:
+            return None
+        return np.random.default_rng(0).permutation(steps)[step] % count
+
+
+def tabulate(
+    twin: Twin,
+    runs: Sequence[Run],
+    cutoff_hz: float | None = None,
+    *,
+    align_velocity: bool | None = None,
+) -> Table:
+    """Put runs into one table.
+
+    A drive may report its velocity later than its position, and the torque in step with either:
+    the velocity is taken in whichever step leaves the plain structure less unexplained.
+
+    Parameters
+    ----------
+    twin : Twin
+        What the simulation knows; its prediction is `Table.given_nm`.
+    runs : sequence of Run
+        Of one axis, at least one with a stretch that can be filtered.
+    cutoff_hz : float, optional
+        The band; chosen from the noise where not given, so that hold-out data use the same.
+    align_velocity : bool, optional
+        Whether the velocity is brought in step with the position; chosen where not given.
+
+    Raises
+    ------
+    ValueError
+        No run has a stretch that is long enough to be filtered.
+    """
+    motions = [read_motion(run.signals) for run in runs]
+    if cutoff_hz is None:
+        cutoff_hz = choose_band(motions, twin.inertia_kg_m2)
+    kept = _long_enough(motions, cutoff_hz)
+    if not kept:
+        raise ValueError("no recording has a stretch that is long enough to be compared")
+    pieces = _pieces(kept, cutoff_hz)
+    widest_hz = max(piece.cutoff_hz for piece in pieces)
+    tables = []
+    for align in (False, True) if align_velocity is None else (align_velocity,):
+        full = full_rate(
+            runs, motions, pieces, [k.velocity for k in kept], [k.held for k in kept], align=align
+        )
+        tables.append(_table(twin, tuple(runs), pieces, full, widest_hz, aligned=align))
+    if len(tables) == 1:
+        return tables[0]
+    plain, aligned = tables
+    return aligned if _in_step(plain, aligned) else plain
+
+
+@dataclass(frozen=True)
+class _Kept:
+    """A stretch that is compared: its run, its velocity and its passes."""
+
+    run: int
+    stretch: Stretch
+    velocity: Floats
+    held: Held
+
+
+def _long_enough(motions: Sequence[Motion], cutoff_hz: float) -> list[_Kept]:
+    """Return the stretches that are longer than what the filter spoils of them."""
+    return [
+        _Kept(index, stretch, velocity, held)
+        for index, motion in enumerate(motions)
+        for stretch, velocity, held in zip(
+            motion.timing.stretches, motion.velocity_rad_s, held_speeds(motion), strict=True
+        )
+        if velocity.shape[0] * stretch.period_s * band_of(stretch, cutoff_hz) > 4.0 * END_PERIODS
+    ]
+
+
+def _pieces(kept: Sequence[_Kept], cutoff_hz: float) -> tuple[Piece, ...]:
+    """Lay the stretches one behind the other, thinned to what the band and the memory ask for."""
+    stretches = [k.stretch for k in kept]
+    sizes = [stretch.time_s.shape[0] for stretch in stretches]
+    bands = [band_of(stretch, cutoff_hz) for stretch in stretches]
+    dense = [_ROWS_PER_CUTOFF * b * s.period_s for b, s in zip(bands, stretches, strict=True)]
+    wanted = math.fsum(n * min(1.0, d) for n, d in zip(sizes, dense, strict=True))
+    thinly = max(1.0, wanted / _MOST_ROWS)
+    pieces: list[Piece] = []
+    at_full = at_row = 0
+    for one, count, density, band in zip(kept, sizes, dense, bands, strict=True):
+        stride = max(1, int(thinly / density))
+        rows = -(-count // stride)
+        full, row = slice(at_full, at_full + count), slice(at_row, at_row + rows)
+        pieces.append(Piece(one.run, one.stretch, full, row, stride, band, one.held.one_speed))
+        at_full, at_row = full.stop, row.stop
+    return tuple(pieces)
+
+
+def _in_step(plain: Table, aligned: Table) -> bool:
+    """Return whether the torque is in step with the position, and not with the velocity.
+
+    How much of the step between the two the torque asks for, beside the plain structure: about all
+    of it where it is with the position. Torque that asks for far more is late or early by itself,
+    which is for the explanation to find, and tells nothing about this step. A fit to this one
+    direction, because a large mismatch of another kind stays in both tables and would hide by its
+    size what a fraction of a millisecond does at the corners. Friction that is free along the
+    speed, the acceleration and the travel since a reversal, and a free torque along the position
+    stand beside it, so that what is missing of these does not decide: friction under load, and
+    friction that yields, act at corners, too.
+    """
+    rows = plain.sliding & aligned.sliding
+    if not rows.any():
+        return False
+    velocity = plain.rows["velocity_rad_s"][rows]
+    load = np.abs(plain.base[rows, BASE.index("inertia_kg_m2")])
+    along = (np.abs(velocity), load, plain.rows["travel_rad"][rows])
+    sign = np.sign(velocity)[:, np.newaxis]
+    free = [plain.base[rows], *(sign * hats(axis) for axis in along)]
+    if plain.has("position_rad"):
+        free.append(hats(plain.rows["position_rad"][rows]))
+    columns, target = np.concatenate(free, axis=1), plain.target_nm[rows]
+    moved = least(columns, target)[: plain.base.shape[1]]
+    step = (aligned.given_nm - plain.given_nm)[rows] + (aligned.base - plain.base)[rows] @ moved
+    asked = float(least(np.column_stack((columns, step)), target)[-1])
+    return _HALF < asked < 1.0 / _HALF
+
+
+def least(columns: Floats, target: Floats) -> Floats:
+    """Return the least-squares coefficients, shape (p,); 0 for a column that is nothing."""
+    size = np.sqrt(np.mean(columns**2, axis=0))
+    there = size > 1e-12
+    out = np.zeros(columns.shape[1])
+    scaled = columns[:, there] / size[there]
+    out[there] = np.linalg.lstsq(scaled, target, rcond=1e-9)[0] / size[there]
+    return out
+
+
+def hats(values: Floats, count: int = 8) -> Floats:
+    """Return hat functions over an axis's quantiles, shape (n, k)."""
+    if not values.size:
+        return np.zeros((0, 0))
+    knots = np.unique(np.quantile(values, np.linspace(0.0, 1.0, count)))
+    return np.stack([np.interp(values, knots, row) for row in np.eye(knots.size)], axis=-1)
+
+
+def _table(
+    twin: Twin,
+    runs: tuple[Run, ...],
+    pieces: tuple[Piece, ...],
+    full: dict[str, Floats],
+    cutoff_hz: float,
+    *,
+    aligned: bool,
+) -> Table:
+    """Filter everything alike and take it at the rows."""
+    base = banded(_base_raw(full, pieces, twin.gear_ratio), pieces)
+    simulated = all("torque_simulated_nm" in run.columns for run in runs)
+    if simulated:
+        given = banded(full["torque_simulated_nm"], pieces)
+    else:
+        given = base @ np.array([getattr(twin, name) for name in BASE])
+        if twin.effects:
+            given = given + known_part(effects_nm(twin, runs, pieces, full), pieces)
+    rows = {name: thinned(values, pieces) for name, values in full.items()}
+    rows["travel_rad"] = thinned(travel_rad(full, pieces), pieces)
+    measured = banded(full["torque_nm"], pieces)
+    inertia = base[:, BASE.index("inertia_kg_m2")]
+    used, stratum = strata_of(full, pieces, inertia, twin.gear_ratio)
+    used = used & np.isfinite(measured) & np.isfinite(given)
+    return Table(
+        runs=runs,
+        pieces=pieces,
+        gear_ratio=twin.gear_ratio,
+        cutoff_hz=cutoff_hz,
+        full=full,
+        rows=rows,
+        base=base,
+        carried=_carried(
+            base[used], rows["held_rad_s"][used], rows["velocity_rad_s"][used], pieces
+        ),
+        measured_nm=measured,
+        given_nm=given,
+        run=np.round(rows["run"]).astype(np.int64),
+        block=blocks_of(pieces, rows["time_s"], rows["step"]),
+        stratum=stratum,
+        used=used,
+        simulated=simulated,
+        aligned=aligned,
+    )
+
+
+def _carried(
+    base: Floats, held_rad_s: Floats, velocity_rad_s: Floats, pieces: Sequence[Piece]
+) -> NDArray[np.bool_]:
+    """Return which base columns, shape (n, 5), say something of their own, shape (5,).
+
+    Where one speed was driven, viscous and Coulomb friction are one number, and where no speed was
+    changed nothing tells the inertia: the unrest of a pass follows the torque.
+    """
+    if not base.shape[0]:
+        return np.zeros(len(BASE), dtype=np.bool_)
+    out = np.asarray(np.sqrt(np.mean(base**2, axis=0)) > 1e-12)
+    speed = np.abs(np.where(held_rad_s != 0.0, held_rad_s, velocity_rad_s))
+    out[BASE.index("inertia_kg_m2")] &= any(piece.shows_changes for piece in pieces)
+    slow, fast = np.quantile(speed, [0.01, 0.99])
+    out[BASE.index("viscous_nm_s_per_rad")] &= fast - slow > SPEED_CHANGE * fast
+    return out
+
+
+def _base_raw(full: Mapping[str, Floats], pieces: Sequence[Piece], gear_ratio: float) -> Floats:
+    """Return the plain twin's columns at full rate, unfiltered, shape (N, 5)."""
+    position = None if np.isnan(full["position_rad"]).any() else full["position_rad"]
+    velocity = full["velocity_raw_rad_s"]
+    raw = rigid_body.regressor(
+        position, velocity, np.zeros_like(velocity), full["direction"], gear_ratio
+    )[:, : len(BASE)]
+    for piece in pieces:
+        if not piece.slow:
+            # Its filtered form is the derivative of the filtered velocity: both are linear.
+            raw[piece.full, BASE.index("inertia_kg_m2")] = slope(
+                velocity[piece.full], piece.period_s
+            )
+    return raw
+
+
+def effects_nm(
+    twin: Twin, runs: Sequence[Run], pieces: Sequence[Piece], full: Mapping[str, Floats]
+) -> Floats:
+    """Return what the twin's effects add to its plain torque at full rate, shape (N,)."""
+    plain = replace(twin, effects=())
+    out = np.zeros(full["time_s"].shape[0])
+    for piece in pieces:
+        at = piece.full
+
+        def column(name: str, at: slice = at) -> Floats | None:
+            values = full[name][at]
+            return None if np.isnan(values).any() else values
+
+        started = runs[piece.run].started_s
+        motion = Measured(
+            full["velocity_rad_s"][at],
+            full["acceleration_rad_s2"][at],
+            full["direction"][at],
+            column("position_rad"),
+            full["time_s"][at],
+            column("gearbox_temperature_degc"),
+            column("motor_temperature_degc"),
+            started if math.isfinite(started) else None,
+            float(piece.run),
+            full["velocity_raw_rad_s"][at],
+        )
+        out[at] = twin.predict(motion) - plain.predict(motion)
+    return out

@@ -1,0 +1,1 @@
+"""Friction over velocity and temperature: passes, the curve, its laws, the surface."""

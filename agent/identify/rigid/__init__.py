@@ -1,0 +1,1 @@
+"""The rigid body of an axis: regression, instruments, recursion, and what it leaves."""

@@ -1,0 +1,105 @@
+"""The rigid body of an axis: which cutoff, which rows, and the fit (thesis 4.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from agent.identify.result import RigidBodyFit
+from agent.identify.rigid.body import Rows, collect_rows, fit_rigid_body, weights
+from agent.identify.signals.preprocess import Motion, filter_motion, shared_cutoff
+
+_HALVINGS = 2
+_FIRM_INERTIA = 0.03
+_SAME_INERTIA = 0.01
+
+
+@dataclass(frozen=True)
+class Regression:
+    """The rigid body's fit, the rows and the cutoff that it was made with."""
+
+    cutoff_hz: float
+    rows: Rows
+    body: RigidBodyFit | None
+    notes: tuple[str, ...]
+
+
+def regress(motions: Sequence[Motion], asked_hz: float | None) -> Regression:
+    """Fit the rigid body; below an arm's resonance, if the inertia shows that there is one.
+
+    A flexible arm seems heavier the closer the motion comes to its resonance. Without a cutoff
+    asked for, the rigid fit is repeated at half the cutoff; while a well-determined inertia
+    differs by more than 1 %, the lower cutoff is taken, at most twice. What is left of the spring
+    there, to the first order, may then take part in the fit.
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+        All recordings of the axis.
+    asked_hz : float or None
+        A cutoff that is asked for; it is taken as it is.
+    """
+    cutoff = shared_cutoff(motions)
+    share = cutoff.noise_share if asked_hz is None else 0.0
+    chosen_hz = cutoff.frequency_hz if asked_hz is None else asked_hz
+    rows = rows_of(motions, chosen_hz, share)
+    rigid = fit_rigid_body(rows, spring=False)
+    notes: list[str] = []
+    for _ in range(_HALVINGS if asked_hz is None else 0):
+        lower_rows = rows_of(motions, chosen_hz / 2.0, share)
+        lower = fit_rigid_body(lower_rows, spring=False)
+        if rigid is None or lower is None or not _resonance_between(lower, rigid):
+            break
+        chosen_hz, rows, rigid = chosen_hz / 2.0, lower_rows, lower
+        notes = [
+            "the inertia changes with frequency: the arm is flexible, and the cutoff was halved"
+        ]
+    body = fit_rigid_body(rows)
+    if body is not None and rigid is not None and _theta(body) != _theta(rigid):
+        notes.append(
+            "the torque shows a spring between motor and arm; its first term took part in the "
+            "rigid body's fit"
+        )
+    notes.append(f"signals and regressors were low-passed alike at {chosen_hz:.3g} Hz")
+    return Regression(chosen_hz, rows, body, tuple(notes))
+
+
+def _theta(fit: RigidBodyFit) -> list[float]:
+    return [float(w) for w in weights(fit)]
+
+
+def _resonance_between(lower: RigidBodyFit, upper: RigidBodyFit) -> bool:
+    """Whether a well-determined inertia differs between a lower and a higher cutoff."""
+    slow, fast = lower.parameters["inertia_kg_m2"], upper.parameters["inertia_kg_m2"]
+    if slow.ci95 is None or fast.ci95 is None or slow.value <= 0.0:
+        return False
+    margin = (slow.ci95[1] - slow.ci95[0]) / 2.0
+    difference = abs(fast.value - slow.value)
+    return margin < _FIRM_INERTIA * slow.value and difference > max(
+        _SAME_INERTIA * slow.value, margin
+    )
+
+
+def rows_of(motions: Sequence[Motion], cutoff_hz: float, noise_share: float = 0.0) -> Rows:
+    """Filter all recordings of an axis and collect their usable rows.
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+        From `read_motion`.
+    cutoff_hz : float
+        Of the low-pass.
+    noise_share : float
+        Measuring noise in the filtered acceleration, as a share of its root mean square.
+    """
+    stretches = [s for motion in motions for s in filter_motion(motion, cutoff_hz)]
+    ends = [
+        (float(q.min()), float(q.max()))
+        for m in motions
+        if m.signals.position_rad is not None
+        for q in [m.signals.position_rad[m.signals.valid] / m.signals.gear_ratio]
+    ]
+    # Gravity needs the position of every row; one recording without it takes the columns away.
+    complete = len(ends) == len(motions)
+    stroke = max(e[1] for e in ends) - min(e[0] for e in ends) if complete else float("nan")
+    return collect_rows(stretches, stroke, noise_share)

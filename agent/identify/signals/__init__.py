@@ -1,0 +1,1 @@
+"""What every estimator starts from: signals filtered alike, their gaps, their steady windows."""

@@ -1,0 +1,125 @@
+"""When the samples were taken: gaps, irregular time, and stretches that may be filtered.
+
+A stretch is a run of valid samples without a gap. Nothing is ever filtered or differentiated
+across a gap. Time that is uneven inside a stretch (jitter of the sampling itself, single lost or
+masked samples) is brought onto an even grid by linear interpolation, and a note says so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.identify.result import Floats
+from agent.identify.signals.arrays import Signals
+
+GAP_PERIODS = 4.5  # three samples lost in a row are bridged, four make a gap
+_EVEN = 0.1  # standard deviation of the period, in periods, up to which time counts as even
+_SHORTEST = 8  # samples; less carries neither a window nor an acceleration
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Valid samples of one recording without a gap between them.
+
+    Parameters
+    ----------
+    index : ndarray of int, shape (m,)
+        Where they stand in the recording.
+    time_s : ndarray, shape (n,)
+        The even grid that they are brought onto; n = m where time was even already.
+    period_s : float
+        The grid's period.
+    resampled : bool
+        Whether values are interpolated onto the grid.
+    """
+
+    index: NDArray[np.int64]
+    time_s: Floats
+    period_s: float
+    resampled: bool
+
+    def on_grid(self, signals: Signals, values: Floats) -> Floats:
+        """Return a recording's column, shape (samples,), on this stretch's grid, shape (n,)."""
+        own = values[self.index]
+        if not self.resampled:
+            return own
+        return np.interp(self.time_s, signals.time_s[self.index], own)
+
+    def off_grid(self, signals: Signals, values: Floats) -> Floats:
+        """Return grid values, shape (n,), at this stretch's own samples, shape (m,)."""
+        if not self.resampled:
+            return values
+        return np.interp(signals.time_s[self.index], self.time_s, values)
+
+
+@dataclass(frozen=True)
+class Timing:
+    """How a recording was sampled.
+
+    `period_s` is the median period; `jitter_s` the standard deviation of the period against its
+    local median, inside stretches.
+    """
+
+    period_s: float
+    jitter_s: float
+    stretches: tuple[Stretch, ...]
+
+    @property
+    def sample_rate_hz(self) -> float:
+        """Return the reciprocal of the median period."""
+        return 1.0 / self.period_s if self.period_s > 0.0 else 0.0
+
+
+def find_stretches(signals: Signals) -> Timing:
+    """Cut a recording at its gaps.
+
+    A gap is a time step of more than 4.5 local periods between valid samples; the local period
+    is the median over the neighbourhood, because recordings made pass by pass change their rate.
+    """
+    valid = np.flatnonzero(signals.valid)
+    if valid.size < _SHORTEST:
+        return Timing(0.0, 0.0, ())
+    time_s = signals.time_s[valid]
+    step_s = np.diff(time_s)
+    local_s = _local_median(step_s)
+    cuts = np.flatnonzero(step_s > GAP_PERIODS * local_s) + 1
+    inside = step_s <= GAP_PERIODS * local_s
+    jitter_s = float(np.std(step_s[inside] - local_s[inside])) if inside.any() else 0.0
+    stretches = tuple(
+        _stretch(piece, signals.time_s[piece])
+        for piece in np.split(valid, cuts)
+        if piece.size >= _SHORTEST
+    )
+    return Timing(float(np.median(step_s)), jitter_s, stretches)
+
+
+def _stretch(index: NDArray[np.int64], time_s: Floats) -> Stretch:
+    """Return the stretch on an even grid of its median period."""
+    step_s = np.diff(time_s)
+    period_s = float(np.median(step_s))
+    mean_s = float((time_s[-1] - time_s[0]) / step_s.size)
+    uneven = float(np.std(step_s)) > _EVEN * period_s or abs(mean_s - period_s) > _EVEN * period_s
+    if not uneven:
+        return Stretch(index, time_s, mean_s, resampled=False)
+    count = max(round(float(time_s[-1] - time_s[0]) / period_s), 1) + 1
+    grid_s = np.linspace(time_s[0], time_s[-1], count)
+    return Stretch(index, grid_s, float(grid_s[1] - grid_s[0]), resampled=True)
+
+
+def _local_median(step_s: Floats, reach: int = 25) -> Floats:
+    """Return the running median of the time steps, over `reach` steps to either side.
+
+    Even time is the rule and needs no median: it is recognised first.
+    """
+    typical_s = float(np.median(step_s))
+    if step_s.max() <= 1.5 * typical_s and step_s.min() >= 0.5 * typical_s:
+        return np.full_like(step_s, typical_s)
+    if step_s.size <= 2 * reach:
+        return np.full_like(step_s, typical_s)
+    padded = np.pad(step_s, reach, mode="reflect")
+    views = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1)
+    # Every fifth neighbour is as good a median and five times as fast.
+    return np.asarray(np.median(views[:, ::5], axis=1), dtype=np.float64)

@@ -1,0 +1,1 @@
+"""How a gearbox cools and warms, and what friction makes of it."""
