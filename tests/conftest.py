@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from agent.cli.interrupts import ignore_by_handler
 from tests.starvation import pytest_runtest_protocol
 
 __all__ = ["pytest_runtest_protocol"]
@@ -22,6 +23,9 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 # A test keeps to one core, and so do its commands: two processes of tests fill two cores already,
 # and threads that wait for each other spin. NumPy reads this when it is imported, later than here.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# A suite in the background of a script ignores Ctrl-C; what its tests start must not.
+ignore_by_handler()
 
 # How long an example takes on a busy machine says nothing of the law that it is of.
 settings.register_profile("unhurried", settings(), deadline=None)

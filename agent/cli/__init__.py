@@ -11,8 +11,10 @@ def main() -> None:
 
     A traceback is shown with `--debug` only.
     """
+    from agent.cli.interrupts import ignore_by_handler
     from agent.cli.threads import keep_to_one_thread
 
+    ignore_by_handler()
     keep_to_one_thread()
     from agent.cli.app import app
 
