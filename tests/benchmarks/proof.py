@@ -1,11 +1,11 @@
 """Others on the cases of `stribeck prove`: ``python -m tests.benchmarks.proof [cases] [seed]``.
 
 Needs scikit-learn, pysindy and sysidentpy (``uv run --group peers ...``), which the product does
-not; what is not installed is said and left out. Every method sees the same recordings, rows, filter and weights, and is judged
-on the same hold-outs. The sparse regressions are given our own physics: of every effect the one
-form and point that fits best by itself, beside the twin's numbers, which are projected out. So
-they are compared as choosers, not as libraries of polynomials. Gradient boosting is given the
-signals and names nothing.
+not; what is not installed is said and left out. Every method sees the same recordings, rows, filter
+and weights, and is judged on the same hold-outs. The sparse regressions are given our own physics:
+of every effect the one form and point that fits best by itself, beside the twin's numbers, which
+are projected out. So they are compared as choosers, not as libraries of polynomials. Gradient
+boosting is given the signals and names nothing.
 
 One setting of each sparse method was chosen on development seeds: ``... proof [cases] [seed] tune``
 prints what others would have done.
