@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from agent.cell import REPLAY, Axis, Cell, Drive
+from agent.cell import REPLAY, Axis, Bus, Cell, Drive
 from agent.errors import InputError
+from drivers.can.owner import CanBusConfig
 from drivers.cia402.config import Cia402Config, ExpectedIdentity
 from drivers.cia402.scaling import Scaling, TemperatureSource, VelocityUnit
 from drivers.cia402.watching import WatchedConfig
@@ -101,6 +102,13 @@ def watched_configs(cell: Cell, axis: Axis) -> tuple[WatchedConfig, ...]:
         )
         for other in cell.axis
         if other.number != axis.number and other.drive_ is not None and other.drive.watched
+    )
+
+
+def bus_config(bus: Bus) -> CanBusConfig:
+    """Return the drivers' description of the cell's bus."""
+    return CanBusConfig(
+        bus.interface, bus.channel, bus.bitrate, bus.options, fast_reader=bus.fast_reader
     )
 
 

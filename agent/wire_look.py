@@ -18,9 +18,8 @@ from agent.cell_devices import Cia404Temperature, ContactRelease
 from agent.cycle.plan import CyclePlan
 from agent.cycle.preflight import Condition, at_standstill
 from agent.errors import InputError
-from agent.wire import bus_config
 from agent.wire_devices import cell_release, mapped_device, temperature_probe
-from agent.wire_drive import drive_config
+from agent.wire_drive import bus_config, drive_config
 from drivers.can.owner import CanBusOwner
 from drivers.cia402 import objects
 from drivers.cia402.config import Cia402Config

@@ -10,6 +10,7 @@ from types import FrameType
 
 from agent.cli.fake_cell import fake_cell_text
 from agent.cli.talk import talker
+from agent.cycle.precedence import before_others
 from agent.errors import InputError
 from agent.record.atomic import publish
 from drivers.errors import BusError
@@ -76,15 +77,16 @@ def run_fake(request: FakeRequest, write_cell: Path | None, *, short: bool) -> N
         f"ready: simulated drive, node {node}, on {interface} {channel} (Ctrl-C ends it)"
     )
     try:
-        run_process(
-            interface,
-            channel,
-            node_id=node,
-            seed=request.seed,
-            specification=specification,
-            options=options,
-            stop=stop,
-        )
+        with before_others():  # a drive has a processor of its own
+            run_process(
+                interface,
+                channel,
+                node_id=node,
+                seed=request.seed,
+                specification=specification,
+                options=options,
+                stop=stop,
+            )
     except Exception as error:
         if not _is_bus_trouble(error):
             raise

@@ -73,7 +73,11 @@ class Users:
         """Return who has this name and password; None for anybody else, after the same time."""
         row = self._row(name)
         fits = self._hasher.matches(self._nobody if row is None else row["password"], password)
-        return _user(row) if row is not None and fits and not row["disabled"] else None
+        if row is None or not fits or row["disabled"]:
+            return None
+        if self._hasher.is_outdated(row["password"]):
+            self._renew(name, row["password"], self._hasher.hash(password))
+        return _user(row)
 
     def invite(self, name: str, role: Role) -> str:
         """Return a one-time token for a new user, or for a new password of an old one.
@@ -162,6 +166,14 @@ class Users:
                 raise InputError(f"{name} is the last engineer: invite another one first.")
             connection.execute("UPDATE users SET disabled = 1 WHERE name = ?", (name,))
             connection.execute("DELETE FROM invitations WHERE name = ?", (name,))
+
+    def _renew(self, name: str, kept: str, renewed: str) -> None:
+        """Replace a hash of older numbers, unless the password was changed meanwhile."""
+        with self._store.writing() as connection:
+            connection.execute(
+                "UPDATE users SET password = ? WHERE name = ? AND password = ?",
+                (renewed, name, kept),
+            )
 
     def _row(self, name: str) -> sqlite3.Row | None:
         with self._store.reading() as connection:

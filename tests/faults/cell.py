@@ -26,8 +26,7 @@ from agent.errors import AgentError
 from agent.record.reading import read
 from agent.record.recover import recover
 from agent.record.stream import FLUSH_PERIOD_S, StreamWriter
-from agent.wire import bus_config
-from agent.wire_drive import drive_config
+from agent.wire_drive import bus_config, drive_config
 from drivers.can.opening import open_bus as sound
 from drivers.can.owner import CanBusOwner
 from drivers.cia402.axis import Cia402Axis

@@ -19,6 +19,7 @@ import can
 import numpy as np
 import pytest
 
+from agent.cycle.precedence import before_others, scheduling
 from agent.record.reading import read
 from fakes.process import open_bus
 from fakes.specification import FakeSpecification
@@ -98,7 +99,10 @@ def test_run_drives_the_fake_and_finds_its_friction(bench: Bench) -> None:
     viscous = selected["parameters"]["viscous_nm_s_per_rad"]["value"]
     assert viscous == pytest.approx(friction.truth(25.0).viscous_nm_s_per_rad, rel=0.05)
     (recording,) = (bench.folder / "out").glob("*.parquet")
-    assert read(recording).metadata.samples_lost == 0
+    metadata = read(recording).metadata
+    assert metadata.samples_lost == 0
+    with before_others():
+        assert metadata.extra["scheduling"] == scheduling()
     assert len(list((bench.folder / "out").glob("*.report.html"))) == 1
     assert bench.velocity_rad_s() == pytest.approx(0.0, abs=0.5)
 

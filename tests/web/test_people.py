@@ -76,6 +76,32 @@ def test_an_invitation_ends_after_a_day(tmp_path: Path) -> None:
     store.close()
 
 
+def test_a_hash_of_older_numbers_is_made_anew_by_the_right_password_alone(tmp_path: Path) -> None:
+    from agent.web.passwords import Argon2
+    from agent.web.store import Store
+    from agent.web.users import Users
+
+    store = Store(tmp_path / "state")
+
+    def kept() -> str:
+        with store.reading() as connection:
+            (text,) = connection.execute("SELECT password FROM users").fetchone()
+        return str(text)
+
+    before = Users(store, Argon2(2, 16))
+    before.accept(before.invite("otto", Role.VIEWER), "otto", PASSWORD)
+    old = kept()
+    now = Users(store, Argon2(1, 8))
+    assert now.authenticate("otto", "not my password") is None
+    assert kept() == old
+    assert now.authenticate("otto", PASSWORD) is not None
+    assert "m=8,t=1,p=1" in kept()
+    renewed = kept()
+    assert now.authenticate("otto", PASSWORD) is not None
+    assert kept() == renewed
+    store.close()
+
+
 def test_an_unused_session_is_locked_and_what_the_page_asks_by_itself_keeps_none_alive(
     bench: Bench,
 ) -> None:
