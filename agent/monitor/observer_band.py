@@ -19,6 +19,7 @@ from agent.identify.signals.preprocess import Motion
 from agent.monitor.observer import ObserverRun, observe
 from agent.monitor.observer_model import ObserverModel, blocks_of
 from agent.monitor.observer_whiteness import Whiteness, whiteness
+from agent.monitor.swinging import swinging_of
 
 FEWEST_HEALTHY = 5
 _SPAN_DEGC = 2.0  # of healthy temperatures that carry a line
@@ -177,13 +178,17 @@ def learn_band(
     Raises
     ------
     ValueError
-        Fewer than five recordings that the observer can follow, with the reason.
+        Fewer than five recordings that the observer can follow, with the reason; an arm that swings
+        so slowly that wear would hide in it.
     """
     if len(motions) < FEWEST_HEALTHY:
         raise ValueError(
             f"a band needs {FEWEST_HEALTHY} healthy recordings of ordinary work, "
             f"there are {len(motions)}"
         )
+    swinging = swinging_of(motions)
+    if swinging is not None and swinging.refusal:
+        raise ValueError(swinging.refusal)
     shares = _watched(motions, model)
     each = false_rate / (len(shares) + 1)
     seen, aside = [], []

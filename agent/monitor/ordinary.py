@@ -28,6 +28,7 @@ from agent.identify.signals.preprocess import FilteredStretch, Motion, direction
 from agent.identify.signals.windows import find_windows
 from agent.identify.uncertainty import block_jackknife, student_975
 from agent.monitor.ordinary_excitation import MOVING, Excitation, excitation_of
+from agent.monitor.swinging import swinging_of
 from agent.physics.rigid_body import PARAMETERS
 
 KNOTS = 5
@@ -123,6 +124,9 @@ def ordinary_friction(motions: Sequence[Motion]) -> OrdinaryFriction:
     steady = sum(w.stop - w.start for own in windows for w in own)
     excitation = excitation_of(motions, steady, regression.rows.arm_stroke_rad)
     reasons = excitation.reasons()
+    swinging = swinging_of(motions)
+    if swinging is not None and swinging.refusal:
+        reasons.append(swinging.refusal)
     if reasons:
         return OrdinaryFriction.undecided(reasons, excitation)
     fastest = max(float(np.abs(v).max()) for m in motions for v in m.velocity_rad_s)

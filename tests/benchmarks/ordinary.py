@@ -2,7 +2,8 @@
 
 Simulated joints at work (`fakes.history`): how often friction by speed is decidable, whether its
 intervals hold, how often the observer asks for a dedicated cycle without reason, and how far wear
-has grown when it asks. ``--soft HZ`` puts a soft gear between the motor and most of its inertia.
+has grown when it asks. ``--soft HZ`` puts a soft gear between the motor and most of its inertia,
+which is refused where it swings slowly; ``--even-so`` shows what would come of it otherwise.
 """
 
 from __future__ import annotations
@@ -15,10 +16,12 @@ import numpy as np
 from scipy.signal import bilinear, lfilter
 
 from agent.identify.estimate import estimate
+from agent.identify.result import Estimate
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.preprocess import Motion, read_motion
 from agent.identify.uncertainty import student_975
-from agent.monitor.observer_band import learn_band, watch
+from agent.monitor import swinging
+from agent.monitor.observer_band import HealthyBand, learn_band, watch
 from agent.monitor.observer_learning import model_of
 from agent.monitor.ordinary import ordinary_friction
 from fakes.history import CycleRun, HistoryPlan, Wear, cycles, ordinary_runs
@@ -73,12 +76,14 @@ def _by_speed(joints: Sequence[int], each: int, soft_hz: float | None) -> None:
             inside += (np.abs(found.friction_nm - truth) <= reach).tolist()
             off += ((found.friction_nm - truth) / truth).tolist()
     print(f"friction by speed from one piece of work: decidable in {decidable} of {total}")
+    if not decidable:
+        return
     print(f"  speeds whose 95 % interval holds: {100.0 * np.mean(inside):.1f} % of {len(inside)}")
     print(f"  error, rms: {100.0 * np.sqrt(np.mean(np.square(off))):.2f} % of friction")
 
 
 def _observer(joints: Sequence[int], soft_hz: float | None) -> None:
-    false = healthy = missed = 0
+    false = healthy = missed = refused = 0
     risen: list[float] = []
     for seed in joints:
         plan = HistoryPlan(cycles=NIGHTS, seed=seed, events=(_WEAR,))
@@ -86,7 +91,10 @@ def _observer(joints: Sequence[int], soft_hz: float | None) -> None:
         reference = estimate([Signals.from_columns(next(cycles(plan)).columns, gear)])
         runs = list(_work(plan, soft_hz))
         motions = [_motion(r, gear) for r in runs]
-        band = learn_band(model_of(reference, motions[:HEALTHY]), motions[:HEALTHY])
+        band = _band(reference, motions[:HEALTHY])
+        if band is None:
+            refused += 1
+            continue
         asked = [watch(m, band).asks for m in motions[HEALTHY:]]
         before = ONSET + 1 - HEALTHY
         false, healthy = false + asked[:before].count(True), healthy + before
@@ -95,8 +103,11 @@ def _observer(joints: Sequence[int], soft_hz: float | None) -> None:
         if first is not None:
             risen.append(runs[HEALTHY + first].label["low_speed_rise_nm"])
     print(f"observer, band of {HEALTHY} healthy recordings, 1 % false rate stated:")
+    print(f"  not decidable: {refused} of {len(joints)}")
+    if not healthy:
+        return
     print(f"  asks without reason: {false} of {healthy} ({100.0 * false / healthy:.1f} %)")
-    print(f"  wear that it never asks about: {missed} of {len(joints)}")
+    print(f"  wear that it never asks about: {missed} of {len(joints) - refused}")
     if risen:
         level = HistoryPlan().joint.friction.coulomb_nm
         middle, worst = np.median(risen), max(risen)
@@ -106,13 +117,24 @@ def _observer(joints: Sequence[int], soft_hz: float | None) -> None:
         )
 
 
+def _band(reference: Estimate, motions: Sequence[Motion]) -> HealthyBand | None:
+    """Return what healthy work teaches; None where the observer says that it is not decidable."""
+    try:
+        return learn_band(model_of(reference, motions), motions)
+    except ValueError:
+        return None
+
+
 def main() -> None:
     """Print both tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--joints", type=int, default=12)
     parser.add_argument("--each", type=int, default=8)
     parser.add_argument("--soft", type=float, metavar="HZ", help="where the arm resonates")
+    parser.add_argument("--even-so", action="store_true", help="refuse no slow swinging")
     asked = parser.parse_args()
+    if asked.even_so:
+        swinging.SLOWEST_BEARABLE_HZ = 0.0
     joints = range(100, 100 + asked.joints)
     _by_speed(joints, asked.each, asked.soft)
     _observer(joints, asked.soft)

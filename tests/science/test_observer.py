@@ -20,6 +20,7 @@ from agent.monitor.observer_learning import model_of
 from agent.monitor.observer_model import Blocks, ObserverModel
 from agent.monitor.observer_whiteness import whiteness
 from fakes.history import HistoryPlan, Wear, cycles, ordinary_runs
+from tests.benchmarks.ordinary import softened
 
 MODEL = ObserverModel(
     inertia_kg_m2=0.0184,
@@ -164,6 +165,17 @@ def test_a_recording_that_cannot_be_followed_says_why(
     learned = learn_band(band.model, [cut, *motions[:5]])
     assert [s.name for s in learned.seen] == [m.signals.name for m in motions[:5]]
     assert "cut" in learned.set_aside[0]
+
+
+def test_a_soft_gear_is_refused_before_wear_can_hide_in_its_ringing(
+    season: tuple[list[Motion], HealthyBand],
+) -> None:
+    _, band = season
+    plan = HistoryPlan(cycles=5, seed=11)
+    work = [softened(r, 4.0, plan.joint.inertia_kg_m2) for r in ordinary_runs(plan)]
+    soft = [read_motion(Signals.from_columns(r.columns, plan.joint.gear_ratio)) for r in work]
+    with pytest.raises(ValueError, match="swings at about 4"):
+        learn_band(band.model, soft)
 
 
 def test_the_band_widens_where_the_healthy_recordings_were_never_so_warm(

@@ -12,7 +12,9 @@ from agent.identify.signals.arrays import Signals
 from agent.identify.signals.preprocess import Motion, read_motion
 from agent.identify.uncertainty import student_975
 from agent.monitor.ordinary import compare, ordinary_friction
+from agent.monitor.swinging import swinging_of
 from fakes.history import CycleRun, HistoryPlan, Wear, Worker, cycles, ordinary_runs
+from tests.benchmarks.ordinary import softened
 
 PLAN = HistoryPlan(cycles=6, seed=2, repeatability=0.0, load_friction=0.0)
 GEAR = PLAN.joint.gear_ratio
@@ -96,3 +98,24 @@ def test_a_log_at_one_hertz_is_not_decidable() -> None:
     run = next(ordinary_runs(PLAN, Worker(moves=60)))
     slow = {name: values[::200] for name, values in run.columns.items()}
     assert any("too slow" in r for r in reasons_of(CycleRun("log", slow, run.metadata, run.label)))
+
+
+@pytest.mark.parametrize(
+    ("hz", "bearable"), [(3.0, False), (4.0, False), (6.0, False), (9.0, True)]
+)
+def test_an_arm_that_swings_slowly_is_not_decidable_and_its_frequency_is_named(
+    hz: float, bearable: bool
+) -> None:
+    run = softened(next(ordinary_runs(PLAN)), hz, PLAN.joint.inertia_kg_m2)
+    found = swinging_of([motion(run)])
+    assert found is not None
+    assert found.frequency_hz == pytest.approx(hz, rel=0.2)
+    assert not found.refusal if bearable else "the arm swings" in found.refusal
+    if not bearable:
+        assert any("soft gear" in r for r in reasons_of(run))
+
+
+def test_a_rigid_joint_shows_no_swinging_in_any_of_its_work() -> None:
+    for run in ordinary_runs(PLAN):
+        found = swinging_of([motion(run)])
+        assert found is None or found.explained < 0.2
