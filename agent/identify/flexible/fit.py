@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.identify.flexible.attenuation import without_motion_noise
-from agent.identify.flexible.chain import Kind
+from agent.identify.flexible.chain import Kind, chain_of
 from agent.identify.flexible.checks import why_not
 from agent.identify.flexible.excitation import hardly_excited, not_excited, notes_of, wrong_minimum
 from agent.identify.flexible.intervals import parameters_of, physical
@@ -126,7 +126,7 @@ def fit_flexible(recordings: Sequence[Signals], options: Options | None = None) 
                 "the recording; record longer, with a finer encoder"
             ],
         )
-    wanted_hz = _wanted_cutoff_hz(stretches, tracks, options)
+    quietest_hz, wanted_hz = cutoff_hz, _wanted_cutoff_hz(stretches, tracks, options)
     if wanted_hz < cutoff_hz:
         narrower = _prepared(tracks, wanted_hz)
         if narrower:
@@ -137,6 +137,9 @@ def fit_flexible(recordings: Sequence[Signals], options: Options | None = None) 
             options,
             ["a second resonance is not excited; fit two masses, or record with higher jerk"],
         )
+    wider_hz = min(quietest_hz, _RESONANCE * _highest_hz(stretches, starts[0], options))
+    if options.kind == "three-mass" and wider_hz > cutoff_hz:
+        stretches, cutoff_hz = _prepared(tracks, wider_hz), wider_hz
     return _fitted(stretches, starts, cutoff_hz, options, recordings[0].gear_ratio)
 
 
@@ -156,6 +159,15 @@ def _wanted_cutoff_hz(
     quiet_hz = even_cutoff_hz(tracks, share * (motor + arm))
     free_hz = held_hz / math.sqrt(share)
     return min(_BAND * held_hz, max(quiet_hz, _RESONANCE * free_hz))
+
+
+def _highest_hz(stretches: tuple[Prepared, ...], start: Floats, options: Options) -> float:
+    """Return a start's highest resonance: what tells gear and motor apart lies about it."""
+    problem = Problem(stretches, options.kind, options.law, options.gravity)
+    motor, arm = problem.feasible(evaluate(problem, start).linear)[:2]
+    chain = chain_of(start[: problem.shape_size], max(float(arm), 1e-300))
+    swings = chain.resonances_rad_s(max(float(motor), _LEAST_MOTOR * float(arm), 1e-300))
+    return float(swings[-1]) / (2.0 * math.pi)
 
 
 def refused(options: Options, reasons: Sequence[str]) -> FlexibleFit:
