@@ -10,7 +10,7 @@ from types import FrameType
 
 from agent.cli.fake_cell import fake_cell_text
 from agent.cli.talk import talker
-from agent.cycle.precedence import before_others
+from agent.cycle.precedence import PRIORITY, before_others
 from agent.errors import InputError
 from agent.record.atomic import publish
 from drivers.errors import BusError
@@ -77,7 +77,7 @@ def run_fake(request: FakeRequest, write_cell: Path | None, *, short: bool) -> N
         f"ready: simulated drive, node {node}, on {interface} {channel} (Ctrl-C ends it)"
     )
     try:
-        with before_others():  # a drive has a processor of its own
+        with before_others(PRIORITY + 1):  # a drive has a processor of its own
             run_process(
                 interface,
                 channel,

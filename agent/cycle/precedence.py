@@ -23,16 +23,21 @@ PRIORITY = 10
 
 
 @contextlib.contextmanager
-def before_others() -> Iterator[None]:
+def before_others(priority: int = PRIORITY) -> Iterator[None]:
     """Run this process before ordinary ones while the context lasts, where that is allowed.
 
     Threads that live already are taken along: one that held the interpreter's lock and was not run
     would hold up the control tick. Who was started with a policy of their own keeps it.
+
+    Parameters
+    ----------
+    priority : int
+        As sched(7) has it, 1 to 99.
     """
     if not _is_ordinary():
         yield
         return
-    _give_all_threads("SCHED_FIFO", PRIORITY)
+    _give_all_threads("SCHED_FIFO", priority)
     try:
         yield
     finally:

@@ -9,20 +9,19 @@ through it. From the moment that motion may begin, every set-point, standstill i
 from __future__ import annotations
 
 import enum
-import itertools
 from collections.abc import Sequence as Many
 from typing import NamedTuple
 
 from agent.cycle.answered import Asking
 from agent.cycle.continuity import jump
+from agent.cycle.feed import Feed
 from agent.cycle.gate import Asked, SetPoint, move_refusals, refusals
 from agent.cycle.interlock import Event, Interlock
-from agent.cycle.motion import Motion, MoveFailedError, Moves
+from agent.cycle.motion import Motion, MoveFailedError
 from agent.cycle.plan import CyclePlan
-from agent.cycle.streamed import ROUNDING_S, Streamed
 from agent.errors import RefusedError, StoppedError
 from drivers.ports import Command, DriveState, Goal, Move, Sample, SetPoints
-from trajectories import Trajectory, TrajectoryError, point_to_point
+from trajectories import TrajectoryError, point_to_point
 
 AT_REST = Command(Goal.ON, 0.0)
 OFF = Command(Goal.OFF, 0.0)
@@ -75,8 +74,7 @@ class Sequence:
         set_points: SetPoints = SetPoints.VELOCITY,
     ) -> None:
         self.plan = plan
-        self._set_points = set_points
-        self._numbers = itertools.count(1)
+        self._feed = Feed(plan, set_points)
         self._held_rad = newest.position_rad  # the last position asked for
         self.interlock = interlock.after(Event.ENABLE_ASKED)
         self.stage = Stage.ENABLE
@@ -90,7 +88,7 @@ class Sequence:
         self._last_tick_s: float | None = None
         self._asking = Asking()
         try:
-            self._motion_along(plan.trajectory)
+            self._feed.along(plan.trajectory, self._stand_rad)
         except TrajectoryError as error:
             reason = str(error)
             raise RefusedError(f"Refused, nothing has moved: {reason}.", (reason,)) from error
@@ -128,7 +126,7 @@ class Sequence:
             self._asking.forget_before(self._newest.time_s)
             if impossible:
                 raise self.trip(impossible)
-        step_s = 0.0 if self._last_tick_s is None else self._step_s(now_s - self._last_tick_s)
+        step_s = 0.0 if self._last_tick_s is None else self._feed.step_s(now_s - self._last_tick_s)
         self._last_tick_s = now_s
         if self._stage_since_s is None:
             self._stage_since_s = now_s
@@ -173,7 +171,7 @@ class Sequence:
         if self._settled(now_s):
             position = self._newest.position_rad
             if abs(position - target) <= self.plan.approach.tolerance_rad:
-                self._motion = self._motion_along(self.plan.trajectory)
+                self._motion = self._feed.along(self.plan.trajectory, self._stand_rad)
                 self._next(Stage.STAIR, now_s)
             elif self._attempts >= self.plan.approach.attempts:
                 raise self.trip(
@@ -235,7 +233,7 @@ class Sequence:
             position_rad=due.position_rad,
             previous_velocity_rad_s=self._sent_velocity_rad_s,
             step_s=step_s,
-            previous_position_rad=None if self._fed_velocity else self._held_rad,
+            previous_position_rad=None if self._feed.is_velocity else self._held_rad,
             answered=self._asking.answered(self._newest.time_s),
         )
         self._insist(wanted, now_s, due.move)
@@ -265,40 +263,13 @@ class Sequence:
             acceleration_rad_s2=approach.acceleration_rad_s2,
             jerk_rad_s3=approach.jerk_rad_s3,
         )
-        self._motion = self._motion_along(move)
+        self._motion = self._feed.along(move, self._stand_rad)
         self._next(stage, now_s)
-
-    @property
-    def _fed_velocity(self) -> bool:
-        return self._set_points is SetPoints.VELOCITY
 
     @property
     def _stand_rad(self) -> float:
         """Return where a motion begins: where the joint is, or where its drive was told to be."""
-        return self._newest.position_rad if self._fed_velocity else self._held_rad
-
-    def _step_s(self, passed_s: float) -> float:
-        """Return how far the motion goes on in this tick.
-
-        A drive that is fed with positions makes one period of each, whenever it comes: a tick that
-        is late by a quarter would else ask for a quarter more speed, and the next for less.
-        """
-        streams_positions = self._set_points is SetPoints.POSITION and passed_s > 0.0
-        return self.plan.tick_s if streams_positions else passed_s
-
-    def _motion_along(self, trajectory: Trajectory) -> Motion:
-        """Return a motion along `trajectory` from where the joint stands."""
-        tick_s = self.plan.tick_s
-        if self._set_points is SetPoints.MOVE:
-            ramp = self.plan.approach.acceleration_rad_s2
-            return Moves(trajectory, self._stand_rad, ramp, tick_s, self._numbers)
-        if self._fed_velocity or not self._may_be_rounded(trajectory):
-            return Streamed(trajectory, self._stand_rad, tick_s)
-        return Streamed(trajectory, self._stand_rad, tick_s, ROUNDING_S)
-
-    def _may_be_rounded(self, trajectory: Trajectory) -> bool:
-        """Tell a stair, or a move to it, from what has corners in order to excite the spring."""
-        return trajectory is not self.plan.trajectory or bool(trajectory.steady_windows())
+        return self._newest.position_rad if self._feed.is_velocity else self._held_rad
 
     def _next(self, stage: Stage, now_s: float) -> None:
         self.stage = stage
@@ -319,9 +290,9 @@ class Sequence:
     def _rest(self, now_s: float, phase: str) -> Step:
         """Hold at standstill; what is measured must allow even that, once motion may begin."""
         if self.interlock.may_move:
-            held = None if self._fed_velocity else self._held_rad
+            held = None if self._feed.is_velocity else self._held_rad
             asked = self._asking.answered(self._newest.time_s)
-            if asked is not None and self._fed_velocity:  # it stands where it stands
+            if asked is not None and self._feed.is_velocity:  # it stands where it stands
                 asked = asked._replace(position_rad=self._stand_rad)
             still = SetPoint(0.0, self._stand_rad, self._sent_velocity_rad_s, 0.0, held, asked)
             self._insist(still, now_s)

@@ -105,10 +105,8 @@ class ModbusRelease:
         now_s = self._clock.now()
         silent_s, still_s = now_s - word.heard_s, now_s - word.moved_s
         if silent_s > self._age_max_s:
-            return Permit(
-                False,
-                f"the cell's PLC has not been heard for {silent_s:.2f} s: {self._poller.trouble}",
-            )
+            trouble = f": {self._poller.trouble}" if self._poller.trouble else ""
+            return Permit(False, f"the cell's PLC has not been heard for {silent_s:.2f} s{trouble}")
         if still_s > self._age_max_s:
             return Permit(
                 False, f"the alive count of the cell's PLC stands still ({still_s:.2f} s)"

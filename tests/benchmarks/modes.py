@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from agent.cycle import sequence
+from agent.cycle import feed
 from agent.cycle.streamed import ROUNDING_S
 from agent.record.reading import read
 from tests.system.rig import rig
@@ -46,7 +46,7 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rounding", type=float, default=ROUNDING_S, metavar="S")
-    vars(sequence)["ROUNDING_S"] = parser.parse_args().rounding
+    vars(feed)["ROUNDING_S"] = parser.parse_args().rounding
     print(
         f"| mode | Hz | highest torque, N m of {LIMIT_NM} | in steady windows |\n|---|---|---|---|"
     )
