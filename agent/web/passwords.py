@@ -32,9 +32,9 @@ class Hasher(Protocol):
 
 
 class Argon2:
-    """Argon2id in 19 MiB, as OWASP's Password Storage Cheat Sheet asks, with ten passes for two.
+    """Argon2id in 12 MiB, as OWASP's Password Storage Cheat Sheet has it, with 16 passes for its 3.
 
-    That is the work of RFC 9106's choice for small machines (3 passes over 64 MiB), in a third of
+    That is the work of RFC 9106's choice for small machines (3 passes over 64 MiB), in a fifth of
     the memory: the page's server stays under 100 MB while somebody logs in.
 
     Parameters
@@ -43,7 +43,7 @@ class Argon2:
         Less of both in tests alone.
     """
 
-    def __init__(self, time_cost: int = 10, memory_kib: int = 19456) -> None:
+    def __init__(self, time_cost: int = 16, memory_kib: int = 12288) -> None:
         from argon2 import PasswordHasher
 
         _give_large_blocks_back()

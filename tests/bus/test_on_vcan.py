@@ -88,6 +88,11 @@ GUESTS = {
 }
 """What one pytest runs where the bus is, and how many tests that must be at least."""
 
+CONTRACTS = [
+    f"tests/contract/test_{name}.py" for name in ("axis_contract", "cia402_axis", "cia402_faults")
+]
+"""Those with a CAN bus: to import the others costs seconds in there."""
+
 
 @pytest.fixture(scope="module")
 def guests(vcan: Vcan, tmp_path_factory: pytest.TempPathFactory) -> ElementTree.Element:
@@ -96,7 +101,7 @@ def guests(vcan: Vcan, tmp_path_factory: pytest.TempPathFactory) -> ElementTree.
     command = ["env", f"{CHANNEL_VARIABLE}={vcan.channel}", sys.executable, "-m", "pytest", "-q"]
     # drivers.can first: it keeps from python-can what would take seconds to import
     command += ["-p", "drivers.can", "-p", "no:cacheprovider", f"--junit-xml={report}"]
-    command += ["-k", "socketcan or on_vcan", "tests/contract"]
+    command += ["-k", "socketcan or on_vcan", *CONTRACTS]
     command += ["tests/bus/reader_on_vcan.py", "tests/bus/faults_on_vcan.py"]
     done = vcan.run(command, timeout_s=300.0, cwd=REPOSITORY)
     assert report.is_file(), done.stdout[-4000:] + done.stderr[-1000:]
@@ -138,8 +143,8 @@ def test_a_cycle_on_vcan_loses_nothing_and_finds_the_friction(vcan: Vcan, tmp_pa
     assert estimate["quality"]["samples_lost"] == 0
     temperature = recording.columns["gearbox_temperature_degc"]
     truth = FakeSpecification().joint.friction.truth(float(np.median(temperature)))
-    # The joint's law and the other one that falls are tied on five speeds, with four or five numbers
-    # each: both pass every point within a fifth of its interval, so which of them is
+    # The joint's law and the other one that falls are tied on five speeds, with four or five
+    # numbers each: both pass every point within a fifth of its interval, so which of them is
     # selected is the noise's choice. That friction falls at all, the data do decide.
     laws = {model["model"]: model for model in estimate["friction_models"]}
     half_width_nm = np.ptp(np.array(estimate["friction_curve"]["ci95_nm"]), axis=1) / 2.0
