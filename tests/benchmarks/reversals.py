@@ -1,15 +1,17 @@
 """Coverage and choice of the laws of reversals: ``python -m tests.benchmarks.reversals [seeds]``.
 
 Truths are integrated apart from the product; a seed draws torque noise, the encoders' phase and
-the sampling's phase. The encoder has 2^16 counts a turn. The bound is Cramer and Rao's for white
-torque noise and a motion that is known without error: what the encoder's steps cost is above it.
-The laws are chosen among four at every tenth seed.
+the sampling's phase. The encoder has 2^16 counts a turn, or 2^BITS with ``--bits``. The bound is
+Cramer and Rao's for white torque noise and a motion that is known without error: what the encoder's
+steps cost is above it. The laws are chosen among four at every tenth seed. ``--law`` takes one law
+alone, without clearance and choice.
 """
 
 from __future__ import annotations
 
-import sys
+import argparse
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -38,17 +40,17 @@ NOISE_NM = 0.01
 FIRST = 10_000  # seeds that no test and no choice of a constant has seen
 
 
-def presliding(seeds: int) -> None:
+def presliding(seeds: int, laws: Sequence[str], counts: int) -> None:
     """Print coverage, error against the bound and bias of every parameter."""
     print(
         f"{'law':<15}{'parameter':<26}{'given':>6}{'covered':>10}{'rmse/truth':>12}{'/ bound':>9}"
     )
-    for law, truth in TRUTH.items():
-        bound = bounds(law)
+    for law in laws:
+        truth, bound = TRUTH[law], bounds(law)
         rows: dict[str, list[tuple[bool, float]]] = {name: [] for name in truth}
         began = time.perf_counter()
         for seed in range(FIRST, FIRST + seeds):
-            motion = read_tracks([sampled(bristled(law), seed)])
+            motion = read_tracks([sampled(bristled(law), seed, counts=counts)])
             range_ = range_of(motion)
             for name, parameter in parameters_of(
                 solve(LAWS[law], data_of(motion), range_), range_
@@ -166,11 +168,18 @@ def clearance(seeds: int) -> None:
 
 
 def main() -> None:
-    """Print the tables; the first argument is the number of seeds."""
-    seeds = int(sys.argv[1]) if len(sys.argv) > 1 else SEEDS
-    clearance(max(seeds // 10, 1))
-    presliding(seeds)
-    choice(max(seeds // 10, 1))
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("seeds", type=int, nargs="?", default=SEEDS)
+    parser.add_argument("--bits", type=int, default=16, help="of the encoder, a turn")
+    parser.add_argument("--law", choices=TRUTH, help="one law alone")
+    asked = parser.parse_args()
+    if asked.law is not None:
+        presliding(asked.seeds, [asked.law], 1 << asked.bits)
+        return
+    clearance(max(asked.seeds // 10, 1))
+    presliding(asked.seeds, list(TRUTH), 1 << asked.bits)
+    choice(max(asked.seeds // 10, 1))
 
 
 if __name__ == "__main__":
