@@ -176,7 +176,8 @@ class Plant:
     def advance(self, steps: int) -> None:  # noqa: C901 - fused for speed, see the class
         """Integrate `steps` steps of `servo.step_s` with the set-points as they stand.
 
-        One function with local names: a call and an attribute a step would double its cost.
+        One function with local names, though it is long: a step takes 0.6 us, of which each part
+        that is called would take a seventh more, and each attribute; every simulated night pays.
         """
         joint, servo, friction = self.joint, self.servo, self._friction
         dt = servo.step_s
