@@ -88,11 +88,6 @@ GUESTS = {
 }
 """What one pytest runs where the bus is, and how many tests that must be at least."""
 
-CONTRACTS = [
-    f"tests/contract/test_{name}.py" for name in ("axis_contract", "cia402_axis", "cia402_faults")
-]
-"""Those with a CAN bus: to import the others costs seconds in there."""
-
 
 @pytest.fixture(scope="module")
 def guests(vcan: Vcan, tmp_path_factory: pytest.TempPathFactory) -> ElementTree.Element:
@@ -101,7 +96,7 @@ def guests(vcan: Vcan, tmp_path_factory: pytest.TempPathFactory) -> ElementTree.
     command = ["env", f"{CHANNEL_VARIABLE}={vcan.channel}", sys.executable, "-m", "pytest", "-q"]
     # drivers.can first: it keeps from python-can what would take seconds to import
     command += ["-p", "drivers.can", "-p", "no:cacheprovider", f"--junit-xml={report}"]
-    command += ["-k", "socketcan or on_vcan", *CONTRACTS]
+    command += ["-k", "socketcan or on_vcan", "tests/contract"]
     command += ["tests/bus/reader_on_vcan.py", "tests/bus/faults_on_vcan.py"]
     done = vcan.run(command, timeout_s=300.0, cwd=REPOSITORY)
     assert report.is_file(), done.stdout[-4000:] + done.stderr[-1000:]
