@@ -165,7 +165,7 @@ def validation(fit: FlexibleFit) -> None:
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, default=500, help="of a joint with nothing left out; others have fewer")
+    parser.add_argument("--seeds", type=int, default=500, help="where no friction is left out")
     parser.add_argument("--keep", type=Path, help="folder of seeds done, to go on from")
     parser.add_argument("--only", choices=CASES, help="one campaign alone")
     arguments = parser.parse_args()
