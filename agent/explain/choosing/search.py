@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.explain.choosing.descent import descended, movable
 from agent.explain.forms.form import Form, Point
 from agent.explain.forms.refinement import climbed
 from agent.explain.rows.evidence import Weighing, heldout, moments, solve
@@ -17,6 +18,7 @@ from agent.explain.rows.table import BASE
 from agent.identify.result import Floats
 
 _POINTS_IN_FOLDS = 4
+_ROUNDS = 6  # of a form's numbers moved together
 _POINTS_TRIED = 12  # of a form, where its best would leave no possible joint
 _WORTH_FOLDS = 0.25  # of the best screened gain: less is not followed further
 _NOT_NEGATIVE = tuple(
@@ -136,6 +138,11 @@ class Library:
             found = self.known[key] = Candidate(form, point, self._at_rows(form, raw))
         return found
 
+    def columns(self, form: Form, point: Point) -> Floats:
+        """Compute one point's weighted columns, shape (m, k), and do not keep them."""
+        found = self.known.get((form, point))
+        return self._at_rows(form, form.columns(self.scene, point)) if not found else found.columns
+
     def all_points(self, form: Form) -> list[Candidate]:
         """Compute a form's columns over its whole grid."""
         return [self.candidate(form, point) for point in form.grid(self.scene)]
@@ -213,7 +220,26 @@ class Library:
 
         points = np.array([c.point for _, c in entry])
         gain, best = climbed(form, self.scene, points, entry[0][1].point, entry[0][0], gain_at)
+        if len(form.nonlinear) > 1:
+            entry = [(gain, self.candidate(form, best)), *entry]
+            best = self._deeper(form, best, points, basis, left)
+            gain = gain_at(best)
         return [(gain, self.candidate(form, best)), *entry]
+
+    def _deeper(
+        self, form: Form, best: Point, points: Floats, basis: Floats, left: Floats
+    ) -> Point:
+        """Move all of a form's numbers together from where one after the other has led."""
+        (found,) = descended(
+            (best,),
+            movable(0, form, self.scene, points),
+            lambda _, point: self.columns(form, point),
+            basis,
+            left,
+            lambda _, own: form.allows(own),
+            _ROUNDS,
+        )
+        return found
 
     def _from_possible(
         self, entry: list[tuple[float, Candidate]], model: Floats, worth: float

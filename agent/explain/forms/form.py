@@ -67,6 +67,9 @@ class Form:
     limits : callable, optional
         Scene to the lowest and highest value of each non-linear number, where the grid's best point
         may not be moved beyond.
+    point_of : callable, optional
+        Coefficients, shape (k,), to the point that they themselves ask for, where a trial point
+        stands for one of them.
     contains : tuple of str
         Effects that are special cases of this form: beside one of them it is no rival.
     rests_on_numbers : bool
@@ -89,6 +92,7 @@ class Form:
     step: Callable[[Scene], Point] | None = None
     to_twin: ToTwin = _as_named
     limits: Callable[[Scene], Sequence[tuple[float, float]]] | None = None
+    point_of: Callable[[Floats], Point] | None = None
     contains: tuple[str, ...] = ()
     rests_on_numbers: bool = False
     catch_all: bool = False
@@ -97,6 +101,12 @@ class Form:
     def size(self) -> int:
         """Return the number of free numbers."""
         return len(self.linear) + len(self.nonlinear)
+
+    def allows(self, coefficients: Floats) -> bool:
+        """Return whether no coefficient, shape (k,), has an impossible sign or size."""
+        return all(self.sign(i) * value >= 0.0 for i, value in enumerate(coefficients)) and all(
+            abs(value) <= top for value, top in zip(coefficients, self.highest, strict=False)
+        )
 
     def sign(self, index: int) -> int:
         """Return 1 where a coefficient must not be negative, else 0."""

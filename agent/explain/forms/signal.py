@@ -28,7 +28,8 @@ def _delay(scene: Scene, point: Point) -> Floats:
     """Return the refitted torque, later by a trial delay, less itself, over the trial, (N, 1).
 
     Its coefficient is the torque's delay, below zero where the motion is the late one; the trial
-    only bends the column, to the second order of how far it is from the delay. Dry friction turns
+    only bends the column, to the second order of how far it is from the delay; in the end it is the
+    delay found. Dry friction turns
     round within a little travel, as it does in every joint: a jump would reach through the filter
     to where friction has long settled, and make all delays too long.
     """
@@ -74,6 +75,7 @@ FORMS: tuple[Form, ...] = (
         _delay_grid,
         at_edges=True,
         to_twin=_delay_twin,
+        point_of=lambda coefficients: (float(coefficients[0]),),
         rests_on_numbers=True,
     ),
     Form(

@@ -67,7 +67,7 @@ def _derivatives(library: Library, model: Model) -> tuple[Floats, Mapping[tuple[
     places: dict[tuple[int, int], int] = {}
     width = columns[0].shape[1]
     for index, (term, place) in enumerate(zip(model.terms, model.slices(), strict=True)):
-        if not term.scored.form.refine:
+        if not term.scored.form.refine or term.scored.form.point_of is not None:
             continue
         for number in range(len(term.candidate.point)):
             slope = _slope(library, term, number, model.coefficients[place])

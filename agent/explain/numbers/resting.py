@@ -12,6 +12,8 @@ from dataclasses import replace
 
 from agent.explain.choosing.choice import Choice, Term, settled
 from agent.explain.choosing.search import Candidate, Library
+from agent.explain.numbers.polish import polished
+from agent.explain.numbers.whole import grown, known_beside
 from agent.explain.rows.evidence import solve
 from agent.identify.result import Floats
 
@@ -40,13 +42,16 @@ def settled_beside(library: Library, choice: Choice) -> tuple[Library, Choice]:
         theta = library.scene.theta
         if any(term.scored.form.rests_on_numbers for term in choice.terms):
             theta = _numbers_beside(library, choice.candidates)
-        if _moved(library, theta):
-            library = _at(library, theta)
+        beside = known_beside(library, choice.candidates)
+        if _moved(library, theta) or grown(library.scene, beside):
+            scene = replace(library.scene, beside=beside)
+            library = _at(replace(library, scene=scene), theta)
         elif choice.settled:
             break
         terms = [_again(library, term) for term in choice.terms]
         chosen, full = settled(library, terms)
         choice = replace(choice, terms=tuple(chosen), full=full, settled=True)
+        choice = polished(library, choice)
     return library, choice
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -29,12 +29,16 @@ class Scene:
         What the refitted twin leaves, at the rows; 0 where a row is not used.
     given : ndarray, shape (5,), optional
         The twin's numbers as given; `theta` where it says nothing.
+    beside : tuple of callable
+        Effects that are known already: scene to what each adds to the refitted twin's torque at
+        full rate, shape (N,).
     """
 
     table: Table
     theta: Floats
     residual_nm: Floats
     given: Floats | None = field(default=None, kw_only=True)
+    beside: tuple[Callable[[Scene], Floats], ...] = field(default=(), kw_only=True)
 
     def full(self, name: str) -> Floats:
         """Return a full-rate column, shape (N,)."""
@@ -101,10 +105,18 @@ class Scene:
 
     @cached_property
     def predicted_nm(self) -> Floats:
-        """Return the refitted twin's torque at full rate, shape (N,)."""
+        """Return the refitted twin's torque and the known effects' at full rate, shape (N,)."""
         full = self.table.full
         friction = self.theta[2] * full["direction"] + self.theta[1] * full["velocity_rad_s"]
-        return np.asarray(self.load_nm() + friction)
+        return np.asarray(self.load_nm() + friction + self.beside_nm)
+
+    @cached_property
+    def beside_nm(self) -> Floats:
+        """Return what the known effects add at full rate, shape (N,)."""
+        out = np.zeros(self.direction.shape[0])
+        for torque_nm in self.beside:
+            out += torque_nm(self)
+        return out
 
     @property
     def slowest(self) -> float:

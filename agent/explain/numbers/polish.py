@@ -1,0 +1,78 @@
+"""A whole model's numbers brought together, once it is known which effects it consists of.
+
+The search finds the numbers of one law after the other, beside the others as they stood then. Here
+those of all laws are moved together, and a trial point that stood for a coefficient becomes that
+coefficient.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from agent.explain.choosing.choice import Choice
+from agent.explain.choosing.descent import descended, movable
+from agent.explain.choosing.search import Candidate, Library
+from agent.explain.rows.evidence import solve
+from agent.identify.result import Floats
+
+_ROUNDS = 6
+_PASSES = 2
+
+
+def polished(library: Library, choice: Choice) -> Choice:
+    """Return a choice at the numbers that fit best together; effects and rivals stay.
+
+    Parameters
+    ----------
+    library : Library
+    choice : Choice
+        Settled.
+    """
+    candidates: Sequence[Candidate] = choice.candidates
+    for _ in range(_PASSES):
+        fitted = [
+            candidate
+            if candidate.form.point_of is None
+            else library.candidate(candidate.form, candidate.form.point_of(own))
+            for candidate, own in zip(candidates, _coefficients(library, candidates), strict=True)
+        ]
+        candidates = _together(library, fitted)
+    terms = tuple(
+        replace(term, scored=replace(term.scored, candidate=candidate, coefficients=own))
+        for term, candidate, own in zip(
+            choice.terms, candidates, _coefficients(library, candidates), strict=True
+        )
+    )
+    return replace(choice, terms=terms, full=library.errors(candidates))
+
+
+def _together(library: Library, candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return the same laws at the points to which all their numbers lead together."""
+    forms = [candidate.form for candidate in candidates]
+    numbers = []
+    for law, form in enumerate(forms):
+        grid = np.array([c.point for c in library.candidates if c.form is form])
+        numbers += movable(law, form, library.scene, grid)
+    points = descended(
+        [candidate.point for candidate in candidates],
+        numbers,
+        lambda law, point: library.columns(forms[law], point),
+        library.base,
+        library.target,
+        lambda law, own: forms[law].allows(own),
+        _ROUNDS,
+    )
+    return [library.candidate(form, point) for form, point in zip(forms, points, strict=True)]
+
+
+def _coefficients(library: Library, candidates: Sequence[Candidate]) -> list[Floats]:
+    """Return every law's coefficients in the fit of all together."""
+    columns = library.model(candidates)
+    theta = solve(columns.T @ columns, columns.T @ library.target)
+    widths = [candidate.columns.shape[1] for candidate in candidates]
+    stops = library.base.shape[1] + np.cumsum([0, *widths])
+    return [theta[a:b] for a, b in pairwise(stops)]
