@@ -25,7 +25,7 @@ from drivers.can.failures import WORKING_FAILURES, bus_name, working_failed
 from drivers.can.frames import BusCounts, CanBusConfig, Frame, Inbox, Reception
 from drivers.can.opening import may_read_fast, open_bus
 from drivers.can.reader_process import ReaderProcess
-from drivers.can_reader.ring import SLOT
+from drivers.can.routing import Routing
 from drivers.clock import Clock, SteppedClock
 from drivers.errors import BusError, BusOverflowError, WorkerDiedError
 
@@ -42,11 +42,6 @@ _WAITED_S = 0.0002
 
 _LISTENING_LAG_S = 0.25
 """The most by which "heard until" may trail: a receiver that is further behind has failed."""
-
-_EXTENDED, _REMOTE, _ERROR = 1 << 31, 1 << 30, 1 << 29  # linux/can.h, in the identifier
-_STANDARD_ID_MAX = 0x7FF
-_DATA_BYTES_MAX = 8
-_STAMP_SLACK_S = 1e-4
 
 
 class CanBusOwner:
@@ -68,20 +63,19 @@ class CanBusOwner:
         self, bus: can.BusABC, clock: Clock, name: str, reader: ReaderProcess | None = None
     ) -> None:
         self.name = name
-        self.counts = BusCounts()
         self._bus = bus
         self._clock = clock
         self._stepped = isinstance(clock, SteppedClock)
         self._reader = reader
+        threaded = not self._stepped and reader is None
+        self._routing = Routing(name, wakes=threaded)
+        self.counts = self._routing.counts
         self._reception = Reception("stepped" if self._stepped else "thread")
         self._heard_s = clock.now()
-        self._routes: dict[int, Inbox] = {}
-        self._inboxes: list[Inbox] = []
-        self._sent_ids: set[int] = set()
         self._closing = threading.Event()
         self._death: BusError | None = None
         self._thread: threading.Thread | None = None
-        if not self._stepped and reader is None:
+        if threaded:
             self._thread = threading.Thread(target=self._own, name=f"can-owner {name}", daemon=True)
             self._thread.start()
 
@@ -113,24 +107,11 @@ class CanBusOwner:
         BusError
             When another reader already has one of these ids.
         """
-        inbox = Inbox(frozenset(cob_ids), limit)
-        taken = inbox.cob_ids & self._routes.keys()
-        if taken:
-            listed = ", ".join(f"0x{cob_id:03X}" for cob_id in sorted(taken))
-            raise BusError(
-                f"On {self.name} the identifiers {listed} already have a reader.",
-                "Two axes must not share a node id.",
-            )
-        # A new table each time: the owner thread reads it without a lock.
-        self._routes = {**self._routes, **dict.fromkeys(inbox.cob_ids, inbox)}
-        self._inboxes.append(inbox)
-        return inbox
+        return self._routing.subscribe(cob_ids, limit)
 
     def unsubscribe(self, inbox: Inbox) -> None:
         """Let go of an inbox; nothing happens when it was let go before."""
-        if inbox in self._inboxes:
-            self._inboxes.remove(inbox)
-            self._routes = {k: v for k, v in self._routes.items() if v is not inbox}
+        self._routing.unsubscribe(inbox)
 
     def post(self, cob_id: int, data: bytes) -> None:
         """Put one frame on the bus; devices on a stepped clock do not yet see it.
@@ -142,7 +123,7 @@ class CanBusOwner:
         """
         if self._closing.is_set():
             raise BusError(f"The CAN bus {self.name} is closed.")
-        self._sent_ids.add(cob_id)
+        self._routing.sent(cob_id)
         message = can.Message(arbitration_id=cob_id, data=data, is_extended_id=False)
         try:
             self._bus.send(message)
@@ -237,13 +218,7 @@ class CanBusOwner:
                 f"The thread that owns the CAN bus {self.name} has ended.",
                 "Check the adapter, then start again.",
             )
-        for inbox in self._inboxes:
-            if inbox.overflowed:
-                raise BusOverflowError(
-                    f"On {self.name} frames came faster than they were taken away: "
-                    f"{inbox.overflowed} are lost beyond {inbox.limit} waiting ones.",
-                    "Lower the sample rate or relieve the computer, then start again.",
-                )
+        self._routing.check()
 
     def receive_without_help(self, *, suspected: bool = False) -> bool:
         """Let `poll` and `wait` receive by themselves from now on if the helper has died.
@@ -299,7 +274,7 @@ class CanBusOwner:
                 message = self._bus.recv(_RECEIVE_TIMEOUT_S)
                 now_s = self._clock.now()
                 if message is not None:
-                    self._route(message, now_s)
+                    self._routing.message(message, now_s)
                 if message is None or now_s - before_s > _WAITED_S:
                     self._heard_s = before_s
         except WORKING_FAILURES as error:
@@ -310,80 +285,10 @@ class CanBusOwner:
         now_s = self._clock.now()
         try:
             while (message := self._bus.recv(0.0)) is not None:
-                self._route(message, now_s)
+                self._routing.message(message, now_s)
         except WORKING_FAILURES as error:
             raise working_failed(error, self.name, "receiving") from error
 
     def _take(self, reader: ReaderProcess) -> None:
-        """Route what the reader process has put into the ring, stamped by the kernel.
-
-        A frame came after the ring was last known to be complete, and before now. A stamp that says
-        otherwise was made before somebody set the wall clock, or is missing; it is moved to the
-        nearer end, and counted.
-        """
-        slots, ahead_s, oldest_s, newest_s = reader.take()
-        routes, make = self._routes, tuple.__new__
-        routed = 0
-        for seconds, nanoseconds, can_id, length, data in SLOT.iter_unpack(slots):
-            wall_s = seconds + nanoseconds * 1e-9
-            stamp_s = wall_s - ahead_s
-            if not oldest_s <= stamp_s <= newest_s:
-                if not oldest_s - _STAMP_SLACK_S < stamp_s < newest_s + _STAMP_SLACK_S:
-                    self.counts.restamped += 1
-                stamp_s = min(max(stamp_s, oldest_s), newest_s)
-            # Frame(...) and a call of `_deliver` would double what a frame costs
-            frame = make(Frame, (stamp_s, can_id, data[:length], wall_s))
-            inbox = routes.get(can_id)
-            if inbox is None or length > _DATA_BYTES_MAX or len(inbox.frames) >= inbox.limit:
-                self._refuse(frame, length)
-                continue
-            inbox.frames.append(frame)
-            routed += 1
-        self.counts.routed += routed
-
-    def _refuse(self, frame: Frame, length: int) -> None:
-        """Count one of the reader's frames that no inbox takes, by the reason."""
-        if frame.cob_id > _STANDARD_ID_MAX or length > _DATA_BYTES_MAX:
-            self._count_odd(frame.cob_id)
-        else:
-            self._deliver(frame)
-
-    def _route(self, message: can.Message, stamp_s: float) -> None:
-        """Deliver one of python-can's messages, or count why it is none of ours."""
-        if message.is_error_frame or message.is_remote_frame or message.is_extended_id:
-            self._count_odd(
-                message.is_error_frame * _ERROR
-                | message.is_remote_frame * _REMOTE
-                | message.is_extended_id * _EXTENDED
-            )
-            return
-        data = bytes(message.data)
-        self._deliver(Frame(stamp_s, message.arbitration_id, data, message.timestamp))
-
-    def _deliver(self, frame: Frame) -> None:
-        """Put one frame into its inbox, or count why it has none."""
-        inbox = self._routes.get(frame.cob_id)
-        if inbox is None:
-            if frame.cob_id in self._sent_ids:
-                self.counts.own_echoes += 1
-            else:
-                self.counts.unrouted += 1
-            return
-        if len(inbox.frames) >= inbox.limit:
-            inbox.overflowed += 1
-            return
-        self.counts.routed += 1
-        inbox.frames.append(frame)
-        if self._thread is not None:
-            inbox.arrived.set()
-
-    def _count_odd(self, can_id: int) -> None:
-        """Count a frame that is no CANopen data frame, by the flags in its identifier."""
-        if can_id & _ERROR:
-            self.counts.error_frames += 1
-        elif can_id & _REMOTE:
-            self.counts.remote_frames += 1
-        elif can_id & _EXTENDED:
-            self.counts.extended += 1
-        else:
-            self.counts.malformed += 1
+        """Route what the reader process has put into the ring."""
+        self._routing.slots(*reader.take())
