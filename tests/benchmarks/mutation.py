@@ -32,7 +32,8 @@ LIMIT_S = 60
 """A mutant that makes its tests hang for so long is noticed, too."""
 
 EQUIVALENT: dict[str, str] = {
-    "`return ''` becomes `return None`": "equivalent: a reason is only asked whether there is one"
+    "`return ''` becomes `return None`": "equivalent: a reason is only asked whether there is one",
+    "`step_rad > 0.0` becomes `step_rad >= 0.0`": "equivalent: nobody asks about a step of nothing",
 }
 """Survivors that no test can notice, by the words of the mutation, with the reason."""
 
