@@ -110,7 +110,7 @@ def _numbers(cases: Cases) -> dict[str, Any]:
     places = [p for c in cases for p in c["score"]["located"]]
     overlaps = [p["overlap"] for p in places if p["overlap"] is not None]
     orders = [p["order_right"] for p in places if p["order_right"] is not None]
-    shares = [abs(p["share_error"]) for p in places]
+    shares = [abs(p["share_error"]) for p in places if p["share_error"] is not None]
     numbers = [m for c in cases for m in c["score"]["measured"]]
     errors = [m["error"] for m in numbers if m["snr"] >= 0.9 * _NUMBERS_SNR]
     intervals = [m["covered"] for m in numbers if m["covered"] is not None]
