@@ -91,6 +91,8 @@ Restart=no
 EnvironmentFile=-/etc/stribeck/{robot}.env
 # no PrivateTmp: the axis's lock must be the one that every other program sees
 NoNewPrivileges=true
+# with a User= of your own too: the cycle runs before other programs
+LimitRTPRIO=20
 """
     return Units(f"stribeck-night-{robot}", service, timer)
 
