@@ -64,7 +64,7 @@ class Located:
 
     `overlap` is intersection over union along the variable that both name, `order_right` whether
     the order found lies in the label's band; None where the two name no variable in common.
-    `share_error` is the energy share found less the true one; None where what the effect costs is
+    `share_error` is the energy share found less the label's; None where what the effect costs is
     not in the residual of a simulation that is driven by the measured motion.
     """
 
@@ -90,7 +90,7 @@ class Measured:
     covered: bool | None
 
 
-def located(effect: Document, finding: Document, concealed: float = 1.0) -> Located:
+def located(effect: Document, finding: Document) -> Located:
     """Return how well a finding is placed.
 
     Parameters
@@ -99,13 +99,10 @@ def located(effect: Document, finding: Document, concealed: float = 1.0) -> Loca
         An entry of the label.
     finding : mapping
         An entry of the explanation that names it.
-    concealed : float
-        Which part of the mismatch the concealed effects make up. The label's shares are of that
-        part, an explanation's of the whole mismatch.
     """
     error = None
     if effect["basis"] != "commanded":
-        error = float(finding["energy_share"]) - concealed * float(effect["energy_share"])
+        error = float(finding["energy_share"]) - float(effect["energy_share"])
     variable = next((w["variable"] for w in finding["where"] if _of(effect, w["variable"])), "")
     if not variable:
         return Located(str(effect["effect"]), "", None, None, error)
@@ -115,15 +112,6 @@ def located(effect: Document, finding: Document, concealed: float = 1.0) -> Loca
         inside = any(low <= middle <= high for low, high in true)
         return Located(str(effect["effect"]), variable, None, inside, error)
     return Located(str(effect["effect"]), variable, overlap(true, found), None, error)
-
-
-def concealed_part(label: Document) -> float:
-    """Return which part of what the structure leaves above the noise is concealed, 0 to 1.
-
-    The rest is what nobody asked for: small effects of the joint, and a gear that is not rigid.
-    """
-    concealed, rest = (float(label[name]) ** 2 for name in ("excess_nm", "structure_left_nm"))
-    return concealed / (concealed + rest) if concealed > 0.0 else 0.0
 
 
 def _of(entry: Document, variable: str) -> list[Interval]:
