@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from agent.cli.prove_numbers import Located, Measured, concealed_part, located, measured
+from agent.cli.prove_numbers import Located, Measured, located, measured
 
 Document = Mapping[str, Any]
 UNKNOWN_VERDICTS = frozenset({"unexplained", "partly-explained"})
@@ -141,7 +141,7 @@ def score(label: Document, explanation: Document, baseline: Sequence[str]) -> Sc
         baseline_right=bool(picks) and picks[0] in any_truth,
         baseline_exact=_all_in(truths, set(picks[: len(truths)])),
         floor_ratio=holdout.get("floor_ratio"),
-        located=tuple(located(e, f, concealed_part(label)) for e, f in _pairs(concealed, findings)),
+        located=tuple(located(e, f) for e, f in _pairs(concealed, findings)),
         measured=tuple(m for e, f in _pairs(concealed, findings) for m in measured(e, f)),
     )
 

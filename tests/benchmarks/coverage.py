@@ -1,10 +1,11 @@
 """Numbers and intervals by effect: ``python -m tests.benchmarks.coverage [seeds] [first] [poor]``.
 
 One effect of the concealed library at a time, SNR 1, development seeds, rich recordings or poor
-ones, written, explained and scored as `stribeck prove` does. For every effect: in how many cases it was named, the median error
-of its numbers, how many 95 % intervals hold the truth, the worst energy share's error, the median
-error on unseen recordings over the floor; then which intervals miss, and by how much. Only numbers
-that mean the same in both forms are compared, so that some effects have none.
+ones, written, explained and scored as `stribeck prove` does. For every effect: in how many cases it
+was named, the median error of its numbers, how many 95 % intervals hold the truth, the worst energy
+share's error in points, the median error on unseen recordings over the floor; then which intervals
+miss, and by how much. Only numbers that mean the same in both forms are compared, so that some
+effects have none.
 """
 
 from __future__ import annotations
