@@ -47,7 +47,7 @@ def row(effect: str, found: list[Score]) -> tuple[str, int, int]:
         if place.share_error is not None
     ]
     ratios = [case.floor_ratio for case in found if case.floor_ratio is not None]
-    named = sum(effect in case.named for case in found)
+    named = sum(bool(case.located) for case in found)
     error = f"{100.0 * np.median([m.error for m in numbers]):7.1f}" if numbers else f"{'-':>7}"
     share = f"{100.0 * max(shares):6.0f}" if shares else f"{'-':>6}"
     ratio = f"{np.median(ratios):7.2f}" if ratios else f"{'-':>7}"
