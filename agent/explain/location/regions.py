@@ -83,7 +83,7 @@ def axis_values(scene: Scene, variable: str, order: float = 0.0) -> Floats:
         # Half of the speed is the mean over a ramp: good enough to draw against. What came fast and
         # is slow now has not turned round before its recording began.
         longest_s = max(p.period_s * (p.full.stop - p.full.start) for p in table.pieces)
-        return np.minimum(2.0 * rows["travel_rad"] / speed, longest_s)
+        return np.asarray(np.minimum(2.0 * rows["travel_rad"] / speed, longest_s))
     if variable.startswith("order_per_"):
         return np.mod(order * rows["position_rad"], 2.0 * np.pi)
     return rows[variable]
