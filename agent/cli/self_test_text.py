@@ -100,7 +100,7 @@ def _catch_lines(catch: Catch) -> list[str]:
         f"- {SHAPES[catch.shape]}:",
         f"    {catch.stated_percent:g} % of low-speed friction: {verdict} in "
         f"{100.0 * catch.caught_share:.0f} % ({100.0 * low:.0f} to {100.0 * high:.0f} %)"
-        + (f", after {catch.delay_cycles:.0f} cycles (median)" if catch.caught_share > 0.0 else ""),
+        + (f", after {_cycles(catch.delay_cycles)} (median)" if catch.caught_share > 0.0 else ""),
     ]
     if not math.isfinite(catch.smallest_percent):
         return [*lines, "    no rise up to twice the friction is caught with 95 %"]
@@ -110,6 +110,10 @@ def _catch_lines(catch: Catch) -> list[str]:
         f"    smallest caught with 95 %: {catch.smallest_percent:.1f} % ({ends[0]} to {ends[1]}), "
         f"{catch.smallest_nm:.3g} N m",
     ]
+
+
+def _cycles(count: float) -> str:
+    return "1 cycle" if round(count) == 1 else f"{count:.0f} cycles"
 
 
 def _finite(value: float) -> float | None:

@@ -10,15 +10,16 @@ The features are linear in friction, so that a rise adds its own features to eac
 that is checked by estimating injected recordings anew (`injection.responses`).
 
 Each replay has a smallest rise that it catches in time. As each stands for what the joint may be,
-the rise that 95 % of them catch is caught with 95 % the next time. Its interval is that of the
-quantile's order statistics, widened by what so many healthy cycles leave open of their scatter.
+the rise that 95 % of them catch is caught with 95 % the next time: it is read off a curve of the
+share that is caught over the rise (`injection_intervals.catching`), and its interval is widened by
+what so many healthy cycles leave open of their scatter.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,17 +33,17 @@ from agent.monitor.baseline import (
     compensated,
     series_of,
 )
-from agent.monitor.compensation import Law
+from agent.monitor.compensation import Compensated, Law
 from agent.monitor.growth import LAG, watched
 from agent.monitor.injection import SHAPES, rise_of
-from agent.monitor.injection_intervals import apart, quantile, wilson
+from agent.monitor.injection_intervals import apart, catching, wilson
 from agent.monitor.injection_result import CAUGHT, Catch, FalseAlarms, Healthy, SelfTest
 from agent.monitor.series import FEATURES, Detector, Judgement, State
 
 FEWEST = 12  # healthy cycles: fewer replay nothing but themselves
 _LARGEST = 2.0  # of the low-speed friction: a rise beyond is no small one
 _SMALLEST = 0.001
-_RESOLUTION = 1.1  # between a rise that is caught and one that is missed
+_RESOLUTION = 1.2  # between a rise that is caught and one that is missed
 _AFTER = 60  # cycles after the baseline on which false alarms are counted
 _YEAR_S = 365.25 * 86_400.0
 
@@ -132,21 +133,28 @@ def _unable(
 
 @dataclass(frozen=True)
 class _Replay:
-    """One drawn history of n cycles; a rise begins at cycle `onset`."""
+    """One drawn history of n cycles at reference conditions; a rise begins at cycle `onset`.
+
+    `without` is the history without it: features are linear, and a rise adds its own.
+    """
 
     time_s: Floats
-    features: Features
+    without: Mapping[str, Compensated]
     baseline: Baseline
     onset: int
 
     def judged(self, detector: Detector, added: Mapping[str, float], stop: int) -> Judgement:
         """Return what the chain says of the first `stop` cycles with a rise's features added."""
-        own = self.features.take(slice(0, stop))
-        risen = {
-            name: values + added.get(name, 0.0) * (np.arange(values.size) >= self.onset)
-            for name, values in own.values.items()
+        late = np.arange(stop) >= self.onset
+        found = {
+            name: Compensated(
+                one.value[:stop] + added.get(name, 0.0) * late,
+                one.own_deviation[:stop],
+                one.shared_deviation[:stop],
+                one.extrapolated[:stop],
+            )
+            for name, one in self.without.items()
         }
-        found = compensated(replace(own, values=risen), self.baseline)
         return detector.judge(series_of(self.time_s[:stop], found, self.baseline))
 
     def alarm(self, detector: Detector, added: Mapping[str, float], stop: int) -> int | None:
@@ -201,7 +209,8 @@ def _replay(source: _Source, baseline: int, within: int, rng: np.random.Generato
     onset = baseline + LAG + int(rng.integers(1, 2 * source.block + 1))
     drawn = source.drawn(max(onset + within, baseline + _AFTER), rng)
     time_s = source.healthy.interval_s * np.arange(drawn.count, dtype=np.float64)
-    return _Replay(time_s, drawn, baseline_of(drawn, baseline), onset)
+    learned = baseline_of(drawn, baseline)
+    return _Replay(time_s, compensated(drawn, learned), learned, onset)
 
 
 @dataclass(frozen=True)
@@ -218,10 +227,11 @@ class _Trial:
         alarm = replay.alarm(self.detector, added, replay.onset + self.within)
         return alarm - replay.onset if alarm is not None and alarm >= replay.onset else None
 
-    def smallest(self, replay: _Replay, guess: float) -> float:
-        """Return the smallest share that is caught, within a tenth; infinite beyond `_LARGEST`.
+    def bracket(self, replay: _Replay, guess: float) -> tuple[float, float]:
+        """Return the largest share that is missed and the smallest that is caught, a fifth apart.
 
-        Widened by doubling from a guess, then halved on a scale of ratios.
+        Nothing is missed below `_SMALLEST` (0), nor caught beyond `_LARGEST` (infinite). Widened
+        by half from a guess, then halved on a scale of ratios.
         """
         missed, caught = 0.0, math.inf
         share = guess
@@ -232,7 +242,7 @@ class _Trial:
             else:
                 caught = share
                 share = share / 1.5 if missed == 0.0 else math.sqrt(missed * caught)
-        return caught
+        return missed, caught
 
 
 def _catch(
@@ -246,11 +256,14 @@ def _catch(
     delays = [trial.delay(r, stated) for r in replays]
     known = [d for d in delays if d is not None]
     share = len(known) / len(replays)
-    smallest: list[float] = []
+    brackets: list[tuple[float, float]] = []
     for replay in replays:
-        finite = [s for s in smallest if math.isfinite(s)]
-        smallest.append(trial.smallest(replay, float(np.median(finite)) if finite else stated))
-    found, low, high = quantile(np.sort(smallest), CAUGHT)
+        finite = [caught for _, caught in brackets if math.isfinite(caught)]
+        brackets.append(trial.bracket(replay, float(np.median(finite)) if finite else stated))
+    missed, caught = np.array(brackets).T
+    found, low, high = catching(missed, caught, CAUGHT)
+    if found > _LARGEST:
+        found = low = high = math.inf
     # What n cycles scatter by is itself known to a share of 1 / sqrt(2 n) only.
     doubt = 1.96 / math.sqrt(2.0 * (healthy.features.count - 1.0))
     return Catch(

@@ -18,6 +18,7 @@ from agent.monitor.cycle import cycle_of
 from agent.monitor.detectors import detector
 from agent.monitor.features import SpeedGrid, features_of, grid_of
 from agent.monitor.injection import SHAPES, FrictionRise, added_torque_nm, responses, rise_of
+from agent.monitor.injection_intervals import catching
 from agent.monitor.injection_replay import self_test
 from agent.monitor.injection_result import Healthy
 from fakes.history import HistoryPlan, cycles
@@ -104,6 +105,25 @@ def test_it_fails_where_a_rise_is_lost_in_the_noise() -> None:
     found = self_test(healthy(40, 0.01), detector("3-sigma"), stated=0.005, replays=20, within=3)
     assert not found.passed
     assert all(c.caught_share < 0.95 for c in found.catches)
+
+
+def test_the_rise_that_nearly_all_replays_catch_has_a_finite_interval_that_holds() -> None:
+    """Smallest rises normal about 1.0, known to a fifth; one in twenty catches by luck alone."""
+    rng, truth, runs = np.random.default_rng(5), 1.0 + 0.25 * 1.6449, 40
+    found = []
+    for _ in range(runs):
+        own = np.maximum(1.0 + 0.25 * rng.standard_normal(60), 0.05)
+        edge = 1.2 ** (np.floor(np.log(own) / np.log(1.2)) + rng.uniform(0.0, 1e-3))
+        lucky = rng.uniform(size=60) < 0.05
+        missed = np.where(lucky, 0.0, edge)
+        found.append(catching(missed, np.where(lucky, 0.001, 1.2 * edge), 0.95))
+    rise, low, high = np.array(found).T
+    assert np.all(np.isfinite(high))
+    # luck takes 5 % off those that miss: the rise that 95 % catch is that of the others' 94.7 %
+    assert np.mean(rise) == pytest.approx(truth, rel=0.03)
+    assert np.mean((low <= truth) & (truth <= high)) >= 0.85
+    none = np.full(30, 2.0), np.full(30, np.inf)
+    assert catching(*none, 0.95) == (np.inf, np.inf, np.inf)
 
 
 def test_few_cycles_are_not_decidable() -> None:
