@@ -3,12 +3,14 @@
 Independent normal features, a step at a night that nobody tells. The optimum (Lorden 1971,
 Moustakides 1986) is Page's CUSUM that knows level, scatter and the size of the rise; its threshold
 is set by the Markov chain to the false-alarm rate that was counted of the product's detector, and
-it sees the same nights. The product begins with a baseline of 30 nights that goes on growing.
+it sees the same nights. The product begins with a baseline of 30 nights that goes on growing. The
+optimum knows what no such detector can; the best that knows as little is `monitor_reference`'s.
 """
 
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +21,7 @@ from agent.monitor.growth import grown
 from agent.monitor.run_length import brook_evans
 from agent.monitor.series import FeatureSeries, State
 from agent.monitor.tuning import YEAR_S, Target
+from tests.benchmarks.monitor_reference import delay_of
 from tests.science.monitor_fleet import correlated
 
 LEVEL = 100.0
@@ -31,7 +34,8 @@ FIRST = 30
 class Delay:
     """One row: mean cycles from the first changed one to the alarm, both included.
 
-    `night` is that of the step; `kept` is what the first baseline alone takes.
+    `night` is that of the step; `kept` is what the first baseline alone takes; `optimum` knows
+    level and scatter, `fair` no more than the product does.
     """
 
     night: int
@@ -41,6 +45,7 @@ class Delay:
     cycles: float
     kept: float
     optimum: float
+    fair: float
 
     @property
     def ratio(self) -> float:
@@ -84,13 +89,21 @@ def false_rate(
     `memory` is the correlation of neighbouring nights.
     """
     nights, alarms, watched = int(years * 365), 0, 0
-    for seed in range(robots):
-        rng = np.random.default_rng(seed)
-        values = LEVEL * (1.0 + noise * correlated(healthy + nights, memory, rng))
+    for values in healthy_years(healthy, noise, robots, years, memory):
         at = first_alarm(detector, values, healthy, grows=grows)
         alarms += at is not None
         watched += nights if at is None else at - healthy + 1
     return alarms / (watched * DAY_S / YEAR_S), alarms
+
+
+def healthy_years(
+    healthy: int, noise: float, robots: int, years: float, memory: float = 0.0
+) -> Iterator[Floats]:
+    """Yield each robot's nights: its baseline, and so many years."""
+    for seed in range(robots):
+        rng = np.random.default_rng(seed)
+        nights = healthy + int(years * 365)
+        yield LEVEL * (1.0 + noise * correlated(nights, memory, rng))
 
 
 def known(z: Floats, size: float, false_per_year: float, start: int) -> float | None:
@@ -128,6 +141,7 @@ def measure(
     noise: float,
     rise: float,
     rate: float,
+    line: float,
     *,
     robots: int = 300,
     per_year: float = 0.1,
@@ -142,21 +156,26 @@ def measure(
         Shares of the level; the detector is told to look for this rise.
     rate : float
         False alarms a year that were counted of the product.
+    line : float
+        The fair reference's threshold (`line_for`).
     robots : int
     per_year : float
         False alarms that the product is tuned to.
     """
     detector = Cusum(Target(smallest_rise=rise, increased_per_year=per_year))
-    delays: tuple[list[float], list[float], list[float]] = ([], [], [])
+    delays: tuple[list[float], ...] = ([], [], [], [])
+    first = min(FIRST, night)
     for seed in range(robots):
         z = np.random.default_rng(10_000 + seed).standard_normal(night + 300)
         z[night:] += rise / noise
         values = LEVEL * (1.0 + noise * z)
         for found, grows in zip(delays[:2], (True, False), strict=True):
-            at = first_alarm(detector, values, min(FIRST, night), grows=grows)
+            at = first_alarm(detector, values, first, grows=grows)
             if at is None or at >= night:
                 found.append(300.0 if at is None else at - night + 1.0)
         best = known(z, rise / noise, rate, night)
-        if best is not None:
-            delays[2].append(best)
+        fair = delay_of(values, rise * LEVEL, first, line, night)
+        for found, one in zip(delays[2:], (best, fair), strict=True):
+            if one is not None:
+                found.append(one)
     return Delay(night, noise, rise, rate, *(float(np.mean(d)) for d in delays))

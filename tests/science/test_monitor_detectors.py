@@ -18,7 +18,16 @@ from agent.monitor.run_length import brook_evans, siegmund, threshold_for
 from agent.monitor.series import FEATURES, FeatureSeries, State
 from agent.monitor.standing import standing
 from agent.monitor.tuning import Target, tune
-from tests.benchmarks.monitor_delay import FIRST, LEVEL, false_rate, first_alarm, measure, series_of
+from tests.benchmarks.monitor_delay import (
+    FIRST,
+    LEVEL,
+    false_rate,
+    first_alarm,
+    healthy_years,
+    measure,
+    series_of,
+)
+from tests.benchmarks.monitor_reference import line_for
 from tests.science.monitor_fleet import Life, episodes, live, low_speed_share
 from tests.science.monitor_joint import DAY_S
 
@@ -197,9 +206,12 @@ def test_the_false_alarm_rate_is_the_one_asked_for() -> None:
 def test_the_delay_is_near_the_optimum() -> None:
     """A slice of ``tests.benchmarks.monitor``, at a false-alarm rate that few robots show."""
     detector = Cusum(Target(smallest_rise=0.03, increased_per_year=6.0))
-    rate = false_rate(detector, FIRST, 0.02, 30, 1.0, grows=True)[0]
-    delay = measure(130, 0.02, 0.03, rate, robots=40, per_year=6.0)
+    rate, alarms = false_rate(detector, FIRST, 0.02, 30, 1.0, grows=True)
+    line = line_for(healthy_years(FIRST, 0.02, 30, 1.0), alarms, 0.03 * LEVEL, FIRST)
+    delay = measure(130, 0.02, 0.03, rate, line, robots=40, per_year=6.0)
     assert delay.ratio <= 1.4, delay
+    assert delay.optimum <= 1.1 * delay.fair, delay  # knowing more is no worse
+    assert delay.cycles <= 1.25 * delay.fair, delay
 
 
 def test_a_simulated_fleet_is_quiet_when_healthy_and_its_wear_is_found() -> None:
