@@ -22,9 +22,12 @@ def monitor_text(findings: Sequence[Finding], unreadable: Sequence[Unreadable]) 
 
 def _joint(finding: Finding) -> str:
     history = finding.history
-    lines = [f"{history.joint.label}: {finding.status}", f"  {finding.sentence}"]
+    state = f"ALARM ({finding.status})" if finding.alarm else finding.status
+    lines = [f"{history.joint.label}: {state}", f"  {finding.sentence}"]
     if finding.reasons is not None:
-        lines.append(f"  {finding.reasons.sentence}")
+        lines += [
+            f"  {said}" for said in (finding.reasons.sentence, finding.reasons.others) if said
+        ]
     lines += [f"  {sentence}" for sentence in finding.timing]
     if finding.comparison is not None:
         lines += [_effect(name, e) for name, e in finding.comparison.effects.items()]

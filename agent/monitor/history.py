@@ -6,6 +6,7 @@ Nothing is left out in silence: every cycle that is set aside has its sentence.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -129,8 +130,14 @@ def _history(
         grid,
         _segments(kept, events),
         tuple(aside),
-        tuple(notes_on(cycles, kept)),
+        tuple(notes_on(_once(cycles), kept)),
     )
+
+
+def _once(cycles: Sequence[Cycle]) -> list[Cycle]:
+    """Leave out what is there twice, both of it: a copy's name says nothing of its time."""
+    times = Counter(c.fingerprint for c in cycles if c.fingerprint)
+    return [c for c in cycles if times[c.fingerprint] < 2]
 
 
 def _order(started_s: float) -> float:

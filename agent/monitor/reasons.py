@@ -128,6 +128,13 @@ class Reasons:
         return f"The curve's change cannot tell these apart: {listed}."
 
     @property
+    def others(self) -> str:
+        """Return what was weighed beside the likely causes, in one sentence; empty for nothing."""
+        rest = self.causes[len(self.likely) :]
+        listed = "; ".join(f"{c.words.split(' (')[0].split(':')[0]} ({c.share})" for c in rest)
+        return f"Less likely: {listed}." if rest else ""
+
+    @property
     def actions(self) -> tuple[str, ...]:
         """Return what to do next, for each likely cause."""
         return tuple(_ACTIONS[c.id] for c in self.likely)

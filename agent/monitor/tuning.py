@@ -209,7 +209,7 @@ def _tuned(found: _Known, target: Target, cycles_per_year: float, share: float) 
         decidable=True,
         sentence=(
             f"{found.cycles} healthy cycles: a lasting rise of "
-            f"{100.0 * share_of_level:.1f} % is found after about {delays[best]:.0f} cycles; "
+            f"{100.0 * share_of_level:.1f} % is found after about {_cycles(delays[best])}; "
             f"false alarms from noise between {low:.2g} and {up:.2g} a year, "
             f"{np.mean(rates):.2g} expected"
         ),
@@ -250,6 +250,11 @@ def cycles_per_year(series: FeatureSeries) -> float:
     """Return how many cycles a year the healthy ones amount to; one alone counts as nightly."""
     gaps = np.diff(series.time_s[: series.healthy])
     return YEAR_S / (float(np.median(gaps)) if gaps.size else 86400.0)
+
+
+def _cycles(count: float) -> str:
+    """Return a number of cycles in words."""
+    return "1 cycle" if round(count) == 1 else f"{count:.0f} cycles"
 
 
 def _undecided(reason: str) -> Tuning:

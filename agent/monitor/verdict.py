@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.identify.result import Floats
-from agent.monitor.baseline import Baseline, baseline_of, compensated, features_table
+from agent.monitor.baseline import LEAST, Baseline, baseline_of, compensated, features_table
 from agent.monitor.change_time import ChangeTime, change_time
 from agent.monitor.comparison import Comparison, compare
 from agent.monitor.compensation import Compensated
@@ -266,13 +266,14 @@ def _undecided(
 
 
 def _too_few(track: Track) -> str:
-    baseline = track.baseline
+    baseline, asked = track.baseline, track.baseline.asked
     begun = ""
     if track.segment.events:
         event = track.segment.events[0]
         begun = f" since the {event.label} on {day(event.at_s)}"
     plural = "cycle" if baseline.needed == 1 else "cycles"
-    return f"{baseline.cycles} of {baseline.needed} healthy {plural}{begun}"
+    why = ", for they differ much from one another" if baseline.needed > LEAST and not asked else ""
+    return f"{baseline.cycles} of {baseline.needed} healthy {plural}{begun}{why}"
 
 
 def _more_cycles(track: Track) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ Friction curves, each tested feature's statistic with its threshold, and the sta
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,7 +28,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_EARLY, _LATE = np.array([0.72, 0.80, 0.87]), np.array([0.769, 0.322, 0.0])
+_CURVES: Mapping[State, tuple[str, str]] = {
+    State.NO_FAULT: ("#b8ccde", "no fault"),
+    State.INCREASED: ("#e69b5e", "H0"),
+    State.HIGH: (PREDICTED, "H1"),
+}
 _TITLES: Mapping[str, str] = {
     "coulomb_nm": "Coulomb friction",
     "viscous_nm_s_per_rad": "viscous friction",
@@ -67,24 +71,26 @@ def figure_case_study(
     panels = stacked(
         [Panel(height, WITH_LABELS_IN) for height in heights], narrow=narrow, header_in=0.2
     )
-    _curves(panels[0], speed_rad_s, curves_nm)
+    _curves(panels[0], speed_rad_s, curves_nm, judged.states)
     for axes, name in zip(panels[1:-1], shown, strict=True):
         _test(axes, _TITLES[name], judged.traces[name])
     _decision(panels[-1], judged)
     return figure_of(panels[0])
 
 
-def _curves(axes: Axes, speed: Floats, curves: Floats) -> None:
-    for i, curve in enumerate(curves):
-        share = i / max(1, len(curves) - 1)
-        color = tuple(_EARLY + share * (_LATE - _EARLY))
-        axes.plot(speed, curve, color=color, lw=0.8, label=None if share < 1.0 else "last cycle")
+def _curves(axes: Axes, speed: Floats, curves: Floats, states: Sequence[State]) -> None:
+    """Draw each cycle's curve in the colour of its state, and the first one."""
+    said: set[State] = set()
+    for curve, state in zip(curves, states, strict=True):
+        label = None if state in said else _CURVES[state][1]
+        said.add(state)
+        axes.plot(speed, curve, color=_CURVES[state][0], lw=0.9, label=label)
     axes.plot(speed, curves[0], color=MEASURED, lw=1.4, label="first cycle")
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel("motor speed, rad/s")
     axes.set_ylabel("friction, N m")
     axes.set_title("friction curves")
-    key_in_header(axes, columns=2)
+    key_in_header(axes, columns=4)
 
 
 def _test(axes: Axes, title: str, trace: Trace) -> None:

@@ -107,6 +107,9 @@ def test_a_copy_counts_once_whatever_its_clock_says() -> None:
     history = only([copy, *cycles])
     assert [c.name for c in history.cycles] == [c.name for c in cycles]
     assert "same samples as cycle-0004.parquet" in history.set_aside[0].reason
+    assert not any(
+        "clock ran back" in note for note in history.notes
+    )  # a copy's name tells nothing
 
 
 def test_gaps_a_clock_that_ran_back_and_missing_temperatures_are_said() -> None:

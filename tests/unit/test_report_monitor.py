@@ -48,6 +48,8 @@ def test_each_joint_has_its_verdict_and_its_reasons(html: str, worn: Finding) ->
     for cause in worn.reasons.causes:
         assert cause.words[1:] in text
     assert "take a grease sample" in text
+    assert worn.reasons.others.startswith("Less likely: ")
+    assert worn.reasons.likely[0].words.split(" (")[0] not in worn.reasons.others
     assert "Low speed is below 46.7 rad/s" in text
     assert "torn.parquet" in text
 
