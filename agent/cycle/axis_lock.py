@@ -241,22 +241,28 @@ def _take(path: Path, held: contextlib.ExitStack, *, looks: bool = False) -> str
 
 
 def _outwaits_a_look(descriptor: int) -> bool:
-    """Wait for somebody who only looks; return whether the lock is ours."""
-    pause = threading.Event()
+    """Wait for somebody who only looks; return whether the lock is ours.
+
+    A look that begins or ends has the lock for a moment while the file says nothing, or what the
+    one before has left: an owner is who is named there twice.
+    """
+    pause, named = threading.Event(), 0
     for _ in range(round(LOOK_PATIENCE_S / _PAUSE_S)):
-        if not _only_looks(descriptor):
-            return try_lock(descriptor)
+        named = named + 1 if _names_an_owner(descriptor) else 0
+        if named == 2:
+            return False
         pause.wait(_PAUSE_S)
         if try_lock(descriptor):
             return True
     return False
 
 
-def _only_looks(descriptor: int) -> bool:
+def _names_an_owner(descriptor: int) -> bool:
     os.lseek(descriptor, 0, os.SEEK_SET)
     try:
-        return bool(json.loads(os.read(descriptor, _WHAT_IT_SAYS)).get("looks"))
-    except (ValueError, AttributeError):
+        who = json.loads(os.read(descriptor, _WHAT_IT_SAYS))
+        return "pid" in who and not who.get("looks")
+    except (ValueError, TypeError, AttributeError):
         return False
 
 

@@ -163,6 +163,26 @@ def test_a_plc_is_read_and_asked_for_nothing(
             assert untold in seen.untold
 
 
+def test_the_moment_in_which_a_look_says_nothing_is_no_owner(tmp_path: Path) -> None:
+    """It has the lock, and has not yet said, or says no more, that it only looks."""
+    cell = parse_cell(fake_cell_text(FakeSpecification(), interface="socketcan", channel="can0"))
+    axis, got = cell.axis[0], []
+
+    def want() -> None:
+        with owned(cell, axis, tmp_path) as condition:
+            got.append(condition.holds)
+
+    with looked_at(cell, axis, tmp_path):
+        for path in tmp_path.glob("stribeck.*.lock"):
+            path.write_text("")
+        wants = threading.Thread(target=want)
+        wants.start()
+        wants.join(0.1)
+        assert got == []
+    wants.join(LOOK_PATIENCE_S)
+    assert got == [True]
+
+
 def test_whoever_wants_the_axis_waits_for_a_look_and_nobody_calls_it_held(tmp_path: Path) -> None:
     text = fake_cell_text(FakeSpecification(), interface="socketcan", channel="can0")
     cell = parse_cell(text)
