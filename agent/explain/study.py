@@ -15,6 +15,7 @@ from agent.explain.choosing.search import Library
 from agent.explain.forms.arm_encoder import seen_by_the_arm
 from agent.explain.forms.library import judgeable
 from agent.explain.location.deficiency import deficiency_map
+from agent.explain.numbers.anew import chosen_anew
 from agent.explain.numbers.intervals import with_intervals
 from agent.explain.numbers.model import Model, extended_twin, fit_model, predicted
 from agent.explain.numbers.resting import settled_beside
@@ -166,7 +167,7 @@ def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
     A fit that needs a spring to push instead of pull may describe the data; it is no spring.
     """
     for _ in range(_MOST_REFUSALS):
-        library, choice = settled_beside(library, choose(library, rivals=False))
+        library, choice = settled_beside(*chosen_anew(library))
         choice = _material(library, choice)
         model = fit_model(library, twin, choice.terms)
         try:

@@ -16,9 +16,9 @@ from agent.explain.choosing.search import Library, Scored
 from agent.explain.forms import arm as forms_arm
 from agent.explain.forms import reversal as forms_reversal
 from agent.explain.forms import signal as forms_signal
+from agent.explain.forms.crossings import likely_gaps
 from agent.explain.forms.hidden_arm import HiddenArm
 from agent.explain.forms.library import judgeable
-from agent.explain.forms.load_changes import arm_shares
 from agent.explain.forms.twin_law import best_entry
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.run import Run
@@ -85,18 +85,18 @@ def test_finds_the_gap_and_what_part_of_the_joint_is_behind_it() -> None:
 
 
 @pytest.mark.parametrize("gravity", [True, False])
-def test_the_load_changes_sides_where_the_gap_is_crossed(gravity: bool) -> None:
-    scene = seen(GAP, 0.0, gravity)
-    inertia, friction = arm_shares(scene, 1)[0]
+def test_a_gap_shows_by_when_it_would_be_crossed(gravity: bool) -> None:
+    half_gap, inertia, friction = likely_gaps(seen(GAP, 0.0, gravity), 1e-4, 0.2, 1)[0]
     assert friction / inertia == pytest.approx(0.3 / 0.5, rel=0.2)
     if gravity:  # without a weight only their ratio shows
-        assert inertia == pytest.approx(0.5, rel=0.15)
+        assert inertia == pytest.approx(0.5, rel=0.1)
+        assert half_gap == pytest.approx(0.004, rel=0.5)
 
 
-def test_nothing_is_restless_where_nothing_is_left() -> None:
+def test_no_gap_is_likely_where_nothing_is_left() -> None:
     scene = seen(GAP)
     still = Scene(scene.table, scene.theta, np.zeros_like(scene.residual_nm))
-    assert arm_shares(still, 2) == ()
+    assert likely_gaps(still, 1e-4, 0.2, 2) == ()
 
 
 def test_finds_the_spring() -> None:

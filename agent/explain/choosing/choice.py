@@ -85,7 +85,7 @@ class Choice:
         return tuple(term.candidate for term in self.terms)
 
 
-def choose(library: Library, *, rivals: bool = True) -> Choice:
+def choose(library: Library, *, rivals: bool = True, begun: Sequence[Term] = ()) -> Choice:
     """Choose the effects that a library's target consists of.
 
     Parameters
@@ -93,10 +93,12 @@ def choose(library: Library, *, rivals: bool = True) -> Choice:
     library : Library
     rivals : bool
         Whether to look for what could stand in each term's place as well.
+    begun : sequence of Term
+        What is in the model already, of this library.
     """
     plain = library.errors([])
-    chosen: list[Term] = []
-    current = plain
+    chosen = list(begun)
+    current = library.errors([t.candidate for t in chosen]) if begun else plain
     while len(chosen) < _MOST_TERMS:
         terms = [t.candidate for t in chosen]
         least = _least_on_all_rows(library, terms, plain, current)

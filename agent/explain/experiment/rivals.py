@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.explain.choosing.search import Candidate, Library, Scored, basis_of
-from agent.explain.forms.form import Form, Point
+from agent.explain.forms.form import Form, Point, Proportional
 from agent.explain.forms.refinement import limits_of
 from agent.explain.rows.evidence import solve
 from agent.explain.rows.scene import Scene
@@ -82,6 +82,7 @@ def _steps(scene: Scene, form: Form, point: Point) -> list[float]:
     out = []
     for i, value in enumerate(point if form.refine else ()):
         size = abs(value) if steps is None else steps[i]
+        size *= abs(value) if isinstance(size, Proportional) else 1.0
         out.append(_NUDGE * (size if size > 0.0 else 1.0))
     return out
 

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from agent.explain.forms.crossings import likely_gaps
 from agent.explain.forms.downhill import downhill
-from agent.explain.forms.form import Form, Point, stack
+from agent.explain.forms.form import Form, Point, Proportional, stack
 from agent.explain.forms.hidden_arm import HiddenArm, inertia_of
-from agent.explain.forms.load_changes import arm_shares
 from agent.explain.forms.twin_law import best_entry
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
@@ -19,7 +19,8 @@ from agent.identify.result import Floats
 _ARM_REACHES = (3e-5, 3e-4)  # rad of the arm: how far its own friction gives way before it slips
 _WIDEST_ARM_GAP = 2e-3  # rad of the arm, half of a worn planetary gear's
 _RUBBING_TRIALS = 36
-_GAPS, _PLACES = 18, 2
+_GAPS = 3
+_CONTACTS = ((1.0, 0.4), (1.6, 0.8))  # cutoffs, damping: hard and soft ones
 _GAP_WIDTHS = (0.93, 1.0, 1.07)  # of one gap: a gear's is not the same all the way round
 _STIFFEST = 3.0  # cutoffs: a spring whose swing is faster is as good as rigid in the band
 _DAMPED = 1.0  # of critical: gears swing, they do not creep
@@ -105,20 +106,25 @@ def _spring_entry(inertia: float, frequency_hz: float, damping: float) -> dict[s
 
 
 def _gap_grid(scene: Scene) -> Sequence[Point]:
-    """Return gaps of all sizes at the arm's likeliest shares of inertia and friction.
+    """Return the likeliest gaps with hard and well damped contacts.
 
-    Contacts are hard and well damped: what a search that starts from soft ones takes for twist is
-    a part of the gap.
+    What a search that starts from soft contacts takes for twist is a part of the gap; and any
+    contact that gives way needs a wider gap than teeth that meet at once, of which these are made.
     """
     cutoff, gear = scene.table.cutoff_hz, scene.table.gear_ratio
     # A gap that is crossed faster than the band can follow leaves no trace.
     smallest = 0.1 * _slowing(scene) / (2.0 * math.pi * cutoff) ** 2
-    gaps = log_grid(smallest, _WIDEST_ARM_GAP * gear, _GAPS)
     return tuple(
-        (gap, share, friction, (1.0, 1.6)[k % 2] * cutoff, (0.4, 0.8)[(i + k) % 2])
-        for i, (share, friction) in enumerate(arm_shares(scene, _PLACES))
-        for k, gap in enumerate(gaps)
+        (wider * gap, share, friction, hertz * cutoff, damping)
+        for gap, share, friction in likely_gaps(scene, smallest, _WIDEST_ARM_GAP * gear, _GAPS)
+        for wider in (1.2, 1.6)
+        for hertz, damping in _CONTACTS
     )
+
+
+def _gap_step(scene: Scene) -> Point:
+    del scene
+    return (Proportional(0.2), Proportional(0.08), 0.04, Proportional(0.5), 0.3)
 
 
 def _gap_limits(scene: Scene) -> Limits:
@@ -189,8 +195,10 @@ FORMS: tuple[Form, ...] = (
         (1,),
         needs=("position_rad",),
         at_edges=True,
+        step=_gap_step,
         to_twin=_gap_twin,
         limits=_gap_limits,
         rests_on_numbers=True,
+        from_residual=True,
     ),
 )

@@ -17,6 +17,10 @@ Grid = Callable[[Scene], Sequence[Point]]
 ToTwin = Callable[[Scene, Mapping[str, float]], Sequence[Mapping[str, Any]]]
 
 
+class Proportional(float):
+    """A step of a non-linear number in proportion to it."""
+
+
 def stack(*columns: Floats) -> Floats:
     """Return columns of shape (N,) side by side, shape (N, k)."""
     return np.stack(columns, axis=-1)
@@ -61,7 +65,8 @@ class Form:
     refine : bool
         Whether the grid's best point may be moved between its neighbours.
     step : callable, optional
-        Scene to how far each non-linear number may be moved; else the grid's own spacing.
+        Scene to how far each non-linear number may be moved, or by which share where that is
+        `Proportional`; else the grid's own spacing.
     to_twin : callable
         (scene, values by name) to the parameter tables of the twin's effects.
     limits : callable, optional
@@ -74,6 +79,8 @@ class Form:
         Effects that are special cases of this form: beside one of them it is no rival.
     rests_on_numbers : bool
         Whether its columns are made of the twin's own numbers, as a load is of its gravity.
+    from_residual : bool
+        Whether its grid is read off what is left: strong effects hide weaker ones from it.
     catch_all : bool
         Whether it may stand for anything that varies with it: others come first on a tie.
     """
@@ -95,6 +102,7 @@ class Form:
     point_of: Callable[[Floats], Point] | None = None
     contains: tuple[str, ...] = ()
     rests_on_numbers: bool = False
+    from_residual: bool = False
     catch_all: bool = False
 
     @property

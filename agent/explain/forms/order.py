@@ -63,7 +63,7 @@ def _kinematic(scene: Scene, point: Point) -> Floats:
 def _wobble_grid(scene: Scene) -> Sequence[Point]:
     """Return the strong orders with springs from soft to as good as rigid in the band."""
     cutoff = scene.table.cutoff_hz
-    springs = log_grid(0.6 * cutoff, 3.0 * cutoff, 4)
+    springs = log_grid(0.4 * cutoff, 3.0 * cutoff, 5)
     return tuple((order, hz) for order in strong_orders(scene, "inertia") for hz in springs)
 
 
@@ -140,6 +140,7 @@ FORMS: tuple[Form, ...] = (
         _orders("torque"),
         needs=_POSITION,
         step=half_a_line,
+        from_residual=True,
     ),
     Form(
         "torque-ripple",
@@ -151,6 +152,7 @@ FORMS: tuple[Form, ...] = (
         needs=_POSITION,
         step=half_a_line,
         to_twin=_ripple_two_twin,
+        from_residual=True,
     ),
     Form(
         "kinematic-error",
@@ -162,6 +164,7 @@ FORMS: tuple[Form, ...] = (
         needs=_POSITION,
         step=half_a_line,
         to_twin=_kinematic_twin,
+        from_residual=True,
     ),
     Form(
         "kinematic-error",
@@ -173,6 +176,7 @@ FORMS: tuple[Form, ...] = (
         needs=_POSITION,
         step=_wobble_step,
         to_twin=_wobble_twin,
+        from_residual=True,
     ),
     Form(
         "resolver-error",
@@ -184,5 +188,6 @@ FORMS: tuple[Form, ...] = (
         needs=_POSITION,
         refine=False,
         rests_on_numbers=True,
+        from_residual=True,
     ),
 )

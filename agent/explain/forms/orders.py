@@ -43,18 +43,23 @@ def strong_orders(scene: Scene, weighting: Weighting) -> tuple[float, ...]:
     highest = min(_HIGHEST, 0.5 * table.cutoff_hz * 2.0 * math.pi / scene.slowest)
     if turns <= 0.0 or highest * turns < _FEWEST_WAVES:
         return ()
-    order, power = _spectrum(position, residual * weight, weight**2, turns, highest)
-    keep = order * turns >= _FEWEST_WAVES
-    order, power = order[keep], power[keep]
     out: list[float] = []
-    power = power.copy()
     for _ in range(_PEAKS):
+        order, power = _spectrum(position, residual * weight, weight**2, turns, highest)
+        power[order * turns < _FEWEST_WAVES] = 0.0
         best = int(np.argmax(power))
         if power[best] <= 0.0:
             break
         out.append(snapped(float(order[best]), 1.0 / turns, table.gear_ratio))
-        power[np.abs(order - order[best]) < 1.5 / turns] = 0.0
+        # A strong order's side lobes are higher than the peaks of weaker ones: it is taken out.
+        residual = _without(residual, out[-1] * position, weight)
     return tuple(dict.fromkeys(out))
+
+
+def _without(residual_nm: Floats, angle_rad: Floats, weight: Floats) -> Floats:
+    """Return a residual, shape (n,), less the weighted wave at an angle that fits it best."""
+    wave = np.stack((weight * np.cos(angle_rad), weight * np.sin(angle_rad)), axis=-1)
+    return np.asarray(residual_nm - wave @ np.linalg.solve(wave.T @ wave, wave.T @ residual_nm))
 
 
 def _spectrum(

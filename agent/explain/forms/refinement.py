@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agent.explain.forms.form import Form, Point
+from agent.explain.forms.form import Form, Point, Proportional
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 
@@ -78,7 +78,7 @@ def climbed(
 def steps_of(form: Form, scene: Scene, points: Floats) -> Sequence[Step]:
     """Return the first step of every non-linear number; `points`, shape (g, k), is its grid."""
     if form.step is not None:
-        return [Step(size, proportional=False) for size in form.step(scene)]
+        return [Step(x, proportional=isinstance(x, Proportional)) for x in form.step(scene)]
     return [_spacing(points[:, i]) for i in range(points.shape[1])]
 
 

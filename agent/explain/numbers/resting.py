@@ -41,21 +41,21 @@ def settled_beside(library: Library, choice: Choice) -> tuple[Library, Choice]:
     for _ in range(_ROUNDS):
         theta = library.scene.theta
         if any(term.scored.form.rests_on_numbers for term in choice.terms):
-            theta = _numbers_beside(library, choice.candidates)
+            theta = numbers_beside(library, choice.candidates)
         beside = known_beside(library, choice.candidates)
-        if _moved(library, theta) or grown(library.scene, beside):
+        if moved_far(library, theta) or grown(library.scene, beside):
             scene = replace(library.scene, beside=beside)
-            library = _at(replace(library, scene=scene), theta)
+            library = taken_at(replace(library, scene=scene), theta)
         elif choice.settled:
             break
-        terms = [_again(library, term) for term in choice.terms]
+        terms = [retaken(library, term) for term in choice.terms]
         chosen, full = settled(library, terms)
         choice = replace(choice, terms=tuple(chosen), full=full, settled=True)
         choice = polished(library, choice)
     return library, choice
 
 
-def _numbers_beside(library: Library, terms: Sequence[Candidate]) -> Floats:
+def numbers_beside(library: Library, terms: Sequence[Candidate]) -> Floats:
     """Return the twin's numbers as fitted beside some terms, shape (5,)."""
     columns = library.model(terms)
     moves = solve(columns.T @ columns, columns.T @ library.target)
@@ -64,7 +64,7 @@ def _numbers_beside(library: Library, terms: Sequence[Candidate]) -> Floats:
     return theta
 
 
-def _moved(library: Library, theta: Floats) -> bool:
+def moved_far(library: Library, theta: Floats) -> bool:
     """Return whether numbers predict another torque than those that the laws were taken at."""
     scene, weighing = library.scene, library.weighing
     before, moved = (
@@ -74,7 +74,7 @@ def _moved(library: Library, theta: Floats) -> bool:
     return float(moved @ moved) > _MOVED**2 * float(before @ before)
 
 
-def _at(library: Library, theta: Floats) -> Library:
+def taken_at(library: Library, theta: Floats) -> Library:
     """Return a library whose laws rest on other numbers of the twin, at the same points."""
     known = {k: c for k, c in library.known.items() if not k[0].rests_on_numbers}
     moved = replace(library, scene=replace(library.scene, theta=theta), known=known)
@@ -83,7 +83,7 @@ def _at(library: Library, theta: Floats) -> Library:
     )
 
 
-def _again(library: Library, term: Term) -> Term:
+def retaken(library: Library, term: Term) -> Term:
     """Return a term with its columns as the library has them now."""
     own = library.candidate(term.scored.form, term.candidate.point)
     return replace(term, scored=replace(term.scored, candidate=own))

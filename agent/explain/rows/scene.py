@@ -29,6 +29,8 @@ class Scene:
         What the refitted twin leaves, at the rows; 0 where a row is not used.
     given : ndarray, shape (5,), optional
         The twin's numbers as given; `theta` where it says nothing.
+    held_nm : ndarray, shape (N,), optional
+        What the arm is held against beside its weight, as far as it was found.
     beside : tuple of callable
         Effects that are known already: scene to what each adds to the refitted twin's torque at
         full rate, shape (N,).
@@ -38,6 +40,7 @@ class Scene:
     theta: Floats
     residual_nm: Floats
     given: Floats | None = field(default=None, kw_only=True)
+    held_nm: Floats | None = field(default=None, kw_only=True)
     beside: tuple[Callable[[Scene], Floats], ...] = field(default=(), kw_only=True)
 
     def full(self, name: str) -> Floats:
@@ -71,11 +74,12 @@ class Scene:
 
     @cached_property
     def weight_nm(self) -> Floats:
-        """Return gravity's torque as the refitted twin has it, shape (N,)."""
+        """Return what the arm is held against, gravity and what was found beside it, (N,)."""
+        held = np.zeros(self.direction.shape[0]) if self.held_nm is None else self.held_nm
         if not self.has("position_rad"):
-            return np.zeros(self.direction.shape[0])
+            return held
         sin_nm, cos_nm = self.theta[3:5]
-        return np.asarray(sin_nm * np.sin(self.arm_rad) + cos_nm * np.cos(self.arm_rad))
+        return np.asarray(held + sin_nm * np.sin(self.arm_rad) + cos_nm * np.cos(self.arm_rad))
 
     @cached_property
     def stiff_rad_s2(self) -> Floats:
@@ -87,28 +91,32 @@ class Scene:
         return out
 
     def load_nm(self, arm_share: float = 1.0) -> Floats:
-        """Return the torque of gravity and of a share of the inertia, shape (N,)."""
-        inertia, gravity = arm_share * self.theta[0], self.theta[3:5]
-        load = inertia * self.table.full["acceleration_rad_s2"]
-        if self.has("position_rad"):
-            load = load + gravity[0] * np.sin(self.arm_rad) + gravity[1] * np.cos(self.arm_rad)
-        return np.asarray(load)
+        """Return the torque of the weight and of a share of the inertia, shape (N,)."""
+        inertia = arm_share * self.theta[0]
+        return np.asarray(inertia * self.table.full["acceleration_rad_s2"] + self.weight_nm)
 
     def arm_rows(self) -> Floats:
         """Return the arm's angle at the rows, shape (n,)."""
         return self.table.rows["position_rad"] / self.table.gear_ratio
 
     def load_rows(self) -> Floats:
-        """Return the torque of gravity and inertia at the rows, shape (n,)."""
-        gravity = self.table.base[:, 3:5] @ self.theta[3:5]
-        return np.asarray(gravity + self.table.base[:, 0] * self.theta[0])
+        """Return the torque of weight and inertia at the rows, shape (n,)."""
+        return np.asarray(self.weight_rows() + self.table.base[:, 0] * self.theta[0])
+
+    def weight_rows(self) -> Floats:
+        """Return `weight_nm` at the rows, shape (n,)."""
+        gravity = np.asarray(self.table.base[:, 3:5] @ self.theta[3:5])
+        return gravity if self.held_nm is None else gravity + self.table.band(self.held_nm)
 
     @cached_property
     def predicted_nm(self) -> Floats:
         """Return the refitted twin's torque and the known effects' at full rate, shape (N,)."""
         full = self.table.full
         friction = self.theta[2] * full["direction"] + self.theta[1] * full["velocity_rad_s"]
-        return np.asarray(self.load_nm() + friction + self.beside_nm)
+        plain = self.load_nm() + friction
+        if self.beside and self.held_nm is not None:
+            plain = plain - self.held_nm  # it is among the known effects
+        return np.asarray(plain + self.beside_nm)
 
     @cached_property
     def beside_nm(self) -> Floats:

@@ -1,0 +1,98 @@
+"""Where a clearance would be crossed, and whether the residual shows it just then.
+
+The teeth part when the torque in the gear changes sides: at reversals, and wherever braking,
+gravity and the arm's own friction balance. When they meet again depends on the gap. These instants
+follow from three numbers (half gap, the arm's share of the inertia and of the dry friction), and to
+a few percent: an arm that takes off a moment too early lands somewhere else. So many points are
+tried, without springs: teeth that part, and that meet without bouncing, take a few operations a
+row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from agent.explain.rows.scene import Scene, log_grid
+from agent.identify.result import Floats
+
+Gap = tuple[float, float, float]
+
+_GAPS = 6
+_SHARES = log_grid(0.1, 0.98, 36)
+_FRICTIONS = tuple(float(x) for x in np.linspace(0.0, 1.0, 31))
+_FEWEST_ROWS = 30
+_APART = 2  # points of the grid between two peaks
+_FIRST_STEPS, _HALVINGS = (1.3, 1.04, 0.02), 4  # factor, factor, difference
+
+
+def likely_gaps(scene: Scene, smallest: float, widest: float, count: int) -> tuple[Gap, ...]:
+    """Return the likeliest half gaps with the arm's shares of inertia and Coulomb friction.
+
+    Parameters
+    ----------
+    scene : Scene
+    smallest, widest : float
+        Half gaps between which to look, rad of the motor.
+    count : int
+        The most points to return; they are peaks that stand apart, the likeliest first.
+    """
+    used = scene.table.used
+    if np.count_nonzero(used) <= _FEWEST_ROWS or not scene.residual_nm[used].any():
+        return ()
+    likeness = _likeness(scene)
+    gaps = log_grid(smallest, widest, _GAPS)
+    grid = np.stack(np.meshgrid(gaps, _SHARES, _FRICTIONS, indexing="ij"), axis=-1)
+    score = likeness(grid.reshape(-1, 3)).reshape(grid.shape[:-1])
+    best = score.max(axis=0)
+    found: list[tuple[float, Gap]] = []
+    while len(found) < count and best.max() > 0.0:
+        i, j = (int(x) for x in np.unravel_index(int(np.argmax(best)), best.shape))
+        found.append(_climbed(likeness, grid[int(np.argmax(score[:, i, j])), i, j], best[i, j]))
+        best[max(i - _APART, 0) : i + _APART + 1, max(j - _APART, 0) : j + _APART + 1] = 0.0
+    return tuple(point for _, point in sorted(found, reverse=True))
+
+
+def _likeness(scene: Scene) -> Callable[[Floats], Floats]:
+    """Return the function from points, shape (p, 3), to the residual's energy along each, (p,)."""
+    from agent.explain.forms.crossings_kernel import likeness_of
+
+    table, base = scene.table, scene.table.base
+    inertia = max(float(scene.theta[0]), 1e-12)
+    begins = np.zeros(base.shape[0], dtype=np.bool_)
+    period_s = np.empty(base.shape[0])
+    for piece in table.pieces:
+        begins[piece.rows.start] = True
+        period_s[piece.rows] = piece.period_s * piece.stride
+    inertial = np.ascontiguousarray(base[:, 0])
+    dry = base[:, 2] * (max(float(scene.theta[2]), 0.0) / inertia)
+    weight = scene.weight_rows() / inertia
+    residual = np.where(table.used, scene.residual_nm, 0.0)
+
+    def likeness(points: Floats) -> Floats:
+        return likeness_of(inertial, dry, weight, residual, begins, period_s, points)
+
+    return likeness
+
+
+def _climbed(likeness: Callable[[Floats], Floats], at: Floats, best: float) -> tuple[float, Gap]:
+    """Return the likeness and the point that a search among ever nearer neighbours ends at."""
+    gap_factor, share_factor, step = _FIRST_STEPS
+    for _ in range(_HALVINGS):
+        around = np.stack(
+            np.meshgrid(
+                at[0] * np.array([1.0 / gap_factor, 1.0, gap_factor]),
+                np.minimum(at[1] * np.array([1.0 / share_factor, 1.0, share_factor]), 1.0),
+                np.maximum(at[2] + np.array([-step, 0.0, step]), 0.0),
+                indexing="ij",
+            ),
+            axis=-1,
+        ).reshape(-1, 3)
+        values = likeness(around)
+        top = int(np.argmax(values))
+        if values[top] > best:
+            best, at = float(values[top]), around[top]
+        gap_factor, share_factor = gap_factor**0.5, share_factor**0.5
+        step *= 0.5
+    return best, (float(at[0]), float(at[1]), float(at[2]))

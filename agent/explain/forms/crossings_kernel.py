@@ -1,0 +1,98 @@
+"""A clearance that is crossed and closed without bouncing, event by event. Import this late."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from agent.identify.result import Floats
+
+
+@njit(cache=True)
+def _likeness(
+    inertial: Floats,
+    dry: Floats,
+    weight: Floats,
+    residual: Floats,
+    begins: NDArray[np.bool_],
+    period_s: Floats,
+    half_gap: float,
+    share: float,
+    friction: float,
+) -> float:
+    """Return the energy of a residual that lies along one clearance's torque; 0 where against it.
+
+    While the teeth are apart the motor misses what the arm takes; where they meet again the arm is
+    brought to the motor's speed at once.
+    """
+    along, energy = 0.0, 0.0
+    weigh, rub = 1.0 / share, friction / share
+    apart = False
+    side, twist, speed, before = 1.0, 0.0, 0.0, 0.0
+    for i in range(inertial.shape[0]):
+        pull = inertial[i] + weigh * weight[i] + rub * dry[i]
+        if begins[i]:
+            apart, side = False, 1.0 if pull >= 0.0 else -1.0
+        elif apart:
+            dt = period_s[i]
+            ends = speed + 0.5 * (pull + before) * dt
+            reached = twist + 0.5 * (speed + ends) * dt
+            torque = -pull
+            if abs(reached) >= half_gap and reached * ends > 0.0:
+                way = abs(reached) - abs(twist)
+                part = min(max((half_gap - abs(twist)) / way, 0.0), 1.0) if way > 0.0 else 1.0
+                torque = (speed + (ends - speed) * part) / dt - pull * part
+                apart, side = False, 1.0 if reached > 0.0 else -1.0
+            speed, twist = ends, reached
+            along += torque * residual[i]
+            energy += torque * torque
+        elif pull * side < 0.0:
+            late = period_s[i]
+            if before * side > 0.0:
+                late *= pull / (pull - before)
+            apart, speed = True, 0.5 * pull * late
+            twist = side * half_gap + speed * late / 3.0
+            along -= pull * residual[i]
+            energy += pull * pull
+        before = pull
+    return along * along / energy if along > 0.0 and energy > 0.0 else 0.0
+
+
+@njit(cache=True)
+def likeness_of(
+    inertial: Floats,
+    dry: Floats,
+    weight: Floats,
+    residual: Floats,
+    begins: NDArray[np.bool_],
+    period_s: Floats,
+    points: Floats,
+) -> Floats:
+    """Return the likeness at every point, shape (p,).
+
+    Parameters
+    ----------
+    inertial, dry, weight : ndarray, shape (n,)
+        The motor's acceleration, and Coulomb friction and weight over the whole inertia, rad/s2.
+    residual : ndarray, shape (n,)
+    begins : ndarray of bool, shape (n,)
+        Where a stretch begins.
+    period_s : ndarray, shape (n,)
+    points : ndarray, shape (p, 3)
+        Half gap in rad, the arm's share of the inertia, and of the Coulomb friction.
+    """
+    out = np.empty(points.shape[0])
+    for k in range(points.shape[0]):
+        out[k] = _likeness(
+            inertial,
+            dry,
+            weight,
+            residual,
+            begins,
+            period_s,
+            points[k, 0],
+            points[k, 1],
+            points[k, 2],
+        )
+    return out

@@ -1,0 +1,127 @@
+"""What strong effects hide: the search once more, beside what it has found.
+
+The first search weighs rows by what the refitted twin leaves, and reads orders and gaps off that. A
+strong effect makes a whole stratum count for little, and its waves and edges are taken for those of
+a weaker one. An arm's clearance is crossed where its load changes sides, which a cable moves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from agent.explain.choosing.choice import Choice, choose
+from agent.explain.choosing.materiality import CLOSE
+from agent.explain.choosing.search import Candidate, Library
+from agent.explain.numbers.resting import moved_far, numbers_beside, retaken, taken_at
+from agent.explain.rows.evidence import solve, weigh
+from agent.explain.rows.floor import noise_floor
+from agent.identify.result import Floats
+
+_ROUNDS = 2
+_HOLDS_THE_ARM = frozenset({"cable-force", "gravity-imbalance"})
+
+
+def chosen_anew(library: Library) -> tuple[Library, Choice]:
+    """Choose effects, and look again beside them for as long as that finds others.
+
+    Parameters
+    ----------
+    library : Library
+
+    Returns
+    -------
+    library : Library
+        The same where nothing else is found beside the first choice.
+    choice : Choice
+        Not settled yet.
+    """
+    choice = choose(library, rivals=False)
+    for _ in range(_ROUNDS):
+        if not choice.terms or not _more_than_noise(library, choice.candidates):
+            break
+        renewed = _beside(library, choice.candidates)
+        begun = [retaken(renewed, term) for term in choice.terms]
+        again = choose(renewed, rivals=False, begun=begun)
+        if _effects(again) == _effects(choice) and renewed.scene.held_nm is library.scene.held_nm:
+            break
+        library, choice = renewed, again
+    return library, choice
+
+
+def _effects(choice: Choice) -> list[str]:
+    return sorted(term.scored.form.effect for term in choice.terms)
+
+
+def _left_nm(library: Library, terms: Sequence[Candidate]) -> Floats:
+    """Return what terms leave at the table's rows, shape (n,); 0 where a row is not used."""
+    left = np.zeros(library.scene.table.used.shape[0])
+    left[library.weighing.rows] = library.residual(terms) / library.weighing.weight
+    return left
+
+
+def _more_than_noise(library: Library, terms: Sequence[Candidate]) -> bool:
+    left = _left_nm(library, terms)
+    floor_nm = noise_floor(library.scene.table, left).value_nm
+    size = float(np.sqrt(np.mean(left[library.weighing.rows] ** 2)))
+    return not floor_nm > 0.0 or size > CLOSE * floor_nm
+
+
+def _beside(library: Library, terms: Sequence[Candidate]) -> Library:
+    """Return a library whose weights, loads and grids are those beside some terms."""
+    left, scene = _left_nm(library, terms), library.scene
+    held_nm = _held_nm(library, terms)
+    weighing = weigh(scene.table, left)
+    ratio = (weighing.weight / library.weighing.weight)[:, np.newaxis]
+    known = {
+        (c.form, c.point): replace(c, columns=c.columns * ratio)
+        for c in (*library.candidates, *terms)
+    }
+    renewed = Library(
+        replace(scene, residual_nm=left),
+        weighing,
+        library.target * ratio[:, 0],
+        library.base * ratio,
+        tuple(known[c.form, c.point] for c in library.candidates),
+        known,
+    )
+    theta = numbers_beside(library, terms)
+    if held_nm is not None or moved_far(library, theta):
+        scene = replace(renewed.scene, held_nm=held_nm)
+        renewed = taken_at(replace(renewed, scene=scene), theta)
+    return _with_new_grids(renewed, terms)
+
+
+def _held_nm(library: Library, terms: Sequence[Candidate]) -> Floats | None:
+    """Return the torque of the terms that the arm is held against, shape (N,); None without."""
+    columns = library.model(terms)
+    numbers = solve(columns.T @ columns, columns.T @ library.target)
+    begin, held = library.base.shape[1], None
+    for term in terms:
+        end = begin + term.columns.shape[1]
+        if term.form.effect in _HOLDS_THE_ARM:
+            own = term.form.columns(library.scene, term.point) @ numbers[begin:end]
+            held = own if held is None else held + own
+        begin = end
+    return held
+
+
+def _with_new_grids(library: Library, terms: Sequence[Candidate]) -> Library:
+    """Return a library with what the residual suggests now beside what it had suggested first.
+
+    What a joint has once, as its gap, is looked for in what is left without it.
+    """
+    forms = dict.fromkeys(c.form for c in library.candidates if c.form.from_residual)
+    there = {(c.form, c.point) for c in library.candidates}
+    new = []
+    for form in forms:
+        others = [t for t in terms if not (form.at_edges and t.form.effect == form.effect)]
+        scene = library.scene
+        if len(others) < len(terms):
+            scene = replace(scene, residual_nm=_left_nm(library, others))
+        new += [library.candidate(form, p) for p in form.grid(scene) if (form, p) not in there]
+    # Candidates of one form stand side by side.
+    ordered = sorted((*library.candidates, *new), key=lambda c: (c.form.effect, c.form.name))
+    return replace(library, candidates=tuple(ordered))
