@@ -7,7 +7,8 @@ Parts, each a table:
 - ``rate``: false alarms counted against those asked for, where nights are correlated.
 - ``delay``: cycles until a step is found, against the optimum at the same false-alarm rate, and
   against the best that knows no more than the product.
-- ``ramps``: the rise at which slow wear is found, and what a growing baseline swallows of it.
+- ``ramps``: the rise at which slow wear is found, what a growing baseline swallows of it, and what
+  that same reference does.
 - ``change``: error of the change time, coverage of its interval and of the outlook's.
 """
 
@@ -18,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
+from agent.identify.result import Floats
 from agent.monitor.cusum import Cusum
 from agent.monitor.tuning import Target
 from tests.benchmarks.monitor_change import CASES, TIED, campaign
@@ -30,11 +32,11 @@ from tests.benchmarks.monitor_delay import (
     measure,
 )
 from tests.benchmarks.monitor_fleet import outcomes, table
-from tests.benchmarks.monitor_reference import line_for
+from tests.benchmarks.monitor_reference import line_for, log_odds
 
 # Apart from those that were looked at while designing.
 CHANGE_SEED, RAMP_SEED = 700_000, 40_000
-RAMP_NIGHTS = 1200
+RAMP_NIGHTS, RAMP_ROBOTS = 1200, 120
 
 
 def rate(robots: int) -> None:
@@ -68,19 +70,29 @@ def delay(robots: int) -> None:
 
 
 def ramps(joints: int) -> None:
-    """Print the rise at which slow wear is found, with the first baseline kept and grown."""
+    """Print the rise at which slow wear is found: first baseline kept, grown, fair reference."""
     print("\nramps: rise in percent when found, median and 90 % quantile; noise 1 %, nightly")
-    rates = (0.02, 0.05, 0.1, 0.3, 1.0)
+    rates, noise, years = (0.02, 0.05, 0.1, 0.3, 1.0), 0.01, 4.0
+    rise = Target().smallest_rise * LEVEL
+    alarms = false_rate(Cusum(), FIRST, noise, RAMP_ROBOTS, years, grows=True)[1]
+    line = line_for(healthy_years(FIRST, noise, RAMP_ROBOTS, years), alarms, rise, FIRST)
+
+    def found_at(word: str, values: Floats) -> int | None:
+        if word == "fair":
+            crossed = np.flatnonzero(log_odds(values, rise, FIRST) >= line)
+            return int(crossed[0]) if crossed.size else None
+        return first_alarm(Cusum(), values, FIRST, grows=word == "grown")
+
     print(f"{'wear from night':22s}" + " ".join(f"{100.0 * r:.0f} %/a".rjust(12) for r in rates))
     for onset in (1, 40, 90):
-        for word, grows in (("kept", False), ("grown", True)):
+        for word in ("kept", "grown", "fair"):
             cells = []
             for a_year in rates:
                 risen = a_year / 365.0 * np.maximum(0, np.arange(RAMP_NIGHTS) - onset)
                 found = []
                 for seed in range(RAMP_SEED, RAMP_SEED + joints):
-                    noise = 0.01 * np.random.default_rng(seed).standard_normal(RAMP_NIGHTS)
-                    at = first_alarm(Cusum(), LEVEL * (1.0 + noise + risen), FIRST, grows=grows)
+                    scatter = noise * np.random.default_rng(seed).standard_normal(RAMP_NIGHTS)
+                    at = found_at(word, LEVEL * (1.0 + scatter + risen))
                     found.append(np.inf if at is None else 100.0 * risen[at])
                 middle, most = np.quantile(found, (0.5, 0.9), method="higher")
                 cells.append(f"{middle:6.2f} {most:5.2f}")
