@@ -62,11 +62,15 @@ def _work(plan: HistoryPlan, soft_hz: float | None) -> Iterator[CycleRun]:
 def _by_speed(joints: Sequence[int], each: int, soft_hz: float | None) -> None:
     inside: list[bool] = []
     off: list[float] = []
+    swings: list[tuple[float, float]] = []
     decidable = total = 0
     for seed in joints:
         plan = HistoryPlan(cycles=each, seed=seed, repeatability=0.0, load_friction=0.0)
         for run in _work(plan, soft_hz):
-            found = ordinary_friction([_motion(run, plan.joint.gear_ratio)])
+            motion = _motion(run, plan.joint.gear_ratio)
+            heard = swinging.swinging_of([motion])
+            swings += [] if heard is None else [(heard.explained, heard.frequency_hz)]
+            found = ordinary_friction([motion])
             total, decidable = total + 1, decidable + found.decidable
             if not found.decidable:
                 continue
@@ -75,6 +79,11 @@ def _by_speed(joints: Sequence[int], each: int, soft_hz: float | None) -> None:
             reach = student_975(found.dof) * found.deviation_nm
             inside += (np.abs(found.friction_nm - truth) <= reach).tolist()
             off += ((found.friction_nm - truth) / truth).tolist()
+    shares, at_hz = np.array(swings).T
+    print(
+        f"swinging: {100.0 * shares.min():.0f} to {100.0 * shares.max():.0f} % of what a rigid "
+        f"joint leaves, at {at_hz.min():.1f} to {at_hz.max():.1f} Hz"
+    )
     print(f"friction by speed from one piece of work: decidable in {decidable} of {total}")
     if not decidable:
         return
