@@ -39,6 +39,10 @@ def monitor(
     cache: Annotated[
         bool, typer.Option("--cache/--no-cache", help="Keep what each recording came to.")
     ] = True,
+    explain: Annotated[
+        bool,
+        typer.Option("--explain", help="Ask explain what an alarm is; half a minute a joint."),
+    ] = False,
     json: Annotated[
         bool, typer.Option("--json", help="Write the result to stdout as JSON.")
     ] = False,
@@ -46,5 +50,5 @@ def monitor(
     """Tell wear from temperature, load and age over months of cycles; exit code 1 on an alarm."""
     from agent.cli.monitor import MonitorRequest, run_monitor
 
-    request = MonitorRequest(history, baseline, events, detector, low_speed, cache)
+    request = MonitorRequest(history, baseline, events, detector, low_speed, cache, explain)
     run_monitor(request, out, as_json=json)

@@ -49,7 +49,7 @@ def run_explain(
     talker().print(f"Explaining {count}, {len(unseen)} held out ...")
     limits = None if cell is None else limits_of(cell, twin)
     found = explained(twin, twin_path, recordings, unseen, limits)
-    _write(out, found, twin, recordings)
+    write_explanation(out, found, twin, recordings)
     if as_json:
         typer.echo(json.dumps(found.to_json(), indent=2))
         return
@@ -85,7 +85,9 @@ def _has_next(found: Explanation) -> bool:
     return found.next_experiment is not None and found.next_experiment.trajectory is not None
 
 
-def _write(out: Path, found: Explanation, twin: Twin, recordings: Sequence[Recording]) -> None:
+def write_explanation(
+    out: Path, found: Explanation, twin: Twin, recordings: Sequence[Recording]
+) -> None:
     """Write everything into a folder; what was there under these names is replaced."""
     from agent.report.explanation import write_explanation_page
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -17,6 +18,7 @@ from agent.cli.talk import progress_bar, talker
 from agent.conclude.cycles import Unreadable, cache_folder, cycles_of, nothing_usable
 from agent.conclude.monitor_document import to_json
 from agent.errors import InputError, StorageError
+from agent.monitor.cycle import Joint
 from agent.monitor.detectors import DEFAULT, detector
 from agent.monitor.events import Event, parse_events
 from agent.monitor.history import histories
@@ -24,6 +26,9 @@ from agent.monitor.verdict import Finding, judge
 from agent.record.atomic import publish
 from agent.record.events_file import read_events
 from agent.record.reading import find
+
+if TYPE_CHECKING:  # it brings the explain engine, which few alarms are asked of
+    from agent.conclude.alarm import AlarmExplanation
 
 EVENTS = "events.toml"
 _SAID = {"swap": "swap", "oil": "oil-change", "oil-change": "oil-change"}
@@ -47,6 +52,8 @@ class MonitorRequest:
         Where the low-speed part of the curve ends.
     cache : bool
         Whether estimates are kept.
+    explain : bool
+        Whether the explain engine is asked what each alarm is.
     """
 
     patterns: Sequence[str]
@@ -55,14 +62,16 @@ class MonitorRequest:
     detector: str = DEFAULT
     low_rad_s: float | None = None
     cache: bool = True
+    explain: bool = False
 
 
 @dataclass(frozen=True)
 class Monitored:
-    """The findings, one a joint, and the files that could not be read."""
+    """The findings, one a joint, the files that could not be read, and alarms explained."""
 
     findings: tuple[Finding, ...]
     unreadable: tuple[Unreadable, ...]
+    explained: Mapping[Joint, AlarmExplanation] = field(default_factory=dict)
 
     @property
     def alarm(self) -> bool:
@@ -79,11 +88,13 @@ def run_monitor(request: MonitorRequest, out: Path | None, *, as_json: bool) -> 
         Nothing of the history can be used, or an option cannot.
     """
     found = monitor(request)
-    document = json.dumps(to_json(found.findings, found.unreadable), indent=2)
+    document = json.dumps(to_json(found.findings, found.unreadable, found.explained), indent=2)
     if out is not None:
         report = _write(found, document, out)
         talker().print(f"The report is in {report}.")
-    typer.echo(document if as_json else monitor_text(found.findings, found.unreadable))
+    typer.echo(
+        document if as_json else monitor_text(found.findings, found.unreadable, found.explained)
+    )
     if found.alarm:
         raise typer.Exit(BAD_NEWS)
 
@@ -110,7 +121,20 @@ def monitor(request: MonitorRequest) -> Monitored:
         )
     except ValueError as error:
         raise InputError(f"{str(error)[0].upper()}{str(error)[1:]}.") from error
-    return Monitored(findings, unreadable)
+    return Monitored(findings, unreadable, _explained(findings, paths) if request.explain else {})
+
+
+def _explained(findings: Sequence[Finding], paths: Sequence[Path]) -> dict[Joint, AlarmExplanation]:
+    """Ask the explain engine what each alarm is."""
+    from agent.conclude.alarm import explained_alarm
+
+    out = {}
+    for finding in findings:
+        if finding.alarm:
+            joint = finding.history.joint
+            talker().print(f"Explaining the alarm of {joint.label} ...")
+            out[joint] = explained_alarm(finding, paths)
+    return out
 
 
 def events_for(request: MonitorRequest, paths: Sequence[Path]) -> tuple[Event, ...]:
@@ -162,6 +186,21 @@ def _write(found: Monitored, document: str, out: Path) -> Path:
     except OSError as error:
         raise StorageError(f"The folder {out} cannot be made: {error}.") from error
     report = out / "report.html"
-    page = monitor_html(found.findings, [(u.name, u.reason) for u in found.unreadable])
+    pages = _explanations(found, out)
+    page = monitor_html(found.findings, [(u.name, u.reason) for u in found.unreadable], pages)
     publish({out / "monitor.json": f"{document}\n".encode(), report: page.encode()}, overwrite=True)
     return report
+
+
+def _explanations(found: Monitored, out: Path) -> dict[Joint, tuple[str, str]]:
+    """Write the pages of explained alarms; return sentence and page, beside the report, of each."""
+    from agent.cli.explain import write_explanation
+
+    pages = {}
+    for joint, asked in found.explained.items():
+        name = ""
+        if asked.found is not None and asked.twin is not None:
+            name = f"explanation-{joint.robot}-axis{joint.axis}/report.html"
+            write_explanation((out / name).parent, asked.found, asked.twin, asked.recordings)
+        pages[joint] = (asked.sentence, name)
+    return pages

@@ -2,25 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from agent.conclude.cycles import Unreadable
 from agent.monitor.comparison import Effect
+from agent.monitor.cycle import Joint
 from agent.monitor.verdict import Finding
 from agent.numbers import scale_for
+
+if TYPE_CHECKING:  # it brings the explain engine, which few alarms are asked of
+    from agent.conclude.alarm import AlarmExplanation
 
 _MOST = 8
 
 
-def monitor_text(findings: Sequence[Finding], unreadable: Sequence[Unreadable]) -> str:
+def monitor_text(
+    findings: Sequence[Finding],
+    unreadable: Sequence[Unreadable],
+    explained: Mapping[Joint, AlarmExplanation],
+) -> str:
     """Return what a technician reads, joint by joint."""
-    parts = [_joint(finding) for finding in findings]
+    parts = [_joint(finding, explained.get(finding.history.joint)) for finding in findings]
     if unreadable:
         parts.append("\n".join(["Not read:", *_listed([f"{u.reason}" for u in unreadable])]))
     return "\n\n".join(parts)
 
 
-def _joint(finding: Finding) -> str:
+def _joint(finding: Finding, asked: AlarmExplanation | None) -> str:
     history = finding.history
     state = f"ALARM ({finding.status})" if finding.alarm else finding.status
     lines = [f"{history.joint.label}: {state}", f"  {finding.sentence}"]
@@ -28,6 +37,7 @@ def _joint(finding: Finding) -> str:
         lines += [
             f"  {said}" for said in (finding.reasons.sentence, finding.reasons.others) if said
         ]
+    lines += [] if asked is None else [f"  {asked.sentence}"]
     lines += [f"  {sentence}" for sentence in finding.timing]
     if finding.comparison is not None:
         lines += [_effect(name, e) for name, e in finding.comparison.effects.items()]

@@ -83,17 +83,22 @@ def cycle_from(recording: Recording, estimated: Estimate | None = None) -> Cycle
     columns, time_s = recording.columns, np.asarray(recording["time_s"], dtype=np.float64)
     degc = np.asarray(columns[SENSOR], dtype=np.float64) if SENSOR in columns else np.zeros(0)
     degc = degc[np.isfinite(degc)]
-    digest = hashlib.sha256()
-    for name in ("time_s", "torque_nm"):
-        digest.update(np.ascontiguousarray(recording[name], dtype=np.float64).tobytes())
     return cycle_of(
         estimate([signals_of(recording)]) if estimated is None else estimated,
         recording.metadata.to_json(),
         name=Path(recording.source).name,
         duration_s=float(np.nanmax(time_s) - np.nanmin(time_s)),
         temperature_degc=float(degc.mean()) if degc.size else float("nan"),
-        fingerprint=digest.hexdigest(),
+        fingerprint=fingerprint_of(recording),
     )
+
+
+def fingerprint_of(recording: Recording) -> str:
+    """Return what two recordings of the same samples have in common, whatever they are called."""
+    digest = hashlib.sha256()
+    for name in ("time_s", "torque_nm"):
+        digest.update(np.ascontiguousarray(recording[name], dtype=np.float64).tobytes())
+    return digest.hexdigest()
 
 
 def cache_folder() -> Path:

@@ -3,25 +3,37 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from agent.conclude.cycles import Unreadable
 from agent.identify.result import Floats
 from agent.monitor.change_time import ChangeTime
 from agent.monitor.compensation import Law
+from agent.monitor.cycle import Joint
 from agent.monitor.outlook import Outlook
 from agent.monitor.verdict import Finding, Track
+
+if TYPE_CHECKING:  # it brings the explain engine, which few alarms are asked of
+    from agent.conclude.alarm import AlarmExplanation
 
 SCHEMA = "stribeck.monitor/1"
 
 
-def to_json(findings: Sequence[Finding], unreadable: Sequence[Unreadable]) -> dict[str, Any]:
-    """Return plain JSON; what is not a number is null."""
+def to_json(
+    findings: Sequence[Finding],
+    unreadable: Sequence[Unreadable],
+    explained: Mapping[Joint, AlarmExplanation] | None = None,
+) -> dict[str, Any]:
+    """Return plain JSON; null is what is no number, or was not explained."""
+    explained = explained or {}
     return {
         "schema": SCHEMA,
         "alarm": any(finding.alarm for finding in findings),
-        "joints": [_joint(finding) for finding in findings],
+        "joints": [
+            _joint(finding) | {"explanation": _explanation(explained.get(finding.history.joint))}
+            for finding in findings
+        ],
         "unreadable": [{"name": u.name, "reason": u.reason} for u in unreadable],
     }
 
@@ -55,6 +67,13 @@ def _joint(finding: Finding) -> dict[str, Any]:
         "set_aside": [{"name": s.name, "reason": s.reason} for s in history.set_aside],
         "notes": list(history.notes),
     }
+
+
+def _explanation(asked: AlarmExplanation | None) -> dict[str, Any] | None:
+    if asked is None:
+        return None
+    verdict = None if asked.found is None else asked.found.verdict
+    return {"sentence": asked.sentence, "verdict": verdict}
 
 
 def _segment(finding: Finding, track: Track) -> dict[str, Any]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from agent.identify.result import Parameter
 from agent.monitor.comparison import Effect
+from agent.monitor.cycle import Joint
 from agent.monitor.series import FEATURES
 from agent.monitor.verdict import NOT_DECIDABLE, Finding, Track
 from agent.numbers import scale_for, significant, units_unbroken, written
@@ -45,6 +46,7 @@ class JointView:
     why: Sequence[str]
     promise: str
     causes: Sequence[tuple[str, str, float]]
+    explained: tuple[str, str] | None
     next_steps: Sequence[str]
     facts: Sequence[tuple[str, str]]
     effects: Sequence[tuple[str, str, str, str]]
@@ -57,7 +59,11 @@ class JointView:
     not_listed: int
 
 
-def monitor_html(findings: Sequence[Finding], unreadable: Sequence[tuple[str, str]]) -> str:
+def monitor_html(
+    findings: Sequence[Finding],
+    unreadable: Sequence[tuple[str, str]],
+    explained: Mapping[Joint, tuple[str, str]] | None = None,
+) -> str:
     """Return the page as text; the same findings give the same text.
 
     Parameters
@@ -66,8 +72,14 @@ def monitor_html(findings: Sequence[Finding], unreadable: Sequence[tuple[str, st
         One a joint, at least one.
     unreadable : sequence of (name, reason)
         Files that are no recordings.
+    explained : mapping of Joint to (sentence, page), optional
+        What the explain engine says of an alarm, and its page beside this one; empty for none.
     """
-    joints = [_view(finding, f"joint{i}") for i, finding in enumerate(findings)]
+    explained = explained or {}
+    joints = [
+        _view(finding, f"joint{i}", explained.get(finding.history.joint))
+        for i, finding in enumerate(findings)
+    ]
     first = findings[0].history.joint
     alone = len(findings) == 1
     return render(
@@ -79,7 +91,7 @@ def monitor_html(findings: Sequence[Finding], unreadable: Sequence[tuple[str, st
     )
 
 
-def _view(finding: Finding, name: str) -> JointView:
+def _view(finding: Finding, name: str, explained: tuple[str, str] | None) -> JointView:
     history, reasons, found = finding.history, finding.reasons, finding.comparison
     grid, track = history.grid, finding.current
     return JointView(
@@ -98,6 +110,7 @@ def _view(finding: Finding, name: str) -> JointView:
             (c.words, c.share, 100.0 * c.probability if c.probability > _DRAWN else 0.0)
             for c in reasons.causes
         ],
+        explained=None if explained is None else (units_unbroken(explained[0]), explained[1]),
         next_steps=finding.next_steps,
         facts=_facts(finding),
         effects=()

@@ -97,6 +97,19 @@ def test_a_worn_joint_is_an_alarm_with_json_page_and_exit_code(
     assert not re.search(r'(src|href)="(?!data:|#)', page)
 
 
+def test_explain_is_asked_what_an_alarm_is_and_says_that_it_is_time(
+    kept: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "out"
+    code = stribeck(monkeypatch, [kept, "--baseline", HEALTHY, "--explain", "--json", "--out", out])
+    assert code == 1
+    (joint,) = json.loads(capsys.readouterr().out)["joints"]
+    assert re.match(r"Asked of 7 healthy and 3 present cycles", joint["explanation"]["sentence"])
+    assert "friction that changes with time or use" in joint["explanation"]["sentence"]
+    (page,) = re.findall(r'href="(explanation-[^"]+)"', (out / "report.html").read_text())
+    assert (out / page).is_file()
+
+
 def test_the_second_call_estimates_nothing_again(
     kept: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
