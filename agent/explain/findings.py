@@ -28,6 +28,7 @@ from agent.numbers import parameter_unit
 from agent.physics.twin import Twin
 
 _SWINGS = {"joint-flexibility": over_frequency, "backlash": excerpt}  # no mean along an axis
+_SAME_LIMIT = 0.02  # of a torque limit, beyond the interval: how tops are read, and rounded
 OFFSET_OR_ASYMMETRY = frozenset({"torque-offset", "direction-asymmetry"})
 _NUMBERS: Mapping[str, Mapping[str, str]] = {
     "inertia-error": {"inertia_kg_m2": "the inertia on the motor side"},
@@ -211,7 +212,7 @@ def _saturation_findings(study: Study) -> list[Finding]:
     its mismatch.
     """
     evidence = saturation_evidence(study.table)
-    if evidence is None:
+    if evidence is None or _limited(study.twin, evidence.limit_ci95_nm):
         return []
     rows = study.library.weighing.rows
     return [
@@ -231,6 +232,13 @@ def _saturation_findings(study: Study) -> list[Finding]:
             form="flat tops of the torque",
         )
     ]
+
+
+def _limited(twin: Twin, limit_nm: tuple[float, float]) -> bool:
+    """Tell whether a twin has a torque limit that the signals agree with."""
+    low, high = limit_nm[0] * (1.0 - _SAME_LIMIT), limit_nm[1] * (1.0 + _SAME_LIMIT)
+    limits = [e.parameters.get("limit_nm") for e in twin.effects if e.id == "torque-saturation"]
+    return any(isinstance(limit, float) and low <= limit <= high for limit in limits)
 
 
 def _changes(twin: Twin, study: Study, wrong: WrongNumber) -> dict[str, tuple[float, float, str]]:

@@ -13,6 +13,7 @@ import pytest
 
 from agent.explain.choosing.choice import choose
 from agent.explain.choosing.search import Library, Scored
+from agent.explain.findings import findings_of
 from agent.explain.forms import arm as forms_arm
 from agent.explain.forms import reversal as forms_reversal
 from agent.explain.forms import signal as forms_signal
@@ -25,6 +26,7 @@ from agent.explain.rows.run import Run
 from agent.explain.rows.saturation import saturation_evidence
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, effects_nm, tabulate
+from agent.explain.study import study
 from agent.physics.twin import Effect, Twin
 from tests.science.explain_plant import GEAR, Joint, record
 
@@ -272,3 +274,13 @@ def test_steady_acceleration_is_flat_without_falling_short() -> None:
     # The drive kept up with what it was asked for: only then flat torque is what the motion needs.
     kept_up = {**table.full, "velocity_command_rad_s": table.full["velocity_rad_s"] + 0.2}
     assert saturation_evidence(replace(table, full=kept_up)) is None
+
+
+def test_a_twin_that_knows_the_limit_is_not_told_of_it_again() -> None:
+    plain = Twin("r", 1, GEAR, 0.01, coulomb_nm=0.4, viscous_nm_s_per_rad=0.01)
+    limited_runs = [record(Joint(limit=1.2), seed) for seed in (1, 2)]
+    found = study(plain, tabulate(plain, limited_runs))
+    assert [f.effect for f in findings_of(found)][:1] == ["torque-saturation"]
+    assert [e.id for e in found.extended.effects].count("torque-saturation") == 1
+    again = study(found.extended, tabulate(found.extended, limited_runs))
+    assert "torque-saturation" not in [f.effect for f in findings_of(again)]

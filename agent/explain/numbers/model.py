@@ -15,6 +15,7 @@ import numpy as np
 from agent.explain.choosing.choice import Term
 from agent.explain.choosing.search import Library
 from agent.explain.rows.pieces import known_part
+from agent.explain.rows.saturation import saturation_evidence
 from agent.explain.rows.table import BASE, Table, effects_nm
 from agent.identify.result import Floats, Parameter
 from agent.identify.rigid.linear import solve_blocks
@@ -108,6 +109,7 @@ def extended_twin(library: Library, twin: Twin, model: Model) -> Twin:
             Effect(term.scored.form.effect, dict(table))
             for table in term.scored.form.to_twin(scene, values)
         ]
+    entries += _limit(scene.table, entries)
     moved = _moved(twin, {name: p.value for name, p in model.base.items()})
     extended = replace(moved, effects=tuple(entries))
     if not entries:
@@ -120,6 +122,16 @@ def extended_twin(library: Library, twin: Twin, model: Model) -> Twin:
             {name: getattr(extended, name) + d for name, d in zip(BASE, delta, strict=True)},
         )
     return extended
+
+
+def _limit(table: Table, entries: Sequence[Effect]) -> list[Effect]:
+    """Return the torque limit that the signals show, where the twin has none yet."""
+    if any(entry.id == "torque-saturation" for entry in entries):
+        return []
+    evidence = saturation_evidence(table)
+    return (
+        [] if evidence is None else [Effect("torque-saturation", {"limit_nm": evidence.limit_nm})]
+    )
 
 
 def _moved(twin: Twin, numbers: Mapping[str, float]) -> Twin:
