@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from agent.explain.numbers.profile import _crossing
+
+
+EVERYWHERE = (-math.inf, math.inf)
 
 
 def bowl(at: float) -> float:
@@ -16,7 +21,7 @@ def bowl(at: float) -> float:
 def test_the_profile_goes_on_where_the_known_interval_ends_too_early(
     side: float, known: float
 ) -> None:
-    end = _crossing(bowl, 2.0, side, 0.5**2, 2.0 + side * known)
+    end = _crossing(bowl, 2.0, side, 0.5**2, 2.0 + side * known, EVERYWHERE)
     assert end == pytest.approx(2.0 + side * 0.5, abs=0.05)
 
 
@@ -28,6 +33,17 @@ def test_a_known_end_that_reaches_further_costs_one_trial(side: float) -> None:
         tried.append(at)
         return bowl(at)
 
-    end = _crossing(counted, 2.0, side, 0.5**2, 2.0 + side * 0.7)
+    end = _crossing(counted, 2.0, side, 0.5**2, 2.0 + side * 0.7, EVERYWHERE)
     assert end == 2.0 + side * 0.7
     assert len(tried) == 1
+
+
+def test_beyond_what_a_form_can_be_nothing_is_tried() -> None:
+    tried: list[float] = []
+
+    def flat(at: float) -> float:
+        tried.append(at)
+        return 0.0
+
+    assert math.isnan(_crossing(flat, 2.0, 1.0, 1.0, 2.0, (0.5, 3.0)))
+    assert max(tried) <= 3.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -81,6 +82,12 @@ def _wobble(scene: Scene, point: Point) -> Floats:
         arm.shaft_rad_s2(scene, -velocity * np.sin(angle)),
         arm.shaft_rad_s2(scene, velocity * np.cos(angle)),
     )
+
+
+def _wobble_limits(scene: Scene) -> Sequence[tuple[float, float]]:
+    """Return how far order and spring are followed: beyond, the spring is rigid in the band."""
+    cutoff = scene.table.cutoff_hz
+    return (0.0, math.inf), (0.2 * cutoff, 8.0 * cutoff)
 
 
 def _wobble_step(scene: Scene) -> Point:
@@ -175,6 +182,7 @@ FORMS: tuple[Form, ...] = (
         _wobble_grid,
         needs=_POSITION,
         step=_wobble_step,
+        limits=_wobble_limits,
         to_twin=_wobble_twin,
         from_residual=True,
     ),

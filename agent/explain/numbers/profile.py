@@ -63,8 +63,10 @@ def profiled(
     )
     limit = best * math.exp(_LIMIT / size)
     known = at_least or (value, value)
+    form, scene = term.scored.form, library.scene
+    reach = (-math.inf, math.inf) if form.limits is None else form.limits(scene)[number]
     ends = [
-        _crossing(error, value, side, limit, end)
+        _crossing(error, value, side, limit, end, reach)
         for side, end in zip((-1.0, 1.0), known, strict=True)
     ]
     if not all(math.isfinite(end) for end in ends):
@@ -80,11 +82,17 @@ def _error(candidate: Candidate, basis: Floats, left: Floats) -> float:
 
 
 def _crossing(
-    error: Callable[[float], float], value: float, side: float, limit: float, known: float
+    error: Callable[[float], float],
+    value: float,
+    side: float,
+    limit: float,
+    known: float,
+    reach: tuple[float, float],
 ) -> float:
     """Return where the squared error rises above a limit, by doubling and halving the way.
 
-    Or `known`, an end on that side, where the error is above the limit there.
+    Or `known`, an end on that side, where the error is above the limit there. What lies beyond
+    `reach` is not tried: a spring that is rigid in the band only takes ever longer to simulate.
     """
     step = 0.01 * (abs(value) if value else 1.0)
     inner, outer = value, math.nan
@@ -94,7 +102,7 @@ def _crossing(
         inner, step = known, max(step, 2.0 * abs(known - value))
     for _ in range(9):
         trial = value + side * step
-        if value > 0.0 and trial <= 0.0:
+        if (value > 0.0 and trial <= 0.0) or not reach[0] <= trial <= reach[1]:
             return math.nan
         if error(trial) > limit:
             outer = trial
