@@ -8,7 +8,6 @@ import pytest
 
 from agent.explain.numbers.profile import _crossing
 
-
 EVERYWHERE = (-math.inf, math.inf)
 
 
