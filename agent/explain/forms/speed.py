@@ -21,6 +21,10 @@ def _stribeck_grid(scene: Scene) -> Sequence[Point]:
     return tuple((v, e) for v in speeds for e in (0.7, 1.0, 1.4, 2.0))
 
 
+def _stribeck_limits(scene: Scene) -> Sequence[tuple[float, float]]:
+    return (0.1 * scene.slowest, scene.fastest), (0.3, 4.0)
+
+
 def _stribeck(scene: Scene, point: Point) -> Floats:
     return stack(scene.direction * boundary_share(scene.speed, *point))
 
@@ -28,6 +32,12 @@ def _stribeck(scene: Scene, point: Point) -> Floats:
 def _bend_grid(scene: Scene) -> Sequence[Point]:
     del scene
     return tuple((e,) for e in (0.3, 0.45, 0.6, 0.75, 1.4, 1.7, 2.0, 2.5, 3.0))
+
+
+def _bend_limits(scene: Scene) -> Sequence[tuple[float, float]]:
+    """Return the exponents of a bend: near 0 the power law is Coulomb friction by another name."""
+    del scene
+    return ((0.2, 4.0),)
 
 
 def _bend(scene: Scene, point: Point) -> Floats:
@@ -95,6 +105,7 @@ FORMS: tuple[Form, ...] = (
         ("stribeck_velocity_rad_s", "exponent"),
         _stribeck_grid,
         (1,),
+        limits=_stribeck_limits,
     ),
     Form(
         "viscous-nonlinear",
@@ -103,6 +114,7 @@ FORMS: tuple[Form, ...] = (
         _bend,
         ("exponent",),
         _bend_grid,
+        limits=_bend_limits,
         to_twin=_bend_twin,
     ),
     Form("torque-offset", "constant", ("torque_offset_nm",), _offset),

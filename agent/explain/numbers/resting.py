@@ -51,8 +51,16 @@ def settled_beside(library: Library, choice: Choice) -> tuple[Library, Choice]:
         terms = [retaken(library, term) for term in choice.terms]
         chosen, full = settled(library, terms)
         choice = replace(choice, terms=tuple(chosen), full=full, settled=True)
-        choice = polished(library, choice)
+        together = polished(library, choice)
+        # Where one law takes over what another stands for, that one goes below zero.
+        if _possible(library, together) or not _possible(library, choice):
+            choice = together
     return library, choice
+
+
+def _possible(library: Library, choice: Choice) -> bool:
+    """Tell whether inertia, viscous and Coulomb friction beside the laws are none below zero."""
+    return bool((numbers_beside(library, choice.candidates)[:3] >= 0.0).all())
 
 
 def numbers_beside(library: Library, terms: Sequence[Candidate]) -> Floats:
