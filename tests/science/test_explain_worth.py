@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from agent.explain.choosing.choice import choose
 from agent.explain.choosing.materiality import CLOSE, above_band_nm2, least_gain
 from agent.explain.choosing.search import Candidate, Library
 from agent.explain.choosing.shares import above_noise, shares_of
@@ -102,3 +103,18 @@ def test_a_number_bent_by_a_fit_to_raw_samples_is_recognised() -> None:
     twin = replace(TWIN, inertia_kg_m2=TWIN.inertia_kg_m2 + bent)
     again = plain_moves(bare(run, twin), twin)[-1]
     assert abs(again["inertia_kg_m2"]) < 0.05 * abs(bent)
+
+
+def falls_with_speed(points: SetPoints, at: Conditions) -> Floats:
+    del at
+    velocity = points.velocity_rad_s
+    return np.asarray(0.4 * np.sign(velocity) * np.exp(-np.abs(velocity) / 6.0))
+
+
+def test_what_misses_most_of_a_strong_effect_is_no_rival_however_few_blocks_show_it() -> None:
+    run = record(stair((2, 4, 8, 16, 40, 80), 100.0, 26.0), falls_with_speed, Conditions(), 0)
+    plain = bare(run)
+    weighed = {"stribeck", "position-dependent-friction", "local-fault"}
+    forms = tuple(form for form in FORMS if form.effect in weighed)
+    choice = choose(Library.of(plain.scene, plain.weighing, forms))
+    assert [(term.scored.form.effect, term.rivals) for term in choice.terms] == [("stribeck", ())]

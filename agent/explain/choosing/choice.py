@@ -217,12 +217,12 @@ def _with_rivals(
             continue
         loss = scored.blocks - best.blocks
         error = float(np.std(loss)) * math.sqrt(loss.shape[0])
-        scale = 0.5 * size / max(float(best.blocks.sum()), 1e-300)
         behind = log_density_gap(library, best.blocks, scored.blocks, size)
-        # Log density in units of its own uncertainty over the blocks, where that is large; and no
+        # The loss in units of its own uncertainty over the blocks, where that says less; and no
         # law's form is so exact that a rival's missing a few percent of the gain refutes it.
+        sure = 2.0 * float(loss.sum()) / max(error, 1e-300)
         missed = float(loss.sum()) / max(float(without.sum() - best.blocks.sum()), 1e-300)
-        behind = min(behind / max(1.0, scale * error / 2.0), _PER_SHARE * missed)
+        behind = min(behind, sure, _PER_SHARE * missed)
         entries.append((scored, behind))
     weights = [math.exp(-max(behind, 0.0)) for _, behind in entries]
     total = 1.0 + sum(weights)
