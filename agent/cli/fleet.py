@@ -1,4 +1,7 @@
-"""`stribeck fleet ...`: a lake of recordings pushed by cells, and the answers over all of it."""
+"""`stribeck fleet ...`: a lake of recordings pushed by cells, and the answers over all of it.
+
+Heavy imports are inside the commands: this module is loaded for every `--help`.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +13,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-
-from agent.cli.talk import progress_bar, talker
 
 if TYPE_CHECKING:
     from agent.fleet.cluster import Opened
@@ -54,6 +55,8 @@ def push(
             new.append(entry.path)
         else:
             again += 1
+    from agent.cli.talk import talker
+
     talker().print(f"{len(new)} pushed, {again} were there already.")
     _answer({"pushed": new, "already": again}, "\n".join(new), as_json=json)
 
@@ -136,6 +139,8 @@ def explain(
     there = _lake(lake)
     asked = list(questions(there, roster_of(there)))
     if not asked:
+        from agent.cli.talk import talker
+
         talker().print(
             f"No joint has a twin in {FILE} and three estimated recordings: nothing is explained."
         )
@@ -212,6 +217,8 @@ def report(
     page = page_of(_lake(lake), detector)
     write_fleet_page(out, page)
     typer.echo(in_words(page))
+    from agent.cli.talk import talker
+
     talker().print(f"Open {out}.")
 
 
@@ -257,6 +264,8 @@ def _cluster(scheduler: str, workers: int, memory_gib: float) -> Opened:
 
 @contextmanager
 def _progress(doing: str) -> Iterator[Callable[[int, int], None]]:
+    from agent.cli.talk import progress_bar
+
     with progress_bar(doing) as show:
         yield lambda done, of: show(f"{done} of {of}", done / max(of, 1))
 

@@ -30,6 +30,7 @@ Opened: TypeAlias = "Callable[[], AbstractContextManager[Client]]"
 
 _AT_HAND = 3  # tasks on their way for each worker: one at work, the others waiting beside it
 _KEPT_BYTES = 32 << 20
+_BACK_S = 10.0  # for workers that died to be back
 _DEATHS = 1  # of a worker that an item has waited in and is not yet suspected for
 
 
@@ -103,7 +104,11 @@ def cluster(address: str = "", workers: int = 2, memory_bytes: int = 2 << 30) ->
             silence_logs=logging.CRITICAL,
         )
         stack.enter_context(here)
-        yield stack.enter_context(Client(here))
+        client = stack.enter_context(Client(here))
+        yield client
+        # Closed while the process of a worker that died is being started anew, Dask fails.
+        with contextlib.suppress(TimeoutError):
+            client.wait_for_workers(workers, timeout=_BACK_S)
 
 
 def outcomes(

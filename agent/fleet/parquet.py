@@ -41,7 +41,9 @@ def read_table(
     import pyarrow.parquet as pq
 
     try:
-        with store.opened(path) as file, pq.ParquetFile(file) as parquet:
+        # Reading ahead is done by Arrow's own threads, which need Python for a store's file; one
+        # that is still letting go of it when the command ends aborts the process.
+        with store.opened(path) as file, pq.ParquetFile(file, pre_buffer=False) as parquet:
             groups = [
                 i
                 for i in range(parquet.metadata.num_row_groups)

@@ -129,7 +129,15 @@ def _floats(values: pa.ChunkedArray[Any], name: str, where: str) -> Column:
             f"{where}: column {name} holds integers beyond 2^53, which cannot be "
             f"{FLOAT_COLUMNS[name]} ({error})."
         ) from error
-    return np.asarray(floats.to_numpy(), dtype=np.float64)
+    return _plain(floats)
+
+
+def _plain(floats: pa.ChunkedArray[Any]) -> Column:
+    """Return float64 values, gaps as NaN, without `to_numpy`, which loads pandas where it is."""
+    gap: Any = float("nan")
+    whole = floats.fill_null(gap) if floats.null_count else floats
+    parts = [np.from_dlpack(chunk) for chunk in whole.chunks if len(chunk)]
+    return np.concatenate(parts) if parts else np.zeros(0)
 
 
 def _labels(values: pa.ChunkedArray[Any], name: str, where: str) -> Column:
@@ -140,8 +148,10 @@ def _labels(values: pa.ChunkedArray[Any], name: str, where: str) -> Column:
         raise _wrong_type(values, name, where, f"text ({TEXT_COLUMNS[name]})")
     encoded: Any = values.cast(pa.string()).combine_chunks().dictionary_encode()
     words = np.array([*encoded.dictionary.to_pylist(), ""], dtype=np.str_)
-    codes = encoded.indices.fill_null(len(words) - 1).to_numpy(zero_copy_only=False)
-    labels: Column = words[codes]
+    codes = encoded.indices
+    if codes.null_count:
+        codes = codes.fill_null(len(words) - 1)
+    labels: Column = words[np.from_dlpack(codes)] if len(codes) else words[:0]
     return labels
 
 
