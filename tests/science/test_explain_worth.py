@@ -15,7 +15,9 @@ from agent.explain.choosing.materiality import CLOSE, above_band_nm2, least_gain
 from agent.explain.choosing.search import Candidate, Library
 from agent.explain.choosing.shares import above_noise, shares_of
 from agent.explain.forms.library import FORMS
+from agent.explain.numbers.model import fit_model
 from agent.explain.numbers.plain_refits import plain_moves
+from agent.explain.numbers.wrong import wrong_numbers
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.run import Run
 from agent.explain.rows.scene import Scene, refit
@@ -28,9 +30,9 @@ from trajectories import SetPoints
 SPEEDS = (4.0, 8.0, 16.0, 30.0)
 
 
-def bare(run: Run, twin: Twin = TWIN) -> Library:
-    """Return a recording without candidates."""
-    table = tabulate(twin, [run])
+def bare(*runs: Run, twin: Twin = TWIN) -> Library:
+    """Return recordings without candidates."""
+    table = tabulate(twin, runs)
     delta, left = refit(table)
     theta = np.array([getattr(twin, name) for name in BASE]) + delta
     scene = Scene(table, theta, np.where(table.used, left, 0.0))
@@ -101,7 +103,7 @@ def test_a_number_bent_by_a_fit_to_raw_samples_is_recognised() -> None:
     assert bent < -0.02 * TWIN.inertia_kg_m2
     assert abs(in_band["inertia_kg_m2"]) < 0.2 * abs(bent)
     twin = replace(TWIN, inertia_kg_m2=TWIN.inertia_kg_m2 + bent)
-    again = plain_moves(bare(run, twin), twin)[-1]
+    again = plain_moves(bare(run, twin=twin), twin)[-1]
     assert abs(again["inertia_kg_m2"]) < 0.05 * abs(bent)
 
 
@@ -118,3 +120,25 @@ def test_what_misses_most_of_a_strong_effect_is_no_rival_however_few_blocks_show
     forms = tuple(form for form in FORMS if form.effect in weighed)
     choice = choose(Library.of(plain.scene, plain.weighing, forms))
     assert [(term.scored.form.effect, term.rivals) for term in choice.terms] == [("stribeck", ())]
+
+
+def wears(points: SetPoints, at: Conditions) -> Floats:
+    """Return Coulomb friction that is the twin's own in the first hour, and grows."""
+    return np.asarray(0.02 * at.started_s / 3600.0 * np.sign(points.velocity_rad_s))
+
+
+@pytest.mark.parametrize(("given", "said"), [(1.0, []), (0.6, ["wrong-number"])])
+def test_a_number_that_drifts_away_from_the_twins_own_is_not_called_wrong(
+    given: float, said: list[str]
+) -> None:
+    trajectory = stair((5, 20, 60), 100.0, 12.0)
+    runs = [record(trajectory, wears, Conditions(started_s=3600.0 * h), h) for h in range(4)]
+    twin = replace(TWIN, coulomb_nm=given * TWIN.coulomb_nm)
+    plain = bare(*runs, twin=twin)
+    drifts = [form for form in FORMS if form.name == "Coulomb level, steady"]
+    library = Library.of(plain.scene, plain.weighing, drifts)
+    choice = choose(library)
+    assert [term.scored.form.effect for term in choice.terms] == ["friction-drift"]
+    model = fit_model(library, twin, choice.terms)
+    numbers = wrong_numbers(library, twin, model, choice.candidates, NOISE_NM)
+    assert [number.effect for number in numbers] == said

@@ -23,6 +23,7 @@ from agent.explain.numbers.model import Model
 from agent.explain.numbers.plain_refits import plain_moves
 from agent.explain.numbers.reach import reach_of
 from agent.explain.numbers.short_stroke import gravity_look_alikes
+from agent.explain.numbers.varied import varied_through_given
 from agent.explain.rows.evidence import heldout, moments
 from agent.explain.rows.table import BASE
 from agent.identify.result import Floats, Parameter
@@ -118,15 +119,19 @@ def wrong_numbers(
         )
         return (WrongNumber("torque-constant-error", share, {"factor": factor}),)
     case = _Case(library, twin, model, beside, plain_moves(library, twin), floor_nm)
+    varied = varied_through_given(library, twin, model)
+    judged = {e: tuple(n for n in names if n not in varied) for e, names in _GROUPS.items()}
     out = [
         _wrong(case, effect, names)
-        for effect, names in _GROUPS.items()
+        for effect, names in judged.items()
         if _is_wrong(case, names, material)
     ]
     if not out and not terms:
         return _sorted(_wrong_together(case, material))
     return tuple(
-        w for at, w in enumerate(_sorted(out)) if (at == 0 and not terms) or _needed(case, w.effect)
+        w
+        for at, w in enumerate(_sorted(out))
+        if (at == 0 and not terms) or _needed(case, judged[w.effect])
     )
 
 
@@ -147,7 +152,7 @@ def _sorted(found: Sequence[WrongNumber]) -> tuple[WrongNumber, ...]:
     return tuple(sorted(found, key=lambda wrong: -wrong.energy_share))
 
 
-def _needed(case: _Case, effect: str) -> bool:
+def _needed(case: _Case, names: Sequence[str]) -> bool:
     """Return whether what else was found does not do without a number, nearly.
 
     Beside other findings a number takes up what their laws' forms leave of them, and the joint's
@@ -155,7 +160,7 @@ def _needed(case: _Case, effect: str) -> bool:
     """
     weighing = case.library.weighing
     noise = case.floor_nm**2 * float(np.sum(weighing.weight**2))
-    return float(_loss(case, _GROUPS[effect]).sum()) >= _NEEDED * noise
+    return float(_loss(case, names).sum()) >= _NEEDED * noise
 
 
 def _loss(case: _Case, names: Sequence[str]) -> Floats:

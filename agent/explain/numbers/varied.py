@@ -1,0 +1,66 @@
+"""Numbers that a law found lets vary: the twin's own may be right for a part of the recordings.
+
+Friction that drifts, changes with temperature or differs between directions has a level for every
+hour, temperature and direction. A fit gives the mean. A twin that was right when the joint was new,
+or cold, or in one direction, has no wrong number: it lacks the law.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from agent.explain.choosing.search import Library
+from agent.explain.numbers.model import Model
+from agent.explain.rows.table import BASE
+from agent.physics.twin import Twin
+
+_BEYOND = 0.25  # of the range on either side: a twin's number and a law's ends are fits, too
+_OF_LARGEST = 0.1  # of a column: with less of it, what a number is there is not to be had
+_ENDS = (0.01, 0.99)
+_NUMBER: Mapping[str, Mapping[str, str]] = {
+    "temperature-dependent-friction": {
+        "viscous_thermal_nm_s_per_rad": "viscous_nm_s_per_rad",
+        "coulomb_nm_per_k": "coulomb_nm",
+    },
+    "friction-drift": {
+        "coulomb_nm_per_h": "coulomb_nm",
+        "viscous_nm_s_per_rad_per_h": "viscous_nm_s_per_rad",
+        "run_in_nm": "coulomb_nm",
+    },
+    "direction-asymmetry": {
+        "coulomb_difference_nm": "coulomb_nm",
+        "viscous_difference_nm_s_per_rad": "viscous_nm_s_per_rad",
+    },
+}
+
+
+def varied_through_given(library: Library, twin: Twin, model: Model) -> frozenset[str]:
+    """Return the twin's numbers that the laws found let vary through what the twin says.
+
+    Parameters
+    ----------
+    library : Library
+    twin : Twin
+        As given.
+    model : Model
+        Base and effects fitted together.
+    """
+    carried = [BASE[i] for i in np.flatnonzero(library.scene.table.carried)]
+    out = set()
+    for term, place in zip(model.terms, model.slices(), strict=True):
+        form = term.scored.form
+        numbers = _NUMBER.get(form.effect, {})
+        for at, name in enumerate(form.linear):
+            number = numbers.get(name)
+            if number not in carried:
+                continue
+            base = library.base[:, carried.index(number)]
+            there = np.abs(base) > _OF_LARGEST * float(np.max(np.abs(base)))
+            added = term.candidate.columns[there, at] * model.coefficients[place][at]
+            low, high = np.quantile(added / base[there], _ENDS) + model.base[number].value
+            margin = _BEYOND * (high - low)
+            if low - margin <= float(getattr(twin, number)) <= high + margin:
+                out.add(number)
+    return frozenset(out)
