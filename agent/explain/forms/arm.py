@@ -6,12 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from agent.explain.forms.crossings import likely_gaps
 from agent.explain.forms.downhill import downhill
 from agent.explain.forms.form import Form, Point, Proportional, stack
-from agent.explain.forms.hidden_arm import HiddenArm, inertia_of
+from agent.explain.forms.hidden_arm import HiddenArm, inertia_of, mean_extra_rad_s2
 from agent.explain.forms.twin_law import best_entry
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
@@ -145,7 +143,7 @@ def _gap(scene: Scene, point: Point) -> Floats:
         HiddenArm(hz, damping, friction, reach, width * half_gap, inertia_share)
         for width in _GAP_WIDTHS
     ]
-    return stack(np.mean([arm.extra_rad_s2(scene) for arm in paths], axis=0))
+    return stack(mean_extra_rad_s2(paths, scene))
 
 
 def _gap_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:

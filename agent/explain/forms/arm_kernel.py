@@ -1,4 +1,8 @@
-"""The hidden arm's equation of motion, compiled. Import this late: numba is slow to load."""
+"""The hidden arm's equation of motion, compiled. Import this late: numba is slow to load.
+
+A step waits for the one before it, so that one arm alone leaves most of a processor idle: stretches
+of recordings are followed side by side, in lanes that a vector unit takes together.
+"""
 
 from __future__ import annotations
 
@@ -6,55 +10,168 @@ import math
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from agent.identify.result import Floats
 
+_LANES = 8
+_ARM, _TWIST, _DRAWN, _PUSH = 0, _LANES, 2 * _LANES, 3 * _LANES
+_MOTOR, _SLOPE, _WEIGHT, _DT, _PULL = (k * _LANES for k in range(4, 9))
 
-@njit(cache=True)
+
+@njit(cache=True, nogil=True)
 def shaft_rad_s2(
     velocity: Floats,
     weight: Floats,
-    period_s: float,
+    starts: NDArray[np.int64],
+    stops: NDArray[np.int64],
+    period_s: Floats,
     omega: float,
     damping: float,
     friction: float,
     reach: float,
     half_gap: float,
     steps: int,
-) -> Floats:
-    """Return the shaft's torque over the arm's inertia, rad/s2, shape (n,).
+    out: Floats,
+) -> None:
+    """Put the shaft's torque over the arm's inertia, rad/s2, at some stretches into `out`, (N,).
 
     At first the arm follows the motor, its friction drawn out, its weight borne. The teeth of a gap
     push; they do not pull.
+
+    Parameters
+    ----------
+    velocity, weight : ndarray, shape (N,)
+        The motor's speed, rad/s, and the arm's weight over its inertia, rad/s2.
+    starts, stops : ndarray of int, shape (p,)
+        Where the stretches begin and end.
+    period_s : ndarray, shape (p,)
+        Between two samples of each.
+    omega, damping, friction, reach, half_gap : float
+        Of `HiddenArm`, the swing in rad/s.
+    steps : int
+        Of the integration, between two samples.
+    out : ndarray, shape (N,)
     """
-    out = np.empty(velocity.shape[0])
-    dt = period_s / steps
-    stiffness, damper = omega * omega, 2.0 * damping * omega
-    arm, drawn = velocity[0], 0.0
-    if arm > 0.0:
+    state = np.zeros(9 * _LANES)
+    at, stop = np.zeros(_LANES, dtype=np.int64), np.zeros(_LANES, dtype=np.int64)
+    following = 0
+    while True:
+        for lane in range(_LANES):
+            if at[lane] == stop[lane]:
+                state[lane::_LANES] = 0.0
+                if following < starts.shape[0]:
+                    at[lane], stop[lane] = starts[following], stops[following]
+                    state[_DT + lane] = period_s[following] / steps
+                    first = velocity[at[lane]], weight[at[lane]]
+                    _begin(state, lane, *first, omega, friction, half_gap)
+                    following += 1
+        if not np.any(at < stop):
+            break
+        together = np.min((stop - at)[at < stop])
+        for _ in range(together):
+            for lane in range(_LANES):
+                i = at[lane]
+                if i < stop[lane]:
+                    last = i + 1 == stop[lane]
+                    state[_MOTOR + lane] = velocity[i]
+                    state[_SLOPE + lane] = 0.0 if last else (velocity[i + 1] - velocity[i]) / steps
+                    state[_WEIGHT + lane] = weight[i]
+            _sample(state, omega, damping, friction, reach, half_gap, steps)
+            for lane in range(_LANES):
+                if at[lane] < stop[lane]:
+                    out[at[lane]] = state[_PULL + lane]
+                    at[lane] += 1
+
+
+@njit(cache=True, nogil=True)
+def less_stiff(
+    shaft: Floats,
+    weight: Floats,
+    stiff: Floats,
+    direction: Floats,
+    friction: float,
+    share: float,
+    out: Floats,
+) -> None:
+    """Add to `out` a share of a shaft's torque less that of a stiff gear, over the arm's inertia.
+
+    All arrays have shape (N,): the shaft's torque and the arm's weight over the arm's inertia, the
+    acceleration of an arm behind a stiff gear, the direction of motion.
+    """
+    for i in range(shaft.shape[0]):
+        out[i] += share * (shaft[i] - weight[i] - stiff[i] - friction * direction[i])
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _load(
+    state: Floats,
+    at: NDArray[np.int64],
+    stop: NDArray[np.int64],
+    velocity: Floats,
+    weight: Floats,
+    steps: int,
+) -> None:
+    """Give every lane its motor's speed, how that changes in a step, and the arm's weight."""
+    for lane in range(_LANES):
+        i = at[lane]
+        if i < stop[lane]:
+            last = i + 1 == stop[lane]
+            state[_MOTOR + lane] = velocity[i]
+            state[_SLOPE + lane] = 0.0 if last else (velocity[i + 1] - velocity[i]) / steps
+            state[_WEIGHT + lane] = weight[i]
+
+
+@njit(cache=True, nogil=True)
+def _begin(
+    state: Floats,
+    lane: int,
+    velocity: float,
+    weight: float,
+    omega: float,
+    friction: float,
+    half_gap: float,
+) -> None:
+    """Let an arm follow the motor at first."""
+    drawn = 0.0
+    if velocity > 0.0:
         drawn = 1.0
-    elif arm < 0.0:
+    elif velocity < 0.0:
         drawn = -1.0
-    borne = weight[0] + friction * drawn
-    twist = borne / stiffness
-    if borne != 0.0:
-        twist += math.copysign(half_gap, borne)
-    push = 0.0  # the arm's speed stands half a step behind its twist, which damping must not feel
-    for i in range(velocity.shape[0]):
-        slope = (velocity[i + 1] - velocity[i]) / steps if i + 1 < velocity.shape[0] else 0.0
-        for j in range(steps):
-            motor = velocity[i] + slope * j
+    twist = (weight + friction * drawn) / (omega * omega)
+    if twist != 0.0:
+        twist += math.copysign(half_gap, twist)
+    state[_ARM + lane], state[_TWIST + lane], state[_DRAWN + lane] = velocity, twist, drawn
+
+
+@njit(cache=True, nogil=True)
+def _sample(
+    state: Floats,
+    omega: float,
+    damping: float,
+    friction: float,
+    reach: float,
+    half_gap: float,
+    steps: int,
+) -> None:
+    """Move all lanes by one sample; nothing in here branches, so that they move together."""
+    stiffness, damper = omega * omega, 2.0 * damping * omega
+    for j in range(steps):
+        for lane in range(_LANES):
+            arm, twist, drawn = state[_ARM + lane], state[_TWIST + lane], state[_DRAWN + lane]
+            slope, dt = state[_SLOPE + lane], state[_DT + lane]
+            motor = state[_MOTOR + lane] + slope * j
             pressed = abs(twist) - half_gap
-            pull = 0.0
-            if pressed > 0.0:
-                pull = stiffness * math.copysign(pressed, twist)
-                pull += damper * (motor - arm - 0.5 * dt * push)
-                if half_gap > 0.0 and pull * twist < 0.0:
-                    pull = 0.0
-            if j == 0:
-                out[i] = pull
-            push = pull - weight[i] - friction * drawn
+            pull = stiffness * math.copysign(pressed, twist)
+            # The arm's speed stands half a step behind its twist, which damping must not feel.
+            pull += damper * (motor - arm - 0.5 * dt * state[_PUSH + lane])
+            pulls = half_gap > 0.0 and pull * twist < 0.0
+            pull = 0.0 if pulls or pressed <= 0.0 else pull
+            state[_PULL + lane] = pull if j == 0 else state[_PULL + lane]
+            push = pull - state[_WEIGHT + lane] - friction * drawn
             arm += dt * push
-            drawn = min(max(drawn + dt * arm / reach, -1.0), 1.0)
-            twist += dt * (motor + 0.5 * slope - arm)
-    return out
+            further = drawn + dt * arm / reach
+            further = -1.0 if further < -1.0 else further
+            state[_DRAWN + lane] = 1.0 if further > 1.0 else further
+            state[_TWIST + lane] = twist + dt * (motor + 0.5 * slope - arm)
+            state[_ARM + lane], state[_PUSH + lane] = arm, push

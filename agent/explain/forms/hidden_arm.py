@@ -9,6 +9,7 @@ Gravity decides on which side of a gap the arm rests; without a gap it only shif
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -52,10 +53,7 @@ class HiddenArm:
 
         The velocity is taken as it was recorded: its smooth form would lack the swing itself.
         """
-        velocity = scene.full("velocity_raw_rad_s")
-        pull = scene.weight_nm / (self.inertia_share * inertia_of(scene))
-        out = self.shaft_rad_s2(scene, velocity, pull) - pull - scene.stiff_rad_s2
-        return np.asarray(out - self.friction_rad_s2 * scene.direction)
+        return mean_extra_rad_s2((self,), scene)
 
     def shaft_rad_s2(
         self, scene: Scene, velocity_rad_s: Floats, pull_rad_s2: Floats | None = None
@@ -79,19 +77,48 @@ class HiddenArm:
         steps_per_s = _STEPS_PER_SWING * fastest_hz * max(self.damping_ratio, 1.0)
         pull = np.zeros_like(velocity_rad_s) if pull_rad_s2 is None else pull_rad_s2
         out = np.zeros(velocity_rad_s.shape[0])
-        for at, period_s in scene.each_piece():
-            out[at] = shaft_rad_s2(
-                np.ascontiguousarray(velocity_rad_s[at]),
-                np.ascontiguousarray(pull[at]),
-                period_s,
+        pieces = sorted(scene.each_piece(), key=lambda piece: piece[0].start - piece[0].stop)
+        periods = np.array([period_s for _, period_s in pieces])
+        bounds = np.array([(at.start, at.stop) for at, _ in pieces], dtype=np.int64)
+        steps = np.maximum(np.ceil(steps_per_s * periods), 1.0).astype(np.int64)
+        for several in np.unique(steps):
+            alike = steps == several
+            shaft_rad_s2(
+                np.ascontiguousarray(velocity_rad_s),
+                np.ascontiguousarray(pull),
+                bounds[alike, 0].copy(),
+                bounds[alike, 1].copy(),
+                periods[alike],
                 omega,
                 self.damping_ratio,
                 self.friction_rad_s2,
                 reach,
                 self.half_gap_rad,
-                max(1, math.ceil(steps_per_s * period_s)),
+                int(several),
+                out,
             )
         return out
+
+
+def mean_extra_rad_s2(arms: Sequence[HiddenArm], scene: Scene) -> Floats:
+    """Return the mean of what several arms add, shape (N,); see `HiddenArm.extra_rad_s2`.
+
+    Parameters
+    ----------
+    arms : sequence of HiddenArm
+        Of one share of the inertia.
+    scene : Scene
+    """
+    from agent.explain.forms.arm_kernel import less_stiff
+
+    velocity = scene.full("velocity_raw_rad_s")
+    pull = scene.weight_nm / (arms[0].inertia_share * inertia_of(scene))
+    out = np.zeros_like(velocity)
+    for arm in arms:
+        shaft = arm.shaft_rad_s2(scene, velocity, pull)
+        friction, share = arm.friction_rad_s2, 1.0 / len(arms)
+        less_stiff(shaft, pull, scene.stiff_rad_s2, scene.direction, friction, share, out)
+    return out
 
 
 def inertia_of(scene: Scene) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -32,29 +31,14 @@ def hysteresis(scene: Scene, reach_rad: float) -> Floats:
 
     Between reversals ``z = s + (z0 - s) exp(-travel / reach)``: exact for any sampling.
     """
-    out = np.zeros(scene.direction.shape[0])
+    from agent.explain.forms.reversal_kernel import relaxed
+
+    velocity = scene.full("velocity_rad_s")
+    way, begins = np.abs(velocity), np.zeros(velocity.shape[0], dtype=np.bool_)
     for at, period_s in scene.each_piece():
-        velocity = scene.full("velocity_rad_s")[at]
-        out[at] = _relaxed(velocity, period_s, reach_rad)
-    return out
-
-
-def _relaxed(velocity: Floats, period_s: float, reach_rad: float) -> Floats:
-    sign = np.sign(velocity)
-    starts = np.flatnonzero(np.diff(sign, prepend=sign[0]) != 0.0)
-    edges = np.concatenate(([0], starts, [sign.shape[0]]))
-    travel = np.cumsum(np.abs(velocity)) * period_s
-    out = np.empty_like(velocity)
-    state = 0.0
-    for begin, end in pairwise(edges):
-        if end <= begin:
-            continue
-        settled = sign[begin]
-        way = travel[begin:end] - (travel[begin - 1] if begin else 0.0)
-        part = settled + (state - settled) * np.exp(-way / reach_rad)
-        out[begin:end] = part if settled else state
-        state = float(out[end - 1])
-    return out
+        way[at] *= -period_s / reach_rad
+        begins[at.start] = True
+    return np.asarray(relaxed(velocity, np.exp(way, out=way), begins))
 
 
 def _presliding_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.identify.result import Floats
-from agent.identify.signals.lowpass import lowpass
 from agent.identify.signals.sampling import Stretch
+from agent.identify.signals.thinning import thinned_lowpass
 
 SLOWEST_HZ = 10.0
 """Samples a second below which a change of speed is over before it has been sampled."""
@@ -65,7 +65,7 @@ def banded(raw: Floats, pieces: Sequence[Piece]) -> Floats:
     out = np.empty((pieces[-1].rows.stop, two.shape[1]))
     for piece in pieces:
         columns = two[piece.full].T
-        out[piece.rows] = lowpass(columns, piece.period_s, piece.cutoff_hz, piece.stride).T
+        out[piece.rows] = thinned_lowpass(columns, piece.period_s, piece.cutoff_hz, piece.stride).T
     return out[:, 0] if raw.ndim == 1 else out
 
 

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from agent.identify.result import Floats
 
@@ -24,7 +23,7 @@ _HARMONICS = 4.0
 _NOISE_SHARE = 0.01  # of the acceleration's energy: biases the inertia low by as much
 
 
-def lowpass(rows: Floats, period_s: float, cutoff_hz: float, every: int = 1) -> Floats:
+def lowpass(rows: Floats, period_s: float, cutoff_hz: float) -> Floats:
     """Return the rows low-passed without phase shift.
 
     Parameters
@@ -35,21 +34,18 @@ def lowpass(rows: Floats, period_s: float, cutoff_hz: float, every: int = 1) -> 
         Time between samples.
     cutoff_hz : float
         Where the response has fallen to one half (both passes together).
-    every : int
-        Return only every so many-th sample, the first one first: the same values, with less work.
 
     Returns
     -------
-    ndarray, shape (..., ceil(n / every))
+    ndarray, shape (..., n)
         A cutoff at or above the Nyquist frequency returns the rows as they are.
     """
-    samples = rows.shape[-1]
-    if samples < 3 or cutoff_hz * period_s >= 0.5:
-        return rows[..., ::every].astype(np.float64, copy=True)
-    pad = min(samples - 1, int(np.ceil(3.0 / (cutoff_hz * period_s))))
+    samples, cutoff = rows.shape[-1], cutoff_hz * period_s
+    if samples < 3 or cutoff >= 0.5:
+        return rows.astype(np.float64, copy=True)
+    pad, length = extension(samples, cutoff), circular_length(samples, cutoff)
     first, last = rows[..., :1], rows[..., -1:]
     end, tail = samples + 2 * pad, samples + pad
-    length = every * _fast_length(-(-end // every))
     # The transform is circular: what comes before the first sample stands at the end of the rows.
     extended = np.empty((*rows.shape[:-1], length))
     extended[..., :samples] = rows
@@ -59,33 +55,23 @@ def lowpass(rows: Floats, period_s: float, cutoff_hz: float, every: int = 1) -> 
     behind, before = extended[..., tail - 1 : tail], extended[..., length - pad : length - pad + 1]
     extended[..., tail : length - pad] = behind * (1.0 - ramp) + before * ramp
     spectrum = np.fft.rfft(extended, axis=-1)
-    spectrum *= _response(length, cutoff_hz * period_s)
-    kept = np.fft.irfft(_folded(spectrum, length, every), n=length // every, axis=-1)
-    return np.ascontiguousarray(kept[..., : -(-samples // every)], dtype=np.float64)
+    spectrum *= response(length, cutoff)
+    filtered = np.fft.irfft(spectrum, n=length, axis=-1)
+    return np.ascontiguousarray(filtered[..., :samples], dtype=np.float64)
 
 
-def _folded(spectrum: NDArray[np.complex128], length: int, every: int) -> NDArray[np.complex128]:
-    """Return the half spectrum of every so many-th sample from that of all `length`, (..., k).
+def extension(samples: int, cutoff: float) -> int:
+    """Return by how many samples rows are extended at each end; the cutoff is per sample."""
+    return min(samples - 1, int(np.ceil(3.0 / cutoff)))
 
-    Frequencies that the fewer samples cannot tell apart are added up, as sampling does.
-    """
-    if every == 1:
-        return spectrum
-    fewer = length // every
-    top = fewer // 2
-    out = spectrum[..., : top + 1].copy()
-    for number in range(1, every):
-        at = number * fewer
-        if at + top <= length // 2:
-            out += spectrum[..., at : at + top + 1]
-        else:  # beyond the half that is kept: its mirror image
-            out += spectrum[..., length - at - top : length - at + 1][..., ::-1].conj()
-    out /= every
-    return out
+
+def circular_length(samples: int, cutoff: float) -> int:
+    """Return the samples of the transform of extended rows; the cutoff is per sample."""
+    return _fast_length(samples + 2 * extension(samples, cutoff))
 
 
 @lru_cache(maxsize=256)
-def _response(length: int, cutoff: float) -> Floats:
+def response(length: int, cutoff: float) -> Floats:
     """Return the filter's response at every bin of a transform, kept for the next signal.
 
     Parameters
