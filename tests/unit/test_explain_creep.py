@@ -69,3 +69,27 @@ def test_where_a_simulator_smooths_the_sign_is_found_and_left_out() -> None:
 @pytest.mark.parametrize("friction", [dry, stribeck, thinning])
 def test_friction_that_is_there_at_low_speed_is_kept(friction: Friction) -> None:
     assert creep_speed(tabulate(TWIN, [run(friction)])) < 0.006 * FASTEST
+
+
+def test_a_joint_that_crawls_under_the_torque_that_holds_it_stands() -> None:
+    """Contacts of a simulator give way a little, and its velocity has no noise to hide that."""
+    phase = np.sin(0.9 * TIME)
+    moving, rising = np.maximum(np.abs(phase) - 0.3, 0.0), np.sign(phase) * np.cos(0.9 * TIME)
+    crawl = 0.002
+    velocity = np.sign(phase) * (FASTEST * moving**2 + crawl)
+    acceleration = 2.0 * FASTEST * moving * 0.9 * np.sign(phase) * rising
+    held = np.where(moving > 0.0, 0.5, 0.1) * np.sign(phase)
+    columns = {
+        "time_s": TIME,
+        "velocity_rad_s": velocity,
+        "torque_nm": 0.018 * acceleration + 0.01 * velocity + held,
+    }
+    noisy = columns | {
+        "torque_nm": columns["torque_nm"] + 0.01 * np.random.default_rng(1).normal(size=TIME.size)
+    }
+    table = tabulate(TWIN, [Run.from_columns(noisy, 100.0, name="dwells")])
+    found = without_creep(table)
+    assert np.count_nonzero(np.abs(table.rows["velocity_rad_s"][table.used]) < 2.0 * crawl) > 20
+    assert crawl < found.creep_rad_s < 0.01 * FASTEST
+    left = found.measured_nm[found.used] - found.given_nm[found.used]
+    assert np.sqrt(np.mean(left**2)) < 0.012

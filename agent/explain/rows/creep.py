@@ -22,6 +22,9 @@ _FADED = 0.5  # of the dry level: with more left, friction is there
 _WORTH = 0.02  # of what is left: less does nobody harm
 _GONE = 4.0  # of tanh's scale: up to there friction is not whole
 _MOST_ROWS = 0.3  # left out: what fades along so much of the motion is a law, and no edge
+_CRAWL = tuple(float(x) for x in np.geomspace(3e-3, 3e-5, 9))  # of the fastest speed
+_JUMP = 3.0  # of the residual, between a crawl and the speeds above it
+_LEAST_ROWS = 5
 
 
 def without_creep(table: Table, creep_rad_s: float | None = None) -> Table:
@@ -73,7 +76,26 @@ def creep_speed(table: Table) -> float:
         left = _energy(beside, target)
         if left < best and least(beside, target)[-1] < -_FADED * level:
             best, found = left, speed
-    return _GONE * found
+    return max(_GONE * found, _crawl(table, columns, target))
+
+
+def _crawl(table: Table, columns: Floats, target: Floats) -> float:
+    """Return below which speed a joint that crawls stands in truth, rad/s; 0 where none does.
+
+    Rigid contacts of a simulator give way a little under any torque, and a clean velocity shows it.
+    Friction there is what the drive makes of it, and takes a jump at the speed below which it does;
+    friction that yields, bends or rises towards standstill goes on above any speed.
+    """
+    speed = np.abs(table.rows["velocity_rad_s"][table.sliding])
+    left = (target - columns @ least(columns, target)) ** 2
+    for limit in np.quantile(speed, 0.99) * np.array(_CRAWL):
+        below, above = speed < limit, (speed >= limit) & (speed < _GONE * limit)
+        if min(np.count_nonzero(below), np.count_nonzero(above)) < _LEAST_ROWS:
+            continue
+        jumps = float(np.mean(left[below])) > _JUMP**2 * float(np.mean(left[above]))
+        if jumps and float(left[below].sum()) > _WORTH * float(left.sum()):
+            return float(limit)
+    return 0.0
 
 
 def _energy(columns: Floats, target: Floats) -> float:
