@@ -7,12 +7,13 @@ from typing import Annotated
 
 import typer
 
+from agent.cli.options import Json
+
 CellPath = Annotated[Path, typer.Argument(metavar="CELL.toml", help="The cell's description.")]
 State = Annotated[
     Path | None,
     typer.Option(help="Folder of users, audit trail and runs; else CELL-page beside the cell."),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Write the result to stdout as JSON.")]
 
 
 def add_commands(app: typer.Typer) -> None:

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from agent.cli.options import Json, Recordings
+
 Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="A folder of recordings.")]
 Url = Annotated[
     str | None,
@@ -16,10 +18,6 @@ Url = Annotated[
         help="sqlite:///FILE or postgresql://...; else STRIBECK_CATALOGUE, else in the folder.",
     ),
 ]
-Recordings = Annotated[
-    list[str], typer.Argument(metavar="RECORDING...", help="Files, folders or globs.")
-]
-Json = Annotated[bool, typer.Option("--json", help="Write the result to stdout as JSON.")]
 
 catalogue = typer.Typer(
     name="catalogue",

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from agent.cli.options import Json
+
 if TYPE_CHECKING:
     from agent.fleet.cluster import Opened
     from agent.fleet.lake import Lake
@@ -31,7 +33,6 @@ Scheduler = Annotated[
 ]
 Workers = Annotated[int, typer.Option(min=1, max=256, help="Worker processes on this machine.")]
 Memory = Annotated[float, typer.Option(min=0.25, help="GiB that each of them may take.")]
-Json = Annotated[bool, typer.Option("--json", help="Write the result to stdout as JSON.")]
 
 
 @fleet_app.command(short_help="put recordings into the lake")
