@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -58,6 +59,20 @@ def test_a_swing_of_its_own_is_found_at_its_frequency(hertz: float) -> None:
     assert line.p_value < 0.01
     # Hann's window sees the middle of a recording best, and edges are masked: a third is near.
     assert line.energy_nm2 == pytest.approx(0.5 * amplitude_nm**2, rel=0.35)
+
+
+def test_a_swing_that_shakes_the_joint_is_its_own_though_the_velocity_shows_it() -> None:
+    """A loop too slow to hold the motor leaves the shaking to the inertia, and none to torque."""
+    hertz, amplitude_nm, shaken = 17.3, 2.0 * NOISE_NM, []
+    for run in recorded(swinging(hertz, 0.0), seed=5):
+        signals, phase = run.signals, 2.0 * math.pi * hertz * run.signals.time_s + run.started_s
+        assert signals.velocity_rad_s is not None
+        size = amplitude_nm / (TWIN.inertia_kg_m2 * 2.0 * math.pi * hertz)
+        moved = replace(signals, velocity_rad_s=signals.velocity_rad_s + size * np.sin(phase))
+        shaken.append(replace(run, signals=moved))
+    (line,) = lines_in(shaken)
+    assert line.frequency_hz == pytest.approx(hertz, abs=0.03)
+    assert line.matters
 
 
 def test_bursts_are_found_with_their_sidebands() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from agent.explain.answer.result import Floor
 from agent.explain.rows.pieces import Piece
@@ -49,8 +50,19 @@ def _window_s(piece: Piece) -> float:
 
 
 def _windows(table: Table) -> list[tuple[slice, float]]:
-    """Return short windows of rows of steady motion, and how many samples each is worth."""
-    steady = table.used & (table.stratum == STEADY)
+    """Return short windows of rows of steady motion, and how many samples each is worth.
+
+    Where the acceleration's own noise, or what shakes the joint, hides that motion is steady, those
+    of the speeds that are held.
+    """
+    windows = _windows_in(table, table.used & (table.stratum == STEADY))
+    if len(windows) >= _FEWEST_WINDOWS:
+        return windows
+    held = table.rows["held_rad_s"] != 0.0
+    return max(windows, _windows_in(table, table.used & held), key=len)
+
+
+def _windows_in(table: Table, steady: NDArray[np.bool_]) -> list[tuple[slice, float]]:
     out = []
     for piece in table.pieces:
         length = max(4, round(_window_s(piece) / (piece.period_s * piece.stride)))

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.explain.rows.pieces import Piece
-from agent.explain.rows.table import Table
+from agent.explain.rows.table import BASE, Table, least
 from agent.identify.result import Floats
 from agent.identify.signals.lowpass import lowpass
 
@@ -38,6 +38,7 @@ _FALSE = 0.01  # over all frequencies
 _MATERIAL = 0.02  # of what is left
 _MOST = 3
 _SAME_SPEED = 0.1  # of the speed
+_DRIVEN = 2.0  # times a line's torque: a motion that needs more is the drive's, not the line's
 _AT_OTHER_SPEEDS = 0.3  # of the line's torque: what is there at two speeds alone is no line of time
 
 Signal = Callable[[Piece], Floats]
@@ -195,9 +196,7 @@ def _lines(sought: _Sought, energy_nm2: float) -> list[Line]:
     standing, p_values = _standing(spectra)
     if p_values.min() * count > _FALSE:
         return []
-    moved = np.minimum.reduce(
-        [_standing(_spectra(sought, motion))[1] for motion in _motions(sought)]
-    )
+    moved = _moved(sought, spectra)
     out: list[Line] = []
     free = np.ones(count, dtype=np.bool_)
     for _ in range(_MOST):
@@ -244,12 +243,30 @@ def _nearby(values: Floats, reach: int, quantile: float) -> Floats:
     return np.interp(np.arange(count), at, np.quantile(windows, quantile, axis=-1))
 
 
-def _motions(sought: _Sought) -> list[list[Floats]]:
-    """Return the velocity and its direction, stretch by stretch."""
-    return [
-        [speed - speed.mean() for speed in sought.speeds],
-        [np.sign(speed) for speed in sought.speeds],
-    ]
+def _moved(sought: _Sought, spectra: _Spectra) -> Floats:
+    """Return how likely each bin of the motion is without a line there, shape (f,).
+
+    The velocity's, and that of its direction. What shakes the joint moves it: where the velocity
+    swings by no more than such a torque makes the inertia swing, it is no line of the cycle's.
+    """
+    swing = _spectra(sought, [speed - speed.mean() for speed in sought.speeds])
+    turn = _spectra(
+        sought,
+        [
+            np.sign(speed) * _used(sought.table, piece, in_band=sought.in_band)
+            for piece, speed in zip(sought.pieces, sought.speeds, strict=True)
+        ],
+    )
+    inertia = _inertia(sought.table)
+    needed = np.mean(swing.power, axis=0) * (2.0 * np.pi * swing.hertz * inertia) ** 2
+    driven = needed > _DRIVEN**2 * np.mean(spectra.power, axis=0)
+    return np.minimum(np.where(driven, _standing(swing)[1], 1.0), _standing(turn)[1])
+
+
+def _inertia(table: Table) -> float:
+    """Return the inertia that the recordings show beside the plain structure, kg m2."""
+    found = least(table.base[table.used], table.measured_nm[table.used])
+    return max(float(found[BASE.index("inertia_kg_m2")]), 0.0)
 
 
 def _at_other_speeds(sought: _Sought, hertz: float) -> bool:
