@@ -170,16 +170,21 @@ def number_sentence(
             "The torque constant is wrong: the real torque is the reported one times a factor of "
             f"{found:.3f}. {worth}"
         )
-    told = {name: numbers for name, numbers in changes.items() if _differs(*numbers[:2])}
+    told = {name: numbers for name, numbers in changes.items() if _differs(numbers, changes)}
     said = " and ".join(_change(name, *numbers) for name, numbers in (told or changes).items())
     if effect == "gravity-imbalance":
         return f"The simulation does not know all of the load: {said}. {worth}"
     return f"A number of the simulation is wrong: {said}. {worth}"
 
 
-def _differs(given: float, found: float) -> bool:
+def _differs(
+    numbers: tuple[float, float, str], changes: Mapping[str, tuple[float, float, str]]
+) -> bool:
     """Return whether a number's change is worth a word beside another number's."""
-    return abs(found - given) >= _SAME_NUMBER * abs(given)
+    given, found, unit = numbers
+    # Gravity's two parts are one vector: a part that is nothing is measured by the other.
+    size = max(max(abs(was), abs(now)) for was, now, own in changes.values() if own == unit)
+    return abs(found - given) >= _SAME_NUMBER * (abs(given) or size)
 
 
 def _change(name: str, given: float, found: float, unit: str) -> str:
