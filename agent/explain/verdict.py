@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,6 +11,8 @@ from agent.explain.answer.result import Finding, Verdict
 from agent.explain.choosing.materiality import CLOSE, FAR
 from agent.explain.choosing.shares import unseen_nm2
 from agent.explain.location.regions import AXIS
+from agent.explain.numbers.model import predicted
+from agent.explain.rows.scene import refit
 from agent.explain.study import Study
 
 _MOST_LEFT = 0.30  # of the mismatch: with more left over, what was named explains too little
@@ -37,8 +40,11 @@ def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> 
     missing = study.ratio > (CLOSE if shown else FAR)
     lined = any(line.matters for line in study.lines)
     if not study.choice.terms:
-        if missing or lined:
-            return "partly-explained" if findings else "unexplained"
+        if (missing or lined) and findings:
+            return "partly-explained"
+        little = left_share <= 0.5 * _MOST_LEFT and _explained_before(study)
+        if lined or (missing and not little):
+            return "unexplained"
         if not findings:
             return "unexplained" if far_from_given(study) else "no-mismatch"
         return "tied" if any(f.alternatives for f in findings) else "explained"
@@ -67,6 +73,25 @@ def far_from_given(study: Study) -> bool:
     refitted = unseen_nm2(library, library.base)
     noise = min(max(refitted, floor_nm**2), (CLOSE * floor_nm) ** 2)
     return given > FAR**2 * noise
+
+
+def _explained_before(study: Study) -> bool:
+    """Return whether what a twin's effects explain is what its mismatch is to be judged by.
+
+    What stays beside a name in one explanation must not have become a mismatch in the next, which
+    is given the twin that the first one wrote.
+    """
+    known = study.twin.effects and not study.table.simulated and not study.choice.terms
+    return bool(known) and study.ratio <= FAR
+
+
+def _mismatch_nm2(study: Study) -> float:
+    """Return the mean square that the refitted twin leaves; that of the bare one, see above."""
+    rows, table = study.library.weighing.rows, study.table
+    if not _explained_before(study):
+        return float(np.mean(study.refitted_nm[rows] ** 2))
+    effects_nm = table.given_nm - predicted(table, replace(study.twin, effects=()))
+    return float(np.mean(refit(table, -effects_nm)[1][rows] ** 2))
 
 
 def _outweighed(study: Study) -> bool:
@@ -108,8 +133,7 @@ def left_share(study: Study) -> float:
     )
     if study.ratio <= CLOSE and not study.choice.terms and not apart:
         return 0.0
-    rows = study.library.weighing.rows
     noise = study.noise_nm**2
-    before = max(float(np.mean(study.refitted_nm[rows] ** 2)) - noise, 0.0) + apart
+    before = max(_mismatch_nm2(study) - noise, 0.0) + apart
     after = max(float(np.mean(study.model.residual_nm**2)) - noise, 0.0) + apart
     return min(after / before, 1.0) if before > 0.0 else 0.0

@@ -41,3 +41,28 @@ def test_a_name_stays_where_nothing_left_weighs_as_much(
     ratio: float, along_position: float, verdict: str
 ) -> None:
     assert verdict_of(studied(ratio, along_position), (), left_share=0.36) == verdict
+
+
+@pytest.mark.parametrize(
+    ("effects", "ratio", "share", "verdict"),
+    [
+        (("stribeck",), 1.12, 0.13, "no-mismatch"),  # what stayed beside the name stays beside it
+        (("stribeck",), 1.12, 0.20, "unexplained"),  # its effects left as much to begin with
+        (("stribeck",), 1.30, 0.05, "unexplained"),  # far from the noise
+        ((), 1.12, 0.13, "unexplained"),  # nothing was explained before
+    ],
+)
+def test_what_a_twins_effects_left_is_no_new_mismatch(
+    effects: tuple[str, ...], ratio: float, share: float, verdict: str
+) -> None:
+    study = SimpleNamespace(
+        choice=SimpleNamespace(terms=()),
+        ratio=ratio,
+        left_cells=(Cell("offset", "acceleration_rad_s2", 0.05, 0.0, counts=True),),
+        lines=(),
+        twin=SimpleNamespace(effects=effects),
+        table=SimpleNamespace(simulated=False),
+        library=None,
+        floor=SimpleNamespace(value_nm=0.0),
+    )
+    assert verdict_of(cast("Study", study), (), left_share=share) == verdict
