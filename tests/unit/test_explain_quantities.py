@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,6 +13,7 @@ from agent.explain.forms.quantities import as_in_twin
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import tabulate
 from agent.identify.result import Parameter
+from agent.physics.twin import TwinError
 from tests.unit.test_explain_alignment import TWIN, run
 
 OWN = {"height_nm": Parameter(0.2, (0.1, 0.3)), "reach_rad": Parameter(0.01, (0.008, 0.012))}
@@ -53,3 +57,18 @@ def test_a_hidden_state_that_its_law_does_not_bear_out_is_not_measured(scene: Sc
 
 def test_a_law_that_has_no_place_in_a_twin_keeps_its_numbers(scene: Scene) -> None:
     assert as_in_twin(form(at_edges=False, entries=0), scene, OWN) == OWN
+
+
+def test_an_interval_that_reaches_numbers_that_no_twin_takes_is_no_measurement(
+    scene: Scene,
+) -> None:
+    def to_twin(_: Scene, values: Mapping[str, float]) -> list[dict[str, float]]:
+        if values["reach_rad"] <= 0.0:
+            raise TwinError("expected a number above 0")
+        return [{"travel_rad": 2.0 * values["reach_rad"]}]
+
+    own = OWN | {"reach_rad": Parameter(0.01, (-0.008, 0.028))}
+    law = replace(form(at_edges=True, entries=1), to_twin=to_twin)
+    (found,) = as_in_twin(law, scene, own).values()
+    assert found.value == pytest.approx(0.02)
+    assert not found.identified

@@ -10,6 +10,7 @@ import numpy as np
 from agent.explain.forms.form import Form
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Parameter
+from agent.physics.twin import TwinError
 
 _Entry = Mapping[str, Any]
 
@@ -67,8 +68,16 @@ def _moved(
         ends: Sequence[float] = (values[key] * 1.01 + 1e-9,)
     else:
         ends = parameter.ci95
-    tables = [form.to_twin(scene, {**values, key: end}) for end in ends]
-    return [table[0] if table else {} for table in tables]
+    return [_entry(form, scene, {**values, key: end}) for end in ends]
+
+
+def _entry(form: Form, scene: Scene, values: Mapping[str, float]) -> _Entry:
+    """Return the twin's numbers; nothing where its law refuses such, as an arm without inertia."""
+    try:
+        tables = form.to_twin(scene, values)
+    except TwinError:
+        return {}
+    return tables[0] if tables else {}
 
 
 def _converted(
