@@ -257,8 +257,8 @@ def summary(
         if 0.0 < left_share < 1.0:  # beside the effects that the simulation has already
             return (
                 f"Simulation and recordings agree but for {rest} rms, where noise is "
-                f"{_torque(floor_nm)}: {100.0 * left_share:.0f} % of what it would miss without its "
-                "effects."
+                f"{_torque(floor_nm)}: {100.0 * left_share:.0f} % of what it would miss without "
+                "its effects."
             )
         return f"Simulation and recordings agree: what is left, {rest} rms, is noise."
     parts = [f.sentence for f in findings[:_TOLD]]
