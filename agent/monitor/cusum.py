@@ -11,7 +11,9 @@ ratio of a known rise is this sum up to a factor, which makes it optimal in Lord
 
 What is added, and what it costs: one cycle adds at most half of the threshold, so a single bad
 cycle is never an alarm and even a jump takes two cycles; a cycle that is missing changes nothing;
-the sum is kept from growing so far that recovery would not show. H1 is a second sum of the
+the sum is kept from growing so far that recovery would not show. All-clear is the zero of a second
+sum, whose drift is half of the rise at most: after a short baseline k is larger, and a sum that
+falls to zero so soon would let a rise that has begun into the baseline. H1 is one more sum of the
 low-speed friction, tuned to its own false-alarm rate and to half of `high_rise`, after an H0, while
 the median of three cycles' rise, less what the shared error may be, is beyond `high_rise`.
 """
@@ -96,7 +98,9 @@ class Cusum:
             )
             traces[name] = Trace(sums, np.full_like(sums, tuning.increased))
             increased |= until_zero(sums, tuning.increased)
-            clear &= sums <= 0.0
+            half = min(tuning.drift, 0.5 * tuning.rise * found.level / found.scatter)
+            strict = self._sums(found, half, tuning.allowance, tuning.increased, series.healthy)
+            clear &= strict <= 0.0
             if name == DECIDING:
                 rise = recent_median(found.rise(tuning.high_allowance))
                 far = self._sums(

@@ -2,8 +2,9 @@
 
 A short baseline knows neither the level nor the scatter nor many temperatures, and no tuning gives
 that back. But each night that passes without suspicion is one more healthy cycle. So the joint is
-judged from the first baseline on, and the baseline is learned anew, half as long again each time,
-compensation and tuning with it. What bounds it, so that slow wear is not learned as health:
+judged from the first baseline on, and the baseline is learned anew, a tenth longer each time,
+compensation and tuning with it: a young joint gains by every night, and steps of half as long again
+make it wait for them. What bounds it, so that slow wear is not learned as health:
 
 - only cycles before the detector's last all-clear are taken (a CUSUM's last zero: from there on
   nothing that was seen speaks for a rise), and none of the last `LAG`;
@@ -27,7 +28,7 @@ from agent.monitor.series import FEATURES, Detector, FeatureSeries, Judgement, S
 
 MOST_GROWN = 120
 LAG = 10
-_STEP = 1.5
+_STEP = 1.1
 
 SeriesFor = Callable[[int, Collection[str]], FeatureSeries]
 """The same cycles under a baseline of so many of the first ones, with these features."""

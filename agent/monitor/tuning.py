@@ -9,8 +9,9 @@ is one draw of (b, r), so what is kept to is the expected rate over all of them,
 of the rate over them is said. Drift and threshold together are those that find the rise soonest
 under that constraint: with a long baseline Moustakides's, with a short one a larger drift.
 
-Half of the accepted false alarms are left to that noise. The other half is for the compensation's
-law being off, which `allowance` meets.
+Two fifths of the accepted false alarms are left to that noise, and two fifths to the compensation's
+law being off, which `allowance` meets. The last fifth is for what neither knows: a cycle that went
+wrong brings a sum half of the way, and noise may do the rest.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ NEAR_OPTIMUM = 1.25
 _LONGEST, _LENGTHEN = 400, 1.1  # baselines that are tried for it
 _DRIFTS = np.linspace(0.4, 0.95, 8)  # of the rise
 _LARGER = np.geomspace(1.0, 64.0, 13)  # the rises that are tried, over the smallest
-_NOISE = 0.5  # of the false alarms are left to noise, the rest to the law's error
+_NOISE, _LAW = 0.4, 0.4  # of the false alarms: left to noise, to the law's error
 _TRIALS = 8.0  # of the law's error in a year: a season's two ends, under some four baselines
 _LARGEST = 200.0  # threshold over scatter
 
@@ -267,10 +268,10 @@ def _undecided(reason: str) -> Tuning:
 def allowance(rate_per_year: float) -> float:
     """Return how many deviations of the law's shared error to allow for.
 
-    Half of the accepted false alarms are the law's. Its error is largest where the season is
+    Two fifths of the accepted false alarms are the law's. Its error is largest where the season is
     warmest and where it is coldest, and it is another under each baseline that a year brings.
     """
-    return float(norm.isf(min(0.5, (1.0 - _NOISE) * rate_per_year / _TRIALS)))
+    return float(norm.isf(min(0.5, _LAW * rate_per_year / _TRIALS)))
 
 
 @functools.lru_cache(maxsize=256)
