@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -21,20 +21,17 @@ WIDEST_SHARE = 0.1
 
 _WIDEST_HZ, _NARROWEST_HZ = 40.0, 2.0
 _LONGEST_LAG_S = 0.03
-_OWN = (
+_RECORDED = (
     "time_s",
     "elapsed_s",
     "position_rad",
-    "velocity_rad_s",
-    "velocity_raw_rad_s",
-    "acceleration_rad_s2",
-    "direction",
     "held_rad_s",
     "step",
     "torque_nm",
     "run",
     "bridged",
 )
+_MOTION = ("velocity_rad_s", "velocity_raw_rad_s", "acceleration_rad_s2", "direction")
 
 
 def choose_band(motions: Sequence[Motion], inertia_kg_m2: float) -> float:
@@ -65,49 +62,82 @@ def band_of(stretch: Stretch, cutoff_hz: float) -> float:
     return min(cutoff_hz, WIDEST_SHARE / stretch.period_s)
 
 
-def full_rate(
-    runs: Sequence[Run],
+def recorded_columns(
+    runs: Sequence[Run], pieces: Sequence[Piece], passes: Sequence[Held]
+) -> dict[str, Floats]:
+    """Return what was recorded beside the velocity at full rate, each shape (N,)."""
+    full = _empty(_RECORDED, pieces)
+    optional = [name for name in OPTIONAL if any(name in run.columns for run in runs)]
+    # What was never recorded takes no memory.
+    nothing = np.broadcast_to(np.nan, (pieces[-1].full.stop,))
+    full |= _empty(optional, pieces) | dict.fromkeys(set(OPTIONAL) - set(optional), nothing)
+    known = [run.started_s for run in runs if math.isfinite(run.started_s)]
+    origin_s = min(known) if len(known) == len(runs) else math.nan
+    first_step = 0.0
+    for piece, held in zip(pieces, passes, strict=True):
+        run, stretch, at = runs[piece.run], piece.stretch, piece.full
+        signals = run.signals
+        if signals.position_rad is not None:
+            full["position_rad"][at] = stretch.on_grid(signals, signals.position_rad)
+        full["time_s"][at] = stretch.time_s
+        started = run.started_s - origin_s if math.isfinite(origin_s) else math.nan
+        full["elapsed_s"][at] = stretch.time_s + (started if len(runs) > 1 else 0.0)
+        full["held_rad_s"][at], full["step"][at] = held.velocity_rad_s, first_step + held.step
+        first_step += float(held.step.max()) + 1.0
+        full["torque_nm"][at] = stretch.on_grid(signals, signals.torque_nm)
+        full["run"][at] = piece.run
+        full["bridged"][at] = _bridged(stretch, signals.time_s, piece.cutoff_hz)
+        for name, values in run.columns.items():
+            full[name][at] = _filled(stretch.on_grid(signals, values))
+    return full
+
+
+def motion_columns(
     motions: Sequence[Motion],
     pieces: Sequence[Piece],
     velocities: Sequence[Floats],
     passes: Sequence[Held],
+    position_rad: Floats,
     *,
     align: bool,
 ) -> dict[str, Floats]:
-    """Return the smooth motion and the recorded columns at full rate, each shape (N,)."""
-    full = {name: np.full(pieces[-1].full.stop, np.nan) for name in (*_OWN, *OPTIONAL)}
-    known = [run.started_s for run in runs if math.isfinite(run.started_s)]
-    origin_s = min(known) if len(known) == len(runs) else math.nan
-    first_step, driven = 0.0, any(piece.shows_changes for piece in pieces)
+    """Return the smooth motion at full rate, each shape (N,).
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+        By run.
+    pieces : sequence of Piece
+    velocities : sequence of ndarray
+        As reported, by piece.
+    passes : sequence of Held
+        By piece.
+    position_rad : ndarray, shape (N,)
+        NaN where not recorded.
+    align : bool
+        Whether the velocity is brought in step with the position.
+    """
+    full = _empty(_MOTION, pieces)
+    driven = any(piece.shows_changes for piece in pieces)
     for piece, reported, held in zip(pieces, velocities, passes, strict=True):
-        velocity, cutoff_hz = reported, piece.cutoff_hz
-        run, motion, stretch = runs[piece.run], motions[piece.run], piece.stretch
-        signals, at = run.signals, piece.full
-        if signals.position_rad is not None:
-            position = stretch.on_grid(signals, signals.position_rad)
-            full["position_rad"][at] = position
-            if align:
-                velocity = _aligned(velocity, position, piece.period_s, cutoff_hz)
+        velocity, cutoff_hz, at = reported, piece.cutoff_hz, piece.full
+        position = position_rad[at]
+        if align and not np.isnan(position).all():
+            velocity = _aligned(velocity, position, piece.period_s, cutoff_hz)
         smooth = lowpass(velocity, piece.period_s, cutoff_hz)
-        full["time_s"][at] = stretch.time_s
-        started = run.started_s - origin_s if math.isfinite(origin_s) else math.nan
-        full["elapsed_s"][at] = stretch.time_s + (started if len(runs) > 1 else 0.0)
         full["velocity_raw_rad_s"][at] = velocity
         full["velocity_rad_s"][at] = smooth
         # Between slow samples a change of speed is over: what is left to see is the filter's.
         still = piece.slow or not driven
         full["acceleration_rad_s2"][at] = 0.0 if still else slope(smooth, piece.period_s)
         full["direction"][at] = direction_in_passes(
-            velocity, held, piece.period_s, cutoff_hz, motion.velocity_noise_rad_s
+            velocity, held, piece.period_s, cutoff_hz, motions[piece.run].velocity_noise_rad_s
         )
-        full["held_rad_s"][at], full["step"][at] = held.velocity_rad_s, first_step + held.step
-        first_step += float(held.step.max()) + 1.0
-        full["torque_nm"][at] = stretch.on_grid(signals, signals.torque_nm)
-        full["run"][at] = piece.run
-        full["bridged"][at] = _bridged(stretch, signals.time_s, cutoff_hz)
-        for name, values in run.columns.items():
-            full[name][at] = _filled(stretch.on_grid(signals, values))
     return full
+
+
+def _empty(names: Iterable[str], pieces: Sequence[Piece]) -> dict[str, Floats]:
+    return {name: np.full(pieces[-1].full.stop, np.nan) for name in names}
 
 
 def _aligned(velocity: Floats, position: Floats, period_s: float, cutoff_hz: float) -> Floats:
