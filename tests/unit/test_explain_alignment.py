@@ -7,6 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from agent.explain.rows.run import Run
+from agent.explain.rows.scene import refit
 from agent.explain.rows.table import tabulate
 from agent.physics.twin import Twin
 
@@ -59,3 +60,18 @@ def test_the_torque_decides_in_which_step_the_velocity_is_taken(*, with_position
 def test_a_torque_that_is_late_by_itself_tells_nothing_of_the_velocity(late_s: float) -> None:
     runs = [run(0.01, with_position=False, seed=seed, late_s=late_s) for seed in (1, 2)]
     assert not tabulate(TWIN, runs).aligned
+
+
+def test_a_derived_velocity_follows_sharp_motion_as_far_as_the_band_reaches() -> None:
+    """What it misses of the acceleration would be an arm that does not follow: a soft gear."""
+    time, turn, inertia = np.arange(0.0, 30.0, 4e-3), 2.0 * np.pi * 15.0, TWIN.inertia_kg_m2
+    shaken = 0.1 * np.sin(turn * time)
+    columns = {
+        "time_s": time,
+        "position_rad": 60.0 * time + 80.0 * np.sin(0.5 * time) + shaken,
+        "torque_nm": -inertia * (20.0 * np.sin(0.5 * time) + turn**2 * shaken),
+    }
+    table = tabulate(TWIN, [Run.from_columns(columns, 100.0, name="shaken")], 25.0)
+    moved, _ = refit(table)
+    assert table.carried[0]
+    assert moved[0] == pytest.approx(0.0, abs=3e-3 * inertia)

@@ -124,8 +124,11 @@ def motion_columns(
         position = position_rad[at]
         if align and not np.isnan(position).all():
             velocity = _aligned(velocity, position, piece.period_s, cutoff_hz)
-        smooth = lowpass(velocity, piece.period_s, cutoff_hz)
-        full["velocity_raw_rad_s"][at] = velocity
+        # Two points would miss 7 % at a tenth of the rate, which looks like a spring.
+        derived = motions[piece.run].velocity_derived
+        raw = slope(position, piece.period_s) if derived else velocity
+        smooth = lowpass(raw, piece.period_s, cutoff_hz)
+        full["velocity_raw_rad_s"][at] = raw
         full["velocity_rad_s"][at] = smooth
         # Between slow samples a change of speed is over: what is left to see is the filter's.
         still = piece.slow or not driven
