@@ -2,7 +2,9 @@
 
 Friction that drifts, changes with temperature or differs between directions has a level for every
 hour, temperature and direction. A fit gives the mean. A twin that was right when the joint was new,
-or cold, or in one direction, has no wrong number: it lacks the law.
+or cold, or in one direction, has no wrong number: it lacks the law. A constant torque is friction
+that differs between directions by another name, and there only the one or the other direction's
+level counts: between the two no motion shows any.
 """
 
 from __future__ import annotations
@@ -33,7 +35,9 @@ _NUMBER: Mapping[str, Mapping[str, str]] = {
         "coulomb_difference_nm": "coulomb_nm",
         "viscous_difference_nm_s_per_rad": "viscous_nm_s_per_rad",
     },
+    "torque-offset": {"torque_offset_nm": "coulomb_nm"},
 }
+_TWO_LEVELS = frozenset({"direction-asymmetry", "torque-offset"})
 
 
 def varied_through_given(library: Library, twin: Twin, model: Model) -> frozenset[str]:
@@ -60,7 +64,14 @@ def varied_through_given(library: Library, twin: Twin, model: Model) -> frozense
             there = np.abs(base) > _OF_LARGEST * float(np.max(np.abs(base)))
             added = term.candidate.columns[there, at] * model.coefficients[place][at]
             low, high = np.quantile(added / base[there], _ENDS) + model.base[number].value
-            margin = _BEYOND * (high - low)
-            if low - margin <= float(getattr(twin, number)) <= high + margin:
+            if _passes(float(low), float(high), float(getattr(twin, number)), form.effect):
                 out.add(number)
     return frozenset(out)
+
+
+def _passes(low: float, high: float, given: float, effect: str) -> bool:
+    """Return whether what the twin says lies where the law goes, nearly."""
+    margin = _BEYOND * (high - low)
+    if effect in _TWO_LEVELS:
+        return min(abs(given - low), abs(given - high)) <= margin
+    return low - margin <= given <= high + margin
