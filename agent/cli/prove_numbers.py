@@ -33,6 +33,11 @@ _SAME_FORM: Mapping[tuple[str, str, str], tuple[str, ...]] = {
     ("position-dependent-friction", "wave", "wave"): ("cos_nm", "sin_nm"),
     ("torque-ripple", "sine", "one order"): ("cos_nm", "sin_nm"),
     ("resolver-error", "sine", "whole order of the motor"): ("cos_rad", "sin_rad"),
+    (
+        "resolver-error",
+        "sine",
+        "whole order of the motor, the arm on the gear's spring",
+    ): ("cos_rad", "sin_rad"),
     ("torque-constant-error", "falls with winding temperature", "with motor temperature"): (
         "factor_per_k",
     ),

@@ -219,7 +219,9 @@ class Library:
             return gain_of(self.candidate(form, point), basis, left)
 
         points = np.array([c.point for _, c in entry])
-        gain, best = climbed(form, self.scene, points, entry[0][1].point, entry[0][0], gain_at)
+        gain, best = entry[0][0], entry[0][1].point
+        if not form.together:
+            gain, best = climbed(form, self.scene, points, best, gain, gain_at)
         if len(form.nonlinear) > 1:
             entry = [(gain, self.candidate(form, best)), *entry]
             best = self._deeper(form, best, points, basis, left)

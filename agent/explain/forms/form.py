@@ -64,6 +64,8 @@ class Form:
         Whether it is judged at starts and reversals, too.
     refine : bool
         Whether the grid's best point may be moved between its neighbours.
+    together : bool
+        Whether its numbers are only moved together, as they hang together and are dear to try.
     step : callable, optional
         Scene to how far each non-linear number may be moved, or by which share where that is
         `Proportional`; else the grid's own spacing.
@@ -96,6 +98,7 @@ class Form:
     needs: tuple[str, ...] = ()
     at_edges: bool = False
     refine: bool = True
+    together: bool = False
     step: Callable[[Scene], Point] | None = None
     to_twin: ToTwin = _as_named
     limits: Callable[[Scene], Sequence[tuple[float, float]]] | None = None

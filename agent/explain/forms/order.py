@@ -9,13 +9,18 @@ from typing import Any
 import numpy as np
 
 from agent.explain.forms.form import Form, Grid, Point, stack
-from agent.explain.forms.hidden_arm import HiddenArm
+from agent.explain.forms.hidden_arm import HiddenArm, inertia_of
 from agent.explain.forms.orders import Weighting, half_a_line, strong_orders
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
 
 _POSITION = ("position_rad",)
-_GEAR_DAMPING = 0.1  # of the arm's swing on the gear: between steel's and a harmonic drive's
+_GEAR_DAMPING = 0.2  # of the arm's swing on the gear, friction counted in: where the search begins
+_DAMPINGS = (0.02, 0.5)
+_SPRING = ("antiresonance_hz", "damping_ratio", "arm_inertia_share")
+_ARM_SHARE = 0.5  # of the inertia, behind the gear: where the search begins
+_ARM_SHARES = (0.1, 0.9)
+_ARM_FRICTION = 0.3  # of the dry friction: bearing and seal of the arm
 
 
 def _orders(weighting: Weighting) -> Grid:
@@ -52,46 +57,70 @@ def _ripple_two_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapp
     )
 
 
-def _kinematic(scene: Scene, point: Point) -> Floats:
-    order = point[0]
+def _second_derivatives(scene: Scene, order: float) -> Floats:
+    """Return the second time derivatives of cos(k q) and sin(k q) along the motion, (N, 2)."""
     angle = order * scene.full("position_rad")
     cos, sin = np.cos(angle), np.sin(angle)
     a, v2 = scene.full("acceleration_rad_s2"), scene.full("velocity_rad_s") ** 2
-    # Second time derivatives of cos(k q) and sin(k q), along the motor's motion.
     return stack(-order * sin * a - order**2 * cos * v2, order * cos * a - order**2 * sin * v2)
+
+
+def _slopes(scene: Scene, order: float) -> Floats:
+    """Return the derivatives of cos(k q) and sin(k q) by the angle, shape (N, 2)."""
+    angle = order * scene.full("position_rad")
+    return stack(-order * np.sin(angle), order * np.cos(angle))
+
+
+def _swings(scene: Scene, order: float, hertz: float, damping: float) -> Floats:
+    """Return `_second_derivatives` as an arm passes them on through the gear's spring, (N, 2)."""
+    arm, velocity = HiddenArm(hertz, damping), scene.full("velocity_rad_s")
+    return stack(*(arm.shaft_rad_s2(scene, slope * velocity) for slope in _slopes(scene, order).T))
+
+
+def _geared(scene: Scene, order: float, arm_share: float) -> Floats:
+    """Return what a wobbling ratio makes of the arm's load, over the arm's inertia, (N, 2).
+
+    The motor bears ``1 + e'(q)`` times what the gear carries, as work in is work out. Slow and
+    under gravity that is most of what a wobble does, and no error of the measured angle does it.
+    """
+    inertia, dry = arm_share * inertia_of(scene), _ARM_FRICTION * float(scene.theta[2])
+    load = scene.weight_nm + dry * scene.direction
+    borne = scene.full("acceleration_rad_s2") + load / inertia
+    return np.asarray(_slopes(scene, order) * borne[:, np.newaxis])
+
+
+def _kinematic(scene: Scene, point: Point) -> Floats:
+    order = point[0]
+    return _second_derivatives(scene, order) + _geared(scene, order, _ARM_SHARE)
 
 
 def _wobble_grid(scene: Scene) -> Sequence[Point]:
     """Return the strong orders with springs from soft to as good as rigid in the band."""
     cutoff = scene.table.cutoff_hz
     springs = log_grid(0.4 * cutoff, 3.0 * cutoff, 5)
-    return tuple((order, hz) for order in strong_orders(scene, "inertia") for hz in springs)
+    orders = strong_orders(scene, "inertia")
+    return tuple((order, hz, _GEAR_DAMPING, _ARM_SHARE) for order in orders for hz in springs)
 
 
 def _wobble(scene: Scene, point: Point) -> Floats:
     """Return what reaches the motor through the gear's spring when the ratio wobbles, (N, 2).
 
     The spring is driven by ``q + e(q)``: below the arm's resonance as through a stiff gear, near it
-    more, above it ever less. An error of the measured angle passes no spring.
+    more, above it ever less.
     """
-    order, hertz = point
-    angle = order * scene.full("position_rad")
-    arm = HiddenArm(hertz, _GEAR_DAMPING)
-    velocity = order * scene.full("velocity_rad_s")
-    return stack(
-        arm.shaft_rad_s2(scene, -velocity * np.sin(angle)),
-        arm.shaft_rad_s2(scene, velocity * np.cos(angle)),
-    )
+    order, hertz, damping, share = point
+    return _swings(scene, order, hertz, damping) + _geared(scene, order, share)
 
 
-def _wobble_limits(scene: Scene) -> Sequence[tuple[float, float]]:
-    """Return how far order and spring are followed: beyond, the spring is rigid in the band."""
+def _spring_limits(scene: Scene) -> Sequence[tuple[float, float]]:
+    """Return how far order, spring and arm are followed: stiffer is rigid in the band."""
     cutoff = scene.table.cutoff_hz
-    return (0.0, math.inf), (0.2 * cutoff, 8.0 * cutoff)
+    return (0.0, math.inf), (0.2 * cutoff, 8.0 * cutoff), _DAMPINGS, _ARM_SHARES
 
 
-def _wobble_step(scene: Scene) -> Point:
-    return (*half_a_line(scene), 0.3 * scene.table.cutoff_hz)
+def _spring_step(scene: Scene) -> Point:
+    """Return how far spring and arm are moved; the order stays, or it would make up for them."""
+    return (0.0, 0.3 * scene.table.cutoff_hz, 0.1, 0.2)
 
 
 def _kinematic_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
@@ -111,8 +140,9 @@ def _wobble_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[
     """Return the wobble of a stiff gear, as the twin has it, that comes nearest in the band."""
     order, found = values["order_per_motor_rev"], dict(values)
     table = scene.table
-    stiff = table.band(_kinematic(scene, (order,)))[table.used]
-    soft = table.band(_wobble(scene, (order, values["antiresonance_hz"])))[table.used]
+    stiff = table.band(_second_derivatives(scene, order))[table.used]
+    point = (order, *(values[name] for name in _SPRING))
+    soft = table.band(_wobble(scene, point))[table.used]
     torque = soft @ np.array([values["cos_kg_m2_rad"], values["sin_kg_m2_rad"]])
     found["cos_kg_m2_rad"], found["sin_kg_m2_rad"] = np.linalg.lstsq(stiff, torque)[0].tolist()
     return _kinematic_twin(scene, found)
@@ -124,17 +154,38 @@ def _whole_orders(scene: Scene) -> Sequence[Point]:
 
 def _resolver(scene: Scene, point: Point) -> Floats:
     """Return what the twin wrongly adds for a measured angle that errs by cos or sin of k q."""
-    order = point[0]
-    angle = order * scene.full("position_rad")
-    cos, sin = np.cos(angle), np.sin(angle)
-    a, v = scene.full("acceleration_rad_s2"), scene.full("velocity_rad_s")
-    inertia, viscous = float(scene.theta[0]), float(scene.theta[1])
-    cos_second = -order * sin * a - order**2 * cos * v**2
-    sin_second = order * cos * a - order**2 * sin * v**2
-    return -stack(
-        inertia * cos_second - viscous * order * sin * v,
-        inertia * sin_second + viscous * order * cos * v,
-    )
+    second = _second_derivatives(scene, point[0])
+    return -(inertia_of(scene) * second + _wrongly_viscous(scene, point[0]))
+
+
+def _wrongly_viscous(scene: Scene, order: float) -> Floats:
+    velocity = scene.full("velocity_rad_s")[:, np.newaxis]
+    return np.asarray(float(scene.theta[1]) * _slopes(scene, order) * velocity)
+
+
+def _resolver_grid(scene: Scene) -> Sequence[Point]:
+    """Return whole orders with springs about the band's end, from where the others are reached."""
+    cutoff = scene.table.cutoff_hz
+    springs = log_grid(0.5 * cutoff, 2.0 * cutoff, 4)
+    begin = (2.0 * _GEAR_DAMPING, 0.5 * _ARM_SHARE)
+    return tuple((*order, hz, *begin) for order in _whole_orders(scene) for hz in springs)
+
+
+def _resolver_swinging(scene: Scene, point: Point) -> Floats:
+    """Return the same where the arm swings on the gear's spring.
+
+    A loop that follows a wrong angle shakes motor and arm; only the arm's part passes the spring.
+    """
+    order, hertz, damping, share = point
+    second = _second_derivatives(scene, order)
+    swings = _swings(scene, order, hertz, damping)
+    shaken = (1.0 - share) * second + share * swings
+    return -(inertia_of(scene) * shaken + _wrongly_viscous(scene, order))
+
+
+def _resolver_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    del scene
+    return ({name: values[name] for name in ("cos_rad", "sin_rad", "order_per_motor_rev")},)
 
 
 FORMS: tuple[Form, ...] = (
@@ -171,6 +222,7 @@ FORMS: tuple[Form, ...] = (
         needs=_POSITION,
         step=half_a_line,
         to_twin=_kinematic_twin,
+        rests_on_numbers=True,
         from_residual=True,
     ),
     Form(
@@ -178,12 +230,14 @@ FORMS: tuple[Form, ...] = (
         "one order, through the gear's spring",
         ("cos_kg_m2_rad", "sin_kg_m2_rad"),
         _wobble,
-        ("order_per_motor_rev", "antiresonance_hz"),
+        ("order_per_motor_rev", *_SPRING),
         _wobble_grid,
         needs=_POSITION,
-        step=_wobble_step,
-        limits=_wobble_limits,
+        step=_spring_step,
+        together=True,
+        limits=_spring_limits,
         to_twin=_wobble_twin,
+        rests_on_numbers=True,
         from_residual=True,
     ),
     Form(
@@ -195,6 +249,21 @@ FORMS: tuple[Form, ...] = (
         _whole_orders,
         needs=_POSITION,
         refine=False,
+        rests_on_numbers=True,
+        from_residual=True,
+    ),
+    Form(
+        "resolver-error",
+        "whole order of the motor, the arm on the gear's spring",
+        ("cos_rad", "sin_rad"),
+        _resolver_swinging,
+        ("order_per_motor_rev", *_SPRING),
+        _resolver_grid,
+        needs=_POSITION,
+        step=_spring_step,
+        together=True,
+        limits=_spring_limits,
+        to_twin=_resolver_twin,
         rests_on_numbers=True,
         from_residual=True,
     ),

@@ -1,0 +1,93 @@
+"""Which orders per motor turn stand out in a torque: a scan over the motor's angle."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from agent.identify.result import Floats
+
+_HIGHEST = 64.0  # per motor turn
+_BINS_PER_WAVE = 4.0
+_FEWEST_WAVES = 3.0  # in the range that was driven: fewer are a trend
+
+
+def orders_of(
+    position_rad: Floats,
+    torque_nm: Floats,
+    weight: Floats,
+    highest: float,
+    gear_ratio: float,
+    count: int,
+) -> tuple[float, ...]:
+    """Return the orders per motor turn at which a torque has most energy, strongest first.
+
+    Parameters
+    ----------
+    position_rad, torque_nm : ndarray, shape (n,)
+    weight : ndarray, shape (n,)
+        By which a wave of that order grows along the motion.
+    highest : float
+        Order that the band still shows, per motor turn.
+    gear_ratio : float
+    count : int
+        At most so many.
+    """
+    turns = float(np.ptp(position_rad)) / (2.0 * math.pi)
+    highest = min(_HIGHEST, highest)
+    if turns <= 0.0 or highest * turns < _FEWEST_WAVES:
+        return ()
+    out: list[float] = []
+    for _ in range(count):
+        order, power = _spectrum(position_rad, torque_nm * weight, weight**2, turns, highest)
+        power[order * turns < _FEWEST_WAVES] = 0.0
+        best = int(np.argmax(power))
+        if power[best] <= 0.0:
+            break
+        out.append(snapped(_peak(order, power, best), 1.0 / turns, gear_ratio))
+        # A strong order's side lobes are higher than the peaks of weaker ones: it is taken out.
+        torque_nm = _without(torque_nm, out[-1] * position_rad, weight)
+    return tuple(dict.fromkeys(out))
+
+
+def _without(residual_nm: Floats, angle_rad: Floats, weight: Floats) -> Floats:
+    """Return a residual, shape (n,), less the weighted wave at an angle that fits it best."""
+    wave = np.stack((weight * np.cos(angle_rad), weight * np.sin(angle_rad)), axis=-1)
+    return np.asarray(residual_nm - wave @ np.linalg.solve(wave.T @ wave, wave.T @ residual_nm))
+
+
+def _spectrum(
+    position_rad: Floats, moment: Floats, weight: Floats, turns: float, highest: float
+) -> tuple[Floats, Floats]:
+    """Return orders and the energy that a wave of each explains, by gridding onto the angle."""
+    bins = math.ceil(turns * highest * _BINS_PER_WAVE) + 1
+    at = (position_rad - position_rad.min()) / (2.0 * math.pi * turns) * (bins - 1)
+    index = np.minimum(at.astype(np.int64), bins - 1)
+    sums = np.bincount(index, moment, minlength=bins)
+    length = 1 << (2 * bins - 1).bit_length()
+    wave = np.abs(np.fft.rfft(sums, length)) ** 2
+    order = np.arange(wave.shape[0]) * (bins - 1) / (length * turns)
+    power = wave / max(0.5 * float(weight.sum()), 1e-300)
+    inside = order <= highest
+    return order[inside], np.asarray(power[inside])
+
+
+def _peak(order: Floats, power: Floats, best: int) -> float:
+    """Return where the parabola through a bin and its neighbours is highest."""
+    if not 0 < best < power.shape[0] - 1:
+        return float(order[best])
+    before, at, after = (float(x) for x in power[best - 1 : best + 2])
+    bend = before - 2.0 * at + after
+    aside = 0.5 * (before - after) / bend if bend < 0.0 else 0.0
+    return float(order[best]) + min(max(aside, -0.5), 0.5) * float(order[1] - order[0])
+
+
+def snapped(order: float, resolution: float, gear_ratio: float) -> float:
+    """Return the order moved to a whole number per motor or arm turn within half the resolution."""
+    if abs(order - round(order)) < 0.5 * resolution and round(order) >= 1:
+        return float(round(order))
+    per_arm = order * gear_ratio
+    if abs(per_arm - round(per_arm)) < 0.5 * resolution * gear_ratio and resolution < order:
+        return round(per_arm) / gear_ratio if resolution * gear_ratio < 1.0 else order
+    return order
