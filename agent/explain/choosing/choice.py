@@ -23,6 +23,10 @@ from agent.identify.result import Floats
 
 _ACCIDENT = 0.01
 _MOST_TERMS = 6
+_OF_ITS_OWN = (
+    0.1  # of the mismatch: what a newcomer adds is an effect of its own, whatever it copies
+)
+_SHARED_OUT = 0.2  # of what a term had removed: so little is left to it beside a newcomer
 _DECISIVE = 3.0  # of log density: a rival that is further behind is out
 _SAME = 0.1  # of log density: columns that copy each other differ by no more
 _PER_SHARE = 60.0  # of log density: a twentieth of the gain missed is decisive
@@ -109,10 +113,12 @@ def choose(library: Library, *, rivals: bool = True, begun: Sequence[Term] = ())
         material = least_gain(library, plain, [*terms, best.candidate])
         if float(current.sum()) - best.error < material:
             break
-        if not _steady(current - best.blocks):
+        if not _steady(current, best.blocks):
             break
         accident = chance(library, terms, best)
         if accident > _ACCIDENT:
+            break
+        if _twice(library, plain, chosen, current, best):
             break
         chosen.append(Term(best, accident))
         current = best.blocks
@@ -140,10 +146,36 @@ def _allowed(ranked: Sequence[Scored], chosen: Sequence[Term]) -> list[Scored]:
     return [s for s in ranked if s.form.effect not in there or s.form.effect in _REPEATED]
 
 
-def _steady(gain: Floats) -> bool:
-    """Return whether a gain is more than two standard errors over the blocks."""
-    spread = float(np.std(gain)) * math.sqrt(gain.shape[0])
-    return float(gain.sum()) > 2.0 * spread
+def _twice(
+    library: Library, plain: Floats, chosen: Sequence[Term], current: Floats, best: Scored
+) -> bool:
+    """Return whether a weak newcomer only shares out what a term explains already.
+
+    Where it adds little, and one of the terms could nearly be done without beside it, two names
+    would stand for one mismatch, whose shape neither has to the last percent.
+    """
+    if float(current.sum()) - best.error >= _OF_ITS_OWN * float(plain.sum()):
+        return False
+    for index in range(len(chosen)):
+        others = [t.candidate for i, t in enumerate(chosen) if i != index]
+        before = float(library.errors(others).sum() - current.sum())
+        beside = float(library.errors([*others, best.candidate]).sum()) - best.error
+        if beside < _SHARED_OUT * before:
+            return True
+    return False
+
+
+def _steady(before: Floats, after: Floats) -> bool:
+    """Return whether a gain is more than two standard errors over the blocks, shape (b,).
+
+    As squared error, or in proportion to what each block had: where a slow pass lingers at a bump,
+    three blocks may hold nine tenths of the squared error, and all others that pass it agree.
+    """
+    gain = before - after
+    return any(
+        float(each.sum()) > 2.0 * float(np.std(each)) * math.sqrt(each.shape[0])
+        for each in (gain, gain / np.maximum(np.maximum(before, after), 1e-300))
+    )
 
 
 def log_density_gap(library: Library, best: Floats, other: Floats, size: float) -> float:

@@ -28,9 +28,10 @@ _SEEN = 0.25  # of the band's noise: half its amplitude stands out, however nois
 def least_gain(library: Library, plain: Floats, terms: Sequence[Candidate]) -> float:
     """Return the least weighted squared error that a term must remove to be worth a name.
 
-    Two percent of what the refitted twin leaves; and of the residual as it was recorded, in which
-    most of the noise lies above the band that is compared: every joint has some effects that are
-    lost in that, significant or not.
+    Two percent of what the refitted twin leaves; and of the given twin's residual as it was
+    recorded, in which most of the noise lies above the band that is compared, and wrong numbers of
+    the twin's own may be most of the rest: every joint has some effects that are lost in that,
+    significant or not.
 
     Parameters
     ----------
@@ -45,9 +46,16 @@ def least_gain(library: Library, plain: Floats, terms: Sequence[Candidate]) -> f
     left[weighing.rows] = library.residual(terms) / weighing.weight
     floor_nm = noise_floor(table, left).value_nm
     in_band = floor_nm**2 if floor_nm > 0.0 else 0.0
-    recorded = MATERIAL * (in_band + above_band_nm2(table))
+    recorded = MATERIAL * (in_band + above_band_nm2(table) + _own_numbers_nm2(library))
     noise = max(_OF_NOISE * in_band, min(recorded, _SEEN * in_band))
     return max(MATERIAL * float(plain.sum()), noise * float(np.sum(weighing.weight**2)))
+
+
+def _own_numbers_nm2(library: Library) -> float:
+    """Return the mean square that refitting the twin's own numbers removes, N m squared."""
+    weight = library.weighing.weight
+    given, refitted = library.target / weight, library.residual([]) / weight
+    return max(float(np.mean(given**2) - np.mean(refitted**2)), 0.0)
 
 
 def above_band_nm2(table: Table) -> float:
