@@ -30,7 +30,15 @@ from agent.identify.result import Floats
 from agent.monitor.decision import Marks
 from agent.monitor.series import FeatureSeries, Judgement, State, Trace
 from agent.monitor.standing import Standing, standing
-from agent.monitor.tuning import NEAR_OPTIMUM, Target, Tuning, cycles_per_year, cycles_within, tune
+from agent.monitor.tuning import (
+    NEAR_OPTIMUM,
+    SOONEST_CYCLES,
+    Target,
+    Tuning,
+    cycles_per_year,
+    cycles_within,
+    tune,
+)
 
 DECIDING = "low_integral_w"
 
@@ -75,6 +83,8 @@ class Cusum:
         found, tuning = self._tuned(series)[DECIDING]
         if found is None or not tuning.decidable:
             return tuning.sentence
+        if tuning.delay_cycles <= SOONEST_CYCLES:
+            return f"{tuning.sentence}; sooner is not possible, for no single cycle decides"
         ratio = tuning.delay_cycles / tuning.known_delay_cycles
         said = f"{tuning.sentence}; the delay is {ratio:.2f} times the least possible"
         if ratio <= NEAR_OPTIMUM:

@@ -77,8 +77,8 @@ def outlook(
     if earliest > horizon:
         return _undecided(
             limit_rise,
-            f"the limit lies more than {(horizon - now) / _DAY_S:.0f} days ahead, "
-            "further than the trend bears",
+            f"a rise of {100.0 * limit_rise:.0f} % lies more than "
+            f"{(horizon - now) / _DAY_S:.0f} days ahead, further than the trend bears",
         )
     earliest, latest = max(earliest, now), max(latest, now)
     latest = latest if latest <= horizon else math.inf

@@ -36,6 +36,9 @@ SLOWEST_CYCLES = 30.0
 NEAR_OPTIMUM = 1.25
 """So many times the delay of a detector that knows everything is as near as is asked for."""
 
+SOONEST_CYCLES = 2.0
+"""No single cycle decides, so that no rise is found sooner."""
+
 _LONGEST, _LENGTHEN = 400, 1.1  # baselines that are tried for it
 _DRIFTS = np.linspace(0.4, 0.95, 8)  # of the rise
 _LARGER = np.geomspace(1.0, 64.0, 13)  # the rises that are tried, over the smallest
@@ -98,7 +101,8 @@ class Tuning:
     rate_ci95_per_year : tuple of float
         Between which that rate lies for this robot, from what its baseline leaves open.
     delay_cycles : float
-        Expected, from the onset of a lasting rise of the smallest size.
+        Expected, from the onset of a lasting rise of the smallest size; at least
+        `SOONEST_CYCLES`.
     known_delay_cycles : float
         The same for the CUSUM that knows level, scatter and rise (Moustakides) at the same rate.
     decidable : bool
@@ -195,6 +199,7 @@ def _tuned(found: _Known, target: Target, cycles_per_year: float, share: float) 
     high = _thresholds(doubt, half, _NOISE * share * target.high_per_year, cycles_per_year)
     rates = doubt.rates(drift, line, cycles_per_year)[0]
     low, up = (float(q) for q in np.quantile(rates, (0.025, 0.975)))
+    delay = max(SOONEST_CYCLES, float(delays[best]))
     return Tuning(
         float(share_of_level),
         float(drift[0]),
@@ -205,14 +210,14 @@ def _tuned(found: _Known, target: Target, cycles_per_year: float, share: float) 
         allowance(share * target.high_per_year),
         float(np.mean(rates)),
         (low, up),
-        float(delays[best]),
+        delay,
         _known_delay(float(rise), found.long_run, float(np.mean(rates)), cycles_per_year),
         decidable=True,
         sentence=(
             f"{found.cycles} healthy cycles: a lasting rise of "
-            f"{100.0 * share_of_level:.1f} % is found after about {_cycles(delays[best])}; "
-            f"false alarms from noise between {low:.2g} and {up:.2g} a year, "
-            f"{np.mean(rates):.2g} expected"
+            f"{100.0 * share_of_level:.1f} % is found after about {delay:.0f} cycles; "
+            f"false alarms from noise: {np.mean(rates):.2g} a year expected, "
+            f"{up:.2g} at most (97.5 %)"
         ),
     )
 
@@ -251,11 +256,6 @@ def cycles_per_year(series: FeatureSeries) -> float:
     """Return how many cycles a year the healthy ones amount to; one alone counts as nightly."""
     gaps = np.diff(series.time_s[: series.healthy])
     return YEAR_S / (float(np.median(gaps)) if gaps.size else 86400.0)
-
-
-def _cycles(count: float) -> str:
-    """Return a number of cycles in words."""
-    return "1 cycle" if round(count) == 1 else f"{count:.0f} cycles"
 
 
 def _undecided(reason: str) -> Tuning:

@@ -179,9 +179,17 @@ def test_tuning_asks_more_of_a_short_and_a_noisy_baseline_and_says_what_it_leave
     assert noisy.delay_cycles > long.delay_cycles
     open_short, open_long = (up / low for low, up in (t.rate_ci95_per_year for t in (short, long)))
     assert open_short > 10.0 * open_long
-    assert "false alarms from noise between" in short.sentence
+    assert "a year expected" in short.sentence
     for tuning in (short, long, noisy):
         assert tuning.rate_per_year == pytest.approx(0.04, rel=0.01)
+
+
+def test_what_is_promised_is_never_sooner_than_two_cycles() -> None:
+    """A quiet joint's rise is many scatters: one cycle would show it, and none may decide alone."""
+    series = flat(40, 0.002)
+    assert Cusum().tunings(series)["low_integral_w"].delay_cycles == pytest.approx(2.0)
+    assert "after about 2 cycles" in Cusum().promise(series)
+    assert "no single cycle decides" in Cusum().promise(series)
 
 
 @pytest.mark.parametrize("healthy", [1, 3])
