@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,7 +65,7 @@ def chance(library: Library, terms: Sequence[Candidate], scored: Scored, seed: i
     drawn = shifted(library.weighing, left, seed)
     best_of: dict[tuple[str, str], Floats] = {}
     candidates = (*library.candidates, scored.candidate)
-    own = [basis_of(c.columns - basis @ (basis.T @ c.columns)) for c in candidates]
+    own = (basis_of(c.columns - basis @ (basis.T @ c.columns)) for c in candidates)
     for candidate, share in zip(candidates, energies_in(own, drawn), strict=True):
         key = (candidate.form.effect, candidate.form.name)
         best_of[key] = np.maximum(best_of.get(key, np.zeros(_SHIFTS)), share)
@@ -74,19 +75,19 @@ def chance(library: Library, terms: Sequence[Candidate], scored: Scored, seed: i
     return float((1 + np.sum(least <= mine)) / (1 + _SHIFTS))
 
 
-def energies_in(bases: Sequence[Floats], drawn: NDArray[np.float32]) -> list[Floats]:
+def energies_in(bases: Iterable[Floats], drawn: NDArray[np.float32]) -> list[Floats]:
     """Return the energy of shifted residuals that lies in each space, shape (count,) each.
 
     Parameters
     ----------
-    bases : sequence of ndarray, shape (m, r)
-        Orthonormal.
+    bases : iterable of ndarray, shape (m, r)
+        Orthonormal; taken a few at a time, as all of them would be a second library in memory.
     drawn : ndarray, shape (m, count)
         As `shifted` returns them. They are read once for many spaces: there are a lot of them.
     """
     out: list[Floats] = []
-    for first in range(0, len(bases), _TOGETHER):
-        several = bases[first : first + _TOGETHER]
+    left = iter(bases)
+    while several := list(islice(left, _TOGETHER)):
         stacked = np.concatenate(several, axis=1).astype(np.float32)
         squares = (stacked.T @ drawn) ** 2
         stops = np.cumsum([basis.shape[1] for basis in several])[:-1]

@@ -9,8 +9,9 @@ shifted gains so that small values can be told; Benjamini and Yekutieli (Ann. St
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from agent.identify.result import Floats
 MATERIAL = 0.02
 _KNOTS = 7
 _FALSE = 0.05
+_TOGETHER = 16  # cells: all at once would be another library in memory
 _NAMES = ("offset", *BASE[:3], "gravity", "scale")
 
 
@@ -111,31 +113,22 @@ def deficiency_map(
     lines : sequence of Line
         Of the model's residual: each is a cell of the offset along the frequency.
     """
-    weighing, scene = library.weighing, library.scene
+    weighing = library.weighing
     model = library.model(terms)
     basis = basis_of(model)
     left = library.target - basis @ (basis.T @ library.target)
     energy = float(left @ left)
     plain = heldout(moments(model, library.target, weighing.starts), weighing.fold)
     drawn = shifted(library.weighing, left)
-    found, spaces = [], []
-    for axis in axes_of(scene):
-        for name, column in parameters_of(scene).items():
-            columns = weighing.weighted(column[:, np.newaxis] * axis.functions)
-            own = basis_of(columns - basis @ (basis.T @ columns), like=columns)
-            if not own.shape[1]:
-                continue
+    cells = []
+    spaces = _spaces(library, basis)
+    while several := list(islice(spaces, _TOGETHER)):
+        nulls = energies_in([own for *_, own in several], drawn)
+        for (name, variable, own), null in zip(several, nulls, strict=True):
             part = moments(np.concatenate((model, own), axis=1), library.target, weighing.starts)
             gain = 1.0 - float(heldout(part, weighing.fold).sum()) / float(plain.sum())
             share = float(np.sum((own.T @ left) ** 2)) / energy
-            found.append((name, axis.variable, gain, share))
-            spaces.append(own)
-    cells = [
-        (name, variable, gain, _tail(share, null / energy))
-        for (name, variable, gain, share), null in zip(
-            found, energies_in(spaces, drawn), strict=True
-        )
-    ]
+            cells.append((name, variable, gain, _tail(share, null / energy)))
     cells += [("offset", line.axis, line.share, line.p_value) for line in lines]
     counted = _discoveries([p for *_, p in cells])
     out = [
@@ -143,6 +136,16 @@ def deficiency_map(
         for (name, variable, gain, p), passes in zip(cells, counted, strict=True)
     ]
     return tuple(sorted(out, key=lambda cell: -cell.gain))
+
+
+def _spaces(library: Library, basis: Floats) -> Iterator[tuple[str, str, Floats]]:
+    """Yield every cell's parameter, axis and orthonormal functions beside a model, shape (m, k)."""
+    for axis in axes_of(library.scene):
+        for name, column in parameters_of(library.scene).items():
+            columns = library.weighing.weighted(column[:, np.newaxis] * axis.functions)
+            own = basis_of(columns - basis @ (basis.T @ columns), like=columns)
+            if own.shape[1]:
+                yield name, axis.variable, own
 
 
 def _tail(share: float, null: Floats) -> float:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.rows.full_rate import band_of, choose_band, full_rate
+from agent.explain.rows.full_rate import band_of, choose_band, motion_columns, recorded_columns
 from agent.explain.rows.held import Held, held_speeds
 from agent.explain.rows.pieces import Piece, banded, known_part, thinned
 from agent.explain.rows.run import Run
@@ -22,6 +22,7 @@ from agent.explain.rows.strata import EDGE, END_PERIODS, blocks_of, strata_of, t
 from agent.identify.result import Floats
 from agent.identify.signals.preprocess import SPEED_CHANGE, Motion, read_motion
 from agent.identify.signals.sampling import Stretch
+from agent.identify.signals.thinning import thinned_lowpass
 from agent.physics import rigid_body
 from agent.physics.derivative import slope
 from agent.physics.effects.motion import Motion as Measured
@@ -167,11 +168,13 @@ def tabulate(
         raise ValueError("no recording has a stretch that is long enough to be compared")
     pieces = _pieces(kept, cutoff_hz)
     widest_hz = max(piece.cutoff_hz for piece in pieces)
+    velocities, passes = [k.velocity for k in kept], [k.held for k in kept]
+    recorded = recorded_columns(runs, pieces, passes)
     tables = []
     for align in (False, True) if align_velocity is None else (align_velocity,):
-        full = full_rate(
-            runs, motions, pieces, [k.velocity for k in kept], [k.held for k in kept], align=align
-        )
+        position = recorded["position_rad"]
+        moved = motion_columns(motions, pieces, velocities, passes, position, align=align)
+        full = {**recorded, **moved}
         tables.append(_table(twin, tuple(runs), pieces, full, widest_hz, aligned=align))
     if len(tables) == 1:
         return tables[0]
@@ -277,7 +280,7 @@ def _table(
     aligned: bool,
 ) -> Table:
     """Filter everything alike and take it at the rows."""
-    base = banded(_base_raw(full, pieces, twin.gear_ratio), pieces)
+    base = _base(full, pieces, twin.gear_ratio)
     simulated = all("torque_simulated_nm" in run.columns for run in runs)
     if simulated:
         given = banded(full["torque_simulated_nm"], pieces)
@@ -331,20 +334,25 @@ def _carried(
     return out
 
 
-def _base_raw(full: Mapping[str, Floats], pieces: Sequence[Piece], gear_ratio: float) -> Floats:
-    """Return the plain twin's columns at full rate, unfiltered, shape (N, 5)."""
-    position = None if np.isnan(full["position_rad"]).any() else full["position_rad"]
-    velocity = full["velocity_raw_rad_s"]
-    raw = rigid_body.regressor(
-        position, velocity, np.zeros_like(velocity), full["direction"], gear_ratio
-    )[:, : len(BASE)]
+def _base(full: Mapping[str, Floats], pieces: Sequence[Piece], gear_ratio: float) -> Floats:
+    """Return the plain twin's filtered columns at the rows, shape (n, 5)."""
+    out = np.empty((pieces[-1].rows.stop, len(BASE)))
+    located = not np.isnan(full["position_rad"]).any()
     for piece in pieces:
-        if not piece.slow:
-            # Its filtered form is the derivative of the filtered velocity: both are linear.
-            raw[piece.full, BASE.index("inertia_kg_m2")] = slope(
-                velocity[piece.full], piece.period_s
-            )
-    return raw
+        at = piece.full
+        velocity = full["velocity_raw_rad_s"][at]
+        # Its filtered form is the derivative of the filtered velocity: both are linear.
+        still = np.zeros_like(velocity)
+        raw = rigid_body.regressor(
+            full["position_rad"][at] if located else None,
+            velocity,
+            still if piece.slow else slope(velocity, piece.period_s),
+            full["direction"][at],
+            gear_ratio,
+        )[:, : len(BASE)]
+        kept = thinned_lowpass(raw.T, piece.period_s, piece.cutoff_hz, piece.stride)
+        out[piece.rows] = kept.T
+    return out
 
 
 def effects_nm(
