@@ -75,3 +75,19 @@ def test_a_derived_velocity_follows_sharp_motion_as_far_as_the_band_reaches() ->
     moved, _ = refit(table)
     assert table.carried[0]
     assert moved[0] == pytest.approx(0.0, abs=3e-3 * inertia)
+
+
+def test_an_encoders_steps_stay_below_the_torques_own_noise_in_the_band() -> None:
+    """Else the acceleration's noise is what is left of the torque, and any soft arm filters it."""
+    time, inertia, noise_nm, step = np.arange(0.0, 30.0, 2e-3), 0.018, 0.02, 2.0 * np.pi / 2**12
+    rng = np.random.default_rng(7)
+    columns = {
+        "time_s": time,
+        "position_rad": step * np.round(60.0 * np.sin(0.5 * time) / step),
+        "torque_nm": noise_nm * rng.standard_normal(time.shape),
+    }
+    table = tabulate(TWIN, [Run.from_columns(columns, 100.0, name="steps")])
+    torque = np.std(table.measured_nm[table.used])
+    known = table.band(-15.0 * np.sin(0.5 * time))
+    shaken = inertia * np.std((table.base[:, 0] - known)[table.used])
+    assert 0.3 * torque < shaken < 0.6 * torque

@@ -20,6 +20,7 @@ WIDEST_SHARE = 0.1
 """Of the sampling rate: the widest band."""
 
 _WIDEST_HZ, _NARROWEST_HZ = 40.0, 2.0
+_CLEAN = 0.5  # of the torque's noise: so much of a derived acceleration's passes
 _LONGEST_LAG_S = 0.03
 _RECORDED = (
     "time_s",
@@ -39,7 +40,8 @@ def choose_band(motions: Sequence[Motion], inertia_kg_m2: float) -> float:
 
     White noise of the velocity, differentiated and multiplied by the inertia, grows with the
     cutoff to the power 3/2; white noise of the torque with its root. At most 40 Hz. It is that of
-    drive and encoder, and so one for all recordings; `band_of` fits it to a sampling rate.
+    drive and encoder, and so one for all recordings; `band_of` fits it to a sampling rate. Where
+    only the position was recorded it is its noise that is differentiated, twice.
     """
     chosen: float = _WIDEST_HZ
     for motion in motions:
@@ -48,13 +50,33 @@ def choose_band(motions: Sequence[Motion], inertia_kg_m2: float) -> float:
                 continue  # sampled so slowly that the noise does not set its band
             torque = stretch.on_grid(motion.signals, motion.signals.torque_nm)
             torque_noise = float(np.sqrt(np.mean(np.diff(torque, n=2) ** 2) / 6.0))
-            # High-passed near Nyquist, where neither motion nor its harmonics are left.
-            rough = np.diff(velocity, n=3)
-            velocity_noise = float(np.sqrt(np.mean(rough**2) / 20.0))
-            shaken = inertia_kg_m2 * velocity_noise * 2.0 * math.pi / math.sqrt(3.0)
-            balance = torque_noise / shaken if shaken > 0.0 else math.inf
+            if motion.velocity_derived:
+                balance = _balance_of_steps(stretch, motion, torque_noise, inertia_kg_m2)
+            else:
+                # High-passed near Nyquist, where neither motion nor its harmonics are left.
+                rough = np.diff(velocity, n=3)
+                velocity_noise = float(np.sqrt(np.mean(rough**2) / 20.0))
+                shaken = inertia_kg_m2 * velocity_noise * 2.0 * math.pi / math.sqrt(3.0)
+                balance = torque_noise / shaken if shaken > 0.0 else math.inf
             chosen = min(chosen, max(balance, _NARROWEST_HZ))
     return chosen
+
+
+def _balance_of_steps(
+    stretch: Stretch, motion: Motion, torque_noise_nm: float, inertia_kg_m2: float
+) -> float:
+    """Return the cutoff up to which a position's noise, differentiated twice, is half of torque's.
+
+    In rms, at the cutoff f: white noise d of the position makes ``(2 pi)^2 f^2 d / sqrt(5)`` times
+    the root of what white torque noise makes. An encoder's steps are white at no single speed: with
+    less than that factor of two, what they do at the worst is taken for an arm that swings.
+    """
+    assert motion.signals.position_rad is not None
+    position = stretch.on_grid(motion.signals, motion.signals.position_rad)
+    # Of fourth differences of white noise, the sum of squared binomials is 70.
+    noise = float(np.sqrt(np.mean(np.diff(position, n=4) ** 2) / 70.0))
+    shaken = inertia_kg_m2 * noise * (2.0 * math.pi) ** 2 / math.sqrt(5.0)
+    return math.sqrt(_CLEAN * torque_noise_nm / shaken) if shaken > 0.0 else math.inf
 
 
 def band_of(stretch: Stretch, cutoff_hz: float) -> float:
