@@ -95,11 +95,6 @@ def figure_reversals(found: ReversalFit, *, narrow: bool = False) -> Figure:
     return figure
 
 
-def reversals_in_words(found: ReversalFit) -> str:
-    """Say in words what `figure_reversals` shows, for those who do not see it."""
-    return f"Friction over the travel since each reversal, with the law's line. {found.sentence}"
-
-
 def _length(found: ReversalFit) -> tuple[str, Parameter] | None:
     """Return the travel that the selected law turns friction over, with words, where known."""
     selected = found.selected

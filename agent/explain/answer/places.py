@@ -43,28 +43,6 @@ _FILLS: Mapping[str, str] = MappingProxyType(
     }
 )
 
-_NAMES: Mapping[str, str] = MappingProxyType(
-    {
-        "velocity_rad_s": "the speed",
-        "acceleration_rad_s2": "the acceleration",
-        "arm_position_rad": "the arm angle",
-        "load_torque_nm": "the load",
-        "gearbox_temperature_degc": "the gearbox temperature",
-        "motor_temperature_degc": "the motor temperature",
-        "after_reversal_s": "the time after a reversal",
-        "recording": "the order of the recordings",
-        "time_s": "the time",
-        "order_per_motor_rev": "the motor's angle",
-        "order_per_arm_rev": "the arm's angle",
-        "frequency_hz": "the frequency of the motion",
-    }
-)
-
-
-def axis_name(variable: str) -> str:
-    """Return what an axis of contract section 6 is called in a sentence."""
-    return _NAMES.get(variable, variable)
-
 
 def place_in_words(region: Region | None, effect: str = "") -> str:
     """Return where a region lies, in lower case: ``below 7.6 rad/s``, ``3 times per motor turn``.

@@ -103,25 +103,6 @@ def less_stiff(
         out[i] += share * (shaft[i] - weight[i] - stiff[i] - friction * direction[i])
 
 
-@njit(cache=True, nogil=True, inline="always")
-def _load(
-    state: Floats,
-    at: NDArray[np.int64],
-    stop: NDArray[np.int64],
-    velocity: Floats,
-    weight: Floats,
-    steps: int,
-) -> None:
-    """Give every lane its motor's speed, how that changes in a step, and the arm's weight."""
-    for lane in range(_LANES):
-        i = at[lane]
-        if i < stop[lane]:
-            last = i + 1 == stop[lane]
-            state[_MOTOR + lane] = velocity[i]
-            state[_SLOPE + lane] = 0.0 if last else (velocity[i + 1] - velocity[i]) / steps
-            state[_WEIGHT + lane] = weight[i]
-
-
 @njit(cache=True, nogil=True)
 def _begin(
     state: Floats,
