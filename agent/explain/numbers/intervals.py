@@ -10,6 +10,7 @@ import numpy as np
 from agent.explain.choosing.choice import Term
 from agent.explain.choosing.search import Library
 from agent.explain.forms.refinement import limits_of, steps_of
+from agent.explain.numbers.lag import reaching_over_a_filter
 from agent.explain.numbers.model import Model
 from agent.explain.numbers.profile import profiled
 from agent.explain.numbers.reach import Reach, reach_of
@@ -48,7 +49,8 @@ def with_intervals(library: Library, model: Model) -> Model:
             numbers[name] = _widened(numbers[name], reach, at)
         numbers |= _nonlinear(library, model, index, reach, places)
         parameters.append(numbers)
-    return replace(model, base=base, parameters=tuple(parameters))
+    reaching = reaching_over_a_filter(model, parameters)
+    return replace(model, base=base, parameters=reaching)
 
 
 def named_effects(model: Model) -> frozenset[str]:
