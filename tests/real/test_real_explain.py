@@ -162,7 +162,7 @@ def test_ten_seconds_of_a_noisy_slow_motor_are_too_short(
     recording = real_recordings / "odrive-cogging" / "slow2-nocomp-0.parquet"
     found = explain(by_hand(tmp_path, "odrive-bldc", 1e-5, 1e-3), recording)
     assert found.findings == ()
-    assert "and 20 s are needed" in found.sentence
+    assert "record 24 s or more" in found.sentence
 
 
 def test_cycloidal_run_in_is_a_tie_of_temperature_and_time(
