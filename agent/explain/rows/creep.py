@@ -12,9 +12,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from agent.explain.rows.in_step import hats, least
 from agent.explain.rows.pieces import banded
 from agent.explain.rows.strata import strata_of
-from agent.explain.rows.table import BASE, Table, hats, least
+from agent.explain.rows.table import BASE, Table
 from agent.identify.result import Floats
 
 _SLOW = tuple(float(x) for x in np.geomspace(3e-4, 1e-2, 6))  # of the fastest speed

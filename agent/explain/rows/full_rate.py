@@ -123,7 +123,7 @@ def motion_columns(
     *,
     align: bool,
 ) -> dict[str, Floats]:
-    """Return the smooth motion at full rate, each shape (N,).
+    """Return the smooth motion at full rate and the position in step with it, each shape (N,).
 
     Parameters
     ----------
@@ -137,15 +137,20 @@ def motion_columns(
     position_rad : ndarray, shape (N,)
         NaN where not recorded.
     align : bool
-        Whether the velocity is brought in step with the position.
+        Whether the velocity is brought in step with the position, and not the position with it.
     """
-    full = _empty(_MOTION, pieces)
+    full = _empty(_MOTION, pieces) | {"position_rad": position_rad.copy()}
     driven = any(piece.shows_changes for piece in pieces)
     for piece, reported, held in zip(pieces, velocities, passes, strict=True):
         velocity, cutoff_hz, at = reported, piece.cutoff_hz, piece.full
         position = position_rad[at]
-        if align and not np.isnan(position).all():
-            velocity = _aligned(velocity, position, piece.period_s, cutoff_hz)
+        if not np.isnan(position).all():
+            late_s = _lag_s(velocity, position, piece.period_s, cutoff_hz)
+            if align:
+                velocity = _earlier(velocity, late_s, piece.period_s)
+            elif not motions[piece.run].velocity_derived:
+                # Torque is in step with the velocity: so must be the angle that waves go by.
+                full["position_rad"][at] = _earlier(position, -late_s, piece.period_s)
         # Two points would miss 7 % at a tenth of the rate, which looks like a spring.
         derived = motions[piece.run].velocity_derived
         raw = slope(position, piece.period_s) if derived else velocity
@@ -165,8 +170,8 @@ def _empty(names: Iterable[str], pieces: Sequence[Piece]) -> dict[str, Floats]:
     return {name: np.full(pieces[-1].full.stop, np.nan) for name in names}
 
 
-def _aligned(velocity: Floats, position: Floats, period_s: float, cutoff_hz: float) -> Floats:
-    """Return a drive's velocity in step with its position, shape (n,).
+def _lag_s(velocity: Floats, position: Floats, period_s: float, cutoff_hz: float) -> float:
+    """Return by how much a drive's velocity is later than its position, s; 0 where unclear.
 
     Observers and differences report the velocity late by a part of a sample or more; the lag is
     what the acceleration explains of the difference to the position's central derivative.
@@ -176,13 +181,16 @@ def _aligned(velocity: Floats, position: Floats, period_s: float, cutoff_hz: flo
     )
     acceleration = np.gradient(own, period_s)
     energy = float(acceleration @ acceleration)
-    if energy <= 0.0:
-        return velocity
+    if not energy > 0.0:
+        return 0.0
     lag_s = float((derived - own) @ acceleration) / energy
-    if abs(lag_s) > _LONGEST_LAG_S:
-        return velocity
-    time = np.arange(velocity.shape[0]) * period_s
-    return np.asarray(np.interp(time + lag_s, time, velocity))
+    return lag_s if abs(lag_s) <= _LONGEST_LAG_S else 0.0
+
+
+def _earlier(values: Floats, by_s: float, period_s: float) -> Floats:
+    """Return even samples, shape (n,), each as it is `by_s` later."""
+    time = np.arange(values.shape[0]) * period_s
+    return np.asarray(np.interp(time + by_s, time, values))
 
 
 def _bridged(stretch: Stretch, time_s: Floats, cutoff_hz: float) -> Floats:

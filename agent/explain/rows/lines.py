@@ -21,8 +21,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.explain.rows.in_step import least
 from agent.explain.rows.pieces import Piece
-from agent.explain.rows.table import BASE, Table, least
+from agent.explain.rows.table import BASE, Table
 from agent.identify.result import Floats
 from agent.identify.signals.lowpass import lowpass
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from agent.explain.rows.full_rate import band_of, choose_band, motion_columns, recorded_columns
 from agent.explain.rows.held import Held, held_speeds
+from agent.explain.rows.in_step import in_step
 from agent.explain.rows.pieces import Piece, banded, known_part, thinned
 from agent.explain.rows.run import Run
 from agent.explain.rows.strata import EDGE, END_PERIODS, blocks_of, strata_of, travel_rad
@@ -33,7 +34,6 @@ BASE: tuple[str, ...] = rigid_body.PARAMETERS[:5]
 
 _MOST_ROWS = 30_000
 _ROWS_PER_CUTOFF = 3.0  # rows a second for every hertz of the band
-_HALF = 0.5  # of the step between velocity and position, or its inverse: no longer that step
 
 
 @dataclass(frozen=True)
@@ -179,7 +179,7 @@ def tabulate(
     if len(tables) == 1:
         return tables[0]
     plain, aligned = tables
-    return aligned if _in_step(plain, aligned) else plain
+    return aligned if in_step(plain, aligned) else plain
 
 
 @dataclass(frozen=True)
@@ -221,53 +221,6 @@ def _pieces(kept: Sequence[_Kept], cutoff_hz: float) -> tuple[Piece, ...]:
         pieces.append(Piece(one.run, one.stretch, full, row, stride, band, one.held.one_speed))
         at_full, at_row = full.stop, row.stop
     return tuple(pieces)
-
-
-def _in_step(plain: Table, aligned: Table) -> bool:
-    """Return whether the torque is in step with the position, and not with the velocity.
-
-    How much of the step between the two the torque asks for, beside the plain structure: about all
-    of it where it is with the position. Torque that asks for far more is late or early by itself,
-    which is for the explanation to find, and tells nothing about this step. A fit to this one
-    direction, because a large mismatch of another kind stays in both tables and would hide by its
-    size what a fraction of a millisecond does at the corners. Friction that is free along the
-    speed, the acceleration and the travel since a reversal, and a free torque along the position
-    stand beside it, so that what is missing of these does not decide: friction under load, and
-    friction that yields, act at corners, too.
-    """
-    rows = plain.sliding & aligned.sliding
-    if not rows.any():
-        return False
-    velocity = plain.rows["velocity_rad_s"][rows]
-    load = np.abs(plain.base[rows, BASE.index("inertia_kg_m2")])
-    along = (np.abs(velocity), load, plain.rows["travel_rad"][rows])
-    sign = np.sign(velocity)[:, np.newaxis]
-    free = [plain.base[rows], *(sign * hats(axis) for axis in along)]
-    if plain.has("position_rad"):
-        free.append(hats(plain.rows["position_rad"][rows]))
-    columns, target = np.concatenate(free, axis=1), plain.target_nm[rows]
-    moved = least(columns, target)[: plain.base.shape[1]]
-    step = (aligned.given_nm - plain.given_nm)[rows] + (aligned.base - plain.base)[rows] @ moved
-    asked = float(least(np.column_stack((columns, step)), target)[-1])
-    return _HALF < asked < 1.0 / _HALF
-
-
-def least(columns: Floats, target: Floats) -> Floats:
-    """Return the least-squares coefficients, shape (p,); 0 for a column that is nothing."""
-    size = np.sqrt(np.mean(columns**2, axis=0))
-    there = size > 1e-12
-    out = np.zeros(columns.shape[1])
-    scaled = columns[:, there] / size[there]
-    out[there] = np.linalg.lstsq(scaled, target, rcond=1e-9)[0] / size[there]
-    return out
-
-
-def hats(values: Floats, count: int = 8) -> Floats:
-    """Return hat functions over an axis's quantiles, shape (n, k)."""
-    if not values.size:
-        return np.zeros((0, 0))
-    knots = np.unique(np.quantile(values, np.linspace(0.0, 1.0, count)))
-    return np.stack([np.interp(values, knots, row) for row in np.eye(knots.size)], axis=-1)
 
 
 def _table(
