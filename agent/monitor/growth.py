@@ -6,9 +6,11 @@ judged from the first baseline on, and the baseline is learned anew, a tenth lon
 compensation and tuning with it: a young joint gains by every night, and steps of half as long again
 make it wait for them. What bounds it, so that slow wear is not learned as health:
 
-- only cycles before the detector's last all-clear are taken (a CUSUM's last zero: from there on
-  nothing that was seen speaks for a rise), and none of the last `LAG`;
-- it ends at `MOST_GROWN` cycles, at the first alarm, and where no all-clear comes for long;
+- only cycles before the detector's last all-clear are taken (from there on nothing that was seen
+  speaks for a rise), and none of the last `LAG`;
+- an alarm stops it. It goes on where the alarm has ended by itself and an all-clear has come since:
+  else the one robot whose short baseline misled the detector would keep it, and alarm for ever;
+- it ends at `MOST_GROWN` cycles of baseline, at `_LATEST` cycles in all and at the first H1;
 - what was said of a cycle stays said: a later baseline judges later cycles alone.
 
 A detector that has no all-clear (`Judgement.clear` is None) keeps its first baseline.
@@ -28,6 +30,7 @@ from agent.monitor.series import FEATURES, Detector, FeatureSeries, Judgement, S
 
 MOST_GROWN = 120
 LAG = 10
+_LATEST = 2 * MOST_GROWN + LAG
 _STEP = 1.1
 
 SeriesFor = Callable[[int, Collection[str]], FeatureSeries]
@@ -84,27 +87,34 @@ def grown(series_for: SeriesFor, first: int, detector: Detector) -> tuple[int, J
         that held when it was run.
     """
     judged, length = detector.judge(series_for(first, FEATURES)), first
-    parts, ends = [judged], []
+    parts, ends, at = [judged], [], 0
     while judged.clear is not None and length < MOST_GROWN:
         longer = min(MOST_GROWN, math.ceil(_STEP * length))
-        at = _settled(judged, longer)
-        if at is None:
+        settled = _settled(judged, longer, at)
+        if settled is None:
             break
+        at = settled
         judged, length = detector.judge(series_for(longer, judged.traces.keys())), longer
         parts.append(judged)
         ends.append(at + 1)
     return length, _joined(parts, [*ends, len(judged.states)])
 
 
-def _settled(judged: Judgement, wanted: int) -> int | None:
-    """Return the first cycle at which the first `wanted` ones count as healthy, if there is one."""
+def _settled(judged: Judgement, wanted: int, since: int) -> int | None:
+    """Return the first cycle, `since` or later, at which the first `wanted` ones are healthy."""
     assert judged.clear is not None
-    alarms = [i for i, s in enumerate(judged.states) if s is not State.NO_FAULT]
-    stop = min([len(judged.states), 2 * wanted + LAG, *alarms])
-    clear = np.flatnonzero(judged.clear[:stop])
-    clear = clear[clear >= wanted - 1]
-    at = max(int(clear[0]), wanted - 1 + LAG) if clear.size else stop
-    return at if at < stop else None
+    cleared = -1
+    seen = zip(judged.states[:_LATEST], judged.clear[:_LATEST], strict=True)
+    for i, (state, clear) in enumerate(seen):
+        if state is State.HIGH:
+            return None
+        if state is not State.NO_FAULT:
+            cleared = -1
+        elif clear:
+            cleared = i
+        if cleared >= wanted - 1 and i >= max(since, wanted - 1 + LAG):
+            return i
+    return None
 
 
 def _joined(parts: list[Judgement], ends: list[int]) -> Judgement:

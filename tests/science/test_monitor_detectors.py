@@ -269,6 +269,21 @@ def test_a_growing_baseline_grows_while_nothing_is_suspected_and_to_its_bound() 
     assert State.INCREASED in states[50:54]
 
 
+def test_a_baseline_goes_on_growing_after_an_alarm_that_ended_by_itself_and_not_in_one() -> None:
+    for seed in range(4):
+        rng = np.random.default_rng(seed)
+        values: Floats = LEVEL * (1.0 + 0.01 * rng.standard_normal(300))
+        values[40:46] += 0.06 * LEVEL
+        at_its_start, during = grown_states(values[:40], 20)[0], grown_states(values[:46], 20)
+        assert State.INCREASED in during[1], seed
+        assert during[0] <= at_its_start + LAG, seed
+        length, states = grown_states(values, 20)
+        assert length == MOST_GROWN, seed
+        assert len(states) == 300, seed
+        worn = values + 0.03 * LEVEL * (np.arange(300) >= 46)
+        assert grown_states(worn, 20)[0] <= during[0] + LAG, seed
+
+
 @pytest.mark.parametrize("per_year", [0.1, 0.4])
 def test_slow_wear_is_not_learned_as_health(per_year: float) -> None:
     """Wear from the first night on: what is learned of it delays the alarm by 0.5 % at most."""
