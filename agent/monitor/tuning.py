@@ -10,8 +10,8 @@ of the rate over them is said. Drift and threshold together are those that find 
 under that constraint: with a long baseline Moustakides's, with a short one a larger drift.
 
 Two fifths of the accepted false alarms are left to that noise, and two fifths to the compensation's
-law being off, which `allowance` meets. The last fifth is for what neither knows: a cycle that went
-wrong brings a sum half of the way, and noise may do the rest.
+law being off, which `allowance` meets. The last fifth is for what neither counts: both at once, a
+correlation that a short baseline measured too small, a cycle that went wrong.
 """
 
 from __future__ import annotations
