@@ -1,9 +1,10 @@
 """Coverage and choice of the laws of reversals: ``python -m tests.benchmarks.reversals [seeds]``.
 
 Truths are integrated apart from the product; a seed draws torque noise, the encoders' phase and
-the sampling's phase. The encoder has 2^16 counts a turn, or 2^BITS with ``--bits``. The bound is
-Cramer and Rao's for white torque noise and a motion that is known without error: what the encoder's
-steps cost is above it. The laws are chosen among four at every tenth seed. ``--law`` takes one law
+the sampling's phase. The encoder has 2^20 counts a turn, as servo motors' have, or 2^BITS with
+``--bits``. The bound is Cramer and Rao's for white torque noise and a motion that is known without
+error: what the encoder's steps cost is above it. Clearance, and the choice among four laws, are
+tried at every tenth seed, with 2^16 counts. ``--law`` takes one law
 alone, without clearance and choice.
 """
 
@@ -171,7 +172,7 @@ def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("seeds", type=int, nargs="?", default=SEEDS)
-    parser.add_argument("--bits", type=int, default=16, help="of the encoder, a turn")
+    parser.add_argument("--bits", type=int, default=20, help="of the encoder, a turn")
     parser.add_argument("--law", choices=TRUTH, help="one law alone")
     asked = parser.parse_args()
     if asked.law is not None:
