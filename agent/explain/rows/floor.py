@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
+from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 
 from agent.explain.answer.result import Floor
@@ -17,7 +19,7 @@ from agent.identify.signals.lowpass import lowpass
 _SHORTEST_S = 0.5
 _FEWEST_WINDOWS = 8
 _FEWEST_INDEPENDENT = 6.0  # samples in a window: fewer do not bear a parabola
-_TREND = 3.0  # numbers that a parabola takes
+_TREND = 3  # numbers that a parabola takes
 _SAME_SPEED, _SAME_PLACE = 0.01, 0.02
 
 
@@ -80,15 +82,44 @@ def _neighbours(table: Table, residual_nm: Floats) -> float:
     """Return the scatter about a parabola within short windows, N m."""
     variances = []
     for window, independent in _windows(table):
-        values = residual_nm[window]
-        if round(independent, 6) < _FEWEST_INDEPENDENT:
-            continue
-        t = np.linspace(-1.0, 1.0, values.shape[0])
-        left = values - np.polyval(np.polyfit(t, values, 2), t)
-        variances.append(float(np.mean(left**2)) * independent / (independent - _TREND))
+        if round(independent, 6) >= _FEWEST_INDEPENDENT:
+            variances.append(variance_about_trend(residual_nm[window], independent))
     if len(variances) < _FEWEST_WINDOWS:
         return math.nan
     return math.sqrt(float(np.mean(variances)))
+
+
+def variance_about_trend(values: Floats, independent: float) -> float:
+    """Return the variance of noise about a parabola, the noise that the parabola takes included.
+
+    Noise of a drive is slow in part, so that a parabola takes more of it than its share of the
+    numbers: about as much as is in the next three shapes, which no trend has bent.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+    independent : float
+        How many samples they are worth.
+    """
+    shapes = _shapes(values.shape[0])
+    own = shapes.T @ values
+    left = values - shapes[:, :_TREND] @ own[:_TREND]
+    if shapes.shape[1] < 2 * _TREND:
+        return float(np.mean(left**2)) * independent / (independent - _TREND)
+    taken = own[_TREND:]
+    return float(left @ left + taken @ taken) / len(values)
+
+
+@lru_cache(maxsize=64)
+def _shapes(count: int) -> Floats:
+    """Return a parabola's three shapes over so many rows, and the next three, orthonormal, (n, 6).
+
+    The first three alone where there are not twice as many rows as shapes.
+    """
+    degree = 2 * _TREND - 1 if count >= 4 * _TREND else _TREND - 1
+    shapes = np.linalg.qr(legvander(np.linspace(-1.0, 1.0, count), degree))[0]
+    shapes.flags.writeable = False
+    return np.asarray(shapes)
 
 
 def _repeats(table: Table, residual_nm: Floats) -> float:
@@ -143,7 +174,5 @@ def _standstill(table: Table) -> float:
         for begin, end in zip(edges[::2], edges[1::2], strict=True):
             for at in range(begin + margin, end - margin - length + 1, length):
                 inner = torque[at : at + length]
-                t = np.linspace(-1.0, 1.0, inner.shape[0])
-                left = inner - np.polyval(np.polyfit(t, inner, 2), t)
-                variances.append(float(np.mean(left**2)) * independent / (independent - _TREND))
+                variances.append(variance_about_trend(inner, independent))
     return math.sqrt(float(np.median(variances))) if variances else math.nan
