@@ -18,6 +18,7 @@ _FEWEST = 8
 _ABOVE = 1.15  # times the noise's root mean square: less is not said to lie anywhere
 _SIGMAS = 3.0
 _LEAST_SHARE = 0.15
+_OF_GREATEST = 0.2  # of the greatest excess: what lies everywhere is still greatest somewhere
 _MOST_AXES, _MOST_REGIONS = 2, 3
 _HALF_ORDER = 0.5
 _AS_COLUMN = {
@@ -104,7 +105,7 @@ def _above_noise(
     floor_nm: float,
     independent: float,
 ) -> list[Region]:
-    """Return the connected bins in which the residual is more than noise."""
+    """Return the connected bins in which the residual is clearly more than noise."""
     good = np.isfinite(values)
     values, square = values[good], left_nm[good] ** 2
     edges = _edges(values, variable)
@@ -117,6 +118,8 @@ def _above_noise(
     chance = _SIGMAS * np.sqrt(2.0 / np.maximum(count * independent, 1.0))
     high = mean > floor_nm**2 * np.maximum(_ABOVE**2, 1.0 + chance)
     high &= count >= _FEWEST
+    greatest = max(float(mean[high].max()) - floor_nm**2, 0.0) if high.any() else 0.0
+    high &= mean - floor_nm**2 >= _OF_GREATEST * greatest
     excess = np.maximum(total - count * floor_nm**2, 0.0)
     ends = np.flatnonzero(np.diff(_joined(high).astype(np.int8), prepend=0, append=0))
     out = []
