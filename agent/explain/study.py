@@ -108,7 +108,7 @@ def study(twin: Twin, table: Table) -> Study:
         library, not_judged, refitted = _library(twin, table, ask=False)
         named = _named(library, twin)
     cells = deficiency_map(library, lines=lines)
-    library, choice, model, extended = named
+    library, choice, model, extended = _beside_wrong_numbers(*named, twin)
     table = library.scene.table
     model = with_intervals(library, model)
     left = np.zeros(table.used.shape[0])
@@ -186,13 +186,44 @@ def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
     return empty, choice, model, extended_twin(empty, twin, model)
 
 
-def _material(library: Library, choice: Choice) -> Choice:
+def _beside_wrong_numbers(
+    library: Library, choice: Choice, model: Model, extended: Twin, twin: Twin
+) -> tuple[Library, Choice, Model, Twin]:
+    """Leave out effects that are lost in what wrong numbers of the twin's own leave.
+
+    Where all that a simulation lacks is a right number, the joint's small effects are none of the
+    mismatch: they stood out of what the refitted twin leaves, which is noise.
+    """
+    candidates = choice.candidates
+    noise_nm = _noise_nm(library, model)
+    if candidates and wrong_numbers(library, twin, model, candidates, noise_nm):
+        kept = _material(library, choice, beside_wrong_numbers=True)
+        if len(kept.terms) < len(choice.terms):
+            model = fit_model(library, twin, kept.terms)
+            return library, kept, model, extended_twin(library, twin, model)
+    return library, choice, model, extended
+
+
+def _noise_nm(library: Library, model: Model) -> float:
+    left = np.zeros(library.scene.table.used.shape[0])
+    left[library.weighing.rows] = model.residual_nm
+    return max(noise_floor(library.scene.table, left).value_nm, 0.0)
+
+
+def _material(library: Library, choice: Choice, *, beside_wrong_numbers: bool = False) -> Choice:
     """Leave out terms that remove nothing on unseen data beside the others.
 
     And those, the weakest first, for which there are not enough blocks to leave one out.
     """
     terms, full = list(choice.terms), choice.full
-    least = least_gain(library, choice.plain, choice.candidates) if terms else 0.0
+    least = 0.0
+    if terms:
+        least = least_gain(
+            library,
+            choice.plain,
+            choice.candidates,
+            beside_wrong_numbers=beside_wrong_numbers,
+        )
     blocks = library.weighing.starts.shape[0]
     while terms:
         losses = [

@@ -46,7 +46,7 @@ def test_an_offset_and_one_sided_coulomb_friction_are_a_pair_in_every_cycle() ->
 
 
 def test_one_speed_cannot_tell_ripple_from_a_wobbling_gear_and_several_can() -> None:
-    one = aliases(library_of([record(stair((14.0,)), wave, COOLED, 1)]))
+    one = aliases(library_of([record(stair((20.0,)), wave, COOLED, 1)]))
     assert any({"torque-ripple", "kinematic-error"} <= set(group) for group in one)
     many = aliases(library_of([record(stair((5.0, 9.0, 14.0)), wave, COOLED, 1)]))
     assert not any({"torque-ripple", "kinematic-error"} <= set(group) for group in many)

@@ -198,7 +198,15 @@ def _preferred(library: Library, ranked: Sequence[Scored]) -> Scored | None:
         special = scored.form.effect in best.form.contains and behind < _DECISIVE
         if behind < _SAME or special or (float(loss.sum()) <= error and behind < 2.0 * _DECISIVE):
             close.append(scored)
-    return min(close, key=lambda s: (s.form.catch_all, s.form.size, s.error), default=best)
+    # Of laws as simple, the one whose effect can explain most: by its other forms, too.
+    of_effect: dict[str, float] = {}
+    for scored in ranked:
+        of_effect.setdefault(scored.form.effect, scored.error)
+    return min(
+        close,
+        key=lambda s: (s.form.catch_all, s.form.size, of_effect[s.form.effect], s.error),
+        default=best,
+    )
 
 
 def _pruned(library: Library, chosen: list[Term], material: float) -> tuple[list[Term], Floats]:

@@ -25,13 +25,18 @@ _OF_NOISE = 0.06  # of the band's noise: a quarter of its amplitude; less matter
 _SEEN = 0.25  # of the band's noise: half its amplitude stands out, however noisy the raw torque is
 
 
-def least_gain(library: Library, plain: Floats, terms: Sequence[Candidate]) -> float:
+def least_gain(
+    library: Library,
+    plain: Floats,
+    terms: Sequence[Candidate],
+    *,
+    beside_wrong_numbers: bool = False,
+) -> float:
     """Return the least weighted squared error that a term must remove to be worth a name.
 
-    Two percent of what the refitted twin leaves; and of the given twin's residual as it was
-    recorded, in which most of the noise lies above the band that is compared, and wrong numbers of
-    the twin's own may be most of the rest: every joint has some effects that are lost in that,
-    significant or not.
+    Two percent of what the refitted twin leaves; and of the residual as it was recorded, in which
+    most of the noise lies above the band that is compared: every joint has some effects that are
+    lost in that, significant or not.
 
     Parameters
     ----------
@@ -40,13 +45,16 @@ def least_gain(library: Library, plain: Floats, terms: Sequence[Candidate]) -> f
         Squared error of every block on unseen data, without any term.
     terms : sequence of Candidate
         The model with the term: its noise is what other missing physics enlarges least.
+    beside_wrong_numbers : bool
+        Whether numbers of the twin are wrong: then the residual is that of the twin as given.
     """
     weighing, table = library.weighing, library.scene.table
     left = np.zeros(table.used.shape[0])
     left[weighing.rows] = library.residual(terms) / weighing.weight
     floor_nm = noise_floor(table, left).value_nm
     in_band = floor_nm**2 if floor_nm > 0.0 else 0.0
-    recorded = MATERIAL * (in_band + above_band_nm2(table) + _own_numbers_nm2(library))
+    moved = _own_numbers_nm2(library) if beside_wrong_numbers else 0.0
+    recorded = MATERIAL * (in_band + above_band_nm2(table) + moved)
     noise = max(_OF_NOISE * in_band, min(recorded, _SEEN * in_band))
     return max(MATERIAL * float(plain.sum()), noise * float(np.sum(weighing.weight**2)))
 
