@@ -44,7 +44,7 @@ _NUMBERS: Mapping[str, Mapping[str, str]] = {
 
 
 def findings_of(study: Study) -> tuple[Finding, ...]:
-    """Return what was found, physics and wrong numbers, the greatest share first.
+    """Return what was found, physics and wrong numbers, what accounts for most first.
 
     Parameters
     ----------
@@ -57,11 +57,23 @@ def findings_of(study: Study) -> tuple[Finding, ...]:
         for index, (term, share) in enumerate(zip(study.choice.terms, shares, strict=True))
     ]
     found += [_number_finding(study, wrong) for wrong in study.numbers]
-    found.sort(key=lambda f: -f.energy_share)
+    found.sort(key=lambda f: -_energy_nm2(study, f))
     if not any(f.effect == "torque-saturation" for f in found):
         # A drive at its limit comes first: the motion was not the one that was asked for.
         found = [*_saturation_findings(study), *found]
     return tuple(replace(f, rank=rank) for rank, f in enumerate(found, start=1))
+
+
+def _energy_nm2(study: Study, finding: Finding) -> float:
+    """Return the mean square torque that a finding accounts for, N m squared.
+
+    A wrong number's share is of what the twin as given leaves, that of physics of what its refitted
+    numbers leave: a soft gear may be all of the little that is left beside a wrong torque constant.
+    """
+    rows = study.library.weighing.rows
+    own = finding.form == words.OWN_NUMBER
+    left = study.table.target_nm[rows] if own else study.refitted_nm[rows]
+    return finding.energy_share * max(float(np.mean(left**2)) - _floor_nm(study) ** 2, 0.0)
 
 
 def _floor_nm(study: Study) -> float:
