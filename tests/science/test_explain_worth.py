@@ -17,6 +17,7 @@ from agent.explain.choosing.shares import above_noise, shares_of
 from agent.explain.forms.library import FORMS
 from agent.explain.numbers.model import fit_model
 from agent.explain.numbers.plain_refits import plain_moves
+from agent.explain.numbers.short_stroke import PAYLOAD, without_gravity
 from agent.explain.numbers.wrong import wrong_numbers
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.run import Run
@@ -142,3 +143,34 @@ def test_a_number_that_drifts_away_from_the_twins_own_is_not_called_wrong(
     model = fit_model(library, twin, choice.terms)
     numbers = wrong_numbers(library, twin, model, choice.candidates, NOISE_NM)
     assert [number.effect for number in numbers] == said
+
+
+@pytest.mark.parametrize("too_little_nm", [0.0, 0.03])
+def test_beside_wrong_numbers_an_effect_is_held_against_what_the_given_twin_leaves(
+    too_little_nm: float,
+) -> None:
+    runs = record(stair(SPEEDS), lambda points, _at: 0.0 * points.position_rad, Conditions(), 5)
+    library = bare(runs, twin=replace(TWIN, coulomb_nm=TWIN.coulomb_nm - too_little_nm))
+    plain = library.errors([])
+    usual = least_gain(library, plain, ())
+    asked = least_gain(library, plain, (), beside_wrong_numbers=True)
+    more = asked - usual
+    wrong = 0.02 * too_little_nm**2 * float(np.sum(library.weighing.weight**2))
+    assert more == pytest.approx(wrong, rel=0.1, abs=0.1 * usual)
+
+
+def stiffening_hose(points: SetPoints, _at: Conditions) -> Floats:
+    away = (points.position_rad - 15.0) / 45.0
+    return np.asarray(0.1 * away + 0.08 * away**3)
+
+
+def test_a_second_law_that_only_bends_the_first_is_no_effect_of_its_own() -> None:
+    runs = [record(stair(SPEEDS), stiffening_hose, Conditions(), seed) for seed in (3, 4)]
+    table = without_gravity(tabulate(TWIN, runs))
+    delta, left = refit(table)
+    theta = np.array([getattr(TWIN, name) for name in BASE]) + delta
+    scene = Scene(table, theta, np.where(table.used, left, 0.0))
+    forms = (*(f for f in FORMS if f.effect == "cable-force"), PAYLOAD)
+    library = Library.of(scene, weigh(table, left), forms)
+    named = [term.scored.form.effect for term in choose(library, rivals=False).terms]
+    assert named == ["cable-force"]
