@@ -9,8 +9,9 @@ of what was measured enters but the motion, so that a planned cycle can be asked
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -192,12 +193,29 @@ def _largest_sets(
     return tuple(sorted(tuple(sorted(group)) for group in kept))
 
 
+_CALLED: Mapping[str, str] = MappingProxyType(
+    {
+        "acceleration_rad_s2": "acceleration",
+        "after_reversal_s": "the time since a reversal",
+        "arm_position_rad": "the arm's angle",
+        "frequency_hz": "the frequency of the motion",
+        "gearbox_temperature_degc": "the gearbox temperature",
+        "load_torque_nm": "the load",
+        "order_per_motor_rev": "the motor's angle",
+        "recording": "time from recording to recording",
+        "time_s": "time",
+        "velocity_rad_s": "speed",
+    }
+)
+"""What an effect's main axis is called by who records it."""
+
+
 def told_apart_by(effect: str, other: str) -> str:
     """Return the measurement that tells two effects apart, in a sentence or two."""
     for alike in card_of(effect).look_alikes:
         if alike.effect == other:
             return alike.told_apart_by
-    first, second = card_of(effect).axes[0], card_of(other).axes[0]
+    first, second = (_CALLED[card_of(e).axes[0]] for e in (effect, other))
     return (
         f"Record a cycle in which {first} and {second} vary independently of each other."
         if first != second
