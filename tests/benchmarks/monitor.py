@@ -124,6 +124,7 @@ def main() -> None:
     parser.add_argument("--baseline", type=int, default=0, help="nights; 0: the product's own")
     parser.add_argument("--kept", type=Path, help="file of the fleet's robots, to go on with")
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--joints", type=int, default=300, help="of each row of the delays")
     parser.add_argument("--part", choices=("fleet", "rate", "delay", "ramps", "change"))
     asked = parser.parse_args()
     if asked.part in (None, "fleet"):
@@ -132,7 +133,7 @@ def main() -> None:
     if asked.part in (None, "rate"):
         rate(200)
     if asked.part in (None, "delay"):
-        delay(300)
+        delay(asked.joints)
     if asked.part in (None, "ramps"):
         ramps(40)
     if asked.part in (None, "change"):
