@@ -121,11 +121,8 @@ def wrong_numbers(
     case = _Case(library, twin, model, beside, plain_moves(library, twin), floor_nm)
     varied = varied_through_given(library, twin, model)
     judged = {e: tuple(n for n in names if n not in varied) for e, names in _GROUPS.items()}
-    out = [
-        _wrong(case, effect, names)
-        for effect, names in judged.items()
-        if _is_wrong(case, names, material)
-    ]
+    refuted = {e: names for e, names in judged.items() if _is_wrong(case, names, material)}
+    out = [_wrong(case, effect, refuted) for effect in refuted]
     if not out and not terms:
         return _sorted(_wrong_together(case, material))
     return tuple(
@@ -171,10 +168,19 @@ def _loss(case: _Case, names: Sequence[str]) -> Floats:
     return _errors(case.library, kept) - _errors(case.library, whole)
 
 
-def _wrong(case: _Case, effect: str, names: Sequence[str]) -> WrongNumber:
-    held = case.columns([name for name in case.carried if name not in names])
+def _wrong(case: _Case, effect: str, refuted: Mapping[str, Sequence[str]]) -> WrongNumber:
+    """Return a wrong number with the share of the mismatch that its move removes.
+
+    Beside other wrong numbers alone, where no effect had bent the rest: what is right stays, or it
+    would take up half of what is wrong on a short cycle.
+    """
+    names = refuted[effect]
+    freed = case.carried
+    if not case.beside.shape[1]:
+        freed = [name for group in refuted.values() for name in group]
+    held = case.columns([name for name in freed if name not in names])
     kept = np.concatenate((held, case.beside), axis=1)
-    whole = np.concatenate((case.library.base, case.beside), axis=1)
+    whole = np.concatenate((case.columns(freed), case.beside), axis=1)
     share = _share(case.library, kept, whole, case.floor_nm)
     return WrongNumber(effect, share, _extras(case.twin, case.model, names))
 
