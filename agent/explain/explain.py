@@ -45,6 +45,7 @@ _HELD_SAMPLES = 60  # of one pass: what the filter leaves of them carries a mean
 _UNPROVEN = 1.5  # times the noise on unseen data, and no noise in kind: not all is explained
 _SLIDES = 0.1  # of the time: with less the joint stands
 _GAP_S = 1.0
+_LATE_S = 5e-4  # of a velocity: less is no more than its last difference
 
 
 def explain(
@@ -279,6 +280,12 @@ def _bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
             f"below {found.table.creep_rad_s:.2g} rad/s friction is not fully there: the joint "
             "creeps before it slips, or what recorded it smooths friction's sign; those samples "
             "were left out"
+        )
+    if abs(found.table.late_s) > _LATE_S:
+        later = "later" if found.table.late_s > 0.0 else "earlier"
+        out.append(
+            f"the velocity is reported {1e3 * abs(found.table.late_s):.1f} ms {later} than the "
+            "position, with which the torque is in step: it was brought in step with both"
         )
     compared = {piece.run for piece in found.table.pieces}
     for index, run in enumerate(found.table.runs):

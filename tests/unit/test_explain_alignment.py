@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from agent.explain.rows.lag import lag_of
 from agent.explain.rows.run import Run
 from agent.explain.rows.scene import refit
 from agent.explain.rows.table import tabulate
@@ -24,14 +25,21 @@ def speed(time: Floats) -> Floats:
     return np.asarray(waves)
 
 
-def run(viscous: float, *, with_position: bool, seed: int, late_s: float = 0.0) -> Run:
+def run(
+    viscous: float,
+    *,
+    with_position: bool,
+    seed: int,
+    late_s: float = 0.0,
+    velocity_late_s: float = LATE_S,
+) -> Run:
     """Return a run in which the reported velocity is late, the torque in step with either.
 
     Or the torque is later still by `late_s`.
     """
     rng = np.random.default_rng(seed)
-    late = speed(TIME - LATE_S)
-    own = (TIME if with_position else TIME - LATE_S) - late_s
+    late = speed(TIME - velocity_late_s)
+    own = (TIME if with_position else TIME - velocity_late_s) - late_s
     fine = 1e-5
     acceleration = (speed(own + fine) - speed(own - fine)) / (2.0 * fine)
     torque = 0.018 * acceleration + viscous * speed(own) + 0.5 * np.sign(speed(own))
@@ -60,6 +68,27 @@ def test_the_torque_decides_in_which_step_the_velocity_is_taken(*, with_position
 def test_a_torque_that_is_late_by_itself_tells_nothing_of_the_velocity(late_s: float) -> None:
     runs = [run(0.01, with_position=False, seed=seed, late_s=late_s) for seed in (1, 2)]
     assert not tabulate(TWIN, runs).aligned
+
+
+def test_a_velocity_that_is_late_by_more_than_a_sample_is_left_to_be_named() -> None:
+    runs = [run(0.01, with_position=True, seed=seed, velocity_late_s=8e-3) for seed in (1, 2)]
+    assert not tabulate(TWIN, runs).aligned
+
+
+@pytest.mark.parametrize("filtered", [False, True])
+def test_a_filter_takes_of_a_swing_what_a_delay_does_not(*, filtered: bool) -> None:
+    period_s, lag_s, band_hz, turn = 2e-3, 1.2e-3, 40.0, 2.0 * np.pi * np.array([1.0, 9.0, 16.0])
+    time = np.arange(0.0, 20.0, period_s)[:, np.newaxis]
+    reported = np.exp(1j * turn * time) / (1.0 + 1j * turn * lag_s)
+    if not filtered:
+        reported = np.exp(1j * turn * (time - lag_s))
+    velocity, true = reported.real.sum(axis=1), np.cos(turn * time).sum(axis=1)
+    lag = lag_of(velocity, (np.sin(turn * time) / turn).sum(axis=1), period_s, band_hz)
+    assert lag.late_s == pytest.approx(lag_s, rel=0.02)
+    assert lag.bend_s2 == pytest.approx(-0.5 * lag_s**2 * filtered, abs=0.03 * lag_s**2)
+    inner = slice(300, -300)  # the filter's ends aside
+    left = (lag.undone(velocity, period_s, band_hz) - true)[inner]
+    assert np.abs(left).max() < 0.1 * np.abs(velocity - true)[inner].max()
 
 
 def test_a_derived_velocity_follows_sharp_motion_as_far_as_the_band_reaches() -> None:

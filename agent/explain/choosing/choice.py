@@ -23,9 +23,7 @@ from agent.identify.result import Floats
 
 _ACCIDENT = 0.01
 _MOST_TERMS = 6
-_OF_ITS_OWN = (
-    0.1  # of the mismatch: what a newcomer adds is an effect of its own, whatever it copies
-)
+_OF_ITS_OWN = 0.1  # of the mismatch: so much more makes a newcomer an effect, whatever it copies
 _SHARED_OUT = 0.2  # of what a term had removed: so little is left to it beside a newcomer
 _DECISIVE = 3.0  # of log density: a rival that is further behind is out
 _SAME = 0.1  # of log density: columns that copy each other differ by no more

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from agent.explain.rows.held import Held, direction_in_passes
+from agent.explain.rows.lag import Lag, earlier
 from agent.explain.rows.pieces import Piece
 from agent.explain.rows.run import OPTIONAL, Run
 from agent.identify.result import Floats
@@ -21,7 +22,6 @@ WIDEST_SHARE = 0.1
 
 _WIDEST_HZ, _NARROWEST_HZ = 40.0, 2.0
 _CLEAN = 0.5  # of the torque's noise: so much of a derived acceleration's passes
-_LONGEST_LAG_S = 0.03
 _RECORDED = (
     "time_s",
     "elapsed_s",
@@ -120,6 +120,7 @@ def motion_columns(
     velocities: Sequence[Floats],
     passes: Sequence[Held],
     position_rad: Floats,
+    lags: Sequence[Lag],
     *,
     align: bool,
 ) -> dict[str, Floats]:
@@ -136,21 +137,21 @@ def motion_columns(
         By piece.
     position_rad : ndarray, shape (N,)
         NaN where not recorded.
+    lags : sequence of Lag
+        By piece, as `lags_of` gives them.
     align : bool
         Whether the velocity is brought in step with the position, and not the position with it.
     """
     full = _empty(_MOTION, pieces) | {"position_rad": position_rad.copy()}
     driven = any(piece.shows_changes for piece in pieces)
-    for piece, reported, held in zip(pieces, velocities, passes, strict=True):
+    for piece, reported, held, lag in zip(pieces, velocities, passes, lags, strict=True):
         velocity, cutoff_hz, at = reported, piece.cutoff_hz, piece.full
         position = position_rad[at]
-        if not np.isnan(position).all():
-            late_s = _lag_s(velocity, position, piece.period_s, cutoff_hz)
-            if align:
-                velocity = _earlier(velocity, late_s, piece.period_s)
-            elif not motions[piece.run].velocity_derived:
-                # Torque is in step with the velocity: so must be the angle that waves go by.
-                full["position_rad"][at] = _earlier(position, -late_s, piece.period_s)
+        if align:
+            velocity = lag.undone(velocity, piece.period_s, cutoff_hz)
+        elif lag.late_s != 0.0 and not motions[piece.run].velocity_derived:
+            # Torque is in step with the velocity: so must be the angle that waves go by.
+            full["position_rad"][at] = earlier(position, -lag.late_s, piece.period_s)
         # Two points would miss 7 % at a tenth of the rate, which looks like a spring.
         derived = motions[piece.run].velocity_derived
         raw = slope(position, piece.period_s) if derived else velocity
@@ -168,29 +169,6 @@ def motion_columns(
 
 def _empty(names: Iterable[str], pieces: Sequence[Piece]) -> dict[str, Floats]:
     return {name: np.full(pieces[-1].full.stop, np.nan) for name in names}
-
-
-def _lag_s(velocity: Floats, position: Floats, period_s: float, cutoff_hz: float) -> float:
-    """Return by how much a drive's velocity is later than its position, s; 0 where unclear.
-
-    Observers and differences report the velocity late by a part of a sample or more; the lag is
-    what the acceleration explains of the difference to the position's central derivative.
-    """
-    derived, own = lowpass(
-        np.stack((np.gradient(position, period_s), velocity)), period_s, cutoff_hz
-    )
-    acceleration = np.gradient(own, period_s)
-    energy = float(acceleration @ acceleration)
-    if not energy > 0.0:
-        return 0.0
-    lag_s = float((derived - own) @ acceleration) / energy
-    return lag_s if abs(lag_s) <= _LONGEST_LAG_S else 0.0
-
-
-def _earlier(values: Floats, by_s: float, period_s: float) -> Floats:
-    """Return even samples, shape (n,), each as it is `by_s` later."""
-    time = np.arange(values.shape[0]) * period_s
-    return np.asarray(np.interp(time + by_s, time, values))
 
 
 def _bridged(stretch: Stretch, time_s: Floats, cutoff_hz: float) -> Floats:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from agent.explain.rows.full_rate import band_of, choose_band, motion_columns, recorded_columns
 from agent.explain.rows.held import Held, held_speeds
 from agent.explain.rows.in_step import in_step
+from agent.explain.rows.lag import lags_of
 from agent.explain.rows.pieces import Piece, banded, known_part, thinned
 from agent.explain.rows.run import Run
 from agent.explain.rows.strata import EDGE, END_PERIODS, blocks_of, strata_of, travel_rad
@@ -66,6 +67,8 @@ class Table:
         Whether recorded simulations took the twin's place.
     aligned : bool
         Whether the velocity was brought in step with the position.
+    late_s : float
+        By how much it had been later, where it was brought in step.
     creep_rad_s : float
         Up to which speed rows are edges, as friction is not fully there.
     """
@@ -86,6 +89,7 @@ class Table:
     used: NDArray[np.bool_]
     simulated: bool
     aligned: bool
+    late_s: float = 0.0
     creep_rad_s: float = 0.0
 
     @property
@@ -170,12 +174,16 @@ def tabulate(
     widest_hz = max(piece.cutoff_hz for piece in pieces)
     velocities, passes = [k.velocity for k in kept], [k.held for k in kept]
     recorded = recorded_columns(runs, pieces, passes)
-    tables = []
+    position, tables = recorded["position_rad"], []
+    lags = lags_of(pieces, velocities, position)
+    if align_velocity is None and not all(lag.part_of_sample for lag in lags):
+        align_velocity = False  # so late a velocity has a name
     for align in (False, True) if align_velocity is None else (align_velocity,):
-        position = recorded["position_rad"]
-        moved = motion_columns(motions, pieces, velocities, passes, position, align=align)
+        moved = motion_columns(motions, pieces, velocities, passes, position, lags, align=align)
         full = {**recorded, **moved}
-        tables.append(_table(twin, tuple(runs), pieces, full, widest_hz, aligned=align))
+        late_s = float(np.median([lag.late_s for lag in lags])) if align else 0.0
+        table = _table(twin, tuple(runs), pieces, full, widest_hz, aligned=align)
+        tables.append(replace(table, late_s=late_s))
     if len(tables) == 1:
         return tables[0]
     plain, aligned = tables

@@ -1,0 +1,98 @@
+"""How much later than its position a drive reports its velocity, and the velocity without that."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from agent.explain.rows.pieces import Piece
+from agent.identify.result import Floats
+from agent.identify.signals.lowpass import lowpass
+from agent.physics.derivative import slope
+
+_LONGEST_LAG_S = 0.03
+_PART = 0.75  # of a sample: differences and observers are late by so much, and it is no riddle
+
+
+@dataclass(frozen=True)
+class Lag:
+    """How late a velocity is, as the first two terms of ``own + a own' + b own''``.
+
+    Parameters
+    ----------
+    late_s : float
+        a: a delay, or the time constant of a filter; 0 where unclear.
+    bend_s2 : float
+        ``b - a**2 / 2``: 0 for a delay, which shifts all frequencies alike; down to ``-a**2 / 2``
+        for a filter, which takes ``(w a)**2 / 2`` of a swing at w, too.
+    period_s : float
+        Of the samples.
+    """
+
+    late_s: float
+    bend_s2: float
+    period_s: float
+
+    @property
+    def part_of_sample(self) -> bool:
+        """Return whether velocities are usually so late: more is for an explanation to name."""
+        return abs(self.late_s) <= _PART * self.period_s
+
+    def undone(self, velocity: Floats, period_s: float, cutoff_hz: float) -> Floats:
+        """Return a velocity in step with the position, shape (n,)."""
+        if self.late_s == 0.0:
+            return velocity
+        own = lowpass(velocity, period_s, cutoff_hz)
+        bent = self.bend_s2 * slope(slope(own, period_s), period_s)
+        return np.asarray(earlier(velocity, self.late_s, period_s) + bent)
+
+
+def lags_of(
+    pieces: Sequence[Piece], velocities: Sequence[Floats], position_rad: Floats
+) -> tuple[Lag, ...]:
+    """Return by how much each piece's velocity is later than its position.
+
+    Observers, filters and differences report it late. It is what acceleration and jerk explain of
+    the difference to the position's own derivative, in the band.
+
+    Parameters
+    ----------
+    pieces : sequence of Piece
+    velocities : sequence of ndarray
+        As reported, by piece.
+    position_rad : ndarray, shape (N,)
+        NaN where not recorded.
+    """
+    return tuple(
+        lag_of(velocity, position_rad[piece.full], piece.period_s, piece.cutoff_hz)
+        for piece, velocity in zip(pieces, velocities, strict=True)
+    )
+
+
+def lag_of(velocity: Floats, position: Floats, period_s: float, cutoff_hz: float) -> Lag:
+    """Return the lag of one piece, arrays of shape (n,); see `lags_of`."""
+    none = Lag(0.0, 0.0, period_s)
+    if np.isnan(position).all():
+        return none
+    derived, own = lowpass(np.stack((slope(position, period_s), velocity)), period_s, cutoff_hz)
+    first = slope(own, period_s)
+    second = slope(first, period_s)
+    late = derived - own
+    energy = float(first @ first)
+    if not energy > 0.0:
+        return none
+    late_s = float(late @ first) / energy
+    if abs(late_s) > _LONGEST_LAG_S:
+        return none
+    jerk = second - first * float(second @ first) / energy
+    square = float(jerk @ jerk)
+    bend = float(late @ jerk) / square if square > 0.0 else 0.0
+    return Lag(late_s, min(max(bend, 0.0), 0.5 * late_s**2) - 0.5 * late_s**2, period_s)
+
+
+def earlier(values: Floats, by_s: float, period_s: float) -> Floats:
+    """Return even samples, shape (n,), each as it is `by_s` later."""
+    time = np.arange(values.shape[0]) * period_s
+    return np.asarray(np.interp(time + by_s, time, values))
