@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import sqlite3
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -12,10 +13,12 @@ import sqlalchemy as sa
 
 from agent.errors import AgentError, InputError, StorageError
 from agent.record.catalogue_tables import HEAD
+from drivers.clock import MonotonicClock
 
 VARIABLE = "STRIBECK_CATALOGUE"
 FILE = "catalogue.sqlite"
 _PATIENCE_S = 20.0
+_AGAIN_S = 0.02
 _WRITES = {"stribeck_writes": True}
 _LOCK_NUMBER = 0x57121BEC  # of PostgreSQL's advisory lock: SQLite has one writer by itself
 
@@ -86,8 +89,24 @@ def open_engine(url: sa.URL) -> sa.Engine:
 
 def _on_connect(connection: Any, _record: object) -> None:
     connection.isolation_level = None  # transactions are begun by `_on_begin`, not guessed
-    for pragma in ("journal_mode = WAL", "synchronous = NORMAL", "foreign_keys = ON"):
+    _write_ahead(connection)
+    for pragma in ("synchronous = NORMAL", "foreign_keys = ON"):
         connection.execute(f"PRAGMA {pragma}").close()
+
+
+def _write_ahead(connection: Any) -> None:
+    """Have a new file write ahead; SQLite itself does not wait for others who ask the same."""
+    clock = MonotonicClock()
+    until_s = clock.now() + _PATIENCE_S
+    while True:
+        try:
+            connection.execute("PRAGMA journal_mode = WAL").close()
+        except sqlite3.OperationalError:
+            if clock.now() > until_s:
+                raise
+            clock.sleep_until(clock.now() + _AGAIN_S)
+        else:
+            return
 
 
 def _on_begin(connection: sa.Connection) -> None:
