@@ -7,7 +7,7 @@ a weaker one. An arm's clearance is crossed where its load changes sides, which 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +18,7 @@ from agent.explain.choosing.search import Candidate, Library
 from agent.explain.numbers.resting import moved_far, numbers_beside, retaken, taken_at
 from agent.explain.rows.evidence import solve, weigh
 from agent.explain.rows.floor import noise_floor
+from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 
 _ROUNDS = 2
@@ -45,7 +46,7 @@ def chosen_anew(library: Library) -> tuple[Library, Choice]:
         renewed = _beside(library, choice.candidates)
         begun = [retaken(renewed, term) for term in choice.terms]
         again = choose(renewed, rivals=False, begun=begun)
-        if _effects(again) == _effects(choice) and renewed.scene.held_nm is library.scene.held_nm:
+        if _effects(again) == _effects(choice) and renewed.scene.held is library.scene.held:
             break
         library, choice = renewed, again
     return library, choice
@@ -72,7 +73,7 @@ def _more_than_noise(library: Library, terms: Sequence[Candidate]) -> bool:
 def _beside(library: Library, terms: Sequence[Candidate]) -> Library:
     """Return a library whose weights, loads and grids are those beside some terms."""
     left, scene = _left_nm(library, terms), library.scene
-    held_nm = _held_nm(library, terms)
+    held = _held(library, terms)
     weighing = weigh(scene.table, left)
     ratio = (weighing.weight / library.weighing.weight)[:, np.newaxis]
     known = {
@@ -88,24 +89,28 @@ def _beside(library: Library, terms: Sequence[Candidate]) -> Library:
         known,
     )
     theta = numbers_beside(library, terms)
-    if held_nm is not None or moved_far(library, theta):
-        scene = replace(renewed.scene, held_nm=held_nm)
+    if held is not None or moved_far(library, theta):
+        scene = replace(renewed.scene, held=held)
         renewed = taken_at(replace(renewed, scene=scene), theta)
     return _with_new_grids(renewed, terms)
 
 
-def _held_nm(library: Library, terms: Sequence[Candidate]) -> Floats | None:
-    """Return the torque of the terms that the arm is held against, shape (N,); None without."""
+def _held(library: Library, terms: Sequence[Candidate]) -> Callable[[Scene], Floats] | None:
+    """Return the torque of the terms that the arm is held against; None without such terms."""
     columns = library.model(terms)
     numbers = solve(columns.T @ columns, columns.T @ library.target)
-    begin, held = library.base.shape[1], None
+    begin, holding = library.base.shape[1], []
     for term in terms:
         end = begin + term.columns.shape[1]
         if term.form.effect in _HOLDS_THE_ARM:
-            own = term.form.columns(library.scene, term.point) @ numbers[begin:end]
-            held = own if held is None else held + own
+            holding.append((term.form, term.point, numbers[begin:end]))
         begin = end
-    return held
+
+    def held_nm(scene: Scene) -> Floats:
+        parts = [form.columns(scene, point) @ own for form, point, own in holding]
+        return np.asarray(np.sum(parts, axis=0))
+
+    return held_nm if holding else None
 
 
 def _with_new_grids(library: Library, terms: Sequence[Candidate]) -> Library:

@@ -29,8 +29,9 @@ class Scene:
         What the refitted twin leaves, at the rows; 0 where a row is not used.
     given : ndarray, shape (5,), optional
         The twin's numbers as given; `theta` where it says nothing.
-    held_nm : ndarray, shape (N,), optional
-        What the arm is held against beside its weight, as far as it was found.
+    held : callable, optional
+        What the arm is held against beside its weight, as far as it was found: scene to torque at
+        full rate, shape (N,).
     beside : tuple of callable
         Effects that are known already: scene to what each adds to the refitted twin's torque at
         full rate, shape (N,).
@@ -40,7 +41,7 @@ class Scene:
     theta: Floats
     residual_nm: Floats
     given: Floats | None = field(default=None, kw_only=True)
-    held_nm: Floats | None = field(default=None, kw_only=True)
+    held: Callable[[Scene], Floats] | None = field(default=None, kw_only=True)
     beside: tuple[Callable[[Scene], Floats], ...] = field(default=(), kw_only=True)
 
     def full(self, name: str) -> Floats:
@@ -71,6 +72,11 @@ class Scene:
     def travel_rad(self) -> Floats:
         """Return the motor's travel since it last started or turned round, shape (N,)."""
         return travel_rad(self.table.full, self.table.pieces)
+
+    @cached_property
+    def held_nm(self) -> Floats | None:
+        """Return what the arm is held against beside its weight, shape (N,); None for nothing."""
+        return None if self.held is None else self.held(self)
 
     @cached_property
     def weight_nm(self) -> Floats:
