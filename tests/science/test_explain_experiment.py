@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -212,9 +213,11 @@ def test_nothing_leaves_what_was_driven_unless_the_limits_are_known() -> None:
 
 def test_a_motion_elsewhere_keeps_the_recordings_references() -> None:
     library = library_of(recorded(viscosity, stair(ALL_SPEEDS)))
-    home = library.scene
+    home = replace(library.scene, held=lambda scene: 0.2 * scene.arm_rad)  # as a cable does
     pair = next(p for p in menu(home) if len(p.parts) == 2)
     scene = elsewhere(home, pair.parts)
+    cable_nm = scene.weight_nm - replace(scene, held=None).weight_nm
+    assert cable_nm == pytest.approx(0.2 * scene.arm_rad)
     degc = scene.table.full["gearbox_temperature_degc"]
     warm, cold = (degc[piece.full] for piece in scene.table.pieces)
     assert warm[0] == pytest.approx(33.0, abs=1e-6)
