@@ -305,7 +305,7 @@ def run(controller: FakeController, port: int, ended: Callable[[], bool] = lambd
     try:
         while not ended():
             server.step(0.002)
-            controller.step_to(clock.now(time.monotonic()))
+            controller.step_to(clock.now(time.perf_counter()))
     except KeyboardInterrupt:
         pass
     finally:

@@ -122,7 +122,7 @@ def main() -> None:
     try:
         while True:
             server.step(0.005)
-            now_s = clock.now(time.monotonic())
+            now_s = clock.now(time.perf_counter())
             plc.guard_closed = now_s < chosen.open_guard_after_s
             plc.step_to(now_s)
     except KeyboardInterrupt:

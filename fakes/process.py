@@ -121,10 +121,10 @@ def run_process(
         # What has been built stays: a collector that walks it again would hold up answers.
         gc.collect()
         gc.freeze()
-        drive.step_to(clock.now(time.monotonic()))
+        drive.step_to(clock.now(time.perf_counter()))
         while not stop.is_set():
             message = bus.recv(POLL_S)
-            drive.step_to(clock.now(time.monotonic()), message)
+            drive.step_to(clock.now(time.perf_counter()), message)
     finally:
         gc.unfreeze()
         bus.shutdown()

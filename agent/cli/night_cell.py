@@ -129,7 +129,9 @@ class CellAttempts:
                 stdin=subprocess.DEVNULL,
                 stdout=sink,
                 stderr=sink,
-                start_new_session=True,  # Ctrl-C here reaches it through us alone, once
+                # Ctrl-C here reaches it through us alone, once
+                start_new_session=True,
+                creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),  # Windows
             )
         forced = ""
         kill_at: datetime.datetime | None = None
@@ -138,7 +140,7 @@ class CellAttempts:
             late = now >= window.ends
             if not forced and (late or self.stopped()):
                 forced = "The quiet window ended." if late else "The night was asked to stop."
-                child.send_signal(signal.SIGINT)
+                _ask_to_stop(child)
                 kill_at = now + datetime.timedelta(seconds=_TO_REST_S)
             elif kill_at is not None and now >= kill_at:
                 # its heartbeat ends with it, and the drive stops the joint by itself
@@ -196,6 +198,14 @@ def _about(verdict: Verdict) -> dict[str, Any]:
         "facts": dict(verdict.facts),
         "version": verdict.version,
     }
+
+
+def _ask_to_stop(child: subprocess.Popen[bytes]) -> None:
+    """Ask a cycle to stop by its one way to rest; on Windows no other signal reaches a child."""
+    if sys.platform == "win32":
+        child.send_signal(signal.CTRL_BREAK_EVENT)
+    else:
+        child.send_signal(signal.SIGINT)
 
 
 def _read(said: Path, talk: Path, forced: str) -> Outcome:

@@ -22,8 +22,9 @@ def main(arguments: Sequence[str]) -> int:
     """Drive one cycle: CELL.toml, the axis's number, and where to say what became of it."""
     cell, axis, said = Path(arguments[0]), int(arguments[1]), Path(arguments[2])
     driven = _Driven()
-    for kind in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(kind, driven.asked_to_stop)
+    for name in ("SIGINT", "SIGTERM", "SIGBREAK"):  # the last on Windows alone
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), driven.asked_to_stop)
     document, code = {"kind": "run", "sentence": ""}, 0
     try:
         from agent.cli.run import run_axis

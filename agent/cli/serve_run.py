@@ -80,7 +80,8 @@ def progress_file(path: Path) -> Iterator[Callable[[str, float], None]]:
         stage, share = told[0]
         text = json.dumps({"stage": stage, "share": round(share, 4)})
         with contextlib.suppress(OSError):  # the page then shows an older stage; nothing else
-            os.pwrite(descriptor, text.ljust(PROGRESS_BYTES).encode(), 0)
+            os.lseek(descriptor, 0, os.SEEK_SET)
+            os.write(descriptor, text.ljust(PROGRESS_BYTES).encode())
 
     def keep_writing() -> None:
         while not ended.wait(PERIOD_S):

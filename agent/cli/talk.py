@@ -72,7 +72,8 @@ def stop_on_signal() -> Iterator[Callable[[], str | None]]:
             reason[0] = f"the program was asked to end ({signal.Signals(number).name})"
         asked.set()
 
-    names = ("SIGINT", "SIGTERM", "SIGHUP")  # SIGHUP: the terminal was closed; not on Windows
+    # The terminal was closed: SIGHUP, on Windows SIGBREAK, by which the night asks there, too.
+    names = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")
     kinds = [getattr(signal, name) for name in names if hasattr(signal, name)]
     previous = {kind: signal.signal(kind, ask) for kind in kinds}
     try:

@@ -104,7 +104,8 @@ class AuditTrail:
     @contextlib.contextmanager
     def _alone(self) -> Iterator[int]:
         """Hold the trail's file, open for adding, against every other writer."""
-        flags = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_NOFOLLOW", 0)
+        flags = os.O_RDWR | os.O_CREAT | os.O_APPEND
+        flags |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
         descriptor = os.open(self.path, flags, 0o600)
         try:
             deadline_s = self._clock.now() + _PATIENCE_S
@@ -213,7 +214,8 @@ def _last_line(descriptor: int) -> dict[str, Any] | None:
     if size == 0:
         return None
     start = max(0, size - 65536)
-    tail = os.pread(descriptor, size - start, start)
+    os.lseek(descriptor, start, os.SEEK_SET)
+    tail = os.read(descriptor, size - start)
     try:
         line = json.loads(tail.splitlines()[-1]) if tail.endswith(b"\n") else None
         if isinstance(line, dict) and isinstance(line["n"], int) and isinstance(line["hash"], str):

@@ -55,6 +55,8 @@ def _names_the_living(name: str) -> bool:
         pid = int(told["pid"])
         if pid == os.getpid() or told.get("looks"):  # our own look of a moment ago
             return False
+        if sys.platform == "win32":
+            return True  # there `os.kill` ends a process, whatever the signal; the lock tells
         os.kill(pid, 0)
     except PermissionError:
         return path.exists()  # somebody else's process, or file

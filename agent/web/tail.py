@@ -56,7 +56,8 @@ class StreamTail:
 
     def read(self) -> Iterator[Rows]:
         """Yield the rows of every whole batch that has come since the last call, by column."""
-        content = memoryview(os.pread(self._descriptor, _MOST_BYTES, self._offset))
+        os.lseek(self._descriptor, self._offset, os.SEEK_SET)
+        content = memoryview(os.read(self._descriptor, _MOST_BYTES))
         at = 0
         while True:
             try:

@@ -19,6 +19,38 @@ from tests.conftest import REPOSITORY
 UNIX_ONLY = {"fcntl", "grp", "posix", "pty", "pwd", "resource", "syslog", "termios", "tty"}
 PACKAGES = ("agent", "drivers", "trajectories", "fakes")
 
+NOT_ON_WINDOWS = {
+    "os": """chown fchmod fchown fork forkpty geteuid getgid getpgid getuid killpg lockf
+        memfd_create mkfifo nice openpty pidfd_open posix_fadvise posix_fallocate pread preadv
+        pwrite pwritev readv register_at_fork SCHED_FIFO SCHED_OTHER SCHED_RESET_ON_FORK SCHED_RR
+        SCHED_BATCH sched_getaffinity sched_getparam sched_getscheduler sched_param
+        sched_setaffinity sched_setscheduler sendfile setpriority setsid statvfs uname wait3 wait4
+        writev O_CLOEXEC O_DIRECTORY O_DSYNC O_NOFOLLOW O_NONBLOCK O_SYNC""",
+    "signal": """pthread_kill pthread_sigmask setitimer sigtimedwait sigwait SIGALRM SIGCHLD SIGCONT
+        SIGHUP SIGKILL SIGPIPE SIGQUIT SIGSTOP SIGUSR1 SIGUSR2""",
+    "socket": "AF_CAN AF_NETLINK AF_UNIX CAN_RAW MSG_DONTWAIT MSG_NOSIGNAL PF_CAN SO_REUSEPORT",
+    "select": "POLLIN epoll poll",
+    "time": """CLOCK_MONOTONIC CLOCK_REALTIME clock_getres clock_gettime clock_settime
+        pthread_getcpuclockid""",
+}
+"""What the standard library has on Unix alone; typeshed says the same (see `docs/adapters.md`)."""
+
+GUARDED = {
+    # the process that reads a bus, which `may_read_fast` asks for on Linux alone
+    "drivers/can/reader_process.py": {"time.CLOCK_REALTIME", "time.clock_gettime"},
+    "drivers/can_reader/batches.py": {"socket.MSG_DONTWAIT"},
+    "drivers/can_reader/reader.py": {"select.POLLIN", "select.poll", "signal.SIGKILL"},
+    "drivers/can_reader/ring.py": {"os.memfd_create"},
+    # behind `sys.platform`
+    "agent/cli/serve_run.py": {"signal.pthread_kill"},
+    "agent/cycle/precedence.py": {
+        *("os.SCHED_BATCH", "os.SCHED_FIFO", "os.SCHED_OTHER", "os.SCHED_RESET_ON_FORK"),
+        *("os.SCHED_RR", "os.sched_getparam", "os.sched_getscheduler", "os.sched_param"),
+        "os.sched_setscheduler",
+    },
+}
+"""Where it may be used; anywhere else it would be an AttributeError on Windows."""
+
 
 def imported_at_once(path: Path) -> Iterator[str]:
     """Yield every module that loading a file imports, but for those in a function or a `try`."""
@@ -45,6 +77,26 @@ def test_nothing_needs_a_unix_to_be_loaded() -> None:
     }
     assert len(found) > 300
     assert {path: modules for path, modules in found.items() if modules} == {}
+
+
+def unix_names(path: Path) -> set[str]:
+    """Return what a file takes from the standard library that Windows has not."""
+    return {
+        f"{node.value.id}.{node.attr}"
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Attribute)
+        and isinstance(node.value, ast.Name)
+        and node.attr in NOT_ON_WINDOWS.get(node.value.id, "").split()
+    }
+
+
+def test_what_windows_has_not_is_used_where_it_is_guarded_and_nowhere_else() -> None:
+    found = {
+        path.relative_to(REPOSITORY).as_posix(): unix_names(path)
+        for package in PACKAGES
+        for path in (REPOSITORY / package).rglob("*.py")
+    }
+    assert {path: names for path, names in found.items() if names} == GUARDED
 
 
 @pytest.fixture(params=["win32", "darwin"])
