@@ -36,8 +36,10 @@ NEXT_CONTROLWORD: dict[tuple[Goal, State], Controlword] = {
     (Goal.QUICK_STOP, State.SWITCHED_ON): _STOP,
     (Goal.QUICK_STOP, State.ENABLED): _STOP,
     (Goal.QUICK_STOP, State.QUICK_STOP): _STOP,
-    (Goal.QUICK_STOP, State.FAULT_REACTION): _OFF,
-    (Goal.QUICK_STOP, State.FAULT): _OFF,
+    # Told to stop, never to let go: a drive in fault heeds neither, and one wrong bit in an answer
+    # makes a fault reaction of a quick stop. Without torque the joint would coast.
+    (Goal.QUICK_STOP, State.FAULT_REACTION): _STOP,
+    (Goal.QUICK_STOP, State.FAULT): _STOP,
 }
 
 
