@@ -4,7 +4,8 @@
 fault, how many runs stopped, the worst time to rest by the plant, samples lost, and what is said;
 then every run that was not as it must be, with the seed that repeats it. Exit code 1 when there is
 one. ``--signals`` adds so many runs of each signal, in real time and processes of their own.
-``--socketcan CHANNEL`` plays on an interface of the kernel instead of a bus in memory.
+``--socketcan CHANNEL`` plays on an interface of the kernel instead of a bus in memory,
+``--multicast`` on ``udp_multicast``: datagrams on the loopback, as two processes exchange them.
 """
 
 from __future__ import annotations
@@ -14,20 +15,22 @@ import logging
 import sys
 from collections.abc import Sequence
 
+from drivers.can.frames import CanBusConfig
 from tests.faults.campaign import variations
 from tests.faults.cell import play
 from tests.faults.scenario import Run, Scenario, objections
 from tests.faults.scenarios import SCENARIOS
 from tests.faults.signals import SIGNALS, STATED_S, signalled
+from tests.system.processes import multicast
 
 RATES_HZ = (100.0, 100.0, 100.0, 200.0)
 """In turn; the faster, the dearer."""
 
 
-def played(scenario: Scenario, count: int, socketcan: str = "") -> list[Run]:
+def played(scenario: Scenario, count: int, place: CanBusConfig | None) -> list[Run]:
     """Return `count` runs of one fault, beyond those of the default tests."""
     return [
-        play(scenario, phase, seed, rate_hz=RATES_HZ[number % len(RATES_HZ)], socketcan=socketcan)
+        play(scenario, phase, seed, rate_hz=RATES_HZ[number % len(RATES_HZ)], place=place)
         for number, (phase, seed) in enumerate(variations(scenario, count, offset=4))
     ]
 
@@ -51,8 +54,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--runs", type=int, default=2000)
     parser.add_argument("--only", default="", help="faults with this word in their name")
     parser.add_argument("--signals", type=int, default=0, help="runs of each signal")
-    parser.add_argument("--socketcan", default="", metavar="CHANNEL", help="play on vcan0 ...")
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument("--socketcan", metavar="CHANNEL", help="play on vcan0 ...")
+    where.add_argument("--multicast", action="store_true", help="play on udp_multicast")
     chosen = parser.parse_args(arguments)
+    place = multicast() if chosen.multicast else None
+    if chosen.socketcan:
+        place = CanBusConfig("socketcan", chosen.socketcan)
     # canopen logs every SDO that it gives up; here thousands are meant to fail.
     logging.getLogger("canopen").setLevel(logging.CRITICAL)
     scenarios = [s for s in SCENARIOS if chosen.only in s.name]
@@ -64,7 +72,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     objected: list[str] = []
     total = 0
     for scenario in scenarios:
-        runs = played(scenario, each, chosen.socketcan)
+        runs = played(scenario, each, place)
         total += len(runs)
         sys.stdout.write(line(scenario, runs) + "\n")
         sys.stdout.flush()
@@ -75,7 +83,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         ]
     for number in SIGNALS if chosen.signals else ():
         ended = [
-            signalled(number, 0.3 + 4.0 * k / chosen.signals, socketcan=chosen.socketcan)
+            signalled(number, 0.3 + 4.0 * k / chosen.signals, place=place)
             for k in range(chosen.signals)
         ]
         total += len(ended)

@@ -11,6 +11,7 @@ import os
 
 import pytest
 
+from drivers.can.frames import CanBusConfig
 from fakes.faults import KINDS, WireFault
 from tests.bus.vcan import CHANNEL_VARIABLE
 from tests.faults.campaign import variations
@@ -39,7 +40,7 @@ CHOSEN = one_of_each()
 def test_a_fault_on_the_kernels_own_bus_ends_at_rest(kind: str) -> None:
     scenario = CHOSEN[kind]
     ((phase, seed),) = variations(scenario, 1)
-    run = play(scenario, phase, seed, socketcan=CHANNEL)
+    run = play(scenario, phase, seed, place=CanBusConfig("socketcan", CHANNEL))
     assert run.handed_over > 0
     assert not objections(run), f"{phase}, seed {seed}: {run.message}"
 

@@ -27,6 +27,7 @@ from agent.record.reading import read
 from agent.record.recover import recover
 from agent.record.stream import FLUSH_PERIOD_S, StreamWriter
 from agent.wire_drive import bus_config, drive_config
+from drivers.can.frames import CanBusConfig
 from drivers.can.opening import open_bus as sound
 from drivers.can.owner import CanBusOwner
 from drivers.cia402.axis import Cia402Axis
@@ -86,12 +87,18 @@ class Watch:
 
 
 def play(
-    scenario: Scenario, phase: str, seed: int, *, rate_hz: float = 100.0, socketcan: str = ""
+    scenario: Scenario,
+    phase: str,
+    seed: int,
+    *,
+    rate_hz: float = 100.0,
+    place: CanBusConfig | None = None,
 ) -> Run:
     """Run one variation; `seed` draws the moment inside `phase` and the fault's parameters.
 
-    `socketcan` names an interface of the kernel to play it on, in the same stepped time: what is
-    sent there has arrived when the call returns, so that it is as repeatable as in memory.
+    `place` is another bus than one in memory to play it on, in the same stepped time: what is
+    sent on the kernel's own, or to a multicast group on the loopback, has arrived when the call
+    returns (`tests/quirks/test_python_can.py`), so that it is as repeatable as in memory.
     """
     random = np.random.default_rng(seed)
     release = scenario.act in WITH_RELEASE
@@ -101,7 +108,7 @@ def play(
     lasts_s = scenario.lasts_s.draw(random)
     with (
         tempfile.TemporaryDirectory() as name,
-        _cell(Path(name), script, rate_hz, seed, release=release, socketcan=socketcan) as made,
+        _cell(Path(name), script, rate_hz, seed, release=release, place=place) as made,
     ):
         bench, watch, wire, contact = made
         stage = Stage(bench, onset_s, lasts_s, contact)
@@ -205,7 +212,7 @@ def _cell(
     seed: int,
     *,
     release: bool,
-    socketcan: str = "",
+    place: CanBusConfig | None = None,
 ) -> Iterator[tuple[Rig, Watch, Wire, FakeContact | None]]:
     """Yield a cell whose drive hangs on a bad wire, and the watch over its plant."""
     wires: list[Wire] = []
@@ -225,7 +232,7 @@ def _cell(
     drives = [f for f in script if not isinstance(f, WireFault | AdapterFails)]
     watch = Watch(step_s=FakeSpecification().servo.step_s)
     with (
-        rig(folder, faults=drives, edit=edit, seed=seed, wire=wire, socketcan=socketcan) as bench,
+        rig(folder, faults=drives, edit=edit, seed=seed, wire=wire, place=place) as bench,
         contextlib.ExitStack() as stack,
     ):
         stack.callback(wires[0].shutdown)
@@ -234,7 +241,8 @@ def _cell(
             lambda now_s: watch.look(now_s, plant.motor_position_rad, plant.motor_velocity_rad_s)
         )
         if release:
-            bus = open_bus(bench.cell.bus.interface, str(bench.cell.bus.channel))
+            told = bench.cell.bus
+            bus = open_bus(told.interface, str(told.channel), options=told.options)
             stack.callback(bus.shutdown)
             contact = FakeContact(bus)
             bench.clock.attach(contact.step_to)

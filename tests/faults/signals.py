@@ -15,11 +15,12 @@ import can
 
 from agent.cli.fake_cell import fake_cell_text
 from agent.record.recover import recover
+from drivers.can.frames import CanBusConfig
 from drivers.clock import MonotonicClock
 from fakes.can_drive import FakeDrive
 from fakes.process import LateClock, open_bus
 from fakes.specification import FakeSpecification
-from tests.system.processes import MULTICAST_GROUP, STRIBECK, be_patient, free_udp_port
+from tests.system.processes import STRIBECK, be_patient, multicast
 
 SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGKILL, signal.SIGSTOP)
 STATED_S = 1.5
@@ -87,29 +88,29 @@ class _Drive:
             self.step()
 
 
-def signalled(number: signal.Signals, after_s: float, *, socketcan: str = "") -> SignalRun:
+def signalled(
+    number: signal.Signals, after_s: float, *, place: CanBusConfig | None = None
+) -> SignalRun:
     """Run the agent, send it a signal `after_s` after the joint began to move, and see.
 
-    `socketcan` names an interface of the kernel to run on, in place of multicast.
+    `place` is the bus to run on; where it is None, multicast on a port of its own.
     """
+    place = place or multicast()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         cell, log, out = folder / "cell.toml", folder / "run.log", folder / "out"
         specification = FakeSpecification()
-        interface = "socketcan" if socketcan else "udp_multicast"
-        channel = socketcan or MULTICAST_GROUP
-        options = {} if socketcan else {"port": free_udp_port()}
         cell.write_text(
             fake_cell_text(
                 specification,
-                interface=interface,
-                channel=channel,
-                options=options,
+                interface=place.interface,
+                channel=str(place.channel),
+                options=place.options,
                 short=True,
             ).replace("sample_rate_hz = 500.0", "sample_rate_hz = 100.0")
         )
         be_patient(cell)
-        bus = open_bus(interface, channel, options=options)
+        bus = open_bus(place.interface, str(place.channel), options=place.options)
         try:
             with log.open("wb") as sink:
                 command = [*STRIBECK, "run", str(cell), "--axis", "1", "--out", str(out)]

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from typing import Any
 
 import can
 import pytest
@@ -104,25 +105,44 @@ def test_virtual_shut_down_refuses_to_send_and_receive() -> None:
         bus.recv(0.0)
 
 
-def test_udp_multicast_echoes_its_own_frames_and_cannot_be_told_not_to() -> None:
+@pytest.fixture
+def multicast() -> dict[str, Any]:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as s:
         s.bind(("127.0.0.1", 0))
         port = s.getsockname()[1]
-    options = {"channel": "239.74.163.2", "port": port, "hop_limit": 0}
+    options = {"channel": "239.74.163.2", "port": port, "hop_limit": 0, "ignore_config": True}
+    return {"interface": "udp_multicast", **options}
+
+
+def opened(options: dict[str, Any]) -> can.BusABC:
     try:
-        bus = can.Bus(interface="udp_multicast", ignore_config=True, **options)
+        return can.Bus(**options)
     except OSError as error:
         pytest.skip(f"no multicast here: {error}")
-    try:
+
+
+def test_udp_multicast_echoes_its_own_frames_and_cannot_be_told_not_to(
+    multicast: dict[str, Any],
+) -> None:
+    with opened(multicast) as bus:
         bus.send(frame(0x181))
         echo = bus.recv(1.0)
         assert echo is not None
         assert echo.arbitration_id == 0x181
         assert echo.is_rx  # nothing marks it as one's own
-    finally:
-        bus.shutdown()
     with pytest.raises(can.CanInterfaceNotImplementedError):
-        can.Bus(interface="udp_multicast", ignore_config=True, receive_own_messages=True, **options)
+        can.Bus(receive_own_messages=True, **multicast)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="what Linux does with its loopback")
+def test_udp_multicast_has_arrived_when_send_returns(multicast: dict[str, Any]) -> None:
+    """The scripted faults are played there in stepped time (`tests/faults/cell.py`)."""
+    with opened(multicast) as one, opened(multicast) as two:
+        for number in range(500):
+            one.send(frame(data=number.to_bytes(2, "little")))
+            came = two.recv(0.0)
+            assert came is not None
+            assert int.from_bytes(came.data, "little") == number
 
 
 def test_socketcan_without_the_interface_raises_oserror_not_can_error() -> None:

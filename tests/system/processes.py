@@ -17,6 +17,7 @@ import pytest
 import typer
 
 from agent.cli import main
+from drivers.can.frames import CanBusConfig
 from drivers.clock import MonotonicClock
 
 _command_line = functools.cache(typer.main.get_command)  # 60 ms each time that it is built
@@ -74,6 +75,11 @@ def free_udp_port() -> int:
         probe.bind(("127.0.0.1", 0))
         port: int = probe.getsockname()[1]
         return port
+
+
+def multicast() -> CanBusConfig:
+    """Return a bus between processes of this machine that nobody else uses now."""
+    return CanBusConfig("udp_multicast", MULTICAST_GROUP, options={"port": free_udp_port()})
 
 
 @contextmanager

@@ -17,6 +17,7 @@ from agent.cell import Cell, parse_cell
 from agent.cli.fake_cell import fake_cell_text
 from agent.cycle.ending import CycleResult
 from agent.wire import CycleRequest, drive_cycle
+from drivers.can.frames import CanBusConfig
 from drivers.clock import SteppedClock
 from fakes.can_drive import FakeDrive
 from fakes.faults import Fault
@@ -76,23 +77,29 @@ def rig(
     edit: Callable[[dict[str, Any]], None] = lambda _cell: None,
     seed: int = 1,
     wire: Callable[[can.BusABC, SteppedClock], can.BusABC] = lambda bus, _clock: bus,
-    socketcan: str = "",
+    place: CanBusConfig | None = None,
 ) -> Iterator[Rig]:
     """Yield a cell with a short stair at 250 Hz; `edit` changes its description first.
 
-    `wire` may put something between the drive and the bus; `socketcan` names an interface of the
-    kernel to drive on in place of a bus of python-can's.
+    `wire` may put something between the drive and the bus; `place` is a bus to drive on whose
+    frames have arrived when `send` returns: one in memory where it is None, the kernel's own,
+    or multicast on the loopback.
     """
     specification = specification or FakeSpecification()
-    interface = "socketcan" if socketcan else "virtual"
-    channel = socketcan or f"rig-{secrets.token_hex(4)}"
-    text = fake_cell_text(specification, interface=interface, channel=channel, short=True)
+    place = place or CanBusConfig("virtual", f"rig-{secrets.token_hex(4)}")
+    text = fake_cell_text(
+        specification,
+        interface=place.interface,
+        channel=str(place.channel),
+        options=place.options,
+        short=True,
+    )
     description = tomllib.loads(text)
     description["recording"]["sample_rate_hz"] = RATE_HZ
     edit(description)
     cell = parse_cell(tomli_w.dumps(description))
     clock = SteppedClock()
-    bus = open_bus(interface, channel)
+    bus = open_bus(place.interface, str(place.channel), options=place.options)
     try:
         drive = FakeDrive(
             wire(bus, clock),
