@@ -23,6 +23,11 @@ from tests.conftest import REPOSITORY
 pytestmark = pytest.mark.bus
 
 RATE_HZ = 500.0
+NOISE_LEAVES = (10.8 / 5) ** 0.5 / 1.96
+"""Noise alone leaves a law of four numbers so far from five means, as a share of their half width.
+
+An rms; chi-squared of the one degree of freedom left is beyond 10.8 once in a thousand cycles.
+"""
 
 
 @pytest.fixture(params=["vcan", "host"])
@@ -138,17 +143,18 @@ def test_a_cycle_on_vcan_loses_nothing_and_finds_the_friction(vcan: Vcan, tmp_pa
     assert estimate["quality"]["samples_lost"] == 0
     temperature = recording.columns["gearbox_temperature_degc"]
     truth = FakeSpecification().joint.friction.truth(float(np.median(temperature)))
-    # The joint's law and the other one that falls are tied on five speeds, with four or five
-    # numbers each: both pass every point within a fifth of its interval, so which of them is
-    # selected is the noise's choice. That friction falls at all, the data do decide.
+    # The joint's law and the other one that falls are tied on five speeds, with five and four
+    # numbers, and noise leaves either no further from the means than `NOISE_LEAVES`. Between them
+    # and the straight line the data decide where the line misses by more than the means may be
+    # off; beside other programs the ticks come irregularly, and a mean may be off by more.
     laws = {model["model"]: model for model in estimate["friction_models"]}
     half_width_nm = np.ptp(np.array(estimate["friction_curve"]["ci95_nm"]), axis=1) / 2.0
     for falling in ("stribeck", "feeny-moon"):
-        assert laws[falling]["rmse_nm"] < 0.2 * half_width_nm.min()
-    (law,) = [model for model in laws.values() if model["selected"]]
-    assert law["model"] in ("stribeck", "feeny-moon")
-    viscous = law["parameters"]["viscous_nm_s_per_rad"]["value"]
-    assert viscous == pytest.approx(truth.viscous_nm_s_per_rad, rel=0.05)
+        assert laws[falling]["rmse_nm"] < NOISE_LEAVES * half_width_nm.min()
+        viscous = laws[falling]["parameters"]["viscous_nm_s_per_rad"]["value"]
+        assert viscous == pytest.approx(truth.viscous_nm_s_per_rad, rel=0.05)
+    if laws["coulomb-viscous"]["rmse_nm"] > half_width_nm.max():
+        assert not laws["coulomb-viscous"]["selected"]
     curve = estimate["friction_curve"]
     speed = np.array(curve["velocity_rad_s"])
     extra = np.exp(-((speed / truth.stribeck_velocity_rad_s) ** truth.exponent))

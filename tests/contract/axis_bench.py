@@ -150,4 +150,5 @@ def kinds() -> list[Any]:
         else pytest.param(*(f"cia402-{name}" for name in bus.values), marks=bus.marks)
         for bus in interfaces()
     ]
-    return [*drives, "probed", "replay-stepped", "replay-real"]
+    real = pytest.param("replay-real", marks=pytest.mark.real_time)
+    return [*drives, "probed", "replay-stepped", real]

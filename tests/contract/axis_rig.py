@@ -44,10 +44,11 @@ def interfaces() -> list[Any]:
 
     `tests/bus/test_on_vcan.py` names one, in User-Mode Linux where the host has none.
     """
-    real = (
-        [pytest.param(SOCKETCAN, marks=pytest.mark.bus)] if CHANNEL_VARIABLE in os.environ else []
-    )
-    return [VIRTUAL, *(f"{VIRTUAL}/{word}" for word in OTHER_MODES), MULTICAST, *real]
+    stepped = [VIRTUAL, *(f"{VIRTUAL}/{word}" for word in OTHER_MODES)]
+    real = [pytest.param(MULTICAST, marks=pytest.mark.real_time)]
+    if CHANNEL_VARIABLE in os.environ:
+        real.append(pytest.param(SOCKETCAN, marks=[pytest.mark.bus, pytest.mark.real_time]))
+    return [*stepped, *real]
 
 
 CONFIG = Cia402Config(
