@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from agent.identify.result import Floats, Parameter
-from agent.identify.ripple.order_spectrum import BACKGROUND_DOF, AnglePass, Grid, spectrum_of
+from agent.identify.ripple.background import BACKGROUND_DOF
+from agent.identify.ripple.order_spectrum import AnglePass, Grid, spectrum_of
 from agent.identify.ripple.search import Found, in_phase
 from agent.identify.uncertainty import student_975
 
@@ -141,10 +142,9 @@ def _measured(
     passes: Sequence[AnglePass], orders: Sequence[float], grid: Grid
 ) -> list[tuple[Floats, Floats]]:
     """Return every order's (cos, sin) in each pass, shape (p, 2), and their variance, (p,)."""
-    taken = [p.without(orders) for p in passes]
-    rest = spectrum_of([p for p, _ in taken], grid)
+    rest = spectrum_of(passes, grid, orders)
     at = [int(np.argmin(np.abs(rest.order - k))) for k in orders]
-    pairs = np.stack([pair for _, pair in taken])
+    pairs = np.stack([p.without(orders)[1] for p in passes])
     return [(pairs[:, i], rest.variance[:, place]) for i, place in enumerate(at)]
 
 

@@ -1,8 +1,8 @@
 """Torque over motor angle as a spectrum of orders, each with its local, coloured background.
 
 An *order* is a number of periods per motor turn, whole or not. A pass at constant velocity is
-averaged over equal steps of angle and transformed; the noise at an order is the median of its
-neighbours' power, so that colour of any shape sets its own threshold.
+averaged over equal steps of angle and transformed; the noise at an order is that of its neighbours
+(`background`), so that colour of any shape sets its own threshold.
 """
 
 from __future__ import annotations
@@ -14,13 +14,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from agent.identify.result import Floats
+from agent.identify.ripple.background import background
 from agent.physics.periodic import wave
 
 _OVERSAMPLING = 8  # grid points between two orders that a pass can tell apart
-_NEIGHBOURS = 24  # independent orders on either side that make the background
 _STEPS_PER_PERIOD = 4  # of the highest order
-_MEDIAN_OF_EXPONENTIAL = math.log(2.0)
-BACKGROUND_DOF = 46.0  # of the median of 2 x 24 exponentials, as a chi-square, two per order
+_TAKEN = 0.75  # of the distance of two orders: so near to one that is out, noise is out with it
 _LEAST_HEAD = 8  # samples
 _LOUDER = 2.5  # times what is left in the rest of the pass: a head that has not settled
 _LEANS = 6.0  # times the scatter of parts as long, or 3 deviations: the trend is drawn out, too
@@ -201,25 +200,24 @@ def grid_for(passes: Sequence[AnglePass], highest: float | None) -> Grid:
     return Grid(step, length, 2.0 / shortest, top, 1.0 / shortest)
 
 
-def spectrum_of(passes: Sequence[AnglePass], grid: Grid) -> Spectrum:
-    """Return the passes' spectra; their trend must have been taken out."""
-    k: Floats = (
-        np.arange(grid.length // 2, dtype=np.float64)
-        * 2.0
-        * math.pi
-        / (grid.length * grid.step_rad)
-    )
+def spectrum_of(passes: Sequence[AnglePass], grid: Grid, orders: Sequence[float] = ()) -> Spectrum:
+    """Return the spectra of what trend and these orders leave of the passes."""
+    step = 2.0 * math.pi / (grid.length * grid.step_rad)
+    k = np.arange(grid.length // 2, dtype=np.float64) * step
     kept = (k >= grid.lowest) & (k <= grid.highest)
+    order = np.asarray(k[kept])
+    away = np.abs(order - np.array(orders)[:, np.newaxis]).min(axis=0, initial=math.inf)
+    longest = max(p.turns for p in passes)
     amplitudes, variances = [], []
     for p in passes:
-        even, start = _evenly(p, grid.step_rad)
+        even, start = _evenly(p.without(orders)[0], grid.step_rad)
         transform = np.fft.rfft(even, grid.length)[: k.size] * (2.0 / even.size)
         amplitudes.append((transform * np.exp(-1j * k * start))[kept])
-        per_order = max(_OVERSAMPLING * max(q.turns for q in passes) / p.turns, 1.0)
+        per_order = round(max(_OVERSAMPLING * longest / p.turns, 1.0))
         power = np.abs(transform[kept]) ** 2
-        variances.append(0.5 * _background(power, round(per_order)))
+        variances.append(0.5 * background(power, order, per_order, away < _TAKEN / p.turns))
     variance = np.asarray(np.stack(variances), dtype=np.float64)
-    return Spectrum(k[kept], np.stack(amplitudes), variance)
+    return Spectrum(order, np.stack(amplitudes), variance)
 
 
 def _evenly(p: AnglePass, step_rad: float) -> tuple[Floats, float]:
@@ -231,16 +229,3 @@ def _evenly(p: AnglePass, step_rad: float) -> tuple[Floats, float]:
     at = np.flatnonzero(count)
     means = np.interp(np.arange(count.size), at, total[at] / count[at])
     return np.asarray(means - means.mean(), dtype=np.float64), first + 0.5 * step_rad
-
-
-def _background(power: Floats, per_order: int) -> Floats:
-    """Return the local mean power of the noise: the median of the neighbours over ln 2."""
-    reach = _NEIGHBOURS * per_order
-    padded = np.pad(power, reach, mode="reflect" if power.size > reach else "symmetric")
-    views = np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1)
-    stride = max(per_order // 2, 1)
-    coarse = np.arange(0, power.size, stride)
-    medians = np.median(views[coarse][:, :: max(per_order // 2, 1)], axis=1)
-    floor = 1e-18 * max(float(power.max(initial=0.0)), 1e-300)
-    smooth = np.interp(np.arange(power.size), coarse, medians)
-    return np.maximum(smooth / _MEDIAN_OF_EXPONENTIAL, floor)

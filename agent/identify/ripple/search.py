@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.identify.result import Floats
+from agent.identify.ripple.background import BACKGROUND_DOF
 from agent.identify.ripple.order_spectrum import (
-    BACKGROUND_DOF,
     TREND,
     AnglePass,
     Grid,
@@ -30,6 +30,7 @@ _MOST_LINES = 20
 _REPELLED = 0.7  # of it, in refinement
 _REFINED_BY = 0.1  # of it, in one step
 _REFINEMENTS = 3
+_LEAST_KNOWN = 0.1  # of what a pass seems to tell of an order: noise never takes all of it
 _BETWEEN = math.sqrt(math.pi / 3.0)  # of samples that lie evenly along the pass
 
 
@@ -79,7 +80,7 @@ def search(passes: Sequence[AnglePass], grid: Grid) -> Found:
     chances: list[float] = []
     first: Spectrum | None = None
     while True:
-        spectrum = spectrum_of([p.without(orders)[0] for p in passes], grid)
+        spectrum = spectrum_of(passes, grid, orders)
         first = spectrum if first is None else first
         statistic = _evidence(spectrum, groups)
         # Closer to an order that is out already, its own change along the pass would be found.
@@ -88,7 +89,7 @@ def search(passes: Sequence[AnglePass], grid: Grid) -> Found:
         best = int(np.argmax(statistic))
         chance = _chance(float(statistic[best]), len(groups), grid.independent)
         if chance > _ALPHA or len(orders) == _MOST_LINES:
-            _, information = _gradient(passes, orders, _weights(orders, spectrum))
+            information = _information(passes, orders, _weights(orders, spectrum))
             return Found(
                 tuple(orders), tuple(chances), tuple(information.tolist()), first, spectrum
             )
@@ -108,11 +109,11 @@ def with_settled_heads(
     if all(a is b for a, b in zip(longer, passes, strict=True)):
         return longer, found
     orders = list(found.orders)
-    spectrum = spectrum_of([p.without(orders)[0] for p in longer], grid)
+    spectrum = spectrum_of(longer, grid, orders)
     orders = _refined(longer, orders, grid, spectrum)
-    rest = spectrum_of([p.without(orders)[0] for p in longer], grid)
-    _, information = _gradient(longer, orders, _weights(orders, rest))
-    first = spectrum_of([p.without([])[0] for p in longer], grid)
+    rest = spectrum_of(longer, grid, orders)
+    information = _information(longer, orders, _weights(orders, rest))
+    first = spectrum_of(longer, grid)
     return longer, Found(tuple(orders), found.chances, tuple(information.tolist()), first, rest)
 
 
@@ -168,21 +169,44 @@ def _weights(orders: Sequence[float], background: Spectrum) -> Floats:
     return np.asarray(1.0 / background.variance[:, at])
 
 
+def _information(passes: Sequence[AnglePass], orders: Sequence[float], weight: Floats) -> Floats:
+    """Return what is known of each order, without what noise adds to the amplitudes, shape (m,).
+
+    An amplitude's square is too large by twice its variance on the average, and so would be what
+    it tells of its order.
+    """
+    total = np.zeros(len(orders))
+    for p, own in zip(passes, weight, strict=True):
+        _, information, power = _gradient_of(p, orders, own)
+        total += information * np.maximum(1.0 - 2.0 / np.maximum(own * power, 1e-300), _LEAST_KNOWN)
+    return total
+
+
 def _gradient(
     passes: Sequence[AnglePass], orders: Sequence[float], weight: Floats
 ) -> tuple[Floats, Floats]:
     """Return the log likelihood's slope by each order, and its information; shape (m,)."""
-    gain, information = np.zeros(len(orders)), np.zeros(len(orders))
-    for p, own in zip(passes, weight, strict=True):
-        columns = p.columns(orders)
-        basis, upper = np.linalg.qr(columns)
-        share = basis.T @ p.signal
-        theta = np.linalg.solve(upper, share)
-        rest = p.signal - basis @ share
-        cos, sin = columns[:, TREND::2], columns[:, TREND + 1 :: 2]
-        slopes = p.angle_rad[:, np.newaxis] * (theta[TREND + 1 :: 2] * cos - theta[TREND::2] * sin)
-        slopes -= basis @ (basis.T @ slopes)
-        # The variance of an amplitude is that of a sample times 2/n.
-        gain += 2.0 * own * (slopes.T @ rest) / rest.size
-        information += 2.0 * own * np.einsum("ij,ij->j", slopes, slopes) / rest.size
-    return gain, information
+    each = [_gradient_of(p, orders, own) for p, own in zip(passes, weight, strict=True)]
+    return np.sum([gain for gain, _, _ in each], axis=0), np.sum([i for _, i, _ in each], axis=0)
+
+
+def _gradient_of(
+    p: AnglePass, orders: Sequence[float], own: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Return one pass's slope and information by each order, and its amplitudes' squares."""
+    columns = p.columns(orders)
+    basis, upper = np.linalg.qr(columns)
+    share = basis.T @ p.signal
+    theta = np.linalg.solve(upper, share)
+    rest = p.signal - basis @ share
+    cos, sin = columns[:, TREND::2], columns[:, TREND + 1 :: 2]
+    slopes = p.angle_rad[:, np.newaxis] * (theta[TREND + 1 :: 2] * cos - theta[TREND::2] * sin)
+    slopes -= basis @ (basis.T @ slopes)
+    # The variance of an amplitude is that of a sample times 2/n.
+    scale = 2.0 * own / rest.size
+    power = theta[TREND::2] ** 2 + theta[TREND + 1 :: 2] ** 2
+    return (
+        np.asarray(scale * (slopes.T @ rest)),
+        np.asarray(scale * np.einsum("ij,ij->j", slopes, slopes)),
+        np.asarray(power),
+    )
