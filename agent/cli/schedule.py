@@ -138,7 +138,10 @@ def _site(
         sources.append("scatter from cycle to cycle: as given")
     for what in ("slope", "scatter"):
         if not any(s.startswith(what) for s in sources):
-            sources.append(f"{what}: not known of this joint, a usual value is taken")
+            sources.append(
+                f"{what}: not known of this joint, a usual value is taken; name its recordings, or "
+                f"give --{what}"
+            )
     return Site(request.swing_degc, slope, deviation, scatter), tuple(sources)
 
 

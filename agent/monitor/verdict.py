@@ -153,7 +153,7 @@ _USABLE = (
     "correct what is said of each cycle that was set aside (its clock, its temperature, its "
     "trajectory), or run new cycles",
 )
-_LONGER = ("let the baseline grow: run more cycles, and give their number with --baseline",)
+_LONGER = ("take a longer baseline: leave --baseline out, or give it a larger number",)
 
 
 def _track(history: JointHistory, segment: Segment, detector: Detector, asked: int | None) -> Track:
@@ -165,9 +165,10 @@ def _track(history: JointHistory, segment: Segment, detector: Detector, asked: i
     if not baseline.enough:
         return Track(segment, baseline)
     baseline, series, judgement = watched(features, time_s, baseline, detector)
-    promise = _promise(detector, series)
     found = compensated(features, baseline)
-    return Track(segment, baseline, found, promise, series, judgement if judgement.traces else None)
+    able = bool(judgement.traces)
+    promise = _promise(detector, series) if able else ""
+    return Track(segment, baseline, found, promise, series, judgement if able else None)
 
 
 def _judged(
