@@ -18,16 +18,17 @@ from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import chi2, norm
+from scipy.stats import norm
 
-from agent.identify.result import Floats
 from agent.monitor.run_length import siegmund, threshold_for
 from agent.monitor.series import FeatureSeries
-from agent.monitor.standing import Standing
+from agent.monitor.soonest import Soonest, doubt_of, soonest, thresholds
+from agent.monitor.standing import FEWEST, Standing
 
 YEAR_S = 365.25 * 86400.0
 SLOWEST_CYCLES = 30.0
@@ -40,11 +41,10 @@ SOONEST_CYCLES = 2.0
 """No single cycle decides, so that no rise is found sooner."""
 
 _LONGEST, _LENGTHEN = 400, 1.1  # baselines that are tried for it
-_DRIFTS = np.linspace(0.4, 0.95, 8)  # of the rise
-_LARGER = np.geomspace(1.0, 64.0, 13)  # the rises that are tried, over the smallest
+_LARGEST_RISE = 64.0  # over the smallest worth finding
+_HALVINGS = 10  # of that range, so that the rise is the smallest to half a percent of itself
 _NOISE, _LAW = 0.4, 0.4  # of the false alarms: left to noise, to the law's error
 _TRIALS = 8.0  # of the law's error in a year: a season's two ends, under some four baselines
-_LARGEST = 200.0  # threshold over scatter
 
 
 @dataclass(frozen=True)
@@ -124,26 +124,6 @@ class Tuning:
     sentence: str
 
 
-@dataclass(frozen=True)
-class _Doubt:
-    """Equally likely offsets of the level and scales, in the estimated scatter's unit."""
-
-    offset: Floats
-    scale: Floats
-
-    def rates(self, drift: Floats, threshold: Floats, per_year: float) -> Floats:
-        """Return false alarms in a year, shape (drifts, draws)."""
-        run = siegmund((self.offset - drift[:, None]) / self.scale, threshold[:, None] / self.scale)
-        return per_year / run
-
-    def delays(self, rise: float, drift: Floats, threshold: Floats) -> Floats:
-        """Return the expected delay after a lasting rise, shape (drifts,)."""
-        run = siegmund(
-            (rise + self.offset - drift[:, None]) / self.scale, threshold[:, None] / self.scale
-        )
-        return np.asarray(np.mean(np.minimum(run, 10.0 * SLOWEST_CYCLES), axis=1))
-
-
 def tune(
     found: Standing | None, target: Target, cycles_per_year: float, share: float = 1.0
 ) -> Tuning:
@@ -159,7 +139,7 @@ def tune(
         Of the false alarms that this test may cause; the rest belongs to others beside it.
     """
     if found is None or found.level <= 0.0:
-        return _undecided("the baseline has too few cycles to tune a detector on")
+        return _undecided(f"a baseline of fewer than {FEWEST} cycles does not tell their scatter")
     known = _Known(found.cycles, round(found.long_run, 2), found.level, found.scatter)
     return _tuned(known, target, cycles_per_year, share)
 
@@ -176,34 +156,33 @@ class _Known(NamedTuple):
 @functools.lru_cache(maxsize=512)
 def _tuned(found: _Known, target: Target, cycles_per_year: float, share: float) -> Tuning:
     """Return the numbers for a baseline; see `tune`."""
-    doubt = _doubt(found.cycles, found.long_run)
-    for share_of_level in target.smallest_rise * _LARGER:
-        rise = share_of_level * found.level / found.scatter
-        drifts = _DRIFTS * rise
-        lines = _thresholds(
-            doubt, drifts, _NOISE * share * target.increased_per_year, cycles_per_year
-        )
-        delays = np.where(np.isfinite(lines), doubt.delays(rise, drifts, lines), np.inf)
-        best = int(np.argmin(delays))
-        if delays[best] <= SLOWEST_CYCLES:
-            break
-    else:
+    doubt = doubt_of(found.cycles, found.long_run)
+    scatters = found.level / found.scatter
+    rate = _NOISE * share * target.increased_per_year
+
+    def cusum_for(share_of_level: float) -> Soonest:
+        return soonest(doubt, share_of_level * scatters, rate, cycles_per_year)
+
+    sought = _smallest(lambda r: cusum_for(r).delay <= SLOWEST_CYCLES, target.smallest_rise)
+    if sought is None:
         return _undecided(
             f"with {found.cycles} healthy cycles that scatter by "
-            f"{100.0 * found.scatter / found.level:.1f} %, not even a rise of "
-            f"{100.0 * share_of_level:.0f} % is found within {SLOWEST_CYCLES:.0f} cycles at "
-            f"{share * target.increased_per_year:.2g} false alarms a year"
+            f"{100.0 / scatters:.1f} %, not even a rise of "
+            f"{100.0 * _LARGEST_RISE * target.smallest_rise:.0f} % is found within "
+            f"{SLOWEST_CYCLES:.0f} cycles at {share * target.increased_per_year:.2g} false alarms "
+            "a year"
         )
-    drift, line = drifts[best : best + 1], lines[best : best + 1]
-    half = np.maximum(drift, 0.5 * target.high_rise * found.level / found.scatter)
-    high = _thresholds(doubt, half, _NOISE * share * target.high_per_year, cycles_per_year)
+    best = cusum_for(sought)
+    drift, line = np.array([best.drift]), np.array([best.threshold])
+    half = np.maximum(drift, 0.5 * target.high_rise * scatters)
+    high = thresholds(doubt, half, _NOISE * share * target.high_per_year, cycles_per_year)
     rates = doubt.rates(drift, line, cycles_per_year)[0]
     low, up = (float(q) for q in np.quantile(rates, (0.025, 0.975)))
-    delay = max(SOONEST_CYCLES, float(delays[best]))
+    delay = max(SOONEST_CYCLES, best.delay)
     return Tuning(
-        float(share_of_level),
-        float(drift[0]),
-        float(line[0]),
+        sought,
+        best.drift,
+        best.threshold,
         float(half[0]),
         float(high[0]),
         allowance(share * target.increased_per_year),
@@ -211,15 +190,28 @@ def _tuned(found: _Known, target: Target, cycles_per_year: float, share: float) 
         float(np.mean(rates)),
         (low, up),
         delay,
-        _known_delay(float(rise), found.long_run, float(np.mean(rates)), cycles_per_year),
+        _known_delay(sought * scatters, found.long_run, float(np.mean(rates)), cycles_per_year),
         decidable=True,
         sentence=(
             f"{found.cycles} healthy cycles: a lasting rise of "
-            f"{100.0 * share_of_level:.1f} % is found after about {delay:.0f} cycles; "
+            f"{100.0 * sought:.1f} % is found after about {delay:.0f} cycles; "
             f"false alarms from noise: {np.mean(rates):.2g} a year expected, "
             f"{up:.2g} at most (97.5 %)"
         ),
     )
+
+
+def _smallest(in_time: Callable[[float], bool], least: float) -> float | None:
+    """Return the smallest rise, `least` or larger, that is found in time; None where none is."""
+    if in_time(least):
+        return least
+    low, high = least, _LARGEST_RISE * least
+    if not in_time(high):
+        return None
+    for _ in range(_HALVINGS):
+        middle = math.sqrt(low * high)
+        low, high = (low, middle) if in_time(middle) else (middle, high)
+    return high
 
 
 def cycles_within(
@@ -236,12 +228,8 @@ def cycles_within(
         length = math.ceil(_LENGTHEN * length)
         if length > _LONGEST:
             return None
-        doubt = _doubt(length, round(found.long_run, 2))
-        drifts = _DRIFTS * rise
-        lines = _thresholds(doubt, drifts, tuning.rate_per_year, cycles_per_year)
-        best = float(
-            np.min(np.where(np.isfinite(lines), doubt.delays(rise, drifts, lines), np.inf))
-        )
+        doubt = doubt_of(length, round(found.long_run, 2))
+        best = soonest(doubt, rise, tuning.rate_per_year, cycles_per_year).delay
     return length
 
 
@@ -272,24 +260,3 @@ def allowance(rate_per_year: float) -> float:
     warmest and where it is coldest, and it is another under each baseline that a year brings.
     """
     return float(norm.isf(min(0.5, _LAW * rate_per_year / _TRIALS)))
-
-
-@functools.lru_cache(maxsize=256)
-def _doubt(cycles: int, long_run: float) -> _Doubt:
-    """Return what a baseline leaves open, at the quantiles of both laws."""
-    worth = max(2.0, cycles / long_run)
-    middle = (np.arange(11) + 0.5) / 11.0
-    scale = np.sqrt((worth - 1.0) / chi2.ppf((np.arange(7) + 0.5) / 7.0, worth - 1.0))
-    offset = norm.ppf(middle)[:, None] * scale[None, :] / np.sqrt(worth)
-    return _Doubt(offset.ravel(), np.broadcast_to(scale * np.sqrt(long_run), offset.shape).ravel())
-
-
-def _thresholds(doubt: _Doubt, drifts: Floats, rate: float, per_year: float) -> Floats:
-    """Return the smallest threshold that keeps the expected rate for each drift, or infinity."""
-    low, high = np.zeros_like(drifts), np.full_like(drifts, _LARGEST)
-    reachable = np.mean(doubt.rates(drifts, high, per_year), axis=1) <= rate
-    for _ in range(26):
-        middle = 0.5 * (low + high)
-        too_many = np.mean(doubt.rates(drifts, middle, per_year), axis=1) > rate
-        low, high = np.where(too_many, middle, low), np.where(too_many, high, middle)
-    return np.where(reachable, high, np.inf)

@@ -17,7 +17,7 @@ from agent.monitor.growth import LAG, MOST_GROWN, grown
 from agent.monitor.run_length import brook_evans, siegmund, threshold_for
 from agent.monitor.series import FEATURES, FeatureSeries, State
 from agent.monitor.standing import standing
-from agent.monitor.tuning import Target, tune
+from agent.monitor.tuning import SLOWEST_CYCLES, Target, tune
 from tests.benchmarks.monitor_delay import (
     FIRST,
     LEVEL,
@@ -182,6 +182,19 @@ def test_tuning_asks_more_of_a_short_and_a_noisy_baseline_and_says_what_it_leave
     assert "a year expected" in short.sentence
     for tuning in (short, long, noisy):
         assert tuning.rate_per_year == pytest.approx(0.04, rel=0.01)
+
+
+def test_a_joint_that_scatters_is_tuned_to_the_smallest_rise_found_in_time() -> None:
+    """And to no larger one, which would find the smallest that it can far later than it could."""
+    rises = []
+    for noise in np.geomspace(0.02, 0.06, 12):
+        found = standing(flat(30, noise), "low_integral_w")
+        tuning = tune(found, Target(), 365.25)
+        rises.append(tuning.rise)
+        assert tuning.delay_cycles <= SLOWEST_CYCLES
+        assert tuning.rise == Target().smallest_rise or tuning.delay_cycles > 0.8 * SLOWEST_CYCLES
+    assert rises == sorted(rises)
+    assert rises[-1] > 2.0 * rises[0]
 
 
 def test_what_is_promised_is_never_sooner_than_two_cycles() -> None:
