@@ -18,6 +18,7 @@ def add_commands(app: typer.Typer) -> None:
     app.command(short_help="a simulated servo drive as a process")(fake)
     app.command("verify-map", short_help="does a Modbus register map fit the device?")(verify_map)
     app.command(short_help="what a drive's EDS or DCF says of it")(eds)
+    app.command(short_help="who talks on a cell's CAN bus, and how full it is")(bus)
 
 
 def fake(
@@ -82,3 +83,14 @@ def eds(
     from agent.cli.eds import run_eds
 
     run_eds(file, as_json=json)
+
+
+def bus(
+    cell: Annotated[Path, typer.Argument(metavar="CELL.toml")],
+    seconds: Annotated[float, typer.Option(min=0.1, max=3600.0, help="How long to listen.")] = 5.0,
+    json: Json = False,
+) -> None:
+    """Listen to a cell's bus: identifiers, rates, jitter, load. Nothing is sent."""
+    from agent.cli.bus import run_bus
+
+    run_bus(cell, seconds, as_json=json)

@@ -17,13 +17,15 @@ import socket
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
 import drivers
 from drivers.can.failures import working_failed
 from drivers.can_reader.batches import prepare
-from drivers.can_reader.ring import CAPACITY, FrameRing, Moment, Word, drops_in
+from drivers.can_reader.ring import CAPACITY, SLOT_BYTES, FrameRing, Moment, Word, drops_in
 from drivers.clock import Clock
 from drivers.errors import BusError, BusOverflowError, WorkerDiedError
 
@@ -53,6 +55,15 @@ class Taken(NamedTuple):
     wall_ahead_s: float  # wall clock minus the injected clock
     oldest_s: float  # nothing of this came earlier, on the injected clock
     newest_s: float  # nor later
+
+
+class Lent(NamedTuple):
+    """A piece of the ring where it lies, and how to place its stamps; as `Taken`."""
+
+    slots: memoryview
+    wall_ahead_s: float
+    oldest_s: float
+    newest_s: float
 
 
 class ReaderProcess:
@@ -146,14 +157,33 @@ class ReaderProcess:
         heard_s = self.heard_until_s  # before the ring is read: what came earlier is in it
         slots = self._ring.take()
         if slots:
-            counter = drops_in(slots)
-            if counter:  # the kernel says nothing as long as nothing was dropped
-                self.dropped += (counter - self.dropped) % _WRAP
+            self._note_drops(slots)
         oldest_s, self._heard_s = self._heard_s, heard_s
         if not slots:
             return Taken(slots, 0.0, oldest_s, oldest_s)
         now_s, wall_s = _both_clocks(self._clock)
         return Taken(slots, wall_s - now_s, oldest_s, now_s)
+
+    @contextmanager
+    def lent(self) -> Iterator[tuple[Lent, ...]]:
+        """Lend what waits where it lies in the shared memory, oldest first; taken at the end.
+
+        For many frames at once, of which none is kept: nothing of a piece may be held on to.
+        """
+        heard_s = self.heard_until_s
+        pieces = self._ring.waiting()
+        oldest_s, self._heard_s = self._heard_s, heard_s
+        now_s, wall_s = _both_clocks(self._clock)
+        yield tuple(Lent(piece, wall_s - now_s, oldest_s, now_s) for piece in pieces)
+        if pieces:
+            self._note_drops(pieces[-1])
+            self._ring.give_back(sum(len(piece) for piece in pieces) // SLOT_BYTES)
+
+    def _note_drops(self, slots: bytes | memoryview) -> None:
+        """Keep how many frames the kernel had dropped when the newest of these came."""
+        counter = drops_in(slots)
+        if counter:  # the kernel says nothing as long as nothing was dropped
+            self.dropped += (counter - self.dropped) % _WRAP
 
     def check(self) -> None:
         """Raise what has gone wrong with the reader, if anything has.

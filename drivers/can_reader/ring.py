@@ -98,17 +98,30 @@ class FrameRing:
         """Set slots, not past the end of the memory, to zero."""
         self.slots[first * SLOT_BYTES : (first + count) * SLOT_BYTES] = bytes(count * SLOT_BYTES)
 
-    def take(self) -> bytes:
-        """Return a copy of every slot that waits, oldest first, to be read by `SLOT`."""
+    def waiting(self) -> tuple[memoryview, ...]:
+        """Return every slot that waits, oldest first, where it lies: none, one piece, or two.
+
+        They are the reader's until `give_back`; let go of them before the ring is closed.
+        """
         tail, head = self._words[Word.TAIL], self._words[Word.HEAD]
         if head == tail:
-            return b""
+            return ()
         start, stop = tail % self.capacity * SLOT_BYTES, head % self.capacity * SLOT_BYTES
         if start < stop:
-            taken = bytes(self.slots[start:stop])
-        else:
-            taken = b"".join((self.slots[start:], self.slots[:stop]))
-        self._words[Word.TAIL] = head
+            return (self.slots[start:stop],)
+        return (self.slots[start:], self.slots[:stop])
+
+    def give_back(self, count: int) -> None:
+        """Let the writer have so many of the slots that waited, the oldest, again."""
+        self._words[Word.TAIL] += count
+
+    def take(self) -> bytes:
+        """Return a copy of every slot that waits, oldest first, to be read by `SLOT`."""
+        pieces = self.waiting()
+        if not pieces:
+            return b""
+        taken = bytes(pieces[0]) if len(pieces) == 1 else b"".join(pieces)
+        self.give_back(len(taken) // SLOT_BYTES)
         return taken
 
     def close(self) -> None:
@@ -118,7 +131,7 @@ class FrameRing:
         self._memory.close()
 
 
-def drops_in(taken: bytes) -> int:
+def drops_in(taken: bytes | memoryview) -> int:
     """Return the kernel's drop counter (modulo 2**32) as of the newest of these slots."""
     return int(_DROPS.unpack_from(taken, len(taken) - SLOT_BYTES)[0])
 

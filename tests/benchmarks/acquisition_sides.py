@@ -33,6 +33,7 @@ FRAME = struct.Struct("<IB3x8s")
 TICK_S = 0.002  # of the control loop, at the product's own sample rate
 BURST_S = 0.001  # a bus hands over frames as they come; one SYNC brings several at once
 PATIENCE_S = 3.0
+IDLE_TICKS = 500
 CLOCK = MonotonicClock()
 
 EDS = """[FileInfo]
@@ -227,10 +228,11 @@ def receive(kind: str, channel: str) -> None:
     gc.freeze()
     gc.disable()  # as in a cycle
     begun: tuple[float, float] | None = None
-    came, came_s = 0, CLOCK.now()
+    came, came_s, ticks = 0, CLOCK.now(), 0
     while not tally.ended:
         receiver.tick()
         now_s = CLOCK.now()
+        ticks += tally.came > 0
         if begun is None and tally.came:
             begun = processor_s(receiver.helper)
         if tally.came != came:
@@ -241,7 +243,16 @@ def receive(kind: str, channel: str) -> None:
     ended, begun = processor_s(receiver.helper), begun or (0.0, 0.0)
     own_s, reader_s = ended[0] - begun[0], ended[1] - begun[1]
     found = {"came": tally.came, "wrong": tally.wrong, "own_s": own_s, "reader_s": reader_s}
+    found["loop_s"] = ticks * idle_tick_s()
     sys.stdout.write(json.dumps(found | receiver.close()) + "\n")
+
+
+def idle_tick_s() -> float:
+    """Return the processor time of a tick that takes nothing: it sleeps, and wakes."""
+    began_s = time.process_time()
+    for _ in range(IDLE_TICKS):
+        CLOCK.sleep_until(CLOCK.now() + TICK_S)
+    return (time.process_time() - began_s) / IDLE_TICKS
 
 
 def processor_s(helper: int) -> tuple[float, float]:
