@@ -141,6 +141,7 @@ def run(
     for i, d in enumerate(robot.links("damper_nm_s_per_rad")):
         dampers[i : i + 2, i : i + 2] += d * np.array([[1.0, -1.0], [-1.0, 1.0]])
     dampers[0, 0] += robot.values.get("viscous_nm_s_per_rad", 0.0)
+    dampers[-1, -1] += robot.values.get("arm_viscous_nm_s_per_rad", 0.0)
     # The implicit midpoint of damping: (M + hD/2) v1 = (M - hD/2) v0 + h force.
     left = np.linalg.inv(np.diag(masses) + 0.5 * STEP_S * dampers)
     keep = left @ (np.diag(masses) - 0.5 * STEP_S * dampers)
@@ -151,6 +152,7 @@ def run(
             value("static_extra_nm", 0.0),
             value("stribeck_velocity_rad_s", 1.0),
             value("exponent", 1.0),
+            value("arm_coulomb_nm", 0.0),
         ]
     )
     stride = round(SAMPLE_S / CONTROL_S)
@@ -209,13 +211,13 @@ def _integrate(
             for i in range(n):
                 x[i] += 0.5 * step_s * v[i]
                 force[i] = 0.0
-            force[0] = 0.5 * (torque + ahead)
+            bend = cubic * (x[0] - x[1]) ** 3
+            force[0] = 0.5 * (torque + ahead) - bend
+            force[1] += bend
             torque = ahead
             for i in range(n - 1):
                 twist = x[i] - x[i + 1]
                 pull = springs[i] * twist
-                if i == 0:
-                    pull += cubic * twist * twist * twist
                 force[i] -= pull
                 force[i + 1] += pull
             if gravity[0] != 0.0:
@@ -228,9 +230,12 @@ def _integrate(
             if friction[1] > 0.0:
                 speed = 0.5 * abs(v[0] + fresh[0])
                 level += friction[1] * math.exp(-((speed / friction[2]) ** friction[3]))
-            hold = min(max(fresh[0] / push[0, 0], -level), level)
+            v[:] = fresh
+            for j, limit in ((0, level), (n - 1, friction[4])):
+                hold = min(max(v[j] / push[j, j], -limit), limit)
+                for i in range(n):
+                    v[i] -= push[i, j] * hold
             for i in range(n):
-                v[i] = fresh[i] - push[i, 0] * hold
                 x[i] += 0.5 * step_s * v[i]
 
 

@@ -139,6 +139,18 @@ def stiffening(chain: Chain, omega_rad_s: Floats) -> Complexes:
     return np.asarray(inertia * s * s / (inertia * s * s + damper * s + spring))
 
 
+def behind_spring(chain: Chain, omega_rad_s: Floats) -> Complexes:
+    """Return what viscous friction of 1 N m s/rad adds on a single mass and not on the motor.
+
+    The torque on the motor per its acceleration, in first order: ``(T^2 - 1)/s``, where
+    ``T = (d s + k)/(J s^2 + d s + k)`` carries motion to the mass and torque back; slow motion
+    knows no difference.
+    """
+    carried = 1.0 - stiffening(chain, omega_rad_s)
+    s = 1j * np.where(omega_rad_s > 0.0, omega_rad_s, 1.0)
+    return np.asarray(np.where(omega_rad_s > 0.0, (carried**2 - 1.0) / s, 0.0))
+
+
 def free_motion(chain: Chain, count: int, period_s: float) -> Floats:
     """Return how the chain's torque dies away by itself while the motor stands.
 

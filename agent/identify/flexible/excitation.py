@@ -7,7 +7,7 @@ import math
 from agent.identify.flexible.attenuation import rigid_noise
 from agent.identify.flexible.intervals import physical
 from agent.identify.flexible.projection import Point, Problem
-from agent.identify.flexible.rivals import PLAIN, Lack, Rival
+from agent.identify.flexible.rivals import PLAIN, Effect, Lack, Rival
 from agent.identify.flexible.spectra import PLACES
 from agent.identify.uncertainty import correlation_time
 
@@ -19,6 +19,7 @@ _RIGID = 0.1
 # more than that noise.
 _NOISE = 2.0
 _STAND_IN = 50.0  # times what the model lacks must its spring explain
+_SWINGING: tuple[Effect, ...] = ("mode", "stiffening", "arm-viscous", "arm-coulomb")
 _ADVICE = (
     "record a triangle wave of velocity with high jerk, ten periods or more, at 250 Hz or more"
 )
@@ -61,10 +62,10 @@ def hardly_excited(best: Point, rigid: Point, lack: Lack) -> list[str]:
     """Return why the spring may stand for something else, where that is so.
 
     Where the motion hardly excites the resonance, what a second resonance or a bent spring would
-    explain of the rest is not far below what the spring itself does: then it is the stand-in of
-    what no model here has, such as the moment of a reversal.
+    explain of the rest, or friction behind it, is not far below what the spring itself does: then
+    it is the stand-in of what no model here has, such as the moment of a reversal.
     """
-    swinging = max(lack.share_of("mode"), lack.share_of("stiffening"))
+    swinging = max(lack.share_of(e) for e in _SWINGING)
     if rigid.cost - best.cost > _STAND_IN * swinging * best.cost:
         return []
     return [
@@ -101,6 +102,12 @@ def _note(problem: Problem, rival: Rival) -> str:
         )
     if rival.effect == "gravity":
         return f"gravity on the arm would explain {share}; fit it with gravity"
+    if rival.effect in ("arm-viscous", "arm-coulomb"):
+        law = "viscous" if rival.effect == "arm-viscous" else "Coulomb"
+        return (
+            f"{law} friction behind the spring, on the arm, would explain {share}; the model has "
+            "none there, and intervals reach as far as it would move their number"
+        )
     return f"a spring that stiffens with its twist would explain {share}; fit it with a cubic part"
 
 

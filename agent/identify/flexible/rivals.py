@@ -2,10 +2,10 @@
 
 A fit ends where no change of its own parameters explains more. Whether something else would is
 asked of single columns that the model does not have: one more swinging mass at any frequency, a
-friction that bends with speed, gravity, a spring that stiffens. Each is freed of what the model's
-own Jacobian can say and laid against what is left (a score test, Rao 1948). A column that explains
-more than chance would also have moved the model's parameters; by how much follows to first order,
-and belongs to what is not known about them.
+friction that bends with speed, gravity, a spring that stiffens, friction behind the spring. Each is
+freed of what the model's own Jacobian can say and laid against what is left (a score test, Rao
+1948). A column that explains more than chance would also have moved the model's parameters; by how
+much follows to first order, and belongs to what is not known about them.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Literal
 
 import numpy as np
 
-from agent.identify.flexible.chain import apparent_inertia, chain_of
+from agent.identify.flexible.chain import apparent_inertia, behind_spring, chain_of, stiffening
 from agent.identify.flexible.preparation import Prepared
 from agent.identify.flexible.projection import (
     Point,
@@ -32,7 +32,7 @@ from agent.identify.result import Floats
 from agent.identify.uncertainty import correlation_time
 from agent.physics.friction import STRIBECK
 
-Effect = Literal["mode", "friction", "gravity", "stiffening"]
+Effect = Literal["mode", "friction", "gravity", "stiffening", "arm-viscous", "arm-coulomb"]
 
 PLAIN = 0.5
 """Share of what is left that a rival explains where the model is plainly another than the joint:
@@ -52,7 +52,7 @@ class Rival:
 
     Parameters
     ----------
-    effect : {"mode", "friction", "gravity", "stiffening"}
+    effect : Effect
     at_rad_s : float
         Angular frequency of the mode, or speed at which friction bends; NaN for the others.
     share : float
@@ -158,6 +158,8 @@ def _families(problem: Problem, point: Point) -> list[_Family]:
         out.append(_gravity(problem, point))
     if problem.kind == "two-mass" and problem.cubes is None:
         out.append(_stiffening(problem, point))
+    if problem.kind == "two-mass":
+        out += _arm_frictions(problem, point)
     return out
 
 
@@ -201,6 +203,26 @@ def _stiffening(problem: Problem, point: Point) -> _Family:
     cubes = zip(problem.stretches, cubes_of(problem, point), strict=True)
     column = problem.counted(np.concatenate([cubic_column(p, cube, shape) for p, cube in cubes]))
     return _Family("stiffening", np.array([math.nan]), column[:, np.newaxis], True)
+
+
+def _arm_frictions(problem: Problem, point: Point) -> list[_Family]:
+    """Return viscous and Coulomb friction on the arm, less the motor's of the same size."""
+    chain = chain_of(point.search[: problem.shape_size])
+    delay_s = float(point.search[-1])
+
+    def viscous(p: Prepared) -> Floats:
+        return p.through(behind_spring(chain, p.omega_rad_s), delay_s)[np.newaxis]
+
+    def coulomb(p: Prepared) -> Floats:
+        # The arm turns back with the motor but for its ringing.
+        sign = p.thinned(p.filtered(p.direction[np.newaxis]), delay_s)[0]
+        return -p.passed(sign, stiffening(chain, p.omega_rad_s))[np.newaxis]
+
+    nowhere = np.array([math.nan])
+    return [
+        _Family("arm-viscous", nowhere, _kept(problem, viscous), True),
+        _Family("arm-coulomb", nowhere, _kept(problem, coulomb), True),
+    ]
 
 
 def _kept(problem: Problem, rows: Callable[[Prepared], Floats]) -> Floats:
