@@ -160,6 +160,30 @@ def block_jackknife(
     return theta / scale, covariance / np.outer(scale, scale), max(count - float(p), 1.0)
 
 
+def jackknife_of_even_noise(columns: Floats, blocks: NDArray[np.int64]) -> Floats:
+    """Return the covariance that `block_jackknife` makes of even noise of variance 1, shape (p, p).
+
+    On the average; the truth is ``(X^T X)^-1``. What is left in a block that was left out is larger
+    than its noise, as the block had drawn the fit: by ``(1 - H)^-1`` for its leverage H (Bell &
+    McCaffrey, Survey Methodology 28 (2002) 169).
+
+    Parameters
+    ----------
+    columns : ndarray, shape (n, p)
+        Of sizes that are alike.
+    blocks : ndarray of int, shape (n,)
+        As for `block_jackknife`.
+    """
+    basis, upper = np.linalg.qr(columns)
+    starts = np.flatnonzero(np.diff(blocks, prepend=blocks[0] - 1))
+    p = columns.shape[1]
+    leverage = np.add.reduceat(_outer(basis), starts, axis=0).reshape(-1, p, p)
+    grown = leverage @ np.linalg.pinv(np.eye(p) - leverage, hermitian=True)
+    inverse = np.linalg.pinv(upper)
+    share = 1.0 - 1.0 / starts.shape[0]
+    return np.asarray(share * inverse @ grown.sum(axis=0) @ inverse.T, dtype=np.float64)
+
+
 def _outer(rows: Floats) -> Floats:
     """Return every row's outer product with itself, flattened: shape (n, p*p)."""
     return (rows[:, :, np.newaxis] * rows[:, np.newaxis, :]).reshape(rows.shape[0], -1)

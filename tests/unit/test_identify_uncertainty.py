@@ -9,6 +9,7 @@ from scipy import stats
 from agent.identify.uncertainty import (
     block_jackknife,
     correlation_time,
+    jackknife_of_even_noise,
     student_975,
     variance_of_mean,
 )
@@ -62,3 +63,17 @@ def test_block_jackknife_covers_under_coloured_noise_where_white_theory_fails() 
         white_hits += abs(theta[0] - 1.0) <= 1.96 * residual.std() / np.sqrt(n)
     assert 0.90 <= hits / 200 <= 0.99
     assert white_hits / 200 < 0.7
+
+
+def test_what_the_jackknife_makes_of_even_noise_is_known() -> None:
+    """A column that few blocks carry gets a quarter more variance than it has, on the average."""
+    rng = np.random.default_rng(4)
+    n = 160
+    columns = np.stack([np.ones(n), np.exp(-np.arange(n) / 40.0)], axis=1)
+    blocks = np.arange(n) // 8
+    noise = rng.standard_normal((1000, n))
+    found = np.mean([block_jackknife(columns, y, blocks)[1] for y in noise], axis=0)
+    expected = jackknife_of_even_noise(columns, blocks)
+    np.testing.assert_allclose(np.diag(expected), np.diag(found), rtol=0.06)
+    excess = np.diag(expected) / np.diag(np.linalg.inv(columns.T @ columns))
+    assert excess[1] > 1.2

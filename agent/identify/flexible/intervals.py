@@ -25,7 +25,12 @@ from agent.identify.flexible.projection import CUBIC, Point, Problem
 from agent.identify.flexible.rivals import PLAIN, Effect, Lack
 from agent.identify.flexible.slopes import jacobian_of
 from agent.identify.result import Floats, Parameter
-from agent.identify.uncertainty import block_jackknife, correlation_time, student_975
+from agent.identify.uncertainty import (
+    block_jackknife,
+    correlation_time,
+    jackknife_of_even_noise,
+    student_975,
+)
 
 _MOST_BLOCKS, _FEWEST_BLOCKS = 80, 20
 _BLOCK_CORRELATIONS = 10.0  # correlation times in a block: what its ends share is a tenth of it
@@ -86,19 +91,21 @@ def parameters_of(
     norms = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
     there = np.flatnonzero(norms > 0.0)
     size, named = jacobian.shape[1], len(problem.linear_names)
-    singular = np.linalg.svd(jacobian[:, there] / norms[there], compute_uv=False)
+    scaled = jacobian[:, there] / norms[there]
+    singular = np.linalg.svd(scaled, compute_uv=False)
     condition = float(singular[0] / max(singular[-1], 1e-300))
     blocks = _blocks(point.residual)
-    covariance = np.zeros((size, size))
-    covariance[np.ix_(there, there)] = block_jackknife(jacobian[:, there], point.residual, blocks)[
-        1
-    ]
+    places, sizes = np.ix_(there, there), np.outer(norms[there], norms[there])
+    covariance, even = np.zeros((size, size)), np.zeros((size, size))
+    covariance[places] = block_jackknife(scaled, point.residual, blocks)[1] / sizes
+    even[places] = jackknife_of_even_noise(scaled, blocks) / sizes
     influence = np.zeros((size, jacobian.shape[0]))
-    influence[there] = np.linalg.pinv(jacobian[:, there] / norms[there]) / norms[there, np.newaxis]
+    influence[there] = np.linalg.pinv(scaled) / norms[there, np.newaxis]
     # Free motions are nobody's parameters: named ones and the search remain.
     index = np.r_[0:named, size - problem.search_size : size]
     spread = _Spread(
         covariance[np.ix_(index, index)],
+        even[np.ix_(index, index)],
         influence[index],
         blocks,
         covariance_of(problem, point, influence[index]),
@@ -120,11 +127,13 @@ def _blocks(residual: Floats) -> NDArray[np.int64]:
 class _Spread:
     """How parameters scatter: named linear ones, then the search.
 
-    `influence`, shape (p, n), is what every row's residual does to them; `known` the covariance
-    that the measuring noise alone gives.
+    `even` is what the blocks would say of even noise of variance 1, `influence`, shape (p, n), what
+    every row's residual does to the parameters; `known` the covariance that the measuring noise
+    alone gives.
     """
 
     covariance: Floats
+    even: Floats
     influence: Floats
     blocks: NDArray[np.int64]
     known: Floats
@@ -136,8 +145,11 @@ class _Spread:
         the blocks would have under even noise: what a few corners of the motion carry is known no
         better than from these few.
         """
-        variance = float(gradient @ self.covariance @ gradient)
-        shares = np.bincount(self.blocks, (gradient @ self.influence) ** 2).astype(np.float64)
+        each = (gradient @ self.influence) ** 2
+        # Leaving blocks out finds too much, and how much too much of even noise is known.
+        excess = float(gradient @ self.even @ gradient) / max(float(each.sum()), 1e-300)
+        variance = float(gradient @ self.covariance @ gradient) / max(excess, 1.0)
+        shares = np.bincount(self.blocks, each).astype(np.float64)
         shares /= max(float(shares.sum()), 1e-300)  # first: their squares may be too small
         dof = 1.0 / max(float(shares @ shares), 1.0 / shares.shape[0])
         quantile, certain = student_975(dof), student_975(math.inf)
