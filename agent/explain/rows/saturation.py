@@ -21,7 +21,7 @@ _SMOOTHED_S = 0.01
 _TOP = 0.9995  # quantile of the torque that the limit is looked for at
 _WITHIN = 3.0  # standard deviations of the torque's noise
 _SHIFTS = 20
-_BENT = 1.0  # of the half width that is looked at: the top of a wave bends by twice of it
+_BENT = 0.5  # of the half width that is looked at: the middle of a wave's top bends by 0.72 of it
 _MOSTLY = 0.6  # of the time at the top must be flat
 _SHORTEST_S = 0.03
 _FEWEST_TOPS = 2
@@ -92,9 +92,9 @@ def saturation_evidence(table: Table) -> SaturationEvidence | None:
     clear = answer * grown > _UNANSWERED * tops.near_nm
     if int(np.count_nonzero(clear)) < _FEWEST_TOPS:
         return None
-    torque = table.full["torque_nm"]
     kept = [span for span, short in zip(tops.spans, clear, strict=True) if short]
-    levels = np.array([_level_nm(torque[a:b]) for a, b in kept])
+    torque = table.full["torque_nm"]
+    levels = np.array([float(np.mean(np.abs(torque[_middle(span)]))) for span in kept])
     middle = float(np.mean(levels))
     step = _step_nm(np.abs(torque))
     spread = 1.96 * math.sqrt(float(np.var(levels, ddof=1)) / levels.shape[0] + step**2 / 12.0)
@@ -143,16 +143,20 @@ def _flat_tops(table: Table) -> _Tops | None:
     return _Tops(limit, near, tuple(spans), held)
 
 
-def _level_nm(torque: Floats) -> float:
-    """Return the mean size of a flat top's torque, its ends left out."""
-    margin = torque.shape[0] // 5
-    return float(np.mean(np.abs(torque[margin : torque.shape[0] - margin])))
-
-
 def _bend_nm(torque: Floats, span: tuple[int, int]) -> float:
-    """Return by how much a parabola through a stretch of torque rises and falls, N m."""
-    away = np.linspace(-1.0, 1.0, span[1] - span[0])
-    return float(np.ptp(np.polyval(np.polyfit(away, torque[span[0] : span[1]], 2), away)))
+    """Return by how much a parabola through the middle of a stretch rises and falls, N m.
+
+    At its ends torque still comes to the limit, or leaves it: a limited top is bent there, too.
+    """
+    middle = torque[_middle(span)]
+    away = np.linspace(-1.0, 1.0, middle.shape[0])
+    return float(np.ptp(np.polyval(np.polyfit(away, middle, 2), away)))
+
+
+def _middle(span: tuple[int, int]) -> slice:
+    """Return a stretch without a fifth of it at either end; three samples at least."""
+    margin = (span[1] - span[0]) // 5
+    return slice(span[0] + margin, span[1] - margin)
 
 
 def _noise_nm(torque: Floats) -> float:
