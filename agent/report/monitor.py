@@ -24,6 +24,7 @@ STATUS = {
     "H1": "Friction has increased a lot",
     NOT_DECIDABLE: "Not decidable yet",
 }
+_KINDS = {"NF": "decided", NOT_DECIDABLE: "open"}  # all else is an alarm
 _UNITS = {
     "coulomb_nm": "N m",
     "viscous_nm_s_per_rad": "N m s/rad",
@@ -98,7 +99,7 @@ def _view(finding: Finding, name: str, explained: tuple[str, str] | None) -> Joi
         label=history.joint.label,
         id=name,
         status=STATUS[finding.status],
-        kind="decided" if finding.status == "NF" else "undecided",
+        kind=_KINDS.get(finding.status, "undecided"),
         sentence=_without_status(finding.sentence),
         why=()
         if reasons is None

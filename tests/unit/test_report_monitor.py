@@ -52,6 +52,7 @@ def test_each_joint_has_its_verdict_and_its_reasons(html: str, worn: Finding) ->
     assert worn.reasons.likely[0].words.split(" (")[0] not in worn.reasons.others
     assert "Low speed is below 46.7 rad/s" in text
     assert "torn.parquet" in text
+    assert re.findall(r'class="verdict (\w+)"', html) == ["undecided", "open"]  # no alarm's colour
 
 
 def test_the_page_needs_nothing_from_outside_and_believes_no_name(html: str) -> None:
