@@ -2,10 +2,9 @@
 
 Truths are integrated apart from the product; a seed draws torque noise, the encoders' phase and
 the sampling's phase. The encoder has 2^20 counts a turn, as servo motors' have, or 2^BITS with
-``--bits``. The bound is Cramer and Rao's for white torque noise and a motion that is known without
-error: what the encoder's steps cost is above it. Clearance, and the choice among four laws, are
-tried at every tenth seed, with 2^16 counts. ``--law`` takes one law
-alone, without clearance and choice.
+``--bits``. The bound is Cramer and Rao's for white noise of the torque and the encoder's steps.
+Clearance, and the choice among four laws, are tried at every tenth seed, with 2^16 counts.
+``--law`` takes one law alone, without clearance and choice.
 """
 
 from __future__ import annotations
@@ -19,12 +18,12 @@ import numpy as np
 
 from agent.identify.result import Floats
 from agent.identify.reversals.arm import arm_clearance
-from agent.identify.reversals.data import columns_of, data_of
+from agent.identify.reversals.data import Data, columns_of, data_of
 from agent.identify.reversals.laws import LAWS, range_of
 from agent.identify.reversals.parameters import parameters_of
 from agent.identify.reversals.search import Solution, solve
 from agent.identify.reversals.selection import select
-from agent.identify.reversals.turns import Motion, read_tracks
+from agent.identify.reversals.turns import Motion, Track, Turn, read_tracks
 from tests.science.reversal_plant import (
     ARM_COULOMB,
     FINE_S,
@@ -47,7 +46,7 @@ def presliding(seeds: int, laws: Sequence[str], counts: int) -> None:
         f"{'law':<15}{'parameter':<26}{'given':>6}{'covered':>10}{'rmse/truth':>12}{'/ bound':>9}"
     )
     for law in laws:
-        truth, bound = TRUTH[law], bounds(law)
+        truth, bound = TRUTH[law], bounds(law, counts)
         rows: dict[str, list[tuple[bool, float]]] = {name: [] for name in truth}
         began = time.perf_counter()
         for seed in range(FIRST, FIRST + seeds):
@@ -83,7 +82,7 @@ def choice(seeds: int) -> None:
         print(f"{law:<15}chosen in {chosen} of {seeds}", flush=True)
 
 
-def bounds(law: str) -> dict[str, float]:
+def bounds(law: str, counts: int) -> dict[str, float]:
     """Return the smallest deviation of every parameter; slopes are those of the law itself."""
     run, every = bristled(law), round(SAMPLE_S / FINE_S)
     clean = sampled(run, 0, noise_nm=0.0, counts=1 << 34)
@@ -112,9 +111,49 @@ def bounds(law: str) -> dict[str, float]:
         / 2e-4
         for h in steps
     ]
-    jacobian = np.column_stack((*slopes, columns)) / NOISE_NM
-    covariance = np.linalg.inv(jacobian.T @ jacobian)
+    jacobian = np.column_stack((*slopes, columns))
+    covariance = np.linalg.inv(_information(found, data, jacobian, counts))
     return {name: float(np.sqrt(g @ covariance @ g)) for name, g in _gradients(found, law).items()}
+
+
+def _information(found: Solution, data: Data, jacobian: Floats, counts: int) -> Floats:
+    """Return what torque and position tell of the parameters, the true motion being unknown.
+
+    An error e of the position is one of the torque that the motion needs, ``G e``: around a turn
+    the covariance is ``s_torque^2 + s_position^2 G G^T``. The encoder's steps count as white noise
+    of variance ``step^2/12``.
+    """
+    (track,) = data.motion.tracks
+    error_rad = 2.0 * np.pi / counts / np.sqrt(12.0)
+    total = np.zeros((jacobian.shape[1], jacobian.shape[1]))
+    for number, turn in enumerate(track.turns):
+        own = data.turn == number
+        shaken = _shaken(found, track, turn)[data.kept[0][own] - turn.start]
+        covariance = error_rad**2 * shaken @ shaken.T
+        covariance[np.diag_indices_from(covariance)] += NOISE_NM**2
+        total += jacobian[own].T @ np.linalg.solve(covariance, jacobian[own])
+    return total
+
+
+def _shaken(found: Solution, track: Track, turn: Turn) -> Floats:
+    """Return how the torque about a turn follows each position there, N m/rad, shape (n, n)."""
+    window, shift = slice(turn.start, turn.stop), 1e-6
+
+    def torque(position: Floats) -> Floats:
+        velocity = np.gradient(position, SAMPLE_S)
+        part = replace(
+            track, time_s=track.time_s[window], velocity_rad_s=velocity, driving_rad_s=velocity
+        )
+        own = found.law.columns(part, np.exp(found.x)) @ found.weights[: len(found.law.levels)]
+        own += found.value("viscous_nm_s_per_rad") * velocity
+        return np.asarray(
+            own + found.value("inertia_kg_m2") * np.gradient(velocity, SAMPLE_S), dtype=np.float64
+        )
+
+    position = track.position_rad[window]
+    still = torque(position)
+    shaken = [(torque(position + shift * e) - still) / shift for e in np.eye(position.size)]
+    return np.stack(shaken, axis=-1)
 
 
 def _gradients(found: Solution, law: str) -> dict[str, Floats]:
