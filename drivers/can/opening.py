@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import importlib
+import inspect
 import socket
 import sys
 from typing import Any
 
 import can
+from can.interfaces import BACKENDS
 
 from drivers.can.failures import OPENING_FAILURES, opening_failed
 from drivers.can.frames import CanBusConfig
 from drivers.can_reader import batches
 from drivers.clock import Clock, MonotonicClock
 from drivers.errors import BusError
+
+_TOLD_BY_SIGNATURE = ("socketcan", "udp_multicast", "virtual", "slcan")
 
 
 def open_bus(config: CanBusConfig) -> can.BusABC:
@@ -28,6 +33,7 @@ def open_bus(config: CanBusConfig) -> can.BusABC:
             f"SocketCAN is Linux's own; this is {sys.platform}.",
             "Let the cell name one of the interfaces that docs/adapters.md lists for it.",
         )
+    _refuse_unknown_options(config)
     arguments: dict[str, Any] = dict(config.options)
     if config.interface == "udp_multicast":
         # What moves a machine does not leave this computer unless the cell says so.
@@ -47,6 +53,24 @@ def open_bus(config: CanBusConfig) -> can.BusABC:
         )
     except OPENING_FAILURES as error:
         raise opening_failed(error, config.interface, config.channel, config.bitrate) from error
+
+
+def _refuse_unknown_options(config: CanBusConfig) -> None:
+    """Refuse an option that the interface would pass over in silence, as python-can does.
+
+    Only where all of them are named in the interface's signature; vendors' adapters read others.
+    """
+    if not config.options or config.interface not in _TOLD_BY_SIGNATURE:
+        return
+    module, name = BACKENDS[config.interface]
+    made_with = inspect.signature(getattr(importlib.import_module(module), name).__init__)
+    known = sorted({*made_with.parameters} - {"self", "channel", "bitrate", "timing", "kwargs"})
+    for option in config.options:
+        if option not in known:
+            raise BusError(
+                f"The interface {config.interface} has no option {option!r}.",
+                f"It has {', '.join(known)}; correct the bus in the cell description.",
+            )
 
 
 def may_read_fast(config: CanBusConfig, clock: Clock) -> bool:

@@ -207,6 +207,23 @@ def test_a_bus_that_does_not_open_says_so_in_one_error(config: CanBusConfig, wor
     assert caught.value.__cause__ is not None
 
 
+@pytest.mark.parametrize(
+    ("interface", "wrong", "right"),
+    [
+        ("udp_multicast", "hop_limt", "hop_limit"),
+        ("socketcan", "recieve_own_messages", "receive_own_messages"),
+        ("slcan", "sleep_after_opening", "sleep_after_open"),
+        ("virtual", "queue", "rx_queue_size"),
+    ],
+)
+def test_an_option_that_would_be_passed_over_is_refused(
+    interface: str, wrong: str, right: str
+) -> None:
+    with pytest.raises(BusError, match=f"no option '{wrong}'") as caught:
+        CanBusOwner.open(CanBusConfig(interface, "x", options={wrong: 1}), SteppedClock())
+    assert right in caught.value.do
+
+
 def test_a_missing_socketcan_interface_says_how_to_bring_it_up() -> None:
     with pytest.raises(BusError) as caught:
         CanBusOwner.open(CanBusConfig("socketcan", "can9"), SteppedClock())
