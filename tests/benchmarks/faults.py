@@ -6,18 +6,25 @@ then every run that was not as it must be, with the seed that repeats it. Exit c
 one. ``--signals`` adds so many runs of each signal, in real time and processes of their own.
 ``--socketcan CHANNEL`` plays on an interface of the kernel instead of a bus in memory,
 ``--multicast`` on ``udp_multicast``: datagrams on the loopback, as two processes exchange them.
+``--lines`` adds so many runs of each way in which a Modbus line to a controller can go wrong, in
+motion, over TCP and over RTU on a pty; ``--runs 0`` leaves out those on a bus.
 """
 
 from __future__ import annotations
 
 import argparse
 import logging
+import os
 import sys
+import tempfile
 from collections.abc import Sequence
 
+from agent.cycle.axis_lock import FOLDER_VARIABLE
 from drivers.can.frames import CanBusConfig
 from tests.faults.campaign import variations
 from tests.faults.cell import play
+from tests.faults.lines import KINDS, LineRun, struck
+from tests.faults.lines import STATED_S as LINE_STATED_S
 from tests.faults.scenario import Run, Scenario, objections
 from tests.faults.scenarios import SCENARIOS
 from tests.faults.signals import SIGNALS, STATED_S, signalled
@@ -25,6 +32,9 @@ from tests.system.processes import multicast
 
 RATES_HZ = (100.0, 100.0, 100.0, 200.0)
 """In turn; the faster, the dearer."""
+
+Told = tuple[int, list[str]]
+"""How many runs, and everything against them."""
 
 
 def played(scenario: Scenario, count: int, place: CanBusConfig | None) -> list[Run]:
@@ -48,12 +58,69 @@ def line(scenario: Scenario, runs: Sequence[Run]) -> str:
     )
 
 
+def line_row(runs: Sequence[LineRun]) -> str:
+    """Return the row of one fault of a Modbus line."""
+    worst_s = max(run.rest_after_s for run in runs)
+    codes = ", ".join(str(code) for code in sorted({run.code for run in runs}))
+    stopped = sum(run.code != 0 for run in runs)
+    return (
+        f"| {runs[0].kind} on {runs[0].line} | {len(runs)} | {stopped} | {codes} | "
+        f"{worst_s:.2f} | {LINE_STATED_S:.1f} | | {runs[0].message[:110]} |"
+    )
+
+
+def on_buses(scenarios: Sequence[Scenario], each: int, place: CanBusConfig | None) -> Told:
+    """Play every fault so often and print its row; return how many ran and what is against them."""
+    total, objected = 0, []
+    for scenario in scenarios:
+        runs = played(scenario, each, place)
+        total += len(runs)
+        print(line(scenario, runs), flush=True)
+        objected += [
+            f"{scenario.name}, {run.phase}, seed {run.seed}: {'; '.join(found)}: {run.message}"
+            for run in runs
+            if (found := objections(run))
+        ]
+    return total, objected
+
+
+def by_signals(each: int, place: CanBusConfig | None) -> Told:
+    """Send each signal so often to an agent in motion, in real time."""
+    objected: list[str] = []
+    for number in SIGNALS if each else ():
+        ended = [signalled(number, 0.3 + 4.0 * k / each, place=place) for k in range(each)]
+        worst_s = max(run.rest_after_s for run in ended)
+        codes = ", ".join(sorted({str(run.code) for run in ended}))
+        print(
+            f"| {number.name} of the agent, real time | {each} | {each} | {codes} | "
+            f"{worst_s:.2f} | {STATED_S:.1f} | | {ended[0].message[:110]} |",
+            flush=True,
+        )
+        objected += [f"{number.name}: {text}" for run in ended for text in run.objections()]
+    return each * len(SIGNALS), objected
+
+
+def on_lines(each: int) -> Told:
+    """Let a Modbus line go wrong so often in each way while its controller drives."""
+    objected: list[str] = []
+    for kind, where in KINDS if each else ():
+        runs = [struck(kind, where, seed) for seed in range(100, 100 + each)]
+        print(line_row(runs), flush=True)
+        objected += [
+            f"{kind} on {where}, seed {run.seed}: {'; '.join(found)}: {run.message}"
+            for run in runs
+            if (found := run.objections())
+        ]
+    return each * len(KINDS), objected
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the campaign and print its table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=2000)
     parser.add_argument("--only", default="", help="faults with this word in their name")
     parser.add_argument("--signals", type=int, default=0, help="runs of each signal")
+    parser.add_argument("--lines", type=int, default=0, help="runs of each fault of a Modbus line")
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--socketcan", metavar="CHANNEL", help="play on vcan0 ...")
     where.add_argument("--multicast", action="store_true", help="play on udp_multicast")
@@ -61,41 +128,24 @@ def main(arguments: Sequence[str] | None = None) -> int:
     place = multicast() if chosen.multicast else None
     if chosen.socketcan:
         place = CanBusConfig("socketcan", chosen.socketcan)
-    # canopen logs every SDO that it gives up; here thousands are meant to fail.
-    logging.getLogger("canopen").setLevel(logging.CRITICAL)
-    scenarios = [s for s in SCENARIOS if chosen.only in s.name]
-    each = max(1, -(-chosen.runs // len(scenarios)))
-    sys.stdout.write(
+    # canopen logs every SDO that it gives up, pymodbus every answer; thousands are meant to fail.
+    logging.getLogger().addHandler(logging.NullHandler())
+    scenarios = [s for s in SCENARIOS if chosen.only in s.name and chosen.runs]
+    each = -(-chosen.runs // max(1, len(scenarios)))
+    print(
         "| fault | runs | stopped | exit codes | worst time to rest, s | stated, s | "
-        "samples lost, most | first words |\n|---|---|---|---|---|---|---|---|\n"
+        "samples lost, most | first words |\n|---|---|---|---|---|---|---|---|"
     )
-    objected: list[str] = []
-    total = 0
-    for scenario in scenarios:
-        runs = played(scenario, each, place)
-        total += len(runs)
-        sys.stdout.write(line(scenario, runs) + "\n")
-        sys.stdout.flush()
-        objected += [
-            f"{scenario.name}, {run.phase}, seed {run.seed}: {'; '.join(found)}: {run.message}"
-            for run in runs
-            if (found := objections(run))
-        ]
-    for number in SIGNALS if chosen.signals else ():
-        ended = [
-            signalled(number, 0.3 + 4.0 * k / chosen.signals, place=place)
-            for k in range(chosen.signals)
-        ]
-        total += len(ended)
-        worst_s = max(run.rest_after_s for run in ended)
-        codes = ", ".join(sorted({str(run.code) for run in ended}))
-        sys.stdout.write(
-            f"| {number.name} of the agent, real time | {len(ended)} | {len(ended)} | {codes} | "
-            f"{worst_s:.2f} | {STATED_S:.1f} | | {ended[0].message[:110]} |\n"
+    with tempfile.TemporaryDirectory() as folder:  # a real cell of that name is not in the way
+        os.environ.setdefault(FOLDER_VARIABLE, folder)
+        told = (
+            on_buses(scenarios, each, place),
+            by_signals(chosen.signals, place),
+            on_lines(chosen.lines),
         )
-        objected += [f"{number.name}: {text}" for run in ended for text in run.objections()]
-    sys.stdout.write(f"\n{total} runs, {len(objected)} not as they must be.\n")
-    sys.stdout.writelines(f"  {text}\n" for text in objected)
+    objected = [text for _, texts in told for text in texts]
+    print(f"\n{sum(total for total, _ in told)} runs, {len(objected)} not as they must be.")
+    print("".join(f"  {text}\n" for text in objected), end="")
     return 1 if objected else 0
 
 
