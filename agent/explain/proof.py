@@ -14,11 +14,10 @@ from agent.explain.choosing.choice import choose
 from agent.explain.choosing.search import Candidate, Library, basis_of
 from agent.explain.choosing.shifts import shifted
 from agent.explain.numbers.model import predicted
-from agent.explain.rows.creep import without_creep
 from agent.explain.rows.evidence import solve
 from agent.explain.rows.run import Run
 from agent.explain.rows.scene import refit
-from agent.explain.rows.table import BASE, Table, tabulate
+from agent.explain.rows.table import BASE, Table, tabulate, without_edges
 from agent.identify.result import Floats
 from agent.physics.twin import Twin
 
@@ -44,7 +43,8 @@ def compare_runs(
 ) -> tuple[Compared, Table]:
     """Return how three twins predict hold-out runs, in the band of the training table."""
     table = tabulate(twin, runs, like.cutoff_hz, align_velocity=like.aligned)
-    table = without_creep(table, like.creep_rad_s)
+    if like.creep_rad_s or like.torque_late_s:
+        table = without_edges(table, like.creep_rad_s, like.torque_late_s)
     rows = np.flatnonzero(table.sliding)
     if table.simulated:
         # A recorded simulation stands for the twin: what was learnt is added to it.

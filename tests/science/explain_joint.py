@@ -81,7 +81,7 @@ def library_of(runs: Sequence[Run]) -> Library:
     table = tabulate(TWIN, runs)
     delta, left = refit(table)
     theta = np.array([getattr(TWIN, name) for name in BASE]) + delta
-    scene = Scene(table, theta, np.where(table.used, left, 0.0))
+    scene = Scene(table, theta, np.where(table.used, left, 0.0), given=theta - delta)
     forms, _ = judgeable(table)
     return Library.of(scene, weigh(table, left), forms)
 

@@ -20,6 +20,7 @@ from agent.explain.choosing.search import Candidate, Library, Scored, basis_of
 from agent.explain.choosing.shifts import chance
 from agent.explain.rows.evidence import effective_size
 from agent.identify.result import Floats
+from agent.physics.effects.library import CARRIED
 
 _ACCIDENT = 0.01
 _MOST_TERMS = 6
@@ -139,8 +140,13 @@ def _least_on_all_rows(
 
 
 def _allowed(ranked: Sequence[Scored], chosen: Sequence[Term]) -> list[Scored]:
-    """Leave out effects that are there already, but for those that may come at several places."""
+    """Leave out effects that are there already, but for those that may come at several places.
+
+    A joint has one arm: where a spring or a gap carries it, the other cannot carry it again.
+    """
     there = {t.scored.form.effect for t in chosen}
+    if not there.isdisjoint(CARRIED):
+        there.update(CARRIED)
     return [s for s in ranked if s.form.effect not in there or s.form.effect in _REPEATED]
 
 
@@ -224,10 +230,14 @@ def _pruned(library: Library, chosen: list[Term], material: float) -> tuple[list
 
 
 def settled(library: Library, chosen: list[Term]) -> tuple[list[Term], Floats]:
-    """Rank every term once more beside all the others, and note what could stand in its place."""
+    """Rank every term once more beside all the others, and note what could stand in its place.
+
+    Its own search begins where the last one ended as well: a grid need not lead there again.
+    """
     for i in range(len(chosen)):
         others = [t.candidate for j, t in enumerate(chosen) if j != i]
-        ranked = _allowed(library.rank(others), [t for j, t in enumerate(chosen) if j != i])
+        ranked = library.rank(others, known=[chosen[i].candidate])
+        ranked = _allowed(ranked, [t for j, t in enumerate(chosen) if j != i])
         best = _preferred(library, ranked)
         if best is not None:
             chosen[i] = _with_rivals(library, others, ranked, best, chosen[i].chance)

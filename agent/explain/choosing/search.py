@@ -17,6 +17,9 @@ from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE
 from agent.identify.result import Floats
 
+DELAY = "measurement-delay"
+"""The one effect that every other passes: its column is the twin's own torque, later or earlier."""
+
 _POINTS_IN_FOLDS = 4
 _ROUNDS = 6  # of a form's numbers moved together
 _POINTS_TRIED = 12  # of a form, where its best would leave no possible joint
@@ -150,6 +153,7 @@ class Library:
     def _at_rows(self, form: Form, raw: Floats) -> Floats:
         """Return full-rate columns (N, k) as weighted rows (m, k)."""
         table = self.scene.table
+        raw = raw if form.effect == DELAY else self.scene.as_late(raw)
         seen = table.where_speed_changes(raw) if form.at_edges else raw
         return self.weighing.weighted(table.band(seen))
 
@@ -168,7 +172,12 @@ class Library:
         return np.asarray(self.target - basis @ (basis.T @ self.target))
 
     def rank(
-        self, terms: Sequence[Candidate], *, refined: bool = True, least: float = 0.0
+        self,
+        terms: Sequence[Candidate],
+        *,
+        refined: bool = True,
+        least: float = 0.0,
+        known: Sequence[Candidate] = (),
     ) -> list[Scored]:
         """Return every form that helps the model, the best on unseen data first.
 
@@ -179,6 +188,8 @@ class Library:
             Whether every form's best point is moved between its neighbours.
         least : float
             Squared residual that a form must remove to be of use.
+        known : sequence of Candidate
+            To be screened beside those of the grids.
         """
         model = self.model(terms)
         basis = basis_of(model)
@@ -186,7 +197,7 @@ class Library:
         energy = float(left @ left)
         taken = {(t.form.effect, t.form.name, t.point) for t in terms}
         screened: dict[tuple[str, str], list[tuple[float, Candidate]]] = {}
-        for candidate in self.candidates:
+        for candidate in (*self.candidates, *known):
             form = candidate.form
             if (form.effect, form.name, candidate.point) in taken:
                 continue
@@ -218,7 +229,7 @@ class Library:
         def gain_at(point: Point) -> float:
             return gain_of(self.candidate(form, point), basis, left)
 
-        points = np.array([c.point for _, c in entry])
+        points = np.array([c.point for c in self.candidates if c.form is form])
         gain, best = entry[0][0], entry[0][1].point
         if not form.together:
             gain, best = climbed(form, self.scene, points, best, gain, gain_at)

@@ -17,11 +17,13 @@ from agent.identify.result import Floats
 _ARM_REACHES = (3e-5, 3e-4)  # rad of the arm: how far its own friction gives way before it slips
 _WIDEST_ARM_GAP = 2e-3  # rad of the arm, half of a worn planetary gear's
 _RUBBING_TRIALS = 36
-_GAPS = 3
+_GAPS, _GAPS_WITH_FILM = 3, 1
 _CONTACTS = ((1.0, 0.4), (1.6, 0.8))  # cutoffs, damping: hard and soft ones
+_WIDER, _WIDER_IN_FILM = (1.2, 1.6), (0.4, 0.7, 1.0)  # than the likeliest gaps of hard teeth
 _GAP_WIDTHS = (0.93, 1.0, 1.07)  # of one gap: a gear's is not the same all the way round
 _STIFFEST = 3.0  # cutoffs: a spring whose swing is faster is as good as rigid in the band
 _DAMPED = 1.0  # of critical: gears swing, they do not creep
+_FILM_STEP, _THICKEST = 10.0, 500.0  # 1/s: an arm dragged faster than that follows at once
 _ALL_FRICTION = 1.2  # the arm's share of what the refitted twin has, which may be a little low
 
 Limits = Sequence[tuple[float, float]]
@@ -108,26 +110,30 @@ def _gap_grid(scene: Scene) -> Sequence[Point]:
 
     What a search that starts from soft contacts takes for twist is a part of the gap; and any
     contact that gives way needs a wider gap than teeth that meet at once, of which these are made.
+    Where a film drags the arm along, it is such teeth that ask for a wider gap.
     """
     cutoff, gear = scene.table.cutoff_hz, scene.table.gear_ratio
     # A gap that is crossed faster than the band can follow leaves no trace.
     smallest = 0.1 * _slowing(scene) / (2.0 * math.pi * cutoff) ** 2
+    widest = _WIDEST_ARM_GAP * gear
+    found = likely_gaps(scene, smallest, widest, _GAPS, with_film=_GAPS_WITH_FILM)
     return tuple(
-        (wider * gap, share, friction, hertz * cutoff, damping)
-        for gap, share, friction in likely_gaps(scene, smallest, _WIDEST_ARM_GAP * gear, _GAPS)
-        for wider in (1.2, 1.6)
-        for hertz, damping in _CONTACTS
+        (wider * gap, share, friction, hertz * cutoff, damping, film)
+        for gap, share, friction, film in found
+        for wider in (_WIDER_IN_FILM if film else _WIDER)
+        for hertz, damping in (_CONTACTS[:1] if film else _CONTACTS)
     )
 
 
 def _gap_step(scene: Scene) -> Point:
     del scene
-    return (Proportional(0.2), Proportional(0.08), 0.04, Proportional(0.5), 0.3)
+    return (Proportional(0.2), Proportional(0.08), 0.04, Proportional(0.5), 0.3, _FILM_STEP)
 
 
 def _gap_limits(scene: Scene) -> Limits:
     widest = 2.0 * _WIDEST_ARM_GAP * scene.table.gear_ratio
-    return ((0.0, widest), (0.01, 1.0), (0.0, _ALL_FRICTION), *_swing_limits(scene))
+    shares = (0.01, 1.0), (0.0, _ALL_FRICTION)
+    return ((0.0, widest), *shares, *_swing_limits(scene), (0.0, _THICKEST))
 
 
 def _gap(scene: Scene, point: Point) -> Floats:
@@ -136,11 +142,11 @@ def _gap(scene: Scene, point: Point) -> Floats:
     The mean over gaps that differ a little: an arm that bounces is thrown to one side or the other
     by next to nothing, so that one path is no prediction, and the best of many paths is luck.
     """
-    half_gap, inertia_share, friction_share, hz, damping = point
+    half_gap, inertia_share, friction_share, hz, damping, film = point
     friction = max(friction_share, 0.0) * _slowing(scene) / inertia_share
     reach = _ARM_REACHES[0] * scene.table.gear_ratio
     paths = [
-        HiddenArm(hz, damping, friction, reach, width * half_gap, inertia_share)
+        HiddenArm(hz, damping, friction, reach, width * half_gap, inertia_share, film)
         for width in _GAP_WIDTHS
     ]
     return stack(mean_extra_rad_s2(paths, scene))
@@ -153,6 +159,7 @@ def _gap_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str
         "half_gap_rad": values["half_gap_rad"],
         "arm_coulomb_nm": max(values["arm_friction_share"] * float(scene.theta[2]), 0.0),
         "arm_yield_rad": _ARM_REACHES[0] * scene.table.gear_ratio,
+        "film_damping_nm_s_per_rad": values["film_per_s"] * inertia,
     }
     return best_entry(scene, "backlash", [{**gap, **spring}])
 
@@ -188,7 +195,14 @@ FORMS: tuple[Form, ...] = (
         "gap",
         ("arm_inertia_kg_m2",),
         _gap,
-        ("half_gap_rad", "arm_share", "arm_friction_share", "contact_hz", "damping_ratio"),
+        (
+            "half_gap_rad",
+            "arm_share",
+            "arm_friction_share",
+            "contact_hz",
+            "damping_ratio",
+            "film_per_s",
+        ),
         _gap_grid,
         (1,),
         needs=("position_rad",),

@@ -31,13 +31,14 @@ def shaft_rad_s2(
     friction: float,
     reach: float,
     half_gap: float,
+    film: float,
     steps: int,
     out: Floats,
 ) -> None:
     """Put the shaft's torque over the arm's inertia, rad/s2, at some stretches into `out`, (N,).
 
     At first the arm follows the motor, its friction drawn out, its weight borne. The teeth of a gap
-    push; they do not pull.
+    push; they do not pull. The film between them does both.
 
     Parameters
     ----------
@@ -47,7 +48,7 @@ def shaft_rad_s2(
         Where the stretches begin and end.
     period_s : ndarray, shape (p,)
         Between two samples of each.
-    omega, damping, friction, reach, half_gap : float
+    omega, damping, friction, reach, half_gap, film : float
         Of `HiddenArm`, the swing in rad/s.
     steps : int
         Of the integration, between two samples.
@@ -77,7 +78,7 @@ def shaft_rad_s2(
                     state[_MOTOR + lane] = velocity[i]
                     state[_SLOPE + lane] = 0.0 if last else (velocity[i + 1] - velocity[i]) / steps
                     state[_WEIGHT + lane] = weight[i]
-            _sample(state, omega, damping, friction, reach, half_gap, steps)
+            _sample(state, omega, damping, friction, reach, half_gap, film, steps)
             for lane in range(_LANES):
                 if at[lane] < stop[lane]:
                     out[at[lane]] = state[_PULL + lane]
@@ -133,6 +134,7 @@ def _sample(
     friction: float,
     reach: float,
     half_gap: float,
+    film: float,
     steps: int,
 ) -> None:
     """Move all lanes by one sample; nothing in here branches, so that they move together."""
@@ -145,9 +147,10 @@ def _sample(
             pressed = abs(twist) - half_gap
             pull = stiffness * math.copysign(pressed, twist)
             # The arm's speed stands half a step behind its twist, which damping must not feel.
-            pull += damper * (motor - arm - 0.5 * dt * state[_PUSH + lane])
+            ahead = motor - arm - 0.5 * dt * state[_PUSH + lane]
+            pull += damper * ahead
             pulls = half_gap > 0.0 and pull * twist < 0.0
-            pull = 0.0 if pulls or pressed <= 0.0 else pull
+            pull = (0.0 if pulls or pressed <= 0.0 else pull) + film * ahead
             state[_PULL + lane] = pull if j == 0 else state[_PULL + lane]
             push = pull - state[_WEIGHT + lane] - friction * drawn
             arm += dt * push

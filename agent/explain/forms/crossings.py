@@ -5,30 +5,36 @@ gravity and the arm's own friction balance. When they meet again depends on the 
 follow from three numbers (half gap, the arm's share of the inertia and of the dry friction), and to
 a few percent: an arm that takes off a moment too early lands somewhere else. So many points are
 tried, without springs: teeth that part, and that meet without bouncing, take a few operations a
-row.
+row. A film between the teeth (oil, or a simulator's damper that knows no gap) drags the arm along,
+so that they meet later; such gaps are looked for by themselves, on a coarser grid: what is dragged
+is less sharp.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
 
-Gap = tuple[float, float, float]
+Gap = tuple[float, float, float, float]
 
 _GAPS = 6
 _SHARES = log_grid(0.1, 0.98, 36)
 _FRICTIONS = tuple(float(x) for x in np.linspace(0.0, 1.0, 31))
 _FEWEST_ROWS = 30
 _APART = 2  # points of the grid between two peaks
-_FIRST_STEPS, _HALVINGS = (1.3, 1.04, 0.02), 4  # factor, factor, difference
+_FIRST_STEPS, _HALVINGS = (1.3, 1.04, 0.02, 1.5), 4  # factor, factor, difference, factor
+_FILM_PER_S = 40.0  # drags an arm through a gap that takes some tens of milliseconds
+_COARSER = 2
 
 
-def likely_gaps(scene: Scene, smallest: float, widest: float, count: int) -> tuple[Gap, ...]:
-    """Return the likeliest half gaps with the arm's shares of inertia and Coulomb friction.
+def likely_gaps(
+    scene: Scene, smallest: float, widest: float, count: int, with_film: int = 0
+) -> tuple[Gap, ...]:
+    """Return the likeliest half gaps, the arm's shares of inertia and friction, and the film.
 
     Parameters
     ----------
@@ -37,14 +43,27 @@ def likely_gaps(scene: Scene, smallest: float, widest: float, count: int) -> tup
         Half gaps between which to look, rad of the motor.
     count : int
         The most points to return; they are peaks that stand apart, the likeliest first.
+    with_film : int
+        The most points with a film between the teeth, 1/s, that follow.
     """
     used = scene.table.used
     if np.count_nonzero(used) <= _FEWEST_ROWS or not scene.residual_nm[used].any():
         return ()
     likeness = _likeness(scene)
     gaps = log_grid(smallest, widest, _GAPS)
-    grid = np.stack(np.meshgrid(gaps, _SHARES, _FRICTIONS, indexing="ij"), axis=-1)
-    score = likeness(grid.reshape(-1, 3)).reshape(grid.shape[:-1])
+    dry = _peaks(likeness, (gaps, _SHARES, _FRICTIONS, (0.0,)), count)
+    coarse = _SHARES[::_COARSER], _FRICTIONS[::_COARSER]
+    return (*dry, *_peaks(likeness, (gaps, *coarse, (_FILM_PER_S,)), with_film))
+
+
+def _peaks(
+    likeness: Callable[[Floats], Floats], axes: Sequence[Sequence[float]], count: int
+) -> tuple[Gap, ...]:
+    """Return the peaks over shares of inertia and friction, the likeliest first."""
+    if not count:
+        return ()
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)[:, :, :, 0]
+    score = likeness(grid.reshape(-1, 4)).reshape(grid.shape[:-1])
     best = score.max(axis=0)
     found: list[tuple[float, Gap]] = []
     while len(found) < count and best.max() > 0.0:
@@ -55,7 +74,7 @@ def likely_gaps(scene: Scene, smallest: float, widest: float, count: int) -> tup
 
 
 def _likeness(scene: Scene) -> Callable[[Floats], Floats]:
-    """Return the function from points, shape (p, 3), to the residual's energy along each, (p,)."""
+    """Return the function from points, shape (p, 4), to the residual's energy along each, (p,)."""
     from agent.explain.forms.crossings_kernel import likeness_of
 
     table, base = scene.table, scene.table.base
@@ -78,21 +97,25 @@ def _likeness(scene: Scene) -> Callable[[Floats], Floats]:
 
 def _climbed(likeness: Callable[[Floats], Floats], at: Floats, best: float) -> tuple[float, Gap]:
     """Return the likeness and the point that a search among ever nearer neighbours ends at."""
-    gap_factor, share_factor, step = _FIRST_STEPS
+    gap_factor, share_factor, step, film_factor = _FIRST_STEPS
     for _ in range(_HALVINGS):
+        films = (1.0 / film_factor, 1.0, film_factor) if at[3] else (1.0,)
         around = np.stack(
             np.meshgrid(
                 at[0] * np.array([1.0 / gap_factor, 1.0, gap_factor]),
                 np.minimum(at[1] * np.array([1.0 / share_factor, 1.0, share_factor]), 1.0),
                 np.maximum(at[2] + np.array([-step, 0.0, step]), 0.0),
+                at[3] * np.array(films),
                 indexing="ij",
             ),
             axis=-1,
-        ).reshape(-1, 3)
+        ).reshape(-1, 4)
         values = likeness(around)
         top = int(np.argmax(values))
         if values[top] > best:
             best, at = float(values[top]), around[top]
-        gap_factor, share_factor = gap_factor**0.5, share_factor**0.5
+        gap_factor, share_factor, film_factor = (
+            factor**0.5 for factor in (gap_factor, share_factor, film_factor)
+        )
         step *= 0.5
-    return best, (float(at[0]), float(at[1]), float(at[2]))
+    return best, (float(at[0]), float(at[1]), float(at[2]), float(at[3]))

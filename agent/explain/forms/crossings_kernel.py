@@ -20,11 +20,12 @@ def _likeness(
     half_gap: float,
     share: float,
     friction: float,
+    film: float,
 ) -> float:
     """Return the energy of a residual that lies along one clearance's torque; 0 where against it.
 
-    While the teeth are apart the motor misses what the arm takes; where they meet again the arm is
-    brought to the motor's speed at once.
+    While the teeth are apart the motor misses what the arm takes, but for what a film between them
+    drags along; where they meet again the arm is brought to the motor's speed at once.
     """
     along, energy = 0.0, 0.0
     weigh, rub = 1.0 / share, friction / share
@@ -36,13 +37,14 @@ def _likeness(
             apart, side = False, 1.0 if pull >= 0.0 else -1.0
         elif apart:
             dt = period_s[i]
-            ends = speed + 0.5 * (pull + before) * dt
+            drag = 0.5 * film * dt
+            ends = (speed * (1.0 - drag) + 0.5 * (pull + before) * dt) / (1.0 + drag)
             reached = twist + 0.5 * (speed + ends) * dt
-            torque = -pull
+            torque = 0.5 * film * (speed + ends) - pull
             if abs(reached) >= half_gap and reached * ends > 0.0:
                 way = abs(reached) - abs(twist)
                 part = min(max((half_gap - abs(twist)) / way, 0.0), 1.0) if way > 0.0 else 1.0
-                torque = (speed + (ends - speed) * part) / dt - pull * part
+                torque = (speed + (ends - speed) * part) / dt + torque * part
                 apart, side = False, 1.0 if reached > 0.0 else -1.0
             speed, twist = ends, reached
             along += torque * residual[i]
@@ -79,8 +81,9 @@ def likeness_of(
     begins : ndarray of bool, shape (n,)
         Where a stretch begins.
     period_s : ndarray, shape (n,)
-    points : ndarray, shape (p, 3)
-        Half gap in rad, the arm's share of the inertia, and of the Coulomb friction.
+    points : ndarray, shape (p, 4)
+        Half gap in rad, the arm's share of the inertia, and of the Coulomb friction, and the
+        damping of the film over the arm's inertia, 1/s.
     """
     out = np.empty(points.shape[0])
     for k in range(points.shape[0]):
@@ -94,5 +97,6 @@ def likeness_of(
             points[k, 0],
             points[k, 1],
             points[k, 2],
+            points[k, 3],
         )
     return out

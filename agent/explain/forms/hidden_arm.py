@@ -18,6 +18,7 @@ from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 
 _STEPS_PER_SWING = 16.0
+_STEPS_PER_DRAG = 4.0
 _HARDEST = 16.0  # gear's springs: friction that is harder before it slips is as good as rigid
 
 
@@ -39,6 +40,9 @@ class HiddenArm:
         Half of the gear's clearance, seen from the motor.
     inertia_share : float
         The arm's share of the whole inertia, which says how hard gravity pulls it.
+    film_per_s : float
+        Damping of what is between the teeth of a gap, over the arm's inertia: it drags the arm
+        along while they are apart.
     """
 
     frequency_hz: float
@@ -47,6 +51,7 @@ class HiddenArm:
     reach_rad: float = 1.0
     half_gap_rad: float = 0.0
     inertia_share: float = 1.0
+    film_per_s: float = 0.0
 
     def extra_rad_s2(self, scene: Scene) -> Floats:
         """Return the shaft's torque less that of a stiff gear, over the arm's inertia, shape (N,).
@@ -75,6 +80,7 @@ class HiddenArm:
         reach = max(self.reach_rad, self.friction_rad_s2 / (_HARDEST * omega**2), 1e-12)
         fastest_hz = math.sqrt(omega**2 + self.friction_rad_s2 / reach) / (2.0 * math.pi)
         steps_per_s = _STEPS_PER_SWING * fastest_hz * max(self.damping_ratio, 1.0)
+        steps_per_s = max(steps_per_s, _STEPS_PER_DRAG * self.film_per_s)
         pull = np.zeros_like(velocity_rad_s) if pull_rad_s2 is None else pull_rad_s2
         out = np.zeros(velocity_rad_s.shape[0])
         pieces = sorted(scene.each_piece(), key=lambda piece: piece[0].start - piece[0].stop)
@@ -94,6 +100,7 @@ class HiddenArm:
                 self.friction_rad_s2,
                 reach,
                 self.half_gap_rad,
+                self.film_per_s,
                 int(several),
                 out,
             )

@@ -67,13 +67,16 @@ def judgeable(table: Table, twin: Twin | None = None) -> tuple[tuple[Form, ...],
         if why:
             reasons[name] = why
     reasons |= _of_motion(table)
-    there = {e.id for e in twin.effects if e.id in CARRIED} if twin is not None else set()
+    carried = [e.id for e in twin.effects if e.id in CARRIED] if twin is not None else []
+    there = set(CARRIED) if carried else set()
     shown = tuple(
         f for f in FORMS if f.effect not in there and not any(need in reasons for need in _needs(f))
     )
     effects = {f.effect for f in shown}
     out = {
         effect: f"the twin has it already, so a second {effect} is not looked for"
+        if effect in carried
+        else f"the twin's {carried[0]} carries the arm already, so {effect} is not looked for"
         for effect in sorted(there)
     }
     for form in FORMS:

@@ -14,7 +14,7 @@ from agent.explain.rows.saturation import saturation_evidence
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 
-_DELAYS_S = tuple(1e-3 * d for d in (-16, -8, -4, -2, -1, 1, 2, 4, 8, 16))
+_DELAYS_S = tuple(1e-3 * d for d in (-32, -16, -8, -4, -2, -1, 1, 2, 4, 8, 16, 32))
 _SHORTEST_DELAY_S = 2e-4
 _YIELDS_ARM_RAD = 1e-4  # before contacts slip: the lower end of what joints show
 
@@ -34,13 +34,18 @@ def _delay(scene: Scene, point: Point) -> Floats:
     to where friction has long settled, and make all delays too long.
     """
     trial_s = math.copysign(max(abs(point[0]), _SHORTEST_DELAY_S), point[0])
-    yielding = hysteresis(scene, _YIELDS_ARM_RAD * scene.table.gear_ratio)
-    predicted = scene.predicted_nm + float(scene.theta[2]) * (yielding - scene.direction)
+    predicted = turning_round(scene)
     out = np.zeros(predicted.shape[0])
     for at, _ in scene.each_piece():
         time, torque = scene.full("time_s")[at], predicted[at]
         out[at] = (np.interp(time - trial_s, time, torque) - torque) / trial_s
     return stack(out)
+
+
+def turning_round(scene: Scene) -> Floats:
+    """Return the refitted torque whose dry friction turns round within a travel, shape (N,)."""
+    yielding = hysteresis(scene, _YIELDS_ARM_RAD * scene.table.gear_ratio)
+    return np.asarray(scene.not_late_nm + float(scene.theta[2]) * (yielding - scene.direction))
 
 
 def _delay_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:

@@ -15,6 +15,8 @@ import numpy as np
 from agent.explain.choosing.choice import Choice, choose
 from agent.explain.choosing.materiality import CLOSE
 from agent.explain.choosing.search import Candidate, Library
+from agent.explain.numbers.in_step import chosen_in_step
+from agent.explain.numbers.renewed import left_nm, with_new_grids
 from agent.explain.numbers.resting import moved_far, numbers_beside, retaken, taken_at
 from agent.explain.rows.evidence import solve, weigh
 from agent.explain.rows.floor import noise_floor
@@ -39,7 +41,7 @@ def chosen_anew(library: Library) -> tuple[Library, Choice]:
     choice : Choice
         Not settled yet.
     """
-    choice = choose(library, rivals=False)
+    library, choice = chosen_in_step(library, choose(library, rivals=False))
     for _ in range(_ROUNDS):
         if not choice.terms or not _more_than_noise(library, choice.candidates):
             break
@@ -48,7 +50,7 @@ def chosen_anew(library: Library) -> tuple[Library, Choice]:
         again = choose(renewed, rivals=False, begun=begun)
         if _effects(again) == _effects(choice) and renewed.scene.held is library.scene.held:
             break
-        library, choice = renewed, again
+        library, choice = chosen_in_step(renewed, again)
     return library, choice
 
 
@@ -56,15 +58,8 @@ def _effects(choice: Choice) -> list[str]:
     return sorted(term.scored.form.effect for term in choice.terms)
 
 
-def _left_nm(library: Library, terms: Sequence[Candidate]) -> Floats:
-    """Return what terms leave at the table's rows, shape (n,); 0 where a row is not used."""
-    left = np.zeros(library.scene.table.used.shape[0])
-    left[library.weighing.rows] = library.residual(terms) / library.weighing.weight
-    return left
-
-
 def _more_than_noise(library: Library, terms: Sequence[Candidate]) -> bool:
-    left = _left_nm(library, terms)
+    left = left_nm(library, terms)
     floor_nm = noise_floor(library.scene.table, left).value_nm
     size = float(np.sqrt(np.mean(left[library.weighing.rows] ** 2)))
     return not floor_nm > 0.0 or size > CLOSE * floor_nm
@@ -72,7 +67,7 @@ def _more_than_noise(library: Library, terms: Sequence[Candidate]) -> bool:
 
 def _beside(library: Library, terms: Sequence[Candidate]) -> Library:
     """Return a library whose weights, loads and grids are those beside some terms."""
-    left, scene = _left_nm(library, terms), library.scene
+    left, scene = left_nm(library, terms), library.scene
     held = _held(library, terms)
     weighing = weigh(scene.table, left)
     ratio = (weighing.weight / library.weighing.weight)[:, np.newaxis]
@@ -92,7 +87,7 @@ def _beside(library: Library, terms: Sequence[Candidate]) -> Library:
     if held is not None or moved_far(library, theta):
         scene = replace(renewed.scene, held=held)
         renewed = taken_at(replace(renewed, scene=scene), theta)
-    return _with_new_grids(renewed, terms)
+    return with_new_grids(renewed, terms)
 
 
 def _held(library: Library, terms: Sequence[Candidate]) -> Callable[[Scene], Floats] | None:
@@ -111,22 +106,3 @@ def _held(library: Library, terms: Sequence[Candidate]) -> Callable[[Scene], Flo
         return np.asarray(np.sum(parts, axis=0))
 
     return held_nm if holding else None
-
-
-def _with_new_grids(library: Library, terms: Sequence[Candidate]) -> Library:
-    """Return a library with what the residual suggests now beside what it had suggested first.
-
-    What a joint has once, as its gap, is looked for in what is left without it.
-    """
-    forms = dict.fromkeys(c.form for c in library.candidates if c.form.from_residual)
-    there = {(c.form, c.point) for c in library.candidates}
-    new = []
-    for form in forms:
-        others = [t for t in terms if not (form.at_edges and t.form.effect == form.effect)]
-        scene = library.scene
-        if len(others) < len(terms):
-            scene = replace(scene, residual_nm=_left_nm(library, others))
-        new += [library.candidate(form, p) for p in form.grid(scene) if (form, p) not in there]
-    # Candidates of one form stand side by side.
-    ordered = sorted((*library.candidates, *new), key=lambda c: (c.form.effect, c.form.name))
-    return replace(library, candidates=tuple(ordered))

@@ -8,14 +8,11 @@ are so many of these samples that they would be taken for one: for friction that
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from agent.explain.rows.in_step import hats, least
 from agent.explain.rows.pieces import banded
-from agent.explain.rows.strata import strata_of
-from agent.explain.rows.table import BASE, Table
+from agent.explain.rows.table import BASE, Table, without_edges
 from agent.identify.result import Floats
 
 _SLOW = tuple(float(x) for x in np.geomspace(3e-4, 1e-2, 6))  # of the fastest speed
@@ -37,9 +34,12 @@ def without_creep(table: Table, creep_rad_s: float | None = None) -> Table:
     creep_rad_s : float, optional
         Up to which speed; found from the table where not given.
     """
+    speed = creep_speed(table) if creep_rad_s is None else creep_rad_s
+    if not speed > 0.0:
+        return table
+    found = without_edges(table, speed)
     if creep_rad_s is not None:
-        return _left_out(table, creep_rad_s)
-    found = _left_out(table, creep_speed(table))
+        return found
     rows = int(np.count_nonzero(table.sliding))
     return found if int(np.count_nonzero(found.sliding)) >= (1.0 - _MOST_ROWS) * rows else table
 
@@ -102,17 +102,3 @@ def _crawl(table: Table, columns: Floats, target: Floats) -> float:
 def _energy(columns: Floats, target: Floats) -> float:
     rest = target - columns @ least(columns, target)
     return float(rest @ rest)
-
-
-def _left_out(table: Table, creep_rad_s: float) -> Table:
-    """Return a table without what is as slow as a creep."""
-    if not creep_rad_s > 0.0:
-        return table
-    used, stratum = strata_of(
-        table.full,
-        table.pieces,
-        table.base[:, BASE.index("inertia_kg_m2")],
-        table.gear_ratio,
-        creep_rad_s,
-    )
-    return replace(table, used=table.used & used, stratum=stratum, creep_rad_s=creep_rad_s)

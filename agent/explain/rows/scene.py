@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.explain.rows.lag import earlier
 from agent.explain.rows.strata import travel_rad
 from agent.explain.rows.table import BASE, Table
 from agent.identify.result import Floats
@@ -35,6 +36,9 @@ class Scene:
     beside : tuple of callable
         Effects that are known already: scene to what each adds to the refitted twin's torque at
         full rate, shape (N,).
+    late_s : float
+        By how much the torque is later than the motion, as far as that was found; below zero
+        where the motion is the late one.
     """
 
     table: Table
@@ -43,6 +47,7 @@ class Scene:
     given: Floats | None = field(default=None, kw_only=True)
     held: Callable[[Scene], Floats] | None = field(default=None, kw_only=True)
     beside: tuple[Callable[[Scene], Floats], ...] = field(default=(), kw_only=True)
+    late_s: float = field(default=0.0, kw_only=True)
 
     def full(self, name: str) -> Floats:
         """Return a full-rate column, shape (N,)."""
@@ -123,6 +128,30 @@ class Scene:
         if self.beside and self.held_nm is not None:
             plain = plain - self.held_nm  # it is among the known effects
         return np.asarray(plain + self.beside_nm)
+
+    @property
+    def not_late_nm(self) -> Floats:
+        """Return of `predicted_nm` what no column of its own brings as late as it is, (N,)."""
+        return self.predicted_nm - self.beside_nm if self.late_s else self.predicted_nm
+
+    def as_late(self, raw: Floats) -> Floats:
+        """Return full-rate columns, shape (N,) or (N, k), as late as the torque is."""
+        if not self.late_s:
+            return raw
+        out = np.empty_like(raw)
+        for at, period_s in self.each_piece():
+            out[at] = earlier(raw[at], -self.late_s, period_s)
+        return out
+
+    def on_time(self, rows_nm: Floats) -> Floats:
+        """Return a torque at the rows, shape (n,), in step with the motion."""
+        if not self.late_s:
+            return rows_nm
+        out = np.empty_like(rows_nm)
+        for piece in self.table.pieces:
+            period_s = piece.period_s * piece.stride
+            out[piece.rows] = earlier(rows_nm[piece.rows], self.late_s, period_s)
+        return out
 
     @cached_property
     def beside_nm(self) -> Floats:

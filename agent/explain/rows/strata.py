@@ -59,6 +59,7 @@ def strata_of(
     acceleration_rad_s2: Floats,
     gear_ratio: float,
     creep_rad_s: float = 0.0,
+    late_s: float = 0.0,
 ) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
     """Return which rows are used, and steady, accelerating or edge for each, shape (n,).
 
@@ -72,6 +73,8 @@ def strata_of(
     gear_ratio : float
     creep_rad_s : float
         Slower is an edge, too.
+    late_s : float
+        By how much the torque is later than the motion: so much later it starts and turns round.
     """
     standing = np.zeros(full["time_s"].shape[0])
     edge, apart = np.zeros_like(standing), np.zeros_like(standing)
@@ -84,6 +87,7 @@ def strata_of(
         standing[piece.full] = _lasting(sign == 0.0, _STANDING_S / piece.period_s)
         near = (sign == 0.0) | (travel[piece.full] < reach)
         near |= np.abs(full["velocity_rad_s"][piece.full]) < creep_rad_s
+        near |= _later(near, round(late_s / piece.period_s))
         edge[piece.full] = _widened(near, memory)
         apart[piece.full] = _widened(full["bridged"][piece.full] > 0.0, memory)
         if piece.slow:
@@ -103,6 +107,12 @@ def strata_of(
     stratum = np.where(size > _STEADY_SHARE * hard, ACCELERATING, STEADY)
     stratum = np.where(edges, EDGE, stratum)
     return np.asarray(used), stratum.astype(np.int64)
+
+
+def _later(flag: NDArray[np.bool_], samples: int) -> NDArray[np.bool_]:
+    """Return a flag so many samples later, shape (n,); earlier below zero."""
+    at = np.arange(flag.shape[0]) - samples
+    return np.asarray(flag[np.clip(at, 0, flag.shape[0] - 1)])
 
 
 def _widened(flag: NDArray[np.bool_], samples: int) -> Floats:

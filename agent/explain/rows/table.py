@@ -71,6 +71,8 @@ class Table:
         By how much it had been later, where it was brought in step.
     creep_rad_s : float
         Up to which speed rows are edges, as friction is not fully there.
+    torque_late_s : float
+        By how much the torque was found to be later than the motion: its edges are left out, too.
     """
 
     runs: tuple[Run, ...]
@@ -91,6 +93,7 @@ class Table:
     aligned: bool
     late_s: float = 0.0
     creep_rad_s: float = 0.0
+    torque_late_s: float = 0.0
 
     @property
     def target_nm(self) -> Floats:
@@ -134,6 +137,34 @@ class Table:
         if steps < 2 * count:
             return None
         return np.random.default_rng(0).permutation(steps)[step] % count
+
+
+def without_edges(table: Table, creep_rad_s: float, torque_late_s: float = 0.0) -> Table:
+    """Return a table that leaves out further edges.
+
+    Parameters
+    ----------
+    table : Table
+    creep_rad_s : float
+        Up to which speed friction is not fully there.
+    torque_late_s : float
+        By how much the torque is later than the motion, and so its starts and reversals.
+    """
+    used, stratum = strata_of(
+        table.full,
+        table.pieces,
+        table.base[:, BASE.index("inertia_kg_m2")],
+        table.gear_ratio,
+        creep_rad_s,
+        torque_late_s,
+    )
+    return replace(
+        table,
+        used=table.used & used,
+        stratum=stratum,
+        creep_rad_s=creep_rad_s,
+        torque_late_s=torque_late_s,
+    )
 
 
 def tabulate(

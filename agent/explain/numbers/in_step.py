@@ -1,0 +1,119 @@
+"""Effects beside a late torque, looked for in step with it.
+
+A torque that is 25 ms later than the motion has a wave of the motor's angle in another phase at
+every speed: no wave fits, and two or three of several kinds stand for it. Once the delay is known,
+every other law is taken as late as it is, and all are chosen anew beside it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from agent.explain.choosing.choice import Choice, Term, choose
+from agent.explain.choosing.search import DELAY, Library
+from agent.explain.forms.signal import turning_round
+from agent.explain.numbers.renewed import left_nm, with_new_grids
+from agent.explain.rows.evidence import solve, weigh
+from agent.explain.rows.table import BASE, without_edges
+from agent.identify.result import Floats
+
+_ROUNDS = 3
+_SETTLED = 0.03  # of a delay: moved by less, it leaves every law where it is
+_LEAST_S = 5e-5
+_REACH_S = 0.012  # from the delay that a bent column gives
+
+
+def chosen_in_step(library: Library, choice: Choice) -> tuple[Library, Choice]:
+    """Choose anew beside a delay that a choice has, every other law as late as that.
+
+    Parameters
+    ----------
+    library : Library
+    choice : Choice
+        Not settled yet.
+
+    Returns
+    -------
+    library, choice
+        The same where nothing is late, or being in step leaves no less on unseen data.
+    """
+    found, best = library, choice
+    for _ in range(_ROUNDS):
+        delay = _delay(best)
+        if delay is None:
+            break
+        late_s, theta = _found_late(found, best, delay)
+        if abs(late_s - found.scene.late_s) < max(_SETTLED * abs(late_s), _LEAST_S):
+            break
+        moved = _moved(found, late_s, theta)
+        own = moved.candidate(delay.scored.form, (late_s,))
+        begun = [replace(delay, scored=replace(delay.scored, candidate=own))]
+        again = choose(with_new_grids(moved, [own]), rivals=False, begun=begun)
+        if _delay(again) is None or _left_share(again) > _left_share(best):
+            break
+        found, best = moved, again
+    return found, best
+
+
+def _delay(choice: Choice) -> Term | None:
+    return next((term for term in choice.terms if term.scored.form.effect == DELAY), None)
+
+
+def _left_share(choice: Choice) -> float:
+    return float(choice.full.sum()) / float(choice.plain.sum())
+
+
+def _found_late(library: Library, choice: Choice, delay: Term) -> tuple[float, Floats]:
+    """Return the delay that fits best, and the twin's numbers, shape (5,), beside it.
+
+    The delay's column is made of numbers that an undelayed fit has bent. Here all columns are late,
+    so that one number is searched for and nothing leans on a first guess.
+    """
+    scene = library.scene
+    carried = np.flatnonzero(scene.table.carried)
+    parts = [
+        turning_round(replace(scene, theta=unit, held=None, beside=(), late_s=0.0))
+        for unit in np.eye(len(BASE))[carried]
+    ]
+    others = (term.candidate for term in choice.terms if term is not delay)
+    raw = np.column_stack([*parts, *(c.form.columns(scene, c.point) for c in others)])
+    table, weighing = scene.table, library.weighing
+    target = weighing.weighted(table.target_nm + table.base @ scene.as_given)
+
+    def fit(late_s: float, apart: NDArray[np.bool_]) -> tuple[float, Floats]:
+        late = table.band(replace(scene, late_s=late_s).as_late(raw))
+        columns = weighing.weighted(late)[apart]
+        theta = solve(columns.T @ columns, columns.T @ target[apart])
+        left = target[apart] - columns @ theta
+        return float(left @ left), theta
+
+    late_s = float(delay.scored.coefficients[0])
+    theta = scene.as_given.copy()
+    for _ in range(2):
+        # The second time without what the first delay says of where the torque turns round.
+        apart = without_edges(table, table.creep_rad_s, late_s).used[weighing.rows]
+        near = minimize_scalar(
+            lambda trial_s, apart=apart: fit(trial_s, apart)[0],
+            bounds=(late_s - _REACH_S, late_s + _REACH_S),
+            method="bounded",
+            options={"xatol": _LEAST_S},
+        )
+        late_s = float(near.x)
+        theta[carried] = fit(late_s, apart)[1][: carried.size]
+    return late_s, theta
+
+
+def _moved(library: Library, late_s: float, theta: Floats) -> Library:
+    """Return a library with every law but the delay itself as late as the torque.
+
+    Where the torque starts and turns round are edges as much as where the motion does.
+    """
+    scene = library.scene
+    table = without_edges(scene.table, scene.table.creep_rad_s, late_s)
+    scene = replace(scene, table=table, theta=theta, late_s=late_s)
+    forms = tuple(dict.fromkeys(c.form for c in library.candidates))
+    return Library.of(scene, weigh(table, left_nm(library, ())), forms)
