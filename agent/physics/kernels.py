@@ -137,10 +137,12 @@ def carried_arm(
     velocity: float = math.nan,
     dry: float = 0.0,
     dry_travel: float = 1.0,
+    film: float = 0.0,
 ) -> Floats:
     """Return the torque, shape (n,), with which the motor carries an arm behind a spring.
 
     The arm's own friction is `dry`; before it slips it gives way like a spring, over `dry_travel`.
+    A `film` drags the arm along, whether its teeth touch or not.
 
     At first the arm rides on the spring with `velocity` (the motor's first where it is NaN) and
     `acceleration`; in a gap it lies where they press it.
@@ -188,11 +190,13 @@ def carried_arm(
             d = motor - arm
             x = d - half_gap if d > half_gap else (d + half_gap if d < -half_gap else 0.0)
             torque = stiffness * x + cubic * x * x * x
-            if x != 0.0 and damping != 0.0:
+            if (x != 0.0 and damping != 0.0) or film != 0.0:
                 rate = 6 * u * w * (q0 - q1) + v0 * w * (3 * u - 1) + v1 * u * (3 * u - 2)
-                pull = torque + damping * (rate * per_s - half - 0.5 * h * push)
+                ahead = rate * per_s - half - 0.5 * h * push
+                pull = torque + damping * ahead if x != 0.0 else 0.0
                 # A gap can push, but not pull: without one the spring holds both ways.
                 torque = pull if half_gap == 0.0 or pull * x > 0.0 else 0.0
+                torque += film * ahead
             e = (arm - began) * per_ratio
             sin1, cos1 = e * (1 - e * e * (1 / 6)), 1 - 0.5 * e * e * (1 - e * e * (1 / 12))
             weight = gravity_sin * (sin0 * cos1 + cos0 * sin1)

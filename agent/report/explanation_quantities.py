@@ -31,6 +31,7 @@ _LABELS: Mapping[str, str] = MappingProxyType(
         "exponent": "Exponent",
         "factor": "Torque factor (real over reported)",
         "factor_per_k": "Torque factor, growth with temperature",
+        "film_damping_nm_s_per_rad": "Damping between teeth that are apart",
         "gravity_cos_nm": "Gravity missing, cosine of the arm angle",
         "gravity_sin_nm": "Gravity missing, sine of the arm angle",
         "half_gap_rad": "Half of the gap, motor angle",

@@ -32,6 +32,7 @@ class Joint(NamedTuple):
     stiffness: float = 430.0  # the arm's locked frequency is 60 Hz: as good as rigid
     damping: float = 0.25
     half_gap: float = 0.0
+    film: float = 0.0  # N m s/rad, between the teeth, apart or not
     gravity_sin: float = 0.5
     gravity_cos: float = 0.2
     motor_coulomb: float = 0.35
@@ -93,6 +94,7 @@ def _driven(j: Joint, command: Floats, every: int) -> Floats:
             shaft = j.stiffness * math.copysign(open_, twist) + j.damping * (v - speed)
             if j.half_gap > 0.0 and shaft * twist < 0.0:
                 shaft = 0.0
+        shaft += j.film * (v - speed)
         dry += dt * (v - abs(v) * dry) / j.motor_reach
         arm_dry += dt * (speed - abs(speed) * arm_dry) / j.arm_reach
         weight = j.gravity_sin * math.sin(arm / GEAR) + j.gravity_cos * math.cos(arm / GEAR)

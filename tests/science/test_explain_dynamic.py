@@ -32,6 +32,7 @@ from tests.science.explain_plant import GEAR, Joint, record
 
 TWIN = Twin("plant", 1, GEAR, 0.006, 0.5, 0.004, 0.5, 0.2)
 GAP = Joint(half_gap=0.004)
+OILED = Joint(half_gap=0.1, film=0.12)
 SOFT = Joint(stiffness=25.0, damping=0.03)
 CREEPING = Joint(motor_reach=0.08)
 
@@ -88,11 +89,32 @@ def test_finds_the_gap_and_what_part_of_the_joint_is_behind_it() -> None:
 
 @pytest.mark.parametrize("gravity", [True, False])
 def test_a_gap_shows_by_when_it_would_be_crossed(gravity: bool) -> None:
-    half_gap, inertia, friction = likely_gaps(seen(GAP, 0.0, gravity), 1e-4, 0.2, 1)[0]
+    half_gap, inertia, friction, _ = likely_gaps(seen(GAP, 0.0, gravity), 1e-4, 0.2, 1)[0]
     assert friction / inertia == pytest.approx(0.3 / 0.5, rel=0.2)
     if gravity:  # without a weight only their ratio shows
         assert inertia == pytest.approx(0.5, rel=0.1)
         assert half_gap == pytest.approx(0.004, rel=0.5)
+
+
+def test_finds_a_gap_whose_arm_is_dragged_along_while_the_teeth_are_apart() -> None:
+    scene = seen(OILED, 0.0, False)
+    library = Library.of(scene, weigh(scene.table, scene.residual_nm), forms_arm.FORMS)
+    choice = choose(library, rivals=False)
+    # A joint has one arm: no spring carries it again beside the gap.
+    assert [t.scored.form.effect for t in choice.terms] == ["backlash"]
+    values = choice.terms[0].scored.values()
+    assert values["half_gap_rad"] == pytest.approx(0.1, rel=0.15)
+    assert values["film_per_s"] == pytest.approx(0.12 / 0.003, rel=0.3)
+
+
+def test_an_arm_that_the_twin_carries_is_not_carried_again() -> None:
+    spring = {"arm_inertia_kg_m2": 0.003, "stiffness_nm_per_rad": 430.0}
+    forms, reasons = judgeable(
+        seen(GAP).table, replace(TWIN, effects=(Effect("joint-flexibility", spring),))
+    )
+    assert not {"backlash", "joint-flexibility"} & {form.effect for form in forms}
+    assert "carries the arm already" in reasons["backlash"]
+    assert "the twin has it already" in reasons["joint-flexibility"]
 
 
 def test_no_gap_is_likely_where_nothing_is_left() -> None:

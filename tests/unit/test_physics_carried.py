@@ -23,6 +23,8 @@ ARM = {
 }
 SPRING = Effect("joint-flexibility", ARM)
 PLAY = Effect("backlash", {"half_gap_rad": GAP})
+FILM = 0.2
+OILED = Effect("backlash", {"half_gap_rad": GAP, "film_damping_nm_s_per_rad": FILM})
 TIME = np.arange(0.0, 1.5, 2e-3)
 
 
@@ -47,7 +49,7 @@ def twin(*effects: Effect, gravity: tuple[float, float] = (0.0, 0.0)) -> Twin:
     return Twin("r", 1, 4.0, 0.018, 0.0, 0.0, *gravity, effects)
 
 
-def integrated(half_gap: float, gravity: tuple[float, float]) -> Floats:
+def integrated(half_gap: float, gravity: tuple[float, float], film: float = 0.0) -> Floats:
     """Return the shaft's torque from scipy's stiff solver, written apart from the product."""
 
     def shaft(t: float, arm: float, speed: float) -> float:
@@ -58,7 +60,7 @@ def integrated(half_gap: float, gravity: tuple[float, float]) -> Floats:
         if half_gap == 0.0:
             return float(spring + DAMPING * (rate[0] - speed))
         contact = spring + DAMPING * (rate[0] - speed) if x else 0.0
-        return float(contact if contact * x > 0.0 else 0.0)
+        return float(contact if contact * x > 0.0 else 0.0) + film * float(rate[0] - speed)
 
     def derivative(t: float, state: Floats) -> list[float]:
         arm, speed = state
@@ -91,6 +93,15 @@ def test_the_arm_is_where_a_stiff_solver_finds_it(
     # carries the difference on.
     share = 0.04 if PLAY in effects and gravity == (0.0, 0.0) else 0.01
     assert np.sqrt(np.mean((shaft - reference) ** 2)) < share * np.std(reference)
+
+
+def test_a_film_between_the_teeth_drags_the_arm_along() -> None:
+    gravity = (1.5, -0.8)
+    torque = twin(SPRING, OILED, gravity=gravity).predict(motion())
+    shaft = torque - (0.018 - INERTIA) * motion().acceleration_rad_s2
+    reference = integrated(GAP, gravity, FILM)
+    assert np.sqrt(np.mean((shaft - reference) ** 2)) < 0.01 * np.std(reference)
+    assert np.std(reference - integrated(GAP, gravity)) > 0.1 * np.std(reference)
 
 
 def test_both_effects_share_one_arm_and_their_parts_add_up() -> None:

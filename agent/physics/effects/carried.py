@@ -43,6 +43,7 @@ class Carrier:
     half_gap_rad: float = 0.0
     arm_coulomb_nm: float = 0.0
     arm_yield_rad: float = _YIELD_RAD
+    film_damping_nm_s_per_rad: float = 0.0
 
     def extra_nm(self, motion: Motion, base: Base) -> Floats:
         """Return the shaft's torque less that of a stiff gear, shape (n,).
@@ -92,6 +93,7 @@ class Carrier:
             *start,
             self.arm_coulomb_nm,
             self.arm_yield_rad,
+            self.film_damping_nm_s_per_rad,
         )
         return shaft
 
@@ -156,7 +158,8 @@ class Carrier:
             load = inertia * fastest + abs(base.gravity_sin_nm) + abs(base.gravity_cos_nm)
             # A spring that is let go swings to twice its load.
             stiffness += 3.0 * self.cubic_stiffness_nm_per_rad3 * (2.0 * load / stiffness) ** 2
-        return float(np.sqrt(stiffness / inertia) + self.damping_nm_s_per_rad / inertia)
+        damping = self.damping_nm_s_per_rad + self.film_damping_nm_s_per_rad
+        return float(np.sqrt(stiffness / inertia) + damping / inertia)
 
 
 def _known(time_s: Floats, *columns: Floats) -> slice:
@@ -232,7 +235,12 @@ def _gap_alone(p: Numbers, motion: Motion, base: Base) -> Floats:
     return carried_parts_nm(None, p, motion, base)["backlash"]
 
 
-_GAP = {"half_gap_rad": not_negative()}
+_GAP = {
+    "half_gap_rad": not_negative(),
+    "film_damping_nm_s_per_rad": not_negative(
+        0.0, "of what is between the teeth: it drags the arm along while they are apart"
+    ),
+}
 _ARM_FRICTION = {
     "arm_coulomb_nm": not_negative(0.0, "Fa, the arm's part of the twin's Coulomb level"),
     "arm_yield_rad": positive(
@@ -282,7 +290,8 @@ CARDS = (
                     **_ARM_FRICTION,
                 },
                 _gap_alone,
-                equation="tau_s - Ja a - gravity; Ja aa = tau_s - gravity, tau_s = k D(q - qa)",
+                equation="tau_s - Ja a - gravity; Ja aa = tau_s - gravity,"
+                " tau_s = k D(x) + c dx/dt, x = q - qa, c of the film",
             ),
             Form(
                 "gap in a flexible gear",
