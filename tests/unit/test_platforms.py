@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import ast
+import os
+import re
+import signal
 import socket
+import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
+from agent.cli import night_cell
+from agent.cycle.axis_lock import FOLDER_VARIABLE
+from agent.web import locks
 from drivers.can.frames import CanBusConfig
 from drivers.can.opening import may_read_fast, open_bus
 from drivers.clock import MonotonicClock
@@ -54,7 +62,10 @@ GUARDED = {
 
 def imported_at_once(path: Path) -> Iterator[str]:
     """Yield every module that loading a file imports, but for those in a function or a `try`."""
-    waiting: list[ast.stmt] = list(ast.parse(path.read_text(encoding="utf-8")).body)
+    text = path.read_text(encoding="utf-8")
+    if not any(module in text for module in UNIX_ONLY):
+        return  # parsing is what takes time
+    waiting: list[ast.stmt] = list(ast.parse(text).body)
     while waiting:
         match waiting.pop():
             case ast.Import(names=names):
@@ -79,11 +90,19 @@ def test_nothing_needs_a_unix_to_be_loaded() -> None:
     assert {path: modules for path, modules in found.items() if modules} == {}
 
 
+NAMED = re.compile(
+    "|".join(rf"{home}\.(?:{'|'.join(names.split())})\b" for home, names in NOT_ON_WINDOWS.items())
+)
+
+
 def unix_names(path: Path) -> set[str]:
     """Return what a file takes from the standard library that Windows has not."""
+    text = path.read_text(encoding="utf-8")
+    if not NAMED.search(text):
+        return set()  # parsing is what takes time
     return {
         f"{node.value.id}.{node.attr}"
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for node in ast.walk(ast.parse(text))
         if isinstance(node, ast.Attribute)
         and isinstance(node.value, ast.Name)
         and node.attr in NOT_ON_WINDOWS.get(node.value.id, "").split()
@@ -118,3 +137,30 @@ def test_socketcan_elsewhere_is_said_to_be_linuxs_own(elsewhere: str) -> None:
 def test_elsewhere_a_thread_receives(elsewhere: str) -> None:
     assert elsewhere
     assert not may_read_fast(CanBusConfig("socketcan", "can0"), MonotonicClock())
+
+
+def test_on_windows_a_look_at_a_lock_ends_nobody(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """There `os.kill` ends a process, whatever the number: signal 0 asks on Unix alone."""
+    monkeypatch.setenv(FOLDER_VARIABLE, str(tmp_path))
+    (tmp_path / "stribeck.cell.lock").write_text('{"pid": 1}')
+    killed: list[int] = []
+    monkeypatch.setattr(os, "kill", lambda pid, _signal: killed.append(pid))
+    monkeypatch.setattr(sys, "platform", "win32")
+    assert locks._names_the_living("cell")
+    assert not killed
+    monkeypatch.setattr(sys, "platform", "linux")
+    assert locks._names_the_living("cell")
+    assert killed == [1]
+
+
+def test_the_night_asks_its_cycle_by_the_signal_that_the_platform_has(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(signal, "CTRL_BREAK_EVENT", 1, raising=False)
+    for platform, number in (("win32", 1), ("linux", signal.SIGINT), ("darwin", signal.SIGINT)):
+        child = Mock(spec=subprocess.Popen)
+        monkeypatch.setattr(sys, "platform", platform)
+        night_cell._ask_to_stop(child)
+        child.send_signal.assert_called_once_with(number)
