@@ -113,6 +113,14 @@ def test_a_verdict_waits_for_its_baseline_and_says_how_long() -> None:
     assert "1 of 8 healthy cycles" in judge(one, detector()).sentence
     with pytest.raises(ValueError, match="at least 3 cycles, got 2"):
         judge(history, detector(), 2)
+    asked = judge(history, detector(), 3)
+    assert asked.status == NOT_DECIDABLE
+    assert "fewer than 5 cycles" in asked.sentence
+    assert asked.next_steps == (
+        "take a longer baseline: leave --baseline out, or give it a larger number",
+    )
+    assert asked.current is not None
+    assert asked.current.promise == ""  # the sentence has said it
 
 
 def test_a_noisy_joint_needs_a_longer_baseline() -> None:
