@@ -99,10 +99,10 @@ def _lines(heard: Heard, bus: Bus) -> list[str]:
     streams = traffic.streams()
     if streams:
         lines.append(
-            f"{'id':<7}{'who':<26}{'frames':>9}{'Hz':>10}{'jitter':>12}{'longest gap':>14}"
+            f"{'id':<7}{'who':<26}{'frames':>9}{'per s':>10}{'jitter':>12}{'longest gap':>14}"
         )
     for s in streams:
-        rate = f"{1.0 / s.period_s:.1f}" if s.period_s > 0.0 else "-"
+        rate = f"{s.frames / heard.duration_s:.1f}"
         lines.append(
             f"0x{s.cob_id:03X}  {who_says(s.cob_id):<26}{s.frames:>9}{rate:>10}"
             f"{_milliseconds(s.jitter_s):>12}{_milliseconds(s.longest_s):>14}"
