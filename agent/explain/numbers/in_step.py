@@ -24,6 +24,7 @@ from agent.identify.result import Floats
 _ROUNDS = 3
 _SETTLED = 0.03  # of a delay: moved by less, it leaves every law where it is
 _LEAST_S = 5e-5
+_NO_WORSE = 1.05  # of the share that is left: edges that are left out had been part of the whole
 _REACH_S = 0.012  # from the delay that a bent column gives
 
 
@@ -53,7 +54,7 @@ def chosen_in_step(library: Library, choice: Choice) -> tuple[Library, Choice]:
         own = moved.candidate(delay.scored.form, (late_s,))
         begun = [replace(delay, scored=replace(delay.scored, candidate=own))]
         again = choose(with_new_grids(moved, [own]), rivals=False, begun=begun)
-        if _delay(again) is None or _left_share(again) > _left_share(best):
+        if _delay(again) is None or _left_share(again) > _NO_WORSE * _left_share(best):
             break
         found, best = moved, again
     return found, best
