@@ -92,6 +92,40 @@ def deviations(columns: Floats, noise_nm: float) -> list[float]:
     return [float(x) for x in noise_nm * np.sqrt(np.diag(inverse)) / size]
 
 
+FALL = Joint(static_extra_nm=0.4, stribeck_velocity_rad_s=12.0, exponent=1.3)
+FALL_NOISE_NM = 0.0175
+LAW = (*CURVE, "static_extra_nm", "stribeck_velocity_rad_s", "exponent")
+
+
+def law_campaign(seeds: Iterable[int]) -> list[Score]:
+    """Score Stribeck's law with its exponent free, from 24 speeds of which the fast are noisier."""
+    motion = stair(np.geomspace(1.0, 140.0, 24).tolist(), rate_hz=125.0)
+    speed, samples = steady_samples(motion)
+    laws: list[Mapping[str, Parameter]] = []
+    for seed in seeds:
+        signals = record(
+            FALL,
+            motion,
+            seed=seed,
+            noise_nm=FALL_NOISE_NM,
+            memory=0.0,
+            velocity_noise_rad_s=VELOCITY_NOISE_RAD_S,
+        )
+        model = estimate([signals]).selected_model
+        assert model is not None
+        assert model.model == "stribeck", seed
+        laws.append(model.parameters)
+    truth = np.array([getattr(FALL, name) for name in LAW])
+
+    def friction(x: Floats) -> Floats:
+        return np.asarray(x[0] + x[1] * speed + x[2] * np.exp(-((speed / x[3]) ** x[4])))
+
+    steps = 1e-5 * np.diag(truth)
+    slopes = [(friction(truth + h) - friction(truth - h)) / (2.0 * h.max()) for h in steps]
+    bound = deviations(np.stack(slopes, axis=1) * np.sqrt(samples)[:, np.newaxis], FALL_NOISE_NM)
+    return [_score("stribeck", laws, name, FALL, own) for name, own in zip(LAW, bound, strict=True)]
+
+
 def campaign(seeds: Iterable[int], joint: Joint = JOINT, motion: Motion = MOTION) -> list[Score]:
     """Estimate once for every seed and score what was identified."""
     bodies: list[Mapping[str, Parameter]] = []

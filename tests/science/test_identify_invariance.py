@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 
 from agent.identify.estimate import estimate
 from agent.identify.friction import separable
-from agent.identify.result import Estimate
+from agent.identify.result import Estimate, Floats
 from agent.physics.friction import FEENY_MOON, STRIBECK
 from tests.science.identify_plant import Joint, record, stair
 
@@ -121,3 +121,30 @@ def test_search_is_the_best_of_many_local_searches(seed: int) -> None:
         2.0 * least_squares(residual, s, bounds=(bounds[:, 0], bounds[:, 1])).cost for s in starts
     ]
     assert fine.sse[fine.best] <= min(costs) * (1.0 + 1e-6)
+
+
+@pytest.mark.parametrize("noise_nm", [1e-5, 1e-3])
+def test_a_profile_reaches_as_far_as_theory_however_precise_the_points(noise_nm: float) -> None:
+    """On one grid for every noise, a precise curve's interval was that of a few grid points."""
+    speed = np.geomspace(1.0, 140.0, 24)
+    truth = np.array([0.6, 0.0107, 0.4, 12.0, 1.3])
+    law, weight = STRIBECK, np.ones(24)
+
+    def torque(x: Floats) -> Floats:
+        return np.asarray(law.torque(speed, dict(zip(law.parameters, x.tolist(), strict=True))))
+
+    value = torque(truth) + noise_nm * np.random.default_rng(0).standard_normal(24)
+    bounds = separable.domain(law, speed)
+    coarse, fine = separable.search(law, speed, value, weight, bounds)
+    limit = float(fine.sse[fine.best]) + (2.0 * noise_nm) ** 2
+    region, at_bound = separable.profile_region(
+        law, speed, value, weight, bounds, (coarse, fine), limit
+    )
+    found = np.ptp(region.nonlinear[region.sse <= limit], axis=0) / 2.0
+    steps = 1e-5 * np.diag(truth)
+    slopes = [(torque(truth + h) - torque(truth - h)) / (2.0 * h.max()) for h in steps]
+    columns = np.stack(slopes, axis=1)
+    theory = 2.0 * noise_nm * np.sqrt(np.diag(np.linalg.inv(columns.T @ columns)))
+    places = [law.parameters.index(name) for name in law.nonlinear]
+    assert not at_bound.any()
+    np.testing.assert_allclose(found, theory[places], rtol=0.2)

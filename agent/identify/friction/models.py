@@ -36,6 +36,7 @@ _PLAIN = "Coulomb + viscous"
 _BY_CHANCE = 0.05  # by which a simple law is refuted where unseen speeds cannot be predicted
 _USUAL_ERROR = 3.0
 _EXPONENTS = (1.0, 0.5, 1.5, 2.0)  # published ones; the first stands where the speeds tell none
+_STEP = 1e-4  # relative, of a non-linear parameter's slope
 _NOT_NEGATIVE = ("coulomb_nm", "static_extra_nm")
 
 
@@ -190,12 +191,13 @@ def _intervals(
     lower = (region.linear[inside] - reach).min(axis=0)
     upper = (region.linear[inside] + reach).max(axis=0)
     centre = fine.linear[fine.best]
-    wider = _unequal_points(law, curve_fit, weight, fine.nonlinear[fine.best])
-    lower, upper = centre - wider * (centre - lower), centre + wider * (upper - centre)
+    wider = _unequal_points(law, curve_fit, weight, fine, bounds)
+    own = wider[: centre.size]
+    lower, upper = centre - own * (centre - lower), centre + own * (upper - centre)
     ends = {n: (float(a), float(b)) for n, a, b in zip(law.linear, lower, upper, strict=True)}
     for i, name in enumerate(law.nonlinear):
-        column = region.nonlinear[inside, i]
-        ends[name] = (float(column.min()), float(column.max()))
+        column = np.append(region.nonlinear[inside, i], fine.nonlinear[fine.best, i])
+        ends[name] = _widened(law, i, column, wider[centre.size + i], bounds[i])
     reasons = _not_carried(law, at_bound, bounds)
     parameters = {}
     for name in law.parameters:
@@ -223,21 +225,42 @@ def _variance(curve_fit: CurveFit, least: float, freedom: int) -> tuple[float, f
     return of_points, float(np.sum(curve_fit.dof))
 
 
+def _widened(
+    law: FrictionLaw, i: int, column: Floats, wider: float, bounds: Floats
+) -> tuple[float, float]:
+    """Return a non-linear parameter's ends, as far again from its value, the column's last."""
+    logarithmic = law.ranges[i].logarithmic
+    values = np.log(column) if logarithmic else column
+    centre = values[-1]
+    ends = centre + wider * (np.array([values.min(), values.max()]) - centre)
+    low, high = np.clip(np.exp(ends) if logarithmic else ends, *bounds).tolist()
+    return low, high
+
+
 def _unequal_points(
-    law: FrictionLaw, curve_fit: CurveFit, weight: Floats, nonlinear: Floats
+    law: FrictionLaw, curve_fit: CurveFit, weight: Floats, fine: separable.GridFit, bounds: Floats
 ) -> Floats:
-    """Return by how much unequal points widen the linear parameters' intervals, shape (p,).
+    """Return by how much unequal points widen the intervals, linear parameters first, shape (p,).
 
     The residuals tell the points' average noise; that the fast, short passes are noisier is known
     from the points' own standard errors. At least 1.
     """
-    columns = law.columns(curve_fit.curve.velocity_rad_s, *nonlinear) * weight[:, np.newaxis]
-    solve = np.linalg.pinv(columns)
+    speed, at, linear = curve_fit.curve.velocity_rad_s, fine.nonlinear[fine.best], fine.linear
+    slopes = [law.columns(speed, *at)]
+    for i, (low, high) in enumerate(bounds):
+        step = np.zeros(at.size)
+        step[i] = _STEP * at[i] * (high > low)
+        ahead, behind = law.columns(speed, *(at + step)), law.columns(speed, *(at - step))
+        slopes.append(((ahead - behind) @ linear[fine.best])[:, np.newaxis])
+    columns = np.concatenate(slopes, axis=1) * weight[:, np.newaxis]
+    size = np.linalg.norm(columns, axis=0)
+    solve = np.linalg.pinv(columns / np.where(size > 0.0, size, 1.0))
     variance = (weight * curve_fit.standard_error_nm) ** 2
     average = float(np.mean(variance))
     if not average > 0.0 or not np.isfinite(average):
         return np.ones(columns.shape[1])
-    share = (solve**2) @ variance / (average * np.sum(solve**2, axis=1))
+    alike = average * np.sum(solve**2, axis=1)
+    share = np.where(alike > 0.0, (solve**2) @ variance / np.maximum(alike, 1e-300), 1.0)
     return np.asarray(np.sqrt(np.maximum(share, 1.0)), dtype=np.float64)
 
 

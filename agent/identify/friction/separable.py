@@ -20,6 +20,8 @@ from agent.physics.friction import FrictionLaw
 
 _COARSE = (64, 24)
 _FINE = (33, 17)
+_ZOOMS = 12
+_FILLED = 0.7  # of the grid's width: so much of it the region takes at least
 
 
 @dataclass(frozen=True)
@@ -166,20 +168,32 @@ def profile_region(
     inside = coarse.nonlinear[coarse.sse <= limit]
     inside = np.vstack((inside, fine.nonlinear[fine.best]))
     steps = np.array([_step(law, i, bounds[i], _COARSE[i]) for i in range(len(law.ranges))])
-    box = np.stack(
-        [
-            _shift(law, inside.min(axis=0), -steps),
-            _shift(law, inside.max(axis=0), steps),
-        ],
-        axis=-1,
-    )
-    box = np.clip(box, bounds[:, :1], bounds[:, 1:])
-    points = np.vstack((grid_over(law, box, _FINE), fine.nonlinear[fine.best]))
-    region = project(law, speed, friction, weight, points)
-    accepted = region.nonlinear[region.sse <= limit]
+    box = _about(law, inside, steps, bounds)
+    for _ in range(_ZOOMS):
+        points = np.vstack((grid_over(law, box, _FINE), fine.nonlinear[fine.best]))
+        region = project(law, speed, friction, weight, points)
+        accepted = region.nonlinear[region.sse <= limit]
+        steps = np.array([_step(law, i, box[i], _FINE[i]) for i in range(len(law.ranges))])
+        closer = _about(law, accepted, steps, bounds)
+        # Of a region that a few points of the grid hit, they say how far it reaches at least.
+        if not np.any(_widths(law, closer) < _FILLED * _widths(law, box)):
+            break
+        box = closer
     at_bound[:, 0] = accepted.min(axis=0) <= bounds[:, 0] * (1 + 1e-9)
     at_bound[:, 1] = accepted.max(axis=0) >= bounds[:, 1] * (1 - 1e-9)
     return region, at_bound
+
+
+def _about(law: FrictionLaw, points: Floats, steps: Floats, bounds: Floats) -> Floats:
+    """Return the box of points, shape (m, k), and a step about them, inside the bounds, (k, 2)."""
+    lowest = _shift(law, points.min(axis=0), -steps)
+    highest = _shift(law, points.max(axis=0), steps)
+    return np.clip(np.stack([lowest, highest], axis=-1), bounds[:, :1], bounds[:, 1:])
+
+
+def _widths(law: FrictionLaw, box: Floats) -> Floats:
+    """Return a box's widths, shape (k,), in the logarithm for logarithmic parameters."""
+    return np.array([_step(law, i, box[i], 2) for i in range(len(law.ranges))])
 
 
 def _step(law: FrictionLaw, i: int, bounds: Floats, size: int) -> float:
