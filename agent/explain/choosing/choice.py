@@ -29,6 +29,7 @@ _SHARED_OUT = 0.2  # of what a term had removed: so little is left to it beside 
 _DECISIVE = 3.0  # of log density: a rival that is further behind is out
 _SAME = 0.1  # of log density: columns that copy each other differ by no more
 _PER_SHARE = 60.0  # of log density: a twentieth of the gain missed is decisive
+_AS_MUCH = 0.01  # of the gain: what a special case misses of it is small, however significant
 _REPEATED = frozenset(
     {"torque-ripple", "kinematic-error", "position-dependent-friction", "local-fault"}
 )
@@ -106,7 +107,7 @@ def choose(library: Library, *, rivals: bool = True, begun: Sequence[Term] = ())
         terms = [t.candidate for t in chosen]
         least = _least_on_all_rows(library, terms, plain, current)
         ranked = _allowed(library.rank(terms, least=least), chosen)
-        best = _preferred(library, ranked)
+        best = _preferred(library, ranked, float(current.sum()))
         if best is None:
             break
         material = least_gain(library, plain, [*terms, best.candidate])
@@ -188,8 +189,16 @@ def log_density_gap(library: Library, best: Floats, other: Floats, size: float) 
     return 0.5 * size * math.log(max(float(other.sum()), 1e-300) / max(float(best.sum()), 1e-300))
 
 
-def _preferred(library: Library, ranked: Sequence[Scored]) -> Scored | None:
-    """Return the simplest candidate that is not clearly worse than the best on unseen data."""
+def _preferred(library: Library, ranked: Sequence[Scored], without: float) -> Scored | None:
+    """Return the simplest candidate that is not clearly worse than the best on unseen data.
+
+    Parameters
+    ----------
+    library : Library
+    ranked : sequence of Scored
+    without : float
+        Squared error on unseen data without any of them.
+    """
     if not ranked:
         return None
     best = ranked[0]
@@ -199,7 +208,10 @@ def _preferred(library: Library, ranked: Sequence[Scored]) -> Scored | None:
         loss = scored.blocks - best.blocks
         error = float(np.std(loss)) * math.sqrt(loss.shape[0])
         behind = log_density_gap(library, best.blocks, scored.blocks, size)
-        special = scored.form.effect in best.form.contains and behind < _DECISIVE
+        missed = float(loss.sum()) / max(without - best.error, 1e-300)
+        special = scored.form.effect in best.form.contains and (
+            behind < _DECISIVE or missed < _AS_MUCH
+        )
         if behind < _SAME or special or (float(loss.sum()) <= error and behind < 2.0 * _DECISIVE):
             close.append(scored)
     # Of laws as simple, the one whose effect can explain most: by its other forms, too.
@@ -238,7 +250,7 @@ def settled(library: Library, chosen: list[Term]) -> tuple[list[Term], Floats]:
         others = [t.candidate for j, t in enumerate(chosen) if j != i]
         ranked = library.rank(others, known=[chosen[i].candidate])
         ranked = _allowed(ranked, [t for j, t in enumerate(chosen) if j != i])
-        best = _preferred(library, ranked)
+        best = _preferred(library, ranked, float(library.errors(others).sum()))
         if best is not None:
             chosen[i] = _with_rivals(library, others, ranked, best, chosen[i].chance)
     whole = library.errors([t.candidate for t in chosen])
