@@ -23,7 +23,7 @@ from agent.cycle.axis_lock import FOLDER_VARIABLE
 from drivers.can.frames import CanBusConfig
 from tests.faults.campaign import variations
 from tests.faults.cell import play
-from tests.faults.lines import KINDS, LineRun, struck
+from tests.faults.lines import DEAR_KINDS, KINDS, LineRun, struck
 from tests.faults.lines import STATED_S as LINE_STATED_S
 from tests.faults.scenario import Run, Scenario, objections
 from tests.faults.scenarios import SCENARIOS
@@ -32,6 +32,8 @@ from tests.system.processes import multicast
 
 RATES_HZ = (100.0, 100.0, 100.0, 200.0)
 """In turn; the faster, the dearer."""
+
+EVERY_KIND = (*KINDS, *DEAR_KINDS)
 
 Told = tuple[int, list[str]]
 """How many runs, and everything against them."""
@@ -103,7 +105,7 @@ def by_signals(each: int, place: CanBusConfig | None) -> Told:
 def on_lines(each: int) -> Told:
     """Let a Modbus line go wrong so often in each way while its controller drives."""
     objected: list[str] = []
-    for kind, where in KINDS if each else ():
+    for kind, where in EVERY_KIND if each else ():
         runs = [struck(kind, where, seed) for seed in range(100, 100 + each)]
         print(line_row(runs), flush=True)
         objected += [
@@ -111,7 +113,7 @@ def on_lines(each: int) -> Told:
             for run in runs
             if (found := run.objections())
         ]
-    return each * len(KINDS), objected
+    return each * len(EVERY_KIND), objected
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
