@@ -7,6 +7,7 @@ every other law is taken as late as it is, and all are chosen anew beside it.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -24,7 +25,6 @@ from agent.identify.result import Floats
 _ROUNDS = 3
 _SETTLED = 0.03  # of a delay: moved by less, it leaves every law where it is
 _LEAST_S = 5e-5
-_NO_WORSE = 1.05  # of the share that is left: edges that are left out had been part of the whole
 _REACH_S = 0.012  # from the delay that a bent column gives
 
 
@@ -40,12 +40,14 @@ def chosen_in_step(library: Library, choice: Choice) -> tuple[Library, Choice]:
     Returns
     -------
     library, choice
-        The same where nothing is late, or being in step leaves no less on unseen data.
+        The same where nothing is late, or hardly, or being in step leaves no less on unseen data.
     """
     found, best = library, choice
     for _ in range(_ROUNDS):
         delay = _delay(best)
         if delay is None:
+            break
+        if abs(float(delay.scored.coefficients[0])) < _turn_s(library):
             break
         late_s, theta = _found_late(found, best, delay)
         if abs(late_s - found.scene.late_s) < max(_SETTLED * abs(late_s), _LEAST_S):
@@ -54,10 +56,19 @@ def chosen_in_step(library: Library, choice: Choice) -> tuple[Library, Choice]:
         own = moved.candidate(delay.scored.form, (late_s,))
         begun = [replace(delay, scored=replace(delay.scored, candidate=own))]
         again = choose(with_new_grids(moved, [own]), rivals=False, begun=begun)
-        if _delay(again) is None or _left_share(again) > _NO_WORSE * _left_share(best):
+        if _delay(again) is None or _left_share(again) > _left_share(best):
             break
         found, best = moved, again
     return found, best
+
+
+def _turn_s(library: Library) -> float:
+    """Return the delay that turns the fastest wave of the band by a radian.
+
+    Shorter ones move no wave far: there one column for all that is late does, and follows every
+    number that is moved after it.
+    """
+    return 1.0 / (2.0 * math.pi * library.scene.table.cutoff_hz)
 
 
 def _delay(choice: Choice) -> Term | None:
