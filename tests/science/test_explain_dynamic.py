@@ -247,6 +247,19 @@ def test_a_heavy_arm_holds_a_wide_gap_shut() -> None:
     assert apart(weightless) > 0.5
 
 
+@pytest.mark.parametrize("name", ["gap", "one spring, and an arm with friction"])
+def test_an_arm_keeps_its_friction_when_the_twins_numbers_move(name: str) -> None:
+    """A law found beside it takes Coulomb friction over: the arm behind the gap does not notice."""
+    scene = seen(GAP)
+    form = next(form for form in forms_arm.FORMS if form.name == name)
+    point = form.grid(scene)[0]
+    now = replace(scene, theta=scene.theta * (1.0, 0.2, 0.8, 1.0, 1.0))
+    carried = form.columns(now, form.carried_over(scene, now, point))
+    before = form.columns(scene, point)
+    assert np.std(form.columns(now, point) - before) > 1e-3 * np.std(before)
+    assert carried == pytest.approx(before, abs=1e-9 * float(np.std(before)))
+
+
 def test_every_form_moves_when_each_of_its_numbers_does() -> None:
     scene = seen(GAP)
     for form in (*forms_reversal.FORMS, *forms_signal.FORMS, *forms_arm.FORMS):

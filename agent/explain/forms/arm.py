@@ -76,6 +76,12 @@ def _slowing(scene: Scene) -> float:
     return max(float(scene.theta[2]), 0.0) / inertia_of(scene)
 
 
+def _same_friction(before: Scene, now: Scene, point: Point) -> Point:
+    """Return the point at which an arm has the friction that it had beside other numbers."""
+    ratio = _slowing(before) / max(_slowing(now), 1e-300)
+    return (*point[:2], min(ratio * point[2], _ALL_FRICTION), *point[3:])
+
+
 def _flexible_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
     del scene
     return (
@@ -189,6 +195,7 @@ FORMS: tuple[Form, ...] = (
         to_twin=_rubbing_twin,
         limits=_rubbing_limits,
         rests_on_numbers=True,
+        same_beside=_same_friction,
     ),
     Form(
         "backlash",
@@ -211,6 +218,7 @@ FORMS: tuple[Form, ...] = (
         to_twin=_gap_twin,
         limits=_gap_limits,
         rests_on_numbers=True,
+        same_beside=_same_friction,
         from_residual=True,
     ),
 )

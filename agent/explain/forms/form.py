@@ -81,6 +81,9 @@ class Form:
         Effects that are special cases of this form: beside one of them it is no rival.
     rests_on_numbers : bool
         Whether its columns are made of the twin's own numbers, as a load is of its gravity.
+    same_beside : callable, optional
+        (scene before, scene now, point) to the point of the same law beside other numbers of the
+        twin, where one of its numbers is a share of these.
     from_residual : bool
         Whether its grid is read off what is left: strong effects hide weaker ones from it.
     catch_all : bool
@@ -105,6 +108,7 @@ class Form:
     point_of: Callable[[Floats], Point] | None = None
     contains: tuple[str, ...] = ()
     rests_on_numbers: bool = False
+    same_beside: Callable[[Scene, Scene, Point], Point] | None = None
     from_residual: bool = False
     catch_all: bool = False
 
@@ -112,6 +116,10 @@ class Form:
     def size(self) -> int:
         """Return the number of free numbers."""
         return len(self.linear) + len(self.nonlinear)
+
+    def carried_over(self, before: Scene, now: Scene, point: Point) -> Point:
+        """Return the point of the same law beside the numbers that the twin has now."""
+        return point if self.same_beside is None else self.same_beside(before, now, point)
 
     def allows(self, coefficients: Floats) -> bool:
         """Return whether no coefficient, shape (k,), has an impossible sign or size."""

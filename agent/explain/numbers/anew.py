@@ -46,7 +46,7 @@ def chosen_anew(library: Library) -> tuple[Library, Choice]:
         if not choice.terms or not _more_than_noise(library, choice.candidates):
             break
         renewed = _beside(library, choice.candidates)
-        begun = [retaken(renewed, term) for term in choice.terms]
+        begun = [retaken(renewed, term, library.scene) for term in choice.terms]
         again = choose(renewed, rivals=False, begun=begun)
         if _effects(again) == _effects(choice) and renewed.scene.held is library.scene.held:
             break

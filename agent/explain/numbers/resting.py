@@ -15,6 +15,7 @@ from agent.explain.choosing.search import Candidate, Library
 from agent.explain.numbers.polish import polished
 from agent.explain.numbers.whole import grown, known_beside
 from agent.explain.rows.evidence import solve
+from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 
 _ROUNDS = 2
@@ -39,7 +40,7 @@ def settled_beside(library: Library, choice: Choice) -> tuple[Library, Choice]:
         Settled, with what could stand in each term's place as well.
     """
     for _ in range(_ROUNDS):
-        theta = library.scene.theta
+        before, theta = library.scene, library.scene.theta
         if any(term.scored.form.rests_on_numbers for term in choice.terms):
             theta = numbers_beside(library, choice.candidates)
         beside = known_beside(library, choice.candidates)
@@ -48,7 +49,7 @@ def settled_beside(library: Library, choice: Choice) -> tuple[Library, Choice]:
             library = taken_at(replace(library, scene=scene), theta)
         elif choice.settled:
             break
-        terms = [retaken(library, term) for term in choice.terms]
+        terms = [retaken(library, term, before) for term in choice.terms]
         chosen, full = settled(library, terms)
         choice = replace(choice, terms=tuple(chosen), full=full, settled=True)
         together = polished(library, choice)
@@ -83,15 +84,18 @@ def moved_far(library: Library, theta: Floats) -> bool:
 
 
 def taken_at(library: Library, theta: Floats) -> Library:
-    """Return a library whose laws rest on other numbers of the twin, at the same points."""
+    """Return a library whose laws, the same as before, rest on other numbers of the twin."""
     known = {k: c for k, c in library.known.items() if not k[0].rests_on_numbers}
     moved = replace(library, scene=replace(library.scene, theta=theta), known=known)
-    return replace(
-        moved, candidates=tuple(moved.candidate(c.form, c.point) for c in library.candidates)
+    points = (
+        (c.form, c.form.carried_over(library.scene, moved.scene, c.point))
+        for c in library.candidates
     )
+    return replace(moved, candidates=tuple(moved.candidate(*point) for point in points))
 
 
-def retaken(library: Library, term: Term) -> Term:
-    """Return a term with its columns as the library has them now."""
-    own = library.candidate(term.scored.form, term.candidate.point)
+def retaken(library: Library, term: Term, before: Scene) -> Term:
+    """Return a term of another scene with its columns as the library has them now."""
+    form = term.scored.form
+    own = library.candidate(form, form.carried_over(before, library.scene, term.candidate.point))
     return replace(term, scored=replace(term.scored, candidate=own))
