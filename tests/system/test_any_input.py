@@ -59,6 +59,7 @@ ordinary BAD
 monitor BAD
 monitor RECORDING --events BAD
 stop BAD --axis 1
+bus BAD
 serve BAD
 serve CELL --port 0 --tls-cert BAD --tls-key BAD
 verify BAD
