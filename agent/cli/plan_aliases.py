@@ -80,6 +80,7 @@ def planned_aliases(cell: Cell, axis: Axis, trajectory: Trajectory) -> PlannedAl
     """
     from agent.explain.choosing.aliases import aliases
     from agent.explain.experiment.planned import planned_library
+    from agent.explain.rows.table import TooShortError
     from agent.physics.twin import Twin
 
     expected = axis.expected
@@ -102,7 +103,7 @@ def planned_aliases(cell: Cell, axis: Axis, trajectory: Trajectory) -> PlannedAl
     )
     try:
         library, not_shown = planned_library(trajectory, twin, cell.recording.sample_rate_hz)
-    except ValueError as error:
+    except TooShortError as error:
         raise InputError(f"The cycle is too short to say what it confuses: {error}.") from error
     return PlannedAliases(aliases(library), not_shown)
 

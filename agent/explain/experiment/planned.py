@@ -43,7 +43,7 @@ def planned_library(
 
     Raises
     ------
-    ValueError
+    TooShortError
         The trajectory is too short to be filtered.
     """
     theta = np.array([getattr(twin, name) for name in BASE])

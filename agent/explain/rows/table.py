@@ -37,6 +37,10 @@ _MOST_ROWS = 30_000
 _ROWS_PER_CUTOFF = 3.0  # rows a second for every hertz of the band
 
 
+class TooShortError(ValueError):
+    """No stretch of the recordings is long enough to be filtered."""
+
+
 @dataclass(frozen=True)
 class Table:
     """n rows in the band of the comparison, from N samples at full rate.
@@ -192,7 +196,7 @@ def tabulate(
 
     Raises
     ------
-    ValueError
+    TooShortError
         No run has a stretch that is long enough to be filtered.
     """
     motions = [read_motion(run.signals) for run in runs]
@@ -200,7 +204,7 @@ def tabulate(
         cutoff_hz = choose_band(motions, twin.inertia_kg_m2)
     kept = _long_enough(motions, cutoff_hz)
     if not kept:
-        raise ValueError("no recording has a stretch that is long enough to be compared")
+        raise TooShortError("no recording has a stretch that is long enough to be compared")
     pieces = _pieces(kept, cutoff_hz)
     widest_hz = max(piece.cutoff_hz for piece in pieces)
     velocities, passes = [k.velocity for k in kept], [k.held for k in kept]
