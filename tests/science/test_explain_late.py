@@ -8,38 +8,40 @@ import pytest
 from agent.explain.numbers.anew import chosen_anew
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import without_edges
+from agent.identify.result import Floats
 from tests.science.explain_joint import (
-    GEAR_RATIO,
     NOISE_NM,
     RATE_HZ,
     TWIN,
+    Conditions,
     library_of,
+    record,
     stair,
 )
+from trajectories import SetPoints
 
 LATE_S, ORDER, RIPPLE_NM = 0.024, 2.0, 0.08
 
 
 def recorded(scale: float, seed: int) -> Run:
     """Return a recording of a joint with a ripple, and a torque that is `LATE_S` later."""
-    rng = np.random.default_rng(seed)
     trajectory = stair([scale * v for v in (4.0, 12.0, 25.0, 45.0)])
     time = np.arange(int(trajectory.duration_s * RATE_HZ)) / RATE_HZ
-    points, then = trajectory.sample(time), trajectory.sample(np.maximum(time - LATE_S, 0.0))
-    torque = (
-        TWIN.inertia_kg_m2 * then.acceleration_rad_s2
-        + TWIN.viscous_nm_s_per_rad * then.velocity_rad_s
-        + TWIN.coulomb_nm * np.sign(then.velocity_rad_s)
-        + RIPPLE_NM * np.cos(ORDER * then.position_rad)
-        + NOISE_NM * rng.standard_normal(time.shape[0])
+    then = trajectory.sample(np.maximum(time - LATE_S, 0.0))
+
+    def missing(now: SetPoints, at: Conditions) -> Floats:
+        del at
+        ripple = RIPPLE_NM * np.cos(ORDER * then.position_rad)
+        return np.asarray(_plain_nm(then) + ripple - _plain_nm(now))
+
+    return record(trajectory, missing, Conditions(), seed, name=f"run-{seed}")
+
+
+def _plain_nm(points: SetPoints) -> Floats:
+    direction = np.sign(points.velocity_rad_s)
+    return TWIN.predict_torque(
+        points.position_rad, points.velocity_rad_s, points.acceleration_rad_s2, direction
     )
-    columns = {
-        "time_s": time,
-        "position_rad": points.position_rad,
-        "velocity_rad_s": points.velocity_rad_s + 0.01 * rng.standard_normal(time.shape[0]),
-        "torque_nm": torque,
-    }
-    return Run.from_columns(columns, GEAR_RATIO, name=f"run-{seed}")
 
 
 def test_a_ripple_beside_a_late_torque_is_one_ripple() -> None:
