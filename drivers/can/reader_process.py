@@ -16,7 +16,6 @@ import os
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -24,6 +23,7 @@ from typing import NamedTuple
 
 import drivers
 from drivers.can.failures import working_failed
+from drivers.can.moment import BothClocks
 from drivers.can_reader.batches import prepare
 from drivers.can_reader.ring import CAPACITY, SLOT_BYTES, FrameRing, Moment, Word, drops_in
 from drivers.clock import Clock
@@ -44,8 +44,6 @@ _START_S = 20.0
 _START_POLL_S = 0.002
 _END_S = 1.0
 _WRAP = 1 << 32
-_CLOSE_S = 5e-6
-_READINGS = 3
 
 
 class Taken(NamedTuple):
@@ -83,6 +81,7 @@ class ReaderProcess:
         self._ring = ring
         self._lifeline = lifeline
         self._clock = clock
+        self._clocks = BothClocks(clock)
         self._name = name
         self._heard_s = clock.now()
         self._sign_s = 0.0
@@ -161,7 +160,7 @@ class ReaderProcess:
         oldest_s, self._heard_s = self._heard_s, heard_s
         if not slots:
             return Taken(slots, 0.0, oldest_s, oldest_s)
-        now_s, wall_s = _both_clocks(self._clock)
+        now_s, wall_s = self._clocks.read()
         return Taken(slots, wall_s - now_s, oldest_s, now_s)
 
     @contextmanager
@@ -173,7 +172,7 @@ class ReaderProcess:
         heard_s = self.heard_until_s
         pieces = self._ring.waiting()
         oldest_s, self._heard_s = self._heard_s, heard_s
-        now_s, wall_s = _both_clocks(self._clock)
+        now_s, wall_s = self._clocks.read()
         yield tuple(Lent(piece, wall_s - now_s, oldest_s, now_s) for piece in pieces)
         if pieces:
             self._note_drops(pieces[-1])
@@ -277,19 +276,3 @@ def _environment() -> dict[str, str]:
     found = str(Path(drivers.__file__).resolve().parents[1])
     others = os.environ.get("PYTHONPATH")
     return {**os.environ, "PYTHONPATH": os.pathsep.join([found, others] if others else [found])}
-
-
-def _both_clocks(clock: Clock) -> tuple[float, float]:
-    """Return the injected and the wall clock of the same moment, to 5 us where that can be had.
-
-    Whoever is interrupted between the two readings tries again; the closest pair counts.
-    """
-    best = (float("inf"), 0.0, 0.0)
-    for _ in range(_READINGS):
-        before_s = clock.now()
-        wall_s = time.clock_gettime(time.CLOCK_REALTIME)  # to read the kernel's stamps, only
-        width_s = clock.now() - before_s
-        best = min(best, (width_s, before_s + width_s / 2.0, wall_s))
-        if width_s < _CLOSE_S:
-            break
-    return best[1], best[2]
