@@ -15,6 +15,7 @@
     |-- DriveStateError             the drive did not reach a state in time, or left it unasked
     |-- HeartbeatLostError          the node's heartbeat has stopped
     |-- SyncUnansweredError         the node no longer answers SYNC
+    |-- IntruderError               somebody else sends what only the agent may
     `-- RecordingEndedError         a recording that is played has no more samples
 """
 
@@ -111,6 +112,10 @@ class HeartbeatLostError(DriverError):
 
 class SyncUnansweredError(DriverError):
     """The node no longer answers SYNC."""
+
+
+class IntruderError(DriverError):
+    """Somebody else on the bus sends what only the agent may: a heartbeat, an order, a SYNC."""
 
 
 class RecordingEndedError(DriverError):

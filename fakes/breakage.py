@@ -82,6 +82,8 @@ class Breakage:
                 self._loop.runaway = Runaway(fault.velocity_rad_s, obeys_ramps=fault.obeys_ramps)
             case script.FrozenPosition():
                 self.position_frozen = True
+            case script.IgnoresQuickStop():
+                self._machine.deaf_to_quick_stop = True
             case script.TemperatureSentinel():
                 self.sensor_lost = True
             case _:

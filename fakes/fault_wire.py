@@ -204,9 +204,11 @@ def _falsified(fault: script.Falsified, active: _Active, identifier: int, part: 
     """Return the bytes that are reported in place of `part`."""
     if fault.change == "hold":
         return active.held.setdefault(identifier, part)
-    number = fault.value
+    number, true = fault.value, int.from_bytes(part, "little", signed=True)
     if fault.change == "add":
-        number += int.from_bytes(part, "little", signed=True)
+        number += true
+    elif fault.change == "multiply":
+        number *= true
     modulus = 1 << (8 * fault.size)
     return (number % modulus).to_bytes(fault.size, "little")
 

@@ -131,6 +131,13 @@ class FrozenPosition(Fault):
 
 
 @dataclass(frozen=True, kw_only=True)
+class IgnoresQuickStop(Fault):
+    """Go on following set-points when a quick stop is ordered, whichever way the order comes."""
+
+    kind: ClassVar[str] = "ignores-quick-stop"
+
+
+@dataclass(frozen=True, kw_only=True)
 class TemperatureSentinel(Fault):
     """Report "no sensor" as gearbox temperature."""
 
@@ -236,7 +243,7 @@ class Falsified(WireFault):
     Parameters
     ----------
     change : str
-        ``add`` the value, ``set`` it, or ``hold`` the number that was there first.
+        ``add`` the value, ``set`` it, ``multiply`` by it, or ``hold`` what was there first.
     """
 
     kind: ClassVar[str] = "falsified"
@@ -280,6 +287,7 @@ KINDS: dict[str, type[Fault]] = {
         SdoSilent,
         VelocityRunaway,
         FrozenPosition,
+        IgnoresQuickStop,
         TemperatureSentinel,
         AdapterFails,
         Lost,

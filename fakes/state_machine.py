@@ -60,6 +60,11 @@ class StateMachine:
         Whether the cause of a fault is gone, so that a reset is accepted.
     on_reset : callable
         Told when a fault has been reset.
+
+    Attributes
+    ----------
+    deaf_to_quick_stop : bool
+        Whether orders of a quick stop are passed over: a broken drive.
     """
 
     def __init__(
@@ -73,6 +78,7 @@ class StateMachine:
         self._on_reset = on_reset
         self.state = State.SWITCH_ON_DISABLED
         self.controlword = 0
+        self.deaf_to_quick_stop = False
         self._ramp = Motion.QUICK_RAMP
         self._after_stop: State | None = None
 
@@ -102,7 +108,8 @@ class StateMachine:
         if not controlword & 0x02:
             self.disable_voltage()
         elif not controlword & 0x04:
-            self.quick_stop()
+            if not self.deaf_to_quick_stop:
+                self.quick_stop()
         elif not controlword & 0x01:
             self._shutdown()
         elif not controlword & 0x08:

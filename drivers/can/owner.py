@@ -70,6 +70,7 @@ class CanBusOwner:
         threaded = not self._stepped and reader is None
         self._routing = Routing(name, wakes=threaded)
         self.counts = self._routing.counts
+        self.claims = self._routing.claims
         self._reception = Reception("stepped" if self._stepped else "thread")
         self._heard_s = clock.now()
         self._closing = threading.Event()
@@ -123,7 +124,7 @@ class CanBusOwner:
         """
         if self._closing.is_set():
             raise BusError(f"The CAN bus {self.name} is closed.")
-        self._routing.sent(cob_id)
+        self._routing.claims.sent(cob_id)
         message = can.Message(arbitration_id=cob_id, data=data, is_extended_id=False)
         try:
             self._bus.send(message)

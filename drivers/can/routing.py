@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 import can
 
+from drivers.can.claims import Claims
 from drivers.can.frames import BusCounts, Frame, Inbox
 from drivers.can_reader.ring import SLOT
 from drivers.errors import BusError, BusOverflowError
@@ -30,6 +31,8 @@ class Routing:
     ----------
     counts : BusCounts
         What became of the frames so far.
+    claims : Claims
+        Which identifiers only we may send.
     """
 
     def __init__(self, name: str, *, wakes: bool) -> None:
@@ -38,7 +41,7 @@ class Routing:
         self._wakes = wakes
         self._routes: dict[int, Inbox] = {}
         self._inboxes: list[Inbox] = []
-        self._sent_ids: set[int] = set()
+        self.claims = Claims()
 
     def subscribe(self, cob_ids: Iterable[int], limit: int) -> Inbox:
         """Return an inbox that gets every frame with one of `cob_ids` from now on.
@@ -66,10 +69,6 @@ class Routing:
         if inbox in self._inboxes:
             self._inboxes.remove(inbox)
             self._routes = {k: v for k, v in self._routes.items() if v is not inbox}
-
-    def sent(self, cob_id: int) -> None:
-        """Keep that we send this identifier: an interface may hand it back."""
-        self._sent_ids.add(cob_id)
 
     def check(self) -> None:
         """Raise where an inbox was full when a frame came; it says so until the bus is closed.
@@ -144,7 +143,7 @@ class Routing:
         """Put one frame into its inbox, or count why it has none."""
         inbox = self._routes.get(frame.cob_id)
         if inbox is None:
-            if frame.cob_id in self._sent_ids:
+            if self.claims.heard(frame.cob_id):
                 self.counts.own_echoes += 1
             else:
                 self.counts.unrouted += 1

@@ -23,8 +23,8 @@ from drivers.clock import Clock
 from drivers.errors import ConfigurationError, DriverError
 from drivers.ports import Command, DriveState, Goal, Sample, SyncAccount
 
-_SYNC = 0x080
-_HEARTBEAT = 0x700
+SYNC = 0x080
+HEARTBEAT = 0x700
 _ALIVE = bytes([NmtState.OPERATIONAL])
 
 
@@ -75,6 +75,8 @@ class Exchange:
         self._pdos = pdos
         self._codecs = tuple(pdo.codec() for pdo in pdos.answers)
         self._inboxes = tuple(owner.subscribe((pdo.cob_id,)) for pdo in pdos.answers)
+        beat = HEARTBEAT + config.agent_node_id
+        owner.claims.claim((beat, *(pdo.cob_id for pdo in pdos.orders), SYNC))
 
     def transmit(self, goal: Goal, velocity_rad_s: float = 0.0, *, heartbeat: bool = True) -> None:
         """Send what leads towards `goal` without a position or a move of its own; see `follow`."""
@@ -91,7 +93,7 @@ class Exchange:
         word = next_controlword(command.goal, self.state)
         self.orders.post(self.owner.post, word, command, self.state)
         self.ledger.sent(self.clock.now(), command.goal)
-        self.owner.send(_SYNC, b"")
+        self.owner.send(SYNC, b"")
 
     def disable_voltage(self) -> None:
         """Take torque away by RPDO, at once."""
@@ -101,7 +103,7 @@ class Exchange:
         """Send our heartbeat when it is due and we are not muted."""
         now_s = self.clock.now()
         if now_s >= self._next_heartbeat_s and not self.muted:
-            self.owner.post(_HEARTBEAT + self.config.agent_node_id, _ALIVE)
+            self.owner.post(HEARTBEAT + self.config.agent_node_id, _ALIVE)
             self._next_heartbeat_s = now_s + self.config.agent_heartbeat_period_s
             self.last_heartbeat_s = self.clock.now()
 

@@ -20,6 +20,9 @@ LONG = Between(0.3, 2.0)
 FEW = Between(0.001, 0.025)  # up to three SYNCs at 100 Hz
 JUMPS = (-400_000, -100_000, 100_000, 400_000)  # counts; the limit is 81 557
 
+FOREIGN_ORDERS = ("0f0000000000", "0f0000000600", "0f000000faff", "0f0100000600", "060000000000")
+"""Controlword and velocity: 0, 38 and -38 rad/s, with halt, and no longer enabled."""
+
 SAY_SILENT = "SYNCs in a row unanswered|heartbeat|measured (velocity|position)"
 """At 100 Hz on a ramp the gate may find the last sample too far from the set-point first."""
 SILENT = (4, 5)
@@ -206,11 +209,27 @@ BUS = (
     ),
     Scenario(
         "a second SYNC producer",
+        injected(SYNC, "", lasts_s=LONG, frames_per_s=Between(37.0, 900.0)),
+        says="Somebody else on .* sends SYNC",
+        samples_true=False,
+    ),
+    Scenario(
+        "a second SYNC producer behind a gateway",
         injected(SYNC, "", lasts_s=LONG, towards="drive", frames_per_s=Between(37.0, 900.0)),
         outcome="either",
         codes=(4, 5),
         says="belong to no SYNC|measured|sample",
         samples_true=False,
+    ),
+    Scenario(
+        "somebody else feeds the watchdog",
+        injected(OUR_BEAT, "05", lasts_s=30.0, frames_per_s=Between(2.0, 50.0)),
+        says="Somebody else on .* sends the heartbeat of node 127",
+    ),
+    Scenario(
+        "another master's orders",
+        injected(ORDERS, OneOf(FOREIGN_ORDERS), lasts_s=LONG, frames_per_s=Between(5.0, 400.0)),
+        says="Somebody else on .* sends orders to the drive at node 1",
     ),
     Scenario(
         "babbling idiot",
@@ -340,6 +359,31 @@ DRIVE = (
         within_s=2.5,
     ),
     Scenario(
+        "velocity counted backwards",
+        falsified(0x281, 0, 4, "multiply", -1),
+        codes=(5,),
+        phases=("approach", "ramp", "plateau"),
+        says="measured velocity",
+        within_s=2.5,
+    ),
+    Scenario(
+        "velocity ten times too large",
+        falsified(0x281, 0, 4, "multiply", 10),
+        codes=(5,),
+        phases=("approach", "ramp", "plateau"),
+        says="measured velocity",
+        within_s=2.5,
+    ),
+    Scenario(
+        "position on another scale",
+        falsified(0x181, 4, 4, "multiply", OneOf((-1, 10))),
+        codes=(5,),
+        phases=("approach", "ramp", "plateau"),
+        says="measured position",
+        within_s=2.5,
+        samples_true=False,
+    ),
+    Scenario(
         "torque is no number",
         falsified(0x181, 2, 2, "set", -0x8000),
         codes=(5,),
@@ -351,6 +395,21 @@ DRIVE = (
         codes=(4, 5),
         outcome="either",
         says="node 1|not enabled",
+    ),
+    Scenario(
+        "mode taken away",
+        injected(SDO_REQUEST, "2f60600000000000", towards="drive"),
+        phases=("approach", "ramp", "plateau", "reversal"),
+        codes=(5,),
+        says="measured",
+        outcome="either",
+    ),
+    Scenario(
+        "quick stop is ignored",
+        ({"kind": "ignores-quick-stop"},),
+        act="ask to stop",
+        codes=(5,),
+        says="stayed enabled in spite of quick stop|The joint is at rest",
     ),
     Scenario(
         "temperature sentinel",
