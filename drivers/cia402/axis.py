@@ -17,7 +17,13 @@ from drivers.cia402.exchange import Exchange
 from drivers.cia402.handing_back import hand_back, not_restored
 from drivers.cia402.modes import Rung
 from drivers.cia402.network import CanopenNode, NmtOrder, NmtState
-from drivers.cia402.opening import identify, mode_for, refuse_unable, refuse_unhealthy
+from drivers.cia402.opening import (
+    identify,
+    mode_for,
+    refuse_unable,
+    refuse_unhealthy,
+    refuse_wider,
+)
 from drivers.cia402.sdo import SdoAccess
 from drivers.cia402.settings import apply, leave_at_rest, snapshot
 from drivers.cia402.stopping import stop_axis
@@ -115,6 +121,7 @@ class Cia402Axis:
             objects.HEARTBEAT_PRODUCER.key: sdo.read(objects.HEARTBEAT_PRODUCER),
             **snapshot(sdo, config, choice.rung),
         }
+        refuse_wider(config, found)
         if self._journal is not None:
             self._journal(found)
         self._found = found

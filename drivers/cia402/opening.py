@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from drivers.cia402 import objects
 from drivers.cia402.config import Cia402Config
 from drivers.cia402.modes import Choice, choose
@@ -15,6 +17,8 @@ from drivers.errors import (
     NodeMissingError,
     SdoError,
 )
+
+_LIMITS = (objects.SOFTWARE_LIMIT_MIN, objects.SOFTWARE_LIMIT_MAX)
 
 _RATED_TORQUE_TOLERANCE = 0.001
 """0x6076 is whole mN m: a configured value may differ by its rounding, not by more."""
@@ -117,6 +121,39 @@ def refuse_unable(sdo: SdoAccess, config: Cia402Config) -> None:
             f"(0x6076), the configuration says {config.scaling.rated_torque_nm} N m.",
             "Every torque would be scaled wrongly: find out which of the two is right.",
         )
+
+
+def refuse_wider(config: Cia402Config, found: Mapping[str, int]) -> None:
+    """Refuse a window beyond the software limits that somebody has set in the drive.
+
+    They would be overwritten for the run, and with them what holds the joint off a stop or a hose.
+    The usual reason is another one: a count, direction or zero of the cell that is wrong, which
+    nothing that the drive reports would show.
+
+    Parameters
+    ----------
+    config : Cia402Config
+        Its software limits, in rad on the motor.
+    found : mapping
+        The snapshot taken before anything is written.
+
+    Raises
+    ------
+    ConfigurationError
+        Naming both.
+    """
+    wanted = config.software_limits_counts
+    low, high = (found.get(item.key, 0) for item in _LIMITS)
+    if wanted is None or low >= high:  # equal, mostly 0: the drive has none
+        return
+    if low - 1 <= wanted[0] and wanted[1] <= high + 1:
+        return
+    raise ConfigurationError(
+        f"The drive at node {config.node_id} has software limits of {low} to {high} counts "
+        f"(0x607D); the cell's window is {wanted[0]} to {wanted[1]} counts and goes beyond them.",
+        "Check encoder_counts_per_motor_rev, gear_ratio, direction and zero_position_counts, then "
+        "the window; only whoever set up the drive may widen its limits.",
+    )
 
 
 def _compare_identity(identity: dict[str, int | str], config: Cia402Config, bus: str) -> None:

@@ -23,8 +23,8 @@ from drivers.errors import (
     DriverError,
     DriveStateError,
     IdentityError,
+    IntruderError,
     NodeMissingError,
-    SyncUnansweredError,
 )
 from drivers.ports import Command, DriveState, Goal, Sample
 from fakes import faults
@@ -152,7 +152,7 @@ def test_another_master_that_takes_torque_away_is_noticed(rig: Rig) -> None:
     axis = rig.axis()
     axis.open()
     rig.enable(axis, 5.0)
-    rig.inject(0x200 + NODE, b"\x00\x00\x00\x00\x00\x00")
+    rig.inject(0x600 + NODE, bytes.fromhex("2b40600000000000"))  # controlword 0, by SDO
     with pytest.raises(DriveStateError, match="left operation enabled by itself"):
         rig.run(axis, 1.0, Command(Goal.ON, 5.0))
     with pytest.raises(DriveStateError, match="left operation enabled"):
@@ -160,18 +160,24 @@ def test_another_master_that_takes_torque_away_is_noticed(rig: Rig) -> None:
     axis.close()
 
 
-def test_a_second_sync_producer_is_noticed(rig: Rig) -> None:
+@pytest.mark.parametrize(
+    ("cob_id", "data", "words"),
+    [
+        (0x080, b"", "sends SYNC"),
+        (0x77F, b"\x05", "sends the heartbeat of node 127, which is ours"),
+        (0x200 + NODE, bytes(6), f"sends orders to the drive at node {NODE}"),
+    ],
+    ids=["SYNC", "heartbeat", "orders"],
+)
+def test_one_frame_that_only_we_may_send_is_noticed(
+    rig: Rig, cob_id: int, data: bytes, words: str
+) -> None:
     axis = rig.axis()
     axis.open()
-
-    def share_the_bus() -> None:
-        for _ in range(100):
-            axis.send(OFF)
-            rig.inject(0x080, b"")
-            axis.receive()
-
-    with pytest.raises(SyncUnansweredError, match="no SYNC of ours"):
-        share_the_bus()
+    rig.run(axis, 0.05, OFF)
+    rig.inject(cob_id, data)
+    with pytest.raises(IntruderError, match=words):
+        rig.run(axis, 1.0, OFF)
     axis.close()
 
 
@@ -231,6 +237,33 @@ def test_another_rated_torque_than_configured_is_refused(interface: str) -> None
         with pytest.raises(ConfigurationError, match=r"4\.0 N m.*5\.0 N m"):
             axis.open()
         axis.close()
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "wider"),
+    [
+        (0, 0, False),  # the drive has none
+        (-41_721_512, 41_721_512, False),  # to the count, rounded by others
+        (-41_721_511, 41_721_512, True),
+        (-41_721_512, 41_721_511, True),
+        (-400, 400, True),
+    ],
+)
+def test_software_limits_that_somebody_has_drawn_narrower_are_not_overwritten(
+    low: int, high: int, wider: bool
+) -> None:
+    with open_rig("virtual") as rig:
+        with rig.sdo() as sdo:
+            sdo.set(objects.SOFTWARE_LIMIT_MIN, low)
+            sdo.set(objects.SOFTWARE_LIMIT_MAX, high)
+        axis = rig.axis(software_limits_rad=(-4000.0, 4000.0))
+        if wider:
+            with pytest.raises(ConfigurationError, match=f"{low} to {high} counts"):
+                axis.open()
+        else:
+            axis.open()
+        axis.close()
+        assert rig.values(("0x607D:01", "0x607D:02")) == {"0x607D:01": low, "0x607D:02": high}
 
 
 @pytest.mark.parametrize("index", [0x6076, 0x6502])
