@@ -45,7 +45,7 @@ NOT_ON_WINDOWS = {
 
 GUARDED = {
     # the process that reads a bus, which `may_read_fast` asks for on Linux alone
-    "drivers/can/reader_process.py": {"time.CLOCK_REALTIME", "time.clock_gettime"},
+    "drivers/can/moment.py": {"time.CLOCK_REALTIME", "time.clock_gettime"},
     "drivers/can_reader/batches.py": {"socket.MSG_DONTWAIT"},
     "drivers/can_reader/reader.py": {"select.POLLIN", "select.poll", "signal.SIGKILL"},
     "drivers/can_reader/ring.py": {"os.memfd_create"},
