@@ -29,6 +29,7 @@ from agent.explain.location.dynamic_curves import spectrum_around
 from agent.explain.location.leftover import left_regions, line_regions
 from agent.explain.location.regions import row_seconds
 from agent.explain.numbers.model import fit_model
+from agent.explain.plausible import contradiction, far_off, runs_backwards
 from agent.explain.rows.creep import without_creep
 from agent.explain.rows.evidence import effective_size
 from agent.explain.rows.run import Run, stood_in, without_gearbox_temperature
@@ -76,6 +77,9 @@ def explain(
     """
     names = tuple(run.name for run in runs), tuple(run.name for run in holdout)
     refusal = "" if runs else "not decidable: no recording was given"
+    against = contradiction((*runs, *holdout))
+    if against and not refusal:
+        refusal = f"not decidable: {against}"
     by_motor = without_gearbox_temperature((*runs, *holdout))
     if by_motor:
         runs, holdout = stood_in(runs), stood_in(holdout)
@@ -86,7 +90,7 @@ def explain(
         except ValueError as error:
             refusal = f"not decidable: {error}"
         else:
-            refusal = _too_little(table)
+            refusal = _too_little(table) or _impossible(table)
     if refusal or table is None:
         return _nothing(refusal, *names)
     found = study(twin, table)
@@ -141,6 +145,16 @@ def _too_little(table: Table) -> str:
     return _out_of_band(table, count)
 
 
+def _impossible(table: Table) -> str:
+    """Return that a torque drives where it should brake, or nothing."""
+    if not runs_backwards(table):
+        return ""
+    return (
+        "not decidable: inertia and friction come out negative: torque and velocity have opposite "
+        "signs; turn the sign of torque_nm, or of position and velocity"
+    )
+
+
 def _seconds(rows: int, table: Table) -> str:
     return f"{rows * row_seconds(table.pieces):.0f} s"
 
@@ -165,7 +179,7 @@ def _nothing(reason: str, recordings: tuple[str, ...], held_out: tuple[str, ...]
     nan = math.nan
     return Explanation(
         verdict="unexplained",
-        sentence=f"{reason[0].upper()}{reason[1:]}.",
+        sentence=f"{reason[0].upper()}{reason[1:]}{'' if reason.endswith('?') else '.'}",
         reasons=(reason,),
         floor=Floor(nan, nan, nan, nan),
         baseline=Fit(),
@@ -254,7 +268,8 @@ def _experiments(found: Study, limits: AxisLimits | None) -> tuple[NextExperimen
 
 def _bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
     """Return what limits the answer as a whole."""
-    out = []
+    far = far_off(found.numbers, found.twin)
+    out = [far] if far else []
     if by_motor:
         out.append(
             "the gearbox temperature was not recorded: the motor's stands in for it, and friction "

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from agent.identify.result import Floats
 from agent.identify.signals.frames import objections_of_frames
 from agent.identify.signals.preprocess import Motion
 from agent.identify.signals.windows import SteadyWindow
@@ -16,6 +17,7 @@ _KEPT = 0.5
 _MEMORY = 0.8
 _SATURATED = 0.2
 _FACTOR = 0.1
+_WRAPS = 0.5
 
 
 def refusals(motions: Sequence[Motion]) -> tuple[str, ...]:
@@ -69,9 +71,10 @@ def _of_torque(motion: Motion) -> list[str]:
     """Return what is wrong with the torque: frozen, or cut off."""
     name = motion.signals.name
     torque = motion.signals.torque_nm[motion.signals.valid]
+    frozen = never_changes(motion)
+    if frozen:
+        return [frozen]
     low, high = float(torque.min()), float(torque.max())
-    if high - low <= 1e-9 * max(abs(high), abs(low), 1e-300):
-        return [f"{name}: the torque never changes ({high:g} N m); is it the right object?"]
     moved = np.diff(torque) != 0.0
     still = np.diff(np.flatnonzero(np.concatenate(([True], moved, [True]))))
     if still.size and still.max() > 0.5 * torque.size:
@@ -82,6 +85,18 @@ def _of_torque(motion: Motion) -> list[str]:
     if share > _SATURATED:
         return [f"{name}: the torque is cut off at a limit during {100 * share:.0f} % of the time"]
     return []
+
+
+def never_changes(motion: Motion) -> str:
+    """Return that the torque is one and the same all along; nothing where it is not."""
+    torque = motion.signals.torque_nm[motion.signals.valid]
+    low, high = float(torque.min(initial=np.inf)), float(torque.max(initial=-np.inf))
+    if high - low > 1e-9 * max(abs(high), abs(low), 1e-300):
+        return ""
+    name = motion.signals.name
+    if not torque.size:
+        return f"{name}: no sample has torque and motion"
+    return f"{name}: the torque never changes ({high:g} N m); is it the right object?"
 
 
 def _of_rate(motion: Motion) -> list[str]:
@@ -100,33 +115,65 @@ def _of_rate(motion: Motion) -> list[str]:
 
 def _of_units(motion: Motion) -> list[str]:
     """Refuse a velocity that is not the derivative of the position."""
-    signals = motion.signals
-    if signals.velocity_rad_s is None or signals.position_rad is None:
+    driven, covered = _driven_and_covered(motion)
+    if not driven.size:
         return []
-    covered, driven = [], []
+    if not (driven.any() and covered.any()):
+        return [f"{motion.signals.name}: position and velocity do not move together"]
+    factor = _factor(driven, covered)
+    if abs(factor - 1.0) <= _FACTOR:
+        return []
+    if not _proportional(driven, covered):
+        return [f"{motion.signals.name}: position and velocity do not belong to the same motion"]
+    return [_another_unit(motion, factor)]
+
+
+def in_another_unit(motion: Motion) -> str:
+    """Return that position and velocity are in different units; nothing where they may agree.
+
+    One factor between the two all along, and not 1. A position that wraps or stands still, or a
+    joint that does, tells nothing.
+    """
+    driven, covered = _driven_and_covered(motion)
+    if not (driven.any() and covered.any()) or not _proportional(driven, covered):
+        return ""
+    factor = _factor(driven, covered)
+    return "" if abs(factor - 1.0) <= _FACTOR else _another_unit(motion, factor)
+
+
+def _driven_and_covered(motion: Motion) -> tuple[Floats, Floats]:
+    """Return how far the joint went in short spells, by its velocity and by its position."""
+    signals = motion.signals
+    covered, driven = [np.zeros(0)], [np.zeros(0)]
+    if signals.velocity_rad_s is None or signals.position_rad is None:
+        return driven[0], covered[0]
     for stretch, velocity in zip(motion.timing.stretches, motion.velocity_rad_s, strict=True):
         position = stretch.on_grid(signals, signals.position_rad)
         step = max(position.shape[0] // 200, 1)
         integral = np.concatenate(([0.0], np.cumsum((velocity[1:] + velocity[:-1]) / 2.0)))
         covered.append(np.diff(position[::step]))
         driven.append(np.diff(integral[::step]) * stretch.period_s)
-    x, y = np.concatenate(driven), np.concatenate(covered)
-    size = float(x @ x)
-    if size == 0.0 or float(y @ y) == 0.0:
-        return [f"{signals.name}: position and velocity do not move together"]
-    # Both slopes: a factor shows in both, a position that jumps (wraps) shows in one only.
-    forward, backward = float(x @ y) / size, float(x @ y) / float(y @ y)
-    median = float(
-        np.median(y[np.abs(x) > 0.3 * np.abs(x).max()] / x[np.abs(x) > 0.3 * np.abs(x).max()])
+    return np.concatenate(driven), np.concatenate(covered)
+
+
+def _proportional(driven: Floats, covered: Floats) -> bool:
+    """Return whether both slopes agree: a factor shows in both, a position that wraps in one."""
+    both = float(driven @ covered) ** 2
+    return abs(both / (float(driven @ driven) * float(covered @ covered)) - 1.0) <= _WRAPS
+
+
+def _factor(driven: Floats, covered: Floats) -> float:
+    fast = np.abs(driven) > 0.3 * np.abs(driven).max()
+    return float(np.median(covered[fast] / driven[fast]))
+
+
+def _another_unit(motion: Motion, factor: float) -> str:
+    if abs(factor + 1.0) <= _FACTOR:
+        return f"{motion.signals.name}: the position counts against the velocity; turn one sign"
+    return (
+        f"{motion.signals.name}: the position moves {factor:.4g} times as far as the velocity "
+        "says; one of the two is in another unit, or on the other side of the gear"
     )
-    if abs(median - 1.0) <= _FACTOR:
-        return []
-    if abs(forward * backward - 1.0) > 0.5:
-        return [f"{signals.name}: position and velocity do not belong to the same motion"]
-    return [
-        f"{signals.name}: the position moves {median:.4g} times as far as the velocity says; "
-        "one of the two is in another unit, or on the other side of the gear"
-    ]
 
 
 def no_curve(windows: Sequence[SteadyWindow]) -> str:

@@ -1,0 +1,97 @@
+"""Whether recordings can be a joint's at all, and whether the numbers found can be this joint's."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from agent.explain.numbers.wrong import WrongNumber
+from agent.explain.rows.run import Run
+from agent.explain.rows.table import BASE, Table
+from agent.identify.diagnosis import in_another_unit, never_changes
+from agent.identify.signals.preprocess import read_motion
+from agent.physics.twin import Twin
+
+_CARRIES = 0.5  # of the torque's energy: with less, signs of what a plain joint asks for are chance
+_FAR = 5.0  # times the twin's number, or a part of it
+_LIKE = 0.15  # of the gear ratio: so close a factor is the gear's
+_SAID = {
+    "inertia_extra_kg_m2": ("inertia_kg_m2", "inertia"),
+    "coulomb_extra_nm": ("coulomb_nm", "Coulomb friction"),
+    "viscous_extra_nm_s_per_rad": ("viscous_nm_s_per_rad", "viscous friction"),
+}
+
+
+def contradiction(runs: Sequence[Run]) -> str:
+    """Return what no joint can have recorded: a frozen torque, two units; nothing where all may be.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        To learn from, and held out.
+    """
+    for run in runs:
+        motion = read_motion(run.signals)
+        said = never_changes(motion) or in_another_unit(motion)
+        if said:
+            return said
+    return ""
+
+
+def runs_backwards(table: Table) -> bool:
+    """Return whether the torque has the wrong sign: inertia and friction come out negative.
+
+    Neither is possible, and missing physics does not turn both. The recorded torque is asked, and
+    not the twin.
+    """
+    rows, inertia = table.sliding, BASE.index("inertia_kg_m2")
+    carried = np.flatnonzero(table.carried)
+    base, torque = table.base[np.ix_(rows, carried)], table.measured_nm[rows]
+    size = np.sqrt(np.mean(base**2, axis=0))
+    found = np.linalg.lstsq(base / size, torque, rcond=1e-9)[0]
+    left = torque - base / size @ found
+    if float(left @ left) > (1.0 - _CARRIES) * float(torque @ torque):
+        return False
+    numbers = np.zeros(len(BASE))
+    numbers[carried] = found / size
+    speed = float(np.median(np.abs(table.rows["velocity_rad_s"][rows])))
+    friction = (
+        numbers[BASE.index("coulomb_nm")] + speed * numbers[BASE.index("viscous_nm_s_per_rad")]
+    )
+    return bool(friction < 0.0 and (numbers[inertia] < 0.0 or not table.carried[inertia]))
+
+
+def far_off(wrong: Sequence[WrongNumber], twin: Twin) -> str:
+    """Return that numbers are so far from the twin's that it may be another joint's; or nothing.
+
+    A user's simulation is a tenth off, or a half. A factor of five is a unit, the wrong side of
+    the gear, or another joint.
+    """
+    factors = {}
+    for number in wrong:
+        for name, extra in number.parameters.items():
+            own, said = _SAID.get(name, ("", ""))
+            given = float(getattr(twin, own)) if own else 0.0
+            if given > 0.0 and extra.identified:
+                factors[said] = 1.0 + extra.value / given
+    far = {said: f for said, f in factors.items() if not 1.0 / _FAR < f < _FAR}
+    if not far:
+        return ""
+    told = " and ".join(f"{factor:.3g} times the {said}" for said, factor in far.items())
+    likely = (
+        " (as if positions and velocities were the arm's, and not the motor's)"
+        if _is_the_gear(far.get("inertia", math.nan), twin.gear_ratio)
+        else ""
+    )
+    return (
+        f"the recordings ask for {told} that the simulation has{likely}: before anything else make "
+        "sure that the twin is of this joint and gear, and that positions, velocities and torques "
+        "are the motor's, in rad, rad/s and N m"
+    )
+
+
+def _is_the_gear(factor: float, gear_ratio: float) -> bool:
+    """Return whether an inertia is off by the gear ratio: the motor's torque, the arm's motion."""
+    return math.isclose(factor, gear_ratio, rel_tol=_LIKE)

@@ -1,0 +1,80 @@
+"""Recordings that no joint can have made are refused by what is wrong with them, not explained."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from agent.explain.explain import explain
+from agent.explain.numbers.wrong import WrongNumber
+from agent.explain.plausible import contradiction, far_off, runs_backwards
+from agent.explain.rows.run import Run
+from agent.explain.rows.table import tabulate
+from agent.identify.result import Floats, Parameter
+from agent.identify.signals.arrays import Signals
+from tests.science.explain_joint import TWIN, Conditions, record, stair
+from trajectories import SetPoints
+
+Change = Callable[[Signals], Signals]
+
+
+def _nothing(points: SetPoints, at: Conditions) -> Floats:
+    del at
+    return np.zeros_like(points.position_rad)
+
+
+def _position(signals: Signals, factor: float) -> Signals:
+    assert signals.position_rad is not None
+    return replace(signals, position_rad=factor * signals.position_rad)
+
+
+MISTAKES: dict[str, tuple[Change, str]] = {
+    "degrees": (lambda s: _position(s, 57.2958), "moves 57.3 times as far as the velocity says"),
+    "arm": (lambda s: _position(s, 1.0 / s.gear_ratio), "or on the other side of the gear"),
+    "mirrored": (lambda s: _position(s, -1.0), "the position counts against the velocity"),
+    "frozen": (lambda s: replace(s, torque_nm=0.0 * s.torque_nm), "the torque never changes"),
+    "turned": (lambda s: replace(s, torque_nm=-s.torque_nm), "come out negative"),
+}
+
+
+@pytest.fixture(scope="module")
+def run() -> Run:
+    return record(stair((6.0, 20.0, 50.0)), _nothing, Conditions(), 0)
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_in_the_columns_is_said_and_nothing_is_named(run: Run, mistake: str) -> None:
+    change, says = MISTAKES[mistake]
+    answer = explain(TWIN, [replace(run, signals=change(run.signals))])
+    assert says in answer.sentence
+    assert answer.findings == ()
+
+
+def test_what_a_drive_reports_passes(run: Run) -> None:
+    """A tachometer that is 5 % off, a position that wraps at a turn, no velocity."""
+    position, velocity = run.signals.position_rad, run.signals.velocity_rad_s
+    assert position is not None
+    assert velocity is not None
+    wrapped = replace(run.signals, position_rad=position % (40.0 * np.pi))
+    alone = replace(run.signals, velocity_rad_s=None)
+    for signals in (replace(run.signals, velocity_rad_s=1.05 * velocity), wrapped, alone):
+        assert contradiction([replace(run, signals=signals)]) == ""
+    assert not runs_backwards(tabulate(TWIN, [run]))
+
+
+@pytest.mark.parametrize(
+    ("factor", "says"),
+    [(1.5, ""), (4.0, ""), (20.0, "20 times the inertia"), (100.0, "as if positions and veloc")],
+)
+def test_only_numbers_far_from_the_twins_ask_whether_it_is_this_joint(
+    factor: float, says: str
+) -> None:
+    extra = (factor - 1.0) * TWIN.inertia_kg_m2
+    number = WrongNumber(
+        "inertia-error", 1.0, {"inertia_extra_kg_m2": Parameter(extra, (extra, extra))}
+    )
+    said = far_off((number,), TWIN)
+    assert says in said if says else said == ""
