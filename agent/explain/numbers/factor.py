@@ -48,6 +48,8 @@ def one_factor(library: Library, twin: Twin, beside: Floats, material: float) ->
     """Return the torque constant's factor, where it explains what all numbers explain.
 
     It must do so beside the effects that were found, too: else it was their absence that bent it.
+    And its interval must leave 1 out: what brakes now and then asks for more torque on the average,
+    and not for a factor.
 
     Parameters
     ----------
@@ -71,6 +73,8 @@ def one_factor(library: Library, twin: Twin, beside: Floats, material: float) ->
         library.candidates, library.weighing, scale, left, frozenset({"torque-constant-error"})
     )
     low, high = (1.0 + moved + float(end[0]) for end in (reach.below, reach.above))
+    if low <= 0.0 or low <= 1.0 <= high:
+        return None
     # The reported torque is the true one over the factor.
     return Parameter(1.0 / (1.0 + moved), (1.0 / high, 1.0 / low))
 

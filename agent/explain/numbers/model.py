@@ -99,7 +99,8 @@ def extended_twin(library: Library, twin: Twin, model: Model) -> Twin:
     """Return the twin with the effects in it and its own numbers moved.
 
     The base numbers are fitted once more beside what the twin itself makes of the effects, so that
-    the twin predicts as well as the model that it was written from.
+    the twin predicts as well as the model that it was written from; and without an effect that it
+    has no law for, which had moved them.
     """
     scene = library.scene
     entries = list(twin.effects)
@@ -112,7 +113,7 @@ def extended_twin(library: Library, twin: Twin, model: Model) -> Twin:
     entries += _limit(scene.table, entries)
     moved = _moved(twin, {name: p.value for name, p in model.base.items()})
     extended = replace(moved, effects=tuple(entries))
-    if not entries:
+    if not entries and not model.terms:
         return extended
     for _ in range(2):
         # Some effects refer to the base numbers, so that these settle in two rounds.
