@@ -94,6 +94,6 @@ def _baseline(folder: Path, finding: Finding) -> tuple[str, ...]:
     track = finding.current
     if track is None:
         return ()
-    start = track.segment.start
-    names = [c.name for c in finding.history.cycles[start : start + track.baseline.cycles]]
+    start, first = track.segment.start, finding.compared_with or track.baseline.cycles
+    names = [c.name for c in finding.history.cycles[start : start + first]]
     return tuple(content(folder / name).sha256 for name in names)

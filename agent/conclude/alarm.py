@@ -83,7 +83,7 @@ def asked_cycles(finding: Finding) -> tuple[tuple[Cycle, ...], tuple[Cycle, ...]
     track = finding.current
     assert track is not None
     cycles = finding.history.cycles[track.segment.start : track.segment.stop]
-    known, later = cycles[: track.baseline.cycles], cycles[track.baseline.cycles :]
+    known, later = cycles[: finding.compared_with], cycles[finding.compared_with :]
     warm = sorted(known, key=_by_warmth)
     count = min(HEALTHY + 1, len(warm))
     spread = {round(i * (len(warm) - 1) / max(count - 1, 1)) for i in range(count)}

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from agent.identify.result import Parameter
 from agent.monitor.comparison import Comparison, Effect
 from agent.monitor.verdict import NOT_DECIDABLE, Finding
 from agent.monitor.verdict_words import day, moved
@@ -16,7 +17,11 @@ from agent.monitor.verdict_words import day, moved
 NO_CYCLE, TOO_FEW, UNABLE = "no-cycle", "too-few", "detector-unable"
 BASELINE, AS_BEFORE, MOVED = "baseline-complete", "as-before", "moved"
 INCREASED, INCREASED_A_LOT = "increased", "increased-a-lot"
-SAID = (NO_CYCLE, TOO_FEW, UNABLE, BASELINE, AS_BEFORE, MOVED, INCREASED, INCREASED_A_LOT)
+RISING, RISING_A_LOT, UNSETTLED = "rising", "rising-a-lot", "unsettled"
+SAID = (
+    *(NO_CYCLE, TOO_FEW, UNABLE, BASELINE, AS_BEFORE, MOVED, INCREASED, INCREASED_A_LOT),
+    *(RISING, RISING_A_LOT, UNSETTLED),
+)
 """What may be decided; the key `said`."""
 
 
@@ -24,8 +29,9 @@ def facts_of(finding: Finding) -> dict[str, Any]:
     """Return what was decided of a joint, as plain JSON.
 
     `said` is one of `SAID`. Changes of friction at `low` and `high` speed are in per cent with
-    their 95 % intervals, `temperature_degc` is null where it is unknown, dates are UTC. Only
-    `next_steps` are words: the engine's own, in English.
+    their 95 % intervals, `temperature_degc` is null where it is unknown, dates are UTC.
+    `since_first` is the change at low speed over the first `cycles` of all, where friction rises or
+    falls from the first one on. Only `next_steps` are words: the engine's own, in English.
     """
     steps = {"next_steps": list(finding.next_steps)} if finding.next_steps else {}
     return {**_said(finding), **steps}
@@ -33,6 +39,12 @@ def facts_of(finding: Finding) -> dict[str, Any]:
 
 def _said(finding: Finding) -> dict[str, Any]:
     track, found = finding.current, finding.comparison
+    if finding.since_first is not None and track is not None:
+        said = RISING_A_LOT if finding.status == "H1" else RISING
+        cycles = track.segment.stop - track.segment.start
+        return {"said": said, **_since_first(finding.since_first.rise, cycles), **_why(finding)}
+    if finding.fallen is not None and track is not None:
+        return {"said": UNSETTLED, **_since_first(finding.fallen, track.baseline.cycles)}
     if finding.status == NOT_DECIDABLE:
         if track is None:
             return {"said": NO_CYCLE}
@@ -59,6 +71,12 @@ def _compared(found: Comparison) -> dict[str, Any]:
         "temperature_degc": float(degc) if math.isfinite(degc) else None,
         "extrapolated": bool(found.extrapolated),
     }
+
+
+def _since_first(change: Parameter, cycles: int) -> dict[str, Any]:
+    low, high = (100.0 * end for end in change.ci95 or (math.nan, math.nan))
+    since = {"percent": 100.0 * change.value, "from": low, "to": high}
+    return {"since_first": since, "cycles": cycles}
 
 
 def _effect(effect: Effect) -> dict[str, float]:

@@ -43,7 +43,7 @@ def learn(conditions: Conditions, values: Floats, deviations: Floats, prior: Pri
     known = np.isfinite(conditions.temperature_degc)
     if known.any() and not known.all():
         raise ValueError("expected a temperature for all healthy cycles or for none")
-    basis = _basis(conditions)
+    basis = basis_of(conditions)
     size = float(np.median(values))
     size = size if abs(size) > 0.0 else 1.0
     y, noise = values / size, deviations / abs(size)
@@ -84,7 +84,7 @@ def _caution(cycles: int, coefficients: int) -> float:
     return _ALIKE * free / max(free - 2.0, 1.0) if free > 0.0 else 3.0 * _ALIKE
 
 
-def _basis(conditions: Conditions) -> Basis:
+def basis_of(conditions: Conditions) -> Basis:
     """Return the columns that these healthy cycles can be asked for."""
     given = (conditions.temperature_degc, conditions.payload_kg, conditions.load_nm)
     known = [values[np.isfinite(values)] for values in given]

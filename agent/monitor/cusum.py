@@ -46,6 +46,7 @@ _SHARES: Mapping[str, float] = {DECIDING: 0.75, "integral_w": 0.25}
 
 _ONE_CYCLE = 0.501  # of the threshold: two cycles are enough, one never is
 _RECENT = 3  # cycles whose median is the rise now
+_HARDLY = 1.1  # times the least delay: a longer baseline would gain no more than that
 _KEPT = 1.5  # of the threshold: the sum grows no further
 
 
@@ -100,6 +101,7 @@ class Cusum:
         increased = np.zeros(series.time_s.size, dtype=np.bool_)
         high = np.zeros_like(increased)
         clear = np.ones_like(increased)
+        enough = True
         for name, (found, tuning) in self._tuned(series).items():
             if found is None or not tuning.decidable:
                 continue
@@ -112,13 +114,16 @@ class Cusum:
             strict = self._sums(found, half, tuning.allowance, tuning.increased, series.healthy)
             clear &= strict <= 0.0
             if name == DECIDING:
+                enough = tuning.delay_cycles <= _HARDLY * tuning.known_delay_cycles
                 rise = recent_median(found.rise(tuning.high_allowance))
                 far = self._sums(
                     found, tuning.high_drift, tuning.high_allowance, tuning.high, series.healthy
                 )
                 high = (far > tuning.high) & (rise > self.target.high_rise)
         states = warned_states(increased, high)
-        return Judgement(self.name, states, traces, clear if traces else None)
+        return Judgement(
+            self.name, states, traces, clear if traces else None, learned_enough=enough
+        )
 
     def _tuned(self, series: FeatureSeries) -> dict[str, tuple[Standing | None, Tuning]]:
         tested = {name: s for name, s in self.features.items() if name in series.values}

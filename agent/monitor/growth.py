@@ -10,7 +10,8 @@ make it wait for them. What bounds it, so that slow wear is not learned as healt
   speaks for a rise), and none of the last `LAG`;
 - an alarm stops it. It goes on where the alarm has ended by itself and an all-clear has come since:
   else the one robot whose short baseline misled the detector would keep it, and alarm for ever;
-- it ends at `MOST_GROWN` cycles of baseline, at `_LATEST` cycles in all and at the first H1;
+- it ends at `MOST_GROWN` cycles of baseline, or where these scatter so much that a rise is found
+  late, when that is mended, at `MOST_SCATTERED` at most; at twice that in all, and at the first H1;
 - what was said of a cycle stays said: a later baseline judges later cycles alone.
 
 A detector that has no all-clear (`Judgement.clear` is None) keeps its first baseline.
@@ -26,11 +27,12 @@ import numpy as np
 from agent.identify.result import Floats
 from agent.monitor.baseline import Baseline, Features, compensated, lengthened, series_of
 from agent.monitor.decision import Marks
+from agent.monitor.first_cycles import Watch, WithFirstCycles
 from agent.monitor.series import FEATURES, Detector, FeatureSeries, Judgement, State, Trace
 
 MOST_GROWN = 120
+MOST_SCATTERED = 240
 LAG = 10
-_LATEST = 2 * MOST_GROWN + LAG
 _STEP = 1.1
 
 SeriesFor = Callable[[int, Collection[str]], FeatureSeries]
@@ -38,7 +40,11 @@ SeriesFor = Callable[[int, Collection[str]], FeatureSeries]
 
 
 def watched(
-    features: Features, time_s: Floats, baseline: Baseline, detector: Detector
+    features: Features,
+    time_s: Floats,
+    baseline: Baseline,
+    detector: Detector,
+    watch: Watch | None = None,
 ) -> tuple[Baseline, FeatureSeries, Judgement]:
     """Judge a joint's cycles under its first baseline and, where it was not asked for, grown ones.
 
@@ -50,6 +56,8 @@ def watched(
     baseline : Baseline
         The first, of enough cycles.
     detector : Detector
+    watch : Watch, optional
+        What the first cycles say by themselves; a baseline that was asked for is believed.
 
     Returns
     -------
@@ -64,7 +72,8 @@ def watched(
     if baseline.asked:
         series = series_for(baseline.cycles, FEATURES)
         return baseline, series, detector.judge(series)
-    cycles, judged = grown(series_for, baseline.cycles, detector)
+    judges = detector if watch is None else WithFirstCycles(detector, watch)
+    cycles, judged = grown(series_for, baseline.cycles, judges)
     last = lengthened(baseline, features, cycles, FEATURES)
     return last, series_of(time_s, compensated(features, last), last), judged
 
@@ -88,23 +97,27 @@ def grown(series_for: SeriesFor, first: int, detector: Detector) -> tuple[int, J
     """
     judged, length = detector.judge(series_for(first, FEATURES)), first
     parts, ends, at = [judged], [], 0
-    while judged.clear is not None and length < MOST_GROWN:
-        longer = min(MOST_GROWN, math.ceil(_STEP * length))
-        settled = _settled(judged, longer, at)
+    while judged.clear is not None:
+        most = MOST_GROWN if judged.learned_enough else MOST_SCATTERED
+        if length >= most:
+            break
+        longer = min(most, math.ceil(_STEP * length))
+        settled = _settled(judged, longer, at, 2 * most + LAG)
         if settled is None:
             break
         at = settled
-        judged, length = detector.judge(series_for(longer, judged.traces.keys())), longer
+        tested = [name for name in judged.traces if name in FEATURES]
+        judged, length = detector.judge(series_for(longer, tested)), longer
         parts.append(judged)
         ends.append(at + 1)
     return length, _joined(parts, [*ends, len(judged.states)])
 
 
-def _settled(judged: Judgement, wanted: int, since: int) -> int | None:
-    """Return the first cycle, `since` or later, at which the first `wanted` ones are healthy."""
+def _settled(judged: Judgement, wanted: int, since: int, latest: int) -> int | None:
+    """Return the first cycle, `since` to `latest`, at which the first `wanted` ones are healthy."""
     assert judged.clear is not None
     cleared = -1
-    seen = zip(judged.states[:_LATEST], judged.clear[:_LATEST], strict=True)
+    seen = zip(judged.states[:latest], judged.clear[:latest], strict=True)
     for i, (state, clear) in enumerate(seen):
         if state is State.HIGH:
             return None
@@ -131,7 +144,12 @@ def _joined(parts: list[Judgement], ends: list[int]) -> Judgement:
         for trace, span in kept:
             statistic[span], threshold[span] = trace.statistic[span], trace.threshold[span]
         traces[name] = Trace(statistic, threshold)
-    clear: Marks | None = None
-    if last.clear is not None:
-        clear = np.concatenate([p.clear[span] for p, span in spans if p.clear is not None])
-    return Judgement(last.detector, states, traces, clear)
+    clear = _marks([(p.clear, span) for p, span in spans])
+    rising = _marks([(p.rising, span) for p, span in spans])
+    return Judgement(last.detector, states, traces, clear, rising)
+
+
+def _marks(parts: list[tuple[Marks | None, slice]]) -> Marks | None:
+    """Join marks, each of which holds over its span; None where there are none."""
+    given = [marks[span] for marks, span in parts if marks is not None]
+    return np.concatenate(given) if given else None

@@ -20,7 +20,9 @@ from agent.monitor.series import FeatureSeries
 
 _DRAWS = 4000
 _SEED = 6  # the draws are part of the method: the same series has the same outlook
-_AHEAD = 3.0
+AHEAD = 3.0
+"""An outlook reaches so many times as far ahead as the trend has been watched."""
+
 _DAY_S = 86400.0
 
 
@@ -62,27 +64,29 @@ def outlook(
         raise ValueError(f"expected a limit above the baseline's level, got {limit_rise}")
     posterior = change_posterior(series, feature)
     if posterior is None:
-        return _undecided(limit_rise, "too few cycles in the baseline or after it")
+        return undecided(limit_rise, "too few cycles in the baseline or after it")
     if posterior.changed < CERTAIN:
-        return _undecided(limit_rise, "no change stands out of the noise, so there is no trend")
+        return undecided(limit_rise, "no change stands out of the noise, so there is no trend")
     now = float(series.time_s[-1])
     reached, trending = _reached(posterior, limit_rise)
     if trending < CERTAIN:
-        return _undecided(
+        return undecided(
             limit_rise, f"a trend is not sure (probability {trending:.0%}); it may be a single step"
         )
     earliest, latest = (float(q) for q in np.quantile(reached, (0.025, 0.975), method="nearest"))
     onset = float(np.sum(np.sum(posterior.weight, axis=0) * posterior.onset_s()))
-    horizon = now + _AHEAD * (now - onset)
+    horizon = now + AHEAD * (now - onset)
     if earliest > horizon:
-        return _undecided(
+        return undecided(
             limit_rise,
             f"a rise of {100.0 * limit_rise:.0f} % lies more than "
             f"{(horizon - now) / _DAY_S:.0f} days ahead, further than the trend bears",
         )
     earliest, latest = max(earliest, now), max(latest, now)
     latest = latest if latest <= horizon else math.inf
-    return Outlook(True, limit_rise, earliest, latest, _sentence(limit_rise, now, earliest, latest))
+    return Outlook(
+        True, limit_rise, earliest, latest, sentence_of(limit_rise, now, earliest, latest)
+    )
 
 
 def _reached(posterior: Posterior, limit_rise: float) -> tuple[Floats, float]:
@@ -115,7 +119,8 @@ def _reached(posterior: Posterior, limit_rise: float) -> tuple[Floats, float]:
     return reached, float(np.mean(grows))
 
 
-def _sentence(limit_rise: float, now: float, earliest: float, latest: float) -> str:
+def sentence_of(limit_rise: float, now: float, earliest: float, latest: float) -> str:
+    """Return an outlook in words; times in seconds, `latest` infinite where there is none."""
     what = f"if nothing changes, a rise of {100.0 * limit_rise:.0f} % is reached"
     days = (earliest - now) / _DAY_S
     if math.isinf(latest):
@@ -125,5 +130,6 @@ def _sentence(limit_rise: float, now: float, earliest: float, latest: float) -> 
     return f"{what} between {days:.0f} and {(latest - now) / _DAY_S:.0f} days from now (95 %)"
 
 
-def _undecided(limit_rise: float, reason: str) -> Outlook:
+def undecided(limit_rise: float, reason: str) -> Outlook:
+    """Return that there is none, and why."""
     return Outlook(False, limit_rise, math.nan, math.nan, f"outlook not decidable: {reason}")

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from agent.identify.result import Floats
+from agent.monitor.beside import Beside
 from agent.monitor.comparison import Comparison
 
 WEAR, OIL, TEMPERATURE, PAYLOAD, MEASUREMENT, OTHER = (
@@ -58,24 +59,6 @@ _STATED = 0.2  # how much a hypothesis weighs that contradicts what the recordin
 _OTHER_WEIGHT = 0.3
 _LOAD_TO_FRICTION, _LOAD_TO_BOUNDARY = 0.023, 0.126  # N m per N m (JDSMC 134 (2012) 051013)
 _FALLS = (0.15, 0.35, 0.7)  # of the low-speed bound: where wear's rise has fallen to 1/e
-
-
-@dataclass(frozen=True)
-class Beside:
-    """What was measured beside friction: changes of gravity and inertia, with deviations.
-
-    Zero change with an infinite deviation where it is not known. `load_nm` and `inertia_kg_m2`
-    are the healthy values; `payload_stated` tells whether now's payload is stated and the
-    baseline's.
-    """
-
-    load_nm: float = math.nan
-    load_change_nm: float = 0.0
-    load_deviation_nm: float = math.inf
-    inertia_kg_m2: float = math.nan
-    inertia_change_kg_m2: float = 0.0
-    inertia_deviation_kg_m2: float = math.inf
-    payload_stated: bool = False
 
 
 @dataclass(frozen=True)

@@ -91,13 +91,17 @@ class Judgement:
 
     `states` has one entry a cycle; `traces` the statistic of each feature that was tested; `clear`,
     shape (n,), marks the cycles at which nothing that was seen speaks for a rise, and is None for a
-    detector that has no such mark.
+    detector that has no such mark. `rising`, shape (n,), marks those at which the alarm is that of
+    friction which rises from the first cycle on (`first_cycles`); None where that was not asked.
+    `learned_enough` tells whether a longer baseline would hardly find a rise sooner.
     """
 
     detector: str
     states: tuple[State, ...]
     traces: Mapping[str, Trace]
     clear: NDArray[np.bool_] | None = None
+    rising: NDArray[np.bool_] | None = None
+    learned_enough: bool = True
 
     def first(self, state: State) -> int | None:
         """Return the index of the first cycle in a state, or None."""

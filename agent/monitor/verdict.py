@@ -6,112 +6,31 @@ last stretch says how the joint is now.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+import dataclasses
 
 import numpy as np
 
-from agent.identify.result import Floats
-from agent.monitor.baseline import LEAST, Baseline, baseline_of, compensated, features_table
-from agent.monitor.change_time import ChangeTime, change_time
-from agent.monitor.comparison import Comparison, compare
-from agent.monitor.compensation import Compensated
+from agent.monitor.baseline import LEAST, baseline_of, compensated, features_table
+from agent.monitor.beside import beside_of
+from agent.monitor.change_time import change_time
+from agent.monitor.comparison import compare
 from agent.monitor.cooling import COLD, WARM, Warmth, next_comparable, warmth
-from agent.monitor.cycle import Cycle
+from agent.monitor.finding import NOT_DECIDABLE, Finding, Track
+from agent.monitor.first_cycles import running_in, watch_of
 from agent.monitor.growth import watched
 from agent.monitor.history import JointHistory, Segment
-from agent.monitor.outlook import Outlook, outlook
-from agent.monitor.reasons import Beside, Reasons, reasons_of
-from agent.monitor.series import Detector, FeatureSeries, Judgement, State
-from agent.monitor.verdict_words import alarmed, as_sentence, day, quiet, since
+from agent.monitor.outlook import outlook
+from agent.monitor.reasons import reasons_of
+from agent.monitor.series import Detector, FeatureSeries, State
+from agent.monitor.since_first import compared_with, since_first
+from agent.monitor.verdict_words import alarmed, as_sentence, day, quiet, rising, since, unsettled
+
+__all__ = ["NOT_DECIDABLE", "NOW", "Finding", "Track", "judge"]
 
 NOW = 3
 """The last so many cycles are compared with the baseline."""
 
-NOT_DECIDABLE = "not-decidable"
 _NOT = "not decidable: "
-
-
-@dataclass(frozen=True)
-class Track:
-    """One stretch between two events, and what was made of it.
-
-    `promise` says what the detector can find after this baseline, and how often it is wrong, where
-    it says so itself. `found` and `series` are None where the baseline is too short; so is
-    `judgement`, and also where the detector says that it cannot judge.
-    """
-
-    segment: Segment
-    baseline: Baseline
-    found: Mapping[str, Compensated] | None = None
-    promise: str = ""
-    series: FeatureSeries | None = None
-    judgement: Judgement | None = None
-
-
-@dataclass(frozen=True)
-class Finding:
-    """What is said of one joint.
-
-    Parameters
-    ----------
-    history : JointHistory
-    detector : str
-    tracks : tuple of Track
-        One for each stretch, in order of time; empty without a usable cycle.
-    status : str
-        ``NF``, ``H0`` or ``H1`` at the last cycle, or ``not-decidable``.
-    sentence : str
-        For a technician.
-    comparison : Comparison or None
-        Now against the baseline; None where there is no cycle after it.
-    reasons : Reasons or None
-        Of an alarm.
-    change : ChangeTime or None
-        Of an alarm.
-    outlook : Outlook or None
-        Of an alarm.
-    next_steps : tuple of str
-    warmth : Warmth or None
-        Whether the last cycle was run warm or cold; None where nothing was compared.
-    """
-
-    history: JointHistory
-    detector: str
-    tracks: tuple[Track, ...]
-    status: str
-    sentence: str
-    comparison: Comparison | None = None
-    reasons: Reasons | None = None
-    change: ChangeTime | None = None
-    outlook: Outlook | None = None
-    next_steps: tuple[str, ...] = ()
-    warmth: Warmth | None = None
-
-    @property
-    def alarm(self) -> bool:
-        """Return whether friction is increased now."""
-        return self.status in (State.INCREASED.value, State.HIGH.value)
-
-    @property
-    def timing(self) -> tuple[str, ...]:
-        """Return when the change began and what is ahead, a sentence each; empty without alarm."""
-        out = []
-        if self.change is not None and self.change.decidable and self.current is not None:
-            start = self.history.cycles[self.current.segment.start].started_s
-            low, high = (day(start + t) for t in self.change.time_ci95_s)
-            shape, share = max(self.change.shapes.items(), key=lambda s: s[1])
-            how = f"as a {shape} ({100.0 * share:.0f} %)"
-            out.append(f"The change began between {low} and {high} (95 %), {how}.")
-        elif self.change is not None:
-            out.append(as_sentence(self.change.sentence))
-        return (*out, *([as_sentence(self.outlook.sentence)] if self.outlook is not None else []))
-
-    @property
-    def current(self) -> Track | None:
-        """Return the last stretch."""
-        return self.tracks[-1] if self.tracks else None
 
 
 def judge(history: JointHistory, detector: Detector, baseline: int | None = None) -> Finding:
@@ -134,6 +53,17 @@ def judge(history: JointHistory, detector: Detector, baseline: int | None = None
     if not tracks:
         why = "no cycle is usable" if history.set_aside else "there is no cycle"
         return _undecided(history, detector, tracks, why, _USABLE)
+    last = tracks[-1]
+    rises = _rising(history, detector, tracks) if last.rising else None
+    if rises is not None:
+        return rises
+    return _settled(_against_baseline(history, detector, tracks), detector)
+
+
+def _against_baseline(
+    history: JointHistory, detector: Detector, tracks: tuple[Track, ...]
+) -> Finding:
+    """Say how a joint is against its baseline, or why that is not decidable."""
     last = tracks[-1]
     if last.series is None:
         return _undecided(history, detector, tracks, _too_few(last), _more_cycles(last))
@@ -162,13 +92,17 @@ def _track(history: JointHistory, segment: Segment, detector: Detector, asked: i
     features = features_table(cycles, history.features[segment.start : segment.stop])
     time_s = np.array([c.started_s for c in cycles])
     baseline = baseline_of(features, asked)
+    watch = None if baseline.asked else watch_of(features, time_s, detector)
     if not baseline.enough:
-        return Track(segment, baseline)
-    baseline, series, judgement = watched(features, time_s, baseline, detector)
+        alone = None if watch is None else watch.alone(detector.name)
+        by_itself = Track(segment, baseline, judgement=alone)
+        return by_itself if by_itself.rising else Track(segment, baseline)
+    baseline, series, judgement = watched(features, time_s, baseline, detector, watch)
     found = compensated(features, baseline)
     able = bool(judgement.traces)
-    promise = _promise(detector, series) if able else ""
-    return Track(segment, baseline, found, promise, series, judgement if able else None)
+    track = Track(segment, baseline, found, "", series, judgement if able else None)
+    promised = able and not track.rising
+    return dataclasses.replace(track, promise=_promise(detector, series)) if promised else track
 
 
 def _judged(
@@ -178,47 +112,110 @@ def _judged(
     last = tracks[-1]
     assert last.series is not None
     assert last.judgement is not None
+    state = last.judgement.states[-1]
+    finding = _compared(history, detector, tracks, last.baseline.cycles, window)
+    found = finding.comparison
+    assert found is not None
+    if state is State.NO_FAULT:
+        return dataclasses.replace(finding, sentence=quiet(found, last.baseline.cycles))
+    assert finding.reasons is not None
+    change = change_time(last.series)
+    cycles = history.cycles[last.segment.start : last.segment.stop]
+    return dataclasses.replace(
+        finding,
+        sentence=alarmed(state, found, finding.reasons, since(change, cycles)),
+        change=change,
+        outlook=outlook(last.series),
+    )
+
+
+def _rising(history: JointHistory, detector: Detector, tracks: tuple[Track, ...]) -> Finding | None:
+    """Say of friction that rises from the first cycle on how far, and why.
+
+    None where the rise surely began later, so that there is a baseline to compare with.
+    """
+    last = tracks[-1]
+    segment = last.segment
+    cycles = history.cycles[segment.start : segment.stop]
+    features = features_table(cycles, history.features[segment.start : segment.stop])
+    found = since_first(features, np.array([c.started_s for c in cycles]))
+    if last.series is not None and not found.no_healthy_period:
+        return None
+    window = min(NOW, len(cycles) - 1)
+    first = compared_with(len(cycles), window)
+    finding = _compared(history, detector, tracks, first, window)
+    assert finding.reasons is not None
+    high = finding.status == State.HIGH.value
+    return dataclasses.replace(
+        finding,
+        sentence=rising(found, finding.reasons, len(cycles), high=high),
+        change=found.change,
+        outlook=found.outlook,
+        since_first=found,
+    )
+
+
+def _settled(finding: Finding, detector: Detector) -> Finding:
+    """Say beside a quiet or an undecided joint that its baseline is not settled, where so."""
+    last = finding.current
+    if last is None or last.baseline.asked or finding.alarm:
+        return finding
+    segment = last.segment
+    stop = segment.start + last.baseline.cycles
+    cycles = finding.history.cycles[segment.start : stop]
+    features = features_table(cycles, finding.history.features[segment.start : stop])
+    time_s = np.array([c.started_s for c in cycles])
+    fall = running_in(features, time_s, detector)
+    if fall is None:
+        return finding
+    return dataclasses.replace(
+        finding,
+        sentence=unsettled(finding.sentence, fall, len(cycles)),
+        fallen=fall,
+        next_steps=(*finding.next_steps, _WHEN_SETTLED),
+    )
+
+
+_WHEN_SETTLED = (
+    'when friction has stopped falling, enter that as an event (kind "other"): a new baseline '
+    "begins there"
+)
+
+
+def _compared(
+    history: JointHistory,
+    detector: Detector,
+    tracks: tuple[Track, ...],
+    first: int,
+    window: int,
+) -> Finding:
+    """Compare now with so many of the first cycles; in an alarm, with the reasons."""
+    last = tracks[-1]
+    assert last.judgement is not None
     assert history.grid is not None
     segment = last.segment
     cycles = history.cycles[segment.start : segment.stop]
     now = slice(len(cycles) - window, len(cycles))
     found = compare(
-        cycles,
-        history.features[segment.start : segment.stop],
-        history.grid,
-        last.baseline.cycles,
-        now,
+        cycles, history.features[segment.start : segment.stop], history.grid, first, now
     )
     degc = np.array([c.temperature_degc for c in cycles])
-    warm = warmth(float(degc[-1]), degc[: last.baseline.cycles])
+    warm = warmth(float(degc[-1]), degc[:first])
     state = last.judgement.states[-1]
-    if state is State.NO_FAULT:
-        sentence = quiet(found, last.baseline.cycles)
-        return Finding(
-            history,
-            detector.name,
-            tracks,
-            state.value,
-            sentence,
-            found,
-            next_steps=_comparable(warm),
-            warmth=warm,
-        )
-    reasons = reasons_of(found, history.grid.low_rad_s, _beside(cycles, last.baseline.cycles, now))
-    change = change_time(last.series)
-    ahead = outlook(last.series)
+    reasons = None
+    if state is not State.NO_FAULT:
+        reasons = reasons_of(found, history.grid.low_rad_s, beside_of(cycles, first, now))
     return Finding(
         history,
         detector.name,
         tracks,
         state.value,
-        alarmed(state, found, reasons, since(change, cycles)),
+        "",
         found,
+        first,
         reasons,
-        change,
-        ahead,
-        (*reasons.actions, *_comparable(warm)),
-        warm,
+        next_steps=(*(() if reasons is None else reasons.actions), *_comparable(warm)),
+        warmth=warm,
     )
 
 
@@ -227,32 +224,6 @@ def _comparable(warm: Warmth) -> tuple[str, ...]:
     if warm.word not in (WARM, COLD):
         return ()
     return (f"the last cycle was {warm.sentence}; {next_comparable(warm).sentence}",)
-
-
-def _beside(cycles: tuple[Cycle, ...], healthy: int, now: slice) -> Beside:
-    """Return what gravity and inertia did meanwhile."""
-    load = np.array([c.load_nm for c in cycles])
-    inertia = np.array([c.inertia_kg_m2 for c in cycles])
-    payload = np.array([c.payload_kg for c in cycles])
-    before, latest = payload[:healthy], payload[now]
-    stated = bool(
-        np.all(np.isfinite(before))
-        and np.all(latest >= before.min())
-        and np.all(latest <= before.max())
-    )
-    load_level, load_change, load_deviation = _moved(load, healthy, now)
-    level, change, deviation = _moved(inertia, healthy, now)
-    return Beside(load_level, load_change, load_deviation, level, change, deviation, stated)
-
-
-def _moved(values: Floats, healthy: int, now: slice) -> tuple[float, float, float]:
-    """Return healthy mean, change since, and the change's deviation; infinite where unknown."""
-    before, latest = values[:healthy], values[now]
-    if not (np.all(np.isfinite(before)) and np.all(np.isfinite(latest))) or healthy < 3:
-        return math.nan, 0.0, math.inf
-    scatter = max(float(np.std(before, ddof=1)), 1e-3 * abs(float(before.mean())), 1e-12)
-    deviation = scatter * math.sqrt(1.0 / latest.size + 1.0 / healthy)
-    return float(before.mean()), float(latest.mean() - before.mean()), deviation
 
 
 def _undecided(

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from datetime import UTC, datetime
 
+from agent.identify.result import Parameter
 from agent.monitor.change_time import ChangeTime
 from agent.monitor.comparison import Comparison, Effect
 from agent.monitor.cycle import Cycle
 from agent.monitor.reasons import Reasons
 from agent.monitor.series import State
+from agent.monitor.since_first import SinceFirst
 
 _NOTABLE_PERCENT = 3.0
 
@@ -26,18 +29,65 @@ def day(seconds: float) -> str:
     return datetime.fromtimestamp(seconds, UTC).date().isoformat()
 
 
+def began(found: SinceFirst, day_of: Callable[[float], str]) -> str:
+    """Return when a rise that is there from the first cycle on began."""
+    low, high = found.change.time_ci95_s
+    share = f"{100.0 * found.change.probability:.0f} %"
+    if found.no_healthy_period:
+        return f"The rise began before {day_of(high)} ({share}), perhaps before the first cycle."
+    return f"The rise began between {day_of(low)} and {day_of(high)} ({share})."
+
+
+def rising(found: SinceFirst, reasons: Reasons, cycles: int, *, high: bool) -> str:
+    """Return the sentence of friction that rises from the first cycle on."""
+    start = "Friction has been rising since the first cycle"
+    far = ", and is now high" if high else ""
+    compared = "; there is no healthy period to compare with"
+    if not found.no_healthy_period:
+        start, compared = "Friction has been rising since soon after the first cycle", ""
+    return (
+        f"{start}{far}: {_share(found.rise)} at low speed in {cycles} cycles, at equal "
+        f"conditions{compared}; {_why(reasons)}."
+    )
+
+
+def unsettled(sentence: str, fall: Parameter, cycles: int) -> str:
+    """Return the sentence of a joint without alarm whose friction fell over its baseline."""
+    start = "Not decidable yet: " if sentence.startswith("Not decidable yet: ") else "No alarm, "
+    but = "" if start.startswith("Not") else "yet "
+    rest = sentence.removeprefix(start).rstrip(".")
+    return (
+        f"{start}{but}the baseline is not settled: friction has fallen by "
+        f"{_share(fall, signed=False)} at low speed over its {cycles} cycles, as in a new "
+        f"gear that runs in, and a rise of less than that may go unseen ({rest})."
+    )
+
+
 def alarmed(state: State, found: Comparison, reasons: Reasons, since_when: str) -> str:
     """Return an alarm's sentence for a technician."""
     word = "has increased a lot" if state is State.HIGH else "has increased"
-    cause = reasons.causes[0]
-    likely = reasons.likely
-    short = cause.words.split(" (")[0]
-    why = f"most likely {short}" if len(likely) == 1 else f"perhaps {short}, not told apart yet"
     return (
         f"Friction {word}: {_in_words(found.effects['low'])} at low speed, "
         f"{_in_words(found.effects['high'])} at high speed{since_when}, compared {_at(found)}; "
-        f"{why}."
+        f"{_why(reasons)}."
     )
+
+
+def _why(reasons: Reasons) -> str:
+    """Return the likeliest cause, and whether it is told from the others."""
+    short = reasons.causes[0].words.split(" (")[0]
+    told = len(reasons.likely) == 1
+    return f"most likely {short}" if told else f"perhaps {short}, not told apart yet"
+
+
+def _share(change: Parameter, *, signed: bool = True) -> str:
+    """Return a change with its interval in per cent; without its sign where words say it."""
+    assert change.ci95 is not None
+    value, ends = 100.0 * change.value, [100.0 * end for end in change.ci95]
+    if signed:
+        return f"{_signed(value)} % ({_signed(ends[0])} to {_signed(ends[1])} %)"
+    low, high = sorted(abs(end) for end in ends)
+    return f"{abs(value):.1f} % ({low:.1f} to {high:.1f} %)"
 
 
 def quiet(found: Comparison, healthy: int) -> str:

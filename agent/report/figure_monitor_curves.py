@@ -28,11 +28,14 @@ from agent.report.canvas import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+HEALTHY = "healthy"
 _NORMAL_975 = 1.959963984540054
 
 
 @styled
-def figure_monitor_curves(found: Comparison, low_rad_s: float, *, narrow: bool = False) -> Figure:
+def figure_monitor_curves(
+    found: Comparison, low_rad_s: float, before: str = HEALTHY, *, narrow: bool = False
+) -> Figure:
     """Draw both curves with their 95 % bands, and their difference below.
 
     Parameters
@@ -40,6 +43,8 @@ def figure_monitor_curves(found: Comparison, low_rad_s: float, *, narrow: bool =
     found : Comparison
     low_rad_s : float
         Where the low-speed part ends; it is shaded.
+    before : str
+        What now is compared with.
     narrow : bool
         Draw for a phone's width.
     """
@@ -48,7 +53,7 @@ def figure_monitor_curves(found: Comparison, low_rad_s: float, *, narrow: bool =
     speed = found.speed_rad_s
     scale = scale_for("N m", found.healthy_nm.tolist())
     bands = (
-        (found.healthy_nm, found.healthy_deviation_nm, MEASURED, "-", "healthy"),
+        (found.healthy_nm, found.healthy_deviation_nm, MEASURED, "-", before),
         (found.now_nm, found.now_deviation_nm, PREDICTED, "-", "now"),
     )
     for value, deviation, color, style, label in bands:
@@ -80,7 +85,7 @@ def figure_monitor_curves(found: Comparison, low_rad_s: float, *, narrow: bool =
     )
     lower.plot(speed, change.factor * found.change_nm, color=INK, marker="o", ms=2.8)
     lower.axhline(0.0, color=MUTED, lw=0.9)
-    lower.set_title("Now less healthy, with its 95 % interval")
+    lower.set_title(f"Now less {before}, with its 95 % interval")
     lower.set_ylabel(change.unit)
     lower.set_xlabel("motor speed, rad/s")
     for axes in (upper, lower):
@@ -92,11 +97,11 @@ def figure_monitor_curves(found: Comparison, low_rad_s: float, *, narrow: bool =
     return figure_of(upper)
 
 
-def curves_in_words(found: Comparison) -> str:
+def curves_in_words(found: Comparison, before: str = HEALTHY) -> str:
     """Say in words what `figure_monitor_curves` shows."""
     low, high = found.effects["low"], found.effects["high"]
     return (
-        f"The friction curve now and the healthy one under the same conditions, from "
+        f"The friction curve now and that of {before} cycles under the same conditions, from "
         f"{found.speed_rad_s[0]:.3g} to {found.speed_rad_s[-1]:.3g} rad/s. At low speed the change "
         f"is {low.percent:+.1f} % of the friction, at high speed {high.percent:+.1f} %."
     )

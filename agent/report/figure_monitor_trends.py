@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from agent.identify.result import Floats
+from agent.monitor.first_cycles import TRACE
 from agent.monitor.series import FEATURES, State
 from agent.monitor.verdict import Finding, Track
 from agent.numbers import scale_for
@@ -42,6 +43,7 @@ _TITLES = {
     "coulomb_nm": "Coulomb friction",
     "viscous_nm_s_per_rad": "Viscous friction",
 }
+_SUMS = {**_TITLES, TRACE: "rise since the first cycle"}
 _UNITS = {
     "coulomb_nm": "N m",
     "viscous_nm_s_per_rad": "N m s/rad",
@@ -166,7 +168,7 @@ def _statistic(axes: Axes, finding: Finding) -> None:
         when = _days(finding, track)
         for name, trace in track.judgement.traces.items():
             share = trace.statistic / np.where(trace.threshold > 0.0, trace.threshold, np.nan)
-            label = None if name in seen else _TITLES.get(name, FEATURES.get(name, name))
+            label = None if name in seen else _SUMS.get(name, name)
             seen.add(name)
             axes.plot(when, share, color=colors.get(name, NOISE), lw=1.2, label=label)
         top = np.nanmax(

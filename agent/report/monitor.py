@@ -14,7 +14,7 @@ from agent.monitor.verdict import NOT_DECIDABLE, Finding, Track
 from agent.numbers import scale_for, significant, units_unbroken, written
 from agent.report.canvas import data_uri
 from agent.report.estimate import Picture
-from agent.report.figure_monitor_curves import curves_in_words, figure_monitor_curves
+from agent.report.figure_monitor_curves import HEALTHY, curves_in_words, figure_monitor_curves
 from agent.report.figure_monitor_trends import figure_monitor_trends, trends_in_words
 from agent.report.page import render
 
@@ -50,6 +50,7 @@ class JointView:
     explained: tuple[str, str] | None
     next_steps: Sequence[str]
     facts: Sequence[tuple[str, str]]
+    before: str
     effects: Sequence[tuple[str, str, str, str]]
     curves: Picture | None
     trends: Picture | None
@@ -95,6 +96,7 @@ def monitor_html(
 def _view(finding: Finding, name: str, explained: tuple[str, str] | None) -> JointView:
     history, reasons, found = finding.history, finding.reasons, finding.comparison
     grid, track = history.grid, finding.current
+    before = HEALTHY if finding.since_first is None else f"the first {finding.compared_with}"
     return JointView(
         label=history.joint.label,
         id=name,
@@ -114,15 +116,16 @@ def _view(finding: Finding, name: str, explained: tuple[str, str] | None) -> Joi
         explained=None if explained is None else (units_unbroken(explained[0]), explained[1]),
         next_steps=finding.next_steps,
         facts=_facts(finding),
+        before=before,
         effects=()
         if found is None
         else [_effect(key, found.effects[key]) for key in ("low", "high", "whole")],
         curves=None
         if found is None or grid is None
         else Picture(
-            data_uri(figure_monitor_curves(found, grid.low_rad_s)),
-            data_uri(figure_monitor_curves(found, grid.low_rad_s, narrow=True)),
-            curves_in_words(found),
+            data_uri(figure_monitor_curves(found, grid.low_rad_s, before)),
+            data_uri(figure_monitor_curves(found, grid.low_rad_s, before, narrow=True)),
+            curves_in_words(found, before),
         ),
         trends=None
         if not history.cycles

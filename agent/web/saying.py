@@ -79,8 +79,8 @@ def _list(document: Mapping[str, Any], name: str) -> Sequence[Any]:
 
 def _filled(facts: Mapping[str, Any]) -> dict[str, str]:
     """Return what goes into a template's braces; KeyError and the like where facts are missing."""
-    out = {name: str(facts[name]) for name in ("healthy", "needed") if name in facts}
-    for name in ("low", "high"):
+    out = {name: str(facts[name]) for name in ("healthy", "needed", "cycles") if name in facts}
+    for name in ("low", "high", "since_first"):
         if name in facts:
             percent, low, high = (float(facts[name][n]) for n in ("percent", "from", "to"))
             out[name] = f"{_signed(percent)} % ({_signed(low)} bis {_signed(high)} %)"

@@ -37,6 +37,19 @@ SAID: Mapping[str, str] = MappingProxyType(
             "Die Reibung ist stark gestiegen: {low} bei niedriger, {high} bei hoher "
             "Geschwindigkeit{since}, verglichen {at}; {why}.{between}"
         ),
+        "rising": (
+            "Die Reibung steigt seit dem ersten Test: {since_first} bei niedriger Geschwindigkeit "
+            "in {cycles} Tests; es gibt keine gesunde Zeit zum Vergleich; {why}."
+        ),
+        "rising-a-lot": (
+            "Die Reibung steigt seit dem ersten Test und ist nun hoch: {since_first} bei niedriger "
+            "Geschwindigkeit in {cycles} Tests; es gibt keine gesunde Zeit zum Vergleich; {why}."
+        ),
+        "unsettled": (
+            "Kein Alarm, doch die Referenz steht noch nicht: Die Reibung ist über ihre {cycles} "
+            "Tests gefallen ({since_first} bei niedriger Geschwindigkeit), wie bei einem neuen "
+            "Getriebe, das einläuft; ein Anstieg um weniger als das bleibt vielleicht unbemerkt."
+        ),
     }
 )
 """By `agent.conclude.facts.SAID`."""

@@ -23,8 +23,9 @@ from typing import Any
 import numpy as np
 
 from agent.identify.result import Floats
-from agent.monitor.baseline import baseline_of, compensated, series_of
+from agent.monitor.baseline import Baseline, baseline_of, compensated, series_of
 from agent.monitor.detectors import DEFAULT, DETECTORS, detector
+from agent.monitor.first_cycles import watch_of
 from agent.monitor.growth import watched
 from agent.monitor.series import FeatureSeries, State
 from tests.science.monitor_fleet import Life, Nights, episodes, live, low_speed_share
@@ -57,13 +58,20 @@ def judged(
     table, time_s = nights.table(), nights.time_s
     baseline = baseline_of(table, healthy)
     states: dict[str, Sequence[State]] = {
-        DEFAULT: watched(table, time_s, baseline, detector())[2].states,
+        DEFAULT: _product(nights, baseline, healthy),
         TWENTY_LINES: twenty_lines(nights.raw(baseline.cycles)),
     }
     series = series_of(time_s, compensated(table, baseline), baseline)
     for word in words:
         states[FIXED if word == DEFAULT else word] = detector(word).judge(series).states
     return states
+
+
+def _product(nights: Nights, baseline: Baseline, healthy: int | None) -> Sequence[State]:
+    """Return the states as a user gets them: the first cycles are asked by themselves as well."""
+    table, time_s = nights.table(), nights.time_s
+    watch = watch_of(table, time_s, detector()) if healthy is None else None
+    return watched(table, time_s, baseline, detector(), watch)[2].states
 
 
 def healthy_year(healthy: int | None, seed: int) -> Outcome:

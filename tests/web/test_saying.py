@@ -89,7 +89,8 @@ def test_whatever_may_be_decided_has_its_german(worn: Verdict) -> None:
     cell = parse_cell(fake_cell_text(FakeSpecification(), interface="virtual", channel="x"))
     assert {p.name for p in preconditions(cell, cell.axis[0])} <= set(REFUSED)
     for said in DECIDED:
-        of_it = replace(worn, facts={**worn.facts, "said": said, "needed": 30, "moved": "lower"})
+        more = {"needed": 30, "moved": "lower", "cycles": 20, "since_first": worn.facts["low"]}
+        of_it = replace(worn, facts={**worn.facts, "said": said, **more})
         assert saying.verdict("de", of_it).language == "de", said
 
 
