@@ -268,7 +268,7 @@ def _experiments(found: Study, limits: AxisLimits | None) -> tuple[NextExperimen
 
 def _bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
     """Return what limits the answer as a whole."""
-    far = far_off(found.numbers, found.twin)
+    far = "" if found.table.simulated else far_off(found.numbers, found.twin)
     out = [far] if far else []
     if by_motor:
         out.append(

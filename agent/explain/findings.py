@@ -207,7 +207,9 @@ def _number_finding(study: Study, wrong: WrongNumber) -> Finding:
         probability=even,
         energy_share=wrong.energy_share,
         where=(),
-        sentence=words.number_sentence(wrong.effect, changes, wrong.energy_share),
+        sentence=words.number_sentence(
+            wrong.effect, changes, wrong.energy_share, recorded=study.table.simulated
+        ),
         parameters=wrong.parameters,
         alternatives=tuple(
             Alternative(other, even, told_apart_by(wrong.effect, other)) for other in alike

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from agent.explain.answer.words import number_sentence
 from agent.explain.numbers.model import extended_twin, fit_model
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import tabulate
@@ -69,3 +70,26 @@ def test_a_twin_without_a_law_for_what_was_found_keeps_the_numbers_that_fit_with
 
 def _with(candidate: Any, to_twin: Any) -> Any:
     return replace(candidate, form=replace(candidate.form, to_twin=to_twin))
+
+
+def test_a_recorded_simulations_own_torque_is_what_a_factor_multiplies() -> None:
+    """However wrong the numbers of the twin beside it are; they had been multiplied instead."""
+    run = record(stair(SPEEDS), lambda points, at: 0.0 * points.position_rad, Conditions(), 1)
+    points = stair(SPEEDS).sample(run.signals.time_s)
+    simulated = 0.8 * (
+        TWIN.inertia_kg_m2 * points.acceleration_rad_s2
+        + TWIN.viscous_nm_s_per_rad * points.velocity_rad_s
+        + TWIN.coulomb_nm * np.sign(points.velocity_rad_s)
+    )
+    asked = replace(run, columns={**run.columns, "torque_simulated_nm": simulated})
+    another = replace(TWIN, inertia_kg_m2=0.1, coulomb_nm=0.1)
+    (number,) = study(another, tabulate(another, [asked])).numbers
+    assert number.effect == "torque-constant-error"
+    assert number.parameters["factor"].value == pytest.approx(0.8, rel=0.01)
+
+
+def test_of_a_recorded_simulations_number_only_what_it_lacks_is_told() -> None:
+    changes = {"Coulomb friction": (0.35, 0.42, "N m")}
+    said = number_sentence("wrong-number", changes, 1.0, recorded=True)
+    assert "Coulomb friction is 70.0 mN m more than the simulation has" in said
+    assert "0.35" not in said

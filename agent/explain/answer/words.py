@@ -151,7 +151,11 @@ def _factor(known: Mapping[str, float]) -> str:
 
 
 def number_sentence(
-    effect: str, changes: Mapping[str, tuple[float, float, str]], share: float
+    effect: str,
+    changes: Mapping[str, tuple[float, float, str]],
+    share: float,
+    *,
+    recorded: bool = False,
 ) -> str:
     """Return the sentence of a wrong number.
 
@@ -162,6 +166,9 @@ def number_sentence(
         What is wrong in words, to what the twin says, what the recordings say, and the SI unit.
     share : float
         Of what the twin as given leaves.
+    recorded : bool
+        Whether the simulation is a recorded one, whose own numbers nobody here knows: then only
+        what it lacks can be told.
     """
     worth = f"This explains {_percent(share)} of the difference to the simulation as given."
     if effect == "torque-constant-error":
@@ -171,7 +178,8 @@ def number_sentence(
             f"{found:.3f}. {worth}"
         )
     told = {name: numbers for name, numbers in changes.items() if _differs(numbers, changes)}
-    said = " and ".join(_change(name, *numbers) for name, numbers in (told or changes).items())
+    change = _lack if recorded else _change
+    said = " and ".join(change(name, *numbers) for name, numbers in (told or changes).items())
     if effect == "gravity-imbalance":
         return f"The simulation does not know all of the load: {said}. {worth}"
     return f"A number of the simulation is wrong: {said}. {worth}"
@@ -185,6 +193,13 @@ def _differs(
     # Gravity's two parts are one vector: a part that is nothing is measured by the other.
     size = max(max(abs(was), abs(now)) for was, now, own in changes.values() if own == unit)
     return abs(found - given) >= _SAME_NUMBER * (abs(given) or size)
+
+
+def _lack(name: str, given: float, found: float, unit: str) -> str:
+    scale = scale_for(unit, (found - given,))
+    size = significant(abs(found - given) * scale.factor, 3)
+    way = "more" if found > given else "less"
+    return f"{name} is {size} {scale.unit} {way} than the simulation has"
 
 
 def _change(name: str, given: float, found: float, unit: str) -> str:

@@ -16,9 +16,14 @@ _FEWEST = 3  # numbers that it must stand for
 
 
 def factor_column(library: Library) -> Floats:
-    """Return the weighted torque of the twin's own numbers as given, shape (m, 1)."""
+    """Return the weighted torque of the simulation as given, shape (m, 1): of the twin's numbers.
+
+    A recorded simulation's numbers are its own: all of its torque is taken.
+    """
     scene = library.scene
-    return library.weighing.weighted(scene.table.base @ scene.as_given)[:, np.newaxis]
+    table = scene.table
+    torque = table.given_nm if table.simulated else table.base @ scene.as_given
+    return library.weighing.weighted(torque)[:, np.newaxis]
 
 
 def one_factor_does(library: Library, own: Floats, beside: Floats, material: float) -> bool:
