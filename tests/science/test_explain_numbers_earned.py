@@ -28,6 +28,11 @@ from trajectories import SetPoints
 SPEEDS = (2.0, 6.0, 20.0, 50.0)
 
 
+def nothing(points: SetPoints, at: Conditions) -> Floats:
+    del at
+    return np.zeros_like(points.position_rad)
+
+
 def brake_now_and_then(points: SetPoints, at: Conditions) -> Floats:
     time_s = at.started_s + np.arange(points.position_rad.shape[0]) / RATE_HZ
     return np.asarray(0.18 * np.sign(points.velocity_rad_s) * (time_s % 7.3 < 1.1))
@@ -74,7 +79,7 @@ def _with(candidate: Any, to_twin: Any) -> Any:
 
 def test_a_recorded_simulations_own_torque_is_what_a_factor_multiplies() -> None:
     """However wrong the numbers of the twin beside it are; they had been multiplied instead."""
-    run = record(stair(SPEEDS), lambda points, at: 0.0 * points.position_rad, Conditions(), 1)
+    run = record(stair(SPEEDS), nothing, Conditions(), 1)
     points = stair(SPEEDS).sample(run.signals.time_s)
     simulated = 0.8 * (
         TWIN.inertia_kg_m2 * points.acceleration_rad_s2
