@@ -6,6 +6,7 @@ for white torque noise of variance s^2 and a linear model it is ``s^2 (F' F)^-1`
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
@@ -35,7 +36,11 @@ CURVE = ("coulomb_nm", "viscous_nm_s_per_rad")
 
 @dataclass(frozen=True)
 class Score:
-    """One parameter over many seeds: coverage of its 95 % interval, error against the bound."""
+    """One parameter over many seeds: coverage of its 95 % interval, error against the bound.
+
+    `bound` is that of all samples that carry the parameter, `used` that of those which the
+    estimate's steady windows kept, NaN where there are none.
+    """
 
     fit: str
     parameter: str
@@ -43,10 +48,15 @@ class Score:
     coverage: float
     rmse: float
     bound: float
+    used: float = math.nan
 
     @property
     def ratio(self) -> float:
         return self.rmse / self.bound
+
+    @property
+    def ratio_of_used(self) -> float:
+        return self.rmse / self.used
 
 
 def body_bound(joint: Joint, motion: Motion, noise_nm: float) -> dict[str, float]:
@@ -102,6 +112,7 @@ def law_campaign(seeds: Iterable[int]) -> list[Score]:
     motion = stair(np.geomspace(1.0, 140.0, 24).tolist(), rate_hz=125.0)
     speed, samples = steady_samples(motion)
     laws: list[Mapping[str, Parameter]] = []
+    used: list[Floats] = []
     for seed in seeds:
         signals = record(
             FALL,
@@ -111,10 +122,14 @@ def law_campaign(seeds: Iterable[int]) -> list[Score]:
             memory=0.0,
             velocity_noise_rad_s=VELOCITY_NOISE_RAD_S,
         )
-        model = estimate([signals]).selected_model
+        result = estimate([signals])
+        model = result.selected_model
         assert model is not None
+        assert result.friction_curve is not None
         assert model.model == "stribeck", seed
         laws.append(model.parameters)
+        if result.friction_curve.samples.size == speed.size:
+            used.append(result.friction_curve.samples.astype(np.float64))
     truth = np.array([getattr(FALL, name) for name in LAW])
 
     def friction(x: Floats) -> Floats:
@@ -122,14 +137,20 @@ def law_campaign(seeds: Iterable[int]) -> list[Score]:
 
     steps = 1e-5 * np.diag(truth)
     slopes = [(friction(truth + h) - friction(truth - h)) / (2.0 * h.max()) for h in steps]
-    bound = deviations(np.stack(slopes, axis=1) * np.sqrt(samples)[:, np.newaxis], FALL_NOISE_NM)
-    return [_score("stribeck", laws, name, FALL, own) for name, own in zip(LAW, bound, strict=True)]
+
+    def bound(counts: Floats) -> dict[str, float]:
+        columns = np.stack(slopes, axis=1) * np.sqrt(counts)[:, np.newaxis]
+        return dict(zip(LAW, deviations(columns, FALL_NOISE_NM), strict=True))
+
+    everything, kept = bound(samples), bound(np.mean(used, axis=0))
+    return [_score("stribeck", laws, n, FALL, everything[n], kept[n]) for n in LAW]
 
 
 def campaign(seeds: Iterable[int], joint: Joint = JOINT, motion: Motion = MOTION) -> list[Score]:
     """Estimate once for every seed and score what was identified."""
     bodies: list[Mapping[str, Parameter]] = []
     laws: list[Mapping[str, Parameter]] = []
+    used: list[Floats] = []
     for seed in seeds:
         signals = record(
             joint,
@@ -141,17 +162,26 @@ def campaign(seeds: Iterable[int], joint: Joint = JOINT, motion: Motion = MOTION
         )
         result = estimate([signals])
         assert result.rigid_body is not None
+        assert result.friction_curve is not None
         bodies.append(result.rigid_body.parameters)
         laws.append(result.friction_models[0].parameters)
+        used.append(result.friction_curve.samples.astype(np.float64))
     body = body_bound(joint, motion, NOISE_NM)
-    curve = curve_bound(*steady_samples(motion), NOISE_NM)
-    return [_score("rigid body", bodies, name, joint, body[name]) for name in BODY] + [
-        _score("friction curve", laws, name, joint, curve[name]) for name in CURVE
+    speed, samples = steady_samples(motion)
+    curve = curve_bound(speed, samples, NOISE_NM)
+    kept = curve_bound(speed, np.mean(used, axis=0), NOISE_NM)
+    return [_score("rigid body", bodies, n, joint, body[n]) for n in BODY] + [
+        _score("friction curve", laws, n, joint, curve[n], kept[n]) for n in CURVE
     ]
 
 
 def _score(
-    fit: str, found: list[Mapping[str, Parameter]], name: str, joint: Joint, bound: float
+    fit: str,
+    found: list[Mapping[str, Parameter]],
+    name: str,
+    joint: Joint,
+    bound: float,
+    used: float = math.nan,
 ) -> Score:
     truth = joint.offset_nm if name == "torque_offset_nm" else float(getattr(joint, name))
     parameters = [p[name] for p in found]
@@ -160,4 +190,4 @@ def _score(
     ends = np.array([p.ci95 for p in parameters])
     covered = (ends[:, 0] <= truth) & (truth <= ends[:, 1])
     rmse = float(np.sqrt(np.mean((values - truth) ** 2)))
-    return Score(fit, name, truth, float(np.mean(covered)), rmse, bound)
+    return Score(fit, name, truth, float(np.mean(covered)), rmse, bound, used)

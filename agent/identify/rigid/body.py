@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.identify.friction.models import fit_percent
+from agent.identify.friction.law_fit import fit_percent
 from agent.identify.result import Floats, Parameter, RigidBodyFit, Validation
 from agent.identify.rigid.linear import time_blocks
 from agent.identify.signals.preprocess import SPEED_CHANGE, FilteredStretch
