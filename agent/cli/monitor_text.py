@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING
 from agent.conclude.cycles import Unreadable
 from agent.monitor.comparison import Effect
 from agent.monitor.cycle import Joint
-from agent.monitor.verdict import Finding
+from agent.monitor.finding import NOT_DECIDABLE, Finding
+from agent.monitor.series import State
 from agent.numbers import scale_for
 
 if TYPE_CHECKING:  # it brings the explain engine, which few alarms are asked of
     from agent.conclude.alarm import AlarmExplanation
 
 _MOST = 8
+_QUIET = {State.NO_FAULT.value: "no alarm (NF)", NOT_DECIDABLE: "not decidable yet"}
 
 
 def monitor_text(
@@ -31,7 +33,7 @@ def monitor_text(
 
 def _joint(finding: Finding, asked: AlarmExplanation | None) -> str:
     history = finding.history
-    state = f"ALARM ({finding.status})" if finding.alarm else finding.status
+    state = f"ALARM ({finding.status})" if finding.alarm else _QUIET[finding.status]
     lines = [f"{history.joint.label}: {state}", f"  {finding.sentence}"]
     if finding.reasons is not None:
         lines += [
@@ -59,7 +61,7 @@ def _joint(finding: Finding, asked: AlarmExplanation | None) -> str:
 
 def _effect(name: str, effect: Effect) -> str:
     """Return a change in torque and per cent, as one line."""
-    scale = scale_for("N m", [effect.change_nm])
+    scale = scale_for("N m", [effect.change_nm, *effect.ci95_nm])
     low, high = (scale.factor * end for end in effect.ci95_nm)
     torque = f"{scale.factor * effect.change_nm:+.3g} {scale.unit} ({low:+.3g} to {high:+.3g})"
     span = f"{effect.from_rad_s:.3g} to {effect.to_rad_s:.3g} rad/s"

@@ -86,8 +86,13 @@ def _axis(
     request: SelfTestRequest,
 ) -> AxisTest:
     """Test one joint on the cycles since its last event that are held to be healthy."""
-    track, notes = judge(history, detector, request.baseline).current, list(history.notes)
+    finding = judge(history, detector, request.baseline)
+    track, notes = finding.current, list(history.notes)
     start, stop = (0, 0) if track is None else (track.segment.start, track.segment.stop)
+    if finding.since_first is not None:
+        nothing = SelfTest("friction has been rising since the first cycle, so that no cycle is "
+                           "known to be healthy", 0, 0, 0, request.within, 0)  # fmt: skip
+        return AxisTest(history, nothing, {}, (), tuple(notes))
     changed = None if track is None else _changed(track)
     if changed is not None:
         notes.append(

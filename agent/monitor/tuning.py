@@ -42,6 +42,7 @@ SOONEST_CYCLES = 2.0
 
 _LONGEST, _LENGTHEN = 400, 1.1  # baselines that are tried for it
 _LARGEST_RISE = 64.0  # over the smallest worth finding
+_RARE = 0.01  # a year
 _HALVINGS = 10  # of that range, so that the rise is the smallest to half a percent of itself
 _NOISE, _LAW = 0.4, 0.4  # of the false alarms: left to noise, to the law's error
 _TRIALS = 8.0  # of the law's error in a year: a season's two ends, under some four baselines
@@ -195,10 +196,15 @@ def _tuned(found: _Known, target: Target, cycles_per_year: float, share: float) 
         sentence=(
             f"{found.cycles} healthy cycles: a lasting rise of "
             f"{100.0 * sought:.1f} % is found after about {delay:.0f} cycles; "
-            f"false alarms from noise: {np.mean(rates):.2g} a year expected, "
-            f"{up:.2g} at most (97.5 %)"
+            f"false alarms from noise: {_said(float(np.mean(rates)))} a year expected, "
+            f"{_said(up)} at most (97.5 %)"
         ),
     )
+
+
+def _said(rate: float) -> str:
+    """Return a rate as it is said; how much rarer than one in a hundred years nobody can tell."""
+    return f"{rate:.2g}" if rate >= _RARE else f"under {_RARE:g}"
 
 
 def _smallest(in_time: Callable[[float], bool], least: float) -> float | None:

@@ -120,7 +120,7 @@ def as_sentence(words: str) -> str:
 
 
 def _signed(percent: float) -> str:
-    return f"{percent:+.1f}".replace("-", "−")
+    return f"{round(percent, 1) + 0.0:+.1f}".replace("-", "−")
 
 
 def _at(found: Comparison) -> str:

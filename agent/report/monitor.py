@@ -194,7 +194,7 @@ def _effect(key: str, effect: Effect) -> tuple[str, str, str, str]:
 
 def _interval(change: Parameter, unit: str) -> str:
     """Return a change with its interval, digits by the interval, its sign always said."""
-    scale = scale_for(unit, [change.value])
+    scale = scale_for(unit, [change.value, *(change.ci95 or ())])
     value, interval, _ = written(change, scale.factor)
     ends = " to ".join(_signed(end) for end in interval.split(" to "))
     return f"{_signed(value)} {scale.unit} ({ends})"
