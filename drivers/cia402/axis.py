@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 
 from drivers.can.owner import CanBusOwner
 from drivers.cia402 import objects
+from drivers.cia402.company import refuse_company
 from drivers.cia402.config import Cia402Config
 from drivers.cia402.exchange import Exchange
 from drivers.cia402.handing_back import hand_back, not_restored
@@ -25,7 +26,7 @@ from drivers.cia402.opening import (
     refuse_wider,
 )
 from drivers.cia402.sdo import SdoAccess
-from drivers.cia402.settings import apply, leave_at_rest, snapshot
+from drivers.cia402.settings import ProcessData, apply, leave_at_rest, snapshot
 from drivers.cia402.stopping import stop_axis
 from drivers.cia402.supervision import judge
 from drivers.cia402.watchdog_proof import prove
@@ -102,8 +103,9 @@ class Cia402Axis:
 
         Raises
         ------
-        NodeMissingError, IdentityError, DriveFaultError, DriveStateError, ConfigurationError
-            As `drivers.cia402.opening` refuses; nothing has been written then.
+        NodeMissingError, IdentityError, DriveFaultError, DriveStateError, ConfigurationError,
+        IntruderError
+            As `opening` and `company` refuse; nothing has been written then.
         SdoError, SyncUnansweredError, HeartbeatLostError, BusError
             What the drive did not take or answer; `close` restores what had been written.
         """
@@ -122,6 +124,8 @@ class Cia402Axis:
             **snapshot(sdo, config, choice.rung),
         }
         refuse_wider(config, found)
+        pdos = ProcessData.of(config, choice.rung)
+        refuse_company(self._owner, self._clock, config, pdos.orders)
         if self._journal is not None:
             self._journal(found)
         self._found = found

@@ -10,6 +10,7 @@ import struct
 from dataclasses import replace
 
 from drivers.can.owner import CanBusOwner
+from drivers.cia402.company import HEARTBEAT, SYNC
 from drivers.cia402.config import Cia402Config
 from drivers.cia402.modes import Rung
 from drivers.cia402.network import CanopenNode, NmtState
@@ -23,8 +24,6 @@ from drivers.clock import Clock
 from drivers.errors import ConfigurationError, DriverError
 from drivers.ports import Command, DriveState, Goal, Sample, SyncAccount
 
-SYNC = 0x080
-HEARTBEAT = 0x700
 _ALIVE = bytes([NmtState.OPERATIONAL])
 
 
@@ -75,8 +74,6 @@ class Exchange:
         self._pdos = pdos
         self._codecs = tuple(pdo.codec() for pdo in pdos.answers)
         self._inboxes = tuple(owner.subscribe((pdo.cob_id,)) for pdo in pdos.answers)
-        beat = HEARTBEAT + config.agent_node_id
-        owner.claims.claim((beat, *(pdo.cob_id for pdo in pdos.orders), SYNC))
 
     def transmit(self, goal: Goal, velocity_rad_s: float = 0.0, *, heartbeat: bool = True) -> None:
         """Send what leads towards `goal` without a position or a move of its own; see `follow`."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from drivers.cia402.exchange import HEARTBEAT, SYNC, Exchange
+from drivers.cia402.company import intruded
+from drivers.cia402.exchange import Exchange
 from drivers.cia402.network import NmtState
 from drivers.cia402.words import State, error_words
 from drivers.errors import (
@@ -10,7 +11,6 @@ from drivers.errors import (
     DriverError,
     DriveStateError,
     HeartbeatLostError,
-    IntruderError,
     SyncUnansweredError,
 )
 
@@ -29,7 +29,7 @@ def judge(exchange: Exchange) -> DriverError | None:
     except DriverError as error:
         return error
     return (
-        intruded(exchange)
+        intruded(exchange.owner, exchange.config)
         or _emergency(exchange)
         or exchange.unreadable
         or _fault(exchange)
@@ -37,28 +37,6 @@ def judge(exchange: Exchange) -> DriverError | None:
         or _unanswered(exchange)
         or _silent(exchange)
     )
-
-
-def intruded(exchange: Exchange) -> DriverError | None:
-    """Return an error when somebody else on the bus has sent what only we may.
-
-    A second heartbeat under our node id would keep the drive going after our death; a second
-    sender of orders moves the joint; a second SYNC makes answers that belong to none of ours.
-    """
-    cob_id = exchange.owner.claims.intruded()
-    if cob_id is None:
-        return None
-    agent = exchange.config.agent_node_id
-    if cob_id == HEARTBEAT + agent:
-        what = f"the heartbeat of node {agent}, which is ours (0x{cob_id:03X})"
-        do = "Give the agent a node id that no other device on this bus has (agent_node_id)."
-    elif cob_id == SYNC:
-        what = f"SYNC (0x{cob_id:03X})"
-        do = "End the other SYNC producer; `stribeck bus` shows who talks."
-    else:
-        what = f"orders to the drive at node {exchange.config.node_id} (0x{cob_id:03X})"
-        do = "End the program, or the controller, that commands this drive."
-    return IntruderError(f"Somebody else on {exchange.owner.name} sends {what}.", do)
 
 
 def _emergency(exchange: Exchange) -> DriverError | None:

@@ -181,6 +181,19 @@ def test_one_frame_that_only_we_may_send_is_noticed(
     axis.close()
 
 
+def test_who_finds_another_agent_at_work_leaves_everything_as_it_is() -> None:
+    with open_rig("virtual") as rig:
+        first, second = rig.axis(), rig.axis()
+        found = first.open().found
+        first.close()
+        rig.inject(0x77F, b"\x05")
+        with pytest.raises(IntruderError, match="heartbeat of node 127"):
+            second.open()
+        assert not second._found  # nothing was written, so nothing is to be given back
+        second.close()
+        assert rig.values(found) == found
+
+
 def test_a_caller_that_hangs_is_missed_by_the_drive(rig: Rig) -> None:
     axis = rig.axis()
     axis.open()

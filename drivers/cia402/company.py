@@ -1,0 +1,68 @@
+"""Who else on the bus does what only the agent may: feed the watchdog, give orders, send SYNC."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from drivers.can.owner import CanBusOwner
+from drivers.cia402.config import Cia402Config
+from drivers.cia402.pdo import PdoMap
+from drivers.clock import Clock
+from drivers.errors import IntruderError
+
+SYNC = 0x080
+HEARTBEAT = 0x700
+
+LISTENED_S = 0.1
+"""So long it is listened before anything is written: five of another agent's heartbeats, and fifty
+of its SYNCs. Whoever speaks less often is found later, in motion too."""
+
+_POLL_S = 0.01
+
+
+def refuse_company(
+    owner: CanBusOwner, clock: Clock, config: Cia402Config, orders: Iterable[PdoMap]
+) -> None:
+    """Claim what only we may send to this drive, and refuse it where somebody else does already.
+
+    Nothing is sent: another agent's cycle is not disturbed by one that is refused.
+
+    Raises
+    ------
+    IntruderError
+        As `intruded` says.
+    """
+    beat = HEARTBEAT + config.agent_node_id
+    owner.claims.claim((beat, *(pdo.cob_id for pdo in orders), SYNC))
+    until_s = clock.now() + LISTENED_S
+    while clock.now() < until_s:
+        clock.sleep_until(min(until_s, clock.now() + _POLL_S))
+        owner.poll()
+    intruder = intruded(owner, config)
+    if intruder is not None:
+        raise intruder
+
+
+def intruded(owner: CanBusOwner, config: Cia402Config) -> IntruderError | None:
+    """Return an error when somebody else on the bus has sent what only we may.
+
+    A second heartbeat under our node id would keep the drive going after our death; a second
+    sender of orders moves the joint; a second SYNC makes answers that belong to none of ours.
+    """
+    cob_id = owner.claims.intruded()
+    if cob_id is None:
+        return None
+    agent = config.agent_node_id
+    if cob_id == HEARTBEAT + agent:
+        what = f"the heartbeat of node {agent}, which is ours (0x{cob_id:03X})"
+        do = (
+            "End the other agent, or give this one a node id that no other device on this bus has "
+            "(agent_node_id)."
+        )
+    elif cob_id == SYNC:
+        what = f"SYNC (0x{cob_id:03X})"
+        do = "End the other SYNC producer; `stribeck bus` shows who talks."
+    else:
+        what = f"orders to the drive at node {config.node_id} (0x{cob_id:03X})"
+        do = "End the program, or the controller, that commands this drive."
+    return IntruderError(f"Somebody else on {owner.name} sends {what}.", do)
