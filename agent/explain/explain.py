@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from agent.explain.answer import words
 from agent.explain.answer.result import (
     Curve,
     Explanation,
+    Finding,
     Fit,
     Floor,
     Holdout,
@@ -19,6 +21,7 @@ from agent.explain.answer.result import (
     NextExperiment,
     Region,
     Trace,
+    Verdict,
     fit_of,
 )
 from agent.explain.choosing.aliases import aliases
@@ -36,6 +39,7 @@ from agent.explain.rows.run import Run, stood_in, without_gearbox_temperature
 from agent.explain.rows.table import BASE, Table, tabulate
 from agent.explain.study import Study, study
 from agent.explain.traces import traces_of
+from agent.explain.unnamed import unnamed
 from agent.explain.verdict import OWN_NUMBERS, far_from_given, left_share, verdict_of
 from agent.physics.twin import Twin
 from trajectories import AxisLimits
@@ -46,6 +50,7 @@ _HELD_SAMPLES = 60  # of one pass: what the filter leaves of them carries a mean
 _UNPROVEN = 1.5  # times the noise on unseen data, and no noise in kind: not all is explained
 _SLIDES = 0.1  # of the time: with less the joint stands
 _GAP_S = 1.0
+_CLOSER = 1.1  # of the refitted energy, at least: else refitting has brought nothing
 _LATE_S = 5e-4  # of a velocity: less is no more than its last difference
 
 
@@ -94,15 +99,24 @@ def explain(
     if refusal or table is None:
         return _nothing(refusal, *names)
     found = study(twin, table)
+    findings = findings_of(found)
+    verdict = verdict_of(found, findings, left_share(found))
+    menu = _experiments(found, limits)
+    if verdict == "unexplained":
+        findings = tuple(f for f in findings if f.effect in OWN_NUMBERS)
+        found = unnamed(found)
     try:
-        proven, traces = _proof(found, holdout)
+        proven, traces = _proof(found, holdout, named=verdict != "unexplained")
     except ValueError as error:
         return _nothing(f"the hold-out cannot be compared: {error}", *names)
-    menu = _experiments(found, limits)
-    return _explanation(found, proven, traces, menu, *names, by_motor=by_motor)
+    return _explanation(
+        found, verdict, findings, proven, traces, menu, *names, by_motor=by_motor
+    )
 
 
-def _proof(found: Study, holdout: Sequence[Run]) -> tuple[Holdout, tuple[Trace, ...]]:
+def _proof(
+    found: Study, holdout: Sequence[Run], *, named: bool
+) -> tuple[Holdout, tuple[Trace, ...]]:
     """Return what the findings are worth on unseen data, and every recording before and after."""
     table = found.table
     refitted = proof.refitted_twin(table, found.twin)
@@ -112,7 +126,8 @@ def _proof(found: Study, holdout: Sequence[Run]) -> tuple[Holdout, tuple[Trace, 
         source = "recordings that it had not seen"
         traces = (*traces, *traces_of(found, refitted, unseen, held_out=True))
     else:
-        compared, source = proof.compare_folds(found.library)
+        library = found.library if named else replace(found.library, candidates=())
+        compared, source = proof.compare_folds(library)
     rows_per_cutoff = 1.0 / (table.cutoff_hz * table.pieces[0].period_s * table.pieces[0].stride)
     placebo = proof.placebo(found.library)
     return proof.prove(compared, source, found.floor.value_nm, placebo, rows_per_cutoff), traces
@@ -199,6 +214,8 @@ def _nothing(reason: str, recordings: tuple[str, ...], held_out: tuple[str, ...]
 
 def _explanation(
     found: Study,
+    verdict: Verdict,
+    findings: tuple[Finding, ...],
     proven: Holdout,
     traces: tuple[Trace, ...],
     menu: tuple[NextExperiment, ...],
@@ -207,16 +224,12 @@ def _explanation(
     *,
     by_motor: bool,
 ) -> Explanation:
-    """Draw the verdict and write it down."""
+    """Write it down."""
     table, rows = found.table, found.library.weighing.rows
     measured = table.measured_nm[rows]
-    findings = findings_of(found)
     share, where = left_share(found), _left_where(found)
-    verdict = verdict_of(found, findings, share)
     if verdict == "explained" and proven.floor_ratio > _UNPROVEN and not proven.white:
         verdict = "partly-explained"
-    if verdict == "unexplained":
-        findings = tuple(f for f in findings if f.effect in OWN_NUMBERS)
     refitted = fit_of(measured, found.refitted_nm[rows])
     following = menu if any(f.alternatives for f in findings) else ()
     return Explanation(
@@ -285,7 +298,7 @@ def _bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
             "the simulation questioned is the recordings' own torque_simulated_nm; twin.toml holds "
             "what was found beside the numbers of the twin that was given"
         )
-    if not found.choice.terms and not found.numbers and far_from_given(found):
+    if not found.choice.terms and not found.numbers and _bent(found):
         out.append(
             "the simulation as given is clearly above the noise: its own numbers, refitted, come "
             "closer, and these recordings do not say which of them is wrong"
@@ -307,6 +320,13 @@ def _bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
         if index not in compared:
             out.append(f"{run.name} was left out: no stretch of it is long enough to be compared")
     return tuple(out)
+
+
+def _bent(found: Study) -> bool:
+    """Return whether the simulation as given is far off, and its numbers refitted are closer."""
+    rows = found.library.weighing.rows
+    given, refitted = found.table.target_nm[rows], found.refitted_nm[rows]
+    return far_from_given(found) and float(given @ given) > _CLOSER * float(refitted @ refitted)
 
 
 def _left_where(found: Study) -> tuple[Region, ...]:

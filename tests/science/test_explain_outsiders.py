@@ -8,6 +8,7 @@ import pytest
 from agent.explain.findings import findings_of
 from agent.explain.rows.table import tabulate
 from agent.explain.study import Study, study
+from agent.explain.unnamed import unnamed
 from agent.explain.verdict import left_share, verdict_of
 from agent.identify.result import Floats
 from tests.science.explain_joint import TWIN, Conditions, Missing, record, stair
@@ -43,3 +44,6 @@ def test_what_no_law_carries_is_unexplained_and_located(missing: Missing, axis: 
     assert verdict_of(found, findings, left_share(found)) == "unexplained"
     first = next(cell for cell in found.cells if cell.counts)
     assert first.axis == axis
+    told = unnamed(found)  # no law that is not named stays in a number, or in the twin
+    assert told.extended.effects == ()
+    assert left_share(told) == 1.0
