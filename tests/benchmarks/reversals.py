@@ -3,8 +3,8 @@
 Truths are integrated apart from the product; a seed draws torque noise, the encoders' phase and
 the sampling's phase. The encoder has 2^20 counts a turn, as servo motors' have, or 2^BITS with
 ``--bits``. The bound is Cramer and Rao's for white noise of the torque and the encoder's steps.
-Clearance, and the choice among four laws, are tried at every tenth seed, with 2^16 counts.
-``--law`` takes one law alone, without clearance and choice.
+Clearance from the arm's encoder, and the choice among four laws (at every tenth seed), are tried
+with 2^16 counts. ``--law`` takes one law alone, ``--law clearance`` that alone.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from agent.identify.reversals.parameters import parameters_of
 from agent.identify.reversals.search import Solution, solve
 from agent.identify.reversals.selection import select
 from agent.identify.reversals.turns import Motion, Track, Turn, read_tracks
+from tests.science.backlash_bound import clearance_bound
 from tests.science.reversal_plant import (
     ARM_COULOMB,
     FINE_S,
@@ -183,7 +184,7 @@ def _gradients(found: Solution, law: str) -> dict[str, Floats]:
 
 
 def clearance(seeds: int) -> None:
-    """Print coverage of gap, lost motion and skew from the arm's encoder."""
+    """Print coverage, error against the bound and bias of what the arm's encoder tells."""
     late_s = 0.002
     for gap, stiffness in ((0.03, 400.0), (0.03, 30.0), (0.0, 20.0)):
         truth = {
@@ -192,19 +193,32 @@ def clearance(seeds: int) -> None:
             "compliance_rad_per_nm": 1.0 / stiffness,
             "encoder_skew_s": late_s,
         }
-        inside = dict.fromkeys(truth, 0)
-        given = dict.fromkeys(truth, 0)
+        rows: dict[str, list[tuple[bool, float]]] = {name: [] for name in truth}
         for seed in range(FIRST, FIRST + seeds):
-            signals = sampled(geared(gap, stiffness), seed, with_arm=True, arm_late_s=late_s)
+            signals = sampled(
+                geared(gap, stiffness), seed, noise_nm=NOISE_NM, with_arm=True, arm_late_s=late_s
+            )
             motion = read_tracks([signals])
             found = arm_clearance(motion, range_of(motion), VISCOUS)
             assert found is not None
             for name, parameter in found.named().items():
                 if parameter.ci95 is not None:
-                    given[name] += 1
-                    inside[name] += parameter.ci95[0] <= truth[name] <= parameter.ci95[1]
-        counts = ", ".join(f"{n} {inside[n]} of {given[n]}" for n in truth)
-        print(f"gap {1e3 * gap:g} mrad, {stiffness:g} N m/rad, {seeds} seeds; covered: {counts}")
+                    low, high = parameter.ci95
+                    rows[name].append((low <= truth[name] <= high, parameter.value - truth[name]))
+        print(f"gap {1e3 * gap:g} mrad, {stiffness:g} N m/rad, {seeds} seeds")
+        bound = clearance_bound(gap, stiffness, NOISE_NM)
+        for name, seen in rows.items():
+            if not seen:
+                print(f"  {name:<24}{0:>6} given")
+                continue
+            covered, error = np.array(seen, dtype=np.float64).T
+            rmse = float(np.sqrt(np.mean(error**2)))
+            against = f"{rmse / bound[name]:9.2f}" if name in bound else f"{'-':>9}"
+            print(
+                f"  {name:<24}{covered.size:>6} given, covered {100.0 * covered.mean():.1f} %, "
+                f"rmse {rmse:.3g}, / bound{against}, bias {error.mean():+.3g}",
+                flush=True,
+            )
 
 
 def main() -> None:
@@ -212,12 +226,15 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("seeds", type=int, nargs="?", default=SEEDS)
     parser.add_argument("--bits", type=int, default=20, help="of the encoder, a turn")
-    parser.add_argument("--law", choices=TRUTH, help="one law alone")
+    parser.add_argument("--law", choices=[*TRUTH, "clearance"], help="one law alone")
     asked = parser.parse_args()
+    if asked.law == "clearance":
+        clearance(asked.seeds)
+        return
     if asked.law is not None:
         presliding(asked.seeds, [asked.law], 1 << asked.bits)
         return
-    clearance(max(asked.seeds // 10, 1))
+    clearance(asked.seeds)
     presliding(asked.seeds, list(TRUTH), 1 << asked.bits)
     choice(max(asked.seeds // 10, 1))
 

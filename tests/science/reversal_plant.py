@@ -158,19 +158,25 @@ def geared(gap_rad: float, stiffness_nm_per_rad: float, motion: Trajectory | Non
 
     Fixed small steps; dry friction takes away as much momentum as it can in each.
     """
-    motion = swings() if motion is None else motion
-    fine = np.arange(0.0, motion.duration_s, GEAR_STEP_S)
-    points = motion.sample(fine)
-    rows = _gear_loop(
-        points.position_rad,
-        points.velocity_rad_s,
-        points.acceleration_rad_s2,
-        gap_rad,
-        stiffness_nm_per_rad,
-    )
+    fine, rows = _gear_rows(gap_rad, stiffness_nm_per_rad, swings() if motion is None else motion)
     every = round(FINE_S / GEAR_STEP_S)
     position, velocity, torque, arm = rows[::every].T
     return Run(fine[::every], position, velocity, torque, arm)
+
+
+def gear_motion(gap_rad: float, stiffness_nm_per_rad: float) -> tuple[Floats, Floats]:
+    """Return the motor's angle and velocity of `geared`, every `GEAR_STEP_S`."""
+    _, rows = _gear_rows(gap_rad, stiffness_nm_per_rad, swings())
+    return rows[:, 0].copy(), rows[:, 1].copy()
+
+
+def _gear_rows(gap: float, stiff: float, motion: Trajectory) -> tuple[Floats, Floats]:
+    """Return times, and motor angle, velocity, torque and the arm's angle."""
+    fine = np.arange(0.0, motion.duration_s, GEAR_STEP_S)
+    points = motion.sample(fine)
+    return fine, _gear_loop(
+        points.position_rad, points.velocity_rad_s, points.acceleration_rad_s2, gap, stiff
+    )
 
 
 def _gear_loop(q_ref: Floats, v_ref: Floats, a_ref: Floats, gap: float, stiff: float) -> Floats:

@@ -32,12 +32,11 @@ _RINGING = 0.4  # of a swing
 _LEAST_TURNS = 4
 _LEAST_SAMPLES = 5
 _STIFF = 0.2  # of the lost motion: a wind-up that is smaller is not told well
-_BESIDE = 0.95  # of the lost motion: a gap that is larger leaves no wind-up to see
 
 
 @dataclass(frozen=True)
 class _Lead:
-    """Regression of the lead on direction, velocity and acceleration, jackknifed by reversal."""
+    """Regression of the lead on direction and the arm's motion, jackknifed by reversal."""
 
     lost_motion: Parameter
     skew_s: Parameter
@@ -123,10 +122,13 @@ def _round(motion: Motion, beyond_rad: float) -> tuple[Floats, Floats, tuple[int
         filtered = track.filtered(raw)
         passed = min(2.0 * track.cutoff_hz * track.period_s, 1.0)
         noise.append(resolution(raw)[1] * math.sqrt(passed))
+        # The arm's own motion, not the motor's: an arm that still rings winds up its gear.
+        arm = np.gradient(track.position_rad - filtered, track.period_s)
+        load = np.gradient(arm, track.period_s)
         for index in _settled(track, beyond_rad):
-            v = track.velocity_rad_s[index]
+            way = np.sign(track.velocity_rad_s[index])
             offset = np.tile([float(track.recording == r) for r in recordings], (index.size, 1))
-            rows.append(np.column_stack((np.sign(v), v, track.acceleration_rad_s2[index], offset)))
+            rows.append(np.column_stack((way, arm[index], load[index], offset)))
             target.append(filtered[index])
             turn.append(np.full(index.size, len(turn)))
     if len(turn) < _LEAST_TURNS:
@@ -191,9 +193,7 @@ def _gap_or_spring(
     tracks = tuple(
         replace(
             track,
-            lead_rad=np.asarray(track.lead_rad)
-            - lead.skew * track.velocity_rad_s
-            - lead.middle_rad[track.recording],
+            lead_rad=_in_time(track, lead.skew) - lead.middle_rad[track.recording],
             place_error_rad=0.0,
         )
         for track in motion.tracks
@@ -225,6 +225,17 @@ def _gap_or_spring(
     )
 
 
+def _in_time(track: Track, skew_s: float) -> Floats:
+    """Return the lead with the arm's angle moved to the motor's time, shape (n,).
+
+    Not the lead less skew times velocity: while the motor crosses the gap its arm stands.
+    """
+    assert track.lead_rad is not None
+    arm = track.position_rad - track.lead_rad
+    at_once = np.interp(track.time_s + skew_s, track.time_s, arm)
+    return np.asarray(track.lead_rad + arm - at_once, dtype=np.float64)
+
+
 def _width(parted: Solution, lead: _Lead, refusal: str) -> Parameter:
     """Return the gap, or that the lost motion is the gear's wind-up."""
     if refusal:
@@ -240,7 +251,7 @@ def _width(parted: Solution, lead: _Lead, refusal: str) -> Parameter:
         # Where the lead's middle is not known better, the gap is not, either.
         half = math.hypot(half, 0.5 * (lead.lost_motion.ci95[1] - lead.lost_motion.ci95[0]))
     low, high = lead.lost_motion.ci95 if lead.lost_motion.ci95 is not None else (value, value)
-    if bool(parted.at_bound.any()) or value >= _BESIDE * lead.value:
+    if bool(parted.at_bound.any()) or lead.value - value <= half:
         # No wind-up beside the gap can be seen: then the gap is the lost motion.
         return Parameter(lead.value, (min(low, value - half), high))
     if value > (1.0 - _STIFF) * lead.value:

@@ -1,0 +1,136 @@
+"""The least error of a gear's gap, lost motion, compliance and encoder skew (Cramer and Rao).
+
+The motor's motion is given; the arm is dragged through gap and spring by it, and predicts both what
+the motor carries and what the arm's encoder reads. Slopes are differences of that simulation: an
+impact comes earlier or later with the gap, and neither path nor torque jumps with it. Gear,
+friction, both inertias, torque offset, skew and the encoders' places are unknown. Noise is the
+torque's own and that of the encoders' steps, each white, with what the motor's steps become as
+torque; an arm that stands reads one step over and over, and its angle then counts for nothing.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from typing import Any, cast
+
+import numpy as np
+
+from tests.science.reversal_plant import (
+    ARM_COULOMB,
+    ARM_INERTIA,
+    COUNTS,
+    GEAR,
+    GEAR_STEP_S,
+    MOTOR_INERTIA,
+    SAMPLE_S,
+    VISCOUS,
+    Floats,
+    gear_motion,
+)
+
+_STEP = 2e-3  # relative, of the slopes
+_BLOCK = 1024  # samples whose torque errs together
+_MOVES = 0.5  # counts a sample, from which on steps are taken for white noise
+
+
+def clearance_bound(
+    gap_rad: float, stiffness: float, noise_nm: float, arm_counts: int = 1 << 22
+) -> dict[str, float]:
+    """Return the smallest standard deviations by name; that there is no gap is known."""
+    motor, velocity = gear_motion(gap_rad, stiffness)
+    truth = np.array([gap_rad, stiffness, 0.005 * math.sqrt(stiffness), ARM_INERTIA, ARM_COULOMB])
+    own = np.flatnonzero(truth)
+    every = slice(None, None, round(SAMPLE_S / GEAR_STEP_S))
+    slopes = np.stack(
+        [
+            (_dragged(motor, velocity, truth + h) - _dragged(motor, velocity, truth - h))[every]
+            / (2.0 * h[i])
+            for i, h in zip(own, _STEP * np.diag(truth)[own], strict=True)
+        ]
+    )
+    rate = _dragged(motor, velocity, truth)[every, 2]
+    speed, none = velocity[every], np.zeros((rate.size, 4))
+    sliding = np.column_stack(
+        (
+            np.gradient(velocity, GEAR_STEP_S)[every],
+            np.sign(speed),
+            speed,
+            np.ones_like(speed),
+        )
+    )
+    places = np.column_stack((-rate, np.ones_like(rate)))
+    torque = np.column_stack((slopes[:, :, 1].T, sliding, none[:, :2]))
+    arm = np.column_stack((slopes[:, :, 0].T, none, places))
+    motor_step, arm_step = 2.0 * np.pi / COUNTS, 2.0 * np.pi * GEAR / arm_counts
+    moves = arm[np.abs(rate) * SAMPLE_S > _MOVES * arm_step]
+    information = 12.0 * moves.T @ moves / (motor_step**2 + arm_step**2)
+    information += _of_torque(torque, noise_nm, motor_step / math.sqrt(12.0))
+    size = np.sqrt(np.diag(information))
+    covariance = np.linalg.inv(information / np.outer(size, size)) / np.outer(size, size)
+    return _deviations(covariance, own.tolist(), stiffness)
+
+
+def _deviations(covariance: Floats, own: list[int], stiffness: float) -> dict[str, float]:
+    """Return the deviations of what is reported, from those of the gear's own numbers."""
+    unit = np.eye(covariance.shape[0])
+    compliance = -unit[own.index(1)] / stiffness**2
+    lost = 2.0 * ARM_COULOMB * compliance + 2.0 / stiffness * unit[own.index(4)]
+    gradients = {"compliance_rad_per_nm": compliance, "encoder_skew_s": unit[-2]}
+    if 0 in own:
+        lost = lost + unit[own.index(0)]
+        gradients["backlash_rad"] = unit[own.index(0)]
+    gradients["lost_motion_rad"] = lost
+    return {name: float(np.sqrt(g @ covariance @ g)) for name, g in gradients.items()}
+
+
+def _of_torque(slopes: Floats, noise_nm: float, place_rad: float) -> Floats:
+    """Return what the torque tells, shape (p, p): what the motor's steps add to it is coloured."""
+    total = np.zeros((slopes.shape[1], slopes.shape[1]))
+    for first in range(0, slopes.shape[0], _BLOCK):
+        own = slopes[first : first + _BLOCK]
+        once: Floats = np.asarray(np.gradient(np.eye(own.shape[0]), SAMPLE_S, axis=0))
+        twice: Floats = np.asarray(np.gradient(once, SAMPLE_S, axis=0))
+        shaken = MOTOR_INERTIA * twice + VISCOUS * once
+        covariance = noise_nm**2 * np.eye(own.shape[0]) + place_rad**2 * shaken @ shaken.T
+        total += own.T @ np.linalg.solve(covariance, own)
+    return total
+
+
+def _dragged(motor: Floats, velocity: Floats, gear: Floats) -> Floats:
+    return np.asarray(_compiled()(motor, velocity, *gear.tolist()))
+
+
+@functools.cache
+def _compiled() -> Callable[..., Floats]:
+    import numba
+
+    loop: Any = numba.njit(cache=True)(_drag)
+    return cast("Callable[..., Floats]", loop)
+
+
+def _drag(
+    motor: Floats,
+    velocity: Floats,
+    gap: float,
+    stiff: float,
+    damp: float,
+    inertia: float,
+    coulomb: float,
+) -> Floats:
+    """Return the arm's angle, the teeth's torque and the arm's velocity, shape (n, 3)."""
+    dt = GEAR_STEP_S
+    arm = rate = 0.0
+    out = np.empty((motor.size, 3))
+    for k in range(motor.size):
+        twist, tooth = motor[k] - arm, 0.0
+        if twist > gap / 2:
+            tooth = max(stiff * (twist - gap / 2) + damp * (velocity[k] - rate), 0.0)
+        elif twist < -gap / 2:
+            tooth = min(stiff * (twist + gap / 2) + damp * (velocity[k] - rate), 0.0)
+        out[k, 0], out[k, 1], out[k, 2] = arm, tooth, rate
+        rate += dt * tooth / inertia
+        rate = math.copysign(max(abs(rate) - dt * coulomb / inertia, 0.0), rate)
+        arm += dt * rate
+    return out
