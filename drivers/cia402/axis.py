@@ -124,8 +124,8 @@ class Cia402Axis:
             **snapshot(sdo, config, choice.rung),
         }
         refuse_wider(config, found)
-        pdos = ProcessData.of(config, choice.rung)
-        refuse_company(self._owner, self._clock, config, pdos.orders)
+        orders = [pdo.cob_id for pdo in ProcessData.of(config, choice.rung).orders]
+        refuse_company(self._owner, self._clock, config, orders)
         if self._journal is not None:
             self._journal(found)
         self._found = found

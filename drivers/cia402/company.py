@@ -6,11 +6,11 @@ from collections.abc import Iterable
 
 from drivers.can.owner import CanBusOwner
 from drivers.cia402.config import Cia402Config
-from drivers.cia402.pdo import PdoMap
 from drivers.clock import Clock
 from drivers.errors import IntruderError
 
 SYNC = 0x080
+FIRST_ORDER = 0x200
 HEARTBEAT = 0x700
 
 LISTENED_S = 0.1
@@ -21,19 +21,26 @@ _POLL_S = 0.01
 
 
 def refuse_company(
-    owner: CanBusOwner, clock: Clock, config: Cia402Config, orders: Iterable[PdoMap]
+    owner: CanBusOwner, clock: Clock, config: Cia402Config, orders: Iterable[int] = ()
 ) -> None:
     """Claim what only we may send to this drive, and refuse it where somebody else does already.
 
     Nothing is sent: another agent's cycle is not disturbed by one that is refused.
+
+    Parameters
+    ----------
+    owner, clock, config
+        Of the axis.
+    orders : iterable of int
+        Identifiers of the RPDOs beside the first, which has the controlword.
 
     Raises
     ------
     IntruderError
         As `intruded` says.
     """
-    beat = HEARTBEAT + config.agent_node_id
-    owner.claims.claim((beat, *(pdo.cob_id for pdo in orders), SYNC))
+    beat, control = HEARTBEAT + config.agent_node_id, FIRST_ORDER + config.node_id
+    owner.claims.claim((beat, control, *orders, SYNC))
     until_s = clock.now() + LISTENED_S
     while clock.now() < until_s:
         clock.sleep_until(min(until_s, clock.now() + _POLL_S))

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from drivers.can.owner import CanBusOwner
 from drivers.cia402 import objects
+from drivers.cia402.company import refuse_company
 from drivers.cia402.config import Cia402Config
 from drivers.cia402.network import CanopenNode, NmtOrder, NmtState
 from drivers.cia402.opening import identify
@@ -34,14 +35,16 @@ def restore(
 
     Raises
     ------
-    NodeMissingError, IdentityError
-        Nobody, or somebody else, answers: nothing is written.
+    NodeMissingError, IdentityError, IntruderError
+        Nobody, or somebody else, answers; somebody else is driving it (their journal lies in a
+        folder that two computers share): nothing is written.
     ConfigurationError
         Naming every object that could not be restored.
     """
     node = CanopenNode(owner, clock, config.node_id, config.sdo_timeout_s)
     try:
         identify(SdoAccess(node, config.sdo_attempts), config, owner.name)
+        refuse_company(owner, clock, config)
         troubles = hand_back(node, config, found, NmtState.PRE_OPERATIONAL)
     finally:
         node.release()

@@ -192,6 +192,10 @@ def test_who_finds_another_agent_at_work_leaves_everything_as_it_is() -> None:
         assert not second._found  # nothing was written, so nothing is to be given back
         second.close()
         assert rig.values(found) == found
+        rig.inject(0x77F, b"\x05")
+        with pytest.raises(IntruderError):  # a journal that two computers share is no crash's
+            restore(rig.owner, rig.config, rig.clock, {**found, "0x6083:00": 1})
+        assert rig.values(found) == found
 
 
 def test_a_caller_that_hangs_is_missed_by_the_drive(rig: Rig) -> None:
