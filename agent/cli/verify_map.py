@@ -11,7 +11,6 @@ import typer
 
 from agent.cli.exits import BAD_NEWS
 from agent.cli.talk import talker
-from agent.errors import InputError
 from agent.wire_devices import MapCheck, check_map, register_map_named
 from drivers.modbus.connection import Endpoint, SerialEndpoint, TcpEndpoint
 from drivers.modbus.plausibility import Finding, RegisterVerdict
@@ -57,8 +56,10 @@ def run_verify_map(request: VerifyRequest, *, as_json: bool) -> None:
 
     Raises
     ------
+    typer.BadParameter
+        The device's place is not said, or is none.
     agent.errors.InputError
-        The map or the address cannot be used.
+        The map cannot be used.
     drivers.errors.DriverError
         Nobody answers.
     """
@@ -115,16 +116,16 @@ def table(verdicts: Sequence[RegisterVerdict]) -> str:
 
 def _endpoint(request: VerifyRequest) -> Endpoint:
     if (request.tcp is None) == (request.rtu is None):
-        raise InputError("Give the device's place: either --tcp HOST:PORT or --rtu PORT.")
+        raise typer.BadParameter("give the device's place: either --tcp HOST:PORT or --rtu PORT")
     if request.tcp is not None:
         host, colon, port = request.tcp.rpartition(":")
         if not colon:
             host, port = request.tcp, "502"
         if not port.isdigit() or not 0 < int(port) < 65536 or not host:
-            raise InputError(f"--tcp expects HOST:PORT, got {request.tcp!r}.")
+            raise typer.BadParameter(f"--tcp expects HOST:PORT, got {request.tcp!r}")
         return TcpEndpoint(host, int(port))
     if request.parity not in ("N", "E", "O") or request.stopbits not in (1, 2):
-        raise InputError("--parity is N, E or O, --stopbits 1 or 2.")
+        raise typer.BadParameter("--parity is N, E or O, --stopbits 1 or 2")
     parity: Literal["N", "E", "O"] = "N"
     if request.parity != "N":
         parity = "E" if request.parity == "E" else "O"
