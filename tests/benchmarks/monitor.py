@@ -59,7 +59,7 @@ def delay(robots: int) -> None:
         counted, alarms = false_rate(detector, FIRST, noise, robots, years, grows=True)
         counted = counted if alarms else 0.5 / (years * robots)
         line = line_for(healthy_years(FIRST, noise, robots, years), alarms, rise * LEVEL, FIRST)
-        for night in (40, 60, 90, 130, 230):
+        for night in (40, 60, 90, 130, 230, 365):
             d = measure(night, noise, rise, counted, line, robots=robots)
             print(
                 f"{noise:5.1%} {night:14d} {counted:8.3f} {d.cycles:6.2f} {d.optimum:8.2f} "
