@@ -47,6 +47,8 @@ class CanContact:
         self._age_max_s = age_max_s
         self._inbox: Inbox | None = None
         self._closed_contact = False
+        self._granted = False
+        self._opened_since = False
         self._heard_s = -math.inf
 
     def open(self) -> None:
@@ -72,12 +74,16 @@ class CanContact:
             self._heard_s = frame.stamp_s
             # A frame without its first byte says nothing, and nothing is no permit.
             self._closed_contact = bool(frame.data and frame.data[0] & self._mask)
+            self._opened_since = self._opened_since or not self._closed_contact
         silent_s = self._clock.now() - self._heard_s
         if not silent_s <= self._age_max_s:
             known = f"for {silent_s:.2f} s" if math.isfinite(silent_s) else "yet"
             return Permit(False, f"{self.where} has not been heard {known}")
         if not self._closed_contact:
             return Permit(False, f"the release contact is open ({self.where})")
+        if self._granted and self._opened_since:
+            return Permit(False, f"the release contact was open for a moment ({self.where})")
+        self._granted, self._opened_since = True, False
         return Permit(True, "")
 
     def done(self, *, well: bool) -> None:

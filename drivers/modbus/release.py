@@ -3,7 +3,8 @@
 A thread of its own talks to the PLC, but what it says is the control tick's: the alive count goes
 up only when `permit` is called, so that an agent that hangs stands still before the PLC's eyes
 even though the thread lives on. The other way, a permit counts only while the PLC's own count
-moves and its word is fresh.
+moves and its word is fresh, and only as an answer to our request. One that was taken back, however
+shortly and whatever else the control thread was doing, is gone for this cycle.
 """
 
 from __future__ import annotations
@@ -36,6 +37,8 @@ class _Word(NamedTuple):
     alive: int
     heard_s: float
     moved_s: float  # when its count was last seen to move
+    asked: bool  # whether our request stood there when it was said
+    denials: int  # how often it has said no so far
 
 
 class ModbusRelease:
@@ -70,6 +73,7 @@ class ModbusRelease:
         self._requested = 0
         self._ticks = 0
         self._last: _Word | None = None
+        self._denials: int | None = None  # when it first permitted, None before
         self._poller = Poller(
             self._exchange, clock, period_s=period_s, timeout_s=timeout_s, name=self.where
         )
@@ -114,6 +118,12 @@ class ModbusRelease:
         if not word.permit:
             why = REFUSALS.get(word.refusal, f"refusal {word.refusal}")
             return Permit(False, f"the cell's PLC gives no permit: {why}")
+        if not word.asked:
+            return Permit(False, "the cell's PLC has not been asked yet")
+        if self._denials is None:
+            self._denials = word.denials
+        if word.denials > self._denials:
+            return Permit(False, "the cell's PLC has taken its permit back for a moment")
         return Permit(True, "")
 
     def done(self, *, well: bool) -> None:
@@ -148,7 +158,14 @@ class ModbusRelease:
         moved_s = -math.inf if last is None else last.moved_s
         if last is not None and alive != last.alive:
             moved_s = asked_s
+        permits = read["permit"].whole == 1
         self._last = _Word(
-            read["permit"].whole == 1, read["refusal"].whole, alive, asked_s, moved_s
+            permits,
+            read["refusal"].whole,
+            alive,
+            asked_s,
+            moved_s,
+            asked=says["request"] == 1,
+            denials=(0 if last is None else last.denials) + (not permits),
         )
         return self._last

@@ -12,17 +12,22 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import can
 import pytest
 
 from agent.errors import InputError, RefusedError, StoppedError
 from agent.record.reading import read
 from agent.wire import CycleRequest, drive_cycle
-from drivers.clock import MonotonicClock
+from drivers.can.frames import CanBusConfig
+from drivers.can.owner import CanBusOwner
+from drivers.cia401.contact import CanContact
+from drivers.clock import MonotonicClock, SteppedClock
 from drivers.errors import NodeMissingError
 from drivers.modbus.connection import ModbusConnection, TcpEndpoint
 from drivers.modbus.device import MappedDevice
 from drivers.modbus.map_file import load_map
 from drivers.modbus.release import ModbusRelease
+from drivers.ports import Permit
 from fakes.modbus_server import Misbehaviour, TcpServer
 from fakes.plc import AGENT_TIMEOUT_S, FakeContact, FakePlc
 from fakes.process import open_bus
@@ -181,6 +186,55 @@ def test_the_alive_count_is_the_control_ticks_and_not_the_threads() -> None:
         release.done(well=True)
         release.close()
     assert plc.registers.get(3, 0, 3)[0::2] == (0, 1)
+
+
+def test_a_contact_that_was_open_between_two_looks_is_no_permit_any_more() -> None:
+    clock = SteppedClock()
+    owner = CanBusOwner.open(CanBusConfig("virtual", "contact"), clock)
+    bus = open_bus("virtual", "contact")
+    release = CanContact(owner, clock, node_id=31, bit=0, age_max_s=1.0)
+    release.open()
+
+    def says(*inputs: int) -> Permit:
+        for byte in inputs:
+            bus.send(can.Message(arbitration_id=0x19F, data=[byte], is_extended_id=False))
+        return release.permit()
+
+    assert not says(0).granted
+    assert says(0, 1).granted  # before the first permit it may do as it likes
+    assert says(1, 3).granted  # the other inputs are not ours
+    assert says(1, 2, 1).reason.startswith("the release contact was open for a moment")
+    assert not says(1).granted
+    release.close()
+    owner.close()
+    bus.shutdown()
+
+
+def test_a_permit_that_was_taken_back_between_two_ticks_is_gone() -> None:
+    """And one that was there before it was asked for is no answer."""
+    clock, plc = MonotonicClock(), FakePlc()
+    server = TcpServer(plc.registers)
+    plc.registers.put(4, 0, 1)
+    with served(server, between=lambda: plc.step_to(clock.now())):
+        device = MappedDevice(
+            ModbusConnection(TcpEndpoint("127.0.0.1", server.port), clock), load_map("cell-release")
+        )
+        release = ModbusRelease(device, clock, period_s=0.01, timeout_s=0.2, age_max_s=1.0)
+        release.open()
+        assert not release.permit().granted
+        release.request()
+        end_s = clock.now() + 2.0
+        while not release.permit().granted:
+            assert clock.now() < end_s
+            clock.sleep_until(clock.now() + 0.005)
+        plc.guard_closed = False
+        clock.sleep_until(clock.now() + 0.15)
+        plc.guard_closed = True
+        clock.sleep_until(clock.now() + 0.15)
+        assert plc.registers.get(4, 0) == (1,)
+        assert release.permit().reason == "the cell's PLC has taken its permit back for a moment"
+        release.done(well=False)
+        release.close()
 
 
 def test_a_plc_sees_that_the_agent_hangs(tmp_path: Path) -> None:
