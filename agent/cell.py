@@ -12,7 +12,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from agent.cell_axis import Axis
+from agent.cell_axis import Axis, claimed_beside
 from agent.cell_bus import REPLAY, Bus, Drive
 from agent.cell_devices import ContactRelease, Part, Release, shared_places
 from agent.errors import InputError
@@ -73,6 +73,10 @@ class Cell(Part):
             twice = sorted({v for v in values if values.count(v) > 1})
             if twice:
                 raise ValueError(f"{what} {twice[0]} is given to more than one axis")
+        return self
+
+    @model_validator(mode="after")
+    def _nodes_are_distinct(self) -> Self:
         for axis in self.axis:
             drive = axis.drive_
             node = None if drive is None else drive.node_id
@@ -81,6 +85,9 @@ class Cell(Part):
                 raise ValueError(f"axis {axis.number}: {'; '.join(shared)}")
             if drive is not None and axis.supervision.agent_node_id == drive.node_id:
                 raise ValueError(f"axis {axis.number}: agent_node_id is the drive's own node_id")
+            others = [a for a in self.axis if a is not axis]
+            if taken := claimed_beside(axis, others, self.release):
+                raise ValueError(f"axis {axis.number}: {'; '.join(taken)}")
         return self
 
     @property

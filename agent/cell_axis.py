@@ -6,12 +6,21 @@ pendant; they are converted to motor-side radians once, in this module.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from agent.cell_bus import Drive, Finite
-from agent.cell_devices import Job, Part, Positive, Temperature
+from agent.cell_devices import (
+    Cia404Temperature,
+    ContactRelease,
+    Job,
+    Part,
+    Positive,
+    Release,
+    Temperature,
+)
 from agent.errors import InputError
 from trajectories import AxisLimits, TorqueModel, motor_rad
 
@@ -189,3 +198,24 @@ class Axis(Part):
                 "[axis.temperature], not from both"
             )
         return self
+
+
+def claimed_beside(axis: Axis, others: Sequence[Axis], release: Release | None) -> tuple[str, ...]:
+    """Return what of an axis takes a node id that a device beside it has, in words; empty is well.
+
+    Its own heartbeat under another device's id would pass for that device's; a probe or a contact
+    where another axis has its drive would be asked in its place. A probe may serve several axes.
+    """
+    drives = {a.drive_.node_id: f"the drive of axis {a.number}" for a in others if a.drive_}
+    beside = [
+        (a.temperature.node_id, f"the temperature of axis {a.number}")
+        for a in (axis, *others)
+        if isinstance(a.temperature, Cia404Temperature)
+    ]
+    if isinstance(release, ContactRelease):
+        beside.append((release.node_id, "the release"))
+    found = [f"{what} is node {n}, and so is {drives[n]}" for n, what in beside if n in drives]
+    agent, devices = axis.supervision.agent_node_id, {**dict(beside), **drives}
+    if axis.drive_ is not None and agent in devices:
+        found.append(f"agent_node_id is {agent}, and so is {devices[agent]}")
+    return tuple(found)

@@ -79,6 +79,10 @@ def test_each_mistake_has_its_sentence(sections: tuple[str, ...], without: str, 
     assert says in str(caught.value)
 
 
+CIA404 = '\n[axis.temperature]\nkind = "cia404"\nnode_id = 21\n'
+CONTACT = '\n[release]\nkind = "can-input"\nnode_id = 31\n'
+
+
 @pytest.mark.parametrize(
     ("sections", "says"),
     [
@@ -105,6 +109,36 @@ def test_each_mistake_has_its_sentence(sections: tuple[str, ...], without: str, 
 def test_two_devices_in_one_place_are_refused(sections: tuple[str, ...], says: str) -> None:
     with pytest.raises(InputError, match="mistake") as caught:
         parse_cell(with_sections(*sections))
+    assert says in str(caught.value)
+
+
+def second_axis(node: int) -> str:
+    """Return the example's axis once more, with another number and node."""
+    axis = EXAMPLE[EXAMPLE.index("[[axis]]") :]
+    other = axis.replace("number = 1\n", "number = 2\n", 1)
+    return other.replace("\nnode_id = 1\n", f"\nnode_id = {node}\n", 1)
+
+
+@pytest.mark.parametrize(
+    ("node", "section_", "says"),
+    [
+        (126, "agent_node_id = 126\n", "agent_node_id is 126, and so is the drive of axis 2"),
+        (21, CIA404, "the temperature of axis 1 is node 21, and so is the drive of axis 2"),
+        (31, CONTACT, "node 31 is one device"),
+        (2, CONTACT.replace("31", "127"), "agent_node_id is 127, and so is the release"),
+        (2, CIA404.replace("21", "127"), "is 127, and so is the temperature of axis 1"),
+        (2, CIA404 + CONTACT, ""),
+    ],
+)
+def test_a_node_beside_the_axis_is_nobody_elses(node: int, section_: str, says: str) -> None:
+    text = EXAMPLE.replace("agent_node_id = 127\n", section_) if "agent" in section_ else EXAMPLE
+    text += "" if "agent" in section_ else section_
+    text += second_axis(node)
+    if not says:
+        assert len(parse_cell(text).axis) == 2
+        return
+    with pytest.raises(InputError, match="mistake") as caught:
+        parse_cell(text)
     assert says in str(caught.value)
 
 
