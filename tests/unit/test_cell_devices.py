@@ -124,7 +124,7 @@ def second_axis(node: int) -> str:
     [
         (126, "agent_node_id = 126\n", "agent_node_id is 126, and so is the drive of axis 2"),
         (21, CIA404, "the temperature of axis 1 is node 21, and so is the drive of axis 2"),
-        (31, CONTACT, "node 31 is one device"),
+        (31, CONTACT, "the release is node 31, and so is the drive of axis 2"),
         (2, CONTACT.replace("31", "127"), "agent_node_id is 127, and so is the release"),
         (2, CIA404.replace("21", "127"), "is 127, and so is the temperature of axis 1"),
         (2, CIA404 + CONTACT, ""),
