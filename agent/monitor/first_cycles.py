@@ -9,7 +9,8 @@ until the odds have turned; it begins within the cycles that a baseline may lear
 a baseline. H1 asks for its own odds, and for a rise beyond its bound with all of its 95 % interval.
 
 Friction that falls is no alarm: a new gear, or fresh grease, runs in. But a baseline that has
-learned it lies too high, which is said.
+learned it lies too high, which is said. Where no gearbox temperature is known nothing is asked: a
+hall that cools or warms over the weeks would answer.
 """
 
 from __future__ import annotations
@@ -118,11 +119,12 @@ def watch_of(features: Features, time_s: Floats, detector: Detector) -> Watch | 
     Returns
     -------
     Watch or None
-        None beside a detector that is not the product's own: those are what their sources say.
+        None without a temperature, and beside a detector that is not the product's own: those are
+        what their sources say.
     """
-    if not isinstance(detector, Cusum):
+    if not isinstance(detector, Cusum) or not _warmth_known(features):
         return None
-    n, time, target = features.count, intervals(time_s), detector.target
+    n, target = features.count, detector.target
     limit, high_limit = (
         -math.log(_SHARE * rate) for rate in (target.increased_per_year, target.high_per_year)
     )
@@ -130,7 +132,8 @@ def watch_of(features: Features, time_s: Floats, detector: Detector) -> Watch | 
     asked, far = np.zeros(n, dtype=np.bool_), np.zeros(n, dtype=np.bool_)
     for count in _counts(n):
         first, since = features.take(slice(0, count)), slice(count - 1, n)
-        trends = _trends(first, time[:count], time[:count], detector)
+        time = intervals(time_s[:count])
+        trends = _trends(first, time, time, detector)
         rising[since] = _odds(trends, detector, 1.0)
         asked[count - 1] = True
         far[since] = rising[-1] >= high_limit and _beyond(trends[DECIDING], target.high_rise)
@@ -141,9 +144,10 @@ def running_in(features: Features, time_s: Floats, detector: Detector) -> Parame
     """Return by how much friction fell over these cycles where it did, as in a new gear.
 
     It may have fallen all the way, or settled within them; None where it did not, where there are
-    fewer than `FEWEST` and beside a detector that is not the product's own.
+    fewer than `FEWEST`, and where `watch_of` is None.
     """
-    if not isinstance(detector, Cusum) or features.count < FEWEST:
+    few = features.count < FEWEST
+    if not isinstance(detector, Cusum) or few or not _warmth_known(features):
         return None
     time = intervals(time_s)
     odds, fallen = [], []
@@ -157,9 +161,12 @@ def running_in(features: Features, time_s: Floats, detector: Detector) -> Parame
 
 
 def intervals(time_s: Floats) -> Floats:
-    """Return time since the first cycle in usual intervals, by the first cycles', shape (n,)."""
-    usual = float(np.median(np.diff(time_s[:FEWEST]))) if time_s.size > 1 else 1.0
-    return np.asarray((time_s - time_s[0]) / usual)
+    """Return time since the first of n >= 2 cycles in usual intervals between two, shape (n,)."""
+    return np.asarray((time_s - time_s[0]) / np.median(np.diff(time_s)))
+
+
+def _warmth_known(features: Features) -> bool:
+    return bool(np.all(np.isfinite(features.conditions.temperature_degc)))
 
 
 def _counts(n: int) -> Iterator[int]:

@@ -33,10 +33,11 @@ def test_a_fall_that_warming_explains_as_well_is_not_called_running_in(
         friction.append(0.5 * (ends[0] - ends[1]))
         warmth.append(float(np.mean(degc[now])))
     values, unknown = np.array(friction), np.full(len(friction), np.nan)
+    steady = np.full(len(friction), 50.0)
     at_s = REVERSAL_S * np.arange(values.size, dtype=np.float64)
 
     def told(temperature: bool) -> Features:
-        conditions = Conditions(np.array(warmth) if temperature else unknown, unknown, unknown)
+        conditions = Conditions(np.array(warmth) if temperature else steady, unknown, unknown)
         return Features({DECIDING: values}, {DECIDING: 0.005 * values}, conditions)
 
     assert running_in(told(True), at_s, detector()) is None

@@ -16,7 +16,7 @@ from agent.monitor.cusum import DECIDING
 from agent.monitor.cycle import Cycle
 from agent.monitor.detectors import detector
 from agent.monitor.finding import Finding
-from agent.monitor.first_cycles import watch_of
+from agent.monitor.first_cycles import running_in, watch_of
 from agent.monitor.history import histories
 from agent.monitor.series import State
 from agent.monitor.trend import trend
@@ -29,9 +29,9 @@ DAY_S = 86_400.0
 
 
 def plain(values: Floats, degc: Floats | None = None) -> Features:
-    """Return cycles of one feature, at a temperature that is not known unless it is given."""
+    """Return cycles of one feature, at 30 degC unless another temperature is given."""
     unknown = np.full(values.size, np.nan)
-    given = Conditions(unknown if degc is None else degc, unknown, unknown)
+    given = Conditions(np.full(values.size, 30.0) if degc is None else degc, unknown, unknown)
     return Features({DECIDING: values}, {DECIDING: 0.005 * np.abs(values)}, given)
 
 
@@ -102,7 +102,11 @@ def test_a_season_that_goes_one_way_is_no_wear() -> None:
     degc = 30.0 - 0.15 * np.arange(80) + rng.standard_normal(80)
     values = 100.0 * (1.0 - 0.015 * (degc - 30.0) + 0.005 * rng.standard_normal(80))
     assert first_alarm(values, degc) is None
-    assert first_alarm(values) is not None  # who is not told the temperature sees a rise
+    assert first_alarm(values) is not None  # who is told a wrong temperature sees a rise
+    unknown = plain(values, np.full(values.size, np.nan))
+    time_s = DAY_S * np.arange(values.size, dtype=np.float64)
+    assert watch_of(unknown, time_s, detector()) is None
+    assert running_in(unknown.take(slice(None, None, -1)), time_s, detector()) is None
 
 
 def test_wear_from_the_first_night_on_is_found_through_the_whole_chain() -> None:
