@@ -22,6 +22,7 @@ from agent.monitor.baseline import Features, baseline_of
 from agent.monitor.compensation import Conditions
 from agent.monitor.detectors import detector
 from agent.monitor.features import SpeedGrid
+from agent.monitor.first_cycles import watch_of
 from agent.monitor.growth import LAG, watched
 from agent.monitor.injection import LOW_SPEED, rise_of
 from agent.monitor.injection_replay import self_test
@@ -74,7 +75,9 @@ def caught(features: Features, onset: int, rise_nm: float) -> bool | None:
         name: values + (night >= onset) * more
         for (name, values), more in zip(features.values.items(), added.tolist(), strict=True)
     }
-    judged = watched(replace(features, values=risen), 86_400.0 * night, baseline, detector())[2]
+    lived, time_s = replace(features, values=risen), 86_400.0 * night
+    watch = watch_of(lived, time_s, detector())
+    judged = watched(lived, time_s, baseline, detector(), watch)[2]
     alarm = next((i for i, s in enumerate(judged.states) if s is not State.NO_FAULT), None)
     if alarm is not None and alarm < onset:
         return None
