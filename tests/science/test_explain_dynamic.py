@@ -27,7 +27,7 @@ from agent.explain.rows.saturation import saturation_evidence
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, effects_nm, tabulate
 from agent.explain.study import study
-from agent.physics.twin import Effect, Twin
+from agent.physics.twin import Effect, Twin, TwinError
 from tests.science.explain_plant import GEAR, Joint, record
 
 TWIN = Twin("plant", 1, GEAR, 0.006, 0.5, 0.004, 0.5, 0.2)
@@ -100,6 +100,14 @@ def test_a_gap_shows_by_when_it_would_be_crossed(gravity: bool) -> None:
     if gravity:  # without a weight only their ratio shows
         assert inertia == pytest.approx(0.5, rel=0.1)
         assert half_gap == pytest.approx(0.004, rel=0.5)
+
+
+def test_a_gap_that_is_lost_in_the_twist_of_its_own_contact_is_a_spring() -> None:
+    """A gear of 90 Hz without play had been named a clearance of 0.8 mrad at the motor."""
+    (gap,) = (form for form in forms_arm.FORMS if form.effect == "backlash")
+    values = dict(zip(gap.nonlinear, (1e-5, 0.3, 0.0, 20.0, 0.2, 0.0), strict=True))
+    with pytest.raises(TwinError, match="lost in a contact"):
+        gap.to_twin(seen(SOFT), values)
 
 
 def test_finds_a_gap_whose_arm_is_dragged_along_while_the_teeth_are_apart() -> None:

@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from agent.explain.forms.crossings import likely_gaps
 from agent.explain.forms.downhill import downhill
 from agent.explain.forms.form import Form, Point, Proportional, stack
@@ -13,6 +15,7 @@ from agent.explain.forms.hidden_arm import HiddenArm, inertia_of, mean_extra_rad
 from agent.explain.forms.twin_law import best_entry
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
+from agent.physics.twin import TwinError
 
 _ARM_REACHES = (3e-5, 3e-4)  # rad of the arm: how far its own friction gives way before it slips
 _WIDEST_ARM_GAP = 2e-3  # rad of the arm, half of a worn planetary gear's
@@ -24,6 +27,8 @@ _GAP_WIDTHS = (0.93, 1.0, 1.07)  # of one gap: a gear's is not the same all the 
 _STIFFEST = 3.0  # cutoffs: a spring whose swing is faster is as good as rigid in the band
 _DAMPED = 1.0  # of critical: gears swing, they do not creep
 _FILM_STEP, _THICKEST = 10.0, 500.0  # 1/s: an arm dragged faster than that follows at once
+_HARDEST_SHARE = 0.99  # of the samples are gentler
+_LEAST_OF_TWIST = 0.12  # of what the contact gives way by: a narrower gap is a soft gear
 _ALL_FRICTION = 1.2  # the arm's share of what the refitted twin has, which may be a little low
 
 Limits = Sequence[tuple[float, float]]
@@ -159,6 +164,7 @@ def _gap(scene: Scene, point: Point) -> Floats:
 
 
 def _gap_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    _wider_than_twist(scene, values["half_gap_rad"], values["contact_hz"])
     inertia = values["arm_share"] * inertia_of(scene)
     spring = _spring_entry(inertia, values["contact_hz"], values["damping_ratio"])
     gap = {
@@ -168,6 +174,20 @@ def _gap_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str
         "film_damping_nm_s_per_rad": values["film_per_s"] * inertia,
     }
     return best_entry(scene, "backlash", [{**gap, **spring}])
+
+
+def _wider_than_twist(scene: Scene, half_gap_rad: float, contact_hz: float) -> None:
+    """Refuse a gap that is lost in the twist of its own contact: that is a spring, and no play.
+
+    What is left of such a form beside its spring is how a search among bouncing arms fits noise.
+    """
+    hardest = float(np.quantile(np.abs(scene.full("acceleration_rad_s2")), _HARDEST_SHARE))
+    twist_rad = hardest / (2.0 * math.pi * contact_hz) ** 2
+    if half_gap_rad < _LEAST_OF_TWIST * twist_rad:
+        raise TwinError(
+            f"half a gap of {half_gap_rad:.3g} rad is lost in a contact that gives way by "
+            f"{twist_rad:.3g} rad"
+        )
 
 
 FORMS: tuple[Form, ...] = (
