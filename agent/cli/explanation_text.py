@@ -18,6 +18,7 @@ from agent.report.explanation_words import (
     not_judged,
     percent,
     region_in_words,
+    set_up_beside,
     share,
     tells_apart,
     trajectory_hint,
@@ -130,7 +131,7 @@ def _unexplained(explanation: Explanation) -> list[str]:
 
 def _next(experiment: NextExperiment, axis: str, file: str) -> list[str]:
     lines = ["Next:", *_wrapped(experiment.sentence)]
-    lines += _wrapped(experiment.set_up)
+    lines += _wrapped(set_up_beside(experiment))
     lasts = duration(experiment.seconds)
     needed = f"Motion needed: about {lasts}." if lasts != NO_NUMBER else ""
     lines += _wrapped(f"{tells_apart(experiment)} {needed}".strip())

@@ -30,6 +30,7 @@ from agent.report.explanation_words import (
     heading,
     next_command,
     not_judged,
+    set_up_beside,
     share,
     tells_apart,
     trajectory_hint,
@@ -176,7 +177,7 @@ def _next(experiment: NextExperiment | None, axis: str, file: str) -> NextView |
         return None
     return NextView(
         sentence=units_unbroken(experiment.sentence),
-        set_up=units_unbroken(experiment.set_up),
+        set_up=units_unbroken(set_up_beside(experiment)),
         tells_apart=tells_apart(experiment),
         lasts=duration(experiment.seconds),
         hint=trajectory_hint(experiment, file),

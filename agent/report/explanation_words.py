@@ -297,21 +297,32 @@ def unexplained_in_words(explanation: Explanation) -> str:
     return f"{heading(known)} of the mismatch has no explanation."
 
 
+_UNJUDGED = {"torque-constant-error": "torque constant that changes with temperature"}
+"""What of an effect was not judged, where a part of it always is: a constant factor."""
+
+
 def not_judged(explanation: Explanation) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """Return why effects were not judged, each reason with what those effects are called."""
     out: dict[str, tuple[str, ...]] = {}
     for effect, sentence in explanation.not_judged.items():
         why = sentence.removesuffix(f", so {effect} cannot be judged")
-        out[why] = (*out.get(why, ()), effect_label(effect))
+        out[why] = (*out.get(why, ()), _UNJUDGED.get(effect, effect_label(effect)))
     return tuple(out.items())
 
 
 def tells_apart(experiment: NextExperiment) -> str:
-    """Say which causes an experiment tells apart; empty where it names none."""
+    """Say which causes an experiment tells apart; empty where it names none, or has said so."""
+    if experiment.set_up and not set_up_beside(experiment):
+        return ""
     labels = [effect_label(effect) for effect in experiment.tells_apart]
     if len(labels) == 2:
         return f"It tells {labels[0]} from {labels[1]}."
     return f"It tells apart: {'; '.join(labels)}." if labels else ""
+
+
+def set_up_beside(experiment: NextExperiment) -> str:
+    """Return what must be changed about the joint, where the sentence does not say so itself."""
+    return "" if experiment.set_up in experiment.sentence else experiment.set_up
 
 
 def trajectory_hint(experiment: NextExperiment, file: str) -> str:

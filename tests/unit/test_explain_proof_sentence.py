@@ -21,7 +21,8 @@ def _holdout(before_nm: float, after_nm: float) -> Holdout:
         (
             0.0062,
             0.0105,
-            "the error does not fall: it goes from 6.2 to 10 mN m; noise is 6.1 mN m.",
+            "the error does not fall: it goes from 6.2 to 10 mN m; noise is 6.1 mN m. "
+            "What was found does not hold there.",
         ),
     ],
 )

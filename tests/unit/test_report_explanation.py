@@ -24,6 +24,7 @@ from agent.report.explanation_words import (
     decidable,
     next_command,
     region_in_words,
+    set_up_beside,
     tells_apart,
     trajectory_hint,
     variable,
@@ -355,4 +356,9 @@ def test_change_of_the_set_up_has_no_command() -> None:
     )
     assert next_command(change, "1", "next.json") == ""
     assert tells_apart(change) == "It tells apart: a b; c; d."
+    assert set_up_beside(change) == "Mount 5 kg."
+    told = dataclasses.replace(
+        change, sentence="No motion tells a b from c. In general: Mount 5 kg."
+    )
+    assert (set_up_beside(told), tells_apart(told)) == ("", "")  # said once, and not both ways
     assert variable("recording").shown(np.array([0.0])).tolist() == [1.0]

@@ -58,6 +58,7 @@ OWN_NUMBER = "the twin's own number"
 
 _SAME_NUMBER = 0.01  # of it: less is not told where another number of the kind moved more
 _TOLD = 3  # findings in the summary
+_WORSE = 1.1  # times the error before: more is no law for what was not seen
 _AS_NOISE = 1.1  # times the noise floor: up to there the band of the comparison holds nothing
 # Of the greater side: less on the other side is not worth a word. Where friction grows, the twin's
 # own level, fitted without it, makes up for some elsewhere.
@@ -116,8 +117,10 @@ def _detail(effect: str, parameters: Mapping[str, Parameter]) -> str:
     if effect == "torque-constant-error":
         return _factor(known)
     if "torque_delay_s" in known:
-        late = "late" if known["torque_delay_s"] > 0.0 else "early"
-        return f" (the torque is {_time(known['torque_delay_s'])} {late} against the motion)"
+        by = _time(known["torque_delay_s"])
+        if known["torque_delay_s"] > 0.0:
+            return f" (the torque is reported {by} later than the motion)"
+        return f" (the motion is reported {by} later than the torque)"
     if "velocity_delay_s" in known:
         late = "late" if known["velocity_delay_s"] > 0.0 else "early"
         return f" (the velocity is {_time(known['velocity_delay_s'])} {late})"
@@ -226,8 +229,10 @@ def proof_sentence(holdout: Holdout, floor_nm: float) -> str:
     if texts[0] == texts[1]:  # what keeps the motion back, as a torque limit does, costs no torque
         return f"On {holdout.source} the error stays at {texts[0]} {scale.unit}{noise}."
     falls = "falls" if after < before else "does not fall: it goes"
+    lost = " What was found does not hold there." if after > _WORSE * before else ""
     return (
         f"On {holdout.source} the error {falls} from {texts[0]} to {texts[1]} {scale.unit}{noise}."
+        f"{lost}"
     )
 
 
@@ -274,6 +279,11 @@ def summary(
                 f"Simulation and recordings agree but for {rest} rms, where noise is "
                 f"{_torque(floor_nm)}: {100.0 * left_share:.0f} % of what it would miss without "
                 "its effects."
+            )
+        if refitted.rmse_nm > _AS_NOISE * floor_nm:
+            return (
+                f"Simulation and recordings agree as far as can be told: what is left, {rest} rms "
+                f"where noise is {_torque(floor_nm)}, follows nothing that was recorded."
             )
         return f"Simulation and recordings agree: what is left, {rest} rms, is noise."
     parts = [f.sentence for f in findings[:_TOLD]]
