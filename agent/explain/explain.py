@@ -6,8 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from agent.explain import proof
 from agent.explain.answer import words
 from agent.explain.answer.result import (
@@ -30,26 +28,21 @@ from agent.explain.experiment.proposal import next_experiments
 from agent.explain.findings import OFFSET_OR_ASYMMETRY, findings_of
 from agent.explain.location.dynamic_curves import spectrum_around
 from agent.explain.location.leftover import left_regions, line_regions
-from agent.explain.location.regions import row_seconds
 from agent.explain.numbers.model import fit_model
-from agent.explain.plausible import contradiction, far_off, runs_backwards
+from agent.explain.plausible import contradiction, far_off
 from agent.explain.rows.creep import without_creep
 from agent.explain.rows.evidence import effective_size
 from agent.explain.rows.run import Run, stood_in, without_gearbox_temperature
 from agent.explain.rows.table import BASE, Table, tabulate
 from agent.explain.study import Study, study
 from agent.explain.traces import traces_of
+from agent.explain.undecidable import undecidable
 from agent.explain.unnamed import unnamed
 from agent.explain.verdict import OWN_NUMBERS, far_from_given, left_share, verdict_of
 from agent.physics.twin import Twin
 from trajectories import AxisLimits
 
-_LEAST_ROWS = 120
-_FEWEST_BLOCKS = 12  # of two seconds: folds and the jackknife leave them out in turn
-_HELD_SAMPLES = 60  # of one pass: what the filter leaves of them carries a mean
 _UNPROVEN = 1.5  # times the noise on unseen data, and no noise in kind: not all is explained
-_SLIDES = 0.1  # of the time: with less the joint stands
-_GAP_S = 1.0
 _CLOSER = 1.1  # of the refitted energy, at least: else refitting has brought nothing
 _LATE_S = 5e-4  # of a velocity: less is no more than its last difference
 
@@ -95,7 +88,7 @@ def explain(
         except ValueError as error:
             refusal = f"not decidable: {error}"
         else:
-            refusal = _too_little(table) or _impossible(table)
+            refusal = undecidable(table)
     if refusal or table is None:
         return _nothing(refusal, *names)
     found = study(twin, table)
@@ -109,9 +102,7 @@ def explain(
         proven, traces = _proof(found, holdout, named=verdict != "unexplained")
     except ValueError as error:
         return _nothing(f"the hold-out cannot be compared: {error}", *names)
-    return _explanation(
-        found, verdict, findings, proven, traces, menu, *names, by_motor=by_motor
-    )
+    return _explanation(found, verdict, findings, proven, traces, menu, *names, by_motor=by_motor)
 
 
 def _proof(
@@ -131,62 +122,6 @@ def _proof(
     rows_per_cutoff = 1.0 / (table.cutoff_hz * table.pieces[0].period_s * table.pieces[0].stride)
     placebo = proof.placebo(found.library)
     return proof.prove(compared, source, found.floor.value_nm, placebo, rows_per_cutoff), traces
-
-
-def _too_little(table: Table) -> str:
-    """Return why a table does not carry an explanation, or nothing."""
-    count = int(np.count_nonzero(table.sliding))
-    blocks = np.unique(table.block[table.used]).shape[0]
-    if count >= _LEAST_ROWS and blocks >= _FEWEST_BLOCKS:
-        return ""
-    if all(piece.slow for piece in table.pieces):
-        rate_hz = max(1.0 / piece.period_s for piece in table.pieces)
-        return (
-            f"not decidable: at {rate_hz:.2g} samples a second only speeds that are held can be "
-            f"compared, and {_seconds(count, table)} of these recordings hold one for long enough; "
-            f"hold every speed for {_HELD_SAMPLES / rate_hz:.0f} s, or record at 250 Hz or faster"
-        )
-    if count >= _LEAST_ROWS:
-        return (
-            f"not decidable: the joint slides for only about {_seconds(count, table)} in these "
-            f"recordings, and parts of them must be left out to judge by; record "
-            f"{2 * _FEWEST_BLOCKS} s or more"
-        )
-    if float(np.mean(table.full["direction"] != 0.0)) < _SLIDES:
-        return (
-            "not decidable: the joint hardly slides in these recordings; record a stair of speeds "
-            "in both directions"
-        )
-    return _out_of_band(table, count)
-
-
-def _impossible(table: Table) -> str:
-    """Return that a torque drives where it should brake, or nothing."""
-    if not runs_backwards(table):
-        return ""
-    return (
-        "not decidable: inertia and friction come out negative: torque and velocity have opposite "
-        "signs; turn the sign of torque_nm, or of position and velocity"
-    )
-
-
-def _seconds(rows: int, table: Table) -> str:
-    return f"{rows * row_seconds(table.pieces):.0f} s"
-
-
-def _out_of_band(table: Table, count: int) -> str:
-    """Return that too little of what was recorded can be compared in its band."""
-    recorded_s = sum(
-        float(np.minimum(np.diff(run.signals.time_s), _GAP_S).sum()) for run in table.runs
-    )
-    periods = _LEAST_ROWS * row_seconds(table.pieces)
-    return (
-        f"not decidable: {_seconds(count, table)} of {recorded_s:.0f} s recorded can be compared, "
-        f"in the band of {table.cutoff_hz:.2g} Hz that the sampling rate and the noise of the "
-        f"velocity allow, and {periods:.0f} s are needed; the rest is near standstill, or in "
-        "stretches that are too short; record longer, at 250 Hz or faster, and hold every speed "
-        "for 2 s"
-    )
 
 
 def _nothing(reason: str, recordings: tuple[str, ...], held_out: tuple[str, ...]) -> Explanation:

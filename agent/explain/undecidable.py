@@ -1,0 +1,82 @@
+"""Why a table of recordings does not carry an explanation: too little, or not a joint's."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from agent.explain.location.regions import row_seconds
+from agent.explain.plausible import runs_backwards
+from agent.explain.rows.table import Table
+
+_LEAST_ROWS = 120
+_FEWEST_BLOCKS = 12  # of two seconds: folds and the jackknife leave them out in turn
+_HELD_SAMPLES = 60  # of one pass: what the filter leaves of them carries a mean
+_SLIDES = 0.1  # of the time: with less the joint stands
+_GAP_S = 1.0
+
+
+def undecidable(table: Table) -> str:
+    """Return why a table cannot be explained, or nothing.
+
+    Parameters
+    ----------
+    table : Table
+        Without what creeps.
+    """
+    return _too_little(table) or _impossible(table)
+
+
+def _too_little(table: Table) -> str:
+    """Return why a table does not carry an explanation, or nothing."""
+    count = int(np.count_nonzero(table.sliding))
+    blocks = np.unique(table.block[table.used]).shape[0]
+    if count >= _LEAST_ROWS and blocks >= _FEWEST_BLOCKS:
+        return ""
+    if all(piece.slow for piece in table.pieces):
+        rate_hz = max(1.0 / piece.period_s for piece in table.pieces)
+        return (
+            f"not decidable: at {rate_hz:.2g} samples a second only speeds that are held can be "
+            f"compared, and {_seconds(count, table)} of these recordings hold one for long enough; "
+            f"hold every speed for {_HELD_SAMPLES / rate_hz:.0f} s, or record at 250 Hz or faster"
+        )
+    if count >= _LEAST_ROWS:
+        return (
+            f"not decidable: the joint slides for only about {_seconds(count, table)} in these "
+            f"recordings, and parts of them must be left out to judge by; record "
+            f"{2 * _FEWEST_BLOCKS} s or more"
+        )
+    if float(np.mean(table.full["direction"] != 0.0)) < _SLIDES:
+        return (
+            "not decidable: the joint hardly slides in these recordings; record a stair of speeds "
+            "in both directions"
+        )
+    return _out_of_band(table, count)
+
+
+def _impossible(table: Table) -> str:
+    """Return that a torque drives where it should brake, or nothing."""
+    if not runs_backwards(table):
+        return ""
+    return (
+        "not decidable: inertia and friction come out negative: torque and velocity have opposite "
+        "signs; turn the sign of torque_nm, or of position and velocity"
+    )
+
+
+def _seconds(rows: int, table: Table) -> str:
+    return f"{rows * row_seconds(table.pieces):.0f} s"
+
+
+def _out_of_band(table: Table, count: int) -> str:
+    """Return that too little of what was recorded can be compared in its band."""
+    recorded_s = sum(
+        float(np.minimum(np.diff(run.signals.time_s), _GAP_S).sum()) for run in table.runs
+    )
+    periods = _LEAST_ROWS * row_seconds(table.pieces)
+    return (
+        f"not decidable: {_seconds(count, table)} of {recorded_s:.0f} s recorded can be compared, "
+        f"in the band of {table.cutoff_hz:.2g} Hz that the sampling rate and the noise of the "
+        f"velocity allow, and {periods:.0f} s are needed; the rest is near standstill, or in "
+        "stretches that are too short; record longer, at 250 Hz or faster, and hold every speed "
+        "for 2 s"
+    )
