@@ -6,7 +6,10 @@ import math
 
 import pytest
 
+from agent.explain.forms.warmth import FORMS
+from agent.explain.numbers.intervals import only_together
 from agent.explain.numbers.profile import _crossing
+from agent.identify.result import Parameter
 
 EVERYWHERE = (-math.inf, math.inf)
 
@@ -46,3 +49,22 @@ def test_beyond_what_a_form_can_be_nothing_is_tried() -> None:
 
     assert math.isnan(_crossing(flat, 2.0, 1.0, 1.0, 2.0, (0.5, 3.0)))
     assert max(tried) <= 3.0
+
+
+@pytest.mark.parametrize(
+    ("decay", "low", "identified"),
+    [
+        (Parameter.not_identified("flat", 900.0), -0.6, False),
+        (Parameter.not_identified("flat", 900.0), 0.05, True),
+        (Parameter(40.0, (30.0, 60.0)), -0.6, True),
+    ],
+)
+def test_what_only_a_product_carries_has_no_interval_that_holds_zero(
+    decay: Parameter, low: float, identified: bool
+) -> None:
+    """Friction that falls evenly with warmth had been told as 70 (-620 to 1170), identified."""
+    (viscosity,) = (form for form in FORMS if form.name == "viscosity")
+    (size,) = viscosity.linear
+    told = only_together(viscosity, {size: Parameter(0.07, (low, 1.2)), "decay_k": decay})
+    assert told[size].identified is identified
+    assert told[size].value == 0.07

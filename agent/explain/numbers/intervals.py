@@ -9,6 +9,7 @@ import numpy as np
 
 from agent.explain.choosing.choice import Term
 from agent.explain.choosing.search import Library
+from agent.explain.forms.form import Form
 from agent.explain.forms.refinement import limits_of, steps_of
 from agent.explain.numbers.lag import reaching_over_a_filter
 from agent.explain.numbers.model import Model
@@ -17,6 +18,7 @@ from agent.explain.numbers.reach import Reach, reach_of
 from agent.explain.rows.table import BASE
 from agent.identify.result import Floats, Parameter
 
+_TOGETHER = "known only together with a number that the squared error hardly depends on"
 _NUDGE = 0.1  # of a non-linear number's first step: what bounces has no slope on a finer scale
 
 
@@ -48,9 +50,32 @@ def with_intervals(library: Library, model: Model) -> Model:
         for at, name in enumerate(term.scored.form.linear, start=place.start):
             numbers[name] = _widened(numbers[name], reach, at)
         numbers |= _nonlinear(library, model, index, reach, places)
-        parameters.append(numbers)
+        parameters.append(only_together(term.scored.form, numbers))
     reaching = reaching_over_a_filter(model, parameters)
     return replace(model, base=base, parameters=reaching)
+
+
+def only_together(form: Form, numbers: Mapping[str, Parameter]) -> dict[str, Parameter]:
+    """Return a form's numbers without a size that only its product with another number carries.
+
+    Where friction falls evenly as a gearbox warms, how much of it warmth takes away and how soon
+    are one slope: neither is known, and an interval from minus nine to seventeen times the number
+    is none.
+
+    Parameters
+    ----------
+    form : Form
+    numbers : mapping of str to Parameter
+        With their intervals.
+    """
+    out = dict(numbers)
+    if all(numbers[name].identified for name in form.nonlinear):
+        return out
+    for name in form.linear:
+        ci = numbers[name].ci95
+        if ci is not None and ci[0] <= 0.0 <= ci[1]:
+            out[name] = Parameter.not_identified(_TOGETHER, numbers[name].value)
+    return out
 
 
 def named_effects(model: Model) -> frozenset[str]:
