@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -143,27 +143,33 @@ def _cooling(history: History) -> Cooling:
 
 
 def _points(recordings: Sequence[Recording], sensor: str) -> SurfacePoints | None:
-    """Return every recording's friction curve at its mean temperature."""
+    """Return every recording's friction curve, each speed at the temperature it was passed at."""
     rows = []
-    for recording in recordings:
-        if sensor not in recording:
+    temperatures = temperatures_of(recordings, sensor)
+    for number, (recording, temperature) in enumerate(zip(recordings, temperatures, strict=True)):
+        if temperature is None:
             continue
-        curve = estimate([signals_of(recording)]).friction_curve
-        temperature = float(np.nanmean(np.asarray(recording[sensor], dtype=float)))
-        if curve is None or not np.isfinite(temperature):
+        signals = replace(signals_of(recording), gearbox_temperature_degc=temperature)
+        curve = estimate([signals]).friction_curve
+        if curve is None:
             continue
         half = 0.5 * (curve.ci95_nm[:, 1] - curve.ci95_nm[:, 0])
-        for speed, friction, error in zip(
-            np.abs(curve.velocity_rad_s), np.abs(curve.friction_nm), half, strict=True
+        for speed, warmth, friction, error in zip(
+            np.abs(curve.velocity_rad_s),
+            curve.temperature_degc,
+            np.abs(curve.friction_nm),
+            half,
+            strict=True,
         ):
-            if np.isfinite(error) and error > 0.0:
-                rows.append((float(speed), temperature, float(friction), float(error) / 1.96))
+            if np.isfinite(error) and error > 0.0 and np.isfinite(warmth):
+                rows.append((speed, warmth, friction, error / 1.96, number))
     if not rows:
         return None
     # A speed whose interval came out tiny by luck must not rule the fit.
     table = np.array(rows)
     table[:, 3] = np.maximum(table[:, 3], np.median(table[:, 3]))
-    return SurfacePoints(*table.T)
+    speed, warmth, friction, error, number = table.T
+    return SurfacePoints(speed, warmth, friction, error, number.astype(np.int64))
 
 
 def _surface(points: SurfacePoints | None, oil: str) -> Surface:

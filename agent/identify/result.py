@@ -65,6 +65,8 @@ class FrictionCurve:
     """Friction torque at each steady speed, gravity removed (thesis 4.21).
 
     All arrays have shape (n,) and run with rising speed; `ci95_nm` has shape (n, 2).
+    `temperature_degc` is the gearbox's while each speed was passed, NaN where it was not recorded;
+    empty where nobody asked.
     """
 
     velocity_rad_s: Floats
@@ -72,6 +74,7 @@ class FrictionCurve:
     ci95_nm: Floats
     gravity_nm: Floats
     samples: NDArray[np.int64]
+    temperature_degc: Floats = field(default_factory=lambda: np.empty(0))
 
     def to_json(self) -> dict[str, Any]:
         """Return the contract's form: parallel lists; `ci95_nm` as [lower, upper] pairs."""

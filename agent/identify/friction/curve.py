@@ -35,6 +35,7 @@ from agent.physics.rigid_body import gravity_columns
 _SAME_SPEED = 0.035  # two passes of one step of the stair may differ by this much
 _ENOUGH_MEETING = 3  # speeds whose passes meet, to learn gravity and offset from
 _BEYOND = 0.02  # of the learned positions' range: a pass may reach that far out of it
+_WARMER_DEGC = 1.0  # oil thins by 2 to 5 % a kelvin, more than a law's numbers are wide
 _FROM_MEETING = (
     "no forward and backward pass cover the same positions; gravity and offset there come from the "
     "speeds whose passes do"
@@ -131,8 +132,40 @@ def friction_curve(
     if not points:
         return None
     notes = [f"at {_speeds(speeds)} {note}" for note, speeds in told.items()]
+    temperature = np.array([_temperature(groups[i]) for i in kept])
+    notes += _warming(temperature)
     fit = _assemble(points, notes, with_position=passes[0].position_rad is not None)
+    fit = replace(fit, curve=replace(fit.curve, temperature_degc=temperature))
     return fit if noise is None else replace(fit, noise=noise.of(kept, fit.standard_error_nm))
+
+
+def _temperature(group: Sequence[Pass]) -> float:
+    """Return a speed's mean temperature, degC; NaN where none was recorded."""
+    known = [p for p in group if np.isfinite(p.temperature_degc)]
+    if not known:
+        return float("nan")
+    sizes = [p.torque_nm.size for p in known]
+    return float(np.average([p.temperature_degc for p in known], weights=sizes))
+
+
+def _warming(temperature_degc: Floats) -> list[str]:
+    """Return a note where slow and fast speeds, shape (n,) with rising speed, differ in warmth.
+
+    Warm oil is thinner, which bends the curve as if friction itself bent.
+    """
+    known = temperature_degc[np.isfinite(temperature_degc)]
+    if known.size < _ENOUGH_MEETING:
+        return []
+    third = max(known.size // 3, 1)
+    slow, fast = float(np.mean(known[:third])), float(np.mean(known[-third:]))
+    if abs(fast - slow) < _WARMER_DEGC:
+        return []
+    return [
+        f"the slow speeds were passed at {slow:.1f} degC and the fast ones at {fast:.1f}: oil that "
+        "thins meanwhile bends the curve, and no interval of the friction law holds that. Warm the "
+        "gearbox up before, or pass the speeds up and down again; stribeck thermal tells speed and "
+        "temperature apart from recordings at several temperatures"
+    ]
 
 
 def _noise(

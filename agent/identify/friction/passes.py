@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from agent.identify.result import Floats
 from agent.identify.signals.preprocess import Motion
@@ -42,7 +44,8 @@ class Pass:
     """One steady window's samples.
 
     `smooth_nm` is the part of the torque that changes along the positions and is known: it is no
-    noise. `correlation_samples` is how far the noise remembers.
+    noise. `correlation_samples` is how far the noise remembers. `temperature_degc` is the gearbox's
+    mean, NaN where it was not recorded.
     """
 
     velocity_rad_s: float
@@ -53,6 +56,7 @@ class Pass:
     gear_ratio: float
     period_s: float
     correlation_samples: float = 1.0
+    temperature_degc: float = math.nan
 
     @property
     def range_rad(self) -> tuple[float, float]:
@@ -125,7 +129,15 @@ def take_pass(
         smooth,
         signals.gear_ratio,
         float(np.median(np.diff(signals.time_s[index]))) if index.size > 1 else 1.0,
+        temperature_degc=_mean_temperature(signals.gearbox_temperature_degc, index),
     )
+
+
+def _mean_temperature(temperature_degc: Floats | None, index: NDArray[np.intp]) -> float:
+    """Return the mean of the samples that have a temperature; NaN for none."""
+    known = np.empty(0) if temperature_degc is None else temperature_degc[index]
+    known = known[np.isfinite(known)]
+    return float(known.mean()) if known.size else math.nan
 
 
 def _settling(velocity_rad_s: Floats, time_s: Floats) -> Floats:

@@ -31,12 +31,15 @@ class SurfacePoints:
     """Friction at speeds and temperatures, all of shape (n,).
 
     `speed_rad_s` is above zero and `friction_nm` opposes the motion: both directions combined.
+    `recording` is the number of the recording that each is from: while the gearbox warms up its
+    speeds are passed at temperatures of their own, and yet err together.
     """
 
     speed_rad_s: Floats
     temperature_degc: Floats
     friction_nm: Floats
     error_nm: Floats
+    recording: NDArray[np.int64] | None = None
 
     def __post_init__(self) -> None:
         """Refuse arrays of different shapes and numbers that are none."""
@@ -53,20 +56,33 @@ class SurfacePoints:
             self.temperature_degc[kept],
             self.friction_nm[kept],
             self.error_nm[kept],
+            None if self.recording is None else self.recording[kept],
         )
 
     def groups(self) -> NDArray[np.int64]:
-        """Return the number of the temperature that each point was measured at, shape (n,)."""
-        order = np.argsort(self.temperature_degc, kind="stable")
-        steps = np.diff(self.temperature_degc[order], prepend=self.temperature_degc[order[0]])
-        out = np.empty(order.size, dtype=np.int64)
-        out[order] = np.cumsum(steps > _SAME_DEGC)
-        return out
+        """Return the number of the temperature that each point was measured at, shape (n,).
+
+        Recordings of the same mean temperature count as one.
+        """
+        if self.recording is None:
+            return _levels(self.temperature_degc)
+        _, own = np.unique(self.recording, return_inverse=True)
+        means = np.bincount(own, weights=self.temperature_degc) / np.bincount(own)
+        return _levels(means)[own]
 
     def levels_degc(self) -> Floats:
         """Return the mean of each temperature that was measured at, shape (g,), rising."""
         groups = self.groups()
         return np.asarray(np.bincount(groups, weights=self.temperature_degc) / np.bincount(groups))
+
+
+def _levels(temperature_degc: Floats) -> NDArray[np.int64]:
+    """Return numbers, rising, of temperatures that lie apart, shape (n,)."""
+    order = np.argsort(temperature_degc, kind="stable")
+    steps = np.diff(temperature_degc[order], prepend=temperature_degc[order[0]])
+    out = np.empty(order.size, dtype=np.int64)
+    out[order] = np.cumsum(steps > _SAME_DEGC)
+    return out
 
 
 @dataclass(frozen=True)

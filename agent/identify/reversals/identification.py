@@ -97,10 +97,21 @@ def identify_reversals(recordings: Sequence[Signals]) -> ReversalFit:
         range_.finest_rad,
         fits,
         clearance,
-        verdict(next(f for f in fits if f.selected), clearance, range_.finest_rad),
+        verdict(
+            next(f for f in fits if f.selected),
+            clearance,
+            range_.finest_rad,
+            _left(winner, solutions["coulomb"], data.noise_nm),
+        ),
         notes,
         _traces(winner, data),
     )
+
+
+def _left(winner: Solution, plain: Solution, noise_nm: float) -> float:
+    """Return which share of what plain Coulomb friction leaves above the noise is still left."""
+    before = plain.rmse_nm**2 - noise_nm**2
+    return max(winner.rmse_nm**2 - noise_nm**2, 0.0) / before if before > 0.0 else 0.0
 
 
 def _why_not(motion: Motion) -> str:

@@ -14,7 +14,7 @@ from agent.identify.reversals.search import Solution
 RESOLVED = 4.0  # times the finest travel: shorter lengths are the encoder's, not the joint's
 LOOSE = math.log(3.0)
 _LENGTHS = ("space_constant_rad", "wind_up_rad", "backlash_rad")
-_POSITIVE = ("coulomb_nm", "fast_nm", "slow_nm", "inertia_kg_m2")
+_POSITIVE = ("coulomb_nm", "fast_nm", "slow_nm", "inertia_kg_m2", "arm_inertia_kg_m2")
 
 
 def parameters_of(found: Solution, range_: Range) -> dict[str, Parameter]:

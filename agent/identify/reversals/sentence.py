@@ -9,6 +9,7 @@ from agent.identify.reversals.result import Clearance, PreslidingFit
 from agent.numbers import Scale, parameter_unit, scale_for, significant, written
 
 _NAMES = {"dahl": "Dahl", "bliman-sorine": "Bliman-Sorine", "lugre": "LuGre"}
+_MOSTLY = 0.5
 _ANGLES = ((1.0, "rad"), (1e3, "mrad"), (1e6, "µrad"))
 
 
@@ -26,7 +27,7 @@ def scale_of(name: str, value: float) -> Scale:
     return angle_scale(value) if unit == "rad" else scale_for(unit, (value,))
 
 
-def verdict(fit: PreslidingFit, clearance: Clearance, finest_rad: float) -> str:
+def verdict(fit: PreslidingFit, clearance: Clearance, finest_rad: float, left: float = 0.0) -> str:
     """Return the sentence of a decidable result.
 
     Parameters
@@ -37,8 +38,17 @@ def verdict(fit: PreslidingFit, clearance: Clearance, finest_rad: float) -> str:
         What is known of the gap.
     finest_rad : float
         What encoder and sampling resolve.
+    left : float
+        Share of what a plain change of friction's sign leaves of the squared torque, that the
+        selected law leaves as well.
     """
     first = _first(fit, finest_rad)
+    if fit.law != "coulomb" and left > _MOSTLY:
+        first = (
+            f"Most of what these reversals show has no name: {left:.0%} of what friction that "
+            f"turns at once leaves is still there. The nearest law says: {first[0].lower()}"
+            f"{first[1:]}"
+        )
     gap = clearance.backlash_rad
     if clearance.source == "arm-encoder":
         # The arm's encoder knows more of gap and wind-up than a law of the motor's torque.

@@ -2,7 +2,7 @@
 
 In one warm-up, temperature and time rise together: a falling friction may be thinner oil or
 running-in. The steady passes' torque, less its level for each velocity, is regressed on the
-temperature and on time; each is asked what it adds to the other.
+temperature and on time, each as straight or as bent as serves it best, and the two are compared.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ _LEAST_SPAN_DEGC = 2.0
 _DECISIVE = 1.3  # times the 95 % error of the comparison: about 99 %
 _MATERIAL = 0.1  # share of the variance that a trend must explain
 _SAME_SPEED = 0.05
+_BENDS = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, -0.5, -1.0, -2.0)  # how often it falls by e over the span
 
 
 @dataclass(frozen=True)
@@ -154,10 +155,10 @@ def _levels(velocity: Floats, recording: Floats) -> np.ndarray[tuple[int], np.dt
 def _judge(table: Floats) -> TemperatureOrTime:
     groups = _levels(table[:, 1], table[:, 0])
     # A slope of its own for each velocity: the two directions need not change alike.
-    temperature, time, friction = (_centred(table[:, i], groups) for i in (2, 3, 4))
+    friction = _centred(table[:, 4], groups)
     total = float(friction @ friction)
     n = friction.size
-    by_t, by_time = _by_group(temperature, groups), _by_group(time, groups)
+    by_t, by_time = (_best_bent(table[:, i], groups, friction) for i in (2, 3))
     rest = {
         TEMPERATURE: _rest(by_t, friction),
         TIME: _rest(by_time, friction),
@@ -203,6 +204,28 @@ def _by_group(values: Floats, groups: np.ndarray[tuple[int], np.dtype[np.int64]]
     out = np.zeros((values.size, int(groups.max()) + 1))
     out[np.arange(values.size), groups] = values
     return out
+
+
+def _best_bent(
+    values: Floats, groups: np.ndarray[tuple[int], np.dtype[np.int64]], target: Floats
+) -> Floats:
+    """Return the columns of the bend that leaves least of the target.
+
+    Oil thins by a share of itself a kelvin, and running-in slows down: neither is a straight line,
+    and where both have passed alike the straighter one of the two is no evidence for itself.
+    """
+    span = max(float(np.ptp(values)), 1e-300)
+    from_start = (values - values.min()) / span
+    best: tuple[float, Floats] | None = None
+    for bend in _BENDS:
+        bent = from_start if bend == 0.0 else -np.expm1(-bend * from_start) / bend
+        columns = _by_group(_centred(bent, groups), groups)
+        rest = _rest(columns, target)
+        left = float(rest @ rest)
+        if best is None or left < best[0]:
+            best = left, columns
+    assert best is not None
+    return best[1]
 
 
 def _rest(columns: Floats, target: Floats) -> Floats:
