@@ -23,6 +23,7 @@ from agent.explain.answer.result import (
     fit_of,
 )
 from agent.explain.choosing.aliases import aliases
+from agent.explain.choosing.heard import BACKLASH
 from agent.explain.choosing.materiality import CLOSE
 from agent.explain.experiment.proposal import next_experiments
 from agent.explain.findings import OFFSET_OR_ASYMMETRY, findings_of
@@ -238,6 +239,9 @@ def _bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
             "the simulation as given is clearly above the noise: its own numbers, refitted, come "
             "closer, and these recordings do not say which of them is wrong"
         )
+    blows = found.library.scene.blows
+    if blows is not None and BACKLASH not in _effects(found):
+        out.append(words.only_heard(blows.ringing))
     if found.table.creep_rad_s > 0.0:
         out.append(
             f"below {found.table.creep_rad_s:.2g} rad/s friction is not fully there: the joint "
@@ -255,6 +259,12 @@ def _bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
         if index not in compared:
             out.append(f"{run.name} was left out: no stretch of it is long enough to be compared")
     return tuple(out)
+
+
+def _effects(found: Study) -> set[str]:
+    """Return what the extended twin has, found or known before."""
+    known = {effect.id for effect in found.twin.effects}
+    return known | {term.scored.form.effect for term in found.choice.terms}
 
 
 def _bent(found: Study) -> bool:

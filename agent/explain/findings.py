@@ -12,6 +12,7 @@ from agent.explain.answer import words
 from agent.explain.answer.result import Alternative, Finding, Region
 from agent.explain.choosing.aliases import told_apart_by
 from agent.explain.choosing.choice import Term
+from agent.explain.choosing.heard import heard
 from agent.explain.choosing.search import basis_of
 from agent.explain.choosing.shares import shares_of
 from agent.explain.forms.quantities import as_in_twin
@@ -109,20 +110,17 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
     where = regions_of(scene, weighing.rows, form.effect, form.name, added, own, order)
     parameters = as_in_twin(form, scene, own)
     scale = float(np.sqrt(np.mean(1.0 / weighing.weight**2)))
+    blows = scene.blows if heard(scene, form) else None
+    sentence = words.finding_sentence(
+        form.effect, where, _reach(study, form.effect, added, where), share, parameters, first=first
+    )
     return Finding(
         effect=form.effect,
         rank=0,
         probability=term.probability,
         energy_share=share,
         where=where,
-        sentence=words.finding_sentence(
-            form.effect,
-            where,
-            _reach(study, form.effect, added, where),
-            share,
-            parameters,
-            first=first,
-        ),
+        sentence=f"{sentence} {words.ringing_sentence(blows.ringing)}" if blows else sentence,
         parameters=parameters,
         alternatives=_alternatives(term),
         holdout_rmse_without_nm=float(
@@ -130,6 +128,7 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         ),
         form=form.name,
         curve=curve,
+        ringing=blows.ringing if blows else None,
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from agent.explain.answer.result import Cell, Floor
 from agent.explain.choosing.choice import Choice, choose
+from agent.explain.choosing.heard import heard
 from agent.explain.choosing.materiality import least_gain
 from agent.explain.choosing.search import Library
 from agent.explain.forms.arm_encoder import seen_by_the_arm
@@ -228,11 +229,12 @@ def _material(library: Library, choice: Choice, *, beside_wrong_numbers: bool = 
     while terms:
         losses = [
             float((library.errors([t.candidate for t in terms if t is not term]) - full).sum())
+            - (0.0 if heard(library.scene, term.scored.form) else least)
             for term in terms
         ]
         weakest = int(np.argmin(losses))
         borne = library.model([t.candidate for t in terms]).shape[1] < blocks
-        if borne and losses[weakest] >= least:
+        if borne and losses[weakest] >= 0.0:
             break
         del terms[weakest]
         full = library.errors([t.candidate for t in terms])

@@ -16,6 +16,7 @@ from agent.report.estimate import Picture
 from agent.report.explanation_map import heat_map
 from agent.report.explanation_pictures import (
     finding_picture,
+    heard_picture,
     left_over_pictures,
     moved_picture,
     proof_picture,
@@ -39,16 +40,19 @@ from agent.report.explanation_words import (
     what_to_do,
 )
 from agent.report.figure_explanation_curve import caption_of
+from agent.report.figure_explanation_heard import CAPTION as HEARD
 from agent.report.page import render
 
 
 @dataclass(frozen=True)
 class FindingView:
-    """One finding: what is written, and its picture."""
+    """One finding: what is written, and its pictures."""
 
     row: rows.FindingRow
     picture: Picture | None
     caption: str
+    heard: Picture | None = None
+    heard_caption: str = HEARD
 
 
 @dataclass(frozen=True)
@@ -168,7 +172,8 @@ def _findings(explanation: Explanation) -> list[FindingView]:
         if caption in [view.caption for view in out]:
             caption = ""
         row = rows.finding_row(finding, explanation)
-        out.append(FindingView(row, finding_picture(finding), caption))
+        heard = heard_picture(finding)
+        out.append(FindingView(row, finding_picture(finding), caption, heard))
     return out
 
 

@@ -18,6 +18,7 @@ from agent.report.figure_explanation_cycle import (
     reach_of,
     residual_in_words,
 )
+from agent.report.figure_explanation_heard import figure_ringing, ringing_in_words
 from agent.report.figure_explanation_left import (
     figure_left_over,
     left_over,
@@ -43,6 +44,16 @@ def finding_picture(finding: Finding) -> Picture | None:
         figure_finding(curve, finding.where),
         figure_finding(curve, finding.where, narrow=True),
         finding_in_words(curve),
+    )
+
+
+def heard_picture(finding: Finding) -> Picture | None:
+    """Return what of a finding is heard above the compared band; None where nothing is."""
+    ringing = finding.ringing
+    if ringing is None:
+        return None
+    return _picture(
+        figure_ringing(ringing), figure_ringing(ringing, narrow=True), ringing_in_words(ringing)
     )
 
 

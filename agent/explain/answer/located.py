@@ -81,6 +81,31 @@ class Curve:
 
 
 @dataclass(frozen=True)
+class Ringing:
+    """How much the motor rings about the instants at which the load on the gear changes sides.
+
+    `at_s` (k,) is the time since then, `rms_rad_s` (k,) the root mean square over `instants` of the
+    velocity above the compared band, from `lower_rad_s` to `upper_rad_s` (k,) with 95 %, and
+    `usual_rad_s` that of all motion. Above it the gear's loose teeth are heard to meet: `louder` is
+    the energy shortly after over that around it, `sigmas` its logarithm over its standard
+    error.
+    """
+
+    at_s: Floats
+    rms_rad_s: Floats
+    lower_rad_s: Floats
+    upper_rad_s: Floats
+    usual_rad_s: float
+    instants: int
+    louder: float
+    sigmas: float
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        return {"instants": self.instants, "louder": self.louder, "sigmas": self.sigmas}
+
+
+@dataclass(frozen=True)
 class Alternative:
     """Another effect that the recordings carry as well, and what would decide."""
 
@@ -103,7 +128,8 @@ class Finding:
 
     `energy_share` is the share of the refitted twin's squared residual above the noise floor that
     the effect removes on data that its fit had not seen; `holdout_rmse_without_nm` is what stays
-    there when the effect alone is taken out again. `form` says which of the effect's forms won.
+    there when the effect alone is taken out again. `form` says which of the effect's forms won;
+    `ringing` is there where the effect is heard above the compared band.
     """
 
     effect: str
@@ -117,9 +143,11 @@ class Finding:
     holdout_rmse_without_nm: float = math.nan
     form: str = ""
     curve: Curve | None = None
+    ringing: Ringing | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
+        heard = {} if self.ringing is None else {"heard": self.ringing.to_json()}
         return {
             "effect": self.effect,
             "form": self.form,
@@ -131,6 +159,7 @@ class Finding:
             "parameters": {name: p.to_json() for name, p in self.parameters.items()},
             "alternatives": [a.to_json() for a in self.alternatives],
             "holdout_rmse_without_nm": number(self.holdout_rmse_without_nm),
+            **heard,
         }
 
 

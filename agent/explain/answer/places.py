@@ -70,6 +70,8 @@ def place_in_words(region: Region | None, effect: str = "") -> str:
     if name == "recording":
         first, last = round(low) + 1, round(high) + 1
         return f"in recording {first}" if first == last else f"from recording {first} to {last}"
+    if effect == "backlash" and name == "load_torque_nm":
+        return "while the load on the gear changes sides"
     if name == "after_reversal_s":
         return _after_reversal(low, high)
     if name == "frequency_hz" and not effect:

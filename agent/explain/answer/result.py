@@ -20,6 +20,7 @@ from agent.explain.answer.located import (
     Moved,
     NextExperiment,
     Region,
+    Ringing,
 )
 from agent.physics.twin import Twin
 
@@ -36,6 +37,7 @@ __all__ = [
     "Moved",
     "NextExperiment",
     "Region",
+    "Ringing",
     "Trace",
     "Verdict",
     "fit_of",

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from agent.explain.answer.places import place_in_words
-from agent.explain.answer.result import Finding, Fit, Holdout, Region
+from agent.explain.answer.result import Finding, Fit, Holdout, Region, Ringing
 from agent.identify.result import Parameter
 from agent.numbers import fixed, scale_for, significant
 
@@ -95,6 +95,29 @@ def finding_sentence(
     if first:
         return f"{begin}; {name} explains {_percent(energy_share)} of the mismatch."
     return f"{begin}: {name}, {_percent(energy_share)} of the mismatch."
+
+
+def ringing_sentence(ringing: Ringing) -> str:
+    """Return that loose teeth are heard, and by how much."""
+    return (
+        f"Its blows are heard: {ringing.instants} times the load on the gear changed sides in "
+        f"motion, and right after that the motor rang {_times(ringing.louder)} as strongly as "
+        "before and later."
+    )
+
+
+def only_heard(ringing: Ringing) -> str:
+    """Return that loose teeth are heard, where no torque shows them."""
+    return (
+        f"the gear has play: {ringing.instants} times the load on it changed sides in motion, and "
+        f"right after that the motor rang {_times(ringing.louder)} as strongly as before and later;"
+        " in the torque that is compared it does not show"
+    )
+
+
+def _times(louder: float) -> str:
+    """Return the root of an energy's factor in words: what a velocity shows."""
+    return f"{significant(math.sqrt(louder), 2)} times"
 
 
 def _amount(effect: str, reach_nm: tuple[float, float]) -> str:

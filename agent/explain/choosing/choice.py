@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from agent.explain.choosing.heard import LIKE_A_GAP, heard
 from agent.explain.choosing.materiality import MATERIAL, least_gain
 from agent.explain.choosing.search import Candidate, Library, Scored, basis_of
 from agent.explain.choosing.shifts import chance
@@ -29,6 +30,7 @@ _SHARED_OUT = 0.2  # of what a term had removed: so little is left to it beside 
 _DECISIVE = 3.0  # of log density: a rival that is further behind is out
 _SAME = 0.1  # of log density: columns that copy each other differ by no more
 _PER_SHARE = 60.0  # of log density: a twentieth of the gain missed is decisive
+_HEARD = 0.5  # of the gain: what resembles a gap explains that much more where there is none
 _AS_MUCH = 0.01  # of the gain: what a special case misses of it is small, however significant
 _REPEATED = frozenset(
     {"torque-ripple", "kinematic-error", "position-dependent-friction", "local-fault"}
@@ -111,7 +113,8 @@ def choose(library: Library, *, rivals: bool = True, begun: Sequence[Term] = ())
         if best is None:
             break
         material = least_gain(library, plain, [*terms, best.candidate])
-        if float(current.sum()) - best.error < material:
+        best = _newcomer(library, ranked, best, float(current.sum()), material)
+        if best is None:
             break
         if not _steady(current, best.blocks):
             break
@@ -126,6 +129,22 @@ def choose(library: Library, *, rivals: bool = True, begun: Sequence[Term] = ())
     if rivals:
         chosen, current = settled(library, chosen)
     return Choice(tuple(chosen), plain, current, settled=rivals)
+
+
+def _newcomer(
+    library: Library, ranked: Sequence[Scored], best: Scored, without: float, material: float
+) -> Scored | None:
+    """Return the next term: the best one if it is material, or a gap whose blows are heard.
+
+    Such a gap stands before what it looks like within the band, unless that explains far more.
+    """
+    gain = without - best.error
+    gap = next((s for s in ranked if heard(library.scene, s.form) and s.error < without), None)
+    if gap is not None:
+        instead = gain < material or best.form.effect in LIKE_A_GAP
+        if instead and without - gap.error > _HEARD * gain:
+            return gap
+    return best if gain >= material else None
 
 
 def _least_on_all_rows(
@@ -232,11 +251,12 @@ def _pruned(library: Library, chosen: list[Term], material: float) -> tuple[list
         if len(chosen) < 2:
             return chosen, whole
         losses = []
-        for i in range(len(chosen)):
+        for i, term in enumerate(chosen):
             without = library.errors([t.candidate for j, t in enumerate(chosen) if j != i])
-            losses.append(float(without.sum() - whole.sum()))
+            needed = 0.0 if heard(library.scene, term.scored.form) else material
+            losses.append(float(without.sum() - whole.sum()) - needed)
         weakest = int(np.argmin(losses))
-        if losses[weakest] >= material:
+        if losses[weakest] >= 0.0:
             return chosen, whole
         del chosen[weakest]
 
@@ -250,6 +270,9 @@ def settled(library: Library, chosen: list[Term]) -> tuple[list[Term], Floats]:
         others = [t.candidate for j, t in enumerate(chosen) if j != i]
         ranked = library.rank(others, known=[chosen[i].candidate])
         ranked = _allowed(ranked, [t for j, t in enumerate(chosen) if j != i])
+        if heard(library.scene, chosen[i].scored.form):
+            # Nothing else gives blows: no other effect stands in its place.
+            ranked = [s for s in ranked if heard(library.scene, s.form)]
         best = _preferred(library, ranked, float(library.errors(others).sum()))
         if best is not None:
             chosen[i] = _with_rivals(library, others, ranked, best, chosen[i].chance)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.explain.choosing.descent import descended, movable
+from agent.explain.choosing.heard import heard
 from agent.explain.forms.form import Form, Point
 from agent.explain.forms.refinement import climbed
 from agent.explain.rows.evidence import Weighing, heldout, moments, solve
@@ -208,11 +209,12 @@ class Library:
         out = []
         for entry in screened.values():
             by_gain = sorted(entry, key=lambda pair: -pair[0])
-            if by_gain[0][0] <= worth:
+            needed = 0.0 if heard(self.scene, by_gain[0][1].form) else worth
+            if by_gain[0][0] <= needed:
                 continue
             if refined:
                 by_gain = self._refined(by_gain, basis, left)
-            by_gain = self._from_possible(by_gain, model, worth)
+            by_gain = self._from_possible(by_gain, model, needed)
             scored = self._scored(by_gain, model, energy) if by_gain else None
             if scored is not None:
                 out.append(scored)

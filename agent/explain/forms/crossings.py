@@ -16,6 +16,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from agent.explain.rows.blows import Blows
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
 
@@ -29,6 +30,7 @@ _APART = 2  # points of the grid between two peaks
 _FIRST_STEPS, _HALVINGS = (1.3, 1.04, 0.02, 1.5), 4  # factor, factor, difference, factor
 _FILM_PER_S = 40.0  # drags an arm through a gap that takes some tens of milliseconds
 _COARSER = 2
+_HEARD_GAPS = 24
 
 
 def likely_gaps(
@@ -45,6 +47,9 @@ def likely_gaps(
         The most points to return; they are peaks that stand apart, the likeliest first.
     with_film : int
         The most points with a film between the teeth, 1/s, that follow.
+
+    Where blows are heard, the likeliest gap with the shares that tell when they come stands in the
+    place of the least likely peak, and of those with a film.
     """
     used = scene.table.used
     if np.count_nonzero(used) <= _FEWEST_ROWS or not scene.residual_nm[used].any():
@@ -52,8 +57,22 @@ def likely_gaps(
     likeness = _likeness(scene)
     gaps = log_grid(smallest, widest, _GAPS)
     dry = _peaks(likeness, (gaps, _SHARES, _FRICTIONS, (0.0,)), count)
+    if scene.blows is not None:  # where oil drags the arm along, teeth do not meet with a blow
+        return (*dry[: max(count - 1, 1)], _as_heard(likeness, scene.blows, smallest, widest))
     coarse = _SHARES[::_COARSER], _FRICTIONS[::_COARSER]
     return (*dry, *_peaks(likeness, (gaps, *coarse, (_FILM_PER_S,)), with_film))
+
+
+def _as_heard(
+    likeness: Callable[[Floats], Floats], blows: Blows, smallest: float, widest: float
+) -> Gap:
+    """Return the likeliest gap of an arm with the shares that the blows were heard with."""
+    gaps = np.array(log_grid(smallest, widest, _HEARD_GAPS))
+    points = np.zeros((gaps.shape[0], 4))
+    points[:, 0], points[:, 1], points[:, 2] = gaps, blows.arm_share, blows.friction_share
+    score = likeness(points)
+    top = int(np.argmax(score))
+    return _climbed(likeness, points[top], float(score[top]))[1]
 
 
 def _peaks(

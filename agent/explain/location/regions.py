@@ -213,6 +213,9 @@ def regions_of(
         return (Region("frequency_hz", _RESONANCE[0] * hz, _RESONANCE[1] * hz),)
     if effect == "torque-saturation":
         return _where_visible(scene, "torque_nm", scene.table.measured_nm[rows], added_nm)
+    if effect == "backlash" and scene.blows is not None:
+        load = scene.gear_load_rows(scene.blows)[rows]
+        return _where_visible(scene, "load_torque_nm", load, added_nm)
     values = axis_values(scene, variable)[rows]
     if effect in _LOCAL or (effect == "position-dependent-friction" and form == "tight spot"):
         return _where_visible(scene, variable, values, added_nm)

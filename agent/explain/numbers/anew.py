@@ -43,7 +43,7 @@ def chosen_anew(library: Library) -> tuple[Library, Choice]:
     """
     library, choice = chosen_in_step(library, choose(library, rivals=False))
     for _ in range(_ROUNDS):
-        if not choice.terms or not _more_than_noise(library, choice.candidates):
+        if not choice.terms or not _worth_it(library, choice.candidates):
             break
         renewed = _beside(library, choice.candidates)
         begun = [retaken(renewed, term, library.scene) for term in choice.terms]
@@ -56,6 +56,19 @@ def chosen_anew(library: Library) -> tuple[Library, Choice]:
 
 def _effects(choice: Choice) -> list[str]:
     return sorted(term.scored.form.effect for term in choice.terms)
+
+
+def _worth_it(library: Library, terms: Sequence[Candidate]) -> bool:
+    """Return whether more than noise is left beside some terms, or heard above the band."""
+    if _more_than_noise(library, terms):
+        return True
+    return library.scene.blows is None and _as_beside(library, terms).blows is not None
+
+
+def _as_beside(library: Library, terms: Sequence[Candidate]) -> Scene:
+    """Return the scene with the twin's numbers, and what holds the arm, as beside some terms."""
+    theta = numbers_beside(library, terms)
+    return replace(library.scene, theta=theta, held=_held(library, terms))
 
 
 def _more_than_noise(library: Library, terms: Sequence[Candidate]) -> bool:
@@ -84,7 +97,8 @@ def _beside(library: Library, terms: Sequence[Candidate]) -> Library:
         known,
     )
     theta = numbers_beside(library, terms)
-    if held is not None or moved_far(library, theta):
+    heard = scene.blows is None and _as_beside(library, terms).blows is not None
+    if held is not None or heard or moved_far(library, theta):
         scene = replace(renewed.scene, held=held)
         renewed = taken_at(replace(renewed, scene=scene), theta)
     return with_new_grids(renewed, terms)

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.explain.rows.blows import Blows, blows_of
 from agent.explain.rows.lag import earlier
 from agent.explain.rows.strata import travel_rad
 from agent.explain.rows.table import BASE, Table
@@ -118,6 +119,18 @@ class Scene:
         """Return `weight_nm` at the rows, shape (n,)."""
         gravity = np.asarray(self.table.base[:, 3:5] @ self.theta[3:5])
         return gravity if self.held_nm is None else gravity + self.table.band(self.held_nm)
+
+    @cached_property
+    def blows(self) -> Blows | None:
+        """Return the blows of loose teeth that are heard above the band; None for none."""
+        return blows_of(self.table, self.theta, self.weight_nm)
+
+    def gear_load_rows(self, blows: Blows) -> Floats:
+        """Return the load on the gear's teeth, with the arm that the blows tell of, shape (n,)."""
+        base = self.table.base
+        arm = blows.arm_share * self.theta[0] * base[:, BASE.index("inertia_kg_m2")]
+        dry = blows.friction_share * self.theta[2] * base[:, BASE.index("coulomb_nm")]
+        return np.asarray(arm + dry + self.weight_rows() + blows.offset_nm)
 
     @cached_property
     def predicted_nm(self) -> Floats:
