@@ -1,0 +1,59 @@
+"""What recordings of joints that are not the product's own are told, where they had misled it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from agent.identify.estimate import estimate
+from agent.identify.friction.surface_law import SurfacePoints
+from agent.identify.result import Parameter
+from agent.identify.reversals.result import PreslidingFit, nothing
+from agent.identify.reversals.sentence import verdict
+from agent.identify.thermal.trend import TIE, temperature_or_time
+from tests.science.identify_plant import Joint, record, stair
+
+
+def test_a_gearbox_that_warms_up_while_speeds_rise_is_told_and_every_speed_has_its_warmth() -> None:
+    signals = record(Joint(), stair(rate_hz=125.0, longest_s=1.0))
+    warming = np.linspace(25.0, 29.0, signals.time_s.size)
+    warm = estimate([replace(signals, gearbox_temperature_degc=warming)])
+    assert any("oil that thins meanwhile bends the curve" in note for note in warm.notes)
+    assert warm.friction_curve is not None
+    assert np.all(np.diff(warm.friction_curve.temperature_degc) > 0.0)
+    steady = estimate([replace(signals, gearbox_temperature_degc=np.full(warming.size, 25.0))])
+    assert not any("thins" in note for note in steady.notes)
+
+
+def test_speeds_of_one_recording_are_one_temperature_however_it_warmed_up() -> None:
+    degc = np.array([24.0, 24.6, 25.2, 25.8, 26.4, 27.0, 30.0, 30.6, 31.2])
+    points = SurfacePoints(np.ones(9), degc, np.ones(9), np.ones(9), np.repeat([7, 3, 5], 3))
+    assert points.groups().tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 2]
+    assert points.take(degc > 26.0).groups().tolist() == [0, 0, 1, 1, 1]
+
+
+def test_oil_that_thins_by_a_share_of_itself_is_not_taken_for_time() -> None:
+    # As warm as an hour makes it each time: temperature bends friction, time happens not to.
+    temperatures = 25.0 - 20.0 * np.log(1.0 - 0.15 * np.arange(5))
+    recordings = [
+        record(
+            Joint(viscous_nm_s_per_rad=0.01 * float(np.exp(-(t - 25.0) / 20.0))),
+            stair([20.0, 50.0, 100.0], rate_hz=125.0, longest_s=0.6),
+            seed=seed,
+            noise_nm=0.005,
+        )
+        for seed, t in enumerate(temperatures)
+    ]
+    degc = [np.full(r.time_s.size, t) for r, t in zip(recordings, temperatures, strict=True)]
+    starts_s = [3600.0 * i for i in range(5)]
+    assert temperature_or_time(recordings, degc, starts_s).verdict == TIE
+
+
+def test_a_law_that_leaves_most_of_the_reversals_is_not_said_to_be_them() -> None:
+    parameters = {"wind_up_rad": Parameter(3e-4, (1e-4, 5e-4))}
+    fit = PreslidingFit("wind-up", True, "", parameters, 0.05, 0.05)
+    said = verdict(fit, nothing(""), 1e-5, 0.7)
+    assert said.startswith("Most of what these reversals show has no name: 70% of")
+    assert "The nearest law says: at a reversal" in said
+    assert verdict(fit, nothing(""), 1e-5, 0.1).startswith("At a reversal")
