@@ -164,7 +164,8 @@ def _gap(scene: Scene, point: Point) -> Floats:
 
 
 def _gap_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
-    _wider_than_twist(scene, values["half_gap_rad"], values["contact_hz"])
+    if scene.blows is None:
+        _wider_than_twist(scene, values["half_gap_rad"], values["contact_hz"])
     inertia = values["arm_share"] * inertia_of(scene)
     spring = _spring_entry(inertia, values["contact_hz"], values["damping_ratio"])
     gap = {
@@ -179,7 +180,8 @@ def _gap_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str
 def _wider_than_twist(scene: Scene, half_gap_rad: float, contact_hz: float) -> None:
     """Refuse a gap that is lost in the twist of its own contact: that is a spring, and no play.
 
-    What is left of such a form beside its spring is how a search among bouncing arms fits noise.
+    What is left of such a form beside its spring is how a search among bouncing arms fits noise;
+    where blows are heard, the teeth have play.
     """
     hardest = float(np.quantile(np.abs(scene.full("acceleration_rad_s2")), _HARDEST_SHARE))
     twist_rad = hardest / (2.0 * math.pi * contact_hz) ** 2

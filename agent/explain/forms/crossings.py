@@ -57,8 +57,8 @@ def likely_gaps(
     likeness = _likeness(scene)
     gaps = log_grid(smallest, widest, _GAPS)
     dry = _peaks(likeness, (gaps, _SHARES, _FRICTIONS, (0.0,)), count)
-    if scene.blows is not None:  # where oil drags the arm along, teeth do not meet with a blow
-        return (*dry[: max(count - 1, 1)], _as_heard(likeness, scene.blows, smallest, widest))
+    if scene.blows is not None:
+        dry = (*dry[: max(count - 1, 1)], _as_heard(likeness, scene.blows, smallest, widest))
     coarse = _SHARES[::_COARSER], _FRICTIONS[::_COARSER]
     return (*dry, *_peaks(likeness, (gaps, *coarse, (_FILM_PER_S,)), with_film))
 
