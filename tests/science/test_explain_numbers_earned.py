@@ -11,6 +11,7 @@ import pytest
 
 from agent.explain.answer.words import number_sentence
 from agent.explain.numbers.model import extended_twin, fit_model
+from agent.explain.numbers.wrong import _lasting
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import tabulate
 from agent.explain.study import study
@@ -75,6 +76,19 @@ def test_a_twin_without_a_law_for_what_was_found_keeps_the_numbers_that_fit_with
 
 def _with(candidate: Any, to_twin: Any) -> Any:
     return replace(candidate, form=replace(candidate.form, to_twin=to_twin))
+
+
+@pytest.mark.parametrize(
+    ("loss", "lasting"),
+    [
+        ([1.0, 2.0, 1.5, 2.5, 300.0, 3.0, 1.0, 40.0] * 3, True),  # every block loses, some far more
+        ([0.5, -0.4, 0.3, -0.6, 300.0, -0.2, 0.1, -0.5] + [0.2, -0.3] * 8, False),  # one does
+        ([1.0, -1.0, 0.9, -1.1] * 6, False),
+    ],
+)
+def test_a_number_far_off_is_no_accident_of_one_block(loss: list[float], lasting: bool) -> None:
+    """An inertia a hundred times the joint's had not been told, as one block held most of it."""
+    assert _lasting(np.array(loss)) is lasting
 
 
 def test_a_recorded_simulations_own_torque_is_what_a_factor_multiplies() -> None:
