@@ -24,7 +24,7 @@ from drivers.can.owner import CanBusOwner
 from drivers.cia402 import objects
 from drivers.cia402.config import Cia402Config
 from drivers.cia402.network import CanopenNode
-from drivers.cia402.opening import identify, mode_for, refuse_unable, refuse_unhealthy
+from drivers.cia402.opening import identify, mode_for, refuse_unable, refuse_unhealthy, refuse_wider
 from drivers.cia402.sdo import SdoAccess
 from drivers.cia402.words import REDUCED, State, state_of
 from drivers.clock import Clock
@@ -119,6 +119,7 @@ def _drive(cell: Cell, axis: Axis, plan: CyclePlan, owner: CanBusOwner, clock: C
     except DriverError as error:
         return Seen((), str(error))
     healthy = _held("drive healthy", lambda: refuse_unhealthy(sdo, config.node_id))
+    limits = _held("limits of the drive", lambda: _limits(sdo, config))
     asks: tuple[Callable[[], object], ...] = (
         lambda: refuse_unable(sdo, config),
         lambda: mode_for(sdo, config),
@@ -127,8 +128,14 @@ def _drive(cell: Cell, axis: Axis, plan: CyclePlan, owner: CanBusOwner, clock: C
     try:
         stands = _stands(axis, plan, sdo, config, clock)
     except DriverError as error:
-        return Seen((Condition("identity", True), healthy, *unable[:1]), str(error))
-    return Seen((Condition("identity", True), healthy, *unable[:1], *stands))
+        return Seen((Condition("identity", True), healthy, limits, *unable[:1]), str(error))
+    return Seen((Condition("identity", True), healthy, limits, *unable[:1], *stands))
+
+
+def _limits(sdo: SdoAccess, config: Cia402Config) -> None:
+    """Compare the window with the software limits in the drive, where it has any."""
+    if config.software_limits_counts is not None:
+        refuse_wider(config, {item.key: sdo.read(item) for item in objects.SOFTWARE_LIMITS})
 
 
 def _held(name: str, ask: Callable[[], object]) -> Condition:

@@ -62,6 +62,14 @@ _DRIVE = (
     Precondition("identity", Judged.BY_DRIVE, "vendor, product and serial number are the cell's"),
     Precondition("drive healthy", Judged.BY_DRIVE, "no fault, and nobody has given it torque"),
     Precondition(
+        "limits of the drive",
+        Judged.BY_DRIVE,
+        "the window is not wider than the software limits found in the drive, if it has any",
+    ),
+    Precondition(
+        "nobody else at work", Judged.BY_DRIVE, "no other heartbeat, order or SYNC like ours"
+    ),
+    Precondition(
         "settings read back equal",
         Judged.BY_DRIVE,
         "PDO maps, watchdog, quick stop, ramps and software limits hold what was written",

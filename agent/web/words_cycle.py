@@ -85,6 +85,8 @@ CYCLE_WORDS: dict[str, tuple[str, str]] = {
     "condition_no_stop_active": ("No stop active", "Kein Halt aktiv"),
     "condition_identity": ("The right drive", "Der richtige Antrieb"),
     "condition_drive_healthy": ("Drive healthy", "Antrieb gesund"),
+    "condition_limits_of_the_drive": ("Limits of the drive", "Grenzen des Antriebs"),
+    "condition_nobody_else_at_work": ("Nobody else at work", "Niemand sonst am Werk"),
     "condition_settings_read_back_equal": ("Settings read back", "Einstellungen rückgelesen"),
     "condition_answers_SYNC": ("Drive answers", "Antrieb antwortet"),
     "condition_without_torque": ("Without torque", "Ohne Moment"),

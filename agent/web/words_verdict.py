@@ -157,6 +157,11 @@ REFUSED: Mapping[str, str] = MappingProxyType(
         "no stop active": "Ein Halt ist aktiv.",
         "identity": "Am Bus antwortet niemand, oder ein anderer Antrieb als erwartet.",
         "drive healthy": "Der Antrieb meldet einen Fehler, oder jemand hat ihn eingeschaltet.",
+        "limits of the drive": (
+            "Der Antrieb hat engere Grenzen als das Fenster der Zelle: Geberstriche, Übersetzung, "
+            "Drehsinn und Nullpunkt prüfen."
+        ),
+        "nobody else at work": "Jemand anderes am Bus treibt oder überwacht diesen Antrieb.",
         "settings read back equal": "Der Antrieb passt nicht zur Beschreibung der Zelle.",
         "answers SYNC": "Der Antrieb antwortet nicht.",
         "without torque": "Der Antrieb hat Moment, obwohl ihn niemand eingeschaltet hat.",

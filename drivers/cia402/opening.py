@@ -18,8 +18,6 @@ from drivers.errors import (
     SdoError,
 )
 
-_LIMITS = (objects.SOFTWARE_LIMIT_MIN, objects.SOFTWARE_LIMIT_MAX)
-
 _RATED_TORQUE_TOLERANCE = 0.001
 """0x6076 is whole mN m: a configured value may differ by its rounding, not by more."""
 
@@ -143,7 +141,7 @@ def refuse_wider(config: Cia402Config, found: Mapping[str, int]) -> None:
         Naming both.
     """
     wanted = config.software_limits_counts
-    low, high = (found.get(item.key, 0) for item in _LIMITS)
+    low, high = (found.get(item.key, 0) for item in objects.SOFTWARE_LIMITS)
     if wanted is None or low >= high:  # equal, mostly 0: the drive has none
         return
     if low - 1 <= wanted[0] and wanted[1] <= high + 1:

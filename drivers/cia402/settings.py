@@ -23,7 +23,7 @@ from drivers.ports import SetPoints
 
 _Step = tuple[str, Callable[[], dict[str, int]]]
 
-_LIMITS = (objects.SOFTWARE_LIMIT_MIN, objects.SOFTWARE_LIMIT_MAX)
+_LIMITS = objects.SOFTWARE_LIMITS
 
 
 @dataclass(frozen=True)

@@ -57,8 +57,8 @@ def test_a_look_says_what_holds_and_sends_requests_to_read_alone(tmp_path: Path)
         found, seen = looked(bench)
         bench.later(0.1)
         assert found == dict.fromkeys(
-            ("identity", "drive healthy", "without torque", "at standstill", "inside its window",
-             "gearbox temperature"), "",
+            ("identity", "drive healthy", "limits of the drive", "without torque", "at standstill",
+             "inside its window", "gearbox temperature"), "",
         )  # fmt: skip
         assert seen.untold == ""
         ours = [m for m in kept if m.arbitration_id not in (0x580 + node, 0x700 + node)]
