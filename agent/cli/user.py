@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import getpass
 import json
 from pathlib import Path
 
 import typer
 
+from agent.cycle.axis_lock import user_name
 from agent.errors import InputError
 from agent.record.audit import AuditTrail, verify
 from agent.web.passwords import Argon2
@@ -70,4 +70,4 @@ def _users(state: Path) -> Users:
 
 
 def _audit(state: Path, what: str, **detail: str) -> None:
-    AuditTrail(state).add(f"{getpass.getuser()} (command line)", what, **detail)
+    AuditTrail(state).add(f"{user_name()} (command line)", what, **detail)

@@ -222,7 +222,7 @@ def _that_exist(folder: Path) -> list[Path]:
 
 
 def _me() -> dict[str, str | int]:
-    return {"pid": os.getpid(), "user": _user(), "since": wall_time_utc()}
+    return {"pid": os.getpid(), "user": user_name(), "since": wall_time_utc()}
 
 
 def _path(folder: Path, name: str) -> Path:
@@ -300,8 +300,9 @@ def _in_a_file_name(text: str) -> str:
     return re.sub(r"[^A-Za-z0-9._-]", "_", text)
 
 
-def _user() -> str:
+def user_name() -> str:
+    """Return who runs this program, "unknown" where the system has no name for them."""
     try:
         return getpass.getuser()
-    except (KeyError, OSError):  # OSError from Python 3.13 on: a user without a name
+    except (ImportError, KeyError, OSError):  # Windows; Unix; either from Python 3.13 on
         return "unknown"

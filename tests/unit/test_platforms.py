@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import getpass
 import os
 import re
 import signal
@@ -16,7 +17,7 @@ from unittest.mock import Mock
 import pytest
 
 from agent.cli import night_cell
-from agent.cycle.axis_lock import FOLDER_VARIABLE
+from agent.cycle.axis_lock import FOLDER_VARIABLE, user_name
 from agent.web import locks
 from drivers.can.frames import CanBusConfig
 from drivers.can.opening import may_read_fast, open_bus
@@ -137,6 +138,14 @@ def test_socketcan_elsewhere_is_said_to_be_linuxs_own(elsewhere: str) -> None:
 def test_elsewhere_a_thread_receives(elsewhere: str) -> None:
     assert elsewhere
     assert not may_read_fast(CanBusConfig("socketcan", "can0"), MonotonicClock())
+
+
+@pytest.mark.parametrize("error", [ImportError("pwd"), KeyError("uid 1000"), OSError()])
+def test_a_user_without_a_name_is_unknown(
+    error: Exception, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(getpass, "getuser", Mock(side_effect=error))
+    assert user_name() == "unknown"
 
 
 def test_on_windows_a_look_at_a_lock_ends_nobody(
