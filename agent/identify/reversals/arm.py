@@ -29,6 +29,7 @@ from agent.physics.backlash import dead_zone
 _TAKEN_UP = 1.5  # times the lost motion: travel after a turn from which the arm surely follows
 _PUSHING = 0.5  # of the usual torque
 _RINGING = 0.4  # of a swing
+_FOLLOWS = 0.75  # of the motor's velocity
 _LEAST_TURNS = 4
 _LEAST_SAMPLES = 5
 _STIFF = 0.2  # of the lost motion: a wind-up that is smaller is not told well
@@ -125,7 +126,12 @@ def _round(motion: Motion, beyond_rad: float) -> tuple[Floats, Floats, tuple[int
         # The arm's own motion, not the motor's: an arm that still rings winds up its gear.
         arm = np.gradient(track.position_rad - filtered, track.period_s)
         load = np.gradient(arm, track.period_s)
-        for index in _settled(track, beyond_rad):
+        # A soft gear lets the arm stick and slip: where it stands, its friction may be anything.
+        follows = arm * np.sign(track.velocity_rad_s) > _FOLLOWS * np.abs(track.velocity_rad_s)
+        for settled in _settled(track, beyond_rad):
+            index = settled[follows[settled]]
+            if index.size < _LEAST_SAMPLES:
+                continue
             way = np.sign(track.velocity_rad_s[index])
             offset = np.tile([float(track.recording == r) for r in recordings], (index.size, 1))
             rows.append(np.column_stack((way, arm[index], load[index], offset)))
