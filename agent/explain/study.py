@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from agent.explain.answer.result import Cell, Floor
+from agent.explain.choosing.afloat import afloat
 from agent.explain.choosing.choice import Choice, choose
 from agent.explain.choosing.heard import heard
 from agent.explain.choosing.materiality import least_gain
@@ -165,22 +166,23 @@ def _refitted(twin: Twin, table: Table) -> tuple[Scene, Floats]:
 def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
     """Choose and fit effects; a form whose numbers its own law refuses is left out, and again.
 
-    A fit that needs a spring to push instead of pull may describe the data; it is no spring.
+    A fit that needs a spring to push instead of pull may describe the data; it is no spring. Nor is
+    a gap one that removes noise.
     """
     for _ in range(_MOST_REFUSALS):
         library, choice = settled_beside(*chosen_anew(library))
         choice = _material(library, choice)
-        model = fit_model(library, twin, choice.terms)
-        try:
-            return library, choice, model, extended_twin(library, twin, model)
-        except TwinError:
-            refused = _refused(library, twin, model)
-            if not refused:
-                raise
-            left = tuple(
-                c for c in library.candidates if (c.form.effect, c.form.name) not in refused
-            )
-            library = replace(library, candidates=left)
+        refused = afloat(library, choice)
+        if not refused:
+            model = fit_model(library, twin, choice.terms)
+            try:
+                return library, choice, model, extended_twin(library, twin, model)
+            except TwinError:
+                refused = _refused(library, twin, model)
+                if not refused:
+                    raise
+        left = tuple(c for c in library.candidates if (c.form.effect, c.form.name) not in refused)
+        library = replace(library, candidates=left)
     empty = replace(library, candidates=())
     choice = choose(empty)
     model = fit_model(empty, twin, ())

@@ -1,0 +1,56 @@
+"""A gap that removes the noise of held speeds is none; one that shows where speed changes stays."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from agent.explain.choosing.afloat import afloat
+from agent.explain.choosing.choice import choose
+from agent.explain.choosing.search import Library
+from agent.explain.forms import arm
+from agent.explain.rows.evidence import weigh
+from agent.explain.rows.scene import Scene
+from agent.explain.rows.table import tabulate
+from agent.identify.result import Floats
+from tests.science.explain_joint import TWIN, Conditions, record, stair
+from tests.science.test_explain_dynamic import GAP, seen
+from trajectories import SetPoints
+
+GAPS = tuple(form for form in arm.FORMS if form.effect == "backlash")
+
+
+def nothing(points: SetPoints, at: Conditions) -> Floats:
+    del at
+    return np.zeros(points.position_rad.shape)
+
+
+def noisy_rigid_joint() -> Library:
+    run = record(stair((2.0, 6.0, 20.0, 50.0)), nothing, Conditions(), 0)
+    noise = 0.1 * np.random.default_rng(0).standard_normal(run.signals.time_s.shape[0])
+    assert run.signals.velocity_rad_s is not None
+    signals = replace(run.signals, velocity_rad_s=run.signals.velocity_rad_s + noise)
+    table = tabulate(TWIN, [replace(run, signals=signals)], 30.0)
+    theta = np.array([TWIN.inertia_kg_m2, TWIN.viscous_nm_s_per_rad, TWIN.coulomb_nm, 0.0, 0.0])
+    left = np.where(table.used, table.target_nm, 0.0)
+    return Library.of(Scene(table, theta, left), weigh(table, left), ())
+
+
+def test_an_arm_that_floats_while_speeds_are_held_is_no_gap() -> None:
+    library = noisy_rigid_joint()
+    floating = library.candidate(GAPS[0], (0.001, 0.5, 0.0, 100.0, 0.4, 20.0))
+    chosen = replace(choose(library), terms=())
+    assert afloat(library, chosen) == set()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(type(chosen), "candidates", (floating,))
+        assert afloat(library, chosen) == {("backlash", "gap")}
+
+
+def test_a_gap_that_is_there_stays() -> None:
+    scene = seen(GAP)
+    library = Library.of(scene, weigh(scene.table, scene.residual_nm), GAPS)
+    choice = choose(library, rivals=False)
+    assert [t.scored.form.effect for t in choice.terms] == ["backlash"]
+    assert afloat(library, choice) == set()
