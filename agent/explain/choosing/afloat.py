@@ -15,7 +15,7 @@ from agent.explain.choosing.heard import BACKLASH, heard
 from agent.explain.choosing.search import Library
 from agent.explain.rows.strata import STEADY
 
-_MOSTLY = 0.5  # of what it removes; of play that is there it is a twentieth at most
+_MOSTLY = 0.5  # of what it removes; of play that is there it is a tenth at most
 
 
 def afloat(library: Library, choice: Choice) -> set[tuple[str, str]]:
