@@ -230,6 +230,7 @@ BUS = (
         "another master's orders",
         injected(ORDERS, OneOf(FOREIGN_ORDERS), lasts_s=LONG, frames_per_s=Between(5.0, 400.0)),
         says="Somebody else on .* sends orders to the drive at node 1",
+        within_s=COASTS_S,  # it may take the torque away while we brake
     ),
     Scenario(
         "babbling idiot",
