@@ -64,7 +64,7 @@ def test_a_wrong_word_order_is_bad_news_with_its_cure(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "code", "says"),
     [
-        (("verify-map", "modmux-pm6rtd"), 3, "--tcp HOST:PORT or --rtu PORT"),
+        (("verify-map", "modmux-pm6rtd"), 2, "--tcp HOST:PORT or --rtu PORT"),
         (("verify-map", "no-such-map", "--tcp", "127.0.0.1:1"), 3, "cannot be read"),
         (("verify-map", "jaka", "--tcp", "127.0.0.1:1", "--timeout-s", "0.2"), 4, "No connection"),
         (("verify-map", "jaka", "--tcp", "h:1", "--register", "x"), 3, "no register 'x'"),
