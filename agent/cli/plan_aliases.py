@@ -36,7 +36,7 @@ class PlannedAliases:
 
     def lines(self) -> list[str]:
         """Return it as a technician reads it in a terminal."""
-        from agent.explain.answer.words import NAMES
+        from agent.explain.answer.names import NAMES
         from agent.explain.choosing.aliases import told_apart_by
 
         out = ["This cycle cannot tell apart:" if self.sets else "This cycle confuses no effects."]

@@ -16,9 +16,9 @@ from agent.conclude.cycles import fingerprint_of
 from agent.conclude.explanation import explained
 from agent.conclude.outcome import conclude
 from agent.errors import InputError
+from agent.explain.answer.names import NAMES
 from agent.explain.answer.result import Explanation
 from agent.explain.answer.result import Finding as Effect
-from agent.explain.answer.words import NAMES
 from agent.identify.estimate import twin_from_estimate
 from agent.monitor.cycle import Cycle
 from agent.monitor.verdict import Finding

@@ -22,6 +22,7 @@ from agent.explain.answer.result import (
     Verdict,
     fit_of,
 )
+from agent.explain.answer.sentences import only_heard
 from agent.explain.choosing.aliases import aliases
 from agent.explain.choosing.heard import BACKLASH
 from agent.explain.choosing.materiality import CLOSE
@@ -241,7 +242,7 @@ def _bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
         )
     blows = found.library.scene.blows
     if blows is not None and BACKLASH not in _effects(found):
-        out.append(words.only_heard(blows.ringing))
+        out.append(only_heard(blows.ringing))
     if found.table.creep_rad_s > 0.0:
         out.append(
             f"below {found.table.creep_rad_s:.2g} rad/s friction is not fully there: the joint "

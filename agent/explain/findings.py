@@ -8,7 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from agent.explain.answer import words
+from agent.explain.answer import sentences
+from agent.explain.answer.names import FOLLOWS_DIRECTION, OWN_NUMBER
 from agent.explain.answer.result import Alternative, Finding, Region
 from agent.explain.choosing.aliases import told_apart_by
 from agent.explain.choosing.choice import Term
@@ -72,7 +73,7 @@ def _energy_nm2(study: Study, finding: Finding) -> float:
     numbers leave: a soft gear may be all of the little that is left beside a wrong torque constant.
     """
     rows = study.library.weighing.rows
-    own = finding.form == words.OWN_NUMBER
+    own = finding.form == OWN_NUMBER
     left = study.table.target_nm[rows] if own else study.refitted_nm[rows]
     return finding.energy_share * max(float(np.mean(left**2)) - _floor_nm(study) ** 2, 0.0)
 
@@ -111,7 +112,7 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
     parameters = as_in_twin(form, scene, own)
     scale = float(np.sqrt(np.mean(1.0 / weighing.weight**2)))
     blows = scene.blows if heard(scene, form) else None
-    sentence = words.finding_sentence(
+    sentence = sentences.finding_sentence(
         form.effect, where, _reach(study, form.effect, added, where), share, parameters, first=first
     )
     return Finding(
@@ -120,7 +121,7 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         probability=term.probability,
         energy_share=share,
         where=where,
-        sentence=f"{sentence} {words.ringing_sentence(blows.ringing)}" if blows else sentence,
+        sentence=f"{sentence} {sentences.ringing_sentence(blows.ringing)}" if blows else sentence,
         parameters=parameters,
         alternatives=_alternatives(term),
         holdout_rmse_without_nm=float(
@@ -146,7 +147,7 @@ def _reach(
     weighted = added * weight
     copied = basis @ (basis.T @ weighted)
     net = (weighted - _taken_over(study, basis) * copied) / weight
-    if effect in words.FOLLOWS_DIRECTION:
+    if effect in FOLLOWS_DIRECTION:
         net = net * np.sign(study.table.rows["velocity_rad_s"][rows])
     if where and where[0].variable == AXIS[effect] and not AXIS[effect].startswith("order_"):
         values = axis_values(library.scene, AXIS[effect])[rows]
@@ -206,7 +207,7 @@ def _number_finding(study: Study, wrong: WrongNumber) -> Finding:
         probability=even,
         energy_share=wrong.energy_share,
         where=(),
-        sentence=words.number_sentence(
+        sentence=sentences.number_sentence(
             wrong.effect, changes, wrong.energy_share, recorded=study.table.simulated
         ),
         parameters=wrong.parameters,
@@ -214,7 +215,7 @@ def _number_finding(study: Study, wrong: WrongNumber) -> Finding:
             Alternative(other, even, told_apart_by(wrong.effect, other)) for other in alike
         ),
         holdout_rmse_without_nm=float(np.sqrt(np.mean(study.table.target_nm[rows] ** 2))),
-        form=words.OWN_NUMBER,
+        form=OWN_NUMBER,
     )
 
 
@@ -235,7 +236,7 @@ def _saturation_findings(study: Study) -> list[Finding]:
             probability=1.0,
             energy_share=0.0,
             where=(),
-            sentence=words.saturation_sentence(
+            sentence=sentences.saturation_sentence(
                 evidence.limit_nm, evidence.tops, evidence.shortfall_rad_s
             ),
             parameters={"limit_nm": Parameter(evidence.limit_nm, evidence.limit_ci95_nm)},

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from agent.explain.answer.words import NAMES
+from agent.explain.answer.names import NAMES
 from agent.fleet.cluster import Opened
 from agent.fleet.entry import Entry, entry_of, joint_of
 from agent.fleet.estimates import estimates_of

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from agent.explain.answer.words import NAMES
+from agent.explain.answer.names import NAMES
 from agent.explain.choosing.aliases import ALIKE, aliases, copied, told_apart_by
 from agent.identify.result import Floats
 from tests.science.explain_joint import Conditions, library_of, record, stair

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agent.explain.answer.words import number_sentence
+from agent.explain.answer.sentences import number_sentence
 from agent.explain.numbers.model import extended_twin, fit_model
 from agent.explain.numbers.wrong import _lasting
 from agent.explain.rows.scene import Scene

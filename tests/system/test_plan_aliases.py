@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from agent.cli.app import app
 from agent.errors import InputError
-from agent.explain.answer.words import NAMES
+from agent.explain.answer.names import NAMES
 from trajectories import Trajectory
 
 PAIR = ["direction-asymmetry", "torque-offset"]

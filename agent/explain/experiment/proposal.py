@@ -11,8 +11,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from agent.explain.answer.names import NAMES
 from agent.explain.answer.result import NextExperiment
-from agent.explain.answer.words import NAMES
 from agent.explain.choosing.aliases import told_apart_by
 from agent.explain.choosing.choice import Term
 from agent.explain.choosing.search import Candidate, Library

@@ -1,0 +1,28 @@
+"""Amounts as sentences have them: two digits, and a unit that keeps them short."""
+
+from __future__ import annotations
+
+from agent.numbers import fixed, scale_for, significant
+
+
+def percent(share: float) -> str:
+    """Return a share, 0 to 1, in whole percent."""
+    whole = 100.0 * min(max(share, 0.0), 1.0)
+    return f"{fixed(whole, 0)} %" if whole >= 1.0 or whole == 0.0 else "less than 1 %"
+
+
+def torque(value: float) -> str:
+    """Return a torque, N m, in its own unit."""
+    scale = scale_for("N m", (value,))
+    return f"{significant(value * scale.factor, 2)} {scale.unit}"
+
+
+def duration(value: float) -> str:
+    """Return the size of a time, s, in its own unit."""
+    scale = scale_for("s", (value,))
+    return f"{significant(abs(value) * scale.factor, 2)} {scale.unit}"
+
+
+def short(value: float) -> str:
+    """Return a number with two digits."""
+    return significant(value, 2)

@@ -1,0 +1,51 @@
+"""What each effect is called in a sentence, and which of them brake."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+NAMES: Mapping[str, str] = MappingProxyType(
+    {
+        "stribeck": "friction that falls with speed (Stribeck)",
+        "viscous-nonlinear": "friction that bends with speed",
+        "direction-asymmetry": "friction that differs between the two directions",
+        "load-dependent-friction": "friction that grows with the load on the gear",
+        "temperature-dependent-friction": "friction that changes with the gearbox temperature",
+        "position-dependent-friction": "friction that changes along the position",
+        "presliding-hysteresis": "friction that yields like a spring before it slips",
+        "friction-drift": "friction that changes with time or use",
+        "torque-ripple": "torque ripple that repeats with the motor's angle",
+        "kinematic-error": "a gear whose ratio wobbles with the angle",
+        "torque-constant-error": "a torque constant that is not what the simulation says",
+        "torque-offset": "a constant torque beside the reported one",
+        "torque-saturation": "a drive that clips its torque",
+        "measurement-delay": "one channel that is late against another",
+        "resolver-error": "a motor angle that is measured with a periodic error",
+        "inertia-error": "an inertia that is not what the simulation says",
+        "wrong-number": "a Coulomb or viscous friction that is not what the simulation says",
+        "gravity-imbalance": "a payload or imbalance that the simulation does not know",
+        "cable-force": "hoses and cables that pull like a spring",
+        "joint-flexibility": "an arm that swings behind a soft gear",
+        "backlash": "clearance in the gear",
+        "local-fault": "a bump at one place of the position",
+    }
+)
+"""What each effect of contract section 4 is called in a sentence."""
+
+FOLLOWS_DIRECTION = frozenset(
+    {
+        "stribeck",
+        "viscous-nonlinear",
+        "load-dependent-friction",
+        "temperature-dependent-friction",
+        "position-dependent-friction",
+        "presliding-hysteresis",
+        "friction-drift",
+        "wrong-number",
+    }
+)
+"""Effects whose torque brakes: told in the direction of motion."""
+
+OWN_NUMBER = "the twin's own number"
+"""The form of a finding that is no missing physics."""

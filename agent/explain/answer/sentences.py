@@ -1,0 +1,195 @@
+"""One finding in a sentence: where, how much, what it is, and how much it explains."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from agent.explain.answer.amounts import duration, percent, short, torque
+from agent.explain.answer.names import FOLLOWS_DIRECTION, NAMES
+from agent.explain.answer.places import place_in_words
+from agent.explain.answer.result import Region, Ringing
+from agent.identify.result import Parameter
+from agent.numbers import scale_for, significant
+
+_SAME_NUMBER = 0.01  # of it: less is not told where another number of the kind moved more
+# Of the greater side: less on the other side is not worth a word. Where friction grows, the twin's
+# own level, fitted without it, makes up for some elsewhere.
+_ONE_SIDED, _ONE_SIDED_FRICTION = 0.15, 0.6
+
+
+def finding_sentence(
+    effect: str,
+    where: Sequence[Region],
+    reach_nm: tuple[float, float],
+    energy_share: float,
+    parameters: Mapping[str, Parameter],
+    *,
+    first: bool = True,
+) -> str:
+    """Return a finding's sentence: where, how much, what it is, how much it explains.
+
+    Parameters
+    ----------
+    effect : str
+    where : sequence of Region
+        The first is said.
+    reach_nm : tuple of float
+        The least and the greatest torque that the effect adds; along the motion for friction.
+    energy_share : float
+    parameters : mapping of str to Parameter
+        As in a twin; a number that says more than the torque is added.
+    first : bool
+        Whether this is the main finding; another one is told more shortly.
+    """
+    place = place_in_words(where[0] if where else None, effect)
+    begin = f"{place[:1].upper()}{place[1:]} {_amount(effect, reach_nm)}"
+    name = NAMES[effect] + _detail(effect, parameters)
+    if first:
+        return f"{begin}; {name} explains {percent(energy_share)} of the mismatch."
+    return f"{begin}: {name}, {percent(energy_share)} of the mismatch."
+
+
+def ringing_sentence(ringing: Ringing) -> str:
+    """Return that loose teeth are heard, and by how much."""
+    return (
+        f"Its blows are heard: {ringing.instants} times the load on the gear changed sides in "
+        f"motion, and right after that the motor rang {_times(ringing.louder)} as strongly as "
+        "before and later."
+    )
+
+
+def only_heard(ringing: Ringing) -> str:
+    """Return that loose teeth are heard, where no torque shows them."""
+    return (
+        f"the gear has play: {ringing.instants} times the load on it changed sides in motion, and "
+        f"right after that the motor rang {_times(ringing.louder)} as strongly as before and later;"
+        " in the torque that is compared it does not show"
+    )
+
+
+def _times(louder: float) -> str:
+    """Return the root of an energy's factor in words: what a velocity shows."""
+    return f"{significant(math.sqrt(louder), 2)} times"
+
+
+def _amount(effect: str, reach_nm: tuple[float, float]) -> str:
+    """Return by how much the joint differs from the simulation."""
+    low, high = reach_nm
+    largest = max(-low, high)
+    size = torque(largest)
+    kind = "friction torque" if effect in FOLLOWS_DIRECTION else "torque"
+    one_sided = _ONE_SIDED_FRICTION if effect in FOLLOWS_DIRECTION else _ONE_SIDED
+    if high > 0.0 and -low <= one_sided * high:
+        return f"the joint needs up to {size} more {kind} than the simulation"
+    if low < 0.0 and high <= -one_sided * low:
+        return f"the joint needs up to {size} less {kind} than the simulation"
+    return f"the {kind} differs from the simulation's by up to ±{size}"
+
+
+def _detail(effect: str, parameters: Mapping[str, Parameter]) -> str:
+    """Return the one number that says more than the torque, in brackets; nothing without one."""
+    known = {n: p.value for n, p in parameters.items() if p.identified and math.isfinite(p.value)}
+    if effect == "torque-constant-error":
+        return _factor(known)
+    if "torque_delay_s" in known:
+        by = duration(known["torque_delay_s"])
+        if known["torque_delay_s"] > 0.0:
+            return f" (the torque is reported {by} later than the motion)"
+        return f" (the motion is reported {by} later than the torque)"
+    if "velocity_delay_s" in known:
+        late = "late" if known["velocity_delay_s"] > 0.0 else "early"
+        return f" (the velocity is {duration(known['velocity_delay_s'])} {late})"
+    if effect == "torque-ripple" and {"cos_nm", "sin_nm"} <= known.keys():
+        return _amplitudes(known)
+    if effect == "torque-saturation" and "limit_nm" in known:
+        return f" (at {torque(known['limit_nm'])})"
+    return ""
+
+
+def _amplitudes(known: Mapping[str, float]) -> str:
+    """Return a ripple's amplitude, and that of the double order where it has one, in brackets."""
+    first = torque(math.hypot(known["cos_nm"], known["sin_nm"]))
+    if not {"cos_second_nm", "sin_second_nm"} <= known.keys():
+        return f" (amplitude {first})"
+    second = torque(math.hypot(known["cos_second_nm"], known["sin_second_nm"]))
+    return f" (amplitude {first}, at the double order {second})"
+
+
+def _factor(known: Mapping[str, float]) -> str:
+    per_k = known.get("factor_per_k", 0.0)
+    if per_k:
+        way = "falls" if per_k < 0.0 else "grows"
+        return (
+            f" (the factor from reported to real torque {way} by {short(100.0 * abs(per_k))} % "
+            "per kelvin of the motor)"
+        )
+    if "factor" in known:
+        return f" (the real torque is the reported one times a factor of {known['factor']:.3f})"
+    return ""
+
+
+def number_sentence(
+    effect: str,
+    changes: Mapping[str, tuple[float, float, str]],
+    share: float,
+    *,
+    recorded: bool = False,
+) -> str:
+    """Return the sentence of a wrong number.
+
+    Parameters
+    ----------
+    effect : str
+    changes : mapping of str to (float, float, str)
+        What is wrong in words, to what the twin says, what the recordings say, and the SI unit.
+    share : float
+        Of what the twin as given leaves.
+    recorded : bool
+        Whether the simulation is a recorded one, whose own numbers nobody here knows: then only
+        what it lacks can be told.
+    """
+    worth = f"This explains {percent(share)} of the difference to the simulation as given."
+    if effect == "torque-constant-error":
+        _, found, _ = next(iter(changes.values()))
+        return (
+            "The torque constant is wrong: the real torque is the reported one times a factor of "
+            f"{found:.3f}. {worth}"
+        )
+    told = {name: numbers for name, numbers in changes.items() if _differs(numbers, changes)}
+    change = _lack if recorded else _change
+    said = " and ".join(change(name, *numbers) for name, numbers in (told or changes).items())
+    if effect == "gravity-imbalance":
+        return f"The simulation does not know all of the load: {said}. {worth}"
+    return f"A number of the simulation is wrong: {said}. {worth}"
+
+
+def _differs(
+    numbers: tuple[float, float, str], changes: Mapping[str, tuple[float, float, str]]
+) -> bool:
+    """Return whether a number's change is worth a word beside another number's."""
+    given, found, unit = numbers
+    # Gravity's two parts are one vector: a part that is nothing is measured by the other.
+    size = max(max(abs(was), abs(now)) for was, now, own in changes.values() if own == unit)
+    return abs(found - given) >= _SAME_NUMBER * (abs(given) or size)
+
+
+def _lack(name: str, given: float, found: float, unit: str) -> str:
+    scale = scale_for(unit, (found - given,))
+    size = significant(abs(found - given) * scale.factor, 3)
+    way = "more" if found > given else "less"
+    return f"{name} is {size} {scale.unit} {way} than the simulation has"
+
+
+def _change(name: str, given: float, found: float, unit: str) -> str:
+    scale = scale_for(unit, (given, found))
+    texts = [significant(value * scale.factor, 3) for value in (found, given)]
+    return f"{name} is {texts[0]}, not {texts[1]} {scale.unit}".rstrip()
+
+
+def saturation_sentence(limit_nm: float, tops: int, shortfall_rad_s: float) -> str:
+    """Return the sentence of a torque limit: how often it is reached, and what the motion lacks."""
+    return (
+        f"{tops} times the torque stays at {torque(limit_nm)} while the velocity falls short of "
+        f"its command by {short(shortfall_rad_s)} rad/s: the drive clips its torque there."
+    )
