@@ -38,6 +38,7 @@ def finding(names: list[str], **changes: Any) -> Any:
         "timing": ("The change began in May.",),
         "comparison": None,
         "next_steps": (),
+        "compared_with": 0,
     }
     return SimpleNamespace(**{**values, **changes})
 
@@ -84,6 +85,14 @@ def test_an_alarm_is_written_with_its_baseline_which_then_never_goes(
         assert [v.alarm for v in catalogue.verdicts()] == [False, False, False, True]
         fates = plan_retention(catalogue, Limits(days=0.0), "2027-01-01T00:00:00Z")
     assert [fate.goes for fate in fates] == [False, False, True, False]
+
+
+def test_friction_that_rises_from_the_first_cycle_on_keeps_the_cycles_it_is_compared_with(
+    recordings: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    judge_by(monkeypatch, finding([path.name for path in recordings], compared_with=3))
+    verdict = against_baseline(recordings[-1], read_verdict(verdict_path(recordings[-1])))
+    assert verdict.baseline == tuple(content(path).sha256 for path in recordings[:3])
 
 
 def test_a_cycle_that_was_set_aside_is_no_alarm_of_its_own(
