@@ -39,6 +39,8 @@ def finding(names: list[str], **changes: Any) -> Any:
         "comparison": None,
         "next_steps": (),
         "compared_with": 0,
+        "since_first": None,
+        "fallen": None,
     }
     return SimpleNamespace(**{**values, **changes})
 
