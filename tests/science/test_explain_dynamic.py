@@ -309,6 +309,15 @@ def test_a_torque_limit_is_found_with_its_interval(step_nm: float) -> None:
     assert evidence.missing_nm > 0.1
 
 
+def test_a_limit_that_is_met_once_is_found_where_far_more_torque_is_missing_for_long() -> None:
+    once = saturation_evidence(scene_of([record(Joint(limit=1.35), 5)]).table)
+    assert once is not None
+    assert once.tops == 1
+    assert once.limit_ci95_nm[0] <= 1.35 <= once.limit_ci95_nm[1]
+    # two thirds of a second before; a fifth of one, that hardly falls short, is not enough
+    assert saturation_evidence(scene_of([record(Joint(limit=1.4), 3)]).table) is None
+
+
 @pytest.mark.parametrize("step_nm", [0.0, 0.02, 0.1])
 def test_smooth_peaks_and_coarse_torque_are_no_limit(step_nm: float) -> None:
     assert saturation_evidence(limited(limit=1e9, torque_step_nm=step_nm).table) is None

@@ -189,7 +189,8 @@ def _change(name: str, given: float, found: float, unit: str) -> str:
 
 def saturation_sentence(limit_nm: float, tops: int, shortfall_rad_s: float) -> str:
     """Return the sentence of a torque limit: how often it is reached, and what the motion lacks."""
+    often = "Once" if tops == 1 else f"{tops} times"
     return (
-        f"{tops} times the torque stays at {torque(limit_nm)} while the velocity falls short of "
+        f"{often} the torque stays at {torque(limit_nm)} while the velocity falls short of "
         f"its command by {short(shortfall_rad_s)} rad/s: the drive clips its torque there."
     )

@@ -9,6 +9,7 @@ drive answers such a growing error with torque; how much torque is learnt from t
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +26,8 @@ _BENT = 0.5  # of the half width that is looked at: the middle of a wave's top b
 _MOSTLY = 0.6  # of the time at the top must be flat
 _SHORTEST_S = 0.03
 _FEWEST_TOPS = 2
+_LONG_S, _BY_FAR = 0.2, 2.0  # one top is enough that lasts so long, and lacks so much more
+_PARTS = 4  # in which one top is compared with itself
 _LEAST_SHARE = 0.001
 _AFTER_S = 0.3  # in which the velocity catches up
 _ANSWER_S = 0.02  # in which a drive's loop answers an error
@@ -42,7 +45,8 @@ class SaturationEvidence:
     limit_nm : float
         Mean of the torque's size at the flat tops.
     limit_ci95_nm : tuple of float
-        From how the flat tops differ, and from the steps in which torque is reported.
+        From how the flat tops differ, or the parts of a single one, and from the steps in which
+        torque is reported.
     tops : int
         How many flat tops there are at which the velocity falls short.
     share : float
@@ -90,13 +94,16 @@ def saturation_evidence(table: Table) -> SaturationEvidence | None:
     behind = error * np.sign(table.full["torque_nm"])
     grown = np.array([float(np.nanmax(behind[a:b]) - behind[a]) for a, b in tops.spans])
     clear = answer * grown > _UNANSWERED * tops.near_nm
-    if int(np.count_nonzero(clear)) < _FEWEST_TOPS:
-        return None
     kept = [span for span, short in zip(tops.spans, clear, strict=True) if short]
-    torque = table.full["torque_nm"]
-    levels = np.array([float(np.mean(np.abs(torque[_middle(span)]))) for span in kept])
+    if len(kept) < _FEWEST_TOPS:
+        missing = answer * grown > _BY_FAR * _UNANSWERED * tops.near_nm
+        if not any(missing & (_seconds(table, tops.spans) >= _LONG_S)):
+            return None
+    torque = np.abs(table.full["torque_nm"])
+    parts = [np.array_split(torque[_middle(span)], 1 if kept[1:] else _PARTS) for span in kept]
+    levels = np.array([float(np.mean(part)) for several in parts for part in several])
     middle = float(np.mean(levels))
-    step = _step_nm(np.abs(torque))
+    step = _step_nm(torque)
     spread = 1.96 * math.sqrt(float(np.var(levels, ddof=1)) / levels.shape[0] + step**2 / 12.0)
     return SaturationEvidence(
         limit_nm=middle,
@@ -138,9 +145,15 @@ def _flat_tops(table: Table) -> _Tops | None:
         held[a:b] = True
     if sum(b - a for a, b in spans) < _MOSTLY * sum(b - a for a, b in lasting):
         return None
-    if len(spans) < _FEWEST_TOPS or float(np.mean(held)) < _LEAST_SHARE:
+    if not spans or float(np.mean(held)) < _LEAST_SHARE:
         return None
     return _Tops(limit, near, tuple(spans), held)
+
+
+def _seconds(table: Table, spans: Sequence[tuple[int, int]]) -> Floats:
+    """Return how long each of some stretches lasts, s, shape (k,)."""
+    time = table.full["time_s"]
+    return np.array([float(time[b - 1] - time[a]) for a, b in spans])
 
 
 def _bend_nm(torque: Floats, span: tuple[int, int]) -> float:
