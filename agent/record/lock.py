@@ -10,7 +10,9 @@ from __future__ import annotations
 import os
 import sys
 
-_LOCKED_BYTE = 1 << 62  # behind the end of any file, so that nobody's reading is blocked
+# Behind the end of any recording, so that nobody's reading is blocked; and no further than a `long`
+# of 32 bits reaches: there are C runtimes that ask for the position in one before they lock.
+_LOCKED_BYTE = (1 << 31) - 2
 
 
 def try_lock(descriptor: int) -> bool:
@@ -22,7 +24,7 @@ def try_lock(descriptor: int) -> bool:
         try:
             os.lseek(descriptor, _LOCKED_BYTE, os.SEEK_SET)
             msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
-        except OSError:
+        except PermissionError:
             return False
         finally:
             os.lseek(descriptor, position, os.SEEK_SET)

@@ -10,6 +10,7 @@ import signal
 import socket
 import subprocess
 import sys
+import types
 from collections.abc import Iterator
 from pathlib import Path
 from unittest.mock import Mock
@@ -18,6 +19,7 @@ import pytest
 
 from agent.cli import night_cell
 from agent.cycle.axis_lock import FOLDER_VARIABLE, user_name
+from agent.record.lock import try_lock
 from agent.web import locks
 from drivers.can.frames import CanBusConfig
 from drivers.can.opening import may_read_fast, open_bus
@@ -162,6 +164,31 @@ def test_on_windows_a_look_at_a_lock_ends_nobody(
     monkeypatch.setattr(sys, "platform", "linux")
     assert locks._names_the_living("cell")
     assert killed == [1]
+
+
+def test_on_windows_one_byte_is_locked_that_a_runtime_can_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As seen under Wine: its C runtime holds the position in 32 bits, so no recording began."""
+    refusals: list[OSError] = []
+
+    def locking(descriptor: int, _mode: int, count: int) -> None:
+        assert 0 < os.lseek(descriptor, 0, os.SEEK_CUR) < 2**31 - count
+        if refusals:
+            raise refusals.pop()
+
+    monkeypatch.setitem(sys.modules, "msvcrt", types.SimpleNamespace(LK_NBLCK=2, locking=locking))
+    monkeypatch.setattr(sys, "platform", "win32")
+    with (tmp_path / "some.arrows").open("w+b") as file:
+        file.write(b"rows")
+        file.flush()
+        assert try_lock(file.fileno())
+        assert os.lseek(file.fileno(), 0, os.SEEK_CUR) == 4
+        refusals.append(PermissionError(13, "somebody else's"))
+        assert not try_lock(file.fileno())
+        refusals.append(OSError(22, "this drive knows no locks"))
+        with pytest.raises(OSError, match="no locks"):
+            try_lock(file.fileno())
 
 
 def test_the_night_asks_its_cycle_by_the_signal_that_the_platform_has(
