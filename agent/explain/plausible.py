@@ -10,8 +10,7 @@ import numpy as np
 from agent.explain.numbers.wrong import WrongNumber
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import BASE, Table
-from agent.identify.diagnosis import in_another_unit, never_changes
-from agent.identify.signals.preprocess import read_motion
+from agent.identify.diagnosis import no_joint_records
 from agent.physics.twin import Twin
 
 _CARRIES = 0.5  # of the torque's energy: with less, signs of what a plain joint asks for are chance
@@ -32,12 +31,7 @@ def contradiction(runs: Sequence[Run]) -> str:
     runs : sequence of Run
         To learn from, and held out.
     """
-    for run in runs:
-        motion = read_motion(run.signals)
-        said = never_changes(motion) or in_another_unit(motion)
-        if said:
-            return said
-    return ""
+    return no_joint_records([run.signals for run in runs])
 
 
 def runs_backwards(table: Table) -> bool:

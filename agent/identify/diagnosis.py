@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from agent.identify.result import Floats
+from agent.identify.signals.arrays import Signals
 from agent.identify.signals.frames import objections_of_frames
-from agent.identify.signals.preprocess import Motion
+from agent.identify.signals.preprocess import Motion, read_motion
 from agent.identify.signals.windows import SteadyWindow
 
 _SAMPLES = 100
@@ -18,6 +19,7 @@ _MEMORY = 0.8
 _SATURATED = 0.2
 _FACTOR = 0.1
 _WRAPS = 0.5
+_LEAST_NM = 1e-15  # no drive's torque is as fine: what moves less, stands still
 
 
 def refusals(motions: Sequence[Motion]) -> tuple[str, ...]:
@@ -91,12 +93,12 @@ def never_changes(motion: Motion) -> str:
     """Return that the torque is one and the same all along; nothing where it is not."""
     torque = motion.signals.torque_nm[motion.signals.valid]
     low, high = float(torque.min(initial=np.inf)), float(torque.max(initial=-np.inf))
-    if high - low > 1e-9 * max(abs(high), abs(low), 1e-300):
+    if high - low > max(1e-9 * max(abs(high), abs(low)), _LEAST_NM):
         return ""
     name = motion.signals.name
     if not torque.size:
         return f"{name}: no sample has torque and motion"
-    return f"{name}: the torque never changes ({high:g} N m); is it the right object?"
+    return f"{name}: the torque never changes ({high:g} N m): check that it is the right object"
 
 
 def _of_rate(motion: Motion) -> list[str]:
@@ -126,6 +128,20 @@ def _of_units(motion: Motion) -> list[str]:
     if not _proportional(driven, covered):
         return [f"{motion.signals.name}: position and velocity do not belong to the same motion"]
     return [_another_unit(motion, factor)]
+
+
+def no_joint_records(recordings: Sequence[Signals]) -> str:
+    """Return what no joint can have recorded: a frozen torque, two units; nothing where all may be.
+
+    What an estimate asks of recordings beyond this (samples, rate, both directions) each of them
+    asks for itself; on these two none can stand.
+    """
+    for signals in recordings:
+        motion = read_motion(signals)
+        said = never_changes(motion) or in_another_unit(motion)
+        if said:
+            return said
+    return ""
 
 
 def in_another_unit(motion: Motion) -> str:

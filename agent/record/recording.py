@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.record.metadata import KEY, SCHEMA, Metadata
+from agent.samples import usable
 
 __all__ = [
     "FLOAT_COLUMNS",
@@ -116,11 +117,11 @@ class Recording:
 
     @property
     def valid(self) -> NDArray[np.bool_]:
-        """Return a mask, shape (n,): False where time, torque or motion is NaN or infinite."""
+        """Return a mask, shape (n,): False where time, torque or motion cannot be used."""
         mask = np.ones(len(self), dtype=np.bool_)
         for name in (*NEEDED_COLUMNS, *MOTION_COLUMNS):
             if name in self.columns:
-                mask &= np.isfinite(self.columns[name])
+                mask &= usable(self.columns[name])
         return mask
 
     @property

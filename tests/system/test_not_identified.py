@@ -145,6 +145,38 @@ def test_nothing_of_the_list_is_said_of_a_good_stair(tmp_path: Path) -> None:
     assert "stroke" in gravity["reason"]
 
 
+IMPOSSIBLE: tuple[tuple[str, float, str], ...] = (
+    ("torque_nm", 0.0, "the torque never changes"),
+    ("torque_nm", 1e-300, "the torque never changes"),
+    ("torque_nm", 1e300, "no sample"),
+    ("position_rad", 1e3, "in another unit"),
+    ("position_rad", -1.0, "turn one sign"),
+)
+
+
+@pytest.mark.parametrize(("column", "factor", "reason"), IMPOSSIBLE)
+def test_what_no_joint_records_has_no_number_in_any_command(
+    column: str, factor: float, reason: str, tmp_path: Path
+) -> None:
+    columns = columns_of(stair())
+    path = save(tmp_path, columns | {column: factor * columns[column].astype(np.float64)})
+    for command in ("estimate", "ripple", "reversals", "flexible", "ordinary"):
+        done = called(command, path)
+        assert done.returncode == 0, done.stderr
+        assert re.search("not (identified|decidable)", done.stdout, re.IGNORECASE), command
+        said = re.sub(r"never changes \(.*?\)", "never changes", done.stdout)
+        assert not re.search(r"[1-9] *(m|µ)?N m", said), said
+        if command in ("estimate", "ripple"):  # others may say first what else they lack
+            assert reason in done.stdout.replace("only 0 valid samples", "no sample")
+
+
+def test_a_torque_of_the_wrong_sign_is_no_fault_of_ours(tmp_path: Path) -> None:
+    columns = columns_of(stair())
+    path = save(tmp_path, columns | {"torque_nm": -columns["torque_nm"].astype(np.float64)})
+    assert "opposite signs" in called("estimate", path).stdout
+    assert called("flexible", path).stdout.startswith("Not identified:")
+
+
 def test_a_temperature_law_needs_temperatures_that_differ(tmp_path: Path) -> None:
     columns = columns_of(stair())
     warm = np.full(columns["time_s"].size, 31.0)

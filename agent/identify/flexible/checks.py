@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.identify.diagnosis import no_joint_records
 from agent.identify.flexible.preparation import Track
 from agent.identify.result import Floats
 from agent.identify.signals.arrays import Signals
@@ -52,7 +53,8 @@ def why_not(recordings: Sequence[Signals], tracks: Sequence[Track]) -> list[str]
             f"the torque is saturated in {', '.join(names)}: it stays at its highest value while "
             "the speed changes; record with lower acceleration"
         )
-    return out
+    impossible = no_joint_records(recordings)
+    return [*out, impossible] if impossible else out
 
 
 def _saturated(signals: Signals) -> bool:

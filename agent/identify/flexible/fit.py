@@ -201,6 +201,14 @@ def _fitted(
     problem = Problem(stretches, options.kind, options.law, options.gravity)
     rigid_problem = dataclasses.replace(problem, kind=None)
     rigid = rigid_minimum(rigid_problem)
+    if rigid.residual.shape[0] <= problem.search_size + len(problem.linear_names):
+        return refused(
+            options,
+            [
+                f"below {cutoff_hz:.2g} Hz, and away from the reversals, too few samples are left: "
+                "check that torque_nm is this motion's torque; if so, record longer"
+            ],
+        )
     found = lowest_minimum(problem, centres, options.starts, options.seed)
     reasons = not_excited(problem, found.point, rigid, cutoff_hz)
     reasons = reasons or wrong_minimum(problem, found.lack)

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from agent.identify.diagnosis import no_joint_records
 from agent.identify.result import Parameter
 from agent.identify.reversals.arm import arm_clearance
 from agent.identify.reversals.data import Data, columns_of, data_of
@@ -62,7 +63,8 @@ def identify_reversals(recordings: Sequence[Signals]) -> ReversalFit:
     data = data_of(motion) if motion.turns else None
     reason = _why_not(motion) if placed else _NO_POSITION
     if data is not None and not reason:
-        reason = _silent(data)
+        impossible = no_joint_records(placed)
+        reason = f"not identified: {impossible}" if impossible else _silent(data)
     if reason or data is None:
         return ReversalFit(
             names, False, (reason,), motion.turns, math.nan, (), nothing(reason), undecided(reason)

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from agent.identify.diagnosis import no_joint_records
 from agent.identify.result import Floats
 from agent.identify.ripple.line import RippleLine, lines_of
 from agent.identify.ripple.order_spectrum import AnglePass, Grid, grid_for
@@ -89,6 +90,9 @@ def find_ripple(recordings: Sequence[Signals], *, highest_order: float | None = 
     """
     _check(recordings, highest_order)
     names = tuple(s.name for s in recordings)
+    impossible = no_joint_records(recordings)
+    if impossible:
+        return Ripple(names, decidable=False, reasons=(f"not identified: {impossible}",))
     passes = [p for s in recordings for p in passes_of(s)]
     slow = slow_passes(passes)
     if not slow:

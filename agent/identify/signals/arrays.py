@@ -10,14 +10,16 @@ from numpy.typing import NDArray
 
 from agent.acquisition import Acquisition
 from agent.identify.result import Floats
+from agent.samples import usable
 
 
 @dataclass(frozen=True)
 class Signals:
     """One recording's arrays, all of shape (n,), SI, motor side but for `position_arm_rad`.
 
-    `valid` is False where any needed sample is NaN or infinite. `velocity_rad_s` is the drive's
-    own, or None when it must be derived from `position_rad`; at least one of the two is there.
+    `valid` is False where a needed sample is no number that can be (`agent.samples`).
+    `velocity_rad_s` is the drive's own, or None when it must be derived from `position_rad`; at
+    least one of the two is there.
     """
 
     time_s: Floats
@@ -72,10 +74,10 @@ class Signals:
             )
         if position_rad is None and velocity_rad_s is None:
             raise ValueError(f"{name}: expected position_rad or velocity_rad_s, found neither")
-        valid = np.isfinite(time_s) & np.isfinite(torque_nm)
+        valid = usable(time_s) & usable(torque_nm)
         for signal in (position_rad, velocity_rad_s):
             if signal is not None:
-                valid &= np.isfinite(signal)
+                valid &= usable(signal)
         return cls(
             time_s=time_s,
             torque_nm=torque_nm,
