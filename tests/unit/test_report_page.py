@@ -333,7 +333,10 @@ def test_sentence_is_composed_from_the_numbers_when_there_is_none() -> None:
     [
         ("log: sampled at 1 Hz, too slow for this motion", "Record faster"),
         ("log: the joint does not move", "this axis was driven"),
-        ("log: the torque never changes (0 N m): check that it is the right object", "torque channel"),
+        (
+            "log: the torque never changes (0 N m): check that it is the right object",
+            "torque channel",
+        ),
         ("log: the torque is cut off at a limit during 12 % of the time", "gentler"),
         ("log: position and velocity do not move together", "gear ratio"),
         ("the joint moves at steady velocity in one direction only", "Drive both directions"),
