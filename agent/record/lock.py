@@ -24,7 +24,7 @@ def try_lock(descriptor: int) -> bool:
         try:
             os.lseek(descriptor, _LOCKED_BYTE, os.SEEK_SET)
             msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
-        except PermissionError:
+        except OSError:  # EACCES by the manual, nothing at all by some: held is the safe reading
             return False
         finally:
             os.lseek(descriptor, position, os.SEEK_SET)

@@ -184,11 +184,8 @@ def test_on_windows_one_byte_is_locked_that_a_runtime_can_name(
         file.flush()
         assert try_lock(file.fileno())
         assert os.lseek(file.fileno(), 0, os.SEEK_CUR) == 4
-        refusals.append(PermissionError(13, "somebody else's"))
+        refusals.append(OSError(0, "held, and no reason given"))
         assert not try_lock(file.fileno())
-        refusals.append(OSError(22, "this drive knows no locks"))
-        with pytest.raises(OSError, match="no locks"):
-            try_lock(file.fileno())
 
 
 def test_the_night_asks_its_cycle_by_the_signal_that_the_platform_has(
