@@ -18,6 +18,7 @@ from agent.explain.forms.arm_encoder import seen_by_the_arm
 from agent.explain.forms.library import judgeable
 from agent.explain.location.deficiency import deficiency_map
 from agent.explain.numbers.anew import chosen_anew
+from agent.explain.numbers.borne_out import borne_out
 from agent.explain.numbers.intervals import with_intervals
 from agent.explain.numbers.model import Model, extended_twin, fit_model, predicted
 from agent.explain.numbers.resting import settled_beside
@@ -119,6 +120,9 @@ def study(twin: Twin, table: Table) -> Study:
         lines = lines_of(table, left)
     floor = noise_floor(table, left)
     noise_nm = floor.value_nm if floor.value_nm > 0.0 else 0.0
+    numbers = wrong_numbers(library, twin, model, choice.candidates, noise_nm)
+    if not choice.terms:
+        numbers = borne_out(numbers, library, model, noise_nm)
     return Study(
         twin=twin,
         table=table,
@@ -126,7 +130,7 @@ def study(twin: Twin, table: Table) -> Study:
         choice=choice,
         model=model,
         extended=extended,
-        numbers=wrong_numbers(library, twin, model, choice.candidates, noise_nm),
+        numbers=numbers,
         floor=floor,
         cells=cells,
         left_cells=deficiency_map(library, choice.candidates, lines) if choice.terms else cells,

@@ -6,12 +6,23 @@ import numpy as np
 import pytest
 
 from agent.explain.findings import findings_of
+from agent.explain.numbers.borne_out import borne_out
+from agent.explain.numbers.model import fit_model
+from agent.explain.numbers.wrong import WrongNumber
 from agent.explain.rows.table import tabulate
 from agent.explain.study import Study, study
 from agent.explain.unnamed import unnamed
 from agent.explain.verdict import left_share, verdict_of
-from agent.identify.result import Floats
-from tests.science.explain_joint import TWIN, Conditions, Missing, record, stair
+from agent.identify.result import Floats, Parameter
+from tests.science.explain_joint import (
+    NOISE_NM,
+    TWIN,
+    Conditions,
+    Missing,
+    library_of,
+    record,
+    stair,
+)
 from trajectories import SetPoints
 
 
@@ -47,3 +58,17 @@ def test_what_no_law_carries_is_unexplained_and_located(missing: Missing, axis: 
     told = unnamed(found)  # no law that is not named stays in a number, or in the twin
     assert told.extended.effects == ()
     assert left_share(told) == 1.0
+
+
+def test_what_has_no_name_may_have_bent_numbers_and_makes_none_of_them_wrong() -> None:
+    """Friction that was higher after every rest was three wrong numbers, one that may be right."""
+    library = library_of([record(stair([12.0, 35.0, 90.0]), churning, Conditions(), 4)])
+    model = fit_model(library, TWIN, ())
+    right, small, wrong = (
+        WrongNumber("wrong-number", 1.0, {"coulomb_extra_nm": Parameter(0.1, (-0.1, 0.3))}),
+        WrongNumber("gravity-imbalance", 0.08, {"gravity_sin_nm": Parameter(0.2, (0.1, 0.3))}),
+        WrongNumber("inertia-error", 1.0, {"inertia_extra_kg_m2": Parameter(0.02, (0.01, 0.03))}),
+    )
+    assert borne_out((right, small, wrong), library, model, NOISE_NM) == (wrong,)
+    noisy = float(np.sqrt(np.mean(model.residual_nm**2)))  # then nothing stays beside them
+    assert borne_out((right, small, wrong), library, model, noisy) == (right, small, wrong)

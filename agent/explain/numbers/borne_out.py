@@ -1,0 +1,54 @@
+"""Numbers that what has no name may have bent: none of them is called wrong.
+
+A torque that no law carries pulls the twin's numbers its way when they are refitted: friction that
+is higher after every rest, or while a brake drags, asks for a higher Coulomb level on the average.
+That is no wrong number. Where far more than noise stays, a number is told only as far as its own
+interval refutes what the twin says, and as it accounts for more than what stays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from agent.explain.choosing.materiality import FAR
+from agent.explain.choosing.search import Library
+from agent.explain.choosing.shares import unseen_nm2
+from agent.explain.numbers.model import Model
+from agent.explain.numbers.wrong import WrongNumber
+from agent.identify.result import Parameter
+
+_FACTOR = "factor"  # of all torque: right at 1; every other number is told as what it has more
+
+
+def borne_out(
+    numbers: Sequence[WrongNumber], library: Library, model: Model, noise_nm: float
+) -> tuple[WrongNumber, ...]:
+    """Return the numbers that stay refuted beside a mismatch without a name.
+
+    Parameters
+    ----------
+    numbers : sequence of WrongNumber
+    library : Library
+    model : Model
+        Of the twin's own numbers, without laws.
+    noise_nm : float
+        Not positive where it could not be measured: then what stays may be noise.
+    """
+    left_nm2 = float(np.mean(model.residual_nm**2))
+    if not noise_nm > 0.0 or left_nm2 <= (FAR * noise_nm) ** 2:
+        return tuple(numbers)
+    given_nm2 = unseen_nm2(library, np.zeros((library.target.shape[0], 0)))
+    stays = (left_nm2 - noise_nm**2) / max(given_nm2 - noise_nm**2, left_nm2)
+    return tuple(n for n in numbers if n.energy_share > stays and _refuted(n))
+
+
+def _refuted(number: WrongNumber) -> bool:
+    """Return whether an interval of its own leaves out what the twin says."""
+    return any(_leaves_out(name, p) for name, p in number.parameters.items())
+
+
+def _leaves_out(name: str, found: Parameter) -> bool:
+    right = 1.0 if name == _FACTOR else 0.0
+    return found.ci95 is not None and not found.ci95[0] <= right <= found.ci95[1]
