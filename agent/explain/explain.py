@@ -31,7 +31,7 @@ from agent.explain.findings import OFFSET_OR_ASYMMETRY, findings_of
 from agent.explain.location.dynamic_curves import spectrum_around
 from agent.explain.location.leftover import left_regions, line_regions
 from agent.explain.numbers.model import fit_model
-from agent.explain.plausible import contradiction, far_off
+from agent.explain.plausible import contradiction, far_off, turned_gravity
 from agent.explain.rows.creep import without_creep
 from agent.explain.rows.evidence import effective_size
 from agent.explain.rows.run import Run, stood_in, without_gearbox_temperature
@@ -39,8 +39,8 @@ from agent.explain.rows.table import BASE, Table, tabulate
 from agent.explain.study import Study, study
 from agent.explain.traces import traces_of
 from agent.explain.undecidable import undecidable
-from agent.explain.unnamed import unnamed
-from agent.explain.verdict import OWN_NUMBERS, far_from_given, left_share, verdict_of
+from agent.explain.unnamed import own_numbers, unnamed
+from agent.explain.verdict import far_from_given, left_share, verdict_of
 from agent.physics.twin import Twin
 from trajectories import AxisLimits
 
@@ -98,8 +98,8 @@ def explain(
     verdict = verdict_of(found, findings, left_share(found))
     menu = _experiments(found, limits)
     if verdict == "unexplained":
-        findings = tuple(f for f in findings if f.effect in OWN_NUMBERS)
         found = unnamed(found)
+        findings = tuple(f for f in findings if f.effect in own_numbers(found))
     try:
         proven, traces = _proof(found, holdout, named=verdict != "unexplained")
     except ValueError as error:
@@ -219,7 +219,8 @@ def _experiments(found: Study, limits: AxisLimits | None) -> tuple[NextExperimen
 def _bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
     """Return what limits the answer as a whole."""
     far = "" if found.table.simulated else far_off(found.numbers, found.twin)
-    out = [far] if far else []
+    turned = "" if found.table.simulated else turned_gravity(found.numbers, found.twin)
+    out = [said for said in (far, turned) if said]
     if by_motor:
         out.append(
             "the gearbox temperature was not recorded: the motor's stands in for it, and friction "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Sequence
 
@@ -16,6 +17,8 @@ from agent.physics.twin import Twin
 _CARRIES = 0.5  # of the torque's energy: with less, signs of what a plain joint asks for are chance
 _FAR = 5.0  # times the twin's number, or a part of it
 _LIKE = 0.15  # of the gear ratio: so close a factor is the gear's
+_AS_STRONG = 0.05  # of gravity: so close is no payload
+_TURNED_DEG = 10.0
 _SAID = {
     "inertia_extra_kg_m2": ("inertia_kg_m2", "inertia"),
     "coulomb_extra_nm": ("coulomb_nm", "Coulomb friction"),
@@ -83,6 +86,37 @@ def far_off(wrong: Sequence[WrongNumber], twin: Twin) -> str:
         f"the recordings ask for {told} that the simulation has{likely}: before anything else make "
         "sure that the twin is of this joint and gear, and that positions, velocities and torques "
         "are the motor's, in rad, rad/s and N m"
+    )
+
+
+def turned_gravity(wrong: Sequence[WrongNumber], twin: Twin) -> str:
+    """Return that gravity is as strong as the twin says and only turned; or nothing.
+
+    A payload makes it stronger or weaker. The same amount at another angle is a position that
+    counts from elsewhere, half a turn of it a sign.
+
+    Parameters
+    ----------
+    wrong : sequence of WrongNumber
+    twin : Twin
+    """
+    extra = next((w.parameters for w in wrong if w.effect == "gravity-imbalance"), None)
+    given = complex(twin.gravity_sin_nm, twin.gravity_cos_nm)
+    parts = [] if extra is None else [extra.get("gravity_sin_nm"), extra.get("gravity_cos_nm")]
+    if abs(given) == 0.0 or not parts or any(p is None or not p.identified for p in parts):
+        return ""
+    true = given + complex(*(p.value for p in parts if p is not None))
+    turn = math.degrees(cmath.phase(true / given)) if true else 0.0
+    if abs(abs(true / given) - 1.0) > _AS_STRONG or abs(turn) < _TURNED_DEG:
+        return ""
+    if abs(turn) > 180.0 - _TURNED_DEG:
+        return (
+            "gravity is as strong as the simulation says, with the opposite sign: see which way "
+            "its torque, or the position, counts"
+        )
+    return (
+        f"gravity is as strong as the simulation says, and turned by {abs(turn):.0f}° of the arm's "
+        "angle: see from where the position counts, before a payload is looked for"
     )
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from agent.explain.explain import explain
 from agent.explain.numbers.wrong import WrongNumber
-from agent.explain.plausible import contradiction, far_off, runs_backwards
+from agent.explain.plausible import contradiction, far_off, runs_backwards, turned_gravity
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import tabulate
 from agent.identify.result import Floats, Parameter
@@ -77,4 +77,23 @@ def test_only_numbers_far_from_the_twins_ask_whether_it_is_this_joint(
         "inertia-error", 1.0, {"inertia_extra_kg_m2": Parameter(extra, (extra, extra))}
     )
     said = far_off((number,), TWIN)
+    assert says in said if says else said == ""
+
+
+@pytest.mark.parametrize(
+    ("true", "says"),
+    [
+        ((-1.5, 0.8), "opposite sign"),
+        ((0.8, 1.5), "turned by 90°"),
+        ((2.0, -1.1), ""),  # a payload, and its arm's angle
+        ((1.5, -0.7), ""),
+    ],
+)
+def test_gravity_that_is_as_strong_and_turned_asks_for_signs_and_zeros_first(
+    true: tuple[float, float], says: str
+) -> None:
+    twin = replace(TWIN, gravity_sin_nm=1.5, gravity_cos_nm=-0.8)
+    parts = (("gravity_sin_nm", true[0] - 1.5), ("gravity_cos_nm", true[1] + 0.8))
+    extra = {name: Parameter(value, (value - 0.01, value + 0.01)) for name, value in parts}
+    said = turned_gravity((WrongNumber("gravity-imbalance", 1.0, extra),), twin)
     assert says in said if says else said == ""

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from agent.explain.answer.fits import Fit, Holdout
-from agent.explain.answer.words import proof_sentence
+from agent.explain.answer.located import Finding
+from agent.explain.answer.words import proof_sentence, summary
 
 
 def _holdout(before_nm: float, after_nm: float) -> Holdout:
@@ -29,3 +32,12 @@ def _holdout(before_nm: float, after_nm: float) -> Holdout:
 def test_sentence_is_the_way_the_error_went(before_nm: float, after_nm: float, said: str) -> None:
     sentence = proof_sentence(_holdout(before_nm, after_nm), 0.0061)
     assert sentence == f"On recordings unseen {said}"
+
+
+def test_a_mismatch_of_the_unseen_recordings_alone_is_said_to_be_theirs() -> None:
+    """All that was fitted has a name: not "less than 1 % has no name, and follows nothing"."""
+    finding = Finding("stribeck", 1, 1.0, 1.0, (), "Stribeck explains all.", {}, (), 0.0, "a form")
+    unseen = replace(_holdout(0.013, 0.0034), floor_ratio=2.4)
+    said = summary("partly-explained", [finding], unseen, 0.0014, Fit(0.008, 96.0), (), 0.001)
+    assert "has no name" not in said
+    assert "2.4 times the noise: these hold something that the recordings to learn from" in said

@@ -13,6 +13,7 @@ from agent.numbers import scale_for, significant
 
 _TOLD = 3  # findings in the summary
 _WORSE = 1.1  # times the error before: more is no law for what was not seen
+_LITTLE = 0.01  # of the mismatch: what has no name is in the unseen recordings alone
 _AS_NOISE = 1.1  # times the noise floor: up to there the band of the comparison holds nothing
 
 
@@ -87,10 +88,16 @@ def summary(
     if len(findings) > _TOLD:
         more = len(findings) - _TOLD
         parts.append(f"{more} smaller finding{'s are' if more > 1 else ' is'} listed below.")
-    if verdict in ("unexplained", "partly-explained"):
+    only_unseen = bool(findings) and not left and left_share < _LITTLE
+    if verdict in ("unexplained", "partly-explained") and not only_unseen:
         parts.append(_left_sentence(findings, floor_nm, refitted, left, left_share))
     if holdout is not None and findings:
         parts.append(proof_sentence(holdout, floor_nm))
+        if verdict == "partly-explained" and only_unseen:
+            parts.append(
+                f"That is {significant(holdout.floor_ratio, 2)} times the noise: these hold "
+                "something that the recordings to learn from do not show."
+            )
     tied = [f for f in findings if f.alternatives]
     if tied:
         parts.append(tie_sentence(tied[0]))
@@ -110,7 +117,8 @@ def _left_sentence(
     if findings and all(f.form == OWN_NUMBER for f in findings):
         return f"What these numbers do not explain has no name in the library. {lies}"
     if findings:
-        return f"{percent(share)} of the mismatch has no name in the library. {lies}"
+        much = percent(share)
+        return f"{much[0].upper()}{much[1:]} of the mismatch has no name in the library. {lies}"
     if left and left[0].variable == "frequency_hz" and refitted.rmse_nm < _AS_NOISE * floor_nm:
         return (
             "The simulation, its numbers refitted, agrees with the recordings but for a torque "
