@@ -1,7 +1,9 @@
-"""Identifiers that only this agent sends: whoever else sends one of them commands its drive.
+"""What only this agent may send: whoever else does commands its drive, or changes how it stops.
 
 A frame under our heartbeat's identifier feeds the drive's watchdog, whoever sends it, and one under
-an order's identifier moves the joint. Neither shows in what the drive answers.
+an order's identifier moves the joint. Neither shows in what the drive answers. Nor does it show,
+before a stop is needed, that somebody has written a softer ramp or no watchdog into the drive: so
+requests that write (SDO download) are told apart from those that only read, which are anybody's.
 
 Most interfaces do not hand back what is sent through them, and then every such frame is somebody
 else's. Some do (`udp_multicast`); there it takes more frames than were sent. Which kind it is has
@@ -11,6 +13,24 @@ been seen by the time at which identifiers are claimed: dozens of our own reques
 from __future__ import annotations
 
 from collections.abc import Iterable
+
+_FIRST_REQUEST, _LAST_REQUEST = 0x601, 0x67F
+_DOWNLOAD = 1
+"""Command specifier of a request that begins to write an object (CiA 301, 7.2.4.3.3)."""
+
+_WRITES = 0x1000
+"""Beyond every identifier of 11 bits: marks requests that write."""
+
+
+def writing_to(node_id: int) -> int:
+    """Return what to claim so that nobody else writes objects of a node."""
+    return _WRITES | (_FIRST_REQUEST - 1 + node_id)
+
+
+def _counted_as(cob_id: int, data: bytes) -> int:
+    """Return under what a frame is counted: its identifier, and apart from it when it writes."""
+    asks = _FIRST_REQUEST <= cob_id <= _LAST_REQUEST
+    return _WRITES | cob_id if asks and data[:1] and data[0] >> 5 == _DOWNLOAD else cob_id
 
 
 class Claims:
@@ -22,23 +42,28 @@ class Claims:
         self._claimed: tuple[int, ...] = ()
         self._comes_back = False
 
-    def sent(self, cob_id: int) -> None:
+    def sent(self, cob_id: int, data: bytes = b"") -> None:
         """Count one frame of ours; before it goes out."""
-        self._sent[cob_id] = self._sent.get(cob_id, 0) + 1
+        what = _counted_as(cob_id, data)
+        self._sent[what] = self._sent.get(what, 0) + 1
 
-    def heard(self, cob_id: int) -> bool:
-        """Count one frame that came from the bus; return whether we send this identifier, too."""
-        self._heard[cob_id] = self._heard.get(cob_id, 0) + 1
-        return cob_id in self._sent
+    def heard(self, cob_id: int, data: bytes = b"") -> bool:
+        """Count one frame that came from the bus; return whether we send the like, too."""
+        what = _counted_as(cob_id, data)
+        self._heard[what] = self._heard.get(what, 0) + 1
+        return what in self._sent
 
     def claim(self, cob_ids: Iterable[int]) -> None:
-        """Let only us send these from now on; what was heard before counts, too."""
+        """Let only us send these from now on; what was heard before counts, too.
+
+        Identifiers, and what `writing_to` returns.
+        """
         self._claimed = tuple(cob_ids)
         came_back = sum(min(self._heard.get(one, 0), sent) for one, sent in self._sent.items())
         self._comes_back = 2 * came_back > sum(self._sent.values())
 
     def intruded(self) -> int | None:
-        """Return the first claimed identifier that somebody else has sent, None if nobody has."""
+        """Return the first claim that somebody else has broken, None if nobody has."""
         for cob_id in self._claimed:
             ours = self._sent.get(cob_id, 0) if self._comes_back else 0
             if self._heard.get(cob_id, 0) > ours:

@@ -124,7 +124,7 @@ class CanBusOwner:
         """
         if self._closing.is_set():
             raise BusError(f"The CAN bus {self.name} is closed.")
-        self._routing.claims.sent(cob_id)
+        self._routing.claims.sent(cob_id, data)
         message = can.Message(arbitration_id=cob_id, data=data, is_extended_id=False)
         try:
             self._bus.send(message)

@@ -143,7 +143,7 @@ class Routing:
         """Put one frame into its inbox, or count why it has none."""
         inbox = self._routes.get(frame.cob_id)
         if inbox is None:
-            if self.claims.heard(frame.cob_id):
+            if self.claims.heard(frame.cob_id, frame.data):
                 self.counts.own_echoes += 1
             else:
                 self.counts.unrouted += 1

@@ -1,9 +1,13 @@
-"""Who else on the bus does what only the agent may: feed the watchdog, give orders, send SYNC."""
+"""Who else on the bus does what only the agent may to its drive.
+
+Feed its watchdog, give it orders, send SYNC, write its settings.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
+from drivers.can.claims import writing_to
 from drivers.can.owner import CanBusOwner
 from drivers.cia402.config import Cia402Config
 from drivers.clock import Clock
@@ -40,7 +44,7 @@ def refuse_company(
         As `intruded` says.
     """
     beat, control = HEARTBEAT + config.agent_node_id, FIRST_ORDER + config.node_id
-    owner.claims.claim((beat, control, *orders, SYNC))
+    owner.claims.claim((beat, control, *orders, SYNC, writing_to(config.node_id)))
     until_s = clock.now() + LISTENED_S
     while clock.now() < until_s:
         clock.sleep_until(min(until_s, clock.now() + _POLL_S))
@@ -54,7 +58,9 @@ def intruded(owner: CanBusOwner, config: Cia402Config) -> IntruderError | None:
     """Return an error when somebody else on the bus has sent what only we may.
 
     A second heartbeat under our node id would keep the drive going after our death; a second
-    sender of orders moves the joint; a second SYNC makes answers that belong to none of ours.
+    sender of orders moves the joint; a second SYNC makes answers that belong to none of ours. And
+    what was read back and proven before the motion (ramps, watchdog, limits) no longer holds once
+    somebody has written to the drive, which nothing shows until a stop is needed.
     """
     cob_id = owner.claims.intruded()
     if cob_id is None:
@@ -69,6 +75,11 @@ def intruded(owner: CanBusOwner, config: Cia402Config) -> IntruderError | None:
     elif cob_id == SYNC:
         what = f"SYNC (0x{cob_id:03X})"
         do = "End the other SYNC producer; `stribeck bus` shows who talks."
+    elif cob_id == writing_to(config.node_id):
+        what = (
+            f"settings to the drive at node {config.node_id} (SDO, 0x{0x600 + config.node_id:03X})"
+        )
+        do = "End the program that sets up this drive; reading from it beside a cycle is fine."
     else:
         what = f"orders to the drive at node {config.node_id} (0x{cob_id:03X})"
         do = "End the program, or the controller, that commands this drive."

@@ -148,11 +148,12 @@ def test_another_device_is_left_as_it_is(rig: Rig, expected: ExpectedIdentity, w
     assert rig.values(["0x1017:00", "0x6007:00"]) == {"0x1017:00": 0, "0x6007:00": 1}
 
 
-def test_another_master_that_takes_torque_away_is_noticed(rig: Rig) -> None:
+def test_a_drive_that_lets_go_by_itself_is_noticed(rig: Rig) -> None:
     axis = rig.axis()
     axis.open()
     rig.enable(axis, 5.0)
-    rig.inject(0x600 + NODE, bytes.fromhex("2b40600000000000"))  # controlword 0, by SDO
+    # an enabling switch does the same; sent by our own owner, it is nobody else's
+    rig.owner.send(0x600 + NODE, bytes.fromhex("2b40600000000000"))
     with pytest.raises(DriveStateError, match="left operation enabled by itself"):
         rig.run(axis, 1.0, Command(Goal.ON, 5.0))
     with pytest.raises(DriveStateError, match="left operation enabled"):
@@ -166,8 +167,13 @@ def test_another_master_that_takes_torque_away_is_noticed(rig: Rig) -> None:
         (0x080, b"", "sends SYNC"),
         (0x77F, b"\x05", "sends the heartbeat of node 127, which is ours"),
         (0x200 + NODE, bytes(6), f"sends orders to the drive at node {NODE}"),
+        (
+            0x600 + NODE,
+            bytes.fromhex("2385600001000000"),  # how hard a quick stop brakes
+            f"sends settings to the drive at node {NODE}",
+        ),
     ],
-    ids=["SYNC", "heartbeat", "orders"],
+    ids=["SYNC", "heartbeat", "orders", "settings"],
 )
 def test_one_frame_that_only_we_may_send_is_noticed(
     rig: Rig, cob_id: int, data: bytes, words: str

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from drivers.can.claims import Claims
+from drivers.can.claims import Claims, writing_to
 
 BEAT, ORDER, REQUEST = 0x77F, 0x201, 0x601
 
@@ -57,3 +57,22 @@ def test_what_was_not_claimed_is_anybodys() -> None:
     made = claims(comes_back=False)
     made.heard(0x182)
     assert made.intruded() is None
+
+
+READ, WRITE = bytes.fromhex("4041600000000000"), bytes.fromhex("2385600001000000")
+
+
+@pytest.mark.parametrize("comes_back", [False, True])
+def test_others_may_read_the_drive_and_not_write_to_it(comes_back: bool) -> None:
+    made = Claims()
+    for data in (READ, WRITE) * 15:
+        made.sent(REQUEST, data)
+        if comes_back:
+            made.heard(REQUEST, data)
+    made.claim((BEAT, writing_to(1)))
+    made.heard(REQUEST, READ)
+    made.heard(REQUEST + 1, WRITE)  # to another drive
+    made.heard(REQUEST, b"")
+    assert made.intruded() is None
+    made.heard(REQUEST, WRITE)
+    assert made.intruded() == writing_to(1)
