@@ -21,20 +21,22 @@ class CableForce:
 
     law: ClassVar[Law] = Law(
         "cable-force",
-        "k (q - q0) + tau_h; dtau_h/dq = (h/x)(1 - tau_h sign(v)/h), q the arm's angle",
+        "k (q - q0) + c (q - q0)^3 + tau_h; dtau_h/dq = (h/x)(1 - tau_h sign(v)/h), q the arm",
         {
             "stiffness_nm_per_arm_rad": "k, motor torque per arm angle",
             "neutral_arm_rad": "q0, where the bundle hangs free",
+            "cubic_nm_per_arm_rad3": "c, by which it stiffens when drawn taut (0: a plain spring)",
             "hysteresis_nm": "h, what its inner friction holds (0: a spring without loss)",
             "hysteresis_travel_arm_rad": "x, arm travel after a reversal that leaves 1/e of h",
         },
         "Dahl's law in the arm's angle for the hysteresis: Dahl, Aerospace Corp. TOR-0158 (1968)",
-        "small deflections about one posture; a taut hose stiffens; starts without hysteresis",
+        "one posture of the other axes; stiffens alike to both sides; starts without hysteresis",
     )
     stiffness_nm_per_arm_rad: float
     neutral_arm_rad: float = 0.0
     hysteresis_nm: float = 0.0
     hysteresis_travel_arm_rad: float = 1.0
+    cubic_nm_per_arm_rad3: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse a bundle that pushes on, and a loss that is none."""
@@ -42,12 +44,13 @@ class CableForce:
             self.law,
             self,
             positive="hysteresis_travel_arm_rad",
-            not_negative="stiffness_nm_per_arm_rad hysteresis_nm",
+            not_negative="stiffness_nm_per_arm_rad cubic_nm_per_arm_rad3 hysteresis_nm",
         )
 
     def spring_nm(self, arm_rad: Floats) -> Floats:
         """Return the elastic part, shape (n,), on the motor side."""
-        return self.stiffness_nm_per_arm_rad * (arm_rad - self.neutral_arm_rad)
+        away = arm_rad - self.neutral_arm_rad
+        return (self.stiffness_nm_per_arm_rad + self.cubic_nm_per_arm_rad3 * away**2) * away
 
     def hysteresis_part_nm(self, time_s: Floats, arm_velocity_rad_s: Floats) -> Floats:
         """Return what the bundle's inner friction adds, shape (n,), on the motor side."""

@@ -59,6 +59,7 @@ _LABELS: Mapping[str, str] = MappingProxyType(
         "static_extra_nm": "Extra friction at standstill",
         "static_nm": "Extra friction at standstill, at 0 °C",
         "static_nm_per_k": "Extra friction, growth with temperature",
+        "cubic_nm_per_arm_rad3": "Stiffening over the arm angle",
         "stiffness_nm_per_arm_rad": "Stiffness over the arm angle",
         "stiffness_nm_per_rad": "Stiffness",
         "stribeck_velocity_rad_s": "Stribeck velocity",
@@ -78,7 +79,13 @@ _LABELS: Mapping[str, str] = MappingProxyType(
 # A rate's name ends with what it is taken per.
 _PER: Mapping[str, str] = MappingProxyType({"_per_k": "/K", "_per_h": "/h", "_per_run": " per run"})
 _WHOLE: Mapping[str, str] = MappingProxyType(
-    {"_nm_per_arm_rad": "N m/rad", "_nm_per_rad3": "N m/rad³", "_k": "K", "_h": "h"}
+    {
+        "_nm_per_arm_rad": "N m/rad",
+        "_nm_per_arm_rad3": "N m/rad³",
+        "_nm_per_rad3": "N m/rad³",
+        "_k": "K",
+        "_h": "h",
+    }
 )
 _SCALED = ("N m s/rad", "N m")  # what `scale_for` can write small, the longest first
 

@@ -1,8 +1,9 @@
-"""What sits at one place of the arm: narrow or wide, pushing or rubbing."""
+"""What sits at one place of the arm, narrow or wide, pushing or rubbing; and what pulls at it."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -10,13 +11,15 @@ import pytest
 
 from agent.explain.choosing.choice import Term, choose
 from agent.explain.choosing.search import Library
+from agent.explain.forms import cable as forms_cable
 from agent.explain.forms import place as forms_place
+from agent.explain.forms.form import Form
 from agent.explain.forms.spots import strong_places
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, tabulate
 from agent.identify.result import Floats
-from tests.science.explain_joint import GEAR_RATIO, TWIN, Conditions, record, stair
+from tests.science.explain_joint import GEAR_RATIO, TWIN, Conditions, Missing, record, stair
 from trajectories import SetPoints, Trajectory
 
 STROKE_RAD = 120.0
@@ -29,6 +32,12 @@ def cycle(scale: float) -> Trajectory:
     return stair([scale * v for v in (6.0, 17.0, 40.0, 75.0)], STROKE_RAD)
 
 
+@cache
+def long_stroke(scale: float) -> Trajectory:
+    """Along a short stroke a weight that is fitted to a hose does as well."""
+    return stair([scale * v for v in (40.0, 75.0)], 400.0, duration_s=40.0)
+
+
 def scene_with(width: float, *, rubs: bool, seed: int = 3) -> Scene:
     """Return two recordings with a raised cosine at one place; `width` is of the stroke."""
     half = width * STROKE_RAD / GEAR_RATIO
@@ -39,8 +48,15 @@ def scene_with(width: float, *, rubs: bool, seed: int = 3) -> Scene:
         bump = np.where(np.abs(away) < half, 0.5 + 0.5 * np.cos(math.pi * away / half), 0.0)
         return HEIGHT_NM * bump * (np.sign(points.velocity_rad_s) if rubs else 1.0)
 
+    return scene_of(spot, seed)
+
+
+def scene_of(
+    missing: Missing, seed: int = 3, driven: Callable[[float], Trajectory] = cycle
+) -> Scene:
+    """Return two recordings of a joint with something more than its twin has."""
     runs = [
-        record(cycle(scale), spot, Conditions(), seed + k, name=f"run {k}")
+        record(driven(scale), missing, Conditions(), seed + k, name=f"run {k}")
         for k, scale in enumerate((1.0, 0.9))
     ]
     table = tabulate(TWIN, runs)
@@ -49,8 +65,8 @@ def scene_with(width: float, *, rubs: bool, seed: int = 3) -> Scene:
     return Scene(table, theta, np.where(table.used, left, 0.0))
 
 
-def named(scene: Scene) -> tuple[Term, ...]:
-    library = Library.of(scene, weigh(scene.table, scene.residual_nm), forms_place.FORMS)
+def named(scene: Scene, forms: tuple[Form, ...] = forms_place.FORMS) -> tuple[Term, ...]:
+    library = Library.of(scene, weigh(scene.table, scene.residual_nm), forms)
     return choose(library).terms
 
 
@@ -86,3 +102,19 @@ def test_the_strongest_place_is_where_the_spot_is() -> None:
     scene = scene_with(0.03, rubs=True)
     (center, _), *_ = strong_places(scene, (0.014,), friction=True)
     assert center == pytest.approx(CENTER_ARM_RAD, abs=0.01)
+
+
+@pytest.mark.parametrize(("cubic", "form"), [(0.1, "spring that stiffens"), (0.0, "spring")])
+def test_a_hose_is_said_to_stiffen_only_where_it_does(cubic: float, form: str) -> None:
+    def hose(points: SetPoints, at: Conditions) -> Floats:
+        del at
+        away = points.position_rad / GEAR_RATIO - (0.1 if cubic else 0.0)
+        return np.asarray((0.1 + cubic * away**2) * away)
+
+    (term,) = named(scene_of(hose, driven=long_stroke), forms_cable.FORMS)
+    assert term.scored.form.name == form
+    values = term.scored.values()
+    assert values["stiffness_nm_per_arm_rad"] == pytest.approx(0.1, abs=0.03)
+    if cubic:
+        assert values["cubic_nm_per_arm_rad3"] == pytest.approx(cubic, rel=0.1)
+        assert values["neutral_arm_rad"] == pytest.approx(0.1, abs=0.02)

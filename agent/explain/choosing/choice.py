@@ -228,8 +228,8 @@ def _preferred(library: Library, ranked: Sequence[Scored], without: float) -> Sc
         error = float(np.std(loss)) * math.sqrt(loss.shape[0])
         behind = log_density_gap(library, best.blocks, scored.blocks, size)
         missed = float(loss.sum()) / max(without - best.error, 1e-300)
-        special = scored.form.effect in best.form.contains and (
-            behind < _DECISIVE or missed < _AS_MUCH
+        special = (behind < _DECISIVE and scored.form.refined_by(best.form)) or (
+            scored.form.effect in best.form.contains and (behind < _DECISIVE or missed < _AS_MUCH)
         )
         if behind < _SAME or special or (float(loss.sum()) <= error and behind < 2.0 * _DECISIVE):
             close.append(scored)

@@ -79,6 +79,8 @@ class Form:
         stands for one of them.
     contains : tuple of str
         Effects that are special cases of this form: beside one of them it is no rival.
+    refines : tuple of str
+        Names of the same effect's forms that are special cases of this one: it must beat them.
     rests_on_numbers : bool
         Whether its columns are made of the twin's own numbers, as a load is of its gravity.
     same_beside : callable, optional
@@ -107,6 +109,7 @@ class Form:
     limits: Callable[[Scene], Sequence[tuple[float, float]]] | None = None
     point_of: Callable[[Floats], Point] | None = None
     contains: tuple[str, ...] = ()
+    refines: tuple[str, ...] = ()
     rests_on_numbers: bool = False
     same_beside: Callable[[Scene, Scene, Point], Point] | None = None
     from_residual: bool = False
@@ -120,6 +123,10 @@ class Form:
     def carried_over(self, before: Scene, now: Scene, point: Point) -> Point:
         """Return the point of the same law beside the numbers that the twin has now."""
         return point if self.same_beside is None else self.same_beside(before, now, point)
+
+    def refined_by(self, other: Form) -> bool:
+        """Return whether another form is the same effect's, and has this one as a special case."""
+        return self.effect == other.effect and self.name in other.refines
 
     def allows(self, coefficients: Floats) -> bool:
         """Return whether no coefficient, shape (k,), has an impossible sign or size."""

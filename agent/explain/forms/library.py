@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from agent.explain.forms import arm as forms_arm
+from agent.explain.forms import cable as forms_cable
 from agent.explain.forms import order as forms_order
 from agent.explain.forms import place as forms_place
 from agent.explain.forms import reversal as forms_reversal
@@ -24,6 +25,7 @@ FORMS: tuple[Form, ...] = (
     *forms_warmth.FORMS,
     *forms_order.FORMS,
     *forms_place.FORMS,
+    *forms_cable.FORMS,
     *forms_reversal.FORMS,
     *forms_signal.FORMS,
     *forms_arm.FORMS,

@@ -1,4 +1,4 @@
-"""What belongs to a place of the arm: tight spots, faults, hoses, another payload."""
+"""What belongs to a place of the arm: tight spots, faults, another payload."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 
 _PLACES = 24
-_LOCAL = 0.028  # of the stroke: wider, the bell is seen along more than a tenth of it, and no fault
+_LOCAL = 0.028  # of the stroke: narrower, a bell is seen along less than a tenth of it: a fault
+_BROAD = 0.045  # wider, along more than a sixth: friction of the path; between: either
 _NARROWEST, _WIDEST = 0.003, 0.12
 _POSITION = ("position_rad",)
 
@@ -122,31 +123,6 @@ def _fault(scene: Scene, point: Point) -> Floats:
     return stack(_bump(scene, point))
 
 
-def _cable(scene: Scene, point: Point) -> Floats:
-    del point
-    return stack(scene.arm_rad - _middle(scene))
-
-
-def _middle(scene: Scene) -> float:
-    lower, upper = scene.span("position_rad")
-    return 0.5 * (lower + upper) / scene.table.gear_ratio
-
-
-def _cable_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
-    return ({**values, "neutral_arm_rad": _middle(scene)},)
-
-
-def _cable_anywhere(scene: Scene, point: Point) -> Floats:
-    del point
-    return stack(scene.arm_rad - _middle(scene), np.ones_like(scene.arm_rad))
-
-
-def _cable_anywhere_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
-    stiffness = values["stiffness_nm_per_arm_rad"]
-    neutral = _middle(scene) - values["constant_nm"] / stiffness if stiffness else 0.0
-    return ({"stiffness_nm_per_arm_rad": stiffness, "neutral_arm_rad": neutral},)
-
-
 def _another_payload(scene: Scene, point: Point) -> Floats:
     there = (scene.runs() == int(point[0])).astype(np.float64)
     return stack(there * np.sin(scene.arm_rad), there * np.cos(scene.arm_rad))
@@ -225,27 +201,8 @@ FORMS: tuple[Form, ...] = (
         ("center_arm_rad", "width_arm_rad"),
         _places((0.007, 0.014, _LOCAL), friction=True),
         step=_spot_step,
-        limits=_within_stroke(_NARROWEST, _LOCAL),
+        limits=_within_stroke(_NARROWEST, _BROAD),
         needs=_POSITION,
-    ),
-    Form(
-        "cable-force",
-        "spring",
-        ("stiffness_nm_per_arm_rad",),
-        _cable,
-        signs=(1,),
-        needs=_POSITION,
-        to_twin=_cable_twin,
-    ),
-    Form(
-        "cable-force",
-        "spring at rest elsewhere",
-        ("stiffness_nm_per_arm_rad", "constant_nm"),
-        _cable_anywhere,
-        signs=(1, 0),
-        needs=_POSITION,
-        to_twin=_cable_anywhere_twin,
-        contains=("torque-offset", "direction-asymmetry"),
     ),
     Form(
         "gravity-imbalance",

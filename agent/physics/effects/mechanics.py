@@ -106,6 +106,7 @@ CARDS = (
                 {
                     "stiffness_nm_per_arm_rad": not_negative(linear=True),
                     "neutral_arm_rad": free(0.0),
+                    "cubic_nm_per_arm_rad3": not_negative(0.0, linear=True),
                     "hysteresis_nm": not_negative(0.0, linear=True),
                     "hysteresis_travel_arm_rad": positive(1.0),
                 },

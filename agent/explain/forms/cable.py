@@ -1,0 +1,96 @@
+"""Hoses and cables: a spring over the arm's angle, hanging free elsewhere, or stiffening."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from agent.explain.forms.form import Form, Point, stack
+from agent.explain.rows.scene import Scene
+from agent.identify.result import Floats
+
+_NEUTRALS = 9  # along the stroke: a cubic about each looks unlike that about the next
+_POSITION = ("position_rad",)
+_ANYWHERE = ("torque-offset", "direction-asymmetry")
+
+
+def _spring(scene: Scene, point: Point) -> Floats:
+    del point
+    return stack(scene.arm_rad - _middle(scene))
+
+
+def _middle(scene: Scene) -> float:
+    lower, upper = _stroke(scene)
+    return 0.5 * (lower + upper)
+
+
+def _stroke(scene: Scene) -> tuple[float, float]:
+    lower, upper = scene.span("position_rad")
+    return lower / scene.table.gear_ratio, upper / scene.table.gear_ratio
+
+
+def _spring_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    return ({**values, "neutral_arm_rad": _middle(scene)},)
+
+
+def _elsewhere(scene: Scene, point: Point) -> Floats:
+    del point
+    return stack(scene.arm_rad - _middle(scene), np.ones_like(scene.arm_rad))
+
+
+def _elsewhere_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    stiffness = values["stiffness_nm_per_arm_rad"]
+    neutral = _middle(scene) - values["constant_nm"] / stiffness if stiffness else 0.0
+    return ({"stiffness_nm_per_arm_rad": stiffness, "neutral_arm_rad": neutral},)
+
+
+def _stiffening(scene: Scene, point: Point) -> Floats:
+    away = scene.arm_rad - point[0]
+    return stack(away, away**3)
+
+
+def _neutrals(scene: Scene) -> Sequence[Point]:
+    """Return arm angles along the stroke, its ends left out: there a cubic is a parabola."""
+    return tuple((float(x),) for x in np.linspace(*_stroke(scene), _NEUTRALS + 2)[1:-1])
+
+
+def _within_stroke(scene: Scene) -> Sequence[tuple[float, float]]:
+    return (_stroke(scene),)
+
+
+FORMS: tuple[Form, ...] = (
+    Form(
+        "cable-force",
+        "spring",
+        ("stiffness_nm_per_arm_rad",),
+        _spring,
+        signs=(1,),
+        needs=_POSITION,
+        to_twin=_spring_twin,
+    ),
+    Form(
+        "cable-force",
+        "spring at rest elsewhere",
+        ("stiffness_nm_per_arm_rad", "constant_nm"),
+        _elsewhere,
+        signs=(1, 0),
+        needs=_POSITION,
+        to_twin=_elsewhere_twin,
+        contains=_ANYWHERE,
+    ),
+    Form(
+        "cable-force",
+        "spring that stiffens",
+        ("stiffness_nm_per_arm_rad", "cubic_nm_per_arm_rad3"),
+        _stiffening,
+        ("neutral_arm_rad",),
+        _neutrals,
+        signs=(1, 1),
+        limits=_within_stroke,
+        needs=_POSITION,
+        contains=_ANYWHERE,
+        refines=("spring", "spring at rest elsewhere"),
+    ),
+)
