@@ -24,7 +24,7 @@ from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 
 _ROUNDS = 2
-_HOLDS_THE_ARM = frozenset({"cable-force", "gravity-imbalance"})
+_HOLDS_THE_ARM = frozenset({"cable-force", "gravity-imbalance", "local-fault"})
 
 
 def chosen_anew(library: Library) -> tuple[Library, Choice]:
