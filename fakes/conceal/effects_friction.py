@@ -183,8 +183,9 @@ def presliding_hysteresis(rng: np.random.Generator, robot: Robot) -> Concealment
     del rng
 
     def where(truth: Truth) -> tuple[Region, ...]:
-        # The last element slips after four times its distance.
-        slipped = time_to_travel_s(robot, 4.0 * truth.presliding_rad)
+        # Elements that slip after half, one, two and four times this distance: a fifth of what the
+        # turned friction lacks at first is left after 1.6 times.
+        slipped = time_to_travel_s(robot, 1.6 * truth.presliding_rad)
         return (Region("after_reversal_s", 0.0, slipped),)
 
     return Concealment(

@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
+
 from fakes.conceal.concealment import Basis, Region
+from fakes.conceal.kernel import arm_load_nm
+from fakes.conceal.measure import Floats, Seen
 from fakes.conceal.outsiders import PREFIX
 from fakes.conceal.rehearsal import Rehearsal, known_numbers
 from fakes.conceal.small import Put, all_in
+from fakes.conceal.truth import Truth
 
 MATERIAL = 0.02
 """Share of the residual's energy from which a nuisance is worth naming, and naming it is right."""
+
+_OF_THE_RUNS = frozenset({"recording", "gearbox_temperature_degc", "motor_temperature_degc"})
 
 
 def describe(rehearsal: Rehearsal, small: Sequence[Put], large: Sequence[Put]) -> dict[str, Any]:
@@ -29,18 +37,19 @@ def describe(rehearsal: Rehearsal, small: Sequence[Put], large: Sequence[Put]) -
     seen = rehearsal.see(all_in(robot.truth, [*small, *large]))
     everything = rehearsal.fit(seen, basis)
     excess = max(everything.rms_nm**2 - without, 0.0)
+    reach = _reach(rehearsal, seen, all_in(robot.truth, [*small, *large]))
     found = []
     for index, put in enumerate(large):
         rest = [*small, *large[:index], *large[index + 1 :]]
         left = rehearsal.fit(rehearsal.see(all_in(robot.truth, rest)), basis).rms_nm ** 2
         share = (everything.rms_nm**2 - left) / excess if excess > 0.0 else 0.0
-        found.append(_entry(rehearsal, put, small, large) | {"energy_share": share})
+        found.append(_entry(rehearsal, put, small, large, reach) | {"energy_share": share})
     residual = everything.rms_nm**2 + rehearsal.floor_nm**2
     nuisances = []
     for put in small:
         energy = put.moved_nm[basis] ** 2
         nuisances.append(
-            _entry(rehearsal, put, small, large)
+            _entry(rehearsal, put, small, large, reach)
             | {
                 "energy_nm2": energy,
                 "share_of_residual": energy / residual,
@@ -101,7 +110,11 @@ def _verdict(large: Sequence[Put]) -> str:
 
 
 def _entry(
-    rehearsal: Rehearsal, put: Put, small: Sequence[Put], large: Sequence[Put]
+    rehearsal: Rehearsal,
+    put: Put,
+    small: Sequence[Put],
+    large: Sequence[Put],
+    reach: Mapping[str, tuple[float, float]],
 ) -> dict[str, Any]:
     truth = all_in(rehearsal.robot.truth, [*small, *large])
     concealment = put.concealment
@@ -112,14 +125,28 @@ def _entry(
         "basis": concealment.basis,
         "snr": put.snr,
         "parameters": dict(concealment.parameters(truth)),
-        "where": [_driven(rehearsal, r).to_json() for r in concealment.where(truth)],
+        "where": [_driven(region, reach).to_json() for region in concealment.where(truth)],
     }
 
 
-def _driven(rehearsal: Rehearsal, region: Region) -> Region:
-    """Return the region as far as the runs reach: temperatures and recordings are theirs."""
+def _reach(
+    rehearsal: Rehearsal, seen: Sequence[Seen], truth: Truth
+) -> dict[str, tuple[float, float]]:
+    """Return how far the runs reach along each variable: all but a thousandth at either end.
+
+    The load on the gear is what the arm weighs, is pulled and dragged by, and resists when it is
+    accelerated.
+    """
     states = [run.state for run in rehearsal.runs]
-    reach = {
+    motions = [s.motion for s in seen]
+    arm = np.concatenate([m.position_rad for m in motions]) / truth.gear_ratio
+    velocity = np.concatenate([m.velocity_rad_s for m in motions])
+    acceleration = np.concatenate([m.acceleration_rad_s2 for m in motions])
+    behind_gear = truth.arm_inertia_kg_m2 + truth.tool_inertia_kg_m2
+    direction = np.sign(velocity)
+    held = [arm_load_nm(truth, *each) for each in zip(arm, direction, strict=True)]
+    load = np.array(held) + behind_gear * acceleration + truth.arm_coulomb_nm * direction
+    return {
         "recording": (0.0, len(states) - 1.0),
         "gearbox_temperature_degc": (
             min(s.oil_degc for s in states),
@@ -129,5 +156,19 @@ def _driven(rehearsal: Rehearsal, region: Region) -> Region:
             min(s.winding_degc for s in states),
             max(s.winding_degc for s in states),
         ),
-    }.get(region.variable)
-    return region if reach is None else Region(region.variable, *reach)
+        "arm_position_rad": _nearly_all(arm),
+        "load_torque_nm": _nearly_all(load),
+    }
+
+
+def _nearly_all(values: Floats) -> tuple[float, float]:
+    low, high = np.quantile(values, [0.001, 0.999])
+    return float(low), float(high)
+
+
+def _driven(region: Region, reach: Mapping[str, tuple[float, float]]) -> Region:
+    """Return the region as far as the runs reach."""
+    low, high = reach.get(region.variable, (-math.inf, math.inf))
+    if region.variable in _OF_THE_RUNS:
+        return Region(region.variable, low, high)
+    return Region(region.variable, max(region.low, low), min(region.high, high))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from agent.explain.answer.result import Curve, Region
 from agent.explain.rows.pieces import Piece
 from agent.explain.rows.scene import Scene
+from agent.explain.rows.table import BASE
 from agent.identify.result import Floats, Parameter
 
 _BINS = 40
@@ -217,9 +218,19 @@ def regions_of(
         load = scene.gear_load_rows(scene.blows)[rows]
         return _where_visible(scene, "load_torque_nm", load, added_nm)
     values = axis_values(scene, variable)[rows]
+    if effect == "load-dependent-friction" and "arm_inertia_kg_m2" in parameters:
+        values = _behind_gear(scene, parameters)[rows]
     if effect in _LOCAL or (effect == "position-dependent-friction" and form == "tight spot"):
         return _where_visible(scene, variable, values, added_nm)
     return (_whole(scene, variable, values),)
+
+
+def _behind_gear(scene: Scene, parameters: Mapping[str, Parameter]) -> Floats:
+    """Return what the gear carries at the rows, shape (n,): the arm alone, as a form found it."""
+    inertia, dry = (parameters[name].value for name in ("arm_inertia_kg_m2", "arm_coulomb_nm"))
+    base = scene.table.base
+    moved = inertia * base[:, BASE.index("inertia_kg_m2")]
+    return np.asarray(scene.weight_rows() + moved + dry * base[:, BASE.index("coulomb_nm")])
 
 
 def _whole(scene: Scene, variable: str, values: Floats) -> Region:
