@@ -137,7 +137,8 @@ def identify(
 def twin_from_estimate(result: Estimate, *, robot: str, axis: int, gear_ratio: float) -> Twin:
     """Return the plain twin (rigid body, gravity, Coulomb, viscous) of an estimate.
 
-    What was not identified is zero in the twin, and listed under `not_identified`.
+    What was not identified is zero in the twin, and listed under `not_identified`. A twin has no
+    constant torque: where the data show none, its numbers are those of a fit without one.
 
     Raises
     ------
@@ -153,7 +154,8 @@ def twin_from_estimate(result: Estimate, *, robot: str, axis: int, gear_ratio: f
         source |= dict(plain.parameters) if plain is not None else {}
     names = (*friction_names, "inertia_kg_m2", "gravity_sin_nm", "gravity_cos_nm")
     missing = [n for n in names if n not in source or not source[n].identified]
-    values = {n: 0.0 if n in missing else float(source[n].value) for n in names}
+    bare = {} if result.rigid_body is None else result.rigid_body.without_offset
+    values = {n: 0.0 if n in missing else bare.get(n, float(source[n].value)) for n in names}
     return Twin(
         robot=robot,
         axis=axis,

@@ -118,12 +118,17 @@ class FrictionModelFit:
 
 @dataclass(frozen=True)
 class RigidBodyFit:
-    """The rigid-body regression of thesis (4.5) over all moving samples."""
+    """The rigid-body regression of thesis (4.5) over all moving samples.
+
+    `without_offset` are the values of a fit in which no constant torque takes part; empty where
+    the data show one.
+    """
 
     parameters: Mapping[str, Parameter]
     condition_number: float
     rmse_nm: float
     fit_percent: float
+    without_offset: Mapping[str, float] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
         """Return the contract's form."""

@@ -31,9 +31,10 @@ _INFLATION = 1000.0  # a parameter's variance against that with all other column
 _UNMISTAKABLE = 3.0
 _BLOCKS = 40
 _FEWEST_BLOCKS = 12
+_OFFSET = "torque_offset_nm"
 _GRAVITY = ("gravity_sin_nm", "gravity_cos_nm")
 _NOISE_SHARE = 0.3  # of the acceleration's root mean square: the inertia is 9 % too low
-_DROP_FIRST = (*_GRAVITY, "inertia_kg_m2", "torque_offset_nm", "viscous_nm_s_per_rad")
+_DROP_FIRST = (*_GRAVITY, "inertia_kg_m2", _OFFSET, "viscous_nm_s_per_rad")
 
 
 @dataclass(frozen=True)
@@ -145,7 +146,28 @@ def fit_rigid_body(rows: Rows, *, spring: bool = True) -> RigidBodyFit | None:
         condition_number=condition,
         rmse_nm=float(np.sqrt(np.mean((rows.torque_nm - predicted) ** 2))),
         fit_percent=fit_percent(rows.torque_nm, predicted),
+        without_offset=_without_offset(rows, kept, blocks, parameters[_OFFSET], spring=spring),
     )
+
+
+def _without_offset(
+    rows: Rows,
+    kept: Sequence[int],
+    blocks: NDArray[np.int64],
+    offset: Parameter,
+    *,
+    spring: bool,
+) -> dict[str, float]:
+    """Return the values without a constant torque, where the data show none; else nothing.
+
+    A twin has no offset. Gravity of a fit that has one, on a stroke on which its cosine is nearly
+    constant, is off by as much as the offset is, and neither is more than chance.
+    """
+    if offset.ci95 is None or not offset.ci95[0] <= 0.0 <= offset.ci95[1]:
+        return {}
+    others = [i for i in kept if PARAMETERS[i] != _OFFSET]
+    theta, _ = _regress(rows, others, blocks, spring=spring)
+    return {PARAMETERS[i]: float(value) for i, value in zip(others, theta, strict=True)}
 
 
 def _regress(
