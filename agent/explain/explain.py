@@ -90,7 +90,7 @@ def explain(
         except ValueError as error:
             refusal = f"not decidable: {error}"
         else:
-            refusal = undecidable(table)
+            refusal = undecidable(table, twin)
     if refusal or table is None:
         return _nothing(refusal, *names)
     found = study(twin, table)
@@ -247,8 +247,8 @@ def _bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
     if found.table.creep_rad_s > 0.0:
         out.append(
             f"below {found.table.creep_rad_s:.2g} rad/s friction is not fully there: the joint "
-            "creeps before it slips, or what recorded it smooths friction's sign; those samples "
-            "were left out"
+            "creeps before it slips, or what recorded or simulated it smooths friction's sign; "
+            "those samples were left out"
         )
     if abs(found.table.late_s) > _LATE_S:
         later = "later" if found.table.late_s > 0.0 else "earlier"

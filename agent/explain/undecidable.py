@@ -2,28 +2,36 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from agent.explain.answer.amounts import torque
 from agent.explain.location.regions import row_seconds
 from agent.explain.plausible import runs_backwards
+from agent.explain.rows.scene import refit
 from agent.explain.rows.table import Table
+from agent.physics.twin import Twin
 
 _LEAST_ROWS = 120
 _FEWEST_BLOCKS = 12  # of two seconds: folds and the jackknife leave them out in turn
 _HELD_SAMPLES = 60  # of one pass: what the filter leaves of them carries a mean
 _SLIDES = 0.1  # of the time: with less the joint stands
 _GAP_S = 1.0
+_LOST = 0.5  # of what the refitted twin leaves: less gravity is lost in it
 
 
-def undecidable(table: Table) -> str:
+def undecidable(table: Table, twin: Twin) -> str:
     """Return why a table cannot be explained, or nothing.
 
     Parameters
     ----------
     table : Table
         Without what creeps.
+    twin : Twin
+        As given.
     """
-    return _too_little(table) or _impossible(table)
+    return _too_little(table) or _impossible(table) or _nowhere(table, twin)
 
 
 def _too_little(table: Table) -> str:
@@ -60,6 +68,23 @@ def _impossible(table: Table) -> str:
     return (
         "not decidable: inertia and friction come out negative: torque and velocity have opposite "
         "signs; turn the sign of torque_nm, or of position and velocity"
+    )
+
+
+def _nowhere(table: Table, twin: Twin) -> str:
+    """Return that the twin's gravity has no angle to act at, where that matters; or nothing.
+
+    Left out of the prediction in silence it would be missing physics: a cable, an offset.
+    """
+    gravity_nm = math.hypot(twin.gravity_sin_nm, twin.gravity_cos_nm)
+    if table.simulated or not np.isnan(table.full["position_rad"]).any():
+        return ""
+    left = refit(table)[1][table.used]
+    if gravity_nm <= _LOST * float(np.sqrt(np.mean(left**2))):
+        return ""
+    return (
+        f"not decidable: the simulation's gravity, up to {torque(gravity_nm)}, depends on the "
+        "arm's angle, and position_rad was not recorded throughout"
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -69,6 +70,22 @@ def test_where_a_simulator_smooths_the_sign_is_found_and_left_out() -> None:
 @pytest.mark.parametrize("friction", [dry, stribeck, thinning])
 def test_friction_that_is_there_at_low_speed_is_kept(friction: Friction) -> None:
     assert creep_speed(tabulate(TWIN, [run(friction)])) < 0.006 * FASTEST
+
+
+@pytest.mark.parametrize(
+    ("friction", "smooths"), [(smoothed, True), (dry, False), (stribeck, False)]
+)
+def test_where_a_recorded_simulation_smooths_the_sign_is_left_out(
+    friction: Friction, smooths: bool
+) -> None:
+    """The joint's friction is whole there, and had been called Stribeck."""
+    joint = run(dry)
+    velocity = joint.signals.velocity_rad_s
+    assert velocity is not None
+    simulated = 0.018 * np.gradient(velocity, 4e-3) + 0.01 * velocity + friction(velocity)
+    columns = {**joint.columns, "torque_simulated_nm": simulated}
+    speed = creep_speed(tabulate(TWIN, [replace(joint, columns=columns)]))
+    assert (2.0 * SLOW < speed < 6.0 * SLOW) if smooths else speed < 0.006 * FASTEST
 
 
 def test_a_joint_that_crawls_under_the_torque_that_holds_it_stands() -> None:

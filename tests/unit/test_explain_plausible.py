@@ -13,6 +13,7 @@ from agent.explain.numbers.wrong import WrongNumber
 from agent.explain.plausible import contradiction, far_off, runs_backwards, turned_gravity
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import tabulate
+from agent.explain.undecidable import undecidable
 from agent.identify.result import Floats, Parameter
 from agent.identify.signals.arrays import Signals
 from tests.science.explain_joint import TWIN, Conditions, record, stair
@@ -51,6 +52,16 @@ def test_a_mistake_in_the_columns_is_said_and_nothing_is_named(run: Run, mistake
     answer = explain(TWIN, [replace(run, signals=change(run.signals))])
     assert says in answer.sentence
     assert answer.findings == ()
+
+
+def test_gravity_without_an_angle_is_no_missing_physics(run: Run) -> None:
+    """It had been left out of the prediction in silence: 42 mN m had no name, of a right twin."""
+    blind = replace(run, signals=replace(run.signals, position_rad=None))
+    heavy = replace(TWIN, gravity_cos_nm=0.4)
+    answer = explain(heavy, [blind])
+    assert "gravity, up to 0.40 N m, depends on the arm's angle" in answer.sentence
+    light = tabulate(replace(TWIN, gravity_cos_nm=1e-3), [blind])
+    assert undecidable(light, replace(TWIN, gravity_cos_nm=1e-3)) == ""
 
 
 def test_what_a_drive_reports_passes(run: Run) -> None:

@@ -77,7 +77,29 @@ def creep_speed(table: Table) -> float:
         left = _energy(beside, target)
         if left < best and least(beside, target)[-1] < -_FADED * level:
             best, found = left, speed
-    return max(_GONE * found, _crawl(table, columns, target))
+    return max(
+        _GONE * found, _GONE * _simulated(table, slow, faded), _crawl(table, columns, target)
+    )
+
+
+def _simulated(table: Table, slow: Floats, faded: Floats) -> float:
+    """Return over which speed a recorded simulation smooths its friction's sign; 0 where none does.
+
+    The joint has all of its friction there, so that the simulation lacks some: no law of the joint
+    that rises towards standstill, but the simulator's way to integrate. Its own torque tells.
+    """
+    if not table.simulated:
+        return 0.0
+    rows = table.sliding
+    base, given = table.base[rows], table.given_nm[rows]
+    level = float(least(base, given)[BASE.index("coulomb_nm")])
+    best, found = _energy(base, given) - _WORTH * _energy(base, table.target_nm[rows]), 0.0
+    for index, speed in enumerate(slow.tolist()):
+        beside = np.column_stack((base, faded[:, index]))
+        left = _energy(beside, given)
+        if left < best and least(beside, given)[-1] < -_FADED * level:
+            best, found = left, speed
+    return found
 
 
 def _crawl(table: Table, columns: Floats, target: Floats) -> float:
