@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import tempfile
 import threading
 from collections.abc import Iterator
@@ -19,6 +20,14 @@ __all__ = ["pytest_runtest_protocol"]
 pytest_plugins = ["pytester"]  # tests/unit/test_starvation.py runs a suite of its own
 
 REPOSITORY = Path(__file__).resolve().parents[1]
+
+# Where Python is told to leave no bytecode, every process that a test starts would compile all that
+# it imports anew, as much work as its own. It is kept where no source lies, and once for all.
+if sys.dont_write_bytecode:
+    sys.dont_write_bytecode = False
+    sys.pycache_prefix = str(REPOSITORY / ".pytest_cache" / "bytecode")
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+    os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix
 
 # A test keeps to one core, and so do its commands: two processes of tests fill two cores already,
 # and threads that wait for each other spin. NumPy reads this when it is imported, later than here.
