@@ -39,12 +39,11 @@ from agent.explain.rows.table import BASE, Table, tabulate
 from agent.explain.study import Study, study
 from agent.explain.traces import traces_of
 from agent.explain.undecidable import undecidable
-from agent.explain.unnamed import own_numbers, unnamed
+from agent.explain.unnamed import own_numbers, taken_back, unnamed, unproven
 from agent.explain.verdict import far_from_given, left_share, verdict_of
 from agent.physics.twin import Twin
 from trajectories import AxisLimits
 
-_UNPROVEN = 1.5  # times the noise on unseen data, and no noise in kind: not all is explained
 _CLOSER = 1.1  # of the refitted energy, at least: else refitting has brought nothing
 _LATE_S = 5e-4  # of a velocity: less is no more than its last difference
 
@@ -104,7 +103,14 @@ def explain(
         proven, traces = _proof(found, holdout, named=verdict != "unexplained")
     except ValueError as error:
         return _nothing(f"the hold-out cannot be compared: {error}", *names)
-    return _explanation(found, verdict, findings, proven, traces, menu, *names, by_motor=by_motor)
+    back = taken_back(verdict, findings, proven)
+    if back:
+        found = unnamed(found)
+        findings = tuple(f for f in findings if f.effect in own_numbers(found))
+        verdict = verdict_of(found, findings, left_share(found))
+        proven, traces = _proof(found, holdout, named=False)
+    answer = _explanation(found, verdict, findings, proven, traces, menu, *names, by_motor=by_motor)
+    return replace(answer, reasons=(*back, *answer.reasons))
 
 
 def _proof(
@@ -165,18 +171,20 @@ def _explanation(
     table, rows = found.table, found.library.weighing.rows
     measured = table.measured_nm[rows]
     share, where = left_share(found), _left_where(found)
-    if verdict == "explained" and proven.floor_ratio > _UNPROVEN and not proven.white:
+    if verdict == "explained" and unproven(proven):
         verdict = "partly-explained"
-    refitted = fit_of(measured, found.refitted_nm[rows])
+    given, refitted = (
+        fit_of(measured, left[rows]) for left in (table.target_nm, found.refitted_nm)
+    )
     following = menu if any(f.alternatives for f in findings) else ()
     return Explanation(
         verdict=verdict,
         sentence=words.summary(
-            verdict, findings, proven, found.floor.value_nm, refitted, where, share
+            verdict, findings, proven, found.floor.value_nm, refitted, where, share, given
         ),
         reasons=_bear_in_mind(found, by_motor=by_motor),
         floor=found.floor,
-        baseline=fit_of(measured, table.target_nm[rows]),
+        baseline=given,
         refitted=refitted,
         extended=fit_of(measured, found.model.residual_nm),
         holdout=proven,

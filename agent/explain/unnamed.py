@@ -7,12 +7,19 @@ would be missing from where it lies. Nor is a number called wrong that this part
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
+from agent.explain.answer.amounts import torque
+from agent.explain.answer.names import NAMES, OWN_NUMBER
+from agent.explain.answer.result import Finding, Holdout, Verdict
 from agent.explain.numbers.borne_out import borne_out
 from agent.explain.numbers.model import extended_twin, fit_model
 from agent.explain.study import Study
 from agent.explain.verdict import OWN_NUMBERS
+
+_UNPROVEN = 1.5  # times the noise on unseen data, and no noise in kind: not all is explained
+_WORSE = 1.1  # times the error of the simulation as given: more, and a law has harmed
 
 
 def unnamed(found: Study) -> Study:
@@ -48,3 +55,39 @@ def own_numbers(told: Study) -> frozenset[str]:
     """
     terms = (term.scored.form.effect for term in told.choice.terms)
     return frozenset((*terms, *(number.effect for number in told.numbers)))
+
+
+def unproven(proven: Holdout) -> bool:
+    """Return whether unseen data hold far more than noise beside what was found.
+
+    Parameters
+    ----------
+    proven : Holdout
+    """
+    return proven.floor_ratio > _UNPROVEN and not proven.white
+
+
+def taken_back(verdict: Verdict, findings: Sequence[Finding], proven: Holdout) -> tuple[str, ...]:
+    """Return why laws that would explain all are not told after all; nothing where they stand.
+
+    They are taken back where unseen data were nearly noise without them, and are clearly worse with
+    them: then what they were fitted to is not what the joint does. Where unseen data have a
+    mismatch of their own, a law may be right, and its numbers not: friction drifts on.
+
+    Parameters
+    ----------
+    verdict : Verdict
+    findings : sequence of Finding
+    proven : Holdout
+    """
+    laws = [NAMES[f.effect] for f in findings if f.form != OWN_NUMBER and f.energy_share > 0.0]
+    interval = proven.improvement_ci95_percent
+    before, after = proven.baseline.rmse_nm, proven.extended.rmse_nm
+    if verdict not in ("explained", "tied") or not laws or interval is None or unproven(proven):
+        return ()
+    if interval[1] >= 0.0 or after <= _WORSE * before:
+        return ()
+    return (
+        f"{' and '.join(laws)} would carry what was fitted, and was taken back: on {proven.source} "
+        f"the error rose from {torque(before)} to {torque(after)}",
+    )

@@ -9,6 +9,7 @@ import pytest
 from agent.explain.answer.fits import Fit, Holdout
 from agent.explain.answer.located import Finding
 from agent.explain.answer.words import proof_sentence, summary
+from agent.explain.unnamed import taken_back
 
 
 def _holdout(before_nm: float, after_nm: float) -> Holdout:
@@ -38,6 +39,41 @@ def test_a_mismatch_of_the_unseen_recordings_alone_is_said_to_be_theirs() -> Non
     """All that was fitted has a name: not "less than 1 % has no name, and follows nothing"."""
     finding = Finding("stribeck", 1, 1.0, 1.0, (), "Stribeck explains all.", {}, (), 0.0, "a form")
     unseen = replace(_holdout(0.013, 0.0034), floor_ratio=2.4)
-    said = summary("partly-explained", [finding], unseen, 0.0014, Fit(0.008, 96.0), (), 0.001)
+    said = summary(
+        "partly-explained", [finding], unseen, 0.0014, Fit(0.008, 96.0), (), 0.001, Fit()
+    )
     assert "has no name" not in said
     assert "2.4 times the noise: these hold something that the recordings to learn from" in said
+
+
+def test_what_is_wrong_with_a_simulation_that_only_refitting_brings_to_the_noise() -> None:
+    """Not: "off by 11 where noise is 11, and no effect of the library carries that"."""
+    refitted, given = Fit(0.0112, 99.1), Fit(0.015, 98.8)
+    said = summary("unexplained", [], None, 0.0107, refitted, (), 1.0, given)
+    assert said.startswith("The simulation as given is off by 15 mN m rms where noise is 11 mN m.")
+
+
+def test_a_torque_limit_is_not_judged_by_torque() -> None:
+    limit = Finding("torque-saturation", 1, 1.0, 0.0, (), "The drive clips.", {})
+    said = summary("explained", [limit], _holdout(2.0, 2.2), 2.0, Fit(), (), 0.0, Fit())
+    assert said == "The drive clips."
+
+
+@pytest.mark.parametrize(
+    ("floor_ratio", "after_nm", "named"),
+    [(1.2, 0.0125, False), (1.2, 0.0115, True), (3.3, 0.02, True)],
+)
+def test_a_law_that_harms_where_little_was_missing_is_taken_back(
+    floor_ratio: float, after_nm: float, named: bool
+) -> None:
+    """Stribeck, of what a simulator smooths, on recordings that hardly show it."""
+    finding = Finding("stribeck", 1, 1.0, 1.0, (), "", {}, (), 0.0, "a form")
+    proven = replace(
+        _holdout(0.011, after_nm),
+        floor_ratio=floor_ratio,
+        improvement_ci95_percent=(-15.0, -8.0),
+        white=False,
+    )
+    said = taken_back("explained", [finding], proven)
+    assert (said == ()) is named
+    assert named or "(Stribeck) would carry what was fitted, and was taken back" in said[0]

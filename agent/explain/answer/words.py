@@ -11,6 +11,7 @@ from agent.explain.answer.places import place_in_words
 from agent.explain.answer.result import Finding, Fit, Holdout, Region
 from agent.numbers import scale_for, significant
 
+_COSTS_NO_TORQUE = frozenset({"torque-saturation"})  # what keeps the motion back has no error
 _TOLD = 3  # findings in the summary
 _WORSE = 1.1  # times the error before: more is no law for what was not seen
 _LITTLE = 0.01  # of the mismatch: what has no name is in the unseen recordings alone
@@ -49,6 +50,7 @@ def summary(
     refitted: Fit,
     left: Sequence[Region],
     left_share: float,
+    given: Fit,
 ) -> str:
     """Return the whole answer.
 
@@ -63,6 +65,8 @@ def summary(
     left : sequence of Region
         Where what nothing explains lies.
     left_share : float
+    given : Fit
+        Of the simulation as it is.
     """
     if verdict == "no-mismatch":
         rest = torque(refitted.rmse_nm)
@@ -90,8 +94,8 @@ def summary(
         parts.append(f"{more} smaller finding{'s are' if more > 1 else ' is'} listed below.")
     only_unseen = bool(findings) and not left and left_share < _LITTLE
     if verdict in ("unexplained", "partly-explained") and not only_unseen:
-        parts.append(_left_sentence(findings, floor_nm, refitted, left, left_share))
-    if holdout is not None and findings:
+        parts.append(_left_sentence(findings, floor_nm, refitted, left, left_share, given))
+    if holdout is not None and any(f.effect not in _COSTS_NO_TORQUE for f in findings):
         parts.append(proof_sentence(holdout, floor_nm))
         if verdict == "partly-explained" and only_unseen:
             parts.append(
@@ -110,6 +114,7 @@ def _left_sentence(
     refitted: Fit,
     left: Sequence[Region],
     share: float,
+    given: Fit,
 ) -> str:
     """Return how much has no name, and where it lies."""
     place = " and ".join(dict.fromkeys(place_in_words(region) for region in left[:2]))
@@ -123,6 +128,12 @@ def _left_sentence(
         return (
             "The simulation, its numbers refitted, agrees with the recordings but for a torque "
             f"that swings {place}: no effect of the library carries that."
+        )
+    if not left and refitted.rmse_nm < _AS_NOISE * floor_nm:
+        return (
+            f"The simulation as given is off by {torque(given.rmse_nm)} rms where noise is "
+            f"{torque(floor_nm)}. Its numbers refitted, it agrees with the recordings, which do "
+            "not say what of it is wrong."
         )
     scale = scale_for("N m", (refitted.rmse_nm, floor_nm))
     error, noise = (significant(v * scale.factor, 2) for v in (refitted.rmse_nm, floor_nm))
