@@ -6,6 +6,7 @@ Wall time is only a label (`wall_time_utc`); nothing is ever computed from it.
 from __future__ import annotations
 
 import datetime
+import functools
 import sys
 import time
 from collections.abc import Callable
@@ -28,13 +29,29 @@ class Clock(Protocol):
         ...
 
 
-# Before Python 3.13 `time.monotonic` goes on in steps of 16 ms on Windows: eight ticks of a cycle
-# would bear the same stamp. `perf_counter` is as monotonic, of 0.1 us, and one for all processes.
-_monotonic_s = time.perf_counter if sys.platform == "win32" else time.monotonic
+def _time_asleep_included() -> Callable[[], float]:
+    """Return the machine's monotonic clock that goes on while the machine sleeps.
+
+    `time.monotonic` stops then, on Linux and macOS: a notebook that is opened again an hour later
+    would take the newest sample for fresh, and go on with the motion.
+    """
+    source: Callable[[], float] = time.monotonic
+    if sys.platform == "linux":
+        source = functools.partial(time.clock_gettime, time.CLOCK_BOOTTIME)
+    elif sys.platform == "darwin":  # `time.monotonic` is mach_absolute_time there, this is not
+        source = functools.partial(time.clock_gettime, time.CLOCK_MONOTONIC)
+    elif sys.platform == "win32":
+        # Before Python 3.13 `time.monotonic` goes on in steps of 16 ms there: eight ticks of a
+        # cycle would bear the same stamp. This is of 0.1 us, and one for all processes.
+        source = time.perf_counter
+    return source
+
+
+_monotonic_s = _time_asleep_included()
 
 
 class MonotonicClock:
-    """The machine's monotonic clock: real time, nothing to settle."""
+    """The machine's monotonic clock: real time, that spent asleep included; nothing to settle."""
 
     def now(self) -> float:
         """Return the machine's monotonic time in seconds."""

@@ -144,6 +144,11 @@ class CycleRunner:
                 self._progress(Stage.DONE.value, 1.0)
                 return
             self._recorder.sent(now_s, step)
+            held_up_s = self._clock.now() - now_s
+            if held_up_s > self.plan.limits.sample_age_max_s:  # frozen, or asleep, since it looked
+                raise sequence.trip(
+                    f"the computer stood still for {held_up_s:.2f} s in the middle of a tick"
+                )
             self._axis.send(step.command)
             if tick % report_every == 0:
                 self._progress(sequence.stage.value, sequence.progress)

@@ -10,6 +10,7 @@ import signal
 import socket
 import subprocess
 import sys
+import time
 import types
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,6 +22,7 @@ from agent.cli import night_cell
 from agent.cycle.axis_lock import FOLDER_VARIABLE, user_name
 from agent.record.lock import try_lock
 from agent.web import locks
+from drivers import clock
 from drivers.can.frames import CanBusConfig
 from drivers.can.opening import may_read_fast, open_bus
 from drivers.clock import MonotonicClock
@@ -41,8 +43,8 @@ NOT_ON_WINDOWS = {
         SIGHUP SIGKILL SIGPIPE SIGQUIT SIGSTOP SIGUSR1 SIGUSR2""",
     "socket": "AF_CAN AF_NETLINK AF_UNIX CAN_RAW MSG_DONTWAIT MSG_NOSIGNAL PF_CAN SO_REUSEPORT",
     "select": "POLLIN epoll poll",
-    "time": """CLOCK_MONOTONIC CLOCK_REALTIME clock_getres clock_gettime clock_settime
-        pthread_getcpuclockid""",
+    "time": """CLOCK_BOOTTIME CLOCK_MONOTONIC CLOCK_REALTIME clock_getres clock_gettime
+        clock_settime pthread_getcpuclockid""",
 }
 """What the standard library has on Unix alone; typeshed says the same (see `docs/adapters.md`)."""
 
@@ -53,6 +55,7 @@ GUARDED = {
     "drivers/can_reader/reader.py": {"select.POLLIN", "select.poll", "signal.SIGKILL"},
     "drivers/can_reader/ring.py": {"os.memfd_create"},
     # behind `sys.platform`
+    "drivers/clock.py": {"time.CLOCK_BOOTTIME", "time.CLOCK_MONOTONIC", "time.clock_gettime"},
     "agent/cli/serve_run.py": {"signal.pthread_kill"},
     "agent/cycle/precedence.py": {
         *("os.SCHED_BATCH", "os.SCHED_FIFO", "os.SCHED_OTHER", "os.SCHED_RESET_ON_FORK"),
@@ -140,6 +143,21 @@ def test_socketcan_elsewhere_is_said_to_be_linuxs_own(elsewhere: str) -> None:
 def test_elsewhere_a_thread_receives(elsewhere: str) -> None:
     assert elsewhere
     assert not may_read_fast(CanBusConfig("socketcan", "can0"), MonotonicClock())
+
+
+@pytest.mark.parametrize("platform", ["linux", "darwin", "win32"])
+def test_time_goes_on_while_the_machine_sleeps(
+    platform: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else the newest sample would be fresh after an hour's sleep, and the motion would go on."""
+    told = {"linux": "CLOCK_BOOTTIME", "darwin": "CLOCK_MONOTONIC"}
+    monkeypatch.setattr(sys, "platform", platform)
+    monkeypatch.setattr(time, "clock_gettime", lambda number: f"clock {number}", raising=False)
+    monkeypatch.setattr(time, "perf_counter", lambda: "perf_counter")
+    monkeypatch.setattr(time, "CLOCK_BOOTTIME", "CLOCK_BOOTTIME", raising=False)
+    monkeypatch.setattr(time, "CLOCK_MONOTONIC", "CLOCK_MONOTONIC", raising=False)
+    expected = f"clock {told[platform]}" if platform in told else "perf_counter"
+    assert clock._time_asleep_included()() == expected  # type: ignore[comparison-overlap]
 
 
 @pytest.mark.parametrize("error", [ImportError("pwd"), KeyError("uid 1000"), OSError()])
