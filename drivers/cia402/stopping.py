@@ -2,9 +2,11 @@
 
 1. Quick stop by RPDO at every SYNC, heartbeat kept, until samples show standstill; once more
    without the reader process, if there is one and no samples come.
-2. No samples come, or they show that the drive stays enabled because no RPDO reaches it: quick stop
-   by SDO, standstill read by SDO.
-3. That fails too, or the deadline has passed: NMT stop, and our heartbeat ends, so that the
+2. No samples come, or they show that the drive stays enabled because no RPDO reaches it, or that it
+   hardly brakes: quick stop by SDO, its ramp written once more before, standstill read by SDO.
+3. It still hardly brakes: the voltage is taken away, so that friction and the holding brake do it.
+   At the ramp that was agreed upon it would have stood long ago; here it would run to its end stop.
+4. That fails too, or the deadline has passed: NMT stop, and our heartbeat ends, so that the
    drive's own watchdog does what we could not.
 """
 
@@ -23,6 +25,30 @@ from drivers.ports import DriveState, Goal, Sample, StopReport
 _SILENCE_TIMEOUTS = 2.0
 """So many SYNC time-outs without a sample, or without obedience, and the PDO way is given up."""
 
+_BRAKING_TIMES = 2.0
+_SPEED_LEFT = 0.5
+"""With more than this share of its speed left after so many times what braking takes, a joint runs
+on: its drive brakes with less than a quarter of what was set."""
+
+
+class _Braking:
+    """Whether a joint brakes about as hard as its drive was told to."""
+
+    def __init__(self, deceleration_rad_s2: float, reaction_s: float) -> None:
+        self._deceleration_rad_s2 = deceleration_rad_s2
+        self._reaction_s = reaction_s
+        self._from_rad_s: float | None = None
+        self._due_s = math.inf
+
+    def seen(self, now_s: float, velocity_rad_s: float) -> bool:
+        """Take in one speed of a drive that is braking; return whether it runs on."""
+        speed = abs(velocity_rad_s)
+        if self._from_rad_s is None:
+            self._from_rad_s = speed
+            braking_s = speed / self._deceleration_rad_s2
+            self._due_s = now_s + self._reaction_s + _BRAKING_TIMES * braking_s
+        return now_s > self._due_s and speed > _SPEED_LEFT * self._from_rad_s
+
 
 class _Stop:
     """One stop in progress."""
@@ -36,6 +62,8 @@ class _Stop:
         self.troubles: list[str] = []
         self.still = 0
         self.obeyed = False  # a sample has shown that the drive is no longer enabled
+        self.runs_on = False  # and others that it hardly brakes all the same
+        self._braking = self._begun()
 
     def by_pdo(self) -> bool:
         """Return whether samples have shown standstill.
@@ -57,6 +85,9 @@ class _Stop:
             if now_s - self.heard_s > patience_s or self._bus_is_dead():
                 self.troubles.append("no samples came while stopping")
                 return False
+            if self.runs_on:
+                self.troubles.append("the joint hardly braked")
+                return False
             if not self.obeyed and now_s - began_s > patience_s:
                 self.troubles.append("the drive stayed enabled in spite of quick stop by PDO")
                 return False
@@ -64,29 +95,59 @@ class _Stop:
     def without_help(self) -> bool:
         """Return whether there was a reader to do without, now that nothing comes from it."""
         before_deadline = self.exchange.clock.now() < self.deadline_s
-        return before_deadline and self.exchange.owner.receive_without_help(suspected=True)
+        return (
+            before_deadline
+            and not self.runs_on
+            and self.exchange.owner.receive_without_help(suspected=True)
+        )
 
     def by_sdo(self) -> bool:
         """Return whether the drive, asked object by object, has come to rest."""
         exchange = self.exchange
-        config, clock = exchange.config, exchange.clock
         sdo = SdoAccess(exchange.node, attempts=1)
         exchange.node.sdo.give_up_s = self.deadline_s
-        still = 0
         try:
+            if self.runs_on:
+                self._write_ramp_again(sdo)
             sdo.order(objects.CONTROLWORD, Controlword.QUICK_STOP)
-            while still < config.rest_samples and clock.now() < self.deadline_s:
-                exchange.keep_alive()
-                velocity_rad_s = config.scaling.velocity_rad_s(sdo.read(objects.VELOCITY))
-                released = state_of(sdo.read(objects.STATUSWORD)) is not State.ENABLED
-                slow = abs(velocity_rad_s) <= config.rest_velocity_rad_s
-                still = still + 1 if slow and released else 0
-                clock.sleep_until(clock.now() + config.stop_period_s)
+            return self._rest_read(sdo)
         except DriverError as error:
             self._note(error)
+            return False
         finally:
             exchange.node.sdo.give_up_s = math.inf
+
+    def _write_ramp_again(self, sdo: SdoAccess) -> None:
+        """Set how hard a quick stop brakes, as `open` did: somebody may have changed it since."""
+        config = self.exchange.config
+        ramp = config.scaling.acceleration_units(config.quick_stop_deceleration_rad_s2)
+        try:
+            sdo.write(objects.QUICK_STOP_DECELERATION, ramp)
+        except DriverError as error:
+            self._note(error)
+
+    def _rest_read(self, sdo: SdoAccess) -> bool:
+        """Return whether what is read shows standstill; let go of a joint that hardly brakes."""
+        exchange = self.exchange
+        config, clock = exchange.config, exchange.clock
+        braking, released, still = self._begun(), False, 0
+        while still < config.rest_samples and clock.now() < self.deadline_s:
+            exchange.keep_alive()
+            velocity_rad_s = config.scaling.velocity_rad_s(sdo.read(objects.VELOCITY))
+            enabled = state_of(sdo.read(objects.STATUSWORD)) is State.ENABLED
+            slow = abs(velocity_rad_s) <= config.rest_velocity_rad_s
+            still = still + 1 if slow and not enabled else 0
+            if not enabled and not released and braking.seen(clock.now(), velocity_rad_s):
+                released = True
+                self.troubles.append("the joint hardly braked, so its voltage was taken away")
+                sdo.order(objects.CONTROLWORD, Controlword.DISABLE_VOLTAGE)
+            clock.sleep_until(clock.now() + config.stop_period_s)
         return still >= config.rest_samples
+
+    def _begun(self) -> _Braking:
+        config = self.exchange.config
+        patience_s = _SILENCE_TIMEOUTS * config.sync_timeout_s
+        return _Braking(config.quick_stop_deceleration_rad_s2, patience_s)
 
     def by_silence(self) -> None:
         """Stop the node by NMT and let the drive's own watchdog miss us."""
@@ -128,6 +189,8 @@ class _Stop:
                 continue
             self.heard_s = self.exchange.clock.now()
             self.obeyed = self.obeyed or sample.state is not DriveState.ON
+            if self.obeyed:
+                self.runs_on = self._braking.seen(self.heard_s, sample.velocity_rad_s)
             slow = abs(sample.velocity_rad_s) <= self.exchange.config.rest_velocity_rad_s
             self.still = self.still + 1 if slow and sample.state is not DriveState.ON else 0
 
