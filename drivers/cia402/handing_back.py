@@ -14,7 +14,7 @@ from drivers.cia402.sdo import SdoAccess
 from drivers.cia402.settings import give_back
 from drivers.cia402.words import Controlword, State, state_of
 from drivers.clock import Clock
-from drivers.errors import ConfigurationError, DriverError
+from drivers.errors import ConfigurationError, DriverError, NodeMissingError
 
 
 def restore(
@@ -43,13 +43,27 @@ def restore(
     """
     node = CanopenNode(owner, clock, config.node_id, config.sdo_timeout_s)
     try:
-        identify(SdoAccess(node, config.sdo_attempts), config, owner.name)
+        _identified(node, config, owner.name)
         refuse_company(owner, clock, config)
         troubles = hand_back(node, config, found, NmtState.PRE_OPERATIONAL)
     finally:
         node.release()
     if troubles:
         raise not_restored(config.node_id, troubles)
+
+
+def _identified(node: CanopenNode, config: Cia402Config, bus: str) -> None:
+    """Identify the drive, out of STOPPED if need be, where our own stop may have left it.
+
+    There it answers no SDO, nor says why once its heartbeat has been given back. Whoever drives it
+    has it in another state, where it answers, so that nobody is disturbed by the order.
+    """
+    sdo = SdoAccess(node, config.sdo_attempts)
+    try:
+        identify(sdo, config, bus)
+    except NodeMissingError:
+        node.command(NmtOrder.PRE_OPERATIONAL)
+        identify(sdo, config, bus)
 
 
 def hand_back(
