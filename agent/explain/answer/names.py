@@ -25,7 +25,7 @@ NAMES: Mapping[str, str] = MappingProxyType(
         "inertia-error": "an inertia that is not what the simulation says",
         "wrong-number": "a Coulomb or viscous friction that is not what the simulation says",
         "gravity-imbalance": "a payload or imbalance that the simulation does not know",
-        "cable-force": "hoses and cables that pull like a spring",
+        "cable-force": "a spring-like pull of hoses and cables",
         "joint-flexibility": "an arm that swings behind a soft gear",
         "backlash": "clearance in the gear",
         "local-fault": "a bump at one place of the position",
