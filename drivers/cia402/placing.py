@@ -44,7 +44,8 @@ class Placing:
         change of velocity times the time, when acceleration is anywhere between none and what
         makes that change at once. A drive that hears a SYNC late measures late, by no more than its
         answer comes late: a sample may be ahead by its own delay, or behind by that of the one
-        before it. After a contradiction, what cannot be told contradicts, too.
+        before it. Where only that explains a sample, it was measured late. After a contradiction,
+        what cannot be told contradicts, too.
         """
         last = self._last
         if last is None:
@@ -62,6 +63,8 @@ class Placing:
         if abs(ahead_rad) > half_rad + open_rad + slack_rad:
             self._suspicious = True
             return Place.CONTRADICTED
+        if abs(ahead_rad) > half_rad + open_rad:
+            return Place.CONTRADICTED if self._suspicious else Place.MEASURED_LATE
         if abs(ahead_rad) <= half_rad and half_rad > open_rad:
             self._suspicious = False
             return Place.BORNE_OUT

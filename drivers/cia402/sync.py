@@ -17,7 +17,8 @@ answers are late. What 1. and 2. cannot see is a delay that has grown by a whole
 and a link that reorders. So whoever settles holds what came late or after a gap against the motion
 (`drivers.cia402.placing`), and what contradicts it is undecided, too. At standstill nothing can
 contradict; but then an answer too many comes in the end, and every row since the SYNC that had
-wrongly been given up is counted as *doubtful*.
+wrongly been given up is counted as *doubtful*. So is each one that the drive has measured late,
+because the SYNC itself was held up on its way: it is this SYNC's, but not of its time.
 
 Whoever settles says until when every answer that came has been booked: a busy computer that has not
 listened yet has not been left unanswered. And a SYNC that was never sent is not lost either: it is
@@ -32,11 +33,8 @@ from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
+from drivers.cia402.usual_delay import UsualDelay
 from drivers.ports import Goal, SyncAccount
-
-_MEMORY = 0.125
-_DEVIATIONS = 4.0
-_LEAST_TOLERANCE, _MOST_TOLERANCE = 0.05, 0.4  # of the period
 
 
 class SyncedAnswer:
@@ -81,33 +79,8 @@ class Place(enum.Enum):
 
     BORNE_OUT = "borne out"
     UNKNOWN = "unknown"  # it moves too slowly, or too irregularly
+    MEASURED_LATE = "measured late"  # it is this SYNC's, which the drive heard late: but when?
     CONTRADICTED = "contradicted"
-
-
-class UsualDelay:
-    """How long after its SYNC an answer comes, learnt from those that can belong to one alone.
-
-    Mean and mean deviation with a memory of some eight answers, as TCP's estimate of a round trip
-    (Jacobson 1988).
-    """
-
-    def __init__(self) -> None:
-        self._mean_s = math.nan
-        self._deviation_s = 0.0
-
-    def learn(self, delay_s: float) -> None:
-        """Take one delay into account."""
-        if math.isnan(self._mean_s):
-            self._mean_s = delay_s
-            return
-        off_s = delay_s - self._mean_s
-        self._mean_s += _MEMORY * off_s
-        self._deviation_s += _MEMORY * (abs(off_s) - self._deviation_s)
-
-    def holds(self, delay_s: float, period_s: float) -> bool:
-        """Return whether a delay is the usual one; never, while nothing has been learnt."""
-        tolerance_s = _DEVIATIONS * self._deviation_s + _LEAST_TOLERANCE * period_s
-        return abs(delay_s - self._mean_s) <= min(tolerance_s, _MOST_TOLERANCE * period_s)
 
 
 class SyncLedger:
@@ -146,6 +119,7 @@ class SyncLedger:
         self.lost = 0
         self.undecided = 0  # lost, although an answer came that may have been theirs
         self._doubtful = [0] * streams
+        self._measured_late = 0
         self.late = 0
         self.unasked = 0  # answers that no SYNC was open for, duplicates among them
         self.duplicates = 0
@@ -205,6 +179,7 @@ class SyncLedger:
                 self._count_lost()
                 self.undecided += 1
                 continue
+            self._measured_late += said is Place.MEASURED_LATE
             if said is Place.BORNE_OUT:
                 self._trust_until(entry.sent_s)
             self._count(entry, queue[0].sent_s if queue else math.inf)
@@ -230,7 +205,7 @@ class SyncLedger:
             not_asked=self.not_asked,
             longest_gap_s=self._longest_gap_s,
             undecided=self.undecided,
-            doubtful=min(max(self._doubtful), self.received),
+            doubtful=min(max(self._doubtful) + self._measured_late, self.received),
         )
 
     def _pair(self, stream: int, now_s: float) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import random
 from collections.abc import Collection, Sequence
@@ -253,6 +254,33 @@ def test_at_standstill_rows_late_by_whole_periods_are_called_doubtful(
     late_s = 0.0003 + periods * PERIOD_S
     link.run([late_s if begins <= k < begins + lasts else 0.0003 for k in range(200)])
     assert link.book.account().doubtful >= link.misplaced
+
+
+def _says(place: Place, _answer: SyncedAnswer) -> Place:
+    return place
+
+
+def test_what_the_drive_measured_late_is_taken_and_called_doubtful() -> None:
+    """A gateway that holds a SYNC up: the answer is its own, and shows where the joint is by then.
+
+    One that is late on its way back shows where it was in time, and nothing is wrong with it.
+    """
+
+    def sample(sent_s: float, received_s: float, measured_s: float) -> Sample:
+        return Sample(
+            sent_s, received_s, 50.0 * measured_s, 50.0, 0.0, math.nan, DriveState.ON, False
+        )
+
+    for measured_late_s, place in ((0.02, Place.MEASURED_LATE), (0.0, Place.BORNE_OUT)):
+        placing, book = Placing(PERIOD_S, Scaling(65536, 1.0)), ledger()
+        placing.keep(sample(0.0, 0.0003, 0.0003))
+        sent_s, received_s = PERIOD_S, PERIOD_S + 0.0203
+        assert placing.judge(sample(sent_s, received_s, sent_s + measured_late_s)) is place
+        book.sent(sent_s, Goal.ON)
+        book.answered(0, received_s, b"")
+        assert len(book.settle(received_s, functools.partial(_says, place))) == 1
+        account = book.account()
+        assert (account.received, account.doubtful) == (1, place is Place.MEASURED_LATE)
 
 
 @given(seed=st.integers(0, 10_000), streams=st.integers(1, 2))
