@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-import logging
 import sys
+
+INTERRUPTED = 130
+"""By Ctrl-C, as shells have it: 128 and the signal's number."""
 
 
 def main() -> None:
@@ -11,35 +13,60 @@ def main() -> None:
 
     A traceback is shown with `--debug` only.
     """
+    try:
+        _run()
+    except KeyboardInterrupt:  # before a command runs, while it is loaded; a command has its own
+        sys.exit(INTERRUPTED)
+    except Exception as error:
+        if "--debug" in sys.argv:
+            raise
+        sys.exit(_said(error))
+
+
+def _run() -> None:
+    """Load the commands and run the one that is asked for."""
+    import logging
+
     from agent.cli.interrupts import ignore_by_handler
     from agent.cli.threads import keep_to_one_thread
 
     ignore_by_handler()
     keep_to_one_thread()
+    _talk_somewhere()
     from agent.cli.app import app
+    from agent.cli.arguments import repeated
 
     if "--debug" in sys.argv:
         logging.basicConfig(level=logging.DEBUG)
     else:  # libraries talk to their developers; what matters to a user comes as a sentence
         logging.getLogger().addHandler(logging.NullHandler())
-    from agent.cli.arguments import repeated
+    app(args=repeated(sys.argv[1:]))
 
-    try:
-        app(args=repeated(sys.argv[1:]))
-    except Exception as error:
-        if "--debug" in sys.argv:
-            raise
-        from agent.cli.exits import OUR_FAULT, exit_code, sentence
 
-        code = exit_code(error)
-        if code == OUR_FAULT:
-            said = (
-                f"This is a fault of stribeck's own ({type(error).__name__}: {error}). "
-                "Run `stribeck --debug ...` and report what it shows."
-            )
-        else:
-            said = sentence(error)
-        print(said, file=sys.stderr)  # noqa: T201 - talk belongs on stderr
-        for note in getattr(error, "__notes__", ()):
-            print(note, file=sys.stderr)  # noqa: T201 - as above
-        sys.exit(code)
+def _talk_somewhere() -> None:
+    """Have talk go nowhere where stderr is closed, and data where stdout is: codes still tell."""
+    import os
+    from pathlib import Path
+
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            nowhere = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - until the end
+            setattr(sys, name, nowhere)
+
+
+def _said(error: Exception) -> int:
+    """Say what went wrong in a sentence and return the exit code."""
+    from agent.cli.exits import OUR_FAULT, exit_code, sentence
+
+    code = exit_code(error)
+    if code == OUR_FAULT:
+        said = (
+            f"This is a fault of stribeck's own ({type(error).__name__}: {error}). "
+            "Run `stribeck --debug ...` and report what it shows."
+        )
+    else:
+        said = sentence(error)
+    print(said, file=sys.stderr)  # noqa: T201 - talk belongs on stderr
+    for note in getattr(error, "__notes__", ()):
+        print(note, file=sys.stderr)  # noqa: T201 - as above
+    return code

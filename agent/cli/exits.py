@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import re
 
 from agent.errors import AgentError, InputError, RefusedError, StoppedError, StorageError
 from drivers.errors import DriverError
@@ -29,9 +30,12 @@ THE_SYSTEM_REFUSES = frozenset(
         errno.ENOSPC,
         errno.EDQUOT,
         errno.EFBIG,
+        errno.EIO,
     }
 )
-"""Of a file: rights, kind, name, links, room. Whoever named the file can do something about it."""
+"""Of a file: rights, kind, name, links, room, medium. Who named it can do something about it."""
+NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
+"""Never the program's fault; standard output, which has no name, meets it, too."""
 
 EXIT_CODES: tuple[tuple[type[BaseException], int], ...] = (
     (RefusedError, SAFETY),
@@ -52,20 +56,28 @@ def exit_code(error: BaseException) -> int:
     for kind, code in EXIT_CODES:
         if isinstance(error, kind):
             return code
-    return BAD_INPUT if refused_by_the_system(error) else OUR_FAULT
+    theirs = refused_by_the_system(error) or _is_no_text(error)
+    return BAD_INPUT if theirs else OUR_FAULT
 
 
 def sentence(error: BaseException) -> str:
     """Return what an error says to a user; the system's own refusals without their number."""
     if isinstance(error, OSError) and refused_by_the_system(error):
-        return f"{error.filename}: {error.strerror}."
+        where = error.filename if error.filename is not None else "The output cannot be written"
+        return f"{where}: {error.strerror}."
+    if isinstance(error, UnicodeEncodeError) and _is_no_text(error):
+        return f"{error.object!r} is no text in this system's encoding. Give the file another name."
     return str(error)
 
 
 def refused_by_the_system(error: BaseException) -> bool:
-    """Tell whether the operating system refuses a file that somebody named."""
-    return (
-        isinstance(error, OSError)
-        and error.filename is not None
-        and error.errno in THE_SYSTEM_REFUSES
-    )
+    """Tell whether the operating system refuses a file that somebody named, or has no room."""
+    if not isinstance(error, OSError):
+        return False
+    return error.errno in (NO_ROOM if error.filename is None else THE_SYSTEM_REFUSES)
+
+
+def _is_no_text(error: BaseException) -> bool:
+    """Tell whether a name that came from outside holds bytes that are no text."""
+    surrogate = r"[\udc80-\udcff]"  # Python's stand-in for a byte that it cannot decode
+    return isinstance(error, UnicodeEncodeError) and bool(re.search(surrogate, error.object))

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 from agent.errors import InputError, StorageError
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from distributed import Client, LocalCluster
 
 Item = TypeVar("Item")
 Value = TypeVar("Value")
@@ -103,12 +103,26 @@ def cluster(address: str = "", workers: int = 2, memory_bytes: int = 2 << 30) ->
             memory_limit=memory_bytes,
             silence_logs=logging.CRITICAL,
         )
-        stack.enter_context(here)
+        stack.enter_context(_closing(here))
         client = stack.enter_context(Client(here))
         yield client
         # Closed while the process of a worker that died is being started anew, Dask fails.
         with contextlib.suppress(TimeoutError):
             client.wait_for_workers(workers, timeout=_BACK_S)
+
+
+@contextlib.contextmanager
+def _closing(cluster: LocalCluster) -> Iterator[None]:
+    """Close a cluster of this machine; what was done stays done though it does not end in order.
+
+    Dask asserts, while it closes, that no worker's process is just being started anew. Such a
+    process is a daemon and ends with this one.
+    """
+    try:
+        yield
+    finally:
+        with contextlib.suppress(AssertionError, TimeoutError):
+            cluster.close()
 
 
 def outcomes(

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import shlex
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,9 +13,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from agent.cli import INTERRUPTED
 from agent.record.recording import Metadata, Recording
 from agent.record.writing import write
-from tests.system.processes import called, stribeck
+from tests.system.processes import STRIBECK, called, stribeck
 
 USAGE, BAD_INPUT, DEVICE, SAFETY = 2, 3, 4, 5
 
@@ -90,6 +94,40 @@ def test_a_refusal_is_talk_and_an_exit_code_for_a_shell_too(tmp_path: Path) -> N
     assert (done.returncode, done.stdout) == (BAD_INPUT, "")
     assert "recording.parquet" in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+def test_an_output_without_room_is_no_fault_of_ours_and_closed_streams_change_no_code() -> None:
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [*STRIBECK, "example-cell"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert done.returncode == BAD_INPUT
+    assert done.stderr == "The output cannot be written: No space left on device.\n"
+    command = f"exec {shlex.join(STRIBECK)} estimate missing 2>&-"
+    closed = subprocess.run(["sh", "-c", command], stdout=subprocess.PIPE, text=True, check=False)
+    assert (closed.returncode, closed.stdout) == (BAD_INPUT, "")
+
+
+def test_a_name_that_is_no_text_is_refused_by_its_name(tmp_path: Path) -> None:
+    named = os.fsencode(tmp_path) + b"/old-\xff.parquet"
+    save(tmp_path / "run.parquet", columns())
+    try:
+        os.rename(os.fsencode(tmp_path / "run.parquet"), named)  # noqa: PTH104 - bytes, no path
+    except OSError:
+        pytest.skip("this file system takes text only")
+    done = called("estimate", tmp_path, "--json")
+    assert (done.returncode, done.stdout) == (BAD_INPUT, "")
+    assert "old-\\udcff.parquet" in done.stderr
+
+
+def test_ctrl_c_before_a_command_runs_is_no_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
+    def pressed() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("agent.cli.threads.keep_to_one_thread", pressed)
+    done = called("estimate", "anything")
+    assert (done.returncode, done.stdout, done.stderr) == (INTERRUPTED, "", "")
 
 
 def test_a_recording_full_of_nan_is_not_decidable(tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ from agent.record.writing import write
 from drivers.clock import MonotonicClock
 from fakes.history import HistoryPlan, Wear, cycles
 from tests.conftest import REPOSITORY
-from tests.system.processes import STRIBECK, stribeck
+from tests.system.processes import STRIBECK, called, stribeck
 
 NIGHTS = 18
 
@@ -61,9 +61,8 @@ def read_first(lake: Lake) -> str:
     return next(there.entries(there.months[0])).path
 
 
-def fleet(*arguments: str | Path, expect: int = 0) -> dict[str, Any]:
-    """Run a command of the fleet to its end and return its JSON."""
-    done = stribeck("fleet", *arguments, "--json", timeout_s=300.0)
+def document_of(done: subprocess.CompletedProcess[str], expect: int = 0) -> dict[str, Any]:
+    """Return the JSON that a command of the fleet ended with."""
     assert done.returncode == expect, done.stderr
     document: dict[str, Any] = json.loads(done.stdout)
     return document
@@ -101,7 +100,7 @@ def test_a_killed_worker_loses_nothing_and_nothing_is_done_twice(
     assert (said["estimated"], said["already"]) == (2 * NIGHTS, 0)
     (unusable,) = said["unusable"]
     assert "not what was pushed" in unusable
-    again = fleet("estimate", plant.lake.url)
+    again = document_of(called("fleet", "estimate", plant.lake.url, "--json"))
     assert (again["estimated"], again["already"]) == (0, 2 * NIGHTS + 1)
 
 
@@ -118,7 +117,8 @@ def test_the_answer_is_the_one_of_one_machine_bit_for_bit(
 
 def test_the_worn_joint_is_found_named_and_first(estimated: tuple[Plant, dict[str, Any]]) -> None:
     plant, _ = estimated
-    judged = fleet("monitor", plant.lake.url, expect=1)
+    command = ("fleet", "monitor", plant.lake.url, "--workers", "1", "--json")
+    judged = document_of(stribeck(*command, timeout_s=300.0), expect=1)
     assert (judged["judged"], judged["already"], judged["unusable"]) == (2, 0, [])
     worn, healthy = judged["joints"]
     assert (worn["robot"], worn["alarm"]) == ("worn", True)
@@ -127,11 +127,11 @@ def test_the_worn_joint_is_found_named_and_first(estimated: tuple[Plant, dict[st
 
     (row,) = [r for r in verdicts_of(plant.lake).rows() if r["robot"] == "worn"]
     everything = f"{plant.lake.url}/recordings/**/robot=worn/**/*"
-    alone = stribeck("monitor", "--no-cache", "--json", everything)
+    alone = called("monitor", "--no-cache", "--json", everything)
     assert json.loads(row["finding"]) == json.loads(alone.stdout)["joints"][0]
 
     page = plant.folder / "fleet.html"
-    done = stribeck("fleet", "report", plant.lake.url, "--out", page)
+    done = called("fleet", "report", plant.lake.url, "--out", page)
     assert "see to worn, axis 1 first" in done.stdout
     assert "not what was pushed" in page.read_text()
 
