@@ -93,7 +93,7 @@ def lag_of(velocity: Floats, position: Floats, period_s: float, cutoff_hz: float
 
 
 def earlier(values: Floats, by_s: float, period_s: float) -> Floats:
-    """Return even samples, shape (n,), each as it is `by_s` later; the ends stay what they are.
+    """Return even samples, (n,) or (n, k), each as it is `by_s` later; the ends stay what they are.
 
     By four points: a straight line between two would take ``(w T)^2 / 8`` of a swing at w, half a
     sample from either.
@@ -105,6 +105,11 @@ def earlier(values: Floats, by_s: float, period_s: float) -> Floats:
         -(part + 1.0) * part * (part - 2.0) / 2.0,
         (part + 1.0) * part * (part - 1.0) / 6.0,
     )
-    at, last = np.arange(values.shape[0]) + int(whole), values.shape[0] - 1
-    neighbours = (values[np.clip(at + k, 0, last)] for k in (-1, 0, 1, 2))
-    return np.asarray(sum(w * v for w, v in zip(weights, neighbours, strict=True)))
+    count, first = values.shape[0], int(whole) - 1
+    ahead, behind = max(-first, 0), max(first + 3, 0)
+    ends = (np.repeat(values[:1], ahead, axis=0), np.repeat(values[-1:], behind, axis=0))
+    longer = np.concatenate((ends[0], values, ends[1]))[ahead + first :]
+    out = weights[0] * longer[:count]
+    for k in (1, 2, 3):
+        out += weights[k] * longer[k : k + count]
+    return np.asarray(out)

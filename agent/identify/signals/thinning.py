@@ -14,7 +14,7 @@ import numpy as np
 from agent.identify.result import Floats
 from agent.identify.signals.lowpass import circular_length, extension, lowpass, response
 
-_GONE = 1e-12  # of the response's sum: what is left out of it
+_GONE = 1e-9  # of the response's sum: what is left out of it
 _MOST_WORK = 160  # products for each sample: with more, the transform is quicker
 
 
@@ -34,7 +34,7 @@ def thinned_lowpass(rows: Floats, period_s: float, cutoff_hz: float, every: int)
     Returns
     -------
     ndarray, shape (k, ceil(n / every))
-        To rounding what `lowpass` returns at these samples.
+        To a billionth what `lowpass` returns at these samples.
     """
     samples, cutoff = rows.shape[-1], cutoff_hz * period_s
     if samples < 3 or cutoff >= 0.5:
