@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from agent.explain.answer.result import Floor
 from agent.explain.rows.pieces import Piece
+from agent.explain.rows.resolution import resolution_nm
 from agent.explain.rows.strata import STEADY
 from agent.explain.rows.table import Table
 from agent.identify.result import Floats
@@ -37,12 +38,15 @@ def noise_floor(table: Table, residual_nm: Floats) -> Floor:
     -------
     Floor
         Its value is the neighbours' route, else the repeated passes: a joint that stands has
-        another noise than one that moves.
+        another noise than one that moves. No less than the rounding of a torque that was reported
+        in coarser steps than its noise.
     """
     neighbours = _neighbours(table, residual_nm)
     repeats = _repeats(table, residual_nm)
     standstill = _standstill(table)
     value = next((v for v in (neighbours, repeats) if math.isfinite(v)), math.nan)
+    if math.isfinite(value):
+        value = max(value, resolution_nm(table))
     return Floor(value, repeats, neighbours, standstill)
 
 
