@@ -7,9 +7,11 @@ from functools import partial
 from fakes import faults as script
 from fakes.drive_loop import DriveLoop, Runaway
 from fakes.emergency import Emergency
+from fakes.fault import Fault
 from fakes.object_dictionary import ObjectDictionary
 from fakes.sdo_server import abort_frame
 from fakes.state_machine import StateMachine
+from fakes.wire_faults import WireFault
 
 _DOWNLOAD, _UPLOAD = 1, 2
 
@@ -43,14 +45,14 @@ class Breakage:
         self._sdo_aborts: dict[int, int] = {}
         self._sdo_silent: dict[int, int] = {}
 
-    def begin(self, fault: script.Fault) -> None:
+    def begin(self, fault: Fault) -> None:
         """Let a fault happen, or begin to last."""
-        if isinstance(fault, script.WireFault | script.AdapterFails):
+        if isinstance(fault, WireFault | script.AdapterFails):
             raise TypeError(f"{fault.kind}: expected a fault of the drive; a Wire plays this one")
         self._begin_on_the_bus(fault)
         self._begin_in_the_drive(fault)
 
-    def _begin_on_the_bus(self, fault: script.Fault) -> None:
+    def _begin_on_the_bus(self, fault: Fault) -> None:
         match fault:
             case script.SwallowSync():
                 self._unanswered_syncs += fault.count
@@ -65,7 +67,7 @@ class Breakage:
             case _:
                 return
 
-    def _begin_in_the_drive(self, fault: script.Fault) -> None:
+    def _begin_in_the_drive(self, fault: Fault) -> None:
         match fault:
             case script.DriveFault():
                 self._emergency.report(fault.code, fault.register)
@@ -84,6 +86,8 @@ class Breakage:
                 self.position_frozen = True
             case script.IgnoresQuickStop():
                 self._machine.deaf_to_quick_stop = True
+            case script.BrakesSoftly():
+                self._loop.braking_share = fault.share
             case script.TemperatureSentinel():
                 self.sensor_lost = True
             case _:

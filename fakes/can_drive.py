@@ -14,6 +14,7 @@ from fakes.connection import Connection
 from fakes.drive_loop import DriveLoop
 from fakes.drive_modes import offered
 from fakes.emergency import COMMUNICATION, PDO_LENGTH, Emergency
+from fakes.fault import Fault
 from fakes.heartbeat import HeartbeatProducer
 from fakes.live_values import LiveValues
 from fakes.object_dictionary import VALUE_RANGE, Entry, ObjectDictionary, SdoAbortError, Value
@@ -62,7 +63,7 @@ class FakeDrive:
         *,
         node_id: int = 1,
         specification: FakeSpecification | None = None,
-        faults: Iterable[script.Fault] = (),
+        faults: Iterable[Fault] = (),
         seed: int = 0,
     ) -> None:
         if not 1 <= node_id <= 127:

@@ -50,6 +50,7 @@ class DriveLoop:
         self._blocked = 0  # direction in which a software limit holds the joint: -1, 0, 1
         self._clamped = False
         self.runaway: Runaway | None = None
+        self.braking_share = 1.0  # of what the ramps ask for
         self.mode = int(Mode.PROFILE_VELOCITY)
         self._follower: Follower | None = None
         self._follows = False
@@ -154,10 +155,8 @@ class DriveLoop:
                 self._blocked = 0
         else:
             plant.target_rad_s = 0.0
-            plant.fall_rad_s2 = {
-                Motion.PROFILE_RAMP: self._decelerate,
-                Motion.QUICK_RAMP: self._quick,
-            }.get(motion, INSTANT_RAD_S2)
+            asked = {Motion.PROFILE_RAMP: self._decelerate, Motion.QUICK_RAMP: self._quick}
+            plant.fall_rad_s2 = self.braking_share * asked.get(motion, INSTANT_RAD_S2)
 
     def _follow(self, mode: Follower) -> None:
         """Let the mode decide the velocity loop's target."""

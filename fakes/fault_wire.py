@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 import can
 import numpy as np
 
-from fakes import faults as script
+from fakes import wire_faults as script
+from fakes.faults import FaultPlayer
 
 FARTHEST_BEHIND_FRAMES = 2000
 """So many injected frames at most in one step of time: more do not fit on any bus."""
@@ -52,7 +53,7 @@ class Wire(can.BusABC):
         if any(fault.at_sync is not None for fault in faults):
             raise ValueError("a wire counts no SYNC: expected at_s, got at_sync")
         self._bus = bus
-        self._player = script.FaultPlayer(faults)
+        self._player = FaultPlayer(faults)
         self._random = np.random.default_rng(seed)
         self._active: list[_Active] = []
         self._late: deque[tuple[float, str, can.Message]] = deque()
@@ -84,7 +85,7 @@ class Wire(can.BusABC):
 
     def heal(self) -> None:
         """Be sound from now on; what had not arrived is lost."""
-        self._player = script.FaultPlayer()
+        self._player = FaultPlayer()
         self._active.clear()
         self._late.clear()
 
@@ -143,6 +144,9 @@ class Wire(can.BusABC):
                 return []
             case script.Late():
                 self._late.append((self._now_s + fault.delay_s, towards, message))
+                return []
+            case script.Stalled():
+                self._late.append((active.ends_s, towards, message))
                 return []
             case script.Flipped() | script.Short() | script.Falsified():
                 return [_with_data(message, self._changed(active, message))]

@@ -7,36 +7,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import Any, ClassVar
 
-
-@dataclass(frozen=True, kw_only=True)
-class Fault:
-    """What all faults share: when they begin.
-
-    Parameters
-    ----------
-    at_s : float or None
-        Seconds since the drive was switched on; 0 unless `at_sync` is given.
-    at_sync : int or None
-        The SYNC, counted from 1 while OPERATIONAL, with which it begins.
-    """
-
-    kind: ClassVar[str] = ""
-    at_s: float | None = None
-    at_sync: int | None = None
-
-    def __post_init__(self) -> None:
-        if self.at_s is not None and self.at_sync is not None:
-            raise ValueError(f"{self.kind}: expected at_s or at_sync, got both")
-        if self.at_s is not None and not self.at_s >= 0.0:
-            raise ValueError(f"{self.kind}: at_s: expected 0 or more, got {self.at_s}")
-        if self.at_sync is not None and self.at_sync < 1:
-            raise ValueError(f"{self.kind}: at_sync: expected 1 or more, got {self.at_sync}")
-
-    def has_begun(self, elapsed_s: float, syncs: int) -> bool:
-        """Return whether its time has come."""
-        if self.at_sync is not None:
-            return syncs >= self.at_sync
-        return elapsed_s >= (self.at_s or 0.0)
+from fakes import wire_faults
+from fakes.fault import Fault
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,6 +110,14 @@ class IgnoresQuickStop(Fault):
 
 
 @dataclass(frozen=True, kw_only=True)
+class BrakesSoftly(Fault):
+    """Brake with a share of what 0x6084 and 0x6085 ask for, whatever is written there."""
+
+    kind: ClassVar[str] = "brakes-softly"
+    share: float = 0.02
+
+
+@dataclass(frozen=True, kw_only=True)
 class TemperatureSentinel(Fault):
     """Report "no sensor" as gearbox temperature."""
 
@@ -161,118 +141,6 @@ class AdapterFails(Fault):
     lasts_s: float = math.inf
 
 
-@dataclass(frozen=True, kw_only=True)
-class WireFault(Fault):
-    """What `fakes.fault_wire.Wire` does to frames between a drive and the bus.
-
-    Parameters
-    ----------
-    lasts_s : float
-        Seconds until the wire is sound again.
-    identifiers : sequence of int
-        Which frames; none means all of them.
-    towards : str
-        ``agent``, ``drive`` or ``both``.
-    share : float
-        Of these frames, 0 to 1.
-    """
-
-    kind: ClassVar[str] = "wire"
-    lasts_s: float = math.inf
-    identifiers: tuple[int, ...] = ()
-    towards: str = "both"
-    share: float = 1.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "identifiers", tuple(self.identifiers))
-        if self.towards not in ("agent", "drive", "both"):
-            raise ValueError(f"{self.kind}: towards: expected agent, drive or both")
-        if not (0.0 <= self.share <= 1.0 and self.lasts_s >= 0.0):
-            raise ValueError(f"{self.kind}: expected 0 <= share <= 1 and lasts_s >= 0")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Lost(WireFault):
-    """Frames do not arrive."""
-
-    kind: ClassVar[str] = "lost"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Doubled(WireFault):
-    """Frames arrive twice."""
-
-    kind: ClassVar[str] = "doubled"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Swapped(WireFault):
-    """A frame arrives after the one behind it."""
-
-    kind: ClassVar[str] = "swapped"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Late(WireFault):
-    """Frames arrive `delay_s` later, in their order."""
-
-    kind: ClassVar[str] = "late"
-    delay_s: float = 0.02
-
-
-@dataclass(frozen=True, kw_only=True)
-class Flipped(WireFault):
-    """One bit of the data is wrong, as behind a gateway that makes a CRC of its own."""
-
-    kind: ClassVar[str] = "flipped"
-
-
-@dataclass(frozen=True, kw_only=True)
-class Short(WireFault):
-    """Only the first `keep` bytes arrive."""
-
-    kind: ClassVar[str] = "short"
-    keep: int = 3
-
-
-@dataclass(frozen=True, kw_only=True)
-class Falsified(WireFault):
-    """The drive reports a wrong number: `size` bytes from `offset`, signed, low byte first.
-
-    Parameters
-    ----------
-    change : str
-        ``add`` the value, ``set`` it, ``multiply`` by it, or ``hold`` what was there first.
-    """
-
-    kind: ClassVar[str] = "falsified"
-    offset: int = 0
-    size: int = 2
-    change: str = "set"
-    value: int = 0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Injected(WireFault):
-    """Somebody else sends frames.
-
-    Parameters
-    ----------
-    data : str
-        Bytes in hexadecimal; "" for random ones, eight at most.
-    frames_per_s : float
-        How many; 0 for a single one.
-    flavour : str
-        ``data``, ``extended`` (29-bit identifier), ``remote`` or ``error``.
-    """
-
-    kind: ClassVar[str] = "injected"
-    data: str = ""
-    frames_per_s: float = 0.0
-    flavour: str = "data"
-
-
 KINDS: dict[str, type[Fault]] = {
     cls.kind: cls
     for cls in (
@@ -288,16 +156,18 @@ KINDS: dict[str, type[Fault]] = {
         VelocityRunaway,
         FrozenPosition,
         IgnoresQuickStop,
+        BrakesSoftly,
         TemperatureSentinel,
         AdapterFails,
-        Lost,
-        Doubled,
-        Swapped,
-        Late,
-        Flipped,
-        Short,
-        Falsified,
-        Injected,
+        wire_faults.Lost,
+        wire_faults.Doubled,
+        wire_faults.Swapped,
+        wire_faults.Late,
+        wire_faults.Stalled,
+        wire_faults.Flipped,
+        wire_faults.Short,
+        wire_faults.Falsified,
+        wire_faults.Injected,
     )
 }
 

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import can
 
 from fakes.can_drive import FakeDrive
-from fakes.faults import Fault
+from fakes.fault import Fault
 from fakes.specification import FakeSpecification
 
 POLL_S = 0.001

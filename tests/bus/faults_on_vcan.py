@@ -12,7 +12,8 @@ import os
 import pytest
 
 from drivers.can.frames import CanBusConfig
-from fakes.faults import KINDS, WireFault
+from fakes.faults import KINDS
+from fakes.wire_faults import WireFault
 from tests.bus.vcan import CHANNEL_VARIABLE
 from tests.faults.campaign import variations
 from tests.faults.cell import play

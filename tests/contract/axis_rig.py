@@ -26,7 +26,7 @@ from drivers.cia402.sdo import SdoAccess
 from drivers.clock import Clock, MonotonicClock, SteppedClock
 from drivers.ports import Command, DriveState, Goal, Move, Sample, SetPoints
 from fakes.can_drive import FakeDrive
-from fakes.faults import Fault
+from fakes.fault import Fault
 from fakes.process import run_process
 from fakes.specification import FakeSpecification
 

@@ -18,6 +18,7 @@ from drivers.errors import (
 )
 from drivers.ports import Command, DriveState, Goal
 from fakes import faults
+from fakes.fault import Fault
 from tests.contract.axis_rig import NODE, VIRTUAL, Rig, interfaces, open_rig
 
 OFF = Command(Goal.OFF, 0.0)
@@ -96,7 +97,7 @@ def test_a_drive_that_stops_answering(interface: str) -> None:
 
 @pytest.mark.parametrize("fault", [faults.Unplugged, faults.PowerCut])
 def test_a_drive_that_is_gone_is_never_said_to_be_at_rest(
-    interface: str, fault: type[faults.Fault]
+    interface: str, fault: type[Fault]
 ) -> None:
     with open_rig(interface, [fault(at_sync=30)]) as rig:
         axis = rig.axis()

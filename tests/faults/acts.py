@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 
 import pytest
 
+from agent.cycle.recorder import Recorder
+from agent.cycle.sequence import Step
 from fakes.plc import FakeContact
 from tests.system.rig import Rig
 
@@ -49,6 +51,19 @@ def hang(stage: Stage) -> None:
         return stage.bench.stop_reason
 
     stage.bench.ask = asked_every_tick
+
+
+def hang_before_sending(stage: Stage) -> None:
+    """Let the agent stand still between what it has decided and the frame that says so."""
+    waiting, clock, sent = [stage.onset_s], stage.bench.clock, Recorder.sent
+
+    def slow(recorder: Recorder, now_s: float, step: Step) -> None:
+        sent(recorder, now_s, step)
+        if waiting and clock.now() >= waiting[0]:
+            waiting.pop()
+            stage.bench.later(stage.lasts_s)
+
+    stage.patch.setattr(Recorder, "sent", slow)
 
 
 def ask_to_stop(stage: Stage) -> None:
@@ -94,6 +109,7 @@ def cut_the_release(stage: Stage) -> None:
 
 ACTS: dict[str, Callable[[Stage], None]] = {
     "hang": hang,
+    "hang before sending": hang_before_sending,
     "ask to stop": ask_to_stop,
     "set the wall clock": set_the_wall_clock,
     "fill the disk": fill_the_disk,

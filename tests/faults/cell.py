@@ -35,12 +35,14 @@ from drivers.cia402.handing_back import restore
 from drivers.clock import SteppedClock
 from drivers.errors import DriverError
 from drivers.ports import StopReport
+from fakes.fault import Fault
 from fakes.fault_adapter import FaultyAdapter
 from fakes.fault_wire import Wire
-from fakes.faults import AdapterFails, Fault, WireFault
+from fakes.faults import AdapterFails
 from fakes.plc import FakeContact
 from fakes.process import open_bus
 from fakes.specification import FakeSpecification
+from fakes.wire_faults import WireFault
 from tests.faults.acts import ACTS, Stage
 from tests.faults.scenario import Run, Scenario
 from tests.system.rig import Rig, rig
@@ -132,7 +134,7 @@ def play(
         troubles += _settings_troubles(
             bench, wire, found, Path(name), heals=not any(f.kind in FOR_GOOD for f in script)
         )
-        kept, lost, misplaced = _kept(Path(name), watch)
+        kept, lost, misplaced, doubtful = _kept(Path(name), watch)
     begins_s = max(onset_s, watch.decided_s) if scenario.outcome == "either" else onset_s
     committed_s = math.inf if scenario.act != "fill the disk" else onset_s - FLUSH_PERIOD_S
     return Run(
@@ -149,6 +151,7 @@ def play(
         kept=kept,
         lost=lost,
         misplaced_rad=misplaced,
+        doubtful=doubtful,
         troubles=tuple(troubles),
     )
 
@@ -351,11 +354,11 @@ def _recording_troubles(folder: Path) -> list[str]:
     ]
 
 
-def _kept(folder: Path, watch: Watch) -> tuple[int, int | None, float]:
-    """Return rows that can be read, samples lost, and the farthest position from the truth."""
+def _kept(folder: Path, watch: Watch) -> tuple[int, int | None, float, int]:
+    """Return rows that can be read, samples lost, the farthest position from the truth, doubts."""
     paths = list(folder.glob("*.parquet"))
     if not paths:
-        return 0, None, 0.0
+        return 0, None, 0.0, 0
     table = pq.read_table(paths[0])  # `read` wants 100 samples; a cycle may end before
     metadata = json.loads(table.schema.metadata[b"stribeck"])
     position = table["position_rad"].to_numpy()
@@ -363,4 +366,5 @@ def _kept(folder: Path, watch: Watch) -> tuple[int, int | None, float]:
     taken_s = table["time_s"].to_numpy() + watch.origin_s - watch.step_s
     truth = np.interp(taken_s, watch.times_s, watch.positions_rad)
     misplaced = np.abs(position - truth).max() if len(position) else 0.0
-    return len(position), metadata.get("samples_lost"), float(misplaced)
+    doubtful = metadata.get("acquisition", {}).get("doubtful", 0)
+    return len(position), metadata.get("samples_lost"), float(misplaced), doubtful

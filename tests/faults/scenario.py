@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from fakes.faults import Fault, fault_from_mapping
+from fakes.fault import Fault
+from fakes.faults import fault_from_mapping
 
 PHASES = ("standstill", "approach", "ramp", "plateau", "reversal", "return", "teardown")
 MOVING = ("approach", "ramp", "plateau", "reversal", "return")
@@ -71,7 +72,8 @@ class Scenario:
         From the onset (where a stop is sure) or the agent's decision (where it is not) to
         standstill of the motor, at most.
     samples_true : bool
-        Whether every recorded position must be the joint's own at that time.
+        Whether every recorded position must be the joint's own at that time, unless the recording
+        says that it holds doubtful ones, which no estimate is made of.
     """
 
     name: str
@@ -122,6 +124,8 @@ class Run:
         `samples_lost` of the recording; None where it says that this is not known.
     misplaced_rad : float
         The largest distance of a recorded position from the joint's own at that time.
+    doubtful : int
+        Rows of which the recording itself says that their time is not sure.
     troubles : tuple of str
         Everything else that was not as it must be.
     """
@@ -139,6 +143,7 @@ class Run:
     kept: int
     lost: int | None
     misplaced_rad: float
+    doubtful: int
     troubles: tuple[str, ...]
 
     @property
@@ -167,6 +172,7 @@ def objections(run: Run) -> list[str]:
             found.append(f"the message does not say {scenario.says!r}")
     if not run.committed <= run.kept <= run.handed_over:
         found.append(f"{run.kept} rows can be read of {run.committed} that were committed")
-    if scenario.samples_true and not run.misplaced_rad <= MISPLACED_RAD:
+    true = run.misplaced_rad <= MISPLACED_RAD or run.doubtful > 0
+    if scenario.samples_true and not true:
         found.append(f"a recorded position is {run.misplaced_rad:.4f} rad from the joint's own")
     return found

@@ -15,7 +15,7 @@ from tests.faults.scenario import PHASES, Scenario, objections
 from tests.faults.scenarios import SCENARIOS
 from tests.system.processes import multicast
 
-RUNS_EACH = 4
+RUNS_EACH = 3
 
 
 @pytest.mark.parametrize(

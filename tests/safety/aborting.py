@@ -15,7 +15,7 @@ from typing import Any
 from agent.errors import StoppedError
 from drivers.errors import DriverError
 from fakes import faults
-from fakes.faults import Fault
+from fakes.fault import Fault
 from fakes.specification import FakeSpecification
 from tests.system.rig import Rig, rig
 

@@ -20,7 +20,7 @@ from agent.wire import CycleRequest, drive_cycle
 from drivers.can.frames import CanBusConfig
 from drivers.clock import SteppedClock
 from fakes.can_drive import FakeDrive
-from fakes.faults import Fault
+from fakes.fault import Fault
 from fakes.process import open_bus
 from fakes.specification import FakeSpecification
 

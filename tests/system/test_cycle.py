@@ -17,7 +17,7 @@ from drivers.cia402.axis import Cia402Axis
 from drivers.errors import DriverError
 from drivers.ports import SyncAccount
 from fakes import faults
-from fakes.faults import Fault
+from fakes.fault import Fault
 from fakes.specification import FakeSpecification
 from tests.system.rig import RATE_HZ, Rig, rig
 

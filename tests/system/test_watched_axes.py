@@ -15,7 +15,7 @@ from agent.record.reading import read
 from drivers.errors import DriverError
 from fakes import faults
 from fakes.can_drive import FakeDrive
-from fakes.faults import Fault
+from fakes.fault import Fault
 from fakes.process import open_bus
 from fakes.specification import FakeSpecification
 from tests.system.rig import Rig, rig

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import can
 
 from fakes.can_drive import FakeDrive
-from fakes.faults import Fault
+from fakes.fault import Fault
 from fakes.specification import FakeSpecification
 
 COUNTS_PER_RAD = 65536 / (2.0 * math.pi)

@@ -7,10 +7,10 @@ from dataclasses import FrozenInstanceError, fields
 
 import pytest
 
+from fakes.fault import Fault
 from fakes.faults import (
     KINDS,
     DriveFault,
-    Fault,
     FaultPlayer,
     FrozenPosition,
     HeartbeatStops,
