@@ -69,4 +69,10 @@ def run_twin(patterns: Sequence[str], out: Path) -> None:
         raise InputError(f"No twin is written: {error}.") from error
     publish({out: format_twin(twin).encode()}, overwrite=True)
     talker().print(conclusion.estimate.sentence)
+    missing = twin.extra.get("not_identified")
+    if isinstance(missing, list):
+        talker().print(
+            f"Not identified, and 0 in the twin: {', '.join(missing)}. What the joint has of it is "
+            "missing from every prediction."
+        )
     typer.echo(str(out))

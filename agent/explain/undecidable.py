@@ -84,7 +84,7 @@ def _nowhere(table: Table, twin: Twin) -> str:
         return ""
     return (
         f"not decidable: the simulation's gravity, up to {torque(gravity_nm)}, depends on the "
-        "arm's angle, and position_rad was not recorded throughout"
+        "arm's angle, and position_rad was not recorded throughout: record it"
     )
 
 
