@@ -29,15 +29,16 @@ from drivers.cia402.sdo import SdoAccess
 from drivers.cia402.settings import ProcessData, apply, leave_at_rest, snapshot
 from drivers.cia402.stopping import stop_axis
 from drivers.cia402.supervision import judge
+from drivers.cia402.waiting import (
+    await_answers,
+    bring,
+    mode_taken,
+    prove_answers,
+    state_found,
+)
 from drivers.cia402.watchdog_proof import prove
 from drivers.clock import Clock
-from drivers.errors import (
-    ConfigurationError,
-    DriverError,
-    DriveStateError,
-    HeartbeatLostError,
-    SyncUnansweredError,
-)
+from drivers.errors import DriverError, DriveStateError
 from drivers.ports import (
     AxisEvidence,
     Command,
@@ -47,9 +48,6 @@ from drivers.ports import (
     SyncAccount,
     WatchdogProof,
 )
-
-_PROOF_SYNCS = 5
-_POLL_S = 0.002
 
 Journal = Callable[[Mapping[str, int]], None]
 """Told what a drive was set to, before the first of it is overwritten."""
@@ -134,12 +132,12 @@ class Cia402Axis:
                 objects.HEARTBEAT_PRODUCER, config.drive_heartbeat_period_ms
             )
         }
-        self._found_state = self._state_found(node)
-        self._bring(node, NmtOrder.PRE_OPERATIONAL, NmtState.PRE_OPERATIONAL)
+        self._found_state = state_found(node, config)
+        bring(node, config, NmtOrder.PRE_OPERATIONAL, NmtState.PRE_OPERATIONAL)
         settings.update(self._set_up(sdo, choice.rung))
         self._exchange = Exchange(self._owner, self._clock, config, choice.rung, node)
-        self._bring(node, NmtOrder.START, NmtState.OPERATIONAL)
-        self._prove_answers(self._exchange)
+        bring(node, config, NmtOrder.START, NmtState.OPERATIONAL)
+        prove_answers(self._exchange)
         self._opened = True
         return AxisEvidence(
             identity=identity,
@@ -163,7 +161,7 @@ class Cia402Axis:
 
         def arm_again() -> None:
             sdo.set(objects.HEARTBEAT_PRODUCER, self._config.drive_heartbeat_period_ms)
-            self._bring(node, NmtOrder.PRE_OPERATIONAL, NmtState.PRE_OPERATIONAL)
+            bring(node, self._config, NmtOrder.PRE_OPERATIONAL, NmtState.PRE_OPERATIONAL)
             self._set_up(sdo, exchange.rung)
 
         return prove(
@@ -268,76 +266,8 @@ class Cia402Axis:
         """Write limits, watchdog, PDOs and mode in PRE-OPERATIONAL; return what was read back."""
         settings = apply(sdo, self._config, rung, self._found)
         leave_at_rest(sdo, rung)
-        settings[objects.MODE_DISPLAY.key] = self._mode_taken(sdo, rung)
+        settings[objects.MODE_DISPLAY.key] = mode_taken(sdo, rung, self._clock, self._config)
         return settings
-
-    def _state_found(self, node: CanopenNode) -> NmtState:
-        """Return the NMT state in which the drive was found, from its first heartbeat."""
-        deadline_s = self._clock.now() + self._config.state_timeout_s
-        while node.nmt_state is None and node.wait(deadline_s):
-            pass
-        if node.nmt_state is None:
-            raise HeartbeatLostError(
-                f"Node {self._config.node_id} gives no heartbeat although 0x1017 is set.",
-                "Check that the drive supports a heartbeat producer.",
-            )
-        if node.nmt_state == NmtState.OPERATIONAL:
-            return NmtState.OPERATIONAL
-        return NmtState.PRE_OPERATIONAL
-
-    def _bring(self, node: CanopenNode, order: NmtOrder, state: NmtState) -> None:
-        """Order an NMT state and wait for the heartbeat that says so."""
-        node.command(order)
-        if not node.reach(state, self._clock.now() + self._config.state_timeout_s):
-            raise DriveStateError(
-                f"Node {self._config.node_id} did not go {state.name.replace('_', '-')} within "
-                f"{self._config.state_timeout_s} s.",
-                "Look for another NMT master on the bus.",
-            )
-
-    def _mode_taken(self, sdo: SdoAccess, rung: Rung) -> int:
-        """Wait for the drive to report the mode that it was set to, and return it."""
-        deadline_s = self._clock.now() + self._config.state_timeout_s
-        while (mode := sdo.read(objects.MODE_DISPLAY)) != rung.mode:
-            now_s = self._clock.now()
-            if now_s >= deadline_s:
-                raise ConfigurationError(
-                    f"Node {self._config.node_id} was set to mode {rung.mode} ({rung.word}) "
-                    f"but reports mode {mode} (0x6061).",
-                    "Check that the drive offers this mode without torque.",
-                )
-            self._clock.sleep_until(min(deadline_s, now_s + _POLL_S))
-        return mode
-
-    def _prove_answers(self, exchange: Exchange) -> None:
-        """Send a few SYNCs without a heartbeat and see every one answered, by a drive at rest."""
-        for _ in range(_PROOF_SYNCS):
-            exchange.transmit(Goal.OFF, 0.0, heartbeat=False)
-            deadline_s = self._clock.now() + self._config.sync_timeout_s
-            while not exchange.collect() and self._clock.now() < deadline_s:
-                self._clock.sleep_until(min(deadline_s, self._clock.now() + _POLL_S))
-        failure = judge(exchange)
-        if failure is not None:
-            raise failure
-        if exchange.ledger.received < _PROOF_SYNCS:
-            raise SyncUnansweredError(
-                f"Node {self._config.node_id} answered {exchange.ledger.received} of "
-                f"{_PROOF_SYNCS} SYNCs with both TPDOs.",
-                "Check that its TPDO1 and TPDO2 answer SYNC 0x80.",
-            )
-        exchange.forget()
-
-    def _await_answers(self, exchange: Exchange) -> None:
-        """Take in what still comes, so that every SYNC is booked as answered or as lost.
-
-        Where SYNCs were lost it listens for one time-out more: an answer too many would show that
-        one of them was only late.
-        """
-        exchange.collect()
-        until_s = self._clock.now() + (self._config.sync_timeout_s if exchange.ledger.lost else 0.0)
-        while exchange.ledger.waiting_since_s is not None or self._clock.now() < until_s:
-            self._clock.sleep_until(self._clock.now() + _POLL_S)
-            exchange.collect()
 
     def _take_torque_away(self) -> None:
         """Send disable voltage by RPDO, at once; `hand_back` repeats it by SDO and looks."""
@@ -345,6 +275,6 @@ class Cia402Axis:
             return
         try:
             self._exchange.disable_voltage()
-            self._await_answers(self._exchange)
+            await_answers(self._exchange)
         except DriverError:
             return  # the bus says the same to the SDOs that follow, where it is reported

@@ -1,0 +1,121 @@
+"""Steps of opening and closing that wait for the drive's own word, each up to a deadline."""
+
+from __future__ import annotations
+
+from drivers.cia402 import objects
+from drivers.cia402.config import Cia402Config
+from drivers.cia402.exchange import Exchange
+from drivers.cia402.modes import Rung
+from drivers.cia402.network import CanopenNode, NmtOrder, NmtState
+from drivers.cia402.sdo import SdoAccess
+from drivers.cia402.supervision import judge
+from drivers.clock import Clock
+from drivers.errors import (
+    ConfigurationError,
+    DriveStateError,
+    HeartbeatLostError,
+    SyncUnansweredError,
+)
+from drivers.ports import Goal
+
+_PROOF_SYNCS = 5
+_POLL_S = 0.002
+
+
+def state_found(node: CanopenNode, config: Cia402Config) -> NmtState:
+    """Return the NMT state in which the drive was found, from its first heartbeat.
+
+    Raises
+    ------
+    HeartbeatLostError
+        It gives none.
+    """
+    deadline_s = node.clock.now() + config.state_timeout_s
+    while node.nmt_state is None and node.wait(deadline_s):
+        pass
+    if node.nmt_state is None:
+        raise HeartbeatLostError(
+            f"Node {config.node_id} gives no heartbeat although 0x1017 is set.",
+            "Check that the drive supports a heartbeat producer.",
+        )
+    if node.nmt_state == NmtState.OPERATIONAL:
+        return NmtState.OPERATIONAL
+    return NmtState.PRE_OPERATIONAL
+
+
+def bring(node: CanopenNode, config: Cia402Config, order: NmtOrder, state: NmtState) -> None:
+    """Order an NMT state and wait for the heartbeat that says so.
+
+    Raises
+    ------
+    DriveStateError
+        No heartbeat says so in time.
+    """
+    node.command(order)
+    if not node.reach(state, node.clock.now() + config.state_timeout_s):
+        raise DriveStateError(
+            f"Node {config.node_id} did not go {state.name.replace('_', '-')} within "
+            f"{config.state_timeout_s} s.",
+            "Look for another NMT master on the bus.",
+        )
+
+
+def mode_taken(sdo: SdoAccess, rung: Rung, clock: Clock, config: Cia402Config) -> int:
+    """Wait for the drive to report the mode that it was set to, and return it.
+
+    Raises
+    ------
+    ConfigurationError
+        It reports another one.
+    """
+    deadline_s = clock.now() + config.state_timeout_s
+    while (mode := sdo.read(objects.MODE_DISPLAY)) != rung.mode:
+        now_s = clock.now()
+        if now_s >= deadline_s:
+            raise ConfigurationError(
+                f"Node {config.node_id} was set to mode {rung.mode} ({rung.word}) "
+                f"but reports mode {mode} (0x6061).",
+                "Check that the drive offers this mode without torque.",
+            )
+        clock.sleep_until(min(deadline_s, now_s + _POLL_S))
+    return mode
+
+
+def prove_answers(exchange: Exchange) -> None:
+    """Send a few SYNCs without a heartbeat and see every one answered, by a drive at rest.
+
+    Raises
+    ------
+    SyncUnansweredError
+        One was not; or what `judge` finds.
+    """
+    clock, config = exchange.clock, exchange.config
+    for _ in range(_PROOF_SYNCS):
+        exchange.transmit(Goal.OFF, 0.0, heartbeat=False)
+        deadline_s = clock.now() + config.sync_timeout_s
+        while not exchange.collect() and clock.now() < deadline_s:
+            clock.sleep_until(min(deadline_s, clock.now() + _POLL_S))
+    failure = judge(exchange)
+    if failure is not None:
+        raise failure
+    if exchange.ledger.received < _PROOF_SYNCS:
+        raise SyncUnansweredError(
+            f"Node {config.node_id} answered {exchange.ledger.received} of "
+            f"{_PROOF_SYNCS} SYNCs with both TPDOs.",
+            "Check that its TPDO1 and TPDO2 answer SYNC 0x80.",
+        )
+    exchange.forget()
+
+
+def await_answers(exchange: Exchange) -> None:
+    """Take in what still comes, so that every SYNC is booked as answered or as lost.
+
+    Where SYNCs were lost it listens for one time-out more: an answer too many would show that one
+    of them was only late.
+    """
+    clock = exchange.clock
+    exchange.collect()
+    until_s = clock.now() + (exchange.config.sync_timeout_s if exchange.ledger.lost else 0.0)
+    while exchange.ledger.waiting_since_s is not None or clock.now() < until_s:
+        clock.sleep_until(clock.now() + _POLL_S)
+        exchange.collect()
