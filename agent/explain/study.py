@@ -19,6 +19,7 @@ from agent.explain.forms.library import judgeable
 from agent.explain.location.deficiency import deficiency_map
 from agent.explain.numbers.anew import chosen_anew
 from agent.explain.numbers.borne_out import borne_out
+from agent.explain.numbers.explained_before import least_beside_effects
 from agent.explain.numbers.intervals import with_intervals
 from agent.explain.numbers.model import Model, extended_twin, fit_model, predicted
 from agent.explain.numbers.resting import settled_beside
@@ -175,7 +176,7 @@ def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
     """
     for _ in range(_MOST_REFUSALS):
         library, choice = settled_beside(*chosen_anew(library))
-        choice = _material(library, choice)
+        choice = _material(library, choice, twin)
         refused = afloat(library, choice)
         if not refused:
             model = fit_model(library, twin, choice.terms)
@@ -204,7 +205,7 @@ def _beside_wrong_numbers(
     candidates = choice.candidates
     noise_nm = _noise_nm(library, model)
     if candidates and wrong_numbers(library, twin, model, candidates, noise_nm):
-        kept = _material(library, choice, beside_wrong_numbers=True)
+        kept = _material(library, choice, twin, beside_wrong_numbers=True)
         if len(kept.terms) < len(choice.terms):
             model = fit_model(library, twin, kept.terms)
             return library, kept, model, extended_twin(library, twin, model)
@@ -217,7 +218,9 @@ def _noise_nm(library: Library, model: Model) -> float:
     return max(noise_floor(library.scene.table, left).value_nm, 0.0)
 
 
-def _material(library: Library, choice: Choice, *, beside_wrong_numbers: bool = False) -> Choice:
+def _material(
+    library: Library, choice: Choice, twin: Twin, *, beside_wrong_numbers: bool = False
+) -> Choice:
     """Leave out terms that remove nothing on unseen data beside the others.
 
     And those, the weakest first, for which there are not enough blocks to leave one out.
@@ -231,6 +234,7 @@ def _material(library: Library, choice: Choice, *, beside_wrong_numbers: bool = 
             choice.candidates,
             beside_wrong_numbers=beside_wrong_numbers,
         )
+        least = max(least, least_beside_effects(library, twin))
     blocks = library.weighing.starts.shape[0]
     while terms:
         losses = [

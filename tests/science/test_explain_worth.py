@@ -15,6 +15,7 @@ from agent.explain.choosing.materiality import CLOSE, above_band_nm2, least_gain
 from agent.explain.choosing.search import Candidate, Library
 from agent.explain.choosing.shares import above_noise, shares_of
 from agent.explain.forms.library import FORMS
+from agent.explain.numbers.explained_before import least_beside_effects
 from agent.explain.numbers.model import fit_model
 from agent.explain.numbers.plain_refits import plain_moves
 from agent.explain.numbers.short_stroke import PAYLOAD, without_gravity
@@ -24,7 +25,7 @@ from agent.explain.rows.run import Run
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, tabulate
 from agent.identify.result import Floats
-from agent.physics.twin import Twin
+from agent.physics.twin import Effect, Twin
 from tests.science.explain_joint import NOISE_NM, TWIN, Conditions, record, stair
 from trajectories import SetPoints
 
@@ -174,3 +175,24 @@ def test_a_second_law_that_only_bends_the_first_is_no_effect_of_its_own() -> Non
     library = Library.of(scene, weigh(table, left), forms)
     named = [term.scored.form.effect for term in choose(library, rivals=False).terms]
     assert named == ["cable-force"]
+
+
+@pytest.mark.parametrize(("times_noise", "counts"), [(0.1, True), (2.0, False)])
+def test_what_a_found_law_left_is_measured_by_what_it_explains(
+    times_noise: float, counts: bool
+) -> None:
+    """The twin that an explanation wrote left 1 % of the mismatch, which was named then."""
+
+    def missing(points: SetPoints, _at: Conditions) -> Floats:
+        angle, against = points.position_rad, np.sign(points.velocity_rad_s)
+        small = times_noise * NOISE_NM * np.cos(angle / 10.0)
+        return np.asarray(0.2 * np.sin(6.0 * angle / 100.0) * against + small)
+
+    law = {"cos_nm": 0.0, "sin_nm": 0.2, "order_per_arm_rev": 6.0}
+    twin = replace(TWIN, effects=(Effect("position-dependent-friction", law),))
+    library = bare(record(stair(SPEEDS), missing, Conditions(), 3), twin=twin)
+    least, alone = least_beside_effects(library, twin), library.residual([])
+    energy = np.sum((0.2 * library.weighing.weight) ** 2) / 2.0
+    assert (0.5 < least / (0.02 * energy) < 1.0) is counts  # the twin's numbers take up some
+    assert (least > 0.1 * float(alone @ alone)) is counts
+    assert least_beside_effects(library, TWIN) == 0.0
