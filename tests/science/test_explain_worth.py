@@ -192,7 +192,7 @@ def test_what_a_found_law_left_is_measured_by_what_it_explains(
     twin = replace(TWIN, effects=(Effect("position-dependent-friction", law),))
     library = bare(record(stair(SPEEDS), missing, Conditions(), 3), twin=twin)
     least, alone = least_beside_effects(library, twin), library.residual([])
-    energy = np.sum((0.2 * library.weighing.weight) ** 2) / 2.0
+    energy = float(np.sum((0.2 * library.weighing.weight) ** 2)) / 2.0
     assert (0.5 < least / (0.02 * energy) < 1.0) is counts  # the twin's numbers take up some
     assert (least > 0.1 * float(alone @ alone)) is counts
     assert least_beside_effects(library, TWIN) == 0.0
