@@ -16,10 +16,16 @@
     |-- HeartbeatLostError          the node's heartbeat has stopped
     |-- SyncUnansweredError         the node no longer answers SYNC
     |-- IntruderError               somebody else sends what only the agent may
+    |-- JointSinksError             the joint moves since its torque was taken away
     `-- RecordingEndedError         a recording that is played has no more samples
 """
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from drivers.evidence import SyncAccount
 
 
 class DriverError(Exception):
@@ -115,7 +121,23 @@ class SyncUnansweredError(DriverError):
 
 
 class IntruderError(DriverError):
-    """Somebody else on the bus sends what only the agent may: a heartbeat, an order, a SYNC."""
+    """Somebody else on the bus sends what only the agent may: heartbeat, order, SYNC, setting."""
+
+
+class JointSinksError(DriverError):
+    """The joint moves since its torque was taken away: nothing holds it, least of all the agent.
+
+    Everything else that belongs to the end has been done, and `account` is what it would have
+    returned. Whatever could not be restored is the cause of this error.
+    """
+
+    def __init__(self, node_id: int, velocity_rad_s: float, account: SyncAccount) -> None:
+        super().__init__(
+            f"The joint of node {node_id} moves at {velocity_rad_s:.1f} rad/s since its torque was "
+            "taken away.",
+            "Keep clear of it, support the arm, and have its brake looked after.",
+        )
+        self.account = account
 
 
 class RecordingEndedError(DriverError):

@@ -113,8 +113,22 @@ class WatchdogProof:
 
 @dataclass(frozen=True)
 class StopReport:
-    """How a stop ended. `at_rest` is True only when standstill was measured."""
+    """How a stop ended.
+
+    Parameters
+    ----------
+    at_rest : bool
+        True only when standstill was measured.
+    samples : tuple of Sample
+        What came while stopping.
+    reason : str
+        How it was stopped, and what went wrong on the way.
+    loose_rad : float
+        How far the motor moved meanwhile with no torque on it: coasted, or pulled by the arm's
+        weight that no brake holds.
+    """
 
     at_rest: bool
     samples: tuple[Sample, ...]
     reason: str
+    loose_rad: float = 0.0

@@ -13,10 +13,12 @@ from typing import Protocol
 
 from agent.errors import AgentError, StorageError
 from drivers.clock import Clock
-from drivers.errors import DriverError
+from drivers.errors import DriverError, JointSinksError
 from drivers.ports import Sample, StopReport, SyncAccount
 
 STOP_TIMEOUT_S = 5.0
+LOOSE_RAD = 1.0
+"""Of the motor. A soft gear that unwinds moves it by a tenth of that once its torque is gone."""
 
 
 class Stoppable(Protocol):
@@ -38,7 +40,8 @@ class Aftermath:
     Parameters
     ----------
     at_rest : bool
-        Whether standstill was measured, or nothing had been enabled.
+        Whether standstill was measured, or nothing had been enabled; and it has not begun to sink
+        since its torque was taken away.
     restored : bool
         Whether every register is as it was found.
     account : SyncAccount or None
@@ -97,6 +100,11 @@ def tear_down(
             rest_after_s = clock.now() - began_s
         else:
             problems.append(f"standstill was not seen: {report.reason}")
+        if report.loose_rad > LOOSE_RAD:
+            problems.append(
+                f"while stopping the motor moved by {report.loose_rad:.1f} rad without torque: what"
+                " holds the joint then? Have its brake looked after"
+            )
         try:
             keep(report.samples)
         except AgentError as error:
@@ -105,6 +113,10 @@ def tear_down(
     restored = True
     try:
         account = axis.close()
+    except JointSinksError as error:
+        at_rest, account = False, error.account
+        restored = error.__cause__ is None
+        problems += [str(each) for each in (error, error.__cause__) if each is not None]
     except DriverError as error:
         restored = False
         problems.append(str(error))

@@ -34,11 +34,12 @@ from drivers.cia402.waiting import (
     bring,
     mode_taken,
     prove_answers,
+    sinks_at,
     state_found,
 )
 from drivers.cia402.watchdog_proof import prove
 from drivers.clock import Clock
-from drivers.errors import DriverError, DriveStateError
+from drivers.errors import DriverError, DriveStateError, JointSinksError
 from drivers.ports import (
     AxisEvidence,
     Command,
@@ -237,23 +238,30 @@ class Cia402Axis:
         ------
         ConfigurationError
             Naming every object that could not be restored.
+        JointSinksError
+            The joint moves since its torque was taken away; the rest has been done all the same.
         """
         if self._closed:
             return self._account
         self._closed = True
         troubles: list[str] = []
+        sinks_rad_s = 0.0
         try:
             if self._found and self._node is not None:
-                self._take_torque_away()
+                sinks_rad_s = self._take_torque_away()
                 troubles = hand_back(self._node, self._config, self._found, self._found_state)
         finally:
             if self._exchange is not None:
-                self._account = self._exchange.account()
+                if not self._account.expected:
+                    self._account = self._exchange.account()
                 self._exchange.release()
             if self._node is not None:
                 self._node.release()
-        if troubles:
-            raise not_restored(self._config.node_id, troubles)
+        trouble = not_restored(self._config.node_id, troubles) if troubles else None
+        if sinks_rad_s:
+            raise JointSinksError(self._config.node_id, sinks_rad_s, self._account) from trouble
+        if trouble is not None:
+            raise trouble
         return self._account
 
     def _running(self) -> Exchange:
@@ -269,12 +277,17 @@ class Cia402Axis:
         settings[objects.MODE_DISPLAY.key] = mode_taken(sdo, rung, self._clock, self._config)
         return settings
 
-    def _take_torque_away(self) -> None:
-        """Send disable voltage by RPDO, at once; `hand_back` repeats it by SDO and looks."""
+    def _take_torque_away(self) -> float:
+        """Send disable voltage by RPDO, at once; `hand_back` repeats it by SDO and looks.
+
+        Return how fast the joint moves then, in rad/s; 0 where it rests, or nobody can say.
+        """
         if self._exchange is None:
-            return
+            return 0.0
         try:
             self._exchange.disable_voltage()
             await_answers(self._exchange)
+            self._account = self._exchange.account()  # what follows is in no recording
+            return sinks_at(self._exchange)
         except DriverError:
-            return  # the bus says the same to the SDOs that follow, where it is reported
+            return 0.0  # the bus says the same to the SDOs that follow, where it is reported

@@ -68,6 +68,7 @@ class Exchange:
         self.muted = False  # no more heartbeats: the drive's own watchdog shall act
         self.last_heartbeat_s = -math.inf  # ours
         self._was_enabled = False
+        self.has_had_torque = False
         self._next_heartbeat_s = -math.inf
         self._dropped_before = owner.reception().dropped_by_kernel or 0
         self.orders = orders_of(config, rung, pdos.orders)
@@ -186,6 +187,7 @@ class Exchange:
 
     def _follow(self, goal: Goal, state: State | None) -> None:
         """Note it when the drive leaves operation enabled while the goal was ON throughout."""
+        self.has_had_torque = self.has_had_torque or state is State.ENABLED
         if goal is not Goal.ON:
             self._was_enabled = False
         elif state is State.ENABLED:

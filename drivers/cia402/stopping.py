@@ -165,7 +165,12 @@ class _Stop:
             if emergency.code & 0xFF00
         ]
         reason = "; ".join(dict.fromkeys([how, *self.troubles, *emergencies]))
-        return StopReport(at_rest=at_rest, samples=tuple(self.samples), reason=reason)
+        return StopReport(at_rest, tuple(self.samples), reason, self._loose_rad())
+
+    def _loose_rad(self) -> float:
+        """Return how far the motor moved after the drive had let go of it."""
+        loose = [s.position_rad for s in self.samples if s.state is DriveState.OFF]
+        return max((abs(position - loose[0]) for position in loose), default=0.0)
 
     def _quick_stop(self) -> None:
         """Order it once; a bus that does not take the frame is noted, and tried again."""

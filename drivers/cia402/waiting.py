@@ -20,6 +20,9 @@ from drivers.ports import Goal
 
 _PROOF_SYNCS = 5
 _POLL_S = 0.002
+HELD_S, _LAST_S = 0.2, 0.05
+"""How long a joint is watched after its torque was taken away; it is judged by the end of that. A
+brake needs some of it to close, and a soft gear to come to rest."""
 
 
 def state_found(node: CanopenNode, config: Cia402Config) -> NmtState:
@@ -119,3 +122,26 @@ def await_answers(exchange: Exchange) -> None:
     while exchange.ledger.waiting_since_s is not None or clock.now() < until_s:
         clock.sleep_until(clock.now() + _POLL_S)
         exchange.collect()
+
+
+def sinks_at(exchange: Exchange) -> float:
+    """Watch a joint whose torque has just been taken away; return how fast it moves in the end.
+
+    Returns
+    -------
+    float
+        In rad/s; 0 where it rests, where nothing is heard, and where it never had torque.
+    """
+    if not exchange.has_had_torque:
+        return 0.0
+    clock, config = exchange.clock, exchange.config
+    until_s = clock.now() + HELD_S
+    last: list[float] = []
+    while clock.now() < until_s:
+        exchange.transmit(Goal.OFF)
+        clock.sleep_until(clock.now() + config.stop_period_s)
+        samples = exchange.collect()
+        last += [s.velocity_rad_s for s in samples if s.time_s > until_s - _LAST_S]
+    one_way = min(last, default=0.0) > 0.0 or max(last, default=0.0) < 0.0
+    fast = all(abs(velocity) > config.rest_velocity_rad_s for velocity in last)
+    return last[-1] if last and one_way and fast else 0.0
