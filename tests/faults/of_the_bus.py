@@ -87,7 +87,7 @@ BUS = (
         "somebody writes to the drive",
         injected(SDO_REQUEST, OneOf(FOREIGN_SETTINGS)),
         says="Somebody else on .* sends settings to the drive at node 1",
-        within_s=1.2,  # a softer quick stop is found out first, then put right
+        within_s=COASTS_S,  # with 0x605A = 0 its quick stop lets go
     ),
     Scenario(
         "link stalls, then delivers everything",
