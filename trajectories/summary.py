@@ -77,7 +77,7 @@ class Summary:
         if not self.margins:
             return ["not checked against limits"]
         out = [
-            f"{m.quantity}: {m.remaining:.3g} {m.unit} left before the "
+            f"{m.quantity}: {_three_digits(m.remaining)} {m.unit} left before the "
             + ("lower limit " if m.is_lower else "limit ")
             + f"of {m.limit:g} {m.unit}"
             + (" (stopping distance included)" if m.quantity == "position" else "")
@@ -88,6 +88,11 @@ class Summary:
         if not self.excesses:
             out.append("within all limits")
         return out
+
+
+def _three_digits(value: float) -> str:
+    """Return a number to three digits, and without a power of ten up to a million."""
+    return f"{float(f'{value:.3g}'):g}"
 
 
 def summarise(

@@ -105,7 +105,8 @@ def _schedule(history: JointHistory | None, request: ScheduleRequest) -> Schedul
             baseline = baseline_of(features, features.count)  # unsure, and as unsure as it says
         law = baseline.laws.get(_FEATURE)
         temperatures = features.conditions.temperature_degc
-    site, sources = _site(law, baseline, request)
+    told = 0 if history is None else sum(s.stop - s.start for s in history.segments[-1:])
+    site, sources = _site(law, baseline, request, None if history is None else told)
     plan = plan_rate(site, Wish(*request.wish))
     if not temperatures.size or baseline is None:
         return Schedule(plan, sources, None, None)
@@ -115,9 +116,9 @@ def _schedule(history: JointHistory | None, request: ScheduleRequest) -> Schedul
 
 
 def _site(
-    law: Law | None, baseline: Baseline | None, request: ScheduleRequest
+    law: Law | None, baseline: Baseline | None, request: ScheduleRequest, cycles: int | None
 ) -> tuple[Site, tuple[str, ...]]:
-    """Return the site's numbers and where each is from."""
+    """Return the site's numbers and where each is from; `cycles` is None without recordings."""
     prior = PRIORS[_FEATURE]
     slope, deviation = prior.slope_per_k, prior.slope_deviation_per_k
     scatter, sources = _USUAL_SCATTER, []
@@ -138,9 +139,11 @@ def _site(
         sources.append("scatter from cycle to cycle: as given")
     for what in ("slope", "scatter"):
         if not any(s.startswith(what) for s in sources):
+            more = "name its recordings"
+            if cycles is not None:
+                more = f"its usable cycles ({cycles}) do not tell; name more, warm and cold ones"
             sources.append(
-                f"{what}: not known of this joint, a usual value is taken; name its recordings, or "
-                f"give --{what}"
+                f"{what}: not known of this joint, a usual value is taken; {more}, or give --{what}"
             )
     return Site(request.swing_degc, slope, deviation, scatter), tuple(sources)
 
@@ -220,5 +223,6 @@ def schedule_text(found: Schedule) -> str:
         *(f"  {source}" for source in found.sources),
     ]
     if found.last is not None and found.following is not None:
-        lines += ["", f"The last cycle was {found.last.sentence}; {found.following.sentence}."]
+        said = dict.fromkeys((found.last.sentence, found.following.sentence))
+        lines += ["", f"The last cycle was {'; '.join(said)}."]
     return "\n".join(lines)

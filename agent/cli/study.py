@@ -178,13 +178,13 @@ def _speeds(motions: Sequence[Motion], cutoff_hz: float) -> SpeedStudy | None:
 
 
 def _sentence(sweep: AccelerationSweep) -> str:
-    """Say what the threshold does to the conditioning."""
+    """Say with which samples the regression mixes inertia and friction up least."""
     first, best = sweep.condition_number[0], sweep.best
     least = sweep.condition_number[best]
-    whole = f"With every sample the regression's condition number is {first:.3g}"
+    mixed = "Inertia and friction are mixed up least"
     if not least < 0.95 * first or not np.isfinite(first):
-        return f"{whole}; leaving out fast accelerations does not better it."
+        return f"{mixed} with every sample (condition number {first:.3g}; the lower, the better)."
     return (
-        f"{whole}; without accelerations above {sweep.threshold_rad_s2[best]:.3g} rad/s² it falls "
-        f"to {least:.3g}."
+        f"{mixed} where accelerations above {sweep.threshold_rad_s2[best]:.3g} rad/s² are left out "
+        f"(condition number {least:.3g}; with every sample {first:.3g}; the lower, the better)."
     )

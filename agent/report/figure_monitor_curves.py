@@ -11,7 +11,7 @@ from agent.monitor.comparison import Comparison
 from agent.numbers import scale_for
 from agent.report.canvas import (
     INK,
-    MEASURED,
+    MEASURED_PALE,
     MUTED,
     PREDICTED,
     SHADE,
@@ -53,10 +53,11 @@ def figure_monitor_curves(
     speed = found.speed_rad_s
     scale = scale_for("N m", found.healthy_nm.tolist())
     bands = (
-        (found.healthy_nm, found.healthy_deviation_nm, MEASURED, "-", before),
-        (found.now_nm, found.now_deviation_nm, PREDICTED, "-", "now"),
+        # what was is drawn broader, so that it shows where nothing has changed, too
+        (found.healthy_nm, found.healthy_deviation_nm, MEASURED_PALE, 4.0, before),
+        (found.now_nm, found.now_deviation_nm, PREDICTED, 1.4, "now"),
     )
-    for value, deviation, color, style, label in bands:
+    for value, deviation, color, width, label in bands:
         reach = _NORMAL_975 * deviation
         upper.fill_between(
             speed,
@@ -67,7 +68,13 @@ def figure_monitor_curves(
             lw=0,
         )
         upper.plot(
-            speed, scale.factor * value, color=color, ls=style, marker="o", ms=2.8, label=label
+            speed,
+            scale.factor * value,
+            color=color,
+            lw=width,
+            marker="o",
+            ms=2 + width,
+            label=label,
         )
     at = "" if math.isnan(found.temperature_degc) else f" at {found.temperature_degc:.0f} °C"
     upper.set_title(f"Friction curve{at}")
@@ -85,7 +92,7 @@ def figure_monitor_curves(
     )
     lower.plot(speed, change.factor * found.change_nm, color=INK, marker="o", ms=2.8)
     lower.axhline(0.0, color=MUTED, lw=0.9)
-    lower.set_title(f"Now less {before}, with its 95 % interval")
+    lower.set_title(f"Now minus {before}, with its 95 % interval")
     lower.set_ylabel(change.unit)
     lower.set_xlabel("motor speed, rad/s")
     for axes in (upper, lower):

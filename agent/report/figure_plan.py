@@ -68,7 +68,7 @@ def figure_plan(
     for axes in (velocity, position):
         for window in trajectory.steady_windows():
             axes.axvspan(window.start_s, window.end_s, color=SHADE, lw=0, zorder=0)
-        axes.set_xlim(0.0, trajectory.duration_s)
+        axes.set_xlim(0.0, 1.005 * trajectory.duration_s)  # room for the last number
     velocity.set_title("Motor velocity")
     velocity.plot(time_s, motion.velocity_rad_s, color=MEASURED)
     velocity.set_ylabel("rad/s")

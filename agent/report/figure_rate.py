@@ -68,7 +68,7 @@ def _year(panels: list[Axes], plan: RatePlan, rates: tuple[Rate, Rate]) -> None:
     site = plan.site
     day = np.arange(0.0, YEAR_DAYS, 0.25)
     panels[0].plot(day, site.temperature_degc(day), color=TEMPERATURE, lw=1.0)
-    panels[0].set_title("gearbox temperature, from its mean")
+    panels[0].set_title("Gearbox temperature, from its mean")
     panels[0].set_ylabel("°C")
     for rate, color, size in zip(rates, (MEASURED, PREDICTED), (3.0, 5.0), strict=True):
         at = np.arange(0.0, YEAR_DAYS, rate.interval_days)
@@ -76,10 +76,10 @@ def _year(panels: list[Axes], plan: RatePlan, rates: tuple[Rate, Rate]) -> None:
         label = f"every {rate.interval_days:g} days"
         panels[1].plot(at, friction, "o-", ms=size, lw=0.6, color=color, label=label)
         panels[2].plot(at[1:], np.diff(friction), "o-", ms=size, lw=0.6, color=color)
-    panels[1].set_title("friction, not compensated")
+    panels[1].set_title("Friction, not compensated")
     panels[1].set_ylabel("% of its mean")
     key_in_header(panels[1], columns=2)
-    panels[2].set_title("change from one experiment to the next")
+    panels[2].set_title("Change from one experiment to the next")
     panels[2].set_ylabel("%")
     panels[2].set_xlabel("day of the swing")
     for axes in panels:
@@ -107,7 +107,7 @@ def _trade(axes: Axes, plan: RatePlan) -> None:
         "o--",
         ms=4,
         color=PREDICTED,
-        label="95 % of it is found",
+        label="95 % is found below",
     )
     axes.plot(
         minutes,
@@ -142,7 +142,7 @@ def _trade(axes: Axes, plan: RatePlan) -> None:
             mfc="none",
             color=INK,
         )
-    axes.set_title(f"wear of {_FRACTIONS * plan.wish.wear_per_month:g} % a month: rise when found")
+    axes.set_title(f"Wear of {_FRACTIONS * plan.wish.wear_per_month:g} % a month: rise when found")
     axes.set_xlabel("downtime, minutes a year")
     axes.set_ylabel("rise, %")
     key_in_header(axes, columns=3)

@@ -90,7 +90,7 @@ def figure_reversals(found: ReversalFit, *, narrow: bool = False) -> Figure:
     axes.set_xlim(0.0, reach * angle.factor)
     axes.set_xlabel(f"motor travel since the reversal, {angle.unit}")
     axes.set_ylabel(f"friction in the new direction, {torque.unit}")
-    axes.set_title("torque after reversals")
+    axes.set_title("Torque after reversals")
     key_in_header(axes, columns=1 if narrow else 3)
     return figure
 

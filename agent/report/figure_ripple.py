@@ -78,7 +78,7 @@ def _stutter(axes: Axes, change: RippleChange) -> None:
     axes.set_xticks(place, [significant(o.order_per_motor_rev, 3) for o in measured])
     axes.set_xlabel("order, periods per motor turn")
     axes.set_ylabel("position stutter, mrad")
-    axes.set_title(f"stutter at {significant(change.velocity_rad_s, 2)} rad/s")
+    axes.set_title(f"Stutter at {significant(change.velocity_rad_s, 2)} rad/s")
     key_in_header(axes, columns=2)
 
 
@@ -114,7 +114,7 @@ def _spectrum(axes: Axes, found: Ripple, columns: int) -> None:
     axes.set_xlim(0.0, float(order[-1]))
     axes.set_xlabel("order, periods per motor turn")
     axes.set_ylabel(f"amplitude, {scale.unit}")
-    axes.set_title("torque ripple")
+    axes.set_title("Torque ripple")
     key_in_header(axes, columns=columns)
 
 

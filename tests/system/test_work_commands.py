@@ -91,7 +91,7 @@ def test_schedule_needs_no_history_and_says_what_it_takes_for_usual(tmp_path: Pa
     asked = ["schedule", "--slope", "-1", "--swing", "8", "--picture", str(picture)]
     done = RUNNER.invoke(app, asked)
     assert done.exit_code == 0, done.output
-    assert "change from one experiment to the next" in picture.read_text(encoding="utf-8")
+    assert "Change from one experiment to the next" in picture.read_text(encoding="utf-8")
     assert "Test every" in done.stdout
     assert "not known of this joint" in done.stdout
     wrong = RUNNER.invoke(app, ["schedule", "--swing", "-8"])
