@@ -45,6 +45,7 @@ class NmtState(enum.IntEnum):
 
 _EMCY_BYTES = 8
 _SDO_BYTES = 8
+_SPECIFIER, _WRITE, _READ, _ABORT = 0xE0, 0x20, 0x40, 0x80
 _INBOX_LIMIT = 1024
 
 
@@ -71,7 +72,9 @@ class OwnedNetwork(canopen.Network):
 class WaitingSdoClient(SdoClient):
     """canopen's SDO client, waiting on the injected clock instead of on real time.
 
-    `give_up_s` is a deadline on that clock beyond which no answer is waited for.
+    `give_up_s` is a deadline on that clock beyond which no answer is waited for. An answer about
+    another object than the one asked about is another program's, which may read the drive beside
+    us: it is passed over, where canopen would call it an error.
     """
 
     def __init__(self, node: CanopenNode, timeout_s: float) -> None:
@@ -80,14 +83,33 @@ class WaitingSdoClient(SdoClient):
         self.RESPONSE_TIMEOUT = timeout_s
         self.give_up_s = math.inf
         self._node = node
+        self._asked = b""  # index and subindex of the request that waits; none inside a transfer
+
+    def request_response(self, sdo_request: bytes) -> bytes:
+        """Send one request and return the answer to it."""
+        initiates = sdo_request[0] & _SPECIFIER in (_WRITE, _READ)
+        self._asked = bytes(sdo_request[1:4]) if initiates else b""
+        return cast(bytes, super().request_response(sdo_request))  # type: ignore[no-untyped-call]  # canopen is untyped here
 
     def read_response(self) -> bytes:
         """Return the server's answer, raising canopen's errors for an abort or a time-out."""
         deadline_s = min(self._node.clock.now() + self.RESPONSE_TIMEOUT, self.give_up_s)
-        while self.responses.empty():
+        while True:
+            self._pass_over_others()
+            if not self.responses.empty():
+                return cast(bytes, super().read_response())  # type: ignore[no-untyped-call]  # canopen is untyped here
             if not self._node.wait(deadline_s):
                 raise SdoCommunicationError("No SDO response received")
-        return cast(bytes, super().read_response())  # type: ignore[no-untyped-call]  # canopen is untyped here
+
+    def _pass_over_others(self) -> None:
+        """Drop waiting answers about other objects; an abort may leave out which it is about."""
+        waiting = self.responses.queue
+        while self._asked and waiting:
+            about = bytes(waiting[0][1:4])
+            unsaid = waiting[0][0] == _ABORT and not any(about)
+            if about == self._asked or unsaid:
+                return
+            waiting.popleft()
 
 
 class CanopenNode:
