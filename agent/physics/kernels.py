@@ -215,3 +215,55 @@ def _twist(torque: float, stiffness: float, cubic: float) -> float:
         slope = stiffness + 3.0 * cubic * twist * twist
         twist -= (stiffness * twist + cubic * twist * twist * twist - torque) / slope
     return twist
+
+
+@njit(cache=True)
+def dragged_arm(
+    position_rad: Floats,
+    velocity_rad_s: Floats,
+    period_s: float,
+    substeps: int,
+    gear: Floats,
+    arm_rad: float,
+    rate_rad_s: float,
+) -> tuple[Floats, Floats, Floats]:
+    """Return arm angle at every substep, and the teeth's torque and arm's velocity at the samples.
+
+    A motor drags an arm with dry friction through gap and spring: `gear` holds the gap, the
+    spring, its damper, and the arm's inertia, dry friction, viscous friction and constant load.
+    Teeth push, but do not pull. Between samples the motor's angle is the cubic with the given
+    angles and velocities; dry friction takes away as much momentum as it can in each substep.
+    """
+    samples, h, per_s = position_rad.shape[0], period_s / substeps, 1.0 / period_s
+    half, stiffness, damping, viscous, load = 0.5 * gear[0], gear[1], gear[2], gear[5], gear[6]
+    gain, dry, share = h / gear[3], h * gear[4] / gear[3], 1.0 / substeps
+    arm, rate = arm_rad, rate_rad_s
+    angle = np.empty((samples - 1) * substeps + 1)
+    torque, speed = np.empty(samples), np.empty(samples)
+    for k in range(samples):
+        last = k == samples - 1
+        q0, v0 = position_rad[k], velocity_rad_s[k] * period_s
+        way = v0 if last else position_rad[k + 1] - q0
+        v1 = v0 if last else velocity_rad_s[k + 1] * period_s
+        square, cube = 3.0 * way - 2.0 * v0 - v1, v0 + v1 - 2.0 * way
+        for j in range(1 if last else substeps):
+            u = j * share
+            twist, tooth = q0 + u * (v0 + u * (square + u * cube)) - arm, 0.0
+            if twist > half or twist < -half:
+                ahead = (v0 + u * (2.0 * square + u * 3.0 * cube)) * per_s - rate
+                if twist > 0.0:
+                    tooth = max(stiffness * (twist - half) + damping * ahead, 0.0)
+                else:
+                    tooth = min(stiffness * (twist + half) + damping * ahead, 0.0)
+            if j == 0:
+                torque[k], speed[k] = tooth, rate
+            angle[k * substeps + j] = arm
+            rate += gain * (tooth - load - viscous * rate)
+            if rate > dry:
+                rate -= dry
+            elif rate < -dry:
+                rate += dry
+            else:
+                rate = 0.0
+            arm += h * rate
+    return angle, torque, speed

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from agent.identify.reversals.arm import arm_clearance
@@ -27,47 +30,50 @@ def lost_motion(gap_rad: float, stiffness: float) -> float:
     return gap_rad + 2.0 * ARM_COULOMB / stiffness
 
 
-@pytest.mark.parametrize(
-    ("gap_rad", "stiffness", "late_s"), [(GAP, TEETH, 0.0), (GAP, TEETH, SKEW), (GAP, 30.0, SKEW)]
-)
+@pytest.mark.parametrize(("gap_rad", "stiffness", "late_s"), [(GAP, TEETH, 0.0), (GAP, 30.0, SKEW)])
 def test_gap_wind_up_and_skew_are_told_apart_by_the_arms_encoder(
     gap_rad: float, stiffness: float, late_s: float
 ) -> None:
-    for seed in range(3):
-        found = by_arm(gap_rad, stiffness, seed, late_s)
-        for parameter, truth in (
-            (found.lost_motion_rad, lost_motion(gap_rad, stiffness)),
-            (found.backlash_rad, gap_rad),
-            (found.encoder_skew_s, late_s),
-        ):
-            assert parameter.ci95 is not None, parameter.reason
-            low, high = parameter.ci95
-            # Nine numbers: half as much again, so that chance does not fail the test.
-            spare = 0.25 * (high - low)
-            assert low - spare <= truth <= high + spare, (low, truth, high)
-        # A compliance that the gap hides is not guessed at.
-        compliance = found.compliance_rad_per_nm
-        assert (compliance.ci95 is None) == (stiffness == TEETH)
-        if compliance.ci95 is not None:
-            assert compliance.ci95[0] <= 1.0 / stiffness <= compliance.ci95[1]
-        low, high = found.backlash_rad.ci95 or (0.0, 1.0)
-        assert high - low < 0.2 * gap_rad
-        # While the motor crosses the gap the arm stands, and its encoder's lateness is none; an arm
-        # that still rings winds up the gear by its own acceleration: 2 % and 1 % without that.
-        assert found.backlash_rad.value == pytest.approx(gap_rad, rel=0.012)
-        assert found.lost_motion_rad.value == pytest.approx(
-            lost_motion(gap_rad, stiffness), rel=0.002
-        )
+    found = by_arm(gap_rad, stiffness, 1, late_s)
+    for parameter, truth, widest in (
+        (found.lost_motion_rad, lost_motion(gap_rad, stiffness), 0.002),
+        (found.backlash_rad, gap_rad, 0.02),
+        (found.compliance_rad_per_nm, 1.0 / stiffness, 0.06),
+        (found.encoder_skew_s, late_s, 0.06),
+    ):
+        assert parameter.ci95 is not None, parameter.reason
+        low, high = parameter.ci95
+        assert low <= truth <= high, (low, truth, high)
+        assert high - low < widest * max(truth, SKEW)
+
+
+def test_a_gear_that_is_not_like_the_simulated_one_keeps_wide_intervals() -> None:
+    clean = sampled(geared(GAP, TEETH), 1, with_arm=True, arm_late_s=SKEW)
+    assert clean.position_rad is not None
+    ripple = 0.03 * np.sin(7.0 * clean.position_rad)
+    motion = read_tracks([replace(clean, torque_nm=clean.torque_nm + ripple)])
+    found = arm_clearance(motion, range_of(motion), VISCOUS)
+    assert found is not None
+    for parameter, truth in (
+        (found.lost_motion_rad, lost_motion(GAP, TEETH)),
+        (found.backlash_rad, GAP),
+        (found.encoder_skew_s, SKEW),
+    ):
+        assert parameter.ci95 is not None
+        low, high = parameter.ci95
+        assert low <= truth <= high
+    low, high = found.backlash_rad.ci95 or (0.0, 0.0)
+    assert high - low > 0.04 * GAP
 
 
 def test_a_soft_gear_without_a_gap_is_not_given_one() -> None:
-    for seed in range(3):
-        found = by_arm(0.0, 20.0, seed)
-        assert not found.backlash_rad.identified
-        assert "as a spring's does" in found.backlash_rad.reason
-        compliance = found.compliance_rad_per_nm
-        assert compliance.ci95 is not None
-        assert compliance.ci95[0] <= 1.0 / 20.0 <= compliance.ci95[1]
+    found = by_arm(0.0, 20.0, 1)
+    assert not found.backlash_rad.identified
+    assert "as a spring's does" in found.backlash_rad.reason
+    compliance = found.compliance_rad_per_nm
+    assert compliance.ci95 is not None
+    assert compliance.ci95[0] <= 1.0 / 20.0 <= compliance.ci95[1]
+    assert compliance.ci95[1] - compliance.ci95[0] < 0.02 / 20.0
 
 
 def test_from_the_motors_side_a_gap_is_found_where_it_stands_out() -> None:

@@ -4,7 +4,8 @@ The lead is motor angle less gear ratio times arm angle. It differs between the 
 the lost motion; what it has in proportion to velocity is the two encoders' skew in time. Gap and
 wind-up part in the torque: with the measured lead as the gear's twist, the motor carries
 ``k D(lead)`` besides its own friction and inertia, where D is the dead zone (thesis 3.6). A gap
-leaves the motor without load while the lead crosses it; a spring loads it from the start.
+leaves the motor without load while the lead crosses it; a spring loads it from the start. From
+there the arm is simulated (`arm_simulated`).
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify.result import Floats, Parameter
+from agent.identify.reversals.arm_simulated import sharpened
 from agent.identify.reversals.data import data_of
 from agent.identify.reversals.laws import Range, ReversalLaw
 from agent.identify.reversals.result import Clearance
@@ -70,7 +72,7 @@ def arm_clearance(motion: Motion, range_: Range, viscous_nm_s_per_rad: float) ->
         )
     if not lead.lost_motion.identified:
         return replace(_unknown(lead.lost_motion.reason), encoder_skew_s=lead.skew_s)
-    return _gap_or_spring(own, range_, lead, viscous_nm_s_per_rad)
+    return sharpened(own, *_gap_or_spring(own, range_, lead, viscous_nm_s_per_rad))
 
 
 def _usable(track: Track) -> bool:
@@ -191,10 +193,11 @@ def _columns(track: Track, gap_rad: float) -> Floats:
 
 def _gap_or_spring(
     motion: Motion, range_: Range, lead: _Lead, viscous_nm_s_per_rad: float
-) -> Clearance:
+) -> tuple[Clearance, tuple[float, float]]:
     """Fit the motor's torque with the measured lead as the gear's twist, with and without a gap.
 
     The twist is measured at every sample: no law's memory of where the motor turned is in it.
+    Beside the clearance, the inertia and viscous friction of the motor and all that it carries.
     """
     tracks = tuple(
         replace(
@@ -222,13 +225,15 @@ def _gap_or_spring(
     plain, parted = solve(spring, data, range_), solve(gap, data, range_)
     refusal = not_better(plain, parted, data)
     found, width = plain if refusal else parted, _width(parted, lead, refusal)
-    return Clearance(
+    clearance = Clearance(
         "arm-encoder",
         width,
         lead.lost_motion,
         _compliance(found, lead, width),
         _widened(lead.skew_s, viscous_nm_s_per_rad, found),
     )
+    joint = plain.value("inertia_kg_m2"), plain.value("viscous_nm_s_per_rad")
+    return clearance, joint
 
 
 def _in_time(track: Track, skew_s: float) -> Floats:

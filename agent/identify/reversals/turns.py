@@ -56,6 +56,8 @@ class Track:
         Velocity behind a higher cutoff, which drives friction with memory: a turn that is rounded
         off would be remembered as a rounder one, and travel bears more noise than acceleration.
         Between turns it never goes back: see `_one_way`.
+    measured_rad : ndarray
+        Motor angle as recorded.
     lead_rad : ndarray or None
         Motor angle less gear ratio times arm angle, as recorded; None without the arm's encoder.
     turns : tuple of Turn
@@ -77,6 +79,7 @@ class Track:
     acceleration_rad_s2: Floats
     driving_rad_s: Floats
     torque_nm: Floats
+    measured_rad: Floats
     lead_rad: Floats | None
     turns: tuple[Turn, ...]
     resolution_rad: float
@@ -167,6 +170,7 @@ def _track(number: int, signals: Signals, stretch: Stretch) -> Track | None:
         acceleration_rad_s2=np.gradient(velocity, period_s),
         driving_rad_s=np.gradient(_one_way(fine, extremes), period_s),
         torque_nm=stretch.on_grid(signals, signals.torque_nm),
+        measured_rad=raw,
         lead_rad=lead,
         turns=_turns(smooth, velocity, extremes),
         resolution_rad=max(step, error),

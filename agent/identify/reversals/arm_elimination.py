@@ -1,0 +1,166 @@
+"""A motor's true motion, which nobody knows, eliminated from the equations of a dragged arm.
+
+The motor's encoder errs by its steps, and what errs in the angle errs in the acceleration by the
+square of frequency: it is noise in the torque, in the arm's drive and in the regressor alike, and
+least squares with the measured motion take too small an inertia. So every sample's angle is an
+unknown of its own, held by the encoder to its error, beside the small change of the arm's path
+that follows from it. Angles and arm reach over neighbours only: their equations are banded, and
+eliminating them costs about as much as a filter. What is left weighs every sample by the noise
+as it is, in all frequencies (Golub and Van Loan 1980; Rauch, Tung and Striebel 1965 for the same
+as a smoother).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy import sparse
+from scipy.linalg import cho_solve_banded, cholesky_banded
+
+from agent.identify.result import Floats
+from agent.identify.reversals.arm_record import ArmRecord
+from agent.identify.reversals.arm_simulation import (
+    MOTOR,
+    SHAPE,
+    Numbers,
+    drag,
+    reading,
+    slopes,
+)
+
+_TWICE = np.array([-1 / 12, 4 / 3, -5 / 2, 4 / 3, -1 / 12])  # of fourth order
+_ONCE = np.array([1 / 12, -2 / 3, 0.0, 2 / 3, -1 / 12])
+_TIED = 50.0  # times as close as the torque's noise: the arm obeys its equation
+_SLIPS = 1e-3  # of the motor's fastest velocity
+_RIDGE = 1e-9
+_BLOCKS = 5  # of equations a sample
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """One record's equations without its motion; `_BLOCKS` n rows in units of their noise.
+
+    Parameters
+    ----------
+    columns : ndarray, shape (m, k)
+        Slopes by the free numbers.
+    rest : ndarray, shape (m,)
+        What is left at these numbers.
+    turn : ndarray of int, shape (m,)
+        Reversal of every row.
+    counted : float
+        How many readings they are, less the motion's own unknowns.
+    motion : ndarray, shape (n, k + 1)
+        How the motor's angle follows the free numbers; last, its own change.
+    """
+
+    columns: Floats
+    rest: Floats
+    turn: Any
+    counted: float
+    motion: Floats
+
+
+def reduced(
+    record: ArmRecord, number: int, motor_rad: Floats, at: Numbers, free: tuple[int, ...]
+) -> Reduced:
+    """Return the equations of one record, linear about these numbers and this motion."""
+    n, path = record.size, drag(record, number, motor_rad, at)
+    read, slides = reading(record, path), record.slides
+    once, twice = _operator(n, _ONCE) / record.period_s, _operator(n, _TWICE) / record.period_s**2
+    speed, acceleration = once @ motor_rad, twice @ motor_rad
+    torque_columns = np.column_stack((acceleration, record.way, speed))
+    weigh_torque = slides / record.torque_error_nm
+    weigh_arm = read / record.arm_error_rad
+    predicted = path.tooth_nm + torque_columns @ at.w[: len(MOTOR)] + at.w[len(MOTOR) + number]
+    rest = np.concatenate(
+        (
+            (record.motor_rad - motor_rad) / record.motor_error_rad,
+            weigh_torque * (record.torque_nm - predicted),
+            -acceleration * ~slides / record.hardest_rad_s2,
+            weigh_arm * (record.arm_rad - path.seen_rad),
+            np.zeros(n),
+        )
+    )
+    columns = np.zeros((_BLOCKS * n, len(free)))
+    own = [i for i in free if i < at.x.size]
+    seen, tooth = slopes(record, number, motor_rad, at, own)
+    columns[n : 2 * n, : len(own)] = weigh_torque[:, np.newaxis] * tooth
+    columns[3 * n : 4 * n, : len(own)] = weigh_arm[:, np.newaxis] * seen
+    for place, i in enumerate(free):
+        if i >= at.x.size:
+            straight = i - at.x.size
+            if straight < len(MOTOR):
+                columns[n : 2 * n, place] = weigh_torque * torque_columns[:, straight]
+            elif straight == len(MOTOR) + number:
+                columns[n : 2 * n, place] = weigh_torque
+    motion = _motion(record, at, path.tooth_nm, path.rate_rad_s, weigh_torque, weigh_arm)
+    every = np.column_stack((columns, rest))
+    solved = _solved(motion, every)
+    left = every - motion @ solved
+    return Reduced(
+        left[:, :-1],
+        left[:, -1],
+        np.tile(record.turn, _BLOCKS),
+        float(n + read.sum()),
+        solved[0::2],
+    )
+
+
+def _motion(
+    record: ArmRecord,
+    at: Numbers,
+    tooth_nm: Floats,
+    rate_rad_s: Floats,
+    weigh_torque: Floats,
+    weigh_arm: Floats,
+) -> Any:
+    """Return how all rows follow the motor's and the arm's angles, by turns: (5 n, 2 n), sparse."""
+    n, once = record.size, _operator(record.size, _ONCE) / record.period_s
+    twice, whole = _operator(n, _TWICE) / record.period_s**2, sparse.identity(n, format="csr")
+    _, stiffness, damping, inertia, *_ = at.gear().tolist()
+    touching = sparse.diags((tooth_nm != 0.0).astype(np.float64))
+    tooth = touching @ (stiffness * whole + damping * once)
+    slips = np.abs(rate_rad_s) > _SLIPS * float(np.abs(rate_rad_s).max())
+    late = float(at.x[SHAPE.index("skew_s")]) / record.period_s
+    before = int(np.floor(late))
+    seen = (before + 1 - late) * _shift(n, before) + (late - before) * _shift(n, before + 1)
+    tied = _TIED / record.torque_error_nm
+    moving, standing = sparse.diags(tied * slips), sparse.diags(tied * ~slips)
+    torque = sparse.diags(weigh_torque)
+    free = inertia * twice + tooth
+    blocks = [
+        [whole / record.motor_error_rad, None],
+        [torque @ (at.w[0] * twice + at.w[2] * once + tooth), -torque @ tooth],
+        [sparse.diags(~record.slides / record.hardest_rad_s2) @ twice, None],
+        [None, sparse.diags(weigh_arm) @ seen],
+        [-moving @ tooth, moving @ free + inertia / record.period_s * standing @ once],
+    ]
+    turns = np.arange(2 * n).reshape(2, n).T.ravel()
+    together: Any = sparse.bmat(blocks, format="csc")
+    return together[:, turns]
+
+
+def _operator(n: int, stencil: Floats) -> Any:
+    reach = stencil.size // 2
+    offsets = range(-reach, reach + 1)
+    diagonals = [np.full(n - abs(k), c) for k, c in zip(offsets, stencil, strict=True)]
+    return sparse.diags(diagonals, list(offsets), format="csr")
+
+
+def _shift(n: int, samples: int) -> Any:
+    return sparse.diags([np.ones(n - abs(samples))], [-samples], shape=(n, n), format="csr")
+
+
+def _solved(motion: Any, every: Floats) -> Floats:
+    """Return least squares' weights of the motion for every column, by a banded Cholesky factor."""
+    normal = (motion.T @ motion).tocoo()
+    band = int(np.max(normal.row - normal.col))
+    below = normal.row >= normal.col
+    banded = np.zeros((band + 1, motion.shape[1]))
+    np.add.at(banded, ((normal.row - normal.col)[below], normal.col[below]), normal.data[below])
+    banded[0] += _RIDGE * float(np.mean(banded[0]))
+    factor = cholesky_banded(banded, lower=True)
+    return np.asarray(cho_solve_banded((factor, True), np.asarray(motion.T @ every)))

@@ -1,0 +1,167 @@
+"""The arm simulated inside the fit: most likely gear, friction, motion and places at once.
+
+Gauss and Newton's steps, the motor's true motion eliminated (`arm_elimination`). At first the arm
+is driven by the smoothed motion, and steps are shortened until they gain; then the motion follows,
+too. Every reversal is left out by one step for the intervals, which so hold whatever the reversals
+differ in.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from agent.identify.result import Floats
+from agent.identify.reversals.arm_elimination import Reduced, reduced
+from agent.identify.reversals.arm_record import ArmRecord
+from agent.identify.reversals.arm_simulation import MOTOR, SHAPE, Numbers
+from agent.identify.uncertainty import student_975
+
+_FIRST, _SECOND = 15, 12  # steps at most
+_GAINED = 3e-3  # of the squares: less is not worth another step
+_STILL = 2.0  # standard errors: from here on what moves is when teeth touch and part
+_AGAIN = 4  # steps that are averaged then
+_LONGEST = 0.5  # of a logarithm, at once
+_FIRMER = 7  # times by ten, without a gain
+
+
+@dataclass(frozen=True)
+class ArmFit:
+    """What a simulated arm says.
+
+    Parameters
+    ----------
+    at : Numbers
+        The most likely ones.
+    free : tuple of int
+        Which of ``(x, w)`` were free.
+    misfit : float
+        Mean square of what is left, in units of the noise.
+    covariance : ndarray, shape (k, k)
+        Of the free numbers, reversals left out one by one.
+    reversals : int
+        How many were left out.
+    readings : float
+        How many they were.
+    """
+
+    at: Numbers
+    free: tuple[int, ...]
+    misfit: float
+    covariance: Floats
+    reversals: int
+    readings: float
+
+    def half_width(self, gradient: Floats) -> float:
+        """Return half of the 95 % interval of a function with this gradient over ``(x, w)``."""
+        own = gradient[list(self.free)]
+        return student_975(self.reversals - 1.0) * float(np.sqrt(own @ self.covariance @ own))
+
+
+def fit_arm(records: list[ArmRecord], start: Numbers, *, gap: bool) -> ArmFit | None:
+    """Return the most likely numbers, or None where the steps come to no end."""
+    count = len(records)
+    free = tuple(i for i in range(len(SHAPE) + len(MOTOR) + 2 * count) if gap or i != 0)
+    motions = [record.smooth_rad for record in records]
+    at = _approached(records, motions, start, free)
+    settled: list[Numbers] = []
+    for _ in range(_SECOND):
+        parts = _parts(records, motions, at, free)
+        columns, rest = _joined(parts)
+        step, error = _step(columns, rest, 0.0)
+        if not np.isfinite(step).all():
+            return None
+        still = float(np.max(np.abs(step / error))) < _STILL
+        step = _bounded(step, free)
+        at = at.moved(_spread(step, free, at))
+        settled = [*settled, at] if still else []
+        if len(settled) == _AGAIN:
+            middle = Numbers(
+                np.mean([each.x for each in settled], axis=0),
+                np.mean([each.w for each in settled], axis=0),
+            )
+            return _finished(middle, free, parts)
+        motions = [
+            motion + part.motion[:, -1] - part.motion[:, :-1] @ step
+            for motion, part in zip(motions, parts, strict=True)
+        ]
+    return None
+
+
+def _approached(
+    records: list[ArmRecord], motions: list[Floats], start: Numbers, free: tuple[int, ...]
+) -> Numbers:
+    """Return numbers from which undamped steps lead on, the motion being the smoothed one."""
+    at, firm = start, 1e-3
+    columns, rest = _joined(_parts(records, motions, at, free))
+    for _ in range(_FIRST):
+        before = after = float(rest @ rest)
+        for _ in range(_FIRMER):
+            step = _bounded(_step(columns, rest, firm)[0], free)
+            trial = at.moved(_spread(step, free, at))
+            further = _joined(_parts(records, motions, trial, free))
+            after = float(further[1] @ further[1])
+            if after < before:
+                break
+            firm *= 10.0
+        if not after < before:
+            break
+        firm = max(0.1 * firm, 1e-9)
+        at, (columns, rest) = trial, further
+        if before - after < _GAINED * before:
+            break
+    return at
+
+
+def _parts(
+    records: list[ArmRecord], motions: list[Floats], at: Numbers, free: tuple[int, ...]
+) -> list[Reduced]:
+    return [
+        reduced(record, number, motion, at, free)
+        for number, (record, motion) in enumerate(zip(records, motions, strict=True))
+    ]
+
+
+def _joined(parts: list[Reduced]) -> tuple[Floats, Floats]:
+    return np.concatenate([p.columns for p in parts]), np.concatenate([p.rest for p in parts])
+
+
+def _step(columns: Floats, rest: Floats, firm: float) -> tuple[Floats, Floats]:
+    """Return a damped step and the standard errors that the noise alone would make."""
+    scale = np.sqrt(np.einsum("ij,ij->j", columns, columns))
+    scaled = columns / scale
+    gram = scaled.T @ scaled
+    inverse = np.linalg.pinv(gram + firm * np.eye(gram.shape[0]), rcond=1e-12, hermitian=True)
+    return inverse @ (scaled.T @ rest) / scale, np.sqrt(np.diag(inverse)) / scale
+
+
+def _bounded(step: Floats, free: tuple[int, ...]) -> Floats:
+    own = np.array([1 <= i <= 4 for i in free])
+    return np.where(own, np.clip(step, -_LONGEST, _LONGEST), step)
+
+
+def _spread(step: Floats, free: tuple[int, ...], at: Numbers) -> Floats:
+    out = np.zeros(at.x.size + at.w.size)
+    out[list(free)] = step
+    return out
+
+
+def _finished(at: Numbers, free: tuple[int, ...], parts: list[Reduced]) -> ArmFit:
+    """Leave every reversal out by one step."""
+    columns, rest = _joined(parts)
+    turn = np.concatenate([p.turn for p in parts])
+    scale = np.sqrt(np.einsum("ij,ij->j", columns, columns))
+    scaled = columns / scale
+    order = np.argsort(turn, kind="stable")
+    starts = np.flatnonzero(np.diff(turn[order], prepend=-1))
+    outer = (scaled[:, :, np.newaxis] * scaled[:, np.newaxis, :])[order]
+    gram = np.add.reduceat(outer, starts, axis=0)
+    moment = np.add.reduceat((scaled * rest[:, np.newaxis])[order], starts, axis=0)
+    total = gram.sum(axis=0)
+    without = np.linalg.pinv(total - gram, rcond=1e-12, hermitian=True)
+    shifts = np.einsum("gij,gj->gi", without, moment)
+    count = starts.size
+    covariance = (count - 1.0) / count * shifts.T @ shifts / np.outer(scale, scale)
+    readings = max(sum(part.counted for part in parts), 1.0)
+    return ArmFit(at, free, float(rest @ rest) / readings, covariance, count, readings)

@@ -1,0 +1,169 @@
+"""Clearance by simulating the arm, where that explains torque and both encoders to their noise.
+
+What the regressions of `arm` say is where the fit starts and the bounds that it has to keep: a
+gear which is not like the simulated one leaves more than noise, or ends elsewhere, and then their
+wide intervals stay.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from agent.identify.result import Floats, Parameter
+from agent.identify.reversals.arm_record import ArmRecord, record_of
+from agent.identify.reversals.arm_simulation import Numbers
+from agent.identify.reversals.result import Clearance
+from agent.identify.reversals.turns import Motion
+
+if TYPE_CHECKING:
+    from agent.identify.reversals.arm_fit import ArmFit
+
+_MISFIT = 1.05  # of the noise's mean square: more, and the gear is not like the simulated one
+_CHANCE = 3.0  # standard errors of that
+_FAR = 3.0  # times the regressions' half interval: further off, one of both is wrong
+_MOST = 60_000  # samples: five seconds of a processor for 18 000
+_STEPS = 2.0  # times as wide: what taking an encoder's steps for even noise draws the numbers by
+_LATE = 50.0  # samples
+_LOOSE = 0.5  # of the value
+_SHARE = 0.4  # of the joint's inertia, the arm's at first
+_DAMPED = 0.15  # of critical, at first
+
+
+def sharpened(motion: Motion, known: Clearance, joint: tuple[float, float]) -> Clearance:
+    """Return the clearance of a simulated arm, or the known one where that does not hold.
+
+    Parameters
+    ----------
+    motion : Motion
+        Tracks with the arm's angle.
+    known : Clearance
+        From the regressions.
+    joint : tuple of float
+        The whole joint's inertia in kg m^2 and viscous friction in N m s/rad.
+    """
+    from agent.identify.reversals.arm_fit import fit_arm
+
+    records = _records(motion)
+    if not records or not known.lost_motion_rad.identified or joint[0] <= 0.0:
+        return known
+    start = _start(records, known, joint)
+    if abs(float(start.x[5])) > _LATE * min(record.period_s for record in records):
+        return known
+    gap = known.backlash_rad.identified
+    found = fit_arm(records, start, gap=gap)
+    if found is None:
+        return known
+    sharp = _clearance(found, known)
+    limit = _MISFIT + _CHANCE * math.sqrt(2.0 / found.readings)
+    holds = found.misfit <= limit and _agrees(sharp, known)
+    return sharp if holds else _both(sharp, known)
+
+
+def _records(motion: Motion) -> list[ArmRecord]:
+    """Return the first tracks, as many as a few seconds of a processor can simulate."""
+    out: list[ArmRecord] = []
+    turns = 0
+    for track in motion.tracks:
+        record = record_of(track, turns)
+        if record is None or sum(r.size for r in out) + record.size > _MOST:
+            continue
+        out.append(record)
+        turns += len(track.turns)
+    return out
+
+
+def _start(records: list[ArmRecord], known: Clearance, joint: tuple[float, float]) -> Numbers:
+    """Return numbers near the regressions' own; arm and motor share what those do not tell."""
+    inertia, viscous = joint
+    gap = known.backlash_rad.value if known.backlash_rad.identified else 0.0
+    wind_up = max(known.lost_motion_rad.value - gap, 0.01 * known.lost_motion_rad.value)
+    pushed = float(np.median([np.median(np.abs(r.torque_nm[r.slides])) for r in records]))
+    if known.compliance_rad_per_nm.identified:
+        stiffness = 1.0 / known.compliance_rad_per_nm.value
+        arm = 0.5 * wind_up * stiffness
+    else:
+        arm = 0.5 * pushed
+        stiffness = 2.0 * arm / wind_up
+    share = _SHARE * inertia
+    damping = 2.0 * _DAMPED * math.sqrt(stiffness * share)
+    skew = known.encoder_skew_s.value
+    x = [gap, *np.log([stiffness, damping, share, arm]).tolist(), skew, 0.0, 0.0]
+    places = [float(np.mean(r.motor_rad - r.arm_rad)) for r in records]
+    w = [inertia - share, max(pushed - arm, 0.1 * pushed), viscous]
+    return Numbers(np.array([*x, *places]), np.array([*w, *np.zeros(len(records))]))
+
+
+def _clearance(found: ArmFit, known: Clearance) -> Clearance:
+    x = found.at.x
+    gap, stiffness, arm = float(x[0]), math.exp(float(x[1])), math.exp(float(x[4]))
+    wind_up = 2.0 * arm / stiffness
+    lost, compliance = _unit(found, 0), _unit(found, 1)
+    lost += wind_up * (_unit(found, 4) - _unit(found, 1))
+    width = _parameter(found, gap, _unit(found, 0)) if 0 in found.free else known.backlash_rad
+    return Clearance(
+        "arm-encoder",
+        width,
+        _parameter(found, gap + wind_up, lost),
+        _parameter(found, 1.0 / stiffness, -compliance / stiffness),
+        _parameter(found, float(x[5]), _unit(found, 5)),
+    )
+
+
+def _unit(found: ArmFit, place: int) -> Floats:
+    out = np.zeros(found.at.x.size + found.at.w.size)
+    out[place] = 1.0
+    return out
+
+
+def _parameter(found: ArmFit, value: float, gradient: Floats) -> Parameter:
+    """Return a value with its interval, wider than its scatter.
+
+    At a steady speed an encoder passes its steps at a steady rate, and their error is a row of
+    lines: between them it is a third of what even noise would be, in the turns it is all of it. An
+    inertia that is put right for even noise comes out 1 to 2 % too large, and draws the gap.
+    """
+    half = _STEPS * found.half_width(gradient) * math.sqrt(max(found.misfit, 1.0))
+    return Parameter(value, (value - half, value + half))
+
+
+def _agrees(sharp: Clearance, known: Clearance) -> bool:
+    """Tell whether every value is near the regressions' own, and is told to some purpose."""
+    before = known.named()
+    for name, parameter in sharp.named().items():
+        if parameter.ci95 is None:
+            continue
+        low, high = parameter.ci95
+        # Lateness may be none at all; the others are lengths, and a length is told or it is not.
+        if name != "encoder_skew_s" and not high - low < 2.0 * _LOOSE * parameter.value:
+            return False
+        wide = before[name].ci95
+        if wide is not None:
+            middle, half = 0.5 * (wide[0] + wide[1]), 0.5 * (wide[1] - wide[0])
+            if abs(parameter.value - middle) > _FAR * half:
+                return False
+    return True
+
+
+def _both(sharp: Clearance, known: Clearance) -> Clearance:
+    """Return the regressions' values with intervals that reach to the simulated arm's, too.
+
+    Neither is right about such a gear, and how far they differ is the least that both may err by.
+    """
+    other = sharp.named()
+    return Clearance(
+        known.source, **{name: _reaching(p, other[name]) for name, p in known.named().items()}
+    )
+
+
+def _reaching(known: Parameter, other: Parameter) -> Parameter:
+    """Return a parameter with an interval that is as wide as its distance from another."""
+    if known.ci95 is None or not other.identified:
+        return known
+    low, high = known.ci95
+    reach = abs(other.value - known.value)
+    down = min(reach, known.value) if known.value > 0.0 else reach
+    return replace(known, ci95=(min(low, known.value - down), max(high, known.value + reach)))
