@@ -5,18 +5,15 @@ from __future__ import annotations
 import contextlib
 import copy
 import functools
-import json
 import math
 import os
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import can
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 from can.interfaces import virtual
 
@@ -24,14 +21,10 @@ from agent.cli.exits import exit_code
 from agent.cycle import runner
 from agent.errors import AgentError
 from agent.record.reading import read
-from agent.record.recover import recover
 from agent.record.stream import FLUSH_PERIOD_S, StreamWriter
-from agent.wire_drive import bus_config, drive_config
 from drivers.can.frames import CanBusConfig
 from drivers.can.opening import open_bus as sound
-from drivers.can.owner import CanBusOwner
 from drivers.cia402.axis import Cia402Axis
-from drivers.cia402.handing_back import restore
 from drivers.clock import SteppedClock
 from drivers.errors import DriverError
 from drivers.ports import StopReport
@@ -44,10 +37,17 @@ from fakes.process import open_bus
 from fakes.specification import FakeSpecification
 from fakes.wire_faults import WireFault
 from tests.faults.acts import ACTS, Stage
+from tests.faults.aftermath import (
+    Watch,
+    kept_of,
+    recording_troubles,
+    registers,
+    said_troubles,
+    settings_troubles,
+)
 from tests.faults.scenario import Run, Scenario
 from tests.system.rig import Rig, rig
 
-REST_RAD_S = 0.5
 AFTERWARDS_S = 0.3
 SHORT = {"duration_s": 3.2, "speeds": 2}
 REVERSAL_S = 0.1
@@ -55,37 +55,8 @@ WITH_RELEASE = ("open the release", "cut the release")
 FOR_GOOD = ("power-cut", "unplugged", "sdo-silent", "sdo-aborts")
 """Faults of the drive itself, which no healed wire takes back."""
 
-WATCHED = (
-    *((0x1016, 1), (0x1017, 0), (0x6007, 0), (0x605A, 0), (0x6060, 0), (0x6083, 0), (0x6084, 0)),
-    *((0x6085, 0), (0x607D, 1), (0x607D, 2)),
-    *((index, sub) for index in (0x1400, 0x1800, 0x1801) for sub in (1, 2)),
-)
-
-
 Span = tuple[float, float]
 """From when until when, in seconds."""
-
-
-@dataclass
-class Watch:
-    """What the plant really did, sampled whenever time moves."""
-
-    times_s: list[float] = field(default_factory=list)
-    positions_rad: list[float] = field(default_factory=list)
-    step_s: float = 0.0  # of the plant's integration
-    origin_s: float = math.nan  # when the recording's time begins
-    decided_s: float = 0.0  # when the agent began to stop
-    moved_s: float = -math.inf
-    moves: bool = False
-    rows_s: list[float] = field(default_factory=list)  # when each row was handed over
-
-    def look(self, now_s: float, position_rad: float, velocity_rad_s: float) -> None:
-        if not self.times_s or now_s > self.times_s[-1]:
-            self.times_s.append(now_s)
-            self.positions_rad.append(position_rad)
-        self.moves = abs(velocity_rad_s) > REST_RAD_S
-        if self.moves:
-            self.moved_s = now_s
 
 
 def play(
@@ -127,14 +98,14 @@ def play(
             stage.patch, stage.stack = patch, stack
             if scenario.act:
                 ACTS[scenario.act](stage)
-            found = _registers(bench)
+            found = registers(bench)
             error = _drive(bench, watch)
         bench.later(AFTERWARDS_S)
-        troubles = _recording_troubles(Path(name)) + _said(error)
-        troubles += _settings_troubles(
+        troubles = recording_troubles(Path(name)) + said_troubles(error)
+        troubles += settings_troubles(
             bench, wire, found, Path(name), heals=not any(f.kind in FOR_GOOD for f in script)
         )
-        kept, lost, misplaced, doubtful = _kept(Path(name), watch)
+        kept, lost, misplaced, doubtful = kept_of(Path(name), watch)
     begins_s = max(onset_s, watch.decided_s) if scenario.outcome == "either" else onset_s
     committed_s = math.inf if scenario.act != "fill the disk" else onset_s - FLUSH_PERIOD_S
     return Run(
@@ -297,74 +268,3 @@ def _drive(bench: Rig, watch: Watch) -> AgentError | DriverError | None:
     except (AgentError, DriverError) as error:
         return error
     return None
-
-
-def _registers(bench: Rig) -> dict[tuple[int, int], int]:
-    """Return every number in the drive that the agent may have changed."""
-    number = bench.drive.dictionary.number
-    watched = list(WATCHED)
-    for mapping in (0x1600, 0x1A00, 0x1A01):  # entries beyond the count mean nothing
-        watched += [(mapping, sub) for sub in range(number(mapping, 0) + 1)]
-    return {key: number(*key) for key in watched}
-
-
-# ---- what must hold after every run, whatever the fault -------------------------------------
-
-
-def _said(error: AgentError | DriverError | None) -> list[str]:
-    """Return what the message lacks: what became of the joint, and what to do."""
-    if error is None:
-        return []
-    text = " ".join([str(error), *getattr(error, "__notes__", [])])
-    fates = ("is at rest (measured)", "use the E-stop", "nothing has moved", "ran to its end")
-    found = [] if any(fate in text for fate in fates) else ["nothing said of the joint's fate"]
-    return found if error.do or "ran to its end" in text else [*found, "nothing said of what to do"]
-
-
-def _settings_troubles(
-    bench: Rig, wire: Wire, found: dict[tuple[int, int], int], folder: Path, *, heals: bool
-) -> list[str]:
-    """Return what is wrong with the drive's settings: restored, or in a journal that restores."""
-    journal = next(folder.glob(".*.found.json"), None)
-    if _registers(bench) == found:
-        return []
-    if journal is None:
-        return ["the drive's settings are not as found, and no journal was left"]
-    if not heals:
-        return []
-    wire.heal()
-    bench.later(0.2)
-    cell, axis = bench.cell, bench.cell.axis[0]
-    owner = CanBusOwner.open(bus_config(cell.bus), bench.clock)
-    try:
-        restore(owner, drive_config(cell, axis), bench.clock, json.loads(journal.read_text()))
-    except DriverError as error:
-        return [f"the journal does not restore: {error}"]
-    finally:
-        owner.close()
-    return [] if _registers(bench) == found else ["the journal does not restore everything"]
-
-
-def _recording_troubles(folder: Path) -> list[str]:
-    """Finish what the run could not, as `stribeck recover` does, and say what cannot be read."""
-    return [
-        result.sentence
-        for result in recover(folder)
-        if result.outcome not in ("recovered", "finished before")
-    ]
-
-
-def _kept(folder: Path, watch: Watch) -> tuple[int, int | None, float, int]:
-    """Return rows that can be read, samples lost, the farthest position from the truth, doubts."""
-    paths = list(folder.glob("*.parquet"))
-    if not paths:
-        return 0, None, 0.0, 0
-    table = pq.read_table(paths[0])  # `read` wants 100 samples; a cycle may end before
-    metadata = json.loads(table.schema.metadata[b"stribeck"])
-    position = table["position_rad"].to_numpy()
-    # The drive reads its encoder at the beginning of an integration step.
-    taken_s = table["time_s"].to_numpy() + watch.origin_s - watch.step_s
-    truth = np.interp(taken_s, watch.times_s, watch.positions_rad)
-    misplaced = np.abs(position - truth).max() if len(position) else 0.0
-    doubtful = metadata.get("acquisition", {}).get("doubtful", 0)
-    return len(position), metadata.get("samples_lost"), float(misplaced), doubtful
