@@ -124,3 +124,14 @@ def test_units_do_not_matter(scale: float, seed: int) -> None:
     )
     np.testing.assert_allclose(other.above * scale, one.above, rtol=1e-6)
     np.testing.assert_allclose(other.below * scale, one.below, rtol=1e-6)
+
+
+def test_another_name_for_a_number_does_not_make_it_unknown() -> None:
+    """As friction under a load that is inertia's alone is, of inertia and Coulomb friction."""
+    rng = np.random.default_rng(7)
+    column = rng.standard_normal(COUNT)
+    renamed = column + 0.01 * rng.standard_normal(COUNT)
+    target = 0.7 * column + 0.1 * rng.standard_normal(COUNT)
+    hit, length = covered(column, target, 0.7, (Candidate(SMALL, (), renamed[:, None]),))
+    assert hit
+    assert length < 1.1 * covered(column, target, 0.7)[1]

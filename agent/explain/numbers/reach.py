@@ -32,6 +32,7 @@ from agent.identify.uncertainty import student_975
 _MOST_BESIDE = 6
 _FEWEST_RUNS = 3
 _WORTH = 0.02  # of the best single gain: less is not tried
+_COPIED = 1e-3  # of a law's energy beyond the model's columns: less, and it renames them
 
 
 @dataclass(frozen=True)
@@ -95,6 +96,10 @@ def reach_of(
     return Reach(below / size, above / size, tuple(rivals[i] for i in chosen))
 
 
+def _energy(columns: Floats) -> float:
+    return float(np.einsum("ij,ij->", columns, columns))
+
+
 def _norm(columns: Floats) -> Floats:
     return np.asarray(np.maximum(np.sqrt(np.einsum("ij,ij->j", columns, columns)), 1e-300))
 
@@ -126,8 +131,8 @@ def _other_laws(
         key = (form.effect, form.name)
         beyond = candidate.columns - basis @ (basis.T @ candidate.columns)
         unit = basis_of(beyond, like=candidate.columns)
-        if not unit.shape[1]:
-            continue
+        if not unit.shape[1] or _energy(beyond) < _COPIED * _energy(candidate.columns):
+            continue  # as friction under load is of Coulomb friction and inertia without a weight
         along.setdefault(key, []).append(float(np.mean((unit.T @ residual) ** 2)))
         gain = gain_of(candidate, basis, residual)
         if gain > best.get(key, (0.0, None))[0]:
