@@ -10,10 +10,13 @@ import numpy as np
 import pytest
 
 from agent.explain.answer.sentences import number_sentence
+from agent.explain.choosing.search import Library
 from agent.explain.numbers.model import extended_twin, fit_model
+from agent.explain.numbers.plain_refits import earlier_moves
 from agent.explain.numbers.wrong import _lasting
-from agent.explain.rows.scene import Scene
-from agent.explain.rows.table import tabulate
+from agent.explain.rows.evidence import weigh
+from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.table import BASE, tabulate
 from agent.explain.study import study
 from agent.identify.result import Floats
 from tests.science.explain_joint import (
@@ -112,3 +115,24 @@ def test_of_a_recorded_simulations_number_only_what_it_lacks_is_told() -> None:
     said = number_sentence("wrong-number", changes, 1.0, recorded=True)
     assert "Coulomb friction is 70.0 mN m more than the simulation has" in said
     assert "0.35" not in said
+
+
+def test_fits_to_the_first_recordings_end_where_a_simulation_made_of_them_stands() -> None:
+    """What it lacks bends its numbers otherwise later: then they are bent, and not wrong."""
+    speeds = ((1.5, 3.0, 6.0, 60.0), (20.0, 40.0, 60.0, 80.0))
+    runs = [
+        record(stair(v), stribeck, Conditions(started_s=-3600.0 * k), k)
+        for k, v in enumerate(speeds)
+    ]
+    last, _ = refit(tabulate(TWIN, runs[1:]))  # of the recording that was made first
+    numbers = {name: getattr(TWIN, name) + d for name, d in zip(BASE, last, strict=True)}
+    twin = replace(TWIN, **numbers)
+    table = tabulate(twin, runs)
+    delta, left = refit(table)
+    library = Library.of(Scene(table, delta, left), weigh(table, left), ())
+    (earlier,) = earlier_moves(library, twin)
+    ends = {
+        name: abs(earlier[name]) < 0.1 * abs(move) for name, move in zip(BASE, delta, strict=True)
+    }
+    assert ends["coulomb_nm"]
+    assert ends["viscous_nm_s_per_rad"]

@@ -56,6 +56,25 @@ def plain_moves(library: Library, twin: Twin) -> tuple[Mapping[str, float], ...]
     )
 
 
+def earlier_moves(library: Library, twin: Twin) -> tuple[Mapping[str, float], ...]:
+    """Return how far fits to the first recordings alone move the numbers, the shortest list first.
+
+    A simulation's numbers come from what had been recorded by then. Physics that it lacks bends
+    them otherwise on other motions: more recordings may refute numbers that the first ones give.
+    """
+    table = library.scene.table
+    places = own_structure(table, twin)
+    began = [run.started_s for run in table.runs]
+    order = np.argsort(began, kind="stable") if np.isfinite(began).all() else np.arange(len(began))
+    out = []
+    for count in range(1, len(began)):
+        rows = table.sliding & np.isin(table.run, order[:count])
+        columns = table.base[rows][:, places]
+        if np.linalg.matrix_rank(columns) == places.size:
+            out.append(_moves(columns, table.target_nm[rows], np.array(BASE)[places].tolist()))
+    return tuple(out)
+
+
 def own_structure(table: Table, twin: Twin) -> NDArray[np.int64]:
     """Return which of the excited numbers a twin has: gravity of exactly zero is none."""
     loaded = twin.gravity_sin_nm != 0.0 or twin.gravity_cos_nm != 0.0

@@ -20,7 +20,7 @@ from agent.explain.choosing.shares import above_noise, unseen_nm2
 from agent.explain.numbers.factor import factor_column, one_factor
 from agent.explain.numbers.intervals import named_effects
 from agent.explain.numbers.model import Model
-from agent.explain.numbers.plain_refits import plain_moves
+from agent.explain.numbers.plain_refits import earlier_moves, plain_moves
 from agent.explain.numbers.reach import reach_of
 from agent.explain.numbers.short_stroke import gravity_look_alikes
 from agent.explain.numbers.varied import varied_through_given
@@ -63,7 +63,8 @@ class WrongNumber:
 class _Case:
     """What the twin's numbers are judged by.
 
-    `beside` (m, k) are the effects' columns; `by_itself` the plain refits of the twin's structure.
+    `beside` (m, k) are the effects' columns; `by_itself` the plain refits of the twin's structure,
+    `earlier` those to the first recordings alone.
     """
 
     library: Library
@@ -71,6 +72,7 @@ class _Case:
     model: Model
     beside: Floats
     by_itself: Sequence[Mapping[str, float]]
+    earlier: Sequence[Mapping[str, float]]
     floor_nm: float
 
     @property
@@ -118,7 +120,8 @@ def wrong_numbers(
             library, np.zeros((library.target.shape[0], 0)), factor_column(library), floor_nm
         )
         return (WrongNumber("torque-constant-error", share, {"factor": factor}),)
-    case = _Case(library, twin, model, beside, plain_moves(library, twin), floor_nm)
+    earlier = earlier_moves(library, twin) if terms else ()  # without a law nothing is bent
+    case = _Case(library, twin, model, beside, plain_moves(library, twin), earlier, floor_nm)
     varied = varied_through_given(library, twin, model)
     judged = {e: tuple(n for n in names if n not in varied) for e, names in _GROUPS.items()}
     refuted = {e: names for e, names in judged.items() if _is_wrong(case, names, material)}
@@ -238,11 +241,13 @@ def _agrees(case: _Case, names: Sequence[str]) -> bool:
     there = [name for name in case.carried if name in names]
     if energy <= 0.0:
         return False
-    in_band, *others = (
-        float(torque @ (columns @ np.array([alone[name] for name in there]))) / energy
-        for alone in case.by_itself
-        if all(name in alone for name in there)
-    )
+
+    def share(fit: Mapping[str, float]) -> float:
+        return float(torque @ (columns @ np.array([fit[name] for name in there]))) / energy
+
+    in_band, *others = (share(fit) for fit in case.by_itself if all(n in fit for n in there))
+    if any(abs(share(fit)) < _BENT for fit in case.earlier if all(n in fit for n in there)):
+        return False
     # How rows are weighed is anybody's choice: a twin within what that choice makes is a fit's. But
     # noise of the velocity may bend a fit to raw samples anywhere: what counts of that is whether
     # it ends where the twin stands.
