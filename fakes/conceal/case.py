@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from typing import Any
@@ -32,6 +32,7 @@ LEAST_ENERGY_SHARE = 0.1
 AXIS = 1
 _FIRST_DAY = datetime(2026, 3, 2, 5, 0, tzinfo=UTC)
 Columns = Mapping[str, NDArray[np.float64] | NDArray[np.str_]]
+More = Callable[[Sequence[Run]], Sequence[Run]]
 
 
 @dataclass(frozen=True)
@@ -85,6 +86,7 @@ def conceal(
     nuisances: bool = True,
     sample_rate_hz: float = 500.0,
     twin_error: float = 0.0,
+    more: More | None = None,
 ) -> ConcealedCase:
     """Return recordings of a joint with effects concealed, sized by what they leave in the noise.
 
@@ -111,6 +113,9 @@ def conceal(
     twin_error : float
         By how much the twin's Coulomb, viscous and inertia values are wrong, as a share with a
         sign drawn for each; then the label says so.
+    more : callable, optional
+        What is driven after all of them, of the runs that were planned: an experiment that an
+        explanation asked for. Nothing else changes by it, and the label does not speak of it.
 
     Raises
     ------
@@ -125,7 +130,11 @@ def conceal(
     of = _Streams(seed)
     robot = draw_robot(of.robot, gravity=design == "rich", sample_rate_hz=sample_rate_hz)
     runs = plan_runs(of.runs, robot, design)
-    noise = [draw_noise(of.noise, robot.sensing, sample_count(run, sample_rate_hz)) for run in runs]
+    asked_for = () if more is None else tuple(more(runs))
+    noise = [
+        draw_noise(of.noise, robot.sensing, sample_count(run, sample_rate_hz))
+        for run in (*runs, *asked_for)
+    ]
     if effects is None:
         effects = (str(of.choice.choice(tuple(EFFECTS))),)
     asked = [maker(effect)(of.effects, robot) for effect in effects]
@@ -137,6 +146,7 @@ def conceal(
     truth = all_in(reference, large)
     twin, factors = _twin_numbers(of.twin, rehearsal, large, truth, twin_error)
     seen = rehearsal.see(truth)  # the training runs come first
+    runs = (*runs, *asked_for)
     seen = [*seen, *(see(truth, robot, run, commands(run)) for run in runs[len(seen) :])]
     recorded = tuple(
         _record(number, robot, run, drive, chance)

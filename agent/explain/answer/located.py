@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from agent.explain.answer.fits import number
@@ -189,11 +189,31 @@ class Moved:
 
 
 @dataclass(frozen=True)
+class PlannedRun:
+    """How the joint is to be found when a trajectory is driven.
+
+    Parameters
+    ----------
+    times : int
+        How often it is driven.
+    warmth : float
+        Gearbox and motor temperature: 0 as the recordings began, 1 as they ended.
+    load : float
+        Gravity's torque, in units of the recordings' own.
+    """
+
+    times: int
+    warmth: float = 1.0
+    load: float = 1.0
+
+
+@dataclass(frozen=True)
 class NextExperiment:
     """What to run to tell hypotheses apart, the best first; `trajectory` is what `run` drives.
 
-    `seconds` is how long it must be driven until the difference in log density is 10, and
-    `sentence` says it to a technician. Without a trajectory it is a change of the set-up.
+    `seconds` is how long it must be driven until the difference in log density is 10, `runs` how
+    often and how warm or loaded, and `sentence` says it to a technician. Without a trajectory it is
+    a change of the set-up.
     """
 
     sentence: str
@@ -202,6 +222,7 @@ class NextExperiment:
     gain_per_s: float
     trajectory: Mapping[str, Any] | None = None
     set_up: str = ""
+    runs: tuple[PlannedRun, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
@@ -211,5 +232,6 @@ class NextExperiment:
             "seconds": number(self.seconds),
             "gain_per_s": number(self.gain_per_s),
             "set_up": self.set_up,
+            "runs": [asdict(run) for run in self.runs],
             "trajectory": None if self.trajectory is None else dict(self.trajectory),
         }

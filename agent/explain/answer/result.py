@@ -19,6 +19,7 @@ from agent.explain.answer.located import (
     Finding,
     Moved,
     NextExperiment,
+    PlannedRun,
     Region,
     Ringing,
 )
@@ -36,6 +37,7 @@ __all__ = [
     "Holdout",
     "Moved",
     "NextExperiment",
+    "PlannedRun",
     "Region",
     "Ringing",
     "Trace",

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from agent.explain.answer.names import NAMES
-from agent.explain.answer.result import NextExperiment
+from agent.explain.answer.result import NextExperiment, PlannedRun
 from agent.explain.choosing.aliases import told_apart_by
 from agent.explain.choosing.choice import Term
 from agent.explain.choosing.search import Candidate, Library
@@ -169,6 +169,7 @@ def _as_experiment(
         gain_per_s=worth.gain_per_s,
         trajectory=proposal.trajectory.to_json() if placed else None,
         set_up=proposal.set_up,
+        runs=tuple(PlannedRun(worth.times, p.warmth, p.load) for p in proposal.parts),
     )
 
 
