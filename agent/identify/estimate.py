@@ -224,7 +224,12 @@ def _undecidable(
             diagnosis.no_curve(windows),
             "the motion as a whole does not carry the Coulomb friction either",
         )
-    return backwards if coulomb.value < 0.0 else ()
+    if coulomb.value < 0.0:
+        return backwards
+    inertia = body.parameters["inertia_kg_m2"]
+    if inertia.identified and inertia.ci95 is not None and inertia.ci95[1] < 0.0:
+        return ("inertia comes out negative, which no mass has: the torque is not this motion's",)
+    return ()
 
 
 def _is_firm(parameter: Parameter) -> bool:

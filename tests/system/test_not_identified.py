@@ -170,6 +170,19 @@ def test_what_no_joint_records_has_no_number_in_any_command(
             assert reason in done.stdout.replace("only 0 valid samples", "no sample")
 
 
+def test_no_joint_has_a_negative_inertia(tmp_path: Path) -> None:
+    time_s = np.arange(5000) * 0.004
+    motion = along(60.0 * np.sin(2.0 * np.pi * 2.0 * time_s) * np.sin(2.0 * np.pi * 0.17 * time_s))
+    columns = columns_of(motion)
+    turned = columns["torque_nm"] - 3.0 * JOINT.inertia_kg_m2 * motion.acceleration_rad_s2
+    path = save(tmp_path, columns | {"torque_nm": turned})
+    assert "inertia comes out negative" in called("estimate", path).stdout
+    assert (
+        "friction is not identified"
+        not in called("estimate", save(tmp_path, columns, "own")).stdout
+    )
+
+
 def test_a_torque_of_the_wrong_sign_is_no_fault_of_ours(tmp_path: Path) -> None:
     columns = columns_of(stair())
     path = save(tmp_path, columns | {"torque_nm": -columns["torque_nm"].astype(np.float64)})

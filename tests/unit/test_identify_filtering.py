@@ -129,3 +129,15 @@ def test_all_columns_go_through_the_same_filter() -> None:
     # What is left stands at the very ends, where the filter's extension is no motion.
     assert np.sqrt(np.mean(error**2)) < 5e-3 * np.std(filtered.torque_nm)
     assert np.sqrt(np.mean(error[300:-300] ** 2)) < 2e-3 * np.std(filtered.torque_nm)
+
+
+def test_the_cutoff_does_not_fall_with_how_often_the_work_was_repeated() -> None:
+    """Hours of one and the same work have a spectrum of lines, and nothing between them."""
+    level = np.tile([5.0, -5.0, 40.0, -40.0], 4)
+    work = np.concatenate([v * np.hanning(250) for v in level])  # 16 s of it at 250 Hz
+    found = []
+    for times in (3, 30, 300):
+        noise = 1e-3 * np.random.default_rng(times).standard_normal(times * work.size)
+        velocity = np.tile(work, times) + noise
+        found.append(choose_cutoff([(velocity, 0.004)], differences=1).frequency_hz)
+    np.testing.assert_allclose(found, found[0], rtol=0.05)

@@ -19,6 +19,8 @@ from agent.identify.result import Floats
 
 ORDER = 4
 _ENERGY_KEPT = 0.90
+_BAND_BINS = 16  # of a recording of a minute or less
+_BAND_S = 60.0  # the bands of longer ones are as broad as a minute's
 _HARMONICS = 4.0
 _NOISE_SHARE = 0.01  # of the acceleration's energy: biases the inertia low by as much
 
@@ -151,7 +153,9 @@ def choose_cutoff(channels: Sequence[tuple[Floats, float]], *, differences: int)
     frequency, power, noise = (np.concatenate(part) for part in zip(*spectra, strict=True))
     order = np.argsort(frequency, kind="stable")
     frequency, power, noise = frequency[order], power[order], noise[order]
-    end = _drowned(power, noise)
+    # Passes recorded one by one must each be long enough for the filter.
+    length_s = float(np.median([len(x) * period_s for x, period_s in channels]))
+    end = _drowned(power, noise, length_s)
     noise_sum = np.cumsum(noise[:end])
     motion_sum = np.maximum.accumulate(np.cumsum(power[:end]) - noise_sum)
     motion = float(motion_sum[-1])
@@ -165,8 +169,6 @@ def choose_cutoff(channels: Sequence[tuple[Floats, float]], *, differences: int)
     if too_noisy.size:
         index = half + int(too_noisy[0])
         wanted_hz = float(frequency[index])
-    # Passes recorded one by one must each be long enough for the filter.
-    length_s = float(np.median([len(x) * period_s for x, period_s in channels]))
     return Cutoff(
         float(np.clip(wanted_hz, min(4.0 / length_s, 0.2 * fastest_hz), 0.2 * fastest_hz)),
         float(np.sqrt(motion / samples)),
@@ -174,16 +176,19 @@ def choose_cutoff(channels: Sequence[tuple[Floats, float]], *, differences: int)
     )
 
 
-def _drowned(power: Floats, noise: Floats) -> int:
+def _drowned(power: Floats, noise: Floats, length_s: float) -> int:
     """Return how many bins, from the lowest frequency up, rise above the noise.
 
     Judged in bands of an eighth of their frequency or 16 bins: the last band whose power is at
-    least twice its noise ends the motion's part of the spectrum.
+    least twice its noise ends the motion's part of the spectrum. The spectrum of work that was
+    repeated is lines with nothing between them, as many bins apart as it was repeated: the bands of
+    a long recording are no narrower than those of a minute.
     """
     count = power.shape[0]
+    narrowest = max(_BAND_BINS, round(_BAND_BINS * length_s / _BAND_S))
     edges = [0]
     while edges[-1] < count:
-        edges.append(min(edges[-1] + max(16, edges[-1] // 8), count))
+        edges.append(min(edges[-1] + max(narrowest, edges[-1] // 8), count))
     starts = np.array(edges[:-1])
     clear = np.add.reduceat(power, starts) > 2.0 * np.add.reduceat(noise, starts)
     drowned = np.flatnonzero(~clear)
