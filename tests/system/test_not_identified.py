@@ -174,7 +174,10 @@ def test_no_joint_has_a_negative_inertia(tmp_path: Path) -> None:
     time_s = np.arange(5000) * 0.004
     motion = along(60.0 * np.sin(2.0 * np.pi * 2.0 * time_s) * np.sin(2.0 * np.pi * 0.17 * time_s))
     columns = columns_of(motion)
-    turned = columns["torque_nm"] - 3.0 * JOINT.inertia_kg_m2 * motion.acceleration_rad_s2
+    turned = (
+        columns["torque_nm"].astype(np.float64)
+        - 3.0 * JOINT.inertia_kg_m2 * motion.acceleration_rad_s2
+    )
     path = save(tmp_path, columns | {"torque_nm": turned})
     assert "inertia comes out negative" in called("estimate", path).stdout
     assert (
