@@ -72,7 +72,8 @@ def arm_clearance(motion: Motion, range_: Range, viscous_nm_s_per_rad: float) ->
         )
     if not lead.lost_motion.identified:
         return replace(_unknown(lead.lost_motion.reason), encoder_skew_s=lead.skew_s)
-    return sharpened(own, *_gap_or_spring(own, range_, lead, viscous_nm_s_per_rad))
+    clearance, joint = _gap_or_spring(own, range_, lead, viscous_nm_s_per_rad)
+    return sharpened(own, clearance, joint, lead.middle_rad)
 
 
 def _usable(track: Track) -> bool:
@@ -264,7 +265,7 @@ def _width(parted: Solution, lead: _Lead, refusal: str) -> Parameter:
     low, high = lead.lost_motion.ci95 if lead.lost_motion.ci95 is not None else (value, value)
     if bool(parted.at_bound.any()) or lead.value - value <= half:
         # No wind-up beside the gap can be seen: then the gap is the lost motion.
-        return Parameter(lead.value, (min(low, value - half), high))
+        return Parameter(lead.value, (max(min(low, value - half), 0.0), high))
     if value > (1.0 - _STIFF) * lead.value:
         # A stiff spring's flank is steeper than these samples: it comes out too soft, the gap too
         # small, and all of the lost motion may be gap.

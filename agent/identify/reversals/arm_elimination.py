@@ -147,7 +147,9 @@ def _operator(n: int, stencil: Floats) -> Any:
     reach = stencil.size // 2
     offsets = range(-reach, reach + 1)
     diagonals = [np.full(n - abs(k), c) for k, c in zip(offsets, stencil, strict=True)]
-    return sparse.diags(diagonals, list(offsets), format="csr")
+    inside = np.ones(n)
+    inside[:reach] = inside[-reach:] = 0.0  # at the ends it would take what is outside for zero
+    return sparse.diags(inside) @ sparse.diags(diagonals, list(offsets), format="csr")
 
 
 def _shift(n: int, samples: int) -> Any:

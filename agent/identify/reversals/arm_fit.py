@@ -61,6 +61,15 @@ class ArmFit:
 
 def fit_arm(records: list[ArmRecord], start: Numbers, *, gap: bool) -> ArmFit | None:
     """Return the most likely numbers, or None where the steps come to no end."""
+    try:
+        # A trial may be a gear that swings off to infinity; then there is nothing to solve.
+        with np.errstate(all="ignore"):
+            return _fitted(records, start, gap=gap)
+    except (np.linalg.LinAlgError, ValueError):
+        return None
+
+
+def _fitted(records: list[ArmRecord], start: Numbers, *, gap: bool) -> ArmFit | None:
     count = len(records)
     free = tuple(i for i in range(len(SHAPE) + len(MOTOR) + 2 * count) if gap or i != 0)
     motions = [record.smooth_rad for record in records]

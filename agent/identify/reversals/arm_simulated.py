@@ -8,6 +8,7 @@ wide intervals stay.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -33,7 +34,12 @@ _SHARE = 0.4  # of the joint's inertia, the arm's at first
 _DAMPED = 0.15  # of critical, at first
 
 
-def sharpened(motion: Motion, known: Clearance, joint: tuple[float, float]) -> Clearance:
+def sharpened(
+    motion: Motion,
+    known: Clearance,
+    joint: tuple[float, float],
+    middle_rad: Mapping[int, float],
+) -> Clearance:
     """Return the clearance of a simulated arm, or the known one where that does not hold.
 
     Parameters
@@ -44,13 +50,15 @@ def sharpened(motion: Motion, known: Clearance, joint: tuple[float, float]) -> C
         From the regressions.
     joint : tuple of float
         The whole joint's inertia in kg m^2 and viscous friction in N m s/rad.
+    middle_rad : mapping of int to float
+        For every recording the motor's lead over the arm, in the middle of the lost motion.
     """
     from agent.identify.reversals.arm_fit import fit_arm
 
-    records = _records(motion)
+    records, places = _records(motion, middle_rad)
     if not records or not known.lost_motion_rad.identified or joint[0] <= 0.0:
         return known
-    start = _start(records, known, joint)
+    start = _start(records, places, known, joint)
     if abs(float(start.x[5])) > _LATE * min(record.period_s for record in records):
         return known
     gap = known.backlash_rad.identified
@@ -63,20 +71,28 @@ def sharpened(motion: Motion, known: Clearance, joint: tuple[float, float]) -> C
     return sharp if holds else _both(sharp, known)
 
 
-def _records(motion: Motion) -> list[ArmRecord]:
-    """Return the first tracks, as many as a few seconds of a processor can simulate."""
+def _records(
+    motion: Motion, middle_rad: Mapping[int, float]
+) -> tuple[list[ArmRecord], list[float]]:
+    """Return the first tracks, as many as can be simulated in seconds, and their middles."""
     out: list[ArmRecord] = []
+    places: list[float] = []
     turns = 0
     for track in motion.tracks:
         record = record_of(track, turns)
-        if record is None or sum(r.size for r in out) + record.size > _MOST:
+        if record is None or track.recording not in middle_rad:
             continue
+        if sum(r.size for r in out) + record.size > _MOST:
+            break
         out.append(record)
+        places.append(middle_rad[track.recording])
         turns += len(track.turns)
-    return out
+    return out, places
 
 
-def _start(records: list[ArmRecord], known: Clearance, joint: tuple[float, float]) -> Numbers:
+def _start(
+    records: list[ArmRecord], places: list[float], known: Clearance, joint: tuple[float, float]
+) -> Numbers:
     """Return numbers near the regressions' own; arm and motor share what those do not tell."""
     inertia, viscous = joint
     gap = known.backlash_rad.value if known.backlash_rad.identified else 0.0
@@ -92,7 +108,6 @@ def _start(records: list[ArmRecord], known: Clearance, joint: tuple[float, float
     damping = 2.0 * _DAMPED * math.sqrt(stiffness * share)
     skew = known.encoder_skew_s.value
     x = [gap, *np.log([stiffness, damping, share, arm]).tolist(), skew, 0.0, 0.0]
-    places = [float(np.mean(r.motor_rad - r.arm_rad)) for r in records]
     w = [inertia - share, max(pushed - arm, 0.1 * pushed), viscous]
     return Numbers(np.array([*x, *places]), np.array([*w, *np.zeros(len(records))]))
 

@@ -85,9 +85,11 @@ def drag(record: ArmRecord, number: int, motor_rad: Floats, at: Numbers) -> Path
     gear = at.gear()
     skew_s, place = float(at.x[5]), float(at.x[len(SHAPE) + number])
     reach = 0.5 * gear[0] + gear[4] / gear[1]
-    begin = float(np.mean(record.arm_rad[:_BEGIN])) + place
-    begin = min(max(begin, motor_rad[0] - reach), motor_rad[0] + reach)
     velocity = np.gradient(motor_rad, record.period_s)
+    # A record may begin while the joint moves: then the arm has gone on since it was read.
+    since_s = skew_s - 0.5 * (_BEGIN - 1) * record.period_s
+    begin = float(np.mean(record.arm_rad[:_BEGIN])) + place + since_s * velocity[0]
+    begin = min(max(begin, motor_rad[0] - reach), motor_rad[0] + reach)
     angle, tooth, rate = dragged_arm(
         motor_rad, velocity, record.period_s, _SUBSTEPS, gear, begin, float(velocity[0])
     )
