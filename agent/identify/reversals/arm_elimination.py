@@ -149,7 +149,8 @@ def _operator(n: int, stencil: Floats) -> Any:
     diagonals = [np.full(n - abs(k), c) for k, c in zip(offsets, stencil, strict=True)]
     inside = np.ones(n)
     inside[:reach] = inside[-reach:] = 0.0  # at the ends it would take what is outside for zero
-    return sparse.diags(inside) @ sparse.diags(diagonals, list(offsets), format="csr")
+    whole: Any = sparse.diags(diagonals, list(offsets), format="csr")
+    return sparse.diags([inside], [0]) @ whole
 
 
 def _shift(n: int, samples: int) -> Any:
