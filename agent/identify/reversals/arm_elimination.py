@@ -150,7 +150,7 @@ def _operator(n: int, stencil: Floats) -> Any:
     inside = np.ones(n)
     inside[:reach] = inside[-reach:] = 0.0  # at the ends it would take what is outside for zero
     whole: Any = sparse.diags(diagonals, list(offsets), format="csr")
-    return sparse.diags([inside], [0]) @ whole
+    return whole.multiply(inside[:, np.newaxis]).tocsr()
 
 
 def _shift(n: int, samples: int) -> Any:
