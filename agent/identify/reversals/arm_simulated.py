@@ -23,7 +23,7 @@ from agent.identify.reversals.turns import Motion
 if TYPE_CHECKING:
     from agent.identify.reversals.arm_fit import ArmFit
 
-_MISFIT = 1.05  # of the noise's mean square: more, and the gear is not like the simulated one
+_MISFIT = 1.02  # of the noise's mean square: more, and the gear is not like the simulated one
 _CHANCE = 3.0  # standard errors of that
 _FAR = 3.0  # times the regressions' half interval: further off, one of both is wrong
 _MOST = 60_000  # samples: five seconds of a processor for 18 000
