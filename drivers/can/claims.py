@@ -24,7 +24,12 @@ _WRITES = 0x1000
 
 def writing_to(node_id: int) -> int:
     """Return what to claim so that nobody else writes objects of a node."""
-    return _WRITES | (_FIRST_REQUEST - 1 + node_id)
+    return _WRITES | asking(node_id)
+
+
+def asking(node_id: int) -> int:
+    """Return under what requests to a node are counted that write nothing."""
+    return _FIRST_REQUEST - 1 + node_id
 
 
 def _counted_as(cob_id: int, data: bytes) -> int:
@@ -64,8 +69,9 @@ class Claims:
 
     def intruded(self) -> int | None:
         """Return the first claim that somebody else has broken, None if nobody has."""
-        for cob_id in self._claimed:
-            ours = self._sent.get(cob_id, 0) if self._comes_back else 0
-            if self._heard.get(cob_id, 0) > ours:
-                return cob_id
-        return None
+        return next((cob_id for cob_id in self._claimed if self.of_others(cob_id)), None)
+
+    def of_others(self, cob_id: int) -> int:
+        """Return how many frames under an identifier somebody else has sent so far."""
+        ours = self._sent.get(cob_id, 0) if self._comes_back else 0
+        return max(0, self._heard.get(cob_id, 0) - ours)

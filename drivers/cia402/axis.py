@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 
 from drivers.can.owner import CanBusOwner
 from drivers.cia402 import objects
-from drivers.cia402.company import refuse_company
+from drivers.cia402.company import refuse_company, refuse_intruder
 from drivers.cia402.config import Cia402Config
 from drivers.cia402.exchange import Exchange
 from drivers.cia402.handing_back import hand_back, not_restored
@@ -104,7 +104,7 @@ class Cia402Axis:
         ------
         NodeMissingError, IdentityError, DriveFaultError, DriveStateError, ConfigurationError,
         IntruderError
-            As `opening` and `company` refuse; nothing has been written then.
+            As `opening` and `company` refuse; nothing has been changed then.
         SdoError, SyncUnansweredError, HeartbeatLostError, BusError
             What the drive did not take or answer; `close` restores what had been written.
         """
@@ -113,31 +113,32 @@ class Cia402Axis:
         config = self._config
         node = CanopenNode(self._owner, self._clock, config.node_id, config.sdo_timeout_s)
         self._node = node
-        sdo = SdoAccess(node, config.sdo_attempts)
+        sdo = SdoAccess(node, config.sdo_attempts, self._refuse_intruder)
         identity = identify(sdo, config, self._owner.name)
         refuse_unhealthy(sdo, config.node_id)
         refuse_unable(sdo, config)
         choice = mode_for(sdo, config)
+        orders = [pdo.cob_id for pdo in ProcessData.of(config, choice.rung).orders]
+        refuse_company(self._owner, self._clock, config, sdo, orders)
         found = {
             objects.HEARTBEAT_PRODUCER.key: sdo.read(objects.HEARTBEAT_PRODUCER),
             **snapshot(sdo, config, choice.rung),
         }
         refuse_wider(config, found)
-        orders = [pdo.cob_id for pdo in ProcessData.of(config, choice.rung).orders]
-        refuse_company(self._owner, self._clock, config, orders)
         if self._journal is not None:
             self._journal(found)
+        self._refuse_intruder()  # while the journal was written, too; there is nothing to give back
         self._found = found
         settings = {
             objects.HEARTBEAT_PRODUCER.key: sdo.set(
                 objects.HEARTBEAT_PRODUCER, config.drive_heartbeat_period_ms
             )
         }
-        self._found_state = state_found(node, config)
-        bring(node, config, NmtOrder.PRE_OPERATIONAL, NmtState.PRE_OPERATIONAL)
+        self._found_state = state_found(node, config, self._refuse_intruder)
+        self._bring(NmtOrder.PRE_OPERATIONAL, NmtState.PRE_OPERATIONAL)
         settings.update(self._set_up(sdo, choice.rung))
         self._exchange = Exchange(self._owner, self._clock, config, choice.rung, node)
-        bring(node, config, NmtOrder.START, NmtState.OPERATIONAL)
+        self._bring(NmtOrder.START, NmtState.OPERATIONAL)
         prove_answers(self._exchange)
         self._opened = True
         return AxisEvidence(
@@ -158,11 +159,11 @@ class Cia402Axis:
         """
         exchange, node = self._running(), self._node
         assert node is not None  # an axis that is open has one
-        sdo = SdoAccess(node, self._config.sdo_attempts)
+        sdo = SdoAccess(node, self._config.sdo_attempts, self._refuse_intruder)
 
         def arm_again() -> None:
             sdo.set(objects.HEARTBEAT_PRODUCER, self._config.drive_heartbeat_period_ms)
-            bring(node, self._config, NmtOrder.PRE_OPERATIONAL, NmtState.PRE_OPERATIONAL)
+            self._bring(NmtOrder.PRE_OPERATIONAL, NmtState.PRE_OPERATIONAL)
             self._set_up(sdo, exchange.rung)
 
         return prove(
@@ -249,7 +250,9 @@ class Cia402Axis:
         try:
             if self._found and self._node is not None:
                 sinks_rad_s = self._take_torque_away()
-                troubles = hand_back(self._node, self._config, self._found, self._found_state)
+                troubles = hand_back(
+                    self._owner, self._node, self._config, self._found, self._found_state
+                )
         finally:
             if self._exchange is not None:
                 if not self._account.expected:
@@ -269,6 +272,14 @@ class Cia402Axis:
         if not self._opened or self._closed or self._exchange is None:
             raise DriveStateError("The axis is not open.", "Open it first.")
         return self._exchange
+
+    def _refuse_intruder(self) -> None:
+        refuse_intruder(self._owner, self._config)
+
+    def _bring(self, order: NmtOrder, state: NmtState) -> None:
+        """Bring the node into an NMT state, and look around meanwhile."""
+        assert self._node is not None  # of an axis that is being opened, or is open
+        bring(self._node, self._config, order, state, self._refuse_intruder)
 
     def _set_up(self, sdo: SdoAccess, rung: Rung) -> dict[str, int]:
         """Write limits, watchdog, PDOs and mode in PRE-OPERATIONAL; return what was read back."""

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from drivers.can.claims import writing_to
+from drivers.can.claims import asking, writing_to
 from drivers.can.owner import CanBusOwner
+from drivers.cia402 import objects
 from drivers.cia402.config import Cia402Config
+from drivers.cia402.sdo import SdoAccess
 from drivers.clock import Clock
 from drivers.errors import IntruderError
 
@@ -21,19 +23,34 @@ LISTENED_S = 0.1
 """So long it is listened before anything is written: five of another agent's heartbeats, and fifty
 of its SYNCs. Whoever speaks less often is found later, in motion too."""
 
+ANSWERED_S = 0.5
+"""So long somebody who is just setting up the drive has to give himself away, after he has heard
+us write. He looks before each write of his own, and 50 times a second while he waits."""
+
+QUIET_S, PATIENCE_S = 0.2, 2.0
+"""Nobody else asks the drive for so long: he has ended. So long that is waited for."""
+
 _POLL_S = 0.01
 
 
 def refuse_company(
-    owner: CanBusOwner, clock: Clock, config: Cia402Config, orders: Iterable[int] = ()
+    owner: CanBusOwner,
+    clock: Clock,
+    config: Cia402Config,
+    sdo: SdoAccess,
+    orders: Iterable[int] = (),
 ) -> None:
     """Claim what only we may send to this drive, and refuse it where somebody else does already.
 
-    Nothing is sent: another agent's cycle is not disturbed by one that is refused.
+    First it is listened, and nothing sent: another agent's cycle is not disturbed by one that is
+    refused. But an agent that has just begun is silent while it waits for the drive, for up to a
+    second each time, and what it has set by then would be taken for how the drive was found. So
+    we knock: 0x1017 is written as it reads. That changes nothing, and whoever else holds this drive
+    hears it, ends, and gives it back, which we hear.
 
     Parameters
     ----------
-    owner, clock, config
+    owner, clock, config, sdo
         Of the axis.
     orders : iterable of int
         Identifiers of the RPDOs beside the first, which has the controlword.
@@ -45,13 +62,58 @@ def refuse_company(
     """
     beat, control = HEARTBEAT + config.agent_node_id, FIRST_ORDER + config.node_id
     owner.claims.claim((beat, control, *orders, SYNC, writing_to(config.node_id)))
-    until_s = clock.now() + LISTENED_S
-    while clock.now() < until_s:
-        clock.sleep_until(min(until_s, clock.now() + _POLL_S))
-        owner.poll()
+    _listen(owner, clock, LISTENED_S)
+    refuse_intruder(owner, config)
+    knock = sdo.read(objects.HEARTBEAT_PRODUCER)
+    refuse_intruder(owner, config)
+    sdo.write(objects.HEARTBEAT_PRODUCER, knock)
+    _listen(owner, clock, ANSWERED_S)
+    refuse_intruder(owner, config)
+
+
+def refuse_intruder(owner: CanBusOwner, config: Cia402Config) -> None:
+    """Raise where somebody else has sent by now what only we may.
+
+    Raises
+    ------
+    IntruderError
+        As `intruded` says.
+    """
+    owner.poll()
     intruder = intruded(owner, config)
     if intruder is not None:
         raise intruder
+
+
+def outwait_company(owner: CanBusOwner, clock: Clock, config: Cia402Config) -> bool:
+    """Wait until nobody else asks anything of the drive, at most for `PATIENCE_S`.
+
+    Two who talk to one drive by SDO at once take each other's answers for theirs.
+
+    Returns
+    -------
+    bool
+        Whether nobody else writes any more; at once where nobody else has been heard at all.
+    """
+    node = config.node_id
+
+    def heard() -> tuple[int, int]:
+        owner.poll()
+        return owner.claims.of_others(writing_to(node)), owner.claims.of_others(asking(node))
+
+    until_s = clock.now() + PATIENCE_S
+    before = (0, 0)
+    while (now := heard()) != before and clock.now() < until_s:
+        before = now
+        _listen(owner, clock, QUIET_S)
+    return now[0] == before[0]
+
+
+def _listen(owner: CanBusOwner, clock: Clock, seconds: float) -> None:
+    until_s = clock.now() + seconds
+    while clock.now() < until_s:
+        clock.sleep_until(min(until_s, clock.now() + _POLL_S))
+        owner.poll()
 
 
 def intruded(owner: CanBusOwner, config: Cia402Config) -> IntruderError | None:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from drivers.can.claims import writing_to
 from drivers.can.owner import CanBusOwner
 from drivers.cia402 import objects
-from drivers.cia402.company import refuse_company
+from drivers.cia402.company import outwait_company, refuse_company
 from drivers.cia402.config import Cia402Config
 from drivers.cia402.network import CanopenNode, NmtOrder, NmtState
+from drivers.cia402.objects import setting_of
 from drivers.cia402.opening import identify
+from drivers.cia402.pdo import ignored_bits
 from drivers.cia402.sdo import SdoAccess
 from drivers.cia402.settings import give_back
 from drivers.cia402.words import Controlword, State, state_of
@@ -37,15 +40,15 @@ def restore(
     ------
     NodeMissingError, IdentityError, IntruderError
         Nobody, or somebody else, answers; somebody else is driving it (their journal lies in a
-        folder that two computers share): nothing is written.
+        folder that two computers share): nothing is changed.
     ConfigurationError
         Naming every object that could not be restored.
     """
     node = CanopenNode(owner, clock, config.node_id, config.sdo_timeout_s)
     try:
         _identified(node, config, owner.name)
-        refuse_company(owner, clock, config)
-        troubles = hand_back(node, config, found, NmtState.PRE_OPERATIONAL)
+        refuse_company(owner, clock, config, SdoAccess(node, config.sdo_attempts))
+        troubles = hand_back(owner, node, config, found, NmtState.PRE_OPERATIONAL)
     finally:
         node.release()
     if troubles:
@@ -67,12 +70,17 @@ def _identified(node: CanopenNode, config: Cia402Config, bus: str) -> None:
 
 
 def hand_back(
+    owner: CanBusOwner,
     node: CanopenNode,
     config: Cia402Config,
     found: Mapping[str, int],
     state: NmtState,
 ) -> list[str]:
-    """Take torque away, restore `found` and the NMT `state`; return everything that failed."""
+    """Take torque away, restore `found` and the NMT `state`; return everything that failed.
+
+    Somebody else who talks to the drive, too, hears from our first write that he is not alone.
+    It is waited until he has ended, and in the end, when he must have, looked what he has left.
+    """
     sdo = SdoAccess(node, config.sdo_attempts)
     troubles: list[str] = []
     try:
@@ -82,13 +90,48 @@ def hand_back(
             troubles.append(f"{objects.CONTROLWORD}: the drive keeps its torque")
     except DriverError as error:
         troubles.append(error.what)
+    outwait_company(owner, node.clock, config)
     troubles.extend(give_back(sdo, found))
+    troubles.extend(_left_by_others(owner, node, config, found))
     if state is NmtState.OPERATIONAL:
         try:
             node.command(NmtOrder.START)
         except DriverError as error:
             troubles.append(error.what)
     return troubles
+
+
+def _left_by_others(
+    owner: CanBusOwner, node: CanopenNode, config: Cia402Config, found: Mapping[str, int]
+) -> list[str]:
+    """Return what somebody else has made of what was given back; he may still be at it."""
+    wrote = writing_to(config.node_id)
+    if not owner.claims.of_others(wrote):
+        return []
+    if not outwait_company(owner, node.clock, config):
+        return ["somebody else goes on writing to the drive"]
+    try:
+        changed = _differing(SdoAccess(node, config.sdo_attempts), found)
+    except DriverError as error:
+        return [error.what]
+    return [f"{each}; somebody else writes to the drive" for each in changed]
+
+
+def _differing(sdo: SdoAccess, found: Mapping[str, int]) -> list[str]:
+    """Read every object of a snapshot and name those that are not as they were found.
+
+    Raises
+    ------
+    SdoError
+        One is not answered.
+    """
+    names: list[str] = []
+    for key, value in found.items():
+        item = setting_of(key)
+        read = sdo.read(item)
+        if (read ^ value) & ~ignored_bits(item):
+            names.append(f"{item} reads {read}, {value} was found")
+    return names
 
 
 def not_restored(node_id: int, troubles: list[str]) -> ConfigurationError:

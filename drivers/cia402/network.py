@@ -178,13 +178,6 @@ class CanopenNode:
         self.nmt_state = None
         self._nmt.send_command(order)
 
-    def reach(self, state: NmtState, deadline_s: float) -> bool:
-        """Wait, up to the clock's `deadline_s`, for a heartbeat that says `state`."""
-        while self.nmt_state != state:
-            if not self.wait(deadline_s):
-                return False
-        return True
-
     def release(self) -> None:
         """Stop listening; may be repeated."""
         self._owner.unsubscribe(self._inbox)

@@ -96,6 +96,12 @@ def snapshot_pdo(sdo: SdoAccess, pdo: PdoMap) -> dict[str, int]:
     return found
 
 
+def ignored_bits(item: DriveObject) -> int:
+    """Return the bits of an object that a drive may give another value than was written."""
+    identifier = item.index & 0xFE00 in (0x1400, 0x1800) and item.subindex == 1
+    return _NO_REMOTE if identifier else 0
+
+
 def write_pdo(
     sdo: SdoAccess, communication_index: int, values: Mapping[str, int]
 ) -> dict[str, int]:

@@ -6,6 +6,7 @@ and writing a setting. A controlword is an order of its moment and is never repe
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, cast
 
 import can
@@ -121,11 +122,19 @@ class SdoAccess:
         Whose SDO client is used.
     attempts : int
         How often a time-out may cost a new try.
+    before_writing : callable, optional
+        Called before every request that writes; what it raises keeps that from being sent.
     """
 
-    def __init__(self, node: CanopenNode, attempts: int) -> None:
+    def __init__(
+        self,
+        node: CanopenNode,
+        attempts: int,
+        before_writing: Callable[[], None] = lambda: None,
+    ) -> None:
         self._node = node
         self._attempts = attempts
+        self._before_writing = before_writing
 
     def read(self, item: DriveObject) -> int:
         """Return an integer object's value.
@@ -218,6 +227,7 @@ class SdoAccess:
         data = TYPES[item.kind].pack(value)
         doing = f"writing {_both(item, value)} to {item}"
         for attempt in range(1, attempts + 1):
+            self._before_writing()
             try:
                 cast(Any, self._node.sdo).download(item.index, item.subindex, data)
             except SdoCommunicationError as error:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from drivers.cia402 import objects
 from drivers.cia402.config import Cia402Config
 from drivers.cia402.exchange import Exchange
@@ -20,12 +22,17 @@ from drivers.ports import Goal
 
 _PROOF_SYNCS = 5
 _POLL_S = 0.002
+_LOOK_S = 0.02
 HELD_S, _LAST_S = 0.2, 0.05
 """How long a joint is watched after its torque was taken away; it is judged by the end of that. A
 brake needs some of it to close, and a soft gear to come to rest."""
 
 
-def state_found(node: CanopenNode, config: Cia402Config) -> NmtState:
+Watch = Callable[[], None]
+"""Called while the drive is waited for; raises where somebody else has begun to write to it."""
+
+
+def state_found(node: CanopenNode, config: Cia402Config, watch: Watch) -> NmtState:
     """Return the NMT state in which the drive was found, from its first heartbeat.
 
     Raises
@@ -33,10 +40,7 @@ def state_found(node: CanopenNode, config: Cia402Config) -> NmtState:
     HeartbeatLostError
         It gives none.
     """
-    deadline_s = node.clock.now() + config.state_timeout_s
-    while node.nmt_state is None and node.wait(deadline_s):
-        pass
-    if node.nmt_state is None:
+    if not _await(node, config, lambda: node.nmt_state is not None, watch):
         raise HeartbeatLostError(
             f"Node {config.node_id} gives no heartbeat although 0x1017 is set.",
             "Check that the drive supports a heartbeat producer.",
@@ -46,7 +50,9 @@ def state_found(node: CanopenNode, config: Cia402Config) -> NmtState:
     return NmtState.PRE_OPERATIONAL
 
 
-def bring(node: CanopenNode, config: Cia402Config, order: NmtOrder, state: NmtState) -> None:
+def bring(
+    node: CanopenNode, config: Cia402Config, order: NmtOrder, state: NmtState, watch: Watch
+) -> None:
     """Order an NMT state and wait for the heartbeat that says so.
 
     Raises
@@ -55,12 +61,24 @@ def bring(node: CanopenNode, config: Cia402Config, order: NmtOrder, state: NmtSt
         No heartbeat says so in time.
     """
     node.command(order)
-    if not node.reach(state, node.clock.now() + config.state_timeout_s):
+    if not _await(node, config, lambda: node.nmt_state == state, watch):
         raise DriveStateError(
             f"Node {config.node_id} did not go {state.name.replace('_', '-')} within "
             f"{config.state_timeout_s} s.",
             "Look for another NMT master on the bus.",
         )
+
+
+def _await(node: CanopenNode, config: Cia402Config, come: Callable[[], bool], watch: Watch) -> bool:
+    """Wait, while `watch` looks around, for what a heartbeat brings; return whether it came."""
+    deadline_s = node.clock.now() + config.state_timeout_s
+    while not come():
+        watch()
+        now_s = node.clock.now()
+        if now_s >= deadline_s:
+            return False
+        node.wait(min(deadline_s, now_s + _LOOK_S))
+    return True
 
 
 def mode_taken(sdo: SdoAccess, rung: Rung, clock: Clock, config: Cia402Config) -> int:

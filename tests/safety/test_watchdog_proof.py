@@ -22,7 +22,7 @@ OFF = Command(Goal.OFF, 0.0)
 FAULT, IGNORE = 1, 0
 """What the drive does about a lost connection where 0x6007 is left as its factory set it."""
 
-AMID_THE_PROOF_S = 0.5
+AMID_THE_PROOF_S = 1
 
 
 def is_enabled(rig: Rig) -> bool:

@@ -22,7 +22,7 @@ from fakes.specification import FakeSpecification
 from tests.system.rig import RATE_HZ, Rig, rig
 
 REST_RAD_S = 0.5
-IN_THE_STAIR_S = 6.1
+IN_THE_STAIR_S = 6.6
 
 
 def registers(bench: Rig) -> dict[tuple[int, int], int]:
