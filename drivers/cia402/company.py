@@ -27,8 +27,8 @@ ANSWERED_S = 0.5
 """So long somebody who is just setting up the drive has to give himself away, after he has heard
 us write. He looks before each write of his own, and 50 times a second while he waits."""
 
-QUIET_S, PATIENCE_S = 0.2, 2.0
-"""Nobody else asks the drive for so long: he has ended. So long that is waited for."""
+QUIET_S = 0.2
+"""Nobody else asks the drive for so long: we may. Four times as long that is waited for."""
 
 _POLL_S = 0.01
 
@@ -85,8 +85,10 @@ def refuse_intruder(owner: CanBusOwner, config: Cia402Config) -> None:
         raise intruder
 
 
-def outwait_company(owner: CanBusOwner, clock: Clock, config: Cia402Config) -> bool:
-    """Wait until nobody else asks anything of the drive, at most for `PATIENCE_S`.
+def outwait_company(
+    owner: CanBusOwner, clock: Clock, config: Cia402Config, quiet_s: float = QUIET_S
+) -> bool:
+    """Wait until nobody else asks anything of the drive, at most for four times `quiet_s`.
 
     Two who talk to one drive by SDO at once take each other's answers for theirs.
 
@@ -101,11 +103,11 @@ def outwait_company(owner: CanBusOwner, clock: Clock, config: Cia402Config) -> b
         owner.poll()
         return owner.claims.of_others(writing_to(node)), owner.claims.of_others(asking(node))
 
-    until_s = clock.now() + PATIENCE_S
+    until_s = clock.now() + 4.0 * quiet_s
     before = (0, 0)
     while (now := heard()) != before and clock.now() < until_s:
         before = now
-        _listen(owner, clock, QUIET_S)
+        _listen(owner, clock, quiet_s)
     return now[0] == before[0]
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from drivers.can.claims import writing_to
 from drivers.can.owner import CanBusOwner
 from drivers.cia402 import objects
-from drivers.cia402.company import outwait_company, refuse_company
+from drivers.cia402.company import QUIET_S, outwait_company, refuse_company
 from drivers.cia402.config import Cia402Config
 from drivers.cia402.network import CanopenNode, NmtOrder, NmtState
 from drivers.cia402.objects import setting_of
@@ -108,7 +108,8 @@ def _left_by_others(
     wrote = writing_to(config.node_id)
     if not owner.claims.of_others(wrote):
         return []
-    if not outwait_company(owner, node.clock, config):
+    # as long as he may wait for the drive before he gives back, too, what he took for found
+    if not outwait_company(owner, node.clock, config, config.state_timeout_s + 2.0 * QUIET_S):
         return ["somebody else goes on writing to the drive"]
     try:
         changed = _differing(SdoAccess(node, config.sdo_attempts), found)

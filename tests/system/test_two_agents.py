@@ -43,8 +43,11 @@ def test_who_meets_another_leaves_the_drive_as_it_was_found(first_s: float, tmp_
         assert not list(folder.rglob(".*.found.json")), f"{apart_s} s apart"
 
 
-@pytest.mark.parametrize("stalls_at_s", [0.3, 0.9, 1.5])
-@pytest.mark.parametrize("apart_s", [0.4, 1.0])
+@pytest.mark.parametrize(
+    ("stalls_at_s", "apart_s"),
+    [(0.3, 0.4), (0.7, 0.7), (0.9, 1.0), (1.3, 1.3)],
+    ids=["before its journal", "its first setting", "its settings", "its last order"],
+)
 def test_who_is_held_up_while_the_other_begins_keeps_what_was_found(
     stalls_at_s: float, apart_s: float, tmp_path: Path
 ) -> None:
