@@ -277,3 +277,15 @@ def test_twin_of_an_estimate_reads_back() -> None:
     nothing = estimate([record(JOINT, stair(directions=(1,)))])
     with pytest.raises(ValueError, match="one direction"):
         twin_from_estimate(nothing, robot="cell", axis=2, gear_ratio=224.0)
+
+
+@pytest.mark.parametrize(("wave_nm", "warned"), [(0.0, False), (1.0, True)])
+def test_numbers_of_a_body_that_is_not_rigid_are_given_with_a_warning(
+    wave_nm: float, warned: bool
+) -> None:
+    signals = record(JOINT, stair())
+    assert signals.position_rad is not None
+    place = np.sin(signals.position_rad)
+    said = estimate([replace(signals, torque_nm=signals.torque_nm + wave_nm * place)])
+    assert said.rigid_body is not None
+    assert any("what it lacks may bend" in note for note in said.notes) is warned

@@ -12,6 +12,7 @@ from agent.identify.signals.preprocess import Motion, filter_motion, shared_cuto
 _HALVINGS = 2
 _FIRM_INERTIA = 0.03
 _SAME_INERTIA = 0.01
+_POOR_FIT_PERCENT = 85.0  # less is more than what noise and a spring usually leave
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,11 @@ def regress(motions: Sequence[Motion], asked_hz: float | None) -> Regression:
         notes.append(
             "the torque shows a spring between motor and arm; its first term took part in the "
             "rigid body's fit"
+        )
+    if body is not None and body.fit_percent < _POOR_FIT_PERCENT:
+        notes.append(
+            f"the rigid body explains {body.fit_percent:.0f} % of the torque: what it lacks may "
+            "bend its numbers further than their intervals reach (ask `stribeck explain`)"
         )
     notes.append(f"signals and regressors were low-passed alike at {chosen_hz:.3g} Hz")
     return Regression(chosen_hz, rows, body, tuple(notes))
