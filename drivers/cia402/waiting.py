@@ -24,6 +24,7 @@ _PROOF_SYNCS = 5
 _POLL_S = 0.002
 _LOOK_S = 0.02
 HELD_S, _LAST_S = 0.2, 0.05
+_MORE_LOOKS, _SLOWING = 4, 0.9  # each of HELD_S: a wound-up gear swings back and slows down
 """How long a joint is watched after its torque was taken away; it is judged by the end of that. A
 brake needs some of it to close, and a soft gear to come to rest."""
 
@@ -145,6 +146,8 @@ def await_answers(exchange: Exchange) -> None:
 def sinks_at(exchange: Exchange) -> float:
     """Watch a joint whose torque has just been taken away; return how fast it moves in the end.
 
+    What was wound up swings back, slows down, and is watched for longer; what falls does not slow.
+
     Returns
     -------
     float
@@ -152,6 +155,18 @@ def sinks_at(exchange: Exchange) -> float:
     """
     if not exchange.has_had_torque:
         return 0.0
+    moves = _moves_at(exchange)
+    for _ in range(_MORE_LOOKS):
+        if not moves:
+            return 0.0
+        before, moves = moves, _moves_at(exchange)
+        if abs(moves) > _SLOWING * abs(before):
+            break
+    return moves
+
+
+def _moves_at(exchange: Exchange) -> float:
+    """Return the velocity with which a joint goes one way at the end of a look; 0 for none."""
     clock, config = exchange.clock, exchange.config
     until_s = clock.now() + HELD_S
     last: list[float] = []
