@@ -168,7 +168,7 @@ def test_stop_from_another_terminal_does_what_ctrl_c_does(bench: Bench) -> None:
     """It sends the same signal, so the order of the stop is Ctrl-C's, too."""
     text = bench.cell.read_text()
     text = re.sub(r"\bduration_s = [\d.]+", "duration_s = 60.0", text)
-    text = re.sub(r"sample_rate_hz = [\d.]+", "sample_rate_hz = 50.0", text)
+    text = re.sub(r"sample_rate_hz = [\d.]+", "sample_rate_hz = 200.0", text)
     bench.cell.write_text(text)
     axis: list[str | Path] = [bench.cell, "--axis", "1"]
     idle = stribeck("stop", *axis)
