@@ -73,7 +73,7 @@ class Scenario:
         standstill of the motor, at most.
     samples_true : bool
         Whether every recorded position must be the joint's own at that time, unless the recording
-        says that it holds doubtful ones, which no estimate is made of.
+        says that it holds doubtful ones, of which, but for a few, no estimate is made.
     """
 
     name: str
