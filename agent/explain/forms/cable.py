@@ -22,13 +22,8 @@ def _spring(scene: Scene, point: Point) -> Floats:
 
 
 def _middle(scene: Scene) -> float:
-    lower, upper = _stroke(scene)
+    lower, upper = scene.stroke_arm_rad()
     return 0.5 * (lower + upper)
-
-
-def _stroke(scene: Scene) -> tuple[float, float]:
-    lower, upper = scene.span("position_rad")
-    return lower / scene.table.gear_ratio, upper / scene.table.gear_ratio
 
 
 def _spring_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
@@ -53,11 +48,11 @@ def _stiffening(scene: Scene, point: Point) -> Floats:
 
 def _neutrals(scene: Scene) -> Sequence[Point]:
     """Return arm angles along the stroke, its ends left out: there a cubic is a parabola."""
-    return tuple((float(x),) for x in np.linspace(*_stroke(scene), _NEUTRALS + 2)[1:-1])
+    return tuple((float(x),) for x in np.linspace(*scene.stroke_arm_rad(), _NEUTRALS + 2)[1:-1])
 
 
 def _within_stroke(scene: Scene) -> Sequence[tuple[float, float]]:
-    return (_stroke(scene),)
+    return (scene.stroke_arm_rad(),)
 
 
 FORMS: tuple[Form, ...] = (

@@ -74,11 +74,6 @@ def _bump(scene: Scene, point: Point) -> Floats:
     return np.exp(-0.5 * ((scene.arm_rad - point[0]) / point[1]) ** 2)
 
 
-def _stroke(scene: Scene) -> tuple[float, float]:
-    lower, upper = scene.span("position_rad")
-    return lower / scene.table.gear_ratio, upper / scene.table.gear_ratio
-
-
 def _places(widths: Sequence[float], *, friction: bool) -> Grid:
     """Return spots all along the stroke, and finer ones where the residual stands out.
 
@@ -91,7 +86,7 @@ def _places(widths: Sequence[float], *, friction: bool) -> Grid:
     """
 
     def grid(scene: Scene) -> Sequence[Point]:
-        lower, upper = _stroke(scene)
+        lower, upper = scene.stroke_arm_rad()
         centers = np.linspace(lower, upper, _PLACES)
         even = [(float(c), w * (upper - lower)) for w in widths[-2:] for c in centers]
         return (*even, *strong_places(scene, widths, friction=friction))
@@ -103,7 +98,7 @@ def _within_stroke(narrowest: float, widest: float) -> Limits:
     """Return where a spot may lie, and how narrow or wide it may be, of the stroke."""
 
     def limits(scene: Scene) -> Sequence[tuple[float, float]]:
-        lower, upper = _stroke(scene)
+        lower, upper = scene.stroke_arm_rad()
         return ((lower, upper), (narrowest * (upper - lower), widest * (upper - lower)))
 
     return limits
@@ -111,7 +106,7 @@ def _within_stroke(narrowest: float, widest: float) -> Limits:
 
 def _spot_step(scene: Scene) -> Point:
     """Return how far a spot is moved and widened at first: it is nearly found."""
-    lower, upper = _stroke(scene)
+    lower, upper = scene.stroke_arm_rad()
     return (0.5 * (upper - lower) / _PLACES, 0.5 * _LOCAL * (upper - lower))
 
 

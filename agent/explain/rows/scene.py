@@ -198,6 +198,11 @@ class Scene:
         """Return whether a column was recorded in every run."""
         return self.table.has(name)
 
+    def stroke_arm_rad(self) -> tuple[float, float]:
+        """Return the angles of the arm that hold all but a hundredth of the rows at either end."""
+        lower, upper = self.span("position_rad")
+        return lower / self.table.gear_ratio, upper / self.table.gear_ratio
+
     def span(self, name: str) -> tuple[float, float]:
         """Return the 1 % and 99 % quantiles of a row column over the used rows."""
         values = self.table.rows[name][self.table.used]
