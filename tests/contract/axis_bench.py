@@ -24,7 +24,7 @@ from drivers.ports import (
 from drivers.probed_axis import ProbedAxis
 from drivers.recorded import Recorded
 from drivers.replay import ReplayAxis
-from tests.contract.axis_rig import VIRTUAL, Pilot, interfaces, open_rig
+from tests.contract.axis_rig import VIRTUAL, Pilot, in_real_time, interfaces, open_rig
 
 SPEED_RAD_S = 20.0
 """What the contract drives at; the replay's recording was driven with it."""
@@ -143,12 +143,12 @@ def open_bench(kind: str) -> Iterator[AxisBench]:
 
 
 def kinds() -> list[Any]:
-    """Return every implementation, the drive's once on each bus; a real bus keeps its mark."""
+    """Return every implementation, the drive's on each bus in either time; marks are kept."""
     drives = [
         f"cia402-{bus}"
         if isinstance(bus, str)
         else pytest.param(*(f"cia402-{name}" for name in bus.values), marks=bus.marks)
-        for bus in interfaces()
+        for bus in (*interfaces(), *in_real_time())
     ]
     real = pytest.param("replay-real", marks=pytest.mark.real_time)
     return [*drives, "probed", "replay-stepped", real]

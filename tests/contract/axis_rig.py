@@ -35,20 +35,31 @@ VIRTUAL, MULTICAST, SOCKETCAN = "virtual", "udp_multicast", "socketcan"
 CHANNEL_VARIABLE = "STRIBECK_CAN_CHANNEL"
 OTHER_MODES = ("csv", "vl", "csp", "ip", "pp")
 """Each on the stepped bus besides pv, which is held on every bus."""
+STEPPED = "stepped"
+"""After the name of a bus: in simulated time there, too, with frames that a kernel delivers."""
 EVERY_MODE = 0b1_1100_0111
 _CHANNELS = itertools.count()
 
 
 def interfaces() -> list[Any]:
-    """Return the buses to hold the contract on: a real one where CHANNEL_VARIABLE names it.
+    """Return the buses to hold the contract on, all in simulated time.
 
-    `tests/bus/test_on_vcan.py` names one, in User-Mode Linux where the host has none.
+    A real CAN bus is among them where CHANNEL_VARIABLE names one: `tests/bus/test_on_vcan.py`
+    does, in User-Mode Linux where the host has none. What is sent there, or to a multicast group
+    on the loopback, has arrived when the call returns (`tests/quirks/test_python_can.py`).
     """
-    stepped = [VIRTUAL, *(f"{VIRTUAL}/{word}" for word in OTHER_MODES)]
+    stepped = [VIRTUAL, *(f"{VIRTUAL}/{word}" for word in OTHER_MODES), f"{MULTICAST}/{STEPPED}"]
+    if CHANNEL_VARIABLE not in os.environ:
+        return stepped
+    return [*stepped, pytest.param(f"{SOCKETCAN}/{STEPPED}", marks=pytest.mark.bus)]
+
+
+def in_real_time() -> list[Any]:
+    """Return the buses on which what hangs on a clock that nobody steps is held, too."""
     real = [pytest.param(MULTICAST, marks=pytest.mark.real_time)]
     if CHANNEL_VARIABLE in os.environ:
         real.append(pytest.param(SOCKETCAN, marks=[pytest.mark.bus, pytest.mark.real_time]))
-    return [*stepped, *real]
+    return real
 
 
 CONFIG = Cia402Config(
@@ -233,15 +244,17 @@ def open_rig(
 ) -> Iterator[Rig]:
     """Yield a rig whose drive is in process (stepped) or in a thread (real time).
 
-    `interface` may name a mode after a slash; the drive then offers every mode.
+    `interface` may name a mode after a slash; the drive then offers every mode. Or `STEPPED`.
     """
     interface, _, mode = interface.partition("/")
+    stepped = interface == VIRTUAL or mode == STEPPED
+    mode = "" if mode == STEPPED else mode
     config = describe_bus(interface)
     if mode:
         given = specification or FakeSpecification()
         every = replace(given.drive, supported_modes=EVERY_MODE)
         specification = replace(given, drive=every)
-    if interface == VIRTUAL:
+    if stepped:
         with open_bus(config) as bus:
             clock = SteppedClock()
             drive = FakeDrive(bus, node_id=NODE, faults=faults, specification=specification)

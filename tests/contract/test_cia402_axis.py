@@ -1,6 +1,6 @@
 """What a CiA 402 axis promises beside the port's contract, on every bus.
 
-`virtual` runs in simulated time, the others in real time.
+In simulated time; what hangs on a clock that nobody steps, in real time, too.
 """
 
 from __future__ import annotations
@@ -29,10 +29,13 @@ from drivers.errors import (
 from drivers.ports import Command, DriveState, Goal, Sample
 from fakes import faults
 from fakes.specification import DriveParameters, FakeSpecification
-from tests.contract.axis_rig import NODE, Rig, interfaces, open_rig
+from tests.contract.axis_rig import NODE, Rig, in_real_time, interfaces, open_rig
 
 OFF = Command(Goal.OFF, 0.0)
 ABSENT = 0x06020000
+IN_EITHER_TIME = pytest.mark.parametrize(
+    "interface", [*interfaces(), *in_real_time()], indirect=True
+)
 
 
 @pytest.fixture(params=interfaces())
@@ -66,6 +69,7 @@ def test_opening_identifies_arms_and_leaves_the_drive_without_torque(rig: Rig) -
     axis.close()
 
 
+@IN_EITHER_TIME
 def test_every_sample_carries_the_time_of_its_own_sync(rig: Rig) -> None:
     axis = rig.axis()
     axis.open()
@@ -106,6 +110,7 @@ def test_direction_and_zero_turn_the_whole_axis(rig: Rig) -> None:
     axis.close()
 
 
+@IN_EITHER_TIME
 def test_closing_restores_every_object_and_may_be_repeated(rig: Rig) -> None:
     axis = rig.axis()
     found = dict(axis.open().found)
@@ -196,6 +201,16 @@ def test_one_frame_that_only_we_may_send_is_noticed(
     axis.close()
 
 
+@pytest.mark.parametrize("interface", in_real_time(), indirect=True)
+def test_somebody_else_is_heard_by_a_reader_of_its_own_too(rig: Rig) -> None:
+    axis = rig.axis()
+    axis.open()
+    rig.inject(0x77F, b"\x05")
+    with pytest.raises(IntruderError, match="heartbeat of node 127"):
+        rig.run(axis, 1.0, OFF)
+    axis.close()
+
+
 def test_who_finds_another_agent_at_work_leaves_everything_as_it_is() -> None:
     with open_rig("virtual") as rig:
         first, second = rig.axis(), rig.axis()
@@ -213,6 +228,7 @@ def test_who_finds_another_agent_at_work_leaves_everything_as_it_is() -> None:
         assert rig.values(found) == found
 
 
+@IN_EITHER_TIME
 def test_a_caller_that_hangs_is_missed_by_the_drive(rig: Rig) -> None:
     axis = rig.axis()
     axis.open()
