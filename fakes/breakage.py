@@ -88,6 +88,8 @@ class Breakage:
                 self._machine.deaf_to_quick_stop = True
             case script.BrakesSoftly():
                 self._loop.braking_share = fault.share
+            case script.BrakeCloses():
+                self._loop.plant.stuck_brake_nm = fault.brake_nm
             case script.TemperatureSentinel():
                 self.sensor_lost = True
             case _:

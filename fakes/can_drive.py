@@ -2,39 +2,27 @@
 
 from __future__ import annotations
 
-import enum
 from collections.abc import Callable, Iterable
-from functools import partial
 
 import can
 
 from fakes import faults as script
 from fakes.breakage import Breakage
 from fakes.connection import Connection
+from fakes.cyclic_data import CyclicData
 from fakes.drive_loop import DriveLoop
-from fakes.drive_modes import offered
-from fakes.emergency import COMMUNICATION, PDO_LENGTH, Emergency
+from fakes.emergency import Emergency
 from fakes.fault import Fault
 from fakes.heartbeat import HeartbeatProducer
 from fakes.live_values import LiveValues
-from fakes.object_dictionary import VALUE_RANGE, Entry, ObjectDictionary, SdoAbortError, Value
-from fakes.pdo import INVALID, PdoConfiguration, ReceivePdo, TransmitPdo
+from fakes.nmt import ALL_OBJECTS, COMMUNICATION_OBJECTS, Nmt
+from fakes.object_dictionary import Entry, ObjectDictionary
+from fakes.object_effects import connect_motion, refuse_long_identifiers
+from fakes.pdo import INVALID
 from fakes.plant import Plant
 from fakes.sdo_server import SdoServer
 from fakes.specification import FakeSpecification, Truth
 from fakes.state_machine import StateMachine
-
-COMMUNICATION_OBJECTS = (0x1000, 0x1FFF)
-ALL_OBJECTS = (0x1000, 0x9FFF)
-
-
-class Nmt(enum.IntEnum):
-    """NMT states as the heartbeat carries them."""
-
-    BOOT_UP = 0x00
-    STOPPED = 0x04
-    OPERATIONAL = 0x05
-    PRE_OPERATIONAL = 0x7F
 
 
 class FakeDrive:
@@ -94,7 +82,12 @@ class FakeDrive:
             fault_sticks=self.specification.drive.heartbeat_fault_sticks,
         )
         self._sdo = SdoServer(self.dictionary)
-        self._pdo = PdoConfiguration(self.dictionary, lambda: self.nmt is Nmt.PRE_OPERATIONAL)
+        self._cyclic = CyclicData(
+            self.dictionary,
+            self.emergency,
+            may_be_mapped=lambda: self.nmt is Nmt.PRE_OPERATIONAL,
+            send=self._send,
+        )
         self._producer = HeartbeatProducer()
         self._faults = script.FaultPlayer(faults)
         self._breakage = Breakage(self.dictionary, self.loop, self.machine, self.emergency)
@@ -105,9 +98,6 @@ class FakeDrive:
         self._elapsed_s = 0.0
         self._steps = 0
         self._handlers: dict[int, Callable[[can.Message], None]] = {}
-        self._receive: list[ReceivePdo] = []
-        self._transmit: list[TransmitPdo] = []
-        self._event_driven: list[TransmitPdo] = []
         self._connect_objects()
 
     # ---- what a test looks at -------------------------------------------------------------
@@ -174,12 +164,9 @@ class FakeDrive:
             self._send(0x700 + self.node_id, bytes([self.nmt]))
         if self._connection.is_lost(now_s):
             self._behave_as_on_error()
-        if self._event_driven and self.nmt is Nmt.OPERATIONAL:
+        if self._cyclic.has_events:
             self._live.publish(self._steps)
-            for pdo in self._event_driven:
-                data = pdo.on_event(self.dictionary.values, now_s)
-                if data is not None:
-                    self._send(pdo.cob_id, data)
+            self._cyclic.tell_events(now_s)
 
     # ---- NMT ------------------------------------------------------------------------------
 
@@ -221,11 +208,10 @@ class FakeDrive:
         if state is self.nmt:
             return
         self.nmt = state
-        self._receive, self._transmit, self._event_driven = [], [], []
         if state is Nmt.OPERATIONAL:
-            self._receive, transmit = self._pdo.compile()
-            self._transmit = [p for p in transmit if p.synchronous]
-            self._event_driven = [p for p in transmit if not p.synchronous]
+            self._cyclic.begin()
+        else:
+            self._cyclic.end()
         self._route()
 
     def _behave_as_on_error(self) -> None:
@@ -243,8 +229,7 @@ class FakeDrive:
             self._handlers[0x700 + self._connection.master] = self._on_heartbeat
         if self.nmt in (Nmt.PRE_OPERATIONAL, Nmt.OPERATIONAL):
             self._handlers[0x600 + self.node_id] = self._on_sdo
-        for pdo in self._receive:
-            self._handlers[pdo.cob_id] = partial(self._on_rpdo, pdo)
+        self._handlers.update(self._cyclic.handlers())
         if self.nmt is Nmt.OPERATIONAL:
             self._handlers[self.dictionary.number(0x1005) & 0x7FF] = self._on_sync
 
@@ -256,30 +241,9 @@ class FakeDrive:
         self._begin_faults()
         if not self._breakage.swallows_sync():
             self._live.publish(self._steps)
-            for transmit in self._transmit:
-                data = transmit.on_sync(self.dictionary.values)
-                if data is not None:
-                    self._send(transmit.cob_id, data)
-        for receive in self._receive:
-            if receive.waiting is not None:
-                waiting, receive.waiting = receive.waiting, None
-                self._apply(receive, waiting)
+            self._cyclic.answer()
+        self._cyclic.take_over()
         self.loop.synced()
-
-    def _on_rpdo(self, pdo: ReceivePdo, message: can.Message) -> None:
-        if len(message.data) < pdo.layout.size:
-            self.emergency.report(PDO_LENGTH, COMMUNICATION)
-        elif pdo.synchronous:
-            pdo.waiting = message.data
-        else:
-            self._apply(pdo, message.data)
-
-    def _apply(self, pdo: ReceivePdo, data: bytes | bytearray) -> None:
-        for entry, value in zip(pdo.layout.entries, pdo.layout.unpack(data), strict=True):
-            try:
-                self.dictionary.write_number(entry, value)
-            except SdoAbortError:
-                continue  # a PDO has no answer: a value out of range is not taken over
 
     # ---- SDO ------------------------------------------------------------------------------
 
@@ -297,38 +261,18 @@ class FakeDrive:
         self._live.publish(self._steps)
         self.emergency.check_read(entry)
 
-    # ---- scripted faults ------------------------------------------------------------------
-
     def _begin_faults(self) -> None:
         for fault in self._faults.begin(self._elapsed_s, self.syncs):
             self._breakage.begin(fault)
 
-    # ---- wiring ---------------------------------------------------------------------------
-
     def _connect_objects(self) -> None:
         od = self.dictionary
         od.before_read = self._before_read
-        od.on_write(0x6040, 0, self._on_controlword)
-        od.on_write(0x6060, 0, self._on_mode)
-        od.guard(self._check_mode)
-        self._on_mode(od.number(0x6060))
+        connect_motion(od, self.machine, self.loop, self.specification.drive.supported_modes)
+        refuse_long_identifiers(od)
         od.on_write(0x1005, 0, lambda _value: self._route())
         od.on_write(0x1016, 1, self._set_heartbeat_consumer)
-        od.guard(_check_identifier)
         od.on_write(0x1017, 0, self._set_heartbeat_producer)
-
-    def _on_controlword(self, controlword: int) -> None:
-        self.machine.command(controlword)
-        self.loop.command(controlword)
-
-    def _on_mode(self, mode: int) -> None:
-        self.loop.set_mode(mode)
-        self.dictionary.set(0x6061, 0, mode)
-
-    def _check_mode(self, entry: Entry, value: Value) -> None:
-        """Refuse a mode that 0x6502 does not list."""
-        if entry.index == 0x6060 and value not in offered(self.specification.drive.supported_modes):
-            raise SdoAbortError(VALUE_RANGE)
 
     def _set_heartbeat_producer(self, milliseconds: int) -> None:
         self._producer.configure(milliseconds, self._elapsed_s)
@@ -352,9 +296,3 @@ class FakeDrive:
 
 def _is_data_frame(message: can.Message) -> bool:
     return not (message.is_extended_id or message.is_remote_frame or message.is_error_frame)
-
-
-def _check_identifier(entry: Entry, value: Value) -> None:
-    """Refuse an identifier of 29 bits for SYNC and EMCY."""
-    if entry.index in (0x1005, 0x1014) and int(value) & 0x7FFFF800:
-        raise SdoAbortError(VALUE_RANGE)

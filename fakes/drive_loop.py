@@ -16,6 +16,8 @@ LIMIT_LEAD_S, LIMIT_MARGIN_RAD = 0.005, 0.4
 INSTANT_RAD_S2 = 1e6
 
 OBJECTS = (0x6072, 0x6076, 0x607F, 0x6083, 0x6084, 0x6085, 0x60FF)
+GEAR_RATIO, FEED_CONSTANT = 0x6091, 0x6092
+PAIRS = (0x607D, GEAR_RATIO, FEED_CONSTANT)
 
 
 class Runaway:
@@ -36,7 +38,8 @@ class DriveLoop:
     plant : Plant
         What moves.
     dictionary : ObjectDictionary
-        Target, ramps and limits, in counts and per mille as on the bus.
+        Target, ramps and limits, in user units and per mille as on the bus; and what these units
+        are: by feed constant and gear ratio, as CiA 402 has it, encoder counts from the factory.
     machine : StateMachine
         Says what to do, and is told of standstill.
     """
@@ -54,11 +57,11 @@ class DriveLoop:
         self.mode = int(Mode.PROFILE_VELOCITY)
         self._follower: Follower | None = None
         self._follows = False
-        self.counts_per_rad = plant.servo.encoder_counts_per_rev / (2.0 * math.pi)
         for index in OBJECTS:
             dictionary.on_write(index, 0, self.refresh)
-        for subindex in (1, 2):
-            dictionary.on_write(0x607D, subindex, self.refresh)
+        for index in PAIRS:
+            for subindex in (1, 2):
+                dictionary.on_write(index, subindex, self.refresh)
         self.refresh()
 
     @property
@@ -69,7 +72,7 @@ class DriveLoop:
     def set_mode(self, mode: int) -> None:
         """Take a mode of operation over (0x6060); from standstill, as drives want it."""
         self.mode = mode
-        self._follower = follower(mode, self._od, self.plant)
+        self._follower = follower(mode, self._od, self.plant, 1.0 / self.units_per_rad)
         self._follows = False
 
     def command(self, controlword: int) -> None:
@@ -104,7 +107,14 @@ class DriveLoop:
 
     def refresh(self, _value: int = 0) -> None:
         """Take the objects' numbers over, in SI units."""
-        number, per_count = self._od.number, 1.0 / self.counts_per_rad
+        number = self._od.number
+        ratio = number(GEAR_RATIO, 2) / number(GEAR_RATIO, 1)
+        per_rev = ratio * number(FEED_CONSTANT, 1) / number(FEED_CONSTANT, 2)
+        self.units_per_count = per_rev / self.plant.servo.encoder_counts_per_rev
+        self.units_per_rad = per_rev / (2.0 * math.pi)
+        per_count = 1.0 / self.units_per_rad
+        if self._follower is not None:
+            self._follower.per_count = per_count
         fastest = number(0x607F) * per_count
         wanted = number(0x60FF) * per_count
         self._target = min(max(wanted, -fastest), fastest)

@@ -49,12 +49,14 @@ class Follower:
         Whether a software limit has cut the target.
     word : int
         The mode's own bits of the statusword: 10 (target reached) and 12.
+    per_count : float
+        Radians in one user unit of position; `DriveLoop` keeps it.
     """
 
     def __init__(self, dictionary: ObjectDictionary, plant: Plant) -> None:
         self.od = dictionary
         self.plant = plant
-        self.per_count = 2.0 * math.pi / plant.servo.encoder_counts_per_rev
+        self.per_count = 0.0
         self.velocity_rad_s = 0.0
         self.limited = False
         self.word = 0
@@ -240,8 +242,17 @@ class PositionProfile(Follower):
             self._reference_rad += way
 
 
-def follower(mode: int, dictionary: ObjectDictionary, plant: Plant) -> Follower | None:
+def follower(
+    mode: int, dictionary: ObjectDictionary, plant: Plant, per_count: float
+) -> Follower | None:
     """Return what follows in a mode; None for profile velocity, which `DriveLoop` does itself."""
+    found = _follower(mode, dictionary, plant)
+    if found is not None:
+        found.per_count = per_count
+    return found
+
+
+def _follower(mode: int, dictionary: ObjectDictionary, plant: Plant) -> Follower | None:
     match mode:
         case Mode.PROFILE_POSITION:
             return PositionProfile(dictionary, plant)

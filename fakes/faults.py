@@ -118,6 +118,14 @@ class BrakesSoftly(Fault):
 
 
 @dataclass(frozen=True, kw_only=True)
+class BrakeCloses(Fault):
+    """The holding brake is closed with `brake_nm` (motor side), and the drive does not open it."""
+
+    kind: ClassVar[str] = "brake-closes"
+    brake_nm: float = 15.0
+
+
+@dataclass(frozen=True, kw_only=True)
 class TemperatureSentinel(Fault):
     """Report "no sensor" as gearbox temperature."""
 
@@ -157,6 +165,7 @@ KINDS: dict[str, type[Fault]] = {
         FrozenPosition,
         IgnoresQuickStop,
         BrakesSoftly,
+        BrakeCloses,
         TemperatureSentinel,
         AdapterFails,
         wire_faults.Lost,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fakes.breakage import Breakage
@@ -62,12 +64,13 @@ class LiveValues:
 
     def _measure(self) -> None:
         values, loop = self._od.values, self._loop
-        plant, counts_per_rad = loop.plant, loop.counts_per_rad
+        plant, units_per_rad = loop.plant, loop.units_per_rad
         if not self._breakage.position_frozen:
-            values[POSITION] = (plant.counts + 0x80000000) % 0x100000000 - 0x80000000
-        values[VELOCITY] = _clip(plant.velocity_measured_rad_s * counts_per_rad, 0x7FFFFFFF)
+            position = math.floor(plant.counts * loop.units_per_count)
+            values[POSITION] = (position + 0x80000000) % 0x100000000 - 0x80000000
+        values[VELOCITY] = _clip(plant.velocity_measured_rad_s * units_per_rad, 0x7FFFFFFF)
         demand = plant.reference_rad_s if plant.powered else 0.0
-        values[VELOCITY_DEMAND] = _clip(demand * counts_per_rad, 0x7FFFFFFF)
+        values[VELOCITY_DEMAND] = _clip(demand * units_per_rad, 0x7FFFFFFF)
         if not self._noise_nm:
             drawn = self._random.standard_normal(NOISE_BLOCK) * plant.servo.torque_noise_nm
             self._noise_nm = drawn.tolist()

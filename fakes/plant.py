@@ -63,7 +63,7 @@ class Plant:
     Set-points are plain attributes, read at the start of every `advance`: `powered`,
     `target_rad_s` with its ramps `rise_rad_s2` (away from zero) and `fall_rad_s2` (towards
     zero), `torque_limit_nm`, and `torque_reference_nm`, which opens the velocity loop when it
-    is not None.
+    is not None. `stuck_brake_nm` is a holding brake that stays closed whatever the drive wants.
 
     Integration is semi-implicit Euler: velocities first, positions with the new velocities,
     which neither pumps nor drains the spring's energy. Dry friction is the exact solution of
@@ -91,6 +91,7 @@ class Plant:
         "reference_rad_s",
         "rise_rad_s2",
         "servo",
+        "stuck_brake_nm",
         "target_rad_s",
         "torque_limit_nm",
         "torque_nm",
@@ -112,6 +113,7 @@ class Plant:
         self._gearbox = Gearbox(thermal or ThermalParameters())
         self._friction = self.joint.friction.truth(self._gearbox.temperature_degc)
         self.powered = False
+        self.stuck_brake_nm = 0.0
         self.target_rad_s = 0.0
         self.rise_rad_s2 = self.fall_rad_s2 = 200.0
         self.torque_limit_nm = 10.0
@@ -197,7 +199,8 @@ class Plant:
         spring, damper = joint.spring_nm_per_rad, joint.damper_nm_s_per_rad
         motor_share = dt / joint.motor_inertia_kg_m2
         arm_share = dt / joint.arm_inertia_kg_m2
-        dry = (friction.coulomb_nm + (0.0 if powered else joint.brake_nm)) * motor_share
+        brake_nm = max(self.stuck_brake_nm, 0.0 if powered else joint.brake_nm)
+        dry = (friction.coulomb_nm + brake_nm) * motor_share
         extra = friction.static_extra_nm * motor_share
         per_stribeck, exponent = 1.0 / friction.stribeck_velocity_rad_s, friction.exponent
         reach = STRIBECK_REACH * friction.stribeck_velocity_rad_s

@@ -102,6 +102,7 @@ class FakeSpecification:
             (0x6072, 0): drive.max_torque_permille,
             (0x6076, 0): drive.rated_torque_mnm,
             (0x608F, 1): self.servo.encoder_counts_per_rev,
+            (0x6092, 1): self.servo.encoder_counts_per_rev,
         }
 
     def to_mapping(self) -> dict[str, Any]:
