@@ -147,7 +147,7 @@ class Sequence:
         self.interlock = self.interlock.after(Event.TRIP, reason)
         return StoppedError(
             f"Stopped during '{self.stage.value}': {self.interlock.reason}.",
-            "Find the cause at the joint, the drive or the cell, then start a new cycle.",
+            "Find the cause at the joint, the drive, its bus or the cell, then start a new cycle.",
         )
 
     # -- stages ------------------------------------------------------------------------------

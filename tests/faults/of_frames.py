@@ -35,7 +35,7 @@ FRAMES = (
     Scenario(
         "no more orders",
         lost(ORDERS, 10.0),
-        says=f"{SAY_FOLLOW}|outside|did not take torque away",
+        says=f"{SAY_FOLLOW}|outside|was not enabled|did not take torque away",
         outcome="either",
         codes=(4, 5),
     ),
