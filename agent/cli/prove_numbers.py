@@ -15,6 +15,7 @@ from typing import Any
 Document = Mapping[str, Any]
 Interval = tuple[float, float]
 _ORDER = "order_per_"
+_BY_BAND = "energy_share_by_band"
 
 _SAME_FORM: Mapping[tuple[str, str, str], tuple[str, ...]] = {
     ("stribeck", "exponential", "exponential fall"): (
@@ -95,7 +96,7 @@ class Measured:
     covered: bool | None
 
 
-def located(effect: Document, finding: Document) -> Located:
+def located(effect: Document, finding: Document, band_hz: float | None = None) -> Located:
     """Return how well a finding is placed.
 
     Parameters
@@ -104,10 +105,12 @@ def located(effect: Document, finding: Document) -> Located:
         An entry of the label.
     finding : mapping
         An entry of the explanation that names it.
+    band_hz : float, optional
+        Up to where the explanation compared torques, of which its shares are.
     """
     error = None
     if effect["basis"] != "commanded":
-        error = float(finding["energy_share"]) - float(effect["energy_share"])
+        error = float(finding["energy_share"]) - _share_in(effect, band_hz)
     variable = next((w["variable"] for w in finding["where"] if _of(effect, w["variable"])), "")
     if not variable:
         return Located(str(effect["effect"]), "", None, None, error)
@@ -117,6 +120,19 @@ def located(effect: Document, finding: Document) -> Located:
         inside = any(low <= middle <= high for low, high in true)
         return Located(str(effect["effect"]), variable, None, inside, error)
     return Located(str(effect["effect"]), variable, overlap(true, found), None, error)
+
+
+def _share_in(effect: Document, band_hz: float | None) -> float:
+    """Return an effect's true share in a band, between those that the label tells of."""
+    told = [(float(b["up_to_hz"]), float(b["energy_share"])) for b in effect.get(_BY_BAND, ())]
+    if band_hz is None or not told:
+        return float(effect["energy_share"])
+    at = math.log(min(max(band_hz, told[0][0]), told[-1][0]))
+    for (low, first), (high, last) in pairwise(told):
+        if at <= math.log(high):
+            part = (at - math.log(low)) / math.log(high / low)
+            return first + part * (last - first)
+    return told[-1][1]
 
 
 def _of(entry: Document, variable: str) -> list[Interval]:

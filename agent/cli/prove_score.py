@@ -141,7 +141,9 @@ def score(label: Document, explanation: Document, baseline: Sequence[str]) -> Sc
         baseline_right=bool(picks) and picks[0] in any_truth,
         baseline_exact=_all_in(truths, set(picks[: len(truths)])),
         floor_ratio=holdout.get("floor_ratio"),
-        located=tuple(located(e, f) for e, f in _pairs(concealed, findings)),
+        located=tuple(
+            located(e, f, explanation.get("band_hz")) for e, f in _pairs(concealed, findings)
+        ),
         measured=tuple(m for e, f in _pairs(concealed, findings) for m in measured(e, f)),
     )
 

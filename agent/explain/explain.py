@@ -202,6 +202,7 @@ def _explanation(
         twin=found.extended,
         traces=traces,
         unexplained_curves=_spectra(found),
+        band_hz=table.cutoff_hz,
     )
 
 

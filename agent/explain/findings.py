@@ -15,7 +15,7 @@ from agent.explain.choosing.aliases import told_apart_by
 from agent.explain.choosing.choice import Term
 from agent.explain.choosing.heard import heard
 from agent.explain.choosing.search import basis_of
-from agent.explain.choosing.shares import shares_of
+from agent.explain.choosing.shares import shares_of, without_term
 from agent.explain.forms.quantities import as_in_twin
 from agent.explain.location.dynamic_curves import excerpt, over_frequency
 from agent.explain.location.regions import AXIS, axis_values, curve_of, regions_of
@@ -84,7 +84,7 @@ def _floor_nm(study: Study) -> float:
 
 def _without(study: Study, index: int) -> Floats:
     """Return the blocks' squared errors on unseen data with one effect taken out again."""
-    others = [t.candidate for i, t in enumerate(study.choice.terms) if i != index]
+    others = without_term(study.library, study.choice.candidates, index)
     return study.library.errors(others)
 
 

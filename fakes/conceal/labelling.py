@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from fakes.conceal.compared import BANDS_HZ
 from fakes.conceal.concealment import Basis, Region
 from fakes.conceal.kernel import arm_load_nm
 from fakes.conceal.measure import Floats, Seen
@@ -28,8 +29,9 @@ def describe(rehearsal: Rehearsal, small: Sequence[Put], large: Sequence[Put]) -
 
     ``energy_share`` of an effect is what the refitted structure's squared residual loses when this
     effect alone is taken away, over what it loses when all are; correlated effects need not sum to
-    one. Nuisances are logged with the mean square by which they move the residual, and its share
-    of all of it, noise included.
+    one. ``energy_share_by_band`` says the same of what is compared in a band of so many hertz, for
+    the effects of a mixture: one alone has all of it in every band. Nuisances are logged with the
+    mean square by which they move the residual, and its share of all of it, noise included.
     """
     robot = rehearsal.robot
     basis = _common_basis(large)
@@ -44,6 +46,9 @@ def describe(rehearsal: Rehearsal, small: Sequence[Put], large: Sequence[Put]) -
         left = rehearsal.fit(rehearsal.see(all_in(robot.truth, rest)), basis).rms_nm ** 2
         share = (everything.rms_nm**2 - left) / excess if excess > 0.0 else 0.0
         found.append(_entry(rehearsal, put, small, large, reach) | {"energy_share": share})
+    if len(large) > 1 and basis != "commanded":
+        for entry, shares in zip(found, _in_bands(rehearsal, small, large, basis), strict=True):
+            entry["energy_share_by_band"] = shares
     residual = everything.rms_nm**2 + rehearsal.floor_nm**2
     nuisances = []
     for put in small:
@@ -72,6 +77,27 @@ def describe(rehearsal: Rehearsal, small: Sequence[Put], large: Sequence[Put]) -
         "sensing": asdict(robot.sensing),
         "expected_verdict": _verdict(large),
     }
+
+
+def _in_bands(
+    rehearsal: Rehearsal, small: Sequence[Put], large: Sequence[Put], basis: Basis
+) -> list[list[dict[str, float]]]:
+    """Return every effect's share of what a mixture leaves in each band, where it is compared."""
+    every = all_in(rehearsal.robot.truth, [*small, *large])
+    plain = all_in(rehearsal.robot.truth, small)
+    rest = [
+        all_in(rehearsal.robot.truth, [*small, *large[:index], *large[index + 1 :]])
+        for index in range(len(large))
+    ]
+    out: list[list[dict[str, float]]] = [[] for _ in large]
+    for hertz in BANDS_HZ:
+        whole, none, *others = (
+            rehearsal.banded_nm2(truth, every, hertz, basis) for truth in (every, plain, *rest)
+        )
+        for shares, left in zip(out, others, strict=True):
+            share = (whole - left) / (whole - none) if whole > none else 0.0
+            shares.append({"up_to_hz": hertz, "energy_share": share})
+    return out
 
 
 def _own_spring(rehearsal: Rehearsal, residual_nm2: float) -> dict[str, Any]:

@@ -6,7 +6,7 @@ cos(q/N)``, without an offset, and without the gravity columns where the axis ha
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,13 +41,18 @@ class Refit:
     rms_nm: float
 
 
-def sliding(velocity_rad_s: Floats, position_rad: Floats, edge_rad: float) -> Booleans:
-    """Tell which samples are beyond the edges, shape (n,).
+def sliding(
+    velocity_rad_s: Floats,
+    position_rad: Floats,
+    edge_rad: float,
+    slowest_rad_s: float = _SLOWEST_RAD_S,
+) -> Booleans:
+    """Tell which samples are beyond the edges, shape (n,); slower than the slowest stands still.
 
     At rest and within `edge_rad` of a start or reversal, dry friction is anything between its two
     levels, and nobody's simulation is wrong there: those samples do not count.
     """
-    direction = np.sign(np.where(np.abs(velocity_rad_s) > _SLOWEST_RAD_S, velocity_rad_s, 0.0))
+    direction = np.sign(np.where(np.abs(velocity_rad_s) > slowest_rad_s, velocity_rad_s, 0.0))
     turned = np.r_[True, direction[1:] != direction[:-1]]
     began = np.maximum.accumulate(np.where(turned, np.arange(turned.size), 0))
     travelled = np.abs(position_rad - position_rad[began])
@@ -69,6 +74,7 @@ def refit(
     *,
     gravity: bool,
     numbers: dict[str, float] | None = None,
+    through: Callable[[Floats], Floats] | None = None,
 ) -> Refit:
     """Return the best fit of the structure over all runs together.
 
@@ -82,19 +88,21 @@ def refit(
         Whether the structure has the two gravity columns.
     numbers : dict, optional
         Take these numbers as given instead of fitting.
+    through : callable, optional
+        What the structure's columns, shape (n, k), and the torque, shape (n, 1), pass alike.
     """
     tables = [columns(motion, gear_ratio, gravity=gravity) for motion in motions]
+    torques = [motion.torque_nm for motion in motions]
+    if through is not None:
+        tables = [through(table) for table in tables]
+        torques = [through(torque[:, np.newaxis])[:, 0] for torque in torques]
     if numbers is None:
         table = np.vstack([t[m] for t, m in zip(tables, counted, strict=True)])
-        torque = np.concatenate(
-            [motion.torque_nm[m] for motion, m in zip(motions, counted, strict=True)]
-        )
+        torque = np.concatenate([t[m] for t, m in zip(torques, counted, strict=True)])
         theta = _solve(table, torque)
     else:
         theta = np.array([numbers[name] for name in NAMES[: tables[0].shape[1]]])
-    residual = tuple(
-        motion.torque_nm - table @ theta for motion, table in zip(motions, tables, strict=True)
-    )
+    residual = tuple(t - table @ theta for t, table in zip(torques, tables, strict=True))
     kept = np.concatenate([r[m] for r, m in zip(residual, counted, strict=True)])
     named = dict.fromkeys(NAMES, 0.0) | {
         name: float(value) for name, value in zip(NAMES, theta, strict=False)

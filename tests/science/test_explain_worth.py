@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from agent.explain.choosing.choice import choose
 from agent.explain.choosing.materiality import CLOSE, above_band_nm2, least_gain
-from agent.explain.choosing.search import Candidate, Library
-from agent.explain.choosing.shares import above_noise, shares_of
+from agent.explain.choosing.search import DELAY, Candidate, Library
+from agent.explain.choosing.shares import above_noise, shares_of, without_term
 from agent.explain.forms.library import FORMS
 from agent.explain.numbers.explained_before import least_beside_effects
 from agent.explain.numbers.model import fit_model
@@ -46,12 +46,12 @@ def ripple(library: Library, order: float) -> Candidate:
     return library.candidate(form, (order,))
 
 
-def driven(first_nm: float, third_nm: float = 0.0) -> Library:
-    """Return a joint with torque that repeats once, and three times, a motor turn."""
+def driven(first_nm: float, other_nm: float = 0.0, order: float = 3.0) -> Library:
+    """Return a joint with torque that repeats once, and some other times, a motor turn."""
 
     def missing(points: SetPoints, _at: Conditions) -> Floats:
         angle = points.position_rad
-        return np.asarray(first_nm * np.cos(angle) + third_nm * np.sin(3.0 * angle))
+        return np.asarray(first_nm * np.cos(angle) + other_nm * np.sin(order * angle))
 
     return bare(record(stair(SPEEDS), missing, Conditions(), seed=3))
 
@@ -70,6 +70,32 @@ def test_two_effects_share_by_their_energies() -> None:
     library = driven(0.05, 0.1)
     shares = shares_of(library, [ripple(library, 1.0), ripple(library, 3.0)], 0.2 * NOISE_NM)
     assert shares == pytest.approx((0.2, 0.8), abs=0.03)
+
+
+def test_effects_that_resemble_each_other_both_carry_what_they_carry_together() -> None:
+    """A share is of the joint without the effect, not of a model whose other law stands in."""
+    order = 1.008
+    library = driven(0.1, 0.1, order)
+    terms = [ripple(library, 1.0), ripple(library, order)]
+    rows = library.weighing.rows
+    angle = library.scene.table.rows["position_rad"][rows]
+    parts = 0.1 * np.cos(angle), 0.1 * np.sin(order * angle)
+    both, alone = np.mean((parts[0] + parts[1]) ** 2), np.mean(np.square(parts), axis=1)
+    shares = shares_of(library, terms, 0.2 * NOISE_NM)
+    assert shares == pytest.approx(1.0 - alone[::-1] / both, abs=0.05)
+    left = [float(np.sum(library.residual(x) ** 2)) for x in ([], terms[1:], terms)]
+    assert (left[1] - left[2]) / left[0] < shares[0] - 0.15  # what the other one cannot copy
+
+
+def test_without_a_delay_nothing_is_late() -> None:
+    library = driven(0.1)
+    late = replace(library, scene=replace(library.scene, late_s=0.02), known={})
+    form = next(f for f in FORMS if f.effect == DELAY)
+    terms = [late.candidate(form, (0.02,)), ripple(late, 1.0)]
+    assert not np.allclose(terms[1].columns, ripple(library, 1.0).columns)
+    (on_time,) = without_term(late, terms, 0)
+    np.testing.assert_allclose(on_time.columns, ripple(library, 1.0).columns)
+    assert without_term(late, terms, 1) == terms[:1]
 
 
 @given(st.floats(0.0, 10.0), st.floats(0.0, 1.0), st.floats(0.0, 3.0))

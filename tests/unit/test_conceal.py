@@ -32,6 +32,8 @@ from fakes.conceal import (
     seal,
     write_case,
 )
+from fakes.conceal.compared import compared, low_passed
+from fakes.conceal.measure import Seen
 from tests.unit.effect_ids import CONTRACT
 
 Floats = NDArray[np.float64]
@@ -329,6 +331,28 @@ def test_a_mixture_shares_the_mismatch_out() -> None:
     shares = [effect["energy_share"] for effect in label["effects"]]
     assert shares == pytest.approx([0.5, 0.5], abs=0.05)
     assert label["snr_reached"] == pytest.approx(np.sqrt(2.0), rel=0.05)
+    friction, wave = (
+        [band["energy_share"] for band in effect["energy_share_by_band"]]
+        for effect in label["effects"]
+    )
+    # A fast joint's wave is above a narrow band; friction that falls with speed is in all of them.
+    assert wave[0] < wave[-1]
+    assert friction[0] > friction[-1]
+    assert np.add(friction, wave) == pytest.approx(1.0, abs=0.1)
+
+
+def test_a_comparison_sees_a_band_away_from_where_friction_turns_round() -> None:
+    time = np.arange(3000) / 500.0
+    tones = np.stack([np.sin(2.0 * np.pi * hz * time) for hz in (1.0, 10.0, 60.0)], axis=1)
+    smooth = low_passed(tones + 3.0, 1.0 / 500.0, 10.0) - 3.0
+    inner = slice(500, 2500)
+    kept = np.sqrt(np.mean(smooth[inner] ** 2, axis=0) / np.mean(tones[inner] ** 2, axis=0))
+    assert kept == pytest.approx([1.0, 0.5, 0.0], abs=0.01)
+    still = np.zeros_like(time)
+    swing = Seen(time, 5.0 * np.sin(time), 5.0 * np.cos(time), still, still, still, still)
+    (rows,) = compared([swing], 100.0, 1.0 / 500.0, 10.0)
+    assert not rows[np.abs(swing.velocity_rad_s) < 0.3].any()
+    assert rows[(np.abs(swing.velocity_rad_s) > 2.5) & (time > 0.2) & (time < 5.8)].all()
 
 
 def test_a_twin_that_is_wrong_on_purpose_says_so() -> None:

@@ -195,6 +195,19 @@ def test_no_share_is_compared_where_the_measured_motion_hides_the_effect() -> No
     assert place.share_error is None
 
 
+def test_a_share_is_compared_in_the_band_that_the_tool_compares_in() -> None:
+    told = [{"up_to_hz": hz, "energy_share": x} for hz, x in ((5.0, 0.1), (10.0, 0.2), (40.0, 0.6))]
+    true = effect("backlash", energy_share=0.5, energy_share_by_band=told)
+    found = finding("backlash", energy_share=0.3)
+    errors = {
+        hz: located(true, found, hz).share_error for hz in (None, 2.0, 10.0, 20.0, 40.0, 60.0)
+    }
+    assert errors == pytest.approx(
+        {None: -0.2, 2.0: 0.2, 10.0: 0.1, 20.0: -0.1, 40.0: -0.3, 60.0: -0.3}
+    )
+    assert located(effect("backlash"), found, 10.0).share_error == pytest.approx(-0.7)
+
+
 def test_a_place_is_compared_along_the_same_variable_only() -> None:
     true = effect("stribeck", where=[{"variable": "velocity_rad_s", "from": -4.0, "to": 4.0}])
     same = finding("stribeck", where=[{"variable": "velocity_rad_s", "from": -4.0, "to": 0.0}])

@@ -127,9 +127,10 @@ class Finding:
     """One thing that the simulation leaves out.
 
     `energy_share` is the share of the refitted twin's squared residual above the noise floor that
-    the effect removes on data that its fit had not seen; `holdout_rmse_without_nm` is what stays
-    there when the effect alone is taken out again. `form` says which of the effect's forms won;
-    `ringing` is there where the effect is heard above the compared band.
+    would not be there if the joint had all effects but this one, on data that no fit had seen;
+    where effects resemble each other, shares need not sum to one. `holdout_rmse_without_nm` is what
+    stays there when the effect alone is taken out again. `form` says which of the effect's forms
+    won; `ringing` is there where the effect is heard above the compared band.
     """
 
     effect: str

@@ -7,6 +7,7 @@ said of a mismatch in `located`; this module is where readers take all of it fro
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -89,6 +90,8 @@ class Explanation:
     traces : tuple of Trace
     recordings, held_out : tuple of str
         Names.
+    band_hz : float
+        Up to where torques were compared: errors, floor and shares are of that band.
     """
 
     verdict: Verdict
@@ -113,6 +116,7 @@ class Explanation:
     twin: Twin | None = None
     traces: tuple[Trace, ...] = ()
     unexplained_curves: tuple[Curve, ...] = ()
+    band_hz: float = math.nan
 
     def to_json(self) -> dict[str, Any]:
         """Return the `stribeck.explanation/1` document."""
@@ -124,6 +128,7 @@ class Explanation:
             "reasons": list(self.reasons),
             "recordings": list(self.recordings),
             "held_out": list(self.held_out),
+            "band_hz": number(self.band_hz),
             "noise_floor_nm": number(self.floor.value_nm),
             "noise_floor_routes": self.floor.to_json(),
             "baseline": self.baseline.to_json(),

@@ -1,18 +1,19 @@
 """Which share of the mismatch an effect carries, on data that its fit had not seen.
 
-In N m squared while the joint slides, every row alike: what an effect removes there, over what the
-refitted twin leaves above the noise.
+In N m squared while the joint slides, every row alike: what the refitted twin would leave less if
+the joint had all effects but this one, over what it leaves above the noise.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from agent.explain.choosing.materiality import CLOSE
-from agent.explain.choosing.search import Candidate, Library
-from agent.explain.rows.evidence import unseen
+from agent.explain.choosing.search import DELAY, Candidate, Library
+from agent.explain.rows.evidence import solve, unseen
 from agent.identify.result import Floats
 
 
@@ -25,14 +26,23 @@ def unseen_nm2(library: Library, columns: Floats) -> float:
     columns : ndarray, shape (m, p)
         Weighted; none for the twin as given.
     """
+    return _sliding_nm2(library, unseen(columns, library.target, library.weighing))
+
+
+def _sliding_nm2(library: Library, weighted: Floats) -> float:
     weighing = library.weighing
-    left = unseen(columns, library.target, weighing) / weighing.weight
+    left = weighted / weighing.weight
     slides = library.scene.table.sliding[weighing.rows]
     return float(np.mean(left[slides] ** 2)) if slides.any() else float(np.mean(left**2))
 
 
 def shares_of(library: Library, terms: Sequence[Candidate], floor_nm: float) -> tuple[float, ...]:
-    """Return the share of the mismatch that each term removes beside the others, 0 to 1.
+    """Return the share of the mismatch that each term carries, 0 to 1.
+
+    What the refitted twin leaves, less what it would leave if the joint had all effects but this
+    one. What two effects carry together, as both turn with the velocity, is in both shares, and
+    what they take from each other in neither. How well the other terms would stand in for the
+    missing one, were they fitted anew, is no part of it.
 
     Parameters
     ----------
@@ -46,10 +56,62 @@ def shares_of(library: Library, terms: Sequence[Candidate], floor_nm: float) -> 
     above = above_noise(plain, full, floor_nm)
     out = []
     for index in range(len(terms)):
-        others = [*terms[:index], *terms[index + 1 :]]
-        without = unseen_nm2(library, library.model(others))
-        out.append(min(max((without - full) / above, 0.0), 1.0) if above > 0.0 else 0.0)
+        without = _taken_away_nm2(library, terms, _own_columns(library, terms, index))
+        out.append(min(max((plain - without) / above, 0.0), 1.0) if above > 0.0 else 0.0)
     return tuple(out)
+
+
+def _own_columns(library: Library, terms: Sequence[Candidate], index: int) -> Floats:
+    """Return what of all terms' columns goes with one term, zero elsewhere, shape (m, k)."""
+    gone = [np.zeros_like(term.columns) for term in terms]
+    gone[index] = terms[index].columns
+    others = [i for i in range(len(terms)) if i != index]
+    for i, on_time in zip(others, without_term(library, terms, index), strict=True):
+        gone[i] = terms[i].columns - on_time.columns
+    return np.concatenate(gone, axis=1)
+
+
+def _taken_away_nm2(library: Library, terms: Sequence[Candidate], own: Floats) -> float:
+    """Return the mean square that the twin's numbers leave of unseen rows without a part, N m^2.
+
+    Parameters
+    ----------
+    library : Library
+    terms : sequence of Candidate
+    own : ndarray, shape (m, k)
+        The terms' columns as far as they go; with the numbers that the other folds give all terms.
+    """
+    weighing, target, base = library.weighing, library.target, library.base
+    model = library.model(terms)
+    lengths = np.diff(np.append(weighing.starts, target.shape[0]))
+    left = np.empty(target.shape[0])
+    for k in np.unique(weighing.fold):
+        test = np.repeat(weighing.fold == k, lengths)
+        seen = model[~test]
+        numbers = solve(seen.T @ seen, seen.T @ target[~test])
+        without = target - own @ numbers[base.shape[1] :]
+        twin = base[~test]
+        left[test] = (without - base @ solve(twin.T @ twin, twin.T @ without[~test]))[test]
+    return _sliding_nm2(library, left)
+
+
+def without_term(library: Library, terms: Sequence[Candidate], index: int) -> list[Candidate]:
+    """Return the other terms as they are where one is taken away.
+
+    Beside a late torque every law is taken as late as it is; without the delay they are on time.
+
+    Parameters
+    ----------
+    library : Library
+    terms : sequence of Candidate
+    index : int
+        Of the term that is taken away.
+    """
+    others = [*terms[:index], *terms[index + 1 :]]
+    if terms[index].form.effect != DELAY or not library.scene.late_s:
+        return others
+    on_time = replace(library, scene=replace(library.scene, late_s=0.0), known={})
+    return [on_time.candidate(term.form, term.point) for term in others]
 
 
 def above_noise(before: float, after: float, floor_nm: float) -> float:
