@@ -15,6 +15,7 @@ from agent.explain.forms import cable as forms_cable
 from agent.explain.forms import place as forms_place
 from agent.explain.forms.form import Form
 from agent.explain.forms.spots import strong_places
+from agent.explain.location.regions import axis_values
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, tabulate
@@ -118,3 +119,15 @@ def test_a_hose_is_said_to_stiffen_only_where_it_does(cubic: float, form: str) -
     if cubic:
         assert values["cubic_nm_per_arm_rad3"] == pytest.approx(cubic, rel=0.1)
         assert values["neutral_arm_rad"] == pytest.approx(0.1, abs=0.02)
+
+
+def test_the_time_after_a_reversal_is_by_the_clock() -> None:
+    scene = scene_of(lambda points, _: np.zeros(points.position_rad.shape))
+    rows, used = scene.table.rows, scene.table.used
+    turned = np.flatnonzero(np.diff(np.sign(rows["velocity_rad_s"])) != 0.0)
+    last = np.searchsorted(turned, np.arange(used.shape[0])) - 1
+    known = used & (last >= 0) & (scene.table.run == 0)
+    since_s = rows["time_s"] - rows["time_s"][turned[last]]
+    away_s = np.abs(axis_values(scene, "after_reversal_s") - since_s)[known & (since_s > 0.5)]
+    assert away_s.size > 500
+    assert np.quantile(away_s, 0.9) < 0.2

@@ -38,7 +38,6 @@ _FOLLOWS_SIGN = frozenset(
 _LOCAL = frozenset({"stribeck", "presliding-hysteresis", "backlash", "local-fault"})
 _MOST_ENERGY, _SEEN = 0.95, 2.0  # an effect's energy; how far beyond that its curve is drawn
 _RESONANCE = (0.5, 2.0)  # times its frequency
-_CREEPS = 0.1  # of the slowest speed: slower, a travel says nothing of the time that it took
 _HALF_ORDER = 0.5
 
 AXIS: Mapping[str, str] = MappingProxyType(
@@ -80,11 +79,7 @@ def axis_values(scene: Scene, variable: str, order: float = 0.0) -> Floats:
     if variable == "recording":
         return table.run.astype(np.float64)
     if variable == "after_reversal_s":
-        speed = np.maximum(np.abs(rows["velocity_rad_s"]), _CREEPS * scene.slowest)
-        # Half of the speed is the mean over a ramp: good enough to draw against. What came fast and
-        # is slow now has not turned round before its recording began.
-        longest_s = max(p.period_s * (p.full.stop - p.full.start) for p in table.pieces)
-        return np.asarray(np.minimum(2.0 * rows["travel_rad"] / speed, longest_s))
+        return rows["since_s"]
     if variable.startswith("order_per_"):
         return np.mod(order * rows["position_rad"], 2.0 * np.pi)
     return rows[variable]

@@ -7,7 +7,7 @@ the first travel after a start or a reversal, widened by the filter's memory of 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,10 +36,22 @@ def travel_rad(full: Mapping[str, Floats], pieces: Sequence[Piece]) -> Floats:
 
     What was under way before its stretch began has the longest travel of all: that start is past.
     """
+    return _since_start(full, pieces, lambda at: np.abs(full["velocity_rad_s"][at]))
+
+
+def since_s(full: Mapping[str, Floats], pieces: Sequence[Piece]) -> Floats:
+    """Return the time since the motor last started or turned round, shape (N,); as `travel_rad`."""
+    return _since_start(full, pieces, lambda at: np.ones(at.stop - at.start))
+
+
+def _since_start(
+    full: Mapping[str, Floats], pieces: Sequence[Piece], rate: Callable[[slice], Floats]
+) -> Floats:
+    """Return the integral of a rate, slice to (n,), since the last start or reversal, (N,)."""
     out, longest = np.zeros(full["time_s"].shape[0]), 0.0
     for piece in pieces:
-        sign, velocity = full["direction"][piece.full], full["velocity_rad_s"][piece.full]
-        way = np.cumsum(np.abs(velocity)) * piece.period_s
+        sign = full["direction"][piece.full]
+        way = np.cumsum(rate(piece.full)) * piece.period_s
         known = sign != 0.0
         last = sign[known]
         start = np.zeros(sign.shape[0], dtype=np.bool_)

@@ -18,9 +18,9 @@ from agent.explain.rows.full_rate import band_of, choose_band, motion_columns, r
 from agent.explain.rows.held import Held, held_speeds
 from agent.explain.rows.in_step import in_step
 from agent.explain.rows.lag import lags_of
-from agent.explain.rows.pieces import Piece, banded, known_part, thinned
+from agent.explain.rows.pieces import Piece, banded, known_part, thinned, without_overshoot
 from agent.explain.rows.run import Run
-from agent.explain.rows.strata import EDGE, END_PERIODS, blocks_of, strata_of, travel_rad
+from agent.explain.rows.strata import EDGE, END_PERIODS, blocks_of, since_s, strata_of, travel_rad
 from agent.identify.result import Floats
 from agent.identify.signals.preprocess import SPEED_CHANGE, Motion, read_motion
 from agent.identify.signals.sampling import Stretch
@@ -33,6 +33,7 @@ from agent.physics.twin import Twin
 BASE: tuple[str, ...] = rigid_body.PARAMETERS[:5]
 """The plain twin's numbers, in the order of the table's base columns."""
 
+_LIMIT = "torque-saturation"
 _MOST_ROWS = 30_000
 _ROWS_PER_CUTOFF = 3.0  # rows a second for every hertz of the band
 
@@ -286,6 +287,7 @@ def _table(
             given = given + known_part(effects_nm(twin, runs, pieces, full), pieces)
     rows = {name: thinned(values, pieces) for name, values in full.items()}
     rows["travel_rad"] = thinned(travel_rad(full, pieces), pieces)
+    rows["since_s"] = thinned(since_s(full, pieces), pieces)
     measured = banded(full["torque_nm"], pieces)
     inertia = base[:, BASE.index("inertia_kg_m2")]
     used, stratum = strata_of(full, pieces, inertia, twin.gear_ratio)
@@ -354,7 +356,23 @@ def _base(full: Mapping[str, Floats], pieces: Sequence[Piece], gear_ratio: float
 def effects_nm(
     twin: Twin, runs: Sequence[Run], pieces: Sequence[Piece], full: Mapping[str, Floats]
 ) -> Floats:
-    """Return what the twin's effects add to its plain torque at full rate, shape (N,)."""
+    """Return what the twin's effects add to its plain torque at full rate, shape (N,).
+
+    A torque limit is held against a prediction that does not overshoot: where the drive was at its
+    limit, a ringing one is beyond it, and what is clipped off was never there.
+    """
+    free = replace(twin, effects=tuple(e for e in twin.effects if e.id != _LIMIT))
+    out = _added_nm(free, runs, pieces, full)
+    if free.effects != twin.effects:
+        even = without_overshoot(full, pieces)
+        out += _added_nm(twin, runs, pieces, even) - _added_nm(free, runs, pieces, even)
+    return out
+
+
+def _added_nm(
+    twin: Twin, runs: Sequence[Run], pieces: Sequence[Piece], full: Mapping[str, Floats]
+) -> Floats:
+    """Return a twin's torque less its plain one for one motion, shape (N,)."""
     plain = replace(twin, effects=())
     out = np.zeros(full["time_s"].shape[0])
     for piece in pieces:
