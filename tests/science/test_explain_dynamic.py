@@ -21,6 +21,7 @@ from agent.explain.forms.crossings import likely_gaps
 from agent.explain.forms.hidden_arm import HiddenArm
 from agent.explain.forms.library import judgeable
 from agent.explain.forms.twin_law import best_entry
+from agent.explain.numbers.model import predicted
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.run import Run
 from agent.explain.rows.saturation import saturation_evidence
@@ -342,3 +343,7 @@ def test_a_twin_that_knows_the_limit_is_not_told_of_it_again() -> None:
     assert [e.id for e in found.extended.effects].count("torque-saturation") == 1
     again = study(found.extended, tabulate(found.extended, limited_runs))
     assert "torque-saturation" not in [f.effect for f in findings_of(again)]
+    # The motion was driven within the limit: held against it, the prediction stays as it is.
+    free = replace(found.extended, effects=())
+    clipped = predicted(again.table, found.extended) - predicted(again.table, free)
+    assert np.sqrt(np.mean(clipped**2)) < 0.2 * found.floor.value_nm

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from agent.explain.forms.form import Form, Point, stack
 from agent.explain.forms.reversal import hysteresis
+from agent.explain.rows.pieces import without_overshoot
 from agent.explain.rows.saturation import saturation_evidence
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
@@ -60,8 +62,10 @@ def _limit_grid(scene: Scene) -> Sequence[Point]:
 
 
 def _saturation(scene: Scene, point: Point) -> Floats:
-    """Return what a limit takes from the refitted torque, shape (N, 1)."""
-    torque = scene.predicted_nm
+    """Return what a limit takes from the refitted torque, shape (N, 1), where none overshoots."""
+    table = scene.table
+    even = replace(table, full=without_overshoot(table.full, table.pieces))
+    torque = replace(scene, table=even).predicted_nm
     return stack(np.clip(torque, -point[0], point[0]) - torque)
 
 

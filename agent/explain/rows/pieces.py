@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from agent.identify.result import Floats
 from agent.identify.signals.sampling import Stretch
 from agent.identify.signals.thinning import thinned_lowpass
+from agent.physics.derivative import slope
 
 SLOWEST_HZ = 10.0
 """Samples a second below which a change of speed is over before it has been sampled."""
@@ -87,3 +88,27 @@ def known_part(raw: Floats, pieces: Sequence[Piece]) -> Floats:
     if unknown.any():
         out[np.abs(banded(unknown.astype(np.float64), pieces)) > _UNKNOWN] = np.nan
     return out
+
+
+def without_overshoot(full: Mapping[str, Floats], pieces: Sequence[Piece]) -> dict[str, Floats]:
+    """Return full-rate columns whose motion is a weighted mean of what was recorded around.
+
+    The low-pass rings beside a steep flank, and makes torque of it that was never there; no mean
+    is beyond a limit that all of its parts keep to. Hann's weights, over a period of the cutoff.
+    """
+    out = dict(full)
+    names = ("velocity_rad_s", "acceleration_rad_s2", "direction")
+    velocity, acceleration, direction = (np.empty_like(full[name]) for name in names)
+    for piece in pieces:
+        at, period_s = piece.full, piece.period_s
+        reach = min(round(0.5 / (piece.cutoff_hz * period_s)), (at.stop - at.start - 1) // 2)
+        weights = np.hanning(2 * reach + 3)[1:-1]
+        weights /= weights.sum()
+
+        def mean(values: Floats, reach: int = reach, weights: Floats = weights) -> Floats:
+            return np.convolve(np.pad(values, reach, mode="edge"), weights, mode="valid")
+
+        velocity[at] = mean(full["velocity_raw_rad_s"][at])
+        acceleration[at] = slope(velocity[at], period_s)
+        direction[at] = mean(full["direction"][at])
+    return out | dict(zip(names, (velocity, acceleration, direction), strict=True))
