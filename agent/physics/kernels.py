@@ -227,7 +227,7 @@ def dragged_arm(
     arm_rad: float,
     rate_rad_s: float,
 ) -> tuple[Floats, Floats, Floats]:
-    """Return arm angle at every substep, and the teeth's torque and arm's velocity at the samples.
+    """Return arm angle and the teeth's torque at every substep, and its velocity at the samples.
 
     A motor drags an arm with dry friction through gap and spring: `gear` holds the gap, the
     spring, its damper, and the arm's inertia, dry friction, viscous friction and constant load.
@@ -239,7 +239,7 @@ def dragged_arm(
     gain, dry, share = h / gear[3], h * gear[4] / gear[3], 1.0 / substeps
     arm, rate = arm_rad, rate_rad_s
     angle = np.empty((samples - 1) * substeps + 1)
-    torque, speed = np.empty(samples), np.empty(samples)
+    torque, speed = np.empty(angle.shape[0]), np.empty(samples)
     for k in range(samples):
         last = k == samples - 1
         q0, v0 = position_rad[k], velocity_rad_s[k] * period_s
@@ -256,7 +256,8 @@ def dragged_arm(
                 else:
                     tooth = min(stiffness * (twist + half) + damping * ahead, 0.0)
             if j == 0:
-                torque[k], speed[k] = tooth, rate
+                speed[k] = rate
+            torque[k * substeps + j] = tooth
             angle[k * substeps + j] = arm
             rate += gain * (tooth - load - viscous * rate)
             if rate > dry:

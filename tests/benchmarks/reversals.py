@@ -3,8 +3,8 @@
 Truths are integrated apart from the product; a seed draws torque noise, the encoders' phase and
 the sampling's phase. The encoder has 2^20 counts a turn, as servo motors' have, or 2^BITS with
 ``--bits``. The bound is Cramer and Rao's for white noise of the torque and the encoder's steps.
-Clearance from the arm's encoder, and the choice among four laws (at every tenth seed), are tried
-with 2^16 counts. ``--law`` takes one law alone, ``--law clearance`` that alone.
+The choice among four laws (at every tenth seed) is tried with 2^16 counts. ``--law`` takes one law
+alone, ``--law clearance`` the clearance from the arm's encoder, whose own counts are 2^ARM_BITS.
 """
 
 from __future__ import annotations
@@ -183,7 +183,7 @@ def _gradients(found: Solution, law: str) -> dict[str, Floats]:
     return out
 
 
-def clearance(seeds: int) -> None:
+def clearance(seeds: int, counts: int, arm_counts: int) -> None:
     """Print coverage, error against the bound and bias of what the arm's encoder tells."""
     late_s = 0.002
     for gap, stiffness in ((0.03, 400.0), (0.03, 30.0), (0.0, 20.0)):
@@ -196,7 +196,13 @@ def clearance(seeds: int) -> None:
         rows: dict[str, list[tuple[bool, float]]] = {name: [] for name in truth}
         for seed in range(FIRST, FIRST + seeds):
             signals = sampled(
-                geared(gap, stiffness), seed, noise_nm=NOISE_NM, with_arm=True, arm_late_s=late_s
+                geared(gap, stiffness),
+                seed,
+                noise_nm=NOISE_NM,
+                counts=counts,
+                arm_counts=arm_counts,
+                with_arm=True,
+                arm_late_s=late_s,
             )
             motion = read_tracks([signals])
             found = arm_clearance(motion, range_of(motion), VISCOUS)
@@ -206,7 +212,7 @@ def clearance(seeds: int) -> None:
                     low, high = parameter.ci95
                     rows[name].append((low <= truth[name] <= high, parameter.value - truth[name]))
         print(f"gap {1e3 * gap:g} mrad, {stiffness:g} N m/rad, {seeds} seeds")
-        bound = clearance_bound(gap, stiffness, NOISE_NM)
+        bound = clearance_bound(gap, stiffness, NOISE_NM, arm_counts, counts)
         for name, seen in rows.items():
             if not seen:
                 print(f"  {name:<24}{0:>6} given")
@@ -226,15 +232,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("seeds", type=int, nargs="?", default=SEEDS)
     parser.add_argument("--bits", type=int, default=20, help="of the encoder, a turn")
+    parser.add_argument("--arm-bits", type=int, default=22, help="of the arm's encoder, a turn")
     parser.add_argument("--law", choices=[*TRUTH, "clearance"], help="one law alone")
     asked = parser.parse_args()
     if asked.law == "clearance":
-        clearance(asked.seeds)
+        clearance(asked.seeds, 1 << asked.bits, 1 << asked.arm_bits)
         return
     if asked.law is not None:
         presliding(asked.seeds, [asked.law], 1 << asked.bits)
         return
-    clearance(asked.seeds)
+    clearance(asked.seeds, 1 << asked.bits, 1 << asked.arm_bits)
     presliding(asked.seeds, list(TRUTH), 1 << asked.bits)
     choice(max(asked.seeds // 10, 1))
 

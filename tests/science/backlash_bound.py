@@ -39,7 +39,11 @@ _MOVES = 0.5  # counts a sample, from which on steps are taken for white noise
 
 
 def clearance_bound(
-    gap_rad: float, stiffness: float, noise_nm: float, arm_counts: int = 1 << 22
+    gap_rad: float,
+    stiffness: float,
+    noise_nm: float,
+    arm_counts: int = 1 << 22,
+    counts: int = COUNTS,
 ) -> dict[str, float]:
     """Return the smallest standard deviations by name; that there is no gap is known."""
     motor, velocity = gear_motion(gap_rad, stiffness)
@@ -68,7 +72,7 @@ def clearance_bound(
     places = np.column_stack((-rate, np.ones_like(rate)))
     torque = np.column_stack((slopes[:, :, 1].T, sliding, none[:, :2]))
     arm = np.column_stack((slopes[:, :, 0].T, none, places))
-    motor_step, arm_step = 2.0 * np.pi / COUNTS, 2.0 * np.pi * GEAR / arm_counts
+    motor_step, arm_step = 2.0 * np.pi / counts, 2.0 * np.pi * GEAR / arm_counts
     moves = arm[np.abs(rate) * SAMPLE_S > _MOVES * arm_step]
     information = 12.0 * moves.T @ moves / (motor_step**2 + arm_step**2)
     information += _of_torque(torque, noise_nm, motor_step / math.sqrt(12.0))

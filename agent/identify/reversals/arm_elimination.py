@@ -24,13 +24,13 @@ from agent.identify.reversals.arm_record import ArmRecord
 from agent.identify.reversals.arm_simulation import (
     MOTOR,
     SHAPE,
+    TWICE,
     Numbers,
     drag,
     reading,
     slopes,
 )
 
-_TWICE = np.array([-1 / 12, 4 / 3, -5 / 2, 4 / 3, -1 / 12])  # of fourth order
 _ONCE = np.array([1 / 12, -2 / 3, 0.0, 2 / 3, -1 / 12])
 _TIED = 50.0  # times as close as the torque's noise: the arm obeys its equation
 _SLIPS = 1e-3  # of the motor's fastest velocity
@@ -69,12 +69,12 @@ def reduced(
     """Return the equations of one record, linear about these numbers and this motion."""
     n, path = record.size, drag(record, number, motor_rad, at)
     read, slides = reading(record, path), record.slides
-    once, twice = _operator(n, _ONCE) / record.period_s, _operator(n, _TWICE) / record.period_s**2
+    once, twice = _operator(n, _ONCE) / record.period_s, _operator(n, TWICE) / record.period_s**2
     speed, acceleration = once @ motor_rad, twice @ motor_rad
     torque_columns = np.column_stack((acceleration, record.way, speed))
     weigh_torque = slides / record.torque_error_nm
     weigh_arm = read / record.arm_error_rad
-    predicted = path.tooth_nm + torque_columns @ at.w[: len(MOTOR)] + at.w[len(MOTOR) + number]
+    predicted = path.felt_nm + torque_columns @ at.w[: len(MOTOR)] + at.w[len(MOTOR) + number]
     rest = np.concatenate(
         (
             (record.motor_rad - motor_rad) / record.motor_error_rad,
@@ -119,7 +119,7 @@ def _motion(
 ) -> Any:
     """Return how all rows follow the motor's and the arm's angles, by turns: (5 n, 2 n), sparse."""
     n, once = record.size, _operator(record.size, _ONCE) / record.period_s
-    twice, whole = _operator(n, _TWICE) / record.period_s**2, sparse.identity(n, format="csr")
+    twice, whole = _operator(n, TWICE) / record.period_s**2, sparse.identity(n, format="csr")
     _, stiffness, damping, inertia, *_ = at.gear().tolist()
     touching = sparse.diags((tooth_nm != 0.0).astype(np.float64))
     tooth = touching @ (stiffness * whole + damping * once)

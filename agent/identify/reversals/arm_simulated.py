@@ -16,7 +16,7 @@ import numpy as np
 
 from agent.identify.result import Floats, Parameter
 from agent.identify.reversals.arm_record import ArmRecord, record_of
-from agent.identify.reversals.arm_simulation import Numbers
+from agent.identify.reversals.arm_simulation import MOTOR, TWICE, Numbers
 from agent.identify.reversals.result import Clearance
 from agent.identify.reversals.turns import Motion
 
@@ -27,7 +27,6 @@ _MISFIT = 1.02  # of the noise's mean square: more, and the gear is not like the
 _CHANCE = 3.0  # standard errors of that
 _FAR = 3.0  # times the regressions' half interval: further off, one of both is wrong
 _MOST = 60_000  # samples: five seconds of a processor for 18 000
-_STEPS = 2.0  # times as wide: what taking an encoder's steps for even noise draws the numbers by
 _LATE = 50.0  # samples
 _LOOSE = 0.5  # of the value
 _SHARE = 0.4  # of the joint's inertia, the arm's at first
@@ -65,7 +64,7 @@ def sharpened(
     found = fit_arm(records, start, gap=gap)
     if found is None:
         return known
-    sharp = _clearance(found, known)
+    sharp = _clearance(found, known, 1.0 + _of_steps(records, found.at))
     limit = _MISFIT + _CHANCE * math.sqrt(2.0 / found.readings)
     holds = found.misfit <= limit and _agrees(sharp, known)
     return sharp if holds else _both(sharp, known)
@@ -112,19 +111,37 @@ def _start(
     return Numbers(np.array([*x, *places]), np.array([*w, *np.zeros(len(records))]))
 
 
-def _clearance(found: ArmFit, known: Clearance) -> Clearance:
+def _of_steps(records: list[ArmRecord], at: Numbers) -> float:
+    """Return the encoder's share of the noise that the motor's torque balance has, 0 to 1.
+
+    At a steady speed an encoder passes its steps at a steady rate, and their error is a row of
+    lines: between them it is a third of what even noise would be, in the turns it is all of it. An
+    inertia that is put right for even noise comes out 1 to 3 % too large, and draws the gap. That
+    is nothing where the torque's own noise outweighs what the steps become as torque.
+    """
+    inertia, stencil = float(at.w[MOTOR.index("inertia")]), float(np.linalg.norm(TWICE))
+    shaken = [inertia * stencil * r.motor_error_rad / r.period_s**2 for r in records]
+    return max(s**2 / (s**2 + r.torque_error_nm**2) for s, r in zip(shaken, records, strict=True))
+
+
+def _clearance(found: ArmFit, known: Clearance, wider: float) -> Clearance:
+    """Return what the fit says, with intervals so many times as wide as its scatter."""
     x = found.at.x
     gap, stiffness, arm = float(x[0]), math.exp(float(x[1])), math.exp(float(x[4]))
     wind_up = 2.0 * arm / stiffness
     lost, compliance = _unit(found, 0), _unit(found, 1)
     lost += wind_up * (_unit(found, 4) - _unit(found, 1))
-    width = _parameter(found, gap, _unit(found, 0)) if 0 in found.free else known.backlash_rad
+
+    def parameter(value: float, gradient: Floats) -> Parameter:
+        half = wider * found.half_width(gradient) * math.sqrt(max(found.misfit, 1.0))
+        return Parameter(value, (value - half, value + half))
+
     return Clearance(
         "arm-encoder",
-        width,
-        _parameter(found, gap + wind_up, lost),
-        _parameter(found, 1.0 / stiffness, -compliance / stiffness),
-        _parameter(found, float(x[5]), _unit(found, 5)),
+        parameter(gap, _unit(found, 0)) if 0 in found.free else known.backlash_rad,
+        parameter(gap + wind_up, lost),
+        parameter(1.0 / stiffness, -compliance / stiffness),
+        parameter(float(x[5]), _unit(found, 5)),
     )
 
 
@@ -132,17 +149,6 @@ def _unit(found: ArmFit, place: int) -> Floats:
     out = np.zeros(found.at.x.size + found.at.w.size)
     out[place] = 1.0
     return out
-
-
-def _parameter(found: ArmFit, value: float, gradient: Floats) -> Parameter:
-    """Return a value with its interval, wider than its scatter.
-
-    At a steady speed an encoder passes its steps at a steady rate, and their error is a row of
-    lines: between them it is a third of what even noise would be, in the turns it is all of it. An
-    inertia that is put right for even noise comes out 1 to 2 % too large, and draws the gap.
-    """
-    half = _STEPS * found.half_width(gradient) * math.sqrt(max(found.misfit, 1.0))
-    return Parameter(value, (value - half, value + half))
 
 
 def _agrees(sharp: Clearance, known: Clearance) -> bool:

@@ -31,6 +31,8 @@ _STEP = 1e-3
 _STEP_DAMPING = 1e-2  # of a logarithm: what damps tells little
 _STEP_RAD = 1e-5
 _STEP_S = 1e-5
+TWICE = np.array([-1 / 12, 4 / 3, -5 / 2, 4 / 3, -1 / 12])
+"""Differences of the motor's angle that stand for its acceleration: of fourth order."""
 
 
 @dataclass(frozen=True)
@@ -71,10 +73,13 @@ class Path:
         What its encoder reads, late as it is.
     tooth_nm, rate_rad_s : ndarray
         Torque of the teeth, and the arm's velocity, in time.
+    felt_nm : ndarray
+        Torque of the teeth as differences of the motor's samples feel it.
     """
 
     seen_rad: Floats
     tooth_nm: Floats
+    felt_nm: Floats
     rate_rad_s: Floats
 
 
@@ -97,13 +102,31 @@ def drag(record: ArmRecord, number: int, motor_rad: Floats, at: Numbers) -> Path
     index = np.clip(when.astype(np.intp), 0, angle.size - 2)
     share = np.clip(when - index, 0.0, 1.0)
     seen = angle[index] + share * (angle[index + 1] - angle[index]) - place
-    return Path(seen, tooth, rate)
+    return Path(seen, tooth[::_SUBSTEPS], _felt(tooth), rate)
+
+
+def _felt(tooth_nm: Floats) -> Floats:
+    """Return the teeth's torque weighed as `TWICE` weighs acceleration between samples, shape (n,).
+
+    Teeth meet between two samples: the motor's acceleration jumps there, and differences of its
+    angle round that off. The drive's torque does not jump, so that the same of both is compared.
+    """
+    reach = TWICE.size // 2
+    between = tooth_nm[:-1].reshape(-1, _SUBSTEPS)
+    at = np.arange(-reach * _SUBSTEPS, reach * _SUBSTEPS) / _SUBSTEPS
+    away = np.abs(at[:, np.newaxis] - np.arange(-reach, reach + 1))
+    weight = (0.5 * away @ TWICE).reshape(-1, _SUBSTEPS) / _SUBSTEPS
+    parts = between @ weight.T
+    out = tooth_nm[::_SUBSTEPS].copy()
+    inside = slice(reach, out.size - reach)
+    out[inside] = sum(parts[i : i + out.size - 2 * reach, i] for i in range(2 * reach))
+    return out
 
 
 def slopes(
     record: ArmRecord, number: int, motor_rad: Floats, at: Numbers, free: Sequence[int]
 ) -> tuple[Floats, Floats]:
-    """Return how the arm's reading and the teeth's torque follow these of `x`, shape (n, k)."""
+    """Return how the arm's reading and the felt torque follow these of `x`, shape (n, k)."""
     seen, tooth = np.zeros((2, record.size, len(free)))
     for column, i in enumerate(free):
         if i >= len(SHAPE) and i != len(SHAPE) + number:
@@ -113,7 +136,7 @@ def slopes(
         ahead = drag(record, number, motor_rad, Numbers(at.x + step, at.w))
         behind = drag(record, number, motor_rad, Numbers(at.x - step, at.w))
         seen[:, column] = (ahead.seen_rad - behind.seen_rad) / (2.0 * step[i])
-        tooth[:, column] = (ahead.tooth_nm - behind.tooth_nm) / (2.0 * step[i])
+        tooth[:, column] = (ahead.felt_nm - behind.felt_nm) / (2.0 * step[i])
     return seen, tooth
 
 
