@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fakes.conceal import Order
+    from trajectories import AxisLimits
 
 CRASHED = "crashed"
 _MOST_TERMS = 3
@@ -79,8 +80,16 @@ def make(order: Order, folder: Path) -> Sealed | str:
     return Sealed(seal(case.label, salt), salt, canonical(case.label))
 
 
-def answer(folder: Path) -> Answer:
-    """Explain the recordings of a folder as `stribeck explain` does; nothing else is known."""
+def answer(folder: Path, limits: AxisLimits | None = None) -> Answer:
+    """Explain the recordings of a folder as `stribeck explain` does; nothing else is known.
+
+    Parameters
+    ----------
+    folder : Path
+        With `training`, `holdout` and `twin.toml`, as `make` leaves them.
+    limits : AxisLimits, optional
+        Of the axis, as ``--cell`` gives them: the next experiment may then leave what was driven.
+    """
     from agent.cli.prove_baseline import first_terms
     from agent.cli.simulate import read_twin
     from agent.conclude.explanation import explained, runs_of
@@ -93,7 +102,7 @@ def answer(folder: Path) -> Answer:
     unseen = read_all([folder / "holdout"])
     document: Mapping[str, Any]
     try:
-        document = explained(twin, path, recordings, unseen).to_json()
+        document = explained(twin, path, recordings, unseen, limits).to_json()
     except Exception as error:  # noqa: BLE001 - a tool that fails on a case has missed it: counted
         document = {"verdict": CRASHED, "reasons": [f"{type(error).__name__}: {error}"]}
     seconds = time.perf_counter() - began[0], time.process_time() - began[1]

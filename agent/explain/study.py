@@ -12,7 +12,7 @@ from agent.explain.answer.result import Cell, Floor
 from agent.explain.choosing.afloat import afloat
 from agent.explain.choosing.choice import Choice, choose
 from agent.explain.choosing.heard import heard
-from agent.explain.choosing.materiality import least_gain
+from agent.explain.choosing.materiality import beyond, least_gain
 from agent.explain.choosing.search import Library
 from agent.explain.forms.arm_encoder import seen_by_the_arm
 from agent.explain.forms.library import judgeable
@@ -238,8 +238,10 @@ def _material(
     blocks = library.weighing.starts.shape[0]
     while terms:
         losses = [
-            float((library.errors([t.candidate for t in terms if t is not term]) - full).sum())
-            - (0.0 if heard(library.scene, term.scored.form) else least)
+            beyond(
+                library.errors([t.candidate for t in terms if t is not term]) - full,
+                0.0 if heard(library.scene, term.scored.form) else least,
+            )
             for term in terms
         ]
         weakest = int(np.argmin(losses))

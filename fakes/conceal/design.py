@@ -20,12 +20,16 @@ _SPEEDS = 6
 
 @dataclass(frozen=True)
 class Run:
-    """One recording to be made: how the joint is found and what it is driven through."""
+    """One recording to be made: how the joint is found and what it is driven through.
+
+    `arm_encoder` tells whether somebody has put an encoder on the arm for it.
+    """
 
     trajectory: Trajectory
     state: RunState
     is_holdout: bool
     started_hours: float
+    arm_encoder: bool = False
 
 
 def plan_runs(rng: np.random.Generator, robot: Robot, design: Design) -> tuple[Run, ...]:

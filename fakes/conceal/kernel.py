@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 
 STEP_S = 0.000125
 STEPS_PER_COMMAND = 8
-COLUMNS = ("position", "velocity", "torque", "winding", "oil", "sensor")
+COLUMNS = ("position", "velocity", "torque", "winding", "oil", "sensor", "arm")
 _SLOW_RAD_S = 0.2  # below it the contacts count as dwelling
 _HEAT_EVERY = 32  # steps: oil warms 10^4 times slower than the joint moves
 
@@ -128,7 +128,7 @@ def simulate(  # noqa: C901 - one loop with local names: a call that carries the
     samples: int,
     steps_per_sample: int,
 ) -> Floats:
-    """Return what the drive sees, before it is rounded and noisy, shape (samples, 6).
+    """Return what the drive sees, before it is rounded and noisy, shape (samples, 7): `COLUMNS`.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def simulate(  # noqa: C901 - one loop with local names: a call that carries the
         Steps of 0.125 ms between them.
     """
     dt = STEP_S
-    out = np.empty((samples, 6))
+    out = np.empty((samples, 7))
     gear = 1.0 / p.gear_ratio
     position = command[0, 0]
     velocity = 0.0
@@ -202,6 +202,7 @@ def simulate(  # noqa: C901 - one loop with local names: a call that carries the
             out[row, 3] = winding
             out[row, 4] = oil
             out[row, 5] = sensor
+            out[row, 6] = arm
             row += 1
 
         # Shaft, with the gear's wobble: what the motor feels is the wobble's slope times it.

@@ -17,13 +17,15 @@ from fakes.conceal.truth import Truth
 
 Floats = NDArray[np.float64]
 _COMMAND_RATE_HZ = 1.0 / (STEPS_PER_COMMAND * STEP_S)
+_ARM_STEP_RAD = 2.0 * math.pi / 2**20  # of an encoder that is put on the arm for an experiment
 
 
 @dataclass(frozen=True)
 class Seen:
     """One run as the drive sees it, before noise, rounding and loss; arrays of shape (n,).
 
-    `torque_nm` has everything in it that the drive makes of torque, but not the noise.
+    `torque_nm` has everything in it that the drive makes of torque, but not the noise. `arm_rad` is
+    where the arm is, before its gear: on the motor side.
     """
 
     time_s: Floats
@@ -33,6 +35,7 @@ class Seen:
     winding_degc: Floats
     oil_degc: Floats
     sensor_degc: Floats
+    arm_rad: Floats
 
     @property
     def motion(self) -> Motion:
@@ -96,7 +99,11 @@ def see(truth: Truth, robot: Robot, run: Run, command: Floats) -> Seen:
         wave = 2.0 * math.pi * truth.mains_hz * time + truth.mains_phase_rad
         torque = torque + truth.mains_nm * np.sin(wave)
     return Seen(
-        time, position, velocity, torque, column["winding"], column["oil"], column["sensor"]
+        time,
+        position,
+        velocity,
+        torque,
+        *(column[name] for name in ("winding", "oil", "sensor", "arm")),
     )
 
 
@@ -160,4 +167,7 @@ def columns(
         "position_command_rad": points.position_rad,
         "phase": points.phase,
     }
+    if run.arm_encoder:
+        arm = seen.arm_rad / robot.truth.gear_ratio
+        every["position_arm_rad"] = np.floor(arm / _ARM_STEP_RAD) * _ARM_STEP_RAD
     return {name: values[noise.kept] for name, values in every.items()}, int(np.sum(~noise.kept))

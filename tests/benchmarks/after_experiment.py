@@ -1,12 +1,14 @@
 """Poor cycles, and what the proposed experiment makes of them.
 
 ``python -m tests.benchmarks.after_experiment [cases] [seed]`` explains single effects in poor
-recordings, blind. Where the cause stays tied and the explanation proposes something to drive, that
-is driven on the same concealed joint, as often and as warm as it says, and all is explained once
-more. A technician gets one name in the end: only the first one counts here, tied or not.
+recordings, blind. The axis may go further than it was driven: 160 degrees to either side. Where the
+cause stays tied and the explanation proposes something to drive, that is driven on the same
+concealed joint, as often and as warm as it says; where it asks for the arm's own encoder, the
+recorded cycles are driven again with one. All is explained once more. A technician gets one name in
+the end: only the first one counts here, tied or not.
 
-Not driven, and counted as they are: advice to change the set-up (another payload, an encoder at the
-arm), which no motion of the axis stands for.
+Not driven, and counted as they are: advice to change the payload, of which a concealed joint has
+none.
 """
 
 from __future__ import annotations
@@ -15,9 +17,11 @@ import math
 import sys
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from agent.cli.prove_case import answer
 from agent.cli.prove_score import Score, score
@@ -31,12 +35,17 @@ from fakes.conceal import (
     conceal,
     write_case,
 )
+from fakes.conceal.case import More
 from fakes.conceal.design import Run
-from trajectories import Trajectory
+from trajectories import AxisLimits, Trajectory
 
 _CASES = 66
 _VISIBLE = tuple(snr for snr in SNRS if snr >= 0.5)
 _HOURS_LATER = 2.0  # between one more recording and the next
+_ROOM_RAD = math.radians(160.0)  # of the arm, to either side: joints have 120 to 360 degrees
+_SPARE = 1.1  # of the speed, acceleration and jerk that were driven, and of the torque twice that
+_REACTION_S = 0.02
+_ENCODER = "arm's own encoder"  # in what is said to be set up
 
 
 @dataclass(frozen=True)
@@ -59,27 +68,72 @@ def outcome(seed: int, effect: str, snr: float) -> Outcome | None:
         case = conceal(seed, effects=(effect,), design="poor", snr=snr)
     except UnreachableError:
         return None
-    said = _explained(case)
+    limits = _limits(case)
+    said = _explained(case, limits)
     before = score(case.label, said, ())
-    proposed = said.get("next_experiment") or {}
-    planned = proposed.get("runs") or ()
-    if proposed.get("trajectory") is None or any(run["load"] != 1.0 for run in planned):
+    more = _more(said.get("next_experiment") or {})
+    if more is None:
         return Outcome(effect, before)
-    trajectory = Trajectory.from_json(proposed["trajectory"])
-    again = conceal(
-        seed,
-        effects=(effect,),
-        design="poor",
-        snr=snr,
-        more=lambda runs: _asked_for(runs, trajectory, planned),
+    again = conceal(seed, effects=(effect,), design="poor", snr=snr, more=more)
+    return Outcome(effect, before, score(case.label, _explained(again, limits), ()))
+
+
+def _limits(case: ConcealedCase) -> AxisLimits:
+    """Return what a cell would allow the axis, from what it was driven through."""
+
+    def peak(name: str, times: int) -> float:
+        largest = 0.0
+        for run in case.training:
+            values = np.asarray(run.columns[name], dtype=np.float64)
+            for _ in range(times):
+                values = np.gradient(values, np.asarray(run.columns["time_s"], dtype=np.float64))
+            largest = max(largest, float(np.quantile(np.abs(values), 0.999)))
+        return _SPARE * largest
+
+    room_rad = _ROOM_RAD * float(case.training[0].metadata["gear_ratio"])
+    acceleration = peak("velocity_command_rad_s", 1)
+    return AxisLimits(
+        position_min_rad=-room_rad,
+        position_max_rad=room_rad,
+        velocity_max_rad_s=peak("velocity_command_rad_s", 0),
+        acceleration_max_rad_s2=acceleration,
+        jerk_max_rad_s3=peak("velocity_command_rad_s", 2),
+        torque_max_nm=2.0 * peak("torque_nm", 0),
+        stopping_deceleration_rad_s2=acceleration,
+        reaction_time_s=_REACTION_S,
     )
-    return Outcome(effect, before, score(case.label, _explained(again), ()))
 
 
-def _explained(case: ConcealedCase) -> Mapping[str, Any]:
+def _more(proposed: Mapping[str, Any]) -> More | None:
+    """Return what is to be driven next; None where no motion of a concealed joint stands for it."""
+    planned = proposed.get("runs") or ()
+    if proposed.get("trajectory") is not None and all(run["load"] == 1.0 for run in planned):
+        trajectory = Trajectory.from_json(proposed["trajectory"])
+        return lambda runs: _asked_for(runs, trajectory, planned)
+    if _ENCODER in proposed.get("set_up", ""):
+        return _with_an_encoder
+    return None
+
+
+def _explained(case: ConcealedCase, limits: AxisLimits) -> Mapping[str, Any]:
     with tempfile.TemporaryDirectory() as scratch:
         write_case(case, Path(scratch))
-        return answer(Path(scratch)).explanation
+        return answer(Path(scratch), limits).explanation
+
+
+def _with_an_encoder(runs: Sequence[Run]) -> list[Run]:
+    """Return the training runs once more, with an encoder at the arm."""
+    trained = [run for run in runs if not run.is_holdout]
+    last = max(run.started_hours for run in runs)
+    return [
+        replace(
+            run,
+            state=run.state._replace(age_runs=float(len(runs) + k)),
+            started_hours=last + (k + 1) * _HOURS_LATER,
+            arm_encoder=True,
+        )
+        for k, run in enumerate(trained)
+    ]
 
 
 def _asked_for(

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
 from agent.explain.forms.arm_encoder import Twist, refuted, twist_of
+from agent.explain.rows.run import Run
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, tabulate
 from agent.physics.twin import Twin
@@ -19,9 +21,7 @@ SOFT = Joint(stiffness=25.0, damping=0.03)
 LOOSE = Joint(stiffness=4000.0, damping=0.8, half_gap=0.004)
 
 
-@cache
-def seen(joint: Joint, arm_late_s: float) -> tuple[Scene, Twist]:
-    runs = [record(joint, seed, duration_s=20.0, arm_late_s=arm_late_s) for seed in (1, 2)]
+def seen_in(*runs: Run) -> tuple[Scene, Twist]:
     table = tabulate(TWIN, runs)
     delta, left = refit(table)
     theta = np.array([getattr(TWIN, name) for name in BASE]) + delta
@@ -29,6 +29,11 @@ def seen(joint: Joint, arm_late_s: float) -> tuple[Scene, Twist]:
     twist = twist_of(scene)
     assert twist is not None
     return scene, twist
+
+
+@cache
+def seen(joint: Joint, arm_late_s: float) -> tuple[Scene, Twist]:
+    return seen_in(*(record(joint, k, duration_s=20.0, arm_late_s=arm_late_s) for k in (1, 2)))
 
 
 @pytest.mark.parametrize("arm_late_s", [-0.003, 0.0, 0.004])
@@ -51,3 +56,12 @@ def test_lost_motion_is_seen_only_where_there_is_some() -> None:
     scene, twist = seen(LOOSE, 0.0)
     assert twist.lost_rad > 0.5 * LOOSE.half_gap
     assert "backlash" not in refuted(scene, twist)
+
+
+def test_recordings_without_the_encoder_leave_what_the_others_show() -> None:
+    first, second = (record(LOOSE, k, duration_s=20.0, arm_late_s=0.0) for k in (1, 2))
+    bare = {name: x for name, x in first.columns.items() if name != "position_arm_rad"}
+    _, alone = seen_in(second)
+    scene, beside = seen_in(replace(first, columns=bare), second)
+    assert beside.lost_rad == pytest.approx(alone.lost_rad, rel=0.05)
+    assert "backlash" not in refuted(scene, beside)

@@ -67,7 +67,7 @@ def wear(points: SetPoints, at: Conditions) -> Floats:
 
 def offset(points: SetPoints, at: Conditions) -> Floats:
     del at
-    return np.full(points.velocity_rad_s.shape[0], 0.08)
+    return np.full(points.velocity_rad_s.shape[0], 0.1)
 
 
 def recorded(missing: Missing, trajectory: Trajectory) -> list[Run]:

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agent.explain.choosing.choice import choose
-from agent.explain.choosing.materiality import CLOSE, above_band_nm2, least_gain
+from agent.explain.choosing.materiality import CLOSE, above_band_nm2, beyond, least_gain
 from agent.explain.choosing.search import DELAY, Candidate, Library
 from agent.explain.choosing.shares import above_noise, shares_of, without_term
 from agent.explain.forms.library import FORMS
@@ -54,6 +54,18 @@ def driven(first_nm: float, other_nm: float = 0.0, order: float = 3.0) -> Librar
         return np.asarray(first_nm * np.cos(angle) + other_nm * np.sin(order * angle))
 
     return bare(record(stair(SPEEDS), missing, Conditions(), seed=3))
+
+
+def test_a_gain_close_above_the_least_must_be_sure_and_a_large_one_may_come_from_one_block() -> (
+    None
+):
+    even = np.full(25, 1.0) + np.tile([0.2, -0.2], 13)[:25]  # 25 in all, give or take 1
+    assert beyond(even, 22.0) > 0.0
+    assert beyond(even, 24.5) < 0.0
+    once = np.r_[25.0, np.zeros(24)]
+    assert beyond(once, 16.0) > 0.0
+    assert beyond(once, 17.0) < 0.0
+    assert beyond(np.full(25, -1.0), 0.0) < 0.0 < beyond(np.full(25, 1.0), 0.0)
 
 
 @pytest.mark.parametrize("times_noise", [0.25, 1.0, 4.0])

@@ -349,7 +349,7 @@ def test_a_comparison_sees_a_band_away_from_where_friction_turns_round() -> None
     kept = np.sqrt(np.mean(smooth[inner] ** 2, axis=0) / np.mean(tones[inner] ** 2, axis=0))
     assert kept == pytest.approx([1.0, 0.5, 0.0], abs=0.01)
     still = np.zeros_like(time)
-    swing = Seen(time, 5.0 * np.sin(time), 5.0 * np.cos(time), still, still, still, still)
+    swing = Seen(time, 5.0 * np.sin(time), 5.0 * np.cos(time), still, still, still, still, still)
     (rows,) = compared([swing], 100.0, 1.0 / 500.0, 10.0)
     assert not rows[np.abs(swing.velocity_rad_s) < 0.3].any()
     assert rows[(np.abs(swing.velocity_rad_s) > 2.5) & (time > 0.2) & (time < 5.8)].all()

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.explain.choosing.heard import LIKE_A_GAP, heard
-from agent.explain.choosing.materiality import MATERIAL, least_gain
+from agent.explain.choosing.materiality import MATERIAL, beyond, least_gain
 from agent.explain.choosing.search import Candidate, Library, Scored, basis_of
 from agent.explain.choosing.shifts import chance
 from agent.explain.rows.evidence import effective_size
@@ -113,7 +113,7 @@ def choose(library: Library, *, rivals: bool = True, begun: Sequence[Term] = ())
         if best is None:
             break
         material = least_gain(library, plain, [*terms, best.candidate])
-        best = _newcomer(library, ranked, best, float(current.sum()), material)
+        best = _newcomer(library, ranked, best, current, material)
         if best is None:
             break
         if not _steady(current, best.blocks):
@@ -132,19 +132,21 @@ def choose(library: Library, *, rivals: bool = True, begun: Sequence[Term] = ())
 
 
 def _newcomer(
-    library: Library, ranked: Sequence[Scored], best: Scored, without: float, material: float
+    library: Library, ranked: Sequence[Scored], best: Scored, current: Floats, material: float
 ) -> Scored | None:
     """Return the next term: the best one if it is material, or a gap whose blows are heard.
 
     Such a gap stands before what it looks like within the band, unless that explains far more.
     """
+    without = float(current.sum())
     gain = without - best.error
+    worth = beyond(current - best.blocks, material) >= 0.0
     gap = next((s for s in ranked if heard(library.scene, s.form) and s.error < without), None)
     if gap is not None:
-        instead = gain < material or best.form.effect in LIKE_A_GAP
+        instead = not worth or best.form.effect in LIKE_A_GAP
         if instead and without - gap.error > _HEARD * gain:
             return gap
-    return best if gain >= material else None
+    return best if worth else None
 
 
 def _least_on_all_rows(
@@ -254,7 +256,7 @@ def _pruned(library: Library, chosen: list[Term], material: float) -> tuple[list
         for i, term in enumerate(chosen):
             without = library.errors([t.candidate for j, t in enumerate(chosen) if j != i])
             needed = 0.0 if heard(library.scene, term.scored.form) else material
-            losses.append(float(without.sum() - whole.sum()) - needed)
+            losses.append(beyond(without - whole, needed))
         weakest = int(np.argmin(losses))
         if losses[weakest] >= 0.0:
             return chosen, whole

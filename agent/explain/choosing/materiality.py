@@ -1,7 +1,11 @@
-"""How much squared error an effect must remove to be worth a name."""
+"""How much squared error an effect must remove to be worth a name.
+
+`least_gain` is the amount; `beyond` asks that a gain be surely as much.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -23,6 +27,27 @@ FAR = 1.25
 
 _OF_NOISE = 0.06  # of the band's noise: a quarter of its amplitude; less matters to nobody
 _SEEN = 0.25  # of the band's noise: half its amplitude stands out, however noisy the raw torque is
+
+_SURELY = 2.0  # standard errors over the blocks
+_CLEARLY = 0.5  # of the least gain: so far beyond it no scatter over the blocks is asked
+
+
+def beyond(gain: Floats, least: float) -> float:
+    """Return how far a gain is beyond the least that is worth a name: negative is not enough.
+
+    A gain is known to its scatter over the blocks. Close above the least it must be beyond it by
+    two standard errors: else the joint may have less than that of the effect. What is half as much
+    again is enough however it is spread: what is met seldom has all of its gain in a few blocks.
+
+    Parameters
+    ----------
+    gain : ndarray, shape (b,)
+        Squared error that a term removes from every block of unseen data.
+    least : float
+        As `least_gain` says; 0 for what needs no size.
+    """
+    error = float(np.std(gain)) * math.sqrt(gain.shape[0])
+    return float(gain.sum()) - least - min(_SURELY * error, _CLEARLY * least)
 
 
 def least_gain(

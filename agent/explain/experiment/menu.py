@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -26,8 +27,12 @@ from agent.explain.experiment.driven import Driven
 from agent.explain.rows.scene import Scene
 from trajectories import AxisLimits, TorqueModel, Trajectory, TrajectoryError, check, spaced_speeds
 
+Build = Callable[[], Trajectory]
+
 _LONGEST_S = 60.0
-_COOLING_S, _PAYLOAD_S = 3600.0, 900.0
+_SLOWLY_S = 8.0  # for the whole stroke
+_COOLING_S, _PAYLOAD_S, _LOOKING_S = 3600.0, 900.0, 60.0
+_FREE_WAY = "The arm goes where these recordings were not: see first that its way is free."
 _LEAST_WARMING_K = 2.0
 _FELT = 0.05  # of Coulomb friction: a load that weighs less changes nothing
 
@@ -98,10 +103,11 @@ def menu(scene: Scene, limits: AxisLimits | None = None) -> tuple[Proposal, ...]
     driven = Driven.of(scene, limits)
     if not driven.moves:
         return ()
-    out = [Proposal(what, (Part(trajectory),)) for what, trajectory in _motions(driven, limits)]
+    out = [Proposal(what, (Part(trajectory),)) for what, trajectory in _motions(driven)]
     out += _set_ups(scene, driven)
     if limits is None:
         return tuple(out)
+    out += _elsewhere(driven, limits)
     return tuple(p for p in out if not check(p.trajectory, limits, _torque(scene, p)))
 
 
@@ -117,11 +123,11 @@ def _torque(scene: Scene, proposal: Proposal) -> TorqueModel:
     )
 
 
-def _motions(driven: Driven, limits: AxisLimits | None) -> Iterator[tuple[str, Trajectory]]:
-    """Yield every motion that fits, and what it is in words."""
+def _motions(driven: Driven) -> Iterator[tuple[str, Trajectory]]:
+    """Yield every motion that fits within what was driven, and what it is in words."""
     slow, fast = driven.slowest_rad_s, driven.reachable_rad_s
     crawl, creep = 0.25 * slow, 0.05 * slow
-    entries: list[tuple[str, Callable[[], Trajectory]]] = [
+    entries: list[tuple[str, Build]] = [
         (
             "Repeat the stair of speeds as it was",
             lambda: stair(driven, spaced_speeds(slow, fast, 6)),
@@ -160,46 +166,53 @@ def _motions(driven: Driven, limits: AxisLimits | None) -> Iterator[tuple[str, T
         ),
         (
             "Raise and lower the arm slowly over the whole stroke",
-            lambda: sweeps(driven, (driven.room_rad / 8.0,)),
-        ),
-        *(
-            (what, lambda wide=wide: stair(wide, spaced_speeds(slow, fast, 6)))
-            for what, wide in _other_strokes(driven, limits)
+            lambda: sweeps(driven, (driven.room_rad / _SLOWLY_S,)),
         ),
     ]
     for what, build in entries:
-        try:
-            trajectory = build()
-        except TrajectoryError:
-            continue  # this stroke has no room for it
-        if trajectory.duration_s <= _LONGEST_S:
+        trajectory = _tried(build)
+        if trajectory is not None and trajectory.duration_s <= _LONGEST_S:
             yield what, trajectory
 
 
-def _other_strokes(driven: Driven, limits: AxisLimits | None) -> Iterator[tuple[str, Driven]]:
-    """Yield longer and shifted strokes that end clear of the limits at full speed."""
-    if limits is None or not driven.placed:
+def _elsewhere(driven: Driven, limits: AxisLimits) -> Iterator[Proposal]:
+    """Yield what is driven over a longer or another stroke."""
+    speeds = spaced_speeds(driven.slowest_rad_s, driven.reachable_rad_s, 6)
+    for where, stroke in _other_strokes(driven, limits):
+        stairs: Build = partial(stair, stroke, speeds)
+        slowly: Build = partial(sweeps, stroke, (stroke.room_rad / _SLOWLY_S,))
+        for what, build in (
+            ("Drive the stair", stairs),
+            ("Raise and lower the arm slowly", slowly),
+        ):
+            trajectory = _tried(build)
+            if trajectory is not None and trajectory.duration_s <= _LONGEST_S:
+                yield Proposal(f"{what} {where}", (Part(trajectory),), _FREE_WAY, _LOOKING_S)
+
+
+def _other_strokes(driven: Driven, limits: AxisLimits) -> Iterator[tuple[str, Driven]]:
+    """Yield longer and shifted strokes that end clear of the limits at full speed, and where."""
+    if not driven.placed:
         return
     speed = driven.fastest_rad_s
     stop = speed * limits.reaction_time_s + speed**2 / (2.0 * limits.stopping_deceleration_rad_s2)
     low, high = limits.position_min_rad + stop, limits.position_max_rad - stop
     below, above = max(driven.low_rad - low, 0.0), max(high - driven.high_rad, 0.0)
-    step = 0.5 * driven.room_rad
-    longer = replace(
-        driven,
-        low_rad=driven.low_rad - min(below, step),
-        high_rad=driven.high_rad + min(above, step),
-    )
-    if longer.room_rad > 1.2 * driven.room_rad:
-        yield (
-            f"Drive the stair over a stroke {longer.room_rad / driven.room_rad:.1f} times as long",
-            longer,
+    step, known = 0.5 * driven.room_rad, driven.room_rad
+    for most in (step, math.inf):
+        longer = replace(
+            driven,
+            low_rad=driven.low_rad - min(below, most),
+            high_rad=driven.high_rad + min(above, most),
         )
+        if longer.room_rad > 1.2 * known:
+            known = longer.room_rad
+            yield f"over a stroke {known / driven.room_rad:.1f} times as long", longer
     for way, sign in ((min(below, step), -1.0), (min(above, step), 1.0)):
         if way > 0.4 * step:
             arm_deg = math.degrees(sign * way / driven.gear_ratio)
             yield (
-                f"Drive the stair with the stroke shifted by {arm_deg:+.3g} degrees of the arm",
+                f"with the stroke shifted by {arm_deg:+.3g} degrees of the arm",
                 replace(
                     driven,
                     low_rad=driven.low_rad + sign * way,
@@ -213,7 +226,7 @@ def _set_ups(scene: Scene, driven: Driven) -> Iterator[Proposal]:
     plain = _tried(
         lambda: stair(driven, spaced_speeds(driven.slowest_rad_s, driven.reachable_rad_s, 6))
     )
-    lift = _tried(lambda: sweeps(driven, (driven.room_rad / 8.0,)))
+    lift = _tried(lambda: sweeps(driven, (driven.room_rad / _SLOWLY_S,)))
     gravity_nm = float(np.hypot(scene.theta[3], scene.theta[4]))
     loaded = scene.has("position_rad") and gravity_nm > _FELT * float(scene.theta[2])
     warmed = _warming_k(scene)
@@ -251,7 +264,7 @@ def _warming_k(scene: Scene) -> float:
     return max(spans, default=0.0)
 
 
-def _tried(build: Callable[[], Trajectory]) -> Trajectory | None:
+def _tried(build: Build) -> Trajectory | None:
     try:
         return build()
     except TrajectoryError:

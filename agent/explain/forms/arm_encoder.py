@@ -5,6 +5,8 @@ the two encoders' clocks grows with the velocity, a spring's twist with the arm'
 clearance follows the sign of the torque, and a wobbling gear repeats with the angle. A skew `d`
 alone would pass for a spring of ``-d^2/2`` per acceleration; that much is taken off.
 
+Runs in which the arm had no encoder say nothing of it; the others speak for the joint.
+
 What the difference does not show is refuted: no law is named that would move the arm by more. A
 wave in it may be the gear's or the motor's resolver's. Both shake the arm, but a resolver's error
 shakes the motor with it: the ripple in torque over the wave is the arm's inertia, or the whole.
@@ -17,6 +19,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from agent.explain.forms.form import Form
 from agent.explain.forms.orders import strong_orders
@@ -63,13 +66,16 @@ def twist_of(scene: Scene) -> Twist | None:
     scene : Scene
     """
     table = scene.table
-    if not scene.has("position_arm_rad") or not scene.has("position_rad"):
+    if not scene.has("position_rad"):
         return None
-    rows = table.sliding
     apart = scene.full("position_rad") - table.gear_ratio * scene.full("position_arm_rad")
-    target = table.band(apart)[rows]
+    target = table.band(apart)
+    rows = table.sliding & np.isfinite(target)
+    if not rows.any():
+        return None
+    target = target[rows]
     orders = strong_orders(scene, "inertia")[:_WAVES]
-    names, columns = _columns(scene, orders)
+    names, columns = _columns(scene, rows, orders)
     try:
         fit = solve_blocks(columns, columns, target, table.block[rows])
     except ValueError:
@@ -83,10 +89,11 @@ def twist_of(scene: Scene) -> Twist | None:
     return Twist(skew, (swing[0], swing[1]), lost, waves)
 
 
-def _columns(scene: Scene, orders: Sequence[float]) -> tuple[list[str], Floats]:
-    """Return what the difference may consist of, by name, shape (r, p)."""
+def _columns(
+    scene: Scene, rows: NDArray[np.bool_], orders: Sequence[float]
+) -> tuple[list[str], Floats]:
+    """Return what the difference may consist of at some rows, by name, shape (r, p)."""
     table = scene.table
-    rows = table.sliding
     base, run = table.base[rows], table.run[rows]
     coulomb = max(float(scene.theta[2]), 1e-12)
     load = base[:, 0] * scene.theta[0] + base[:, 3:5] @ scene.theta[3:5]
