@@ -18,7 +18,6 @@ from fakes.conceal.concealment import (
     speeds,
     stroke,
     stroke_ends,
-    time_to_travel_s,
     wave_numbers,
     whole_axis,
 )
@@ -179,25 +178,19 @@ def joint_flexibility(rng: np.random.Generator, robot: Robot) -> Concealment:
 
 
 def backlash(rng: np.random.Generator, robot: Robot) -> Concealment:
-    """Conceal clearance in the gear; damper and spring act in contact only."""
+    """Conceal clearance in the gear; damper and spring act in contact only.
+
+    Where it is crossed follows from the motion: the label reads it off that.
+    """
     del rng
-
-    def where(truth: Truth) -> tuple[Region, ...]:
-        # It is crossed after a reversal, and wherever the load changes sign while slowing down.
-        crossed = time_to_travel_s(robot, 2.0 * truth.half_gap_rad)
-        light = 0.2 * heaviest_nm(robot)
-        return (
-            Region("after_reversal_s", 0.0, crossed + 0.15),
-            Region("load_torque_nm", -light, light),
-        )
-
+    anywhere = whole_axis("load_torque_nm", -heaviest_nm(robot), heaviest_nm(robot))
     return Concealment(
         "backlash",
         "dead zone",
         scaled({"half_gap_rad": 1.0}),
         0.05,
         1.5,
-        where,
+        anywhere,
         numbers(half_gap_rad="half_gap_rad"),
     )
 

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from fakes.conceal.compared import BANDS_HZ
+from fakes.conceal.compared import BANDS_HZ, compared, low_passed
 from fakes.conceal.concealment import Basis, Region
 from fakes.conceal.kernel import arm_load_nm
 from fakes.conceal.measure import Floats, Seen
 from fakes.conceal.outsiders import PREFIX
+from fakes.conceal.refit import Motion
 from fakes.conceal.rehearsal import Rehearsal, known_numbers
 from fakes.conceal.small import Put, all_in
 from fakes.conceal.truth import Truth
@@ -21,6 +22,10 @@ from fakes.conceal.truth import Truth
 MATERIAL = 0.02
 """Share of the residual's energy from which a nuisance is worth naming, and naming it is right."""
 
+VISIBLE = 0.2
+"""Of an effect's greatest torque: there its place ends."""
+
+_BINS = 200
 _OF_THE_RUNS = frozenset({"recording", "gearbox_temperature_degc", "motor_temperature_degc"})
 
 
@@ -46,6 +51,8 @@ def describe(rehearsal: Rehearsal, small: Sequence[Put], large: Sequence[Put]) -
         left = rehearsal.fit(rehearsal.see(all_in(robot.truth, rest)), basis).rms_nm ** 2
         share = (everything.rms_nm**2 - left) / excess if excess > 0.0 else 0.0
         found.append(_entry(rehearsal, put, small, large, reach) | {"energy_share": share})
+        if put.concealment.effect == "backlash":
+            found[-1]["where"] = [r.to_json() for r in _under_loads(rehearsal, small, large, index)]
     if len(large) > 1 and basis != "commanded":
         for entry, shares in zip(found, _in_bands(rehearsal, small, large, basis), strict=True):
             entry["energy_share_by_band"] = shares
@@ -79,6 +86,42 @@ def describe(rehearsal: Rehearsal, small: Sequence[Put], large: Sequence[Put]) -
     }
 
 
+def _under_loads(
+    rehearsal: Rehearsal, small: Sequence[Put], large: Sequence[Put], index: int
+) -> list[Region]:
+    """Return the loads on the gear under which an effect shows, as a comparison sees it.
+
+    Where its torque is a fifth of its greatest, or more. When a gap is crossed depends on the
+    motion, and how far, so that it is read off what the joint does with it and without it.
+    """
+    truth, hertz = all_in(rehearsal.robot.truth, [*small, *large]), BANDS_HZ[-1]
+    without = all_in(rehearsal.robot.truth, [*small, *large[:index], *large[index + 1 :]])
+    seen, period_s = rehearsal.see(truth), 1.0 / rehearsal.robot.sensing.sample_rate_hz
+    rows = compared(seen, truth.gear_ratio, period_s, hertz)
+    one, other = (rehearsal.banded(t, truth, hertz).residual_nm for t in (truth, without))
+    added = np.concatenate([(a - b)[r] for a, b, r in zip(one, other, rows, strict=True)])
+    load = np.concatenate(
+        [
+            low_passed(_gear_load_nm(truth, s.motion)[:, np.newaxis], period_s, hertz)[r, 0]
+            for s, r in zip(seen, rows, strict=True)
+        ]
+    )
+    edges = np.linspace(float(load.min()), float(load.max()), _BINS + 1)
+    index_of = np.clip(np.searchsorted(edges, load, side="right") - 1, 0, _BINS - 1)
+    count = np.bincount(index_of, minlength=_BINS)
+    mean = np.bincount(index_of, np.abs(added), _BINS) / np.maximum(count, 1)
+    energy = np.bincount(index_of, added**2, _BINS)
+    there = np.flatnonzero(count)
+    visible = (mean[there] >= VISIBLE * mean.max()).astype(np.int8)
+    ends = np.flatnonzero(np.diff(visible, prepend=0, append=0))
+    parts = [there[begin:end] for begin, end in zip(ends[::2], ends[1::2], strict=True)]
+    return [
+        Region("load_torque_nm", float(edges[part[0]]), float(edges[part[-1] + 1]))
+        for part in parts
+        if energy[part].sum() >= MATERIAL * energy.sum()
+    ]
+
+
 def _in_bands(
     rehearsal: Rehearsal, small: Sequence[Put], large: Sequence[Put], basis: Basis
 ) -> list[list[dict[str, float]]]:
@@ -92,7 +135,8 @@ def _in_bands(
     out: list[list[dict[str, float]]] = [[] for _ in large]
     for hertz in BANDS_HZ:
         whole, none, *others = (
-            rehearsal.banded_nm2(truth, every, hertz, basis) for truth in (every, plain, *rest)
+            rehearsal.banded(truth, every, hertz, basis).rms_nm ** 2
+            for truth in (every, plain, *rest)
         )
         for shares, left in zip(out, others, strict=True):
             share = (whole - left) / (whole - none) if whole > none else 0.0
@@ -158,20 +202,11 @@ def _entry(
 def _reach(
     rehearsal: Rehearsal, seen: Sequence[Seen], truth: Truth
 ) -> dict[str, tuple[float, float]]:
-    """Return how far the runs reach along each variable: all but a thousandth at either end.
-
-    The load on the gear is what the arm weighs, is pulled and dragged by, and resists when it is
-    accelerated.
-    """
+    """Return how far the runs reach along each variable: all but a thousandth at either end."""
     states = [run.state for run in rehearsal.runs]
     motions = [s.motion for s in seen]
     arm = np.concatenate([m.position_rad for m in motions]) / truth.gear_ratio
-    velocity = np.concatenate([m.velocity_rad_s for m in motions])
-    acceleration = np.concatenate([m.acceleration_rad_s2 for m in motions])
-    behind_gear = truth.arm_inertia_kg_m2 + truth.tool_inertia_kg_m2
-    direction = np.sign(velocity)
-    held = [arm_load_nm(truth, *each) for each in zip(arm, direction, strict=True)]
-    load = np.array(held) + behind_gear * acceleration + truth.arm_coulomb_nm * direction
+    load = np.concatenate([_gear_load_nm(truth, m) for m in motions])
     return {
         "recording": (0.0, len(states) - 1.0),
         "gearbox_temperature_degc": (
@@ -185,6 +220,18 @@ def _reach(
         "arm_position_rad": _nearly_all(arm),
         "load_torque_nm": _nearly_all(load),
     }
+
+
+def _gear_load_nm(truth: Truth, motion: Motion) -> Floats:
+    """Return the load on the gear, shape (n,).
+
+    What the arm weighs, is pulled and dragged by, and resists when it is accelerated.
+    """
+    direction = np.sign(motion.velocity_rad_s)
+    places = zip(motion.position_rad / truth.gear_ratio, direction, strict=True)
+    held = np.array([arm_load_nm(truth, *each) for each in places])
+    behind_gear = truth.arm_inertia_kg_m2 + truth.tool_inertia_kg_m2
+    return held + behind_gear * motion.acceleration_rad_s2 + truth.arm_coulomb_nm * direction
 
 
 def _nearly_all(values: Floats) -> tuple[float, float]:

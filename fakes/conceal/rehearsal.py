@@ -83,24 +83,21 @@ class Rehearsal:
         gear = self.robot.truth.gear_ratio
         return refit(motions, self.counted, gear, gravity=self.knows_gravity, numbers=numbers)
 
-    def banded_nm2(
+    def banded(
         self, truth: Truth, rows_of: Truth, cutoff_hz: float, basis: Basis = "refitted"
-    ) -> float:
-        """Return the mean square that the structure leaves in a band, where another truth slides.
+    ) -> Refit:
+        """Return what the structure leaves in a band, counted where another truth is compared.
 
         As a comparison of torques sees it; see `fakes.conceal.compared`.
         """
         gear, period_s = self.robot.truth.gear_ratio, 1.0 / self.robot.sensing.sample_rate_hz
-        return (
-            refit(
-                [s.motion for s in self.see(truth)],
-                compared(self.see(rows_of), gear, period_s, cutoff_hz),
-                gear,
-                gravity=self.knows_gravity,
-                numbers=known_numbers(self.robot.truth) if basis == "as-given" else None,
-                through=lambda signals: low_passed(signals, period_s, cutoff_hz),
-            ).rms_nm
-            ** 2
+        return refit(
+            [s.motion for s in self.see(truth)],
+            compared(self.see(rows_of), gear, period_s, cutoff_hz),
+            gear,
+            gravity=self.knows_gravity,
+            numbers=known_numbers(self.robot.truth) if basis == "as-given" else None,
+            through=lambda signals: low_passed(signals, period_s, cutoff_hz),
         )
 
     def excess_nm(self, truth: Truth, reference: Refit, basis: Basis) -> float:

@@ -124,6 +124,16 @@ def test_all_effects_of_the_contract_and_enough_outsiders_can_be_concealed() -> 
     assert all(one in EFFECTS and other in EFFECTS for one, other in LOOK_ALIKES)
 
 
+def test_a_gap_is_placed_under_the_loads_at_which_teeth_part() -> None:
+    label = made(QUIET, "backlash").label
+    where = label["effects"][0]["where"]
+    assert {region["variable"] for region in where} == {"load_torque_nm"}
+    low, high = min(r["from"] for r in where), max(r["to"] for r in where)
+    assert low < 0.0 < high
+    # The arm's friction holds the teeth together; a label once said all loads that were driven.
+    assert high - low < label["base"]["coulomb_nm"]
+
+
 @pytest.mark.parametrize("effect", [*EFFECTS, *OUTSIDERS])
 def test_an_effect_reaches_the_snr_that_was_asked(effect: str) -> None:
     design = "rich" if effect in NEEDS_GRAVITY else "poor"

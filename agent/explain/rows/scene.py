@@ -125,13 +125,6 @@ class Scene:
         """Return the blows of loose teeth that are heard above the band; None for none."""
         return blows_of(self.table, self.theta, self.weight_nm)
 
-    def gear_load_rows(self, blows: Blows) -> Floats:
-        """Return the load on the gear's teeth, with the arm that the blows tell of, shape (n,)."""
-        base = self.table.base
-        arm = blows.arm_share * self.theta[0] * base[:, BASE.index("inertia_kg_m2")]
-        dry = blows.friction_share * self.theta[2] * base[:, BASE.index("coulomb_nm")]
-        return np.asarray(arm + dry + self.weight_rows() + blows.offset_nm)
-
     @cached_property
     def predicted_nm(self) -> Floats:
         """Return the refitted twin's torque and the known effects' at full rate, shape (N,)."""
