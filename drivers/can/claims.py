@@ -71,6 +71,10 @@ class Claims:
         """Return the first claim that somebody else has broken, None if nobody has."""
         return next((cob_id for cob_id in self._claimed if self.of_others(cob_id)), None)
 
+    def broken(self) -> int:
+        """Return how many frames somebody else has sent so far that only we may send."""
+        return sum(self.of_others(cob_id) for cob_id in self._claimed)
+
     def of_others(self, cob_id: int) -> int:
         """Return how many frames under an identifier somebody else has sent so far."""
         ours = self._sent.get(cob_id, 0) if self._comes_back else 0

@@ -90,7 +90,8 @@ def outwait_company(
 ) -> bool:
     """Wait until nobody else asks anything of the drive, at most for four times `quiet_s`.
 
-    Two who talk to one drive by SDO at once take each other's answers for theirs.
+    Two who talk to one drive by SDO at once take each other's answers for theirs. And who sends
+    heartbeats, orders or SYNCs has not ended yet: what it has set it will give back later.
 
     Returns
     -------
@@ -101,7 +102,8 @@ def outwait_company(
 
     def heard() -> tuple[int, int]:
         owner.poll()
-        return owner.claims.of_others(writing_to(node)), owner.claims.of_others(asking(node))
+        claims = owner.claims
+        return claims.of_others(writing_to(node)), claims.of_others(asking(node)) + claims.broken()
 
     until_s = clock.now() + 4.0 * quiet_s
     before = (0, 0)

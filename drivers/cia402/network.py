@@ -86,7 +86,12 @@ class WaitingSdoClient(SdoClient):
         self._asked = b""  # index and subindex of the request that waits; none inside a transfer
 
     def request_response(self, sdo_request: bytes) -> bytes:
-        """Send one request and return the answer to it."""
+        """Send one request and return the answer to it.
+
+        What waits was said before we ask: the answer to another program, about this object perhaps.
+        """
+        self._node.hear()
+        self.responses.queue.clear()
         initiates = sdo_request[0] & _SPECIFIER in (_WRITE, _READ)
         self._asked = bytes(sdo_request[1:4]) if initiates else b""
         return cast(bytes, super().request_response(sdo_request))  # type: ignore[no-untyped-call]  # canopen is untyped here
@@ -165,6 +170,11 @@ class CanopenNode:
                 self.heartbeat_s = frame.stamp_s
             self._network.notify(frame.cob_id, bytearray(data), frame.stamp_s)
 
+    def hear(self) -> None:
+        """Take in what has come by now, and hand it to canopen."""
+        self._owner.poll()
+        self.pump()
+
     def wait(self, deadline_s: float) -> bool:
         """Wait for a frame of this node until the clock's `deadline_s`; hand it to canopen."""
         came = self._owner.wait(self._inbox, deadline_s)
@@ -173,8 +183,7 @@ class CanopenNode:
 
     def command(self, order: NmtOrder) -> None:
         """Send an NMT command to this node."""
-        self._owner.poll()  # what waits was said before the order, and does not answer it
-        self.pump()
+        self.hear()  # what waits was said before the order, and does not answer it
         self.nmt_state = None
         self._nmt.send_command(order)
 

@@ -167,8 +167,8 @@ def test_a_drive_that_lets_go_by_itself_is_noticed(rig: Rig) -> None:
 
 
 def test_another_program_may_read_the_drive_beside_us(rig: Rig) -> None:
-    """Its answers come under the identifier of ours: about another object, or a refusal of one."""
-    for others in ("4300100092010200", "8000100000000206"):
+    """Its answers come under the identifier of ours, about the very object that we ask for, too."""
+    for others in ("4300100092010200", "8000100000000206", "4318100192010200"):
         with rig.sdo() as sdo:
             vendor_id = sdo.read(objects.VENDOR_ID)
             rig.inject(0x580 + NODE, bytes.fromhex(others))
