@@ -45,6 +45,8 @@ class Acquisition:
         Of the lost ones: an answer came that may have been theirs, and nobody could tell.
     doubtful : int
         Of the received ones: they may stand in their neighbour's place in time.
+    changed : tuple of str
+        What somebody has changed in the drive meanwhile: see `drivers.evidence.SyncAccount`.
 
     Raises
     ------
@@ -67,8 +69,10 @@ class Acquisition:
     receive_buffer_bytes: int | None = None
     undecided: int = 0
     doubtful: int = 0
+    changed: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "changed", tuple(self.changed))  # JSON has lists
         for name, value in dataclasses.asdict(self).items():
             if isinstance(value, int | float) and not value >= 0:
                 raise ValueError(f"{name} must not be below zero, got {value}")
@@ -138,4 +142,5 @@ def total(accounts: Sequence[Acquisition]) -> Acquisition | None:
         receive_buffer_bytes=None if None in buffers else min(b or 0 for b in buffers),
         undecided=sum(a.undecided for a in accounts),
         doubtful=sum(a.doubtful for a in accounts),
+        changed=tuple(dict.fromkeys(each for a in accounts for each in a.changed)),
     )

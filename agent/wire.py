@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable
+from dataclasses import replace
 
 from agent.cycle.axis_lock import leave_word, owned
 from agent.cycle.ending import CycleResult
@@ -22,13 +23,14 @@ from agent.wire_devices import cell_release, job_controller, permit_wait_s, with
 from agent.wire_drive import bus_config, drive_config, watched_configs
 from agent.wire_replay import open_replay
 from agent.wire_request import CycleRequest
-from agent.wire_writing import Journal, RunWriter
+from agent.wire_writing import Journal, LastUnits, RunWriter
 from drivers.can.owner import CanBusOwner
 from drivers.cia402.axis import Cia402Axis
 from drivers.cia402.handing_back import restore
 from drivers.cia402.watching import WatchedAxes
 from drivers.clock import Clock, SteppedClock
 from drivers.errors import DriverError
+from drivers.ports import AxisEvidence
 
 __all__ = ["CycleRequest", "drive_cycle"]
 
@@ -97,30 +99,31 @@ def _run_drive(
     """Drive the axis by its drive on the bus, after giving back what a killed run has left."""
     cell, axis = request.cell, request.axis
     config = drive_config(cell, axis)
-    journal = Journal(
-        (request.journal_folder or request.folder) / f".{cell.robot}-axis{axis.number}.found.json"
-    )
+    kept = (request.journal_folder or request.folder) / f".{cell.robot}-axis{axis.number}"
+    journal = Journal(kept.with_name(f"{kept.name}.found.json"))
+    last_units = LastUnits(kept.with_name(f"{kept.name}.units.json"), config.scaling)
     left_behind = journal.read()
     if left_behind:
         restore(owner, config, clock, left_behind)
         journal.clear()
+    config = replace(config, expected_units=last_units.read())
     release, wait_s = cell_release(cell, owner, clock), permit_wait_s(cell)
     with permitted(release, clock, stop_requested, wait_s=wait_s) as reason_to_stop:
         drive = Cia402Axis(owner, config, clock, journal.write)
         beside = watched_configs(cell, axis)
         watching = WatchedAxes(drive, owner, clock, beside) if beside else drive
         probed = with_probe(watching, axis, owner, clock)
+
+        def open_recording(evidence: AxisEvidence) -> RunWriter:
+            last_units.write(evidence.units)
+            in_real_time = not isinstance(clock, SteppedClock)
+            return RunWriter(request, plan, evidence, probed.source(), in_real_time=in_real_time)
+
         runner = CycleRunner(
             plan,
             probed.axis,
             clock,
-            open_recording=lambda evidence: RunWriter(
-                request,
-                plan,
-                evidence,
-                probed.source(),
-                in_real_time=not isinstance(clock, SteppedClock),
-            ),
+            open_recording=open_recording,
             prove_watchdog=lambda still_rad_s, patience_s, watch: drive.prove_watchdog(
                 still_rad_s=still_rad_s, patience_s=patience_s, watch=watch
             ),

@@ -27,6 +27,8 @@ from agent.replayed import KEY as REPLAY
 from agent.wire_drive import watched_configs
 from agent.wire_replay import Replay
 from agent.wire_request import CycleRequest
+from drivers.cia402.config import ExpectedUnits
+from drivers.cia402.scaling import Scaling
 from drivers.clock import wall_time_utc
 from drivers.ports import AxisEvidence, SyncAccount, WatchdogProof
 
@@ -101,6 +103,48 @@ class Journal:
         self._path.unlink(missing_ok=True)
 
 
+class LastUnits:
+    """What a drive's units depended on when its axis was last driven, kept beside the recordings.
+
+    With it stand the cell's own numbers for these units: whoever has changed them since has looked
+    at both, and then the drive may count otherwise.
+    """
+
+    def __init__(self, path: Path, scaling: Scaling) -> None:
+        self._path = path
+        self._of_cell = {
+            "encoder_counts_per_motor_rev": scaling.encoder_counts_per_motor_rev,
+            "velocity_unit": scaling.velocity_unit,
+            "direction": scaling.direction,
+        }
+
+    def read(self) -> ExpectedUnits | None:
+        """Return what is to be expected; None where nothing is known, or the cell is another.
+
+        Raises
+        ------
+        agent.errors.InputError
+            The file cannot be read.
+        """
+        try:
+            kept = json.loads(self._path.read_text(encoding="utf-8"))
+            of_cell, units = kept["cell"], {k: int(v) for k, v in kept["units"].items()}
+        except FileNotFoundError:
+            return None
+        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+            raise InputError(
+                f"{self._path} should say in which units the drive counted when its axis was last "
+                f"driven, and cannot be read: {error}.",
+                "Compare the drive with its parameter file, then remove this file.",
+            ) from error
+        return ExpectedUnits(units, str(self._path)) if of_cell == self._of_cell else None
+
+    def write(self, units: Mapping[str, int]) -> None:
+        """Keep what the drive says now, before it is driven."""
+        kept = {"cell": self._of_cell, "units": dict(units)}
+        publish({self._path: json.dumps(kept, indent=1).encode()}, overwrite=True)
+
+
 class RunWriter:
     """The runner's writer: a stream that becomes one recording with its metadata."""
 
@@ -132,7 +176,11 @@ class RunWriter:
                 **evidence.identity,
                 **(_torque_source(axis) if replay is None else replay.torque_source),
                 "settings": dict(evidence.settings),
-                **_known(mode=evidence.mode, mode_reason=evidence.mode_reason),
+                **_known(
+                    units=dict(evidence.units),
+                    mode=evidence.mode,
+                    mode_reason=evidence.mode_reason,
+                ),
             },
             software=software(),
             extra=_known(

@@ -24,6 +24,8 @@ class AxisEvidence:
         The mode of operation ("pv", "csp" ...) and why it is this one; empty where there is none.
     set_points : SetPoints
         What the drive is fed with.
+    units : mapping
+        What the drive's own units depend on (gear ratio, feed constant, polarity ...), as read.
     """
 
     identity: Mapping[str, int | str]
@@ -32,6 +34,7 @@ class AxisEvidence:
     mode: str = ""
     mode_reason: str = ""
     set_points: SetPoints = SetPoints.VELOCITY
+    units: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,9 @@ class SyncAccount:
         Of the lost ones: an answer came that may have been theirs, and nobody could tell.
     doubtful : int
         Of the received ones: they may stand in their neighbour's place in time.
+    changed : tuple of str
+        What no longer read in the end as it was set, or as its units were, when the axis was
+        opened: what the drive answered meanwhile may have been something else.
     """
 
     expected: int = 0
@@ -79,6 +85,7 @@ class SyncAccount:
     receive_buffer_bytes: int | None = None
     undecided: int = 0
     doubtful: int = 0
+    changed: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -67,6 +67,11 @@ _DRIVE = (
         "the window is not wider than the software limits found in the drive, if it has any",
     ),
     Precondition(
+        "units of the drive",
+        Judged.BY_DRIVE,
+        "gear ratio, feed constant, polarity and the like are as when the axis was last driven",
+    ),
+    Precondition(
         "nobody else at work", Judged.BY_DRIVE, "no other heartbeat, order or SYNC like ours"
     ),
     Precondition(

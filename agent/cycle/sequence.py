@@ -13,6 +13,7 @@ from collections.abc import Sequence as Many
 from typing import NamedTuple
 
 from agent.cycle.answered import Asking
+from agent.cycle.blocked import blocked
 from agent.cycle.continuity import jump
 from agent.cycle.feed import Feed
 from agent.cycle.gate import Asked, SetPoint, move_refusals, refusals
@@ -142,12 +143,13 @@ class Sequence:
         self._asking.ask(now_s, Asked(step.command.velocity_rad_s, step.position_command_rad))
         return step
 
-    def trip(self, reason: str) -> StoppedError:
-        """Trip the interlock and return the error to raise."""
+    def trip(self, reason: str, look: str = "") -> StoppedError:
+        """Trip the interlock and return the error to raise; `look` says where to look first."""
         self.interlock = self.interlock.after(Event.TRIP, reason)
         return StoppedError(
             f"Stopped during '{self.stage.value}': {self.interlock.reason}.",
-            "Find the cause at the joint, the drive, its bus or the cell, then start a new cycle.",
+            f"{look}{' ' if look else ''}Find the cause at the joint, the drive, its bus or the "
+            "cell, then start a new cycle.",
         )
 
     # -- stages ------------------------------------------------------------------------------
@@ -250,7 +252,9 @@ class Sequence:
         if not self.interlock.may_move:
             against = (f"the interlock is {self.interlock.state.value}", *against)
         if against:
-            raise self.trip("; ".join(against))
+            asked = wanted.answered or wanted
+            look = blocked(self.plan.limits, asked.velocity_rad_s, self._newest)
+            raise self.trip("; ".join(against), look)
 
     def _set_out(self, stage: Stage, now_s: float, to_rad: float) -> None:
         """Plan a point-to-point move from where the joint stands."""

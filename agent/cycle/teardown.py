@@ -20,6 +20,9 @@ STOP_TIMEOUT_S = 5.0
 LOOSE_RAD = 1.0
 """Of the motor. A soft gear that unwinds moves it by a tenth of that once its torque is gone."""
 
+SHOWN = 3
+"""So many of the objects that somebody has changed are named; a restart has changed them all."""
+
 
 class Stoppable(Protocol):
     """What the clean-up needs of an axis, or of a controller that drives one."""
@@ -120,6 +123,8 @@ def tear_down(
     except DriverError as error:
         restored = False
         problems.append(str(error))
+    if account is not None and account.changed:
+        problems.append(_changed(account.changed))
     recording: Path | None = None
     unfinished: StorageError | None = None
     try:
@@ -129,4 +134,14 @@ def tear_down(
         unfinished = error if isinstance(error, StorageError) else None
     return Aftermath(
         at_rest, restored, account, recording, tuple(problems), unfinished, rest_after_s
+    )
+
+
+def _changed(what: tuple[str, ...]) -> str:
+    """Return in words that somebody has changed what was set for the cycle."""
+    more = f", and {len(what) - SHOWN} more" if len(what) > SHOWN else ""
+    return (
+        f"The drive was no longer set in the end as at the beginning: {'; '.join(what[:SHOWN])}"
+        f"{more}. Find out who else changes this drive; what was recorded may be something else "
+        "than it is called"
     )

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 from drivers.can.owner import CanBusOwner
 from drivers.cia402 import objects
@@ -21,12 +22,14 @@ from drivers.cia402.network import CanopenNode, NmtOrder, NmtState
 from drivers.cia402.opening import (
     identify,
     mode_for,
+    refuse_other_units,
     refuse_unable,
     refuse_unhealthy,
     refuse_wider,
+    units_of,
 )
 from drivers.cia402.sdo import SdoAccess
-from drivers.cia402.settings import ProcessData, apply, leave_at_rest, snapshot
+from drivers.cia402.settings import ProcessData, apply, held_of, leave_at_rest, snapshot
 from drivers.cia402.stopping import stop_axis
 from drivers.cia402.supervision import judge
 from drivers.cia402.waiting import (
@@ -88,6 +91,7 @@ class Cia402Axis:
         self._node: CanopenNode | None = None
         self._exchange: Exchange | None = None
         self._found: dict[str, int] = {}
+        self._held: dict[str, int] = {}  # what must read in the end as it does now
         self._found_state = NmtState.PRE_OPERATIONAL
         self._ready: list[Sample] = []
         self._failure: DriverError | None = None
@@ -117,6 +121,8 @@ class Cia402Axis:
         identity = identify(sdo, config, self._owner.name)
         refuse_unhealthy(sdo, config.node_id)
         refuse_unable(sdo, config)
+        units = units_of(sdo)
+        refuse_other_units(config, units)
         choice = mode_for(sdo, config)
         orders = [pdo.cob_id for pdo in ProcessData.of(config, choice.rung).orders]
         refuse_company(self._owner, self._clock, config, sdo, orders)
@@ -141,6 +147,7 @@ class Cia402Axis:
         self._bring(NmtOrder.START, NmtState.OPERATIONAL)
         prove_answers(self._exchange)
         self._opened = True
+        self._held = {**held_of(settings, config, choice.rung), **units}
         return AxisEvidence(
             identity=identity,
             settings=settings,
@@ -148,6 +155,7 @@ class Cia402Axis:
             mode=choice.rung.word,
             mode_reason=choice.reason,
             set_points=choice.rung.set_points,
+            units=units,
         )
 
     def prove_watchdog(
@@ -246,17 +254,24 @@ class Cia402Axis:
             return self._account
         self._closed = True
         troubles: list[str] = []
+        changed: list[str] = []
         sinks_rad_s = 0.0
         try:
             if self._found and self._node is not None:
                 sinks_rad_s = self._take_torque_away()
-                troubles = hand_back(
-                    self._owner, self._node, self._config, self._found, self._found_state
+                troubles, changed = hand_back(
+                    self._owner,
+                    self._node,
+                    self._config,
+                    self._found,
+                    self._found_state,
+                    self._held,
                 )
         finally:
             if self._exchange is not None:
                 if not self._account.expected:
                     self._account = self._exchange.account()
+                self._account = replace(self._account, changed=tuple(changed))
                 self._exchange.release()
             if self._node is not None:
                 self._node.release()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from drivers.cia402.scaling import Scaling, TemperatureSource
@@ -21,6 +22,14 @@ class ExpectedIdentity:
 
 
 @dataclass(frozen=True)
+class ExpectedUnits:
+    """What a drive's units depended on when its axis was last driven, and where that is kept."""
+
+    values: Mapping[str, int]
+    source: str
+
+
+@dataclass(frozen=True)
 class Cia402Config:
     """How one drive is reached, armed, supervised and read.
 
@@ -36,6 +45,8 @@ class Cia402Config:
         Motor angles for 0x607D; None for a drive that has no software limits.
     expected : ExpectedIdentity
         Compared before anything is written.
+    expected_units : ExpectedUnits or None
+        Compared before anything is written; None where the axis has not been driven before.
     temperature : TemperatureSource or None
         Mapped into TPDO2.
     abort_connection_option, quick_stop_option : int or None
@@ -100,6 +111,7 @@ class Cia402Config:
     offered_modes: tuple[str, ...] | None = None
     move_acceleration_rad_s2: float | None = None
     velocity_max_rad_s: float | None = None
+    expected_units: ExpectedUnits | None = None
 
     def __post_init__(self) -> None:
         mistakes = [

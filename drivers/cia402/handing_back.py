@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 from drivers.can.claims import writing_to
 from drivers.can.owner import CanBusOwner
@@ -10,7 +11,7 @@ from drivers.cia402 import objects
 from drivers.cia402.company import QUIET_S, outwait_company, refuse_company
 from drivers.cia402.config import Cia402Config
 from drivers.cia402.network import CanopenNode, NmtOrder, NmtState
-from drivers.cia402.objects import setting_of
+from drivers.cia402.objects import DriveObject, setting_of
 from drivers.cia402.opening import identify
 from drivers.cia402.pdo import ignored_bits
 from drivers.cia402.sdo import SdoAccess
@@ -18,6 +19,16 @@ from drivers.cia402.settings import give_back
 from drivers.cia402.words import Controlword, State, state_of
 from drivers.clock import Clock
 from drivers.errors import ConfigurationError, DriverError, NodeMissingError
+
+
+class HandedBack(NamedTuple):
+    """What became of a drive that was given back.
+
+    `troubles` names what could not be restored; `changed` what had no longer read as it was set.
+    """
+
+    troubles: list[str]
+    changed: list[str]
 
 
 def restore(
@@ -48,7 +59,7 @@ def restore(
     try:
         _identified(node, config, owner.name)
         refuse_company(owner, clock, config, SdoAccess(node, config.sdo_attempts))
-        troubles = hand_back(owner, node, config, found, NmtState.PRE_OPERATIONAL)
+        troubles = hand_back(owner, node, config, found, NmtState.PRE_OPERATIONAL).troubles
     finally:
         node.release()
     if troubles:
@@ -75,8 +86,12 @@ def hand_back(
     config: Cia402Config,
     found: Mapping[str, int],
     state: NmtState,
-) -> list[str]:
+    held: Mapping[str, int] | None = None,
+) -> HandedBack:
     """Take torque away, restore `found` and the NMT `state`; return everything that failed.
+
+    What should have held meanwhile, `held`, is read once before: behind a gateway nobody hears who
+    has mapped other objects into a PDO, or told the drive to count in other units.
 
     Somebody else who talks to the drive, too, hears from our first write that he is not alone.
     It is waited until he has ended, and in the end, when he must have, looked what he has left.
@@ -91,6 +106,7 @@ def hand_back(
     except DriverError as error:
         troubles.append(error.what)
     outwait_company(owner, node.clock, config)
+    changed = _no_longer(SdoAccess(node, attempts=1), held or {})
     troubles.extend(give_back(sdo, found))
     troubles.extend(_left_by_others(owner, node, config, found))
     if state is NmtState.OPERATIONAL:
@@ -98,7 +114,19 @@ def hand_back(
             node.command(NmtOrder.START)
         except DriverError as error:
             troubles.append(error.what)
-    return troubles
+    return HandedBack(troubles, changed)
+
+
+def _no_longer(sdo: SdoAccess, held: Mapping[str, int]) -> list[str]:
+    """Return what does not read as it was set; nothing of a drive that no longer answers."""
+    try:
+        unlike = _unlike(sdo, held)
+        return [
+            f"{item} reads {item.shown(read)}, it was {item.shown(value)}"
+            for item, read, value in unlike
+        ]
+    except DriverError:
+        return []  # what follows says so
 
 
 def _left_by_others(
@@ -126,13 +154,14 @@ def _differing(sdo: SdoAccess, found: Mapping[str, int]) -> list[str]:
     SdoError
         One is not answered.
     """
-    names: list[str] = []
-    for key, value in found.items():
-        item = setting_of(key)
-        read = sdo.read(item)
-        if (read ^ value) & ~ignored_bits(item):
-            names.append(f"{item} reads {read}, {value} was found")
-    return names
+    return [f"{item} reads {read}, {value} was found" for item, read, value in _unlike(sdo, found)]
+
+
+def _unlike(sdo: SdoAccess, expected: Mapping[str, int]) -> list[tuple[DriveObject, int, int]]:
+    """Read objects and return those that are not as expected, with both values."""
+    items = [(setting_of(key), value) for key, value in expected.items()]
+    read = [(item, sdo.read(item), value) for item, value in items]
+    return [each for each in read if (each[1] ^ each[2]) & ~ignored_bits(each[0])]
 
 
 def not_restored(node_id: int, troubles: list[str]) -> ConfigurationError:

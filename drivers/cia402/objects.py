@@ -64,6 +64,10 @@ class DriveObject:
         """Return CiA 301's word for it in a PDO mapping: index, subindex, bits."""
         return self.index << 16 | self.subindex << 8 | self.bits
 
+    def shown(self, value: int) -> str:
+        """Return a value as manuals print it: what is mapped and identifiers in hexadecimal."""
+        return f"0x{value:X}" if 0x1400 <= self.index < 0x1C00 else str(value)
+
     def __str__(self) -> str:
         return f"{self.name} ({self.key})"
 
@@ -107,6 +111,28 @@ INTERPOLATION_DATA = DriveObject(0x60C1, 1, "i32", "interpolation data record")
 INTERPOLATION_TIME = DriveObject(0x60C2, 1, "u8", "interpolation time")
 INTERPOLATION_EXPONENT = DriveObject(0x60C2, 2, "i8", "interpolation time, power of ten")
 SUPPORTED_MODES = DriveObject(0x6502, 0, "u32", "supported modes")
+
+UNITS = (
+    DriveObject(0x607E, 0, "u8", "polarity"),
+    DriveObject(0x608F, 1, "u32", "position encoder resolution, increments"),
+    DriveObject(0x608F, 2, "u32", "position encoder resolution, motor revolutions"),
+    DriveObject(0x6091, 1, "u32", "gear ratio, motor revolutions"),
+    DriveObject(0x6091, 2, "u32", "gear ratio, shaft revolutions"),
+    DriveObject(0x6092, 1, "u32", "feed constant, feed"),
+    DriveObject(0x6092, 2, "u32", "feed constant, shaft revolutions"),
+    DriveObject(0x6093, 1, "u32", "position factor, numerator"),
+    DriveObject(0x6093, 2, "u32", "position factor, divisor"),
+    DriveObject(0x6096, 1, "u32", "velocity factor, numerator"),
+    DriveObject(0x6096, 2, "u32", "velocity factor, divisor"),
+    DriveObject(0x6097, 1, "u32", "acceleration factor, numerator"),
+    DriveObject(0x6097, 2, "u32", "acceleration factor, divisor"),
+    DriveObject(0x60A8, 0, "u32", "unit of positions"),
+    DriveObject(0x60A9, 0, "u32", "unit of velocities"),
+)
+"""What the drive's own units depend on, as far as CiA 402 has a word for it: read, never written.
+
+Few drives have many of them. 0x6093 is that of older drives.
+"""
 
 DEVICE_NAME = (0x1008, 0)
 """The manufacturer's device name: text, so no `DriveObject`."""
@@ -157,8 +183,11 @@ _SETTINGS = {
 }
 
 
+_UNITS = {item.key: item for item in UNITS}
+
+
 def setting_of(key: str) -> DriveObject:
-    """Return the object that a key of a snapshot means.
+    """Return the object that a key of a snapshot means, one of the drive's units included.
 
     Raises
     ------
@@ -175,7 +204,8 @@ def setting_of(key: str) -> DriveObject:
         return pdo_communication(index, subindex)
     if index & 0xFE00 in (0x1600, 0x1A00):
         return pdo_mapping(index, subindex)
-    found = _SETTINGS.get(f"0x{index:04X}:{subindex:02X}")
+    canonical = f"0x{index:04X}:{subindex:02X}"
+    found = _SETTINGS.get(canonical) or _UNITS.get(canonical)
     if found is None:
         raise ValueError(f"{key} is not an object that this driver sets")
     return found

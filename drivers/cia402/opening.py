@@ -121,6 +121,39 @@ def refuse_unable(sdo: SdoAccess, config: Cia402Config) -> None:
         )
 
 
+def units_of(sdo: SdoAccess) -> dict[str, int]:
+    """Return what the drive's units depend on, as far as it has words for that."""
+    read = {item.key: sdo.read_optional(item) for item in objects.UNITS}
+    return {key: value for key, value in read.items() if value is not None}
+
+
+def refuse_other_units(config: Cia402Config, units: Mapping[str, int]) -> None:
+    """Refuse a drive that counts otherwise than when its axis was last driven.
+
+    Positions, speeds and ramps then mean something else, and where all of them are on the same new
+    scale nothing that the drive reports would show it: the joint moves farther, or the other way.
+
+    Raises
+    ------
+    ConfigurationError
+        Naming what has changed.
+    """
+    before = config.expected_units
+    changed = [
+        f"{objects.setting_of(key)} reads {value}, it was {before.values[key]}"
+        for key, value in units.items()
+        if before is not None and before.values.get(key, value) != value
+    ]
+    if before is not None and changed:
+        raise ConfigurationError(
+            f"The drive at node {config.node_id} counts in other units than when this axis was "
+            f"last driven: {'; '.join(changed)}.",
+            "Find out who changed it, and give the drive its units back. If the new ones are to "
+            "stay, bring encoder_counts_per_motor_rev, velocity_unit and direction in line with "
+            f"them; if these still hold, remove {before.source}. Then drive a contour check.",
+        )
+
+
 def refuse_wider(config: Cia402Config, found: Mapping[str, int]) -> None:
     """Refuse a window beyond the software limits that somebody has set in the drive.
 

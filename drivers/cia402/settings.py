@@ -204,6 +204,13 @@ def apply(
     return read
 
 
+def held_of(settings: Mapping[str, int], config: Cia402Config, rung: Rung) -> dict[str, int]:
+    """Return those of the settings read back that nothing of ours changes afterwards."""
+    orders = {entry.key for pdo in ProcessData.of(config, rung).orders for entry in pdo.entries}
+    passing = {*orders, objects.MODE_DISPLAY.key}
+    return {key: value for key, value in settings.items() if key not in passing}
+
+
 def leave_at_rest(sdo: SdoAccess, rung: Rung) -> None:
     """Write a set-point that moves nothing; a position is where the joint stands now."""
     if rung.mode is Mode.VELOCITY:

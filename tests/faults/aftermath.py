@@ -114,5 +114,6 @@ def kept_of(folder: Path, watch: Watch) -> tuple[int, int | None, float, int]:
     taken_s = table["time_s"].to_numpy() + watch.origin_s - watch.step_s
     truth = np.interp(taken_s, watch.times_s, watch.positions_rad)
     misplaced = np.abs(position - truth).max() if len(position) else 0.0
-    doubtful = metadata.get("acquisition", {}).get("doubtful", 0)
-    return len(position), metadata.get("samples_lost"), float(misplaced), doubtful
+    account = metadata.get("acquisition", {})
+    doubts = account.get("doubtful", 0) + len(account.get("changed", ()))
+    return len(position), metadata.get("samples_lost"), float(misplaced), doubts

@@ -9,12 +9,14 @@ from tests.faults.scripts import (
     FOREIGN_SETTINGS,
     LONG,
     ORDERS,
+    OTHER_UNITS,
     OUR_BEAT,
     SAY_SILENT,
     SDO_REQUEST,
     SILENT,
     SYNC,
     injected,
+    mapped_anew,
 )
 
 BUS = (
@@ -88,6 +90,19 @@ BUS = (
         injected(SDO_REQUEST, OneOf(FOREIGN_SETTINGS)),
         says="Somebody else on .* sends settings to the drive at node 1",
         within_s=COASTS_S,  # with 0x605A = 0 its quick stop lets go
+    ),
+    Scenario(
+        "other objects mapped behind a gateway",
+        mapped_anew(),
+        codes=(4, 5),
+        says=r"Node 1 is in|\(0x1A00:02\) reads 0x60780010, it was 0x60770010",
+    ),
+    Scenario(
+        "other units set behind a gateway",
+        injected(SDO_REQUEST, OneOf(OTHER_UNITS), towards="drive"),
+        codes=(5,),
+        says=r"\(0x609[12]:01\) reads \d+, it was",
+        within_s=COASTS_S,  # its ramps are a tenth, or all that its torque can do
     ),
     Scenario(
         "link stalls, then delivers everything",

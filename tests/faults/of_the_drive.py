@@ -162,6 +162,20 @@ DRIVE = (
         within_s=COASTS_S,
     ),
     Scenario(
+        "holding brake stays closed",
+        ({"kind": "brake-closes", "brake_nm": Between(10.5, 40.0)},),
+        codes=(5,),
+        phases=("standstill",),
+        says="stands although the motor pushes it .* holding brake opens",
+    ),
+    Scenario(
+        "holding brake closes in motion",
+        ({"kind": "brake-closes", "brake_nm": Between(8.0, 40.0)},),
+        codes=(5,),
+        phases=("approach", "ramp", "plateau", "reversal", "return"),
+        says="although the motor pushes it .* holding brake",
+    ),
+    Scenario(
         "temperature sentinel",
         ({"kind": "temperature-sentinel"},),
         codes=(5,),

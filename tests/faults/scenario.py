@@ -125,7 +125,8 @@ class Run:
     misplaced_rad : float
         The largest distance of a recorded position from the joint's own at that time.
     doubtful : int
-        Rows of which the recording itself says that their time is not sure.
+        Rows of which the recording itself says that their time is not sure, and objects of which
+        it says that somebody has changed them.
     troubles : tuple of str
         Everything else that was not as it must be.
     """

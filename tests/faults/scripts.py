@@ -20,8 +20,23 @@ FOREIGN_SETTINGS = (
     *("2385600001000000", "2b5a600000000000"),  # quick stop: next to no ramp, none at all
     *("2b07600000000000", "2316100100000000"),  # no reaction to a lost heartbeat, no heartbeat
     *("2383600001000000", "237d600200ffffff"),  # next to no acceleration, another software limit
+    *("239160010a000000", "2392600100000a00"),  # other units, a tenth and ten times as large
 )
 """What a tool for setting up drives may write while the joint moves."""
+
+OTHER_UNITS = ("239160010a000000", "2392600199190000", "2392600100000a00")
+"""Gear ratio and feed constant: the drive's counts are ten times as long, or a tenth."""
+
+OTHER_MAPPING = (
+    ((0x000,), "8001"),  # PRE-OPERATIONAL, where alone it may be mapped
+    ((0x601,), "2300180181010080"),  # TPDO1 invalid, no entry
+    ((0x601,), "2f001a0000000000"),
+    ((0x601,), "23001a0210007860"),  # 0x6078, current, where torque was: as long, as plausible
+    ((0x601,), "2f001a0003000000"),
+    ((0x601,), "2300180181010000"),
+    ((0x000,), "0101"),
+)
+"""What maps TPDO1 anew, one frame a millisecond."""
 
 SAY_SILENT = "SYNCs in a row unanswered|heartbeat|measured (velocity|position)"
 """At 100 Hz on a ramp the gate may find the last sample too far from the set-point first."""
@@ -48,4 +63,13 @@ def falsified(identifier: int, offset: int, size: int, change: str, value: Any =
             "value": value,
             "towards": "agent",
         },
+    )
+
+
+def mapped_anew() -> tuple[Any, ...]:
+    """Return what somebody sends to the drive alone to map other objects into its answers."""
+    return tuple(
+        each
+        for number, (identifiers, data) in enumerate(OTHER_MAPPING)
+        for each in injected(identifiers, data, towards="drive", after_s=0.001 * number)
     )

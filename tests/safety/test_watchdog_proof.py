@@ -23,6 +23,8 @@ FAULT, IGNORE = 1, 0
 """What the drive does about a lost connection where 0x6007 is left as its factory set it."""
 
 AMID_THE_PROOF_S = 1
+UNITS = ".simulated-joint-axis1.units.json"
+"""What a cycle that begins leaves beside its recording: in what the drive counts."""
 
 
 def is_enabled(rig: Rig) -> bool:
@@ -158,7 +160,7 @@ def test_a_stop_is_heard_during_the_proof_and_takes_the_torque_away(tmp_path: Pa
         with pytest.raises(StoppedError, match="before anything moved: the operator"):
             bench.run(progress=press_stop)
         assert bench.drive.machine.state is State.SWITCH_ON_DISABLED
-    assert list(tmp_path.iterdir()) == []
+    assert [p.name for p in tmp_path.iterdir()] == [UNITS]
 
 
 def test_a_drive_that_takes_the_settings_and_does_not_watch_is_refused(
@@ -171,4 +173,4 @@ def test_a_drive_that_takes_the_settings_and_does_not_watch_is_refused(
         assert len(refused.value.reasons) == 1
         assert abs(bench.drive.motor_position_rad) < 0.01
         assert bench.drive.machine.state is State.SWITCH_ON_DISABLED
-    assert list(tmp_path.iterdir()) == []
+    assert [p.name for p in tmp_path.iterdir()] == [UNITS]

@@ -141,6 +141,7 @@ def test_rows_that_may_stand_in_their_neighbours_place_are_borne_if_few() -> Non
     count = signals.time_s.size
     assert refusals([read_motion(accounted(signals, doubtful=count // 1000))]) == ()
     refused(estimate([accounted(signals, doubtful=count // 100)]), "neighbour's place")
+    refused(estimate([accounted(signals, changed=("0x1A00:02 reads 1",))]), "no longer set")
 
 
 def test_rows_that_are_missing_and_in_no_account_are_refused() -> None:

@@ -31,6 +31,11 @@ _UNCOUNTED_LEAST = 3
 def objections_of_frames(motion: Motion) -> list[str]:
     """Return why the samples that a recording lacks forbid an estimate; empty where they do not."""
     signals, account = motion.signals, motion.signals.acquisition
+    if account is not None and account.changed:
+        return [
+            f"{signals.name}: when the cycle had ended, the drive was no longer set as at its "
+            f"beginning ({account.changed[0]}): nobody can tell what its samples are"
+        ]
     asked = signals.time_s.shape[0] + signals.samples_lost
     lost = signals.samples_lost
     if account is not None:
