@@ -65,6 +65,7 @@ def main() -> None:
         if not process.stdout.readline():
             sys.exit("the peer has not started")
         result = exchange(arguments.channel, arguments.rate, arguments.seconds)
+        process.terminate()
     sys.stdout.write(json.dumps(asdict(result)) + "\n")
 
 

@@ -143,12 +143,22 @@ def open_bench(kind: str) -> Iterator[AxisBench]:
 
 
 def kinds() -> list[Any]:
-    """Return every implementation, the drive's on each bus in either time; marks are kept."""
-    drives = [
+    """Return every implementation in simulated time, the drive's on each bus; marks are kept."""
+    return [*_drives(interfaces()), "probed", "replay-stepped"]
+
+
+def kinds_in_real_time() -> list[Any]:
+    """Return those of them that keep time with the machine's clock, too."""
+    return [
+        *_drives(in_real_time()),
+        pytest.param("replay-real", marks=pytest.mark.real_time),
+    ]
+
+
+def _drives(buses: list[Any]) -> list[Any]:
+    return [
         f"cia402-{bus}"
         if isinstance(bus, str)
         else pytest.param(*(f"cia402-{name}" for name in bus.values), marks=bus.marks)
-        for bus in (*interfaces(), *in_real_time())
+        for bus in buses
     ]
-    real = pytest.param("replay-real", marks=pytest.mark.real_time)
-    return [*drives, "probed", "replay-stepped", real]

@@ -1,7 +1,7 @@
 """What the port `Axis` promises, held against each of its implementations.
 
-`virtual` and what is called ``stepped`` run in simulated time, the others in real time. What a
-CiA 402 drive promises beside this stands in `test_cia402_axis`.
+In simulated time; what hangs on a clock that nobody steps, in real time, too. What a CiA 402 drive
+promises beside this stands in `test_cia402_axis`.
 """
 
 from __future__ import annotations
@@ -21,11 +21,13 @@ from tests.contract.axis_bench import (
     SPEED_RAD_S,
     AxisBench,
     kinds,
+    kinds_in_real_time,
     open_bench,
 )
 
 OFF = Command(Goal.OFF, 0.0)
 AT_SPEED = Command(Goal.ON, SPEED_RAD_S)
+IN_EITHER_TIME = pytest.mark.parametrize("bench", [*kinds(), *kinds_in_real_time()], indirect=True)
 STOPS_AFTER_RAD = 0.05
 """Half of what the quickest of them needs: 20 rad/s are 0.1 rad at 2000 rad/s2."""
 
@@ -36,6 +38,7 @@ def bench(request: pytest.FixtureRequest) -> Iterator[AxisBench]:
         yield made
 
 
+@IN_EITHER_TIME
 def test_opening_says_who_it_is_and_leaves_it_without_torque(bench: AxisBench) -> None:
     axis: Axis = bench.axis()
     evidence = axis.open()
@@ -47,6 +50,7 @@ def test_opening_says_who_it_is_and_leaves_it_without_torque(bench: AxisBench) -
     assert isinstance(axis.close(), SyncAccount)
 
 
+@IN_EITHER_TIME
 def test_a_velocity_is_reached_and_every_tick_is_answered(bench: AxisBench) -> None:
     axis = bench.axis()
     axis.open()
@@ -77,6 +81,7 @@ def test_a_velocity_is_reached_and_every_tick_is_answered(bench: AxisBench) -> N
     assert 0.0 < last.torque_nm < 5.0
 
 
+@IN_EITHER_TIME
 def test_a_stop_is_a_measured_standstill(bench: AxisBench) -> None:
     axis = bench.axis()
     axis.open()
@@ -91,6 +96,7 @@ def test_a_stop_is_a_measured_standstill(bench: AxisBench) -> None:
     axis.close()
 
 
+@IN_EITHER_TIME
 def test_a_stop_that_has_no_time_claims_no_standstill(bench: AxisBench) -> None:
     axis = bench.axis()
     axis.open()
@@ -149,6 +155,7 @@ def test_a_velocity_that_is_no_number_never_leaves(bench: AxisBench) -> None:
     axis.close()
 
 
+@IN_EITHER_TIME
 def test_send_and_receive_do_not_wait(bench: AxisBench) -> None:
     axis = bench.axis()
     axis.open()
