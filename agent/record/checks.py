@@ -25,6 +25,7 @@ _LOOKS_LIKE: Mapping[str, re.Pattern[str]] = {
         "velocity_rad_s": r"velocity|speed|omega|(^|_)(vel|rpm|rps|qd|dps)(_|$)",
     }.items()
 }
+_HOTTEST_DEGC = 200.0  # windings end at 180; a room has 290 K
 _NOT_MEASURED = re.compile(
     r"command|target|setpoint|demand|simulated|(^|_)arm(_|$)|temperature|limit"
 )
@@ -44,7 +45,8 @@ def check(columns: Mapping[str, Column], where: str) -> None:
     ------
     InputError
         A needed column missing (and which one looks like it in another unit), fewer than 100
-        samples, time that does not increase: one sentence, with the row where there is one.
+        samples, time that does not increase, a temperature in kelvin: one sentence, with the row
+        where there is one.
     """
     check_names(columns, where)
     count = len(columns["time_s"])
@@ -53,6 +55,9 @@ def check(columns: Mapping[str, Column], where: str) -> None:
             f"{where}: holds {_samples(count)}, but at least {MINIMUM_SAMPLES} are needed."
         )
     _check_time(columns["time_s"], where)
+    for name in FLOAT_COLUMNS:
+        if name.endswith("_degc") and name in columns:
+            _check_celsius(columns[name], name, where)
 
 
 def check_names(names: Iterable[str], where: str) -> None:
@@ -103,6 +108,18 @@ def _check_time(time_s: Column, where: str) -> None:
         raise InputError(
             f"{where}: column time_s must increase, but row {rows[first + 1] + 1} holds "
             f"{time_s[rows[first + 1]]:.9g} after {time_s[rows[first]]:.9g}{more}."
+        )
+
+
+def _check_celsius(degc: Column, name: str, where: str) -> None:
+    """Refuse a temperature that no joint survives: most likely it is in kelvin."""
+    known = degc[np.isfinite(degc)]
+    usual = float(np.median(known)) if known.size else 0.0
+    if usual > _HOTTEST_DEGC:
+        raise InputError(
+            f"{where}: column {name} is {usual:.4g} in the median, which no joint bears as degrees "
+            "Celsius; it looks like kelvin.",
+            "Take 273.15 off, or leave the column out.",
         )
 
 

@@ -213,7 +213,10 @@ def _text_or_mapping(value: object) -> bool:
 
 _RULES: dict[str, tuple[Callable[[Any], bool], str]] = {
     "schema": (_same_major, SCHEMA),
-    "robot": (lambda v: isinstance(v, str) and bool(v.strip()), "a name"),
+    "robot": (
+        lambda v: isinstance(v, str) and bool(v.strip()) and v.isprintable(),
+        "a name of printable characters",
+    ),
     "axis": (_whole, "a whole number"),
     "gear_ratio": (
         lambda v: _number(v) and v >= 1,

@@ -99,6 +99,11 @@ COLUMNS: dict[str, tuple[Change, str]] = {
         having(torque_nm=pa.nulls(150, pa.string())),
         "column torque_nm must hold numbers (motor torque in N m), its type is string.",
     ),
+    "a temperature in kelvin": (
+        having(gearbox_temperature_degc=pa.array([298.2] * 149 + [np.nan])),
+        "column gearbox_temperature_degc is 298.2 in the median, which no joint bears as degrees "
+        "Celsius; it looks like kelvin. Take 273.15 off, or leave the column out.",
+    ),
     "an optional column is text": (
         having(gearbox_temperature_degc=pa.array(["cold"] * 150)),
         "column gearbox_temperature_degc must hold numbers (gearbox temperature in degrees "
@@ -203,6 +208,10 @@ def test_a_column_that_occurs_twice(tmp_path: Path) -> None:
         (b"[]", "the metadata must be a JSON object, got []."),
         (b"{}", "the metadata lacks schema, robot, axis, gear_ratio."),
         (b'{"schema": "stribeck.recording/2"}', "is not one that this version reads"),
+        (
+            rb'{"schema": "stribeck.recording/1", "robot": "r\u001b[2J", "axis": 1, "gear_ratio": 1}',
+            "robot must be a name of printable characters",
+        ),
     ],
 )
 def test_metadata_that_cannot_be_used(text: bytes, expected: str, tmp_path: Path) -> None:
