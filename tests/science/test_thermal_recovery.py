@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -217,6 +219,21 @@ def test_surface_interval_holds_where_nothing_was_measured() -> None:
         low, high = found.friction_ci95_nm(SPEEDS, np.full_like(SPEEDS, 30.0)).T
         inside += int(np.sum((low <= truth) & (truth <= high)))
     assert inside >= 0.82 * 4 * SPEEDS.size
+
+
+def test_surface_interval_holds_what_the_law_misses_alike_at_all_temperatures() -> None:
+    law = FrictionParameters(stribeck_velocity_per_degc=0.0)
+    truth = {"coulomb_nm": law.coulomb_nm, "static_extra_nm": law.static_extra_nm}
+    inside = 0
+    for seed in range(5):
+        points = surface_points(np.arange(24.0, 51.0, 4.0), seed)
+        missed_nm = 0.004 * np.random.default_rng(seed).standard_normal(len(SPEEDS))
+        bent = points.friction_nm + missed_nm[np.searchsorted(SPEEDS, points.speed_rad_s)]
+        found = fit_surface(replace(points, friction_nm=bent))
+        for name, value in truth.items():
+            low, high = found.parameters[name].ci95 or (np.inf, np.inf)
+            inside += low <= value <= high
+    assert inside >= 9  # temperatures left out alone: 4
 
 
 def test_equal_viscosity_is_equal_friction() -> None:

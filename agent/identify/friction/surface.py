@@ -5,7 +5,8 @@ wins only by more than the comparison's own noise. Whether the Stribeck velocity
 temperature is one number more, of which a handful of left-out temperatures says little: a movement
 of four standard errors would be missed in one case of four. There the richer law must predict
 unseen temperatures better at all, and beat the simpler one over all points beyond chance (F-test).
-Intervals come from leaving temperatures out.
+Intervals come from leaving temperatures out, and from what the law misses alike at all of them
+(`surface_misfit`).
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify.friction.surface_law import LAWS, SurfaceLaw, SurfacePoints, fit_law
+from agent.identify.friction.surface_misfit import missed_by_speed
 from agent.identify.result import Floats, Parameter
 from agent.identify.uncertainty import student_975
 
@@ -58,6 +60,8 @@ class Surface:
         Coldest and warmest temperature of the points.
     without : ndarray, shape (g, p)
         The parameters with each of g temperatures left out, in the law's order.
+    missed : ndarray, shape (s, p)
+        The parameters as each of s speeds draws them by what the law misses there.
     """
 
     oil: str
@@ -71,6 +75,7 @@ class Surface:
     heldout_by_law_nm: Mapping[str, float] = field(default_factory=dict)
     measured_degc: tuple[float, float] = (math.nan, math.nan)
     without: Floats = field(default_factory=lambda: np.empty((0, 0)), repr=False)
+    missed: Floats = field(default_factory=lambda: np.empty((0, 0)), repr=False)
 
     def friction_nm(self, speed_rad_s: Floats, temperature_degc: Floats) -> Floats:
         """Return the surface's friction at speeds and temperatures of one shape.
@@ -96,7 +101,10 @@ class Surface:
         curves = np.stack([self._friction(v, speed_rad_s, temperature_degc) for v in self.without])
         count = float(len(curves))
         spread = np.sum((curves - curves.mean(axis=0)) ** 2, axis=0)
-        half = student_975(count - 1.0) * np.sqrt((count - 1.0) / count * spread)
+        square = student_975(count - 1.0) ** 2 * (count - 1.0) / count * spread
+        for values in self.missed:
+            square += (self._friction(values, speed_rad_s, temperature_degc) - middle) ** 2
+        half = np.sqrt(square)
         return np.stack((middle - half, middle + half), axis=-1)
 
     def _law(self) -> SurfaceLaw:
@@ -228,7 +236,8 @@ def _described(
     columns = parts.columns(points.speed_rad_s, points.temperature_degc, reference, list(nonlinear))
     heldout = {name: math.sqrt(float(e.mean())) for name, e in errors.items()}
     temperatures = points.temperature_degc
-    parameters = _parameters(parts, theta, nonlinear, without)
+    missed = missed_by_speed(points, parts, reference, theta, nonlinear)
+    parameters = _parameters(parts, theta, nonlinear, without, missed)
     if parts.bends and parts.thins and not parts.moves:
         parameters[_MOVES] = Parameter.not_identified(_UNTOLD)
     return Surface(
@@ -245,18 +254,26 @@ def _described(
         heldout,
         (float(temperatures.min()), float(temperatures.max())),
         np.stack([np.concatenate(pair) for pair in without]),
+        np.column_stack(
+            (theta + missed[:, : theta.size], nonlinear * np.exp(missed[:, theta.size :]))
+        ),
     )
 
 
 def _parameters(
-    law: SurfaceLaw, theta: Floats, nonlinear: Floats, without: list[tuple[Floats, Floats]]
+    law: SurfaceLaw,
+    theta: Floats,
+    nonlinear: Floats,
+    without: list[tuple[Floats, Floats]],
+    missed: Floats,
 ) -> dict[str, Parameter]:
-    """Return every parameter with its interval from the fits without one temperature."""
+    """Return every parameter with its interval, without one temperature and by what is missed."""
     count = float(len(without))
     values = np.concatenate((theta, np.log(nonlinear)))
     left = np.stack([np.concatenate((linear, np.log(other))) for linear, other in without])
     spread = np.sum((left - left.mean(axis=0)) ** 2, axis=0)
     half = student_975(count - 1.0) * np.sqrt((count - 1.0) / count * spread)
+    half = np.hypot(half, np.linalg.norm(missed, axis=0))
     out: dict[str, Parameter] = {}
     for i, name in enumerate(law.linear):
         out[name] = Parameter(values[i], (values[i] - half[i], values[i] + half[i]))
