@@ -209,7 +209,7 @@ def test_a_column_that_occurs_twice(tmp_path: Path) -> None:
         (b"{}", "the metadata lacks schema, robot, axis, gear_ratio."),
         (b'{"schema": "stribeck.recording/2"}', "is not one that this version reads"),
         (
-            rb'{"schema": "stribeck.recording/1", "robot": "r\u001b[2J", "axis": 1, "gear_ratio": 1}',
+            rb'{"schema": "stribeck.recording/1", "robot": "r\u001b", "axis": 1, "gear_ratio": 1}',
             "robot must be a name of printable characters",
         ),
     ],
