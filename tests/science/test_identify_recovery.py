@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
+from functools import cache
 
 import numpy as np
 import pytest
@@ -62,9 +63,15 @@ def test_coverage_without_stribeck_and_with_gravity() -> None:
     assert selected(results)["coulomb-viscous"] >= 57
 
 
+@cache
+def falling() -> tuple[Joint, list[Estimate]]:
+    """Return a joint whose friction falls, under gravity, and what is estimated of it."""
+    joint = Joint(static_extra_nm=0.15, gravity_sin_nm=1.5, gravity_cos_nm=-0.8, gear_ratio=25.0)
+    return joint, estimates(joint)
+
+
 def test_stribeck_is_selected_and_its_parameters_are_covered() -> None:
-    joint = Joint(static_extra_nm=0.15)
-    results = estimates(joint)
+    joint, results = falling()
     assert selected(results)["stribeck"] >= 57
     laws = [m.parameters for r in results for m in r.friction_models if m.model == "stribeck"]
     for name in (
@@ -115,10 +122,10 @@ def test_an_exponent_that_is_not_told_widens_what_depends_on_it(levels: tuple[fl
 
 
 def test_curve_is_covered_and_free_of_gravity() -> None:
-    joint = Joint(static_extra_nm=0.2, gravity_sin_nm=1.5, gravity_cos_nm=-0.8, gear_ratio=25.0)
+    joint, results = falling()
     inside = []
-    for seed in range(40):
-        curve = estimate([record(joint, SHORT, seed=seed)]).friction_curve
+    for result in results:
+        curve = result.friction_curve
         assert curve is not None
         truth = joint.friction(curve.velocity_rad_s)
         inside.append((curve.ci95_nm[:, 0] <= truth) & (truth <= curve.ci95_nm[:, 1]))

@@ -18,6 +18,7 @@ LASTS_S = 2.0
 def _slow_heartbeat(cell: dict[str, Any]) -> None:
     """Let an agent that begins be silent for half a second, three times, until the drive speaks."""
     cell["axis"][0]["supervision"]["drive_heartbeat_period_s"] = 0.5
+    cell["recording"]["sample_rate_hz"] = 100.0  # what they do to each other hangs on no tick
 
 
 def _met(bench: Rig, *agents: Agent) -> list[Agent]:
