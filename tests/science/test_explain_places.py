@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -15,11 +16,11 @@ from agent.explain.forms import cable as forms_cable
 from agent.explain.forms import place as forms_place
 from agent.explain.forms.form import Form
 from agent.explain.forms.spots import strong_places
-from agent.explain.location.regions import axis_values
+from agent.explain.location.regions import axis_values, regions_of
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, tabulate
-from agent.identify.result import Floats
+from agent.identify.result import Floats, Parameter
 from tests.science.explain_joint import GEAR_RATIO, TWIN, Conditions, Missing, record, stair
 from trajectories import SetPoints, Trajectory
 
@@ -131,3 +132,19 @@ def test_the_time_after_a_reversal_is_by_the_clock() -> None:
     away_s = np.abs(axis_values(scene, "after_reversal_s") - since_s)[known & (since_s > 0.5)]
     assert away_s.size > 500
     assert np.quantile(away_s, 0.9) < 0.2
+
+
+@pytest.mark.parametrize("effect", ["load-dependent-friction", "backlash"])
+def test_a_load_is_what_the_arm_bears_that_the_form_has_found(effect: str) -> None:
+    scene = scene_of(lambda points, _: np.zeros(points.position_rad.shape))
+    scene = replace(scene, theta=np.array([*scene.theta[:3], 0.0, 0.0]))
+    rows = np.flatnonzero(scene.table.used)
+
+    def reach_nm(arm_share: float) -> float:
+        shares = {"arm_share": arm_share, "arm_friction_share": 0.0}
+        found = {name: Parameter(share, None) for name, share in shares.items()}
+        where = regions_of(scene, rows, effect, "", np.ones(rows.shape[0]), found)
+        assert {region.variable for region in where} == {"load_torque_nm"}
+        return max(r.upper for r in where) - min(r.lower for r in where)
+
+    assert reach_nm(0.3) == pytest.approx(0.3 * reach_nm(1.0), rel=0.01)

@@ -210,24 +210,24 @@ def regions_of(
     if effect == "torque-saturation":
         return _where_visible(scene, "torque_nm", scene.table.measured_nm[rows], added_nm)
     if effect == "backlash" and "arm_share" in parameters:
-        shares = (parameters[name].value for name in ("arm_share", "arm_friction_share"))
-        inertia, dry = (s * x for s, x in zip(shares, scene.theta[[0, 2]], strict=True))
-        load = _behind_gear(scene, float(inertia), float(dry))
-        return _where_visible(scene, "load_torque_nm", load[rows], added_nm)
+        load = _behind_gear(scene, parameters)[rows]
+        return _where_visible(scene, "load_torque_nm", load, added_nm)
     values = axis_values(scene, variable)[rows]
-    if effect == "load-dependent-friction" and "arm_inertia_kg_m2" in parameters:
-        arm = (parameters[name].value for name in ("arm_inertia_kg_m2", "arm_coulomb_nm"))
-        values = _behind_gear(scene, *arm)[rows]
+    if effect == "load-dependent-friction" and "arm_share" in parameters:
+        values = _behind_gear(scene, parameters)[rows]
     if effect in _LOCAL or (effect == "position-dependent-friction" and form == "tight spot"):
         return _where_visible(scene, variable, values, added_nm)
     return (_whole(scene, variable, values),)
 
 
-def _behind_gear(scene: Scene, inertia_kg_m2: float, dry_nm: float) -> Floats:
+def _behind_gear(scene: Scene, parameters: Mapping[str, Parameter]) -> Floats:
     """Return what the gear carries at the rows, shape (n,): the arm alone, as a form found it."""
-    base = scene.table.base
-    moved = inertia_kg_m2 * base[:, BASE.index("inertia_kg_m2")]
-    return np.asarray(scene.weight_rows() + moved + dry_nm * base[:, BASE.index("coulomb_nm")])
+    base, carried = scene.table.base, scene.weight_rows()
+    for share, name in (("arm_share", "inertia_kg_m2"), ("arm_friction_share", "coulomb_nm")):
+        if share in parameters:
+            at = BASE.index(name)
+            carried = carried + parameters[share].value * scene.theta[at] * base[:, at]
+    return np.asarray(carried)
 
 
 def _whole(scene: Scene, variable: str, values: Floats) -> Region:
