@@ -138,10 +138,12 @@ def carried_arm(
     dry: float = 0.0,
     dry_travel: float = 1.0,
     film: float = 0.0,
+    viscous: float = 0.0,
 ) -> Floats:
     """Return the torque, shape (n,), with which the motor carries an arm behind a spring.
 
     The arm's own friction is `dry`; before it slips it gives way like a spring, over `dry_travel`.
+    And `viscous`, which grows with its speed.
     A `film` drags the arm along, whether its teeth touch or not.
 
     At first the arm rides on the spring with `velocity` (the motor's first where it is NaN) and
@@ -160,13 +162,13 @@ def carried_arm(
     drawn = 0.0
     if dry != 0.0 and velocity_rad_s[0] != 0.0:
         drawn = math.copysign(1.0, velocity_rad_s[0])
-    hang = weight + dry * drawn + inertia * acceleration
+    speed = velocity_rad_s[0] if math.isnan(velocity) else velocity
+    hang = weight + dry * drawn + viscous * speed + inertia * acceleration
     arm = position_rad[0] - _twist(hang, stiffness, cubic)
     if hang > 0.0:
         arm -= half_gap
     elif hang < 0.0:
         arm += half_gap
-    speed = velocity_rad_s[0] if math.isnan(velocity) else velocity
     push, torque = acceleration, hang
     out[0] = hang
     for k in range(1, time_s.shape[0]):
@@ -201,7 +203,7 @@ def carried_arm(
             sin1, cos1 = e * (1 - e * e * (1 / 6)), 1 - 0.5 * e * e * (1 - e * e * (1 / 12))
             weight = gravity_sin * (sin0 * cos1 + cos0 * sin1)
             weight += gravity_cos * (cos0 * cos1 - sin0 * sin1)
-            push = (torque - weight - dry * drawn) * per_inertia
+            push = (torque - weight - dry * drawn - viscous * half) * per_inertia
             speed = half + 0.5 * h * push
         out[k] = torque
     return out

@@ -16,6 +16,7 @@ _LABELS: Mapping[str, str] = MappingProxyType(
     {
         "arm_coulomb_nm": "Coulomb friction of the arm, motor side",
         "arm_inertia_kg_m2": "Inertia of the arm, motor side",
+        "arm_viscous_nm_s_per_rad": "Viscous friction of the arm, motor side",
         "center_arm_rad": "Middle of the place, arm angle",
         "cos_nm": "Cosine part",
         "cos_rad": "Cosine part, motor angle",

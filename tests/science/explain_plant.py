@@ -43,6 +43,7 @@ class Joint(NamedTuple):
     limit: float = 1e9
     stiff_loop: float = 25.0
     loop: float = 0.35
+    arm_viscous: float = 0.0
 
 
 def moves(seed: int, duration_s: float, *, hardest_rad_s2: float = 150.0) -> Floats:
@@ -99,7 +100,8 @@ def _driven(j: Joint, command: Floats, every: int) -> Floats:
         arm_dry += dt * (speed - abs(speed) * arm_dry) / j.arm_reach
         weight = j.gravity_sin * math.sin(arm / GEAR) + j.gravity_cos * math.cos(arm / GEAR)
         v += dt * (torque - shaft - j.motor_coulomb * dry - j.viscous * v) / j.motor_inertia
-        speed += dt * (shaft - weight - j.arm_coulomb * arm_dry) / j.arm_inertia
+        rubbed = j.arm_coulomb * arm_dry + j.arm_viscous * speed
+        speed += dt * (shaft - weight - rubbed) / j.arm_inertia
         q += dt * v
         arm += dt * speed
     return out

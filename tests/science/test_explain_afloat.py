@@ -40,7 +40,7 @@ def noisy_rigid_joint() -> Library:
 
 def test_an_arm_that_floats_while_speeds_are_held_is_no_gap() -> None:
     library = noisy_rigid_joint()
-    floating = library.candidate(GAPS[0], (0.001, 0.5, 0.0, 100.0, 0.4, 20.0))
+    floating = library.candidate(GAPS[0], (0.001, 0.5, 0.0, 100.0, 0.4, 20.0, 0.0))
     chosen = replace(choose(library), terms=())
     assert afloat(library, chosen) == set()
     with pytest.MonkeyPatch.context() as patch:

@@ -96,17 +96,32 @@ def test_finds_the_gap_and_what_part_of_the_joint_is_behind_it() -> None:
 
 @pytest.mark.parametrize("gravity", [True, False])
 def test_a_gap_shows_by_when_it_would_be_crossed(gravity: bool) -> None:
-    half_gap, inertia, friction, _ = likely_gaps(seen(GAP, 0.0, gravity), 1e-4, 0.2, 1)[0]
+    half_gap, inertia, friction, *_ = likely_gaps(seen(GAP, 0.0, gravity), 1e-4, 0.2, 1)[0]
     assert friction / inertia == pytest.approx(0.3 / 0.5, rel=0.2)
     if gravity:  # without a weight only their ratio shows
         assert inertia == pytest.approx(0.5, rel=0.1)
         assert half_gap == pytest.approx(0.004, rel=0.5)
 
 
+def test_a_gap_shows_in_a_narrow_band_behind_an_arm_that_oil_brakes_as_well() -> None:
+    """Teeth are apart for less than one of its rows; a dry arm would part from them elsewhere."""
+    friction = {"motor_coulomb": 0.14, "arm_coulomb": 0.06, "viscous": 0.007, "arm_viscous": 0.003}
+    oily = Joint(half_gap=0.02, **friction)
+    table = tabulate(TWIN, [record(oily, seed, noise_nm=0.003) for seed in (1, 2)], 12.0)
+    delta, left = refit(table)
+    theta = np.array([getattr(TWIN, name) for name in BASE]) + delta
+    scene = Scene(table, theta, np.where(table.used, left, 0.0))
+    half_gap, inertia, dry, _, oil = likely_gaps(scene, 1e-3, 0.2, 1)[0]
+    assert inertia == pytest.approx(0.5, rel=0.1)
+    assert dry == pytest.approx(0.3, rel=0.15)
+    assert oil == pytest.approx(0.3, rel=0.15)
+    assert half_gap == pytest.approx(0.02, rel=0.5)
+
+
 def test_a_gap_that_is_lost_in_the_twist_of_its_own_contact_is_a_spring() -> None:
     """A gear of 90 Hz without play had been named a clearance of 0.8 mrad at the motor."""
     (gap,) = (form for form in forms_arm.FORMS if form.effect == "backlash")
-    values = dict(zip(gap.nonlinear, (1e-5, 0.3, 0.0, 20.0, 0.2, 0.0), strict=True))
+    values = dict(zip(gap.nonlinear, (1e-5, 0.3, 0.0, 20.0, 0.2, 0.0, 0.0), strict=True))
     with pytest.raises(TwinError, match="lost in a contact"):
         gap.to_twin(seen(SOFT), values)
 

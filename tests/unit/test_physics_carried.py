@@ -49,7 +49,9 @@ def twin(*effects: Effect, gravity: tuple[float, float] = (0.0, 0.0)) -> Twin:
     return Twin("r", 1, 4.0, 0.018, 0.0, 0.0, *gravity, effects)
 
 
-def integrated(half_gap: float, gravity: tuple[float, float], film: float = 0.0) -> Floats:
+def integrated(
+    half_gap: float, gravity: tuple[float, float], film: float = 0.0, viscous: float = 0.0
+) -> Floats:
     """Return the shaft's torque from scipy's stiff solver, written apart from the product."""
 
     def shaft(t: float, arm: float, speed: float) -> float:
@@ -65,7 +67,7 @@ def integrated(half_gap: float, gravity: tuple[float, float], film: float = 0.0)
     def derivative(t: float, state: Floats) -> list[float]:
         arm, speed = state
         weight = gravity[0] * np.sin(arm / 4.0) + gravity[1] * np.cos(arm / 4.0)
-        return [speed, (shaft(t, arm, speed) - weight) / INERTIA]
+        return [speed, (shaft(t, arm, speed) - weight - viscous * speed) / INERTIA]
 
     angle, rate, acceleration = swing(0.0)
     load = gravity[1] + INERTIA * acceleration[0]
@@ -103,6 +105,18 @@ def test_a_film_between_the_teeth_drags_the_arm_along() -> None:
     assert np.sqrt(np.mean((shaft - reference) ** 2)) < 0.01 * np.std(reference)
     free = twin(SPRING, PLAY, gravity=gravity).predict(motion())
     assert np.std(torque - free) > 0.1 * np.std(reference)
+
+
+def test_oil_brakes_the_arm_where_the_gear_is_not_stiff() -> None:
+    viscous, gravity = 0.15, (1.5, -0.8)
+    oily = Effect("joint-flexibility", {**ARM, "arm_viscous_nm_s_per_rad": viscous})
+    torque = twin(oily, PLAY, gravity=gravity).predict(motion())
+    # The twin's viscous friction is motor's and arm's together, and this twin has none.
+    shaft = torque - (0.018 - INERTIA) * motion().acceleration_rad_s2
+    shaft = shaft + viscous * motion().velocity_rad_s
+    reference = integrated(GAP, gravity, viscous=viscous)
+    assert np.std(reference - integrated(GAP, gravity)) > 0.1 * np.std(reference)
+    assert np.sqrt(np.mean((shaft - reference) ** 2)) < 0.01 * np.std(reference)
 
 
 def test_both_effects_share_one_arm_and_their_parts_add_up() -> None:

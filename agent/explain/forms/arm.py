@@ -81,10 +81,21 @@ def _slowing(scene: Scene) -> float:
     return max(float(scene.theta[2]), 0.0) / inertia_of(scene)
 
 
+def _oiled(scene: Scene) -> float:
+    """Return how fast viscous friction alone would slow the joint, over its speed, 1/s."""
+    return max(float(scene.theta[1]), 0.0) / inertia_of(scene)
+
+
 def _same_friction(before: Scene, now: Scene, point: Point) -> Point:
     """Return the point at which an arm has the friction that it had beside other numbers."""
     ratio = _slowing(before) / max(_slowing(now), 1e-300)
     return (*point[:2], min(ratio * point[2], _ALL_FRICTION), *point[3:])
+
+
+def _same_gap(before: Scene, now: Scene, point: Point) -> Point:
+    """Return the point at which an arm behind a gap has the friction that it had before."""
+    *same, oil = _same_friction(before, now, point)
+    return (*same, min(oil * _oiled(before) / max(_oiled(now), 1e-300), _ALL_FRICTION))
 
 
 def _flexible_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
@@ -129,8 +140,8 @@ def _gap_grid(scene: Scene) -> Sequence[Point]:
     widest = _WIDEST_ARM_GAP * gear
     found = likely_gaps(scene, smallest, widest, _GAPS, with_film=_GAPS_WITH_FILM)
     return tuple(
-        (wider * gap, share, friction, hertz * cutoff, damping, film)
-        for gap, share, friction, film in found
+        (wider * gap, share, friction, hertz * cutoff, damping, film, oil)
+        for gap, share, friction, film, oil in found
         for wider in (_WIDER_IN_FILM if film else _WIDER)
         for hertz, damping in (_CONTACTS[:1] if film else _CONTACTS)
     )
@@ -138,13 +149,14 @@ def _gap_grid(scene: Scene) -> Sequence[Point]:
 
 def _gap_step(scene: Scene) -> Point:
     del scene
-    return (Proportional(0.2), Proportional(0.08), 0.04, Proportional(0.5), 0.3, _FILM_STEP)
+    steps = Proportional(0.2), Proportional(0.08), 0.04, Proportional(0.5), 0.3, _FILM_STEP
+    return (*steps, 0.04)
 
 
 def _gap_limits(scene: Scene) -> Limits:
     widest = 2.0 * _WIDEST_ARM_GAP * scene.table.gear_ratio
     shares = (0.01, 1.0), (0.0, _ALL_FRICTION)
-    return ((0.0, widest), *shares, *_swing_limits(scene), (0.0, _THICKEST))
+    return ((0.0, widest), *shares, *_swing_limits(scene), (0.0, _THICKEST), (0.0, _ALL_FRICTION))
 
 
 def _gap(scene: Scene, point: Point) -> Floats:
@@ -153,11 +165,12 @@ def _gap(scene: Scene, point: Point) -> Floats:
     The mean over gaps that differ a little: an arm that bounces is thrown to one side or the other
     by next to nothing, so that one path is no prediction, and the best of many paths is luck.
     """
-    half_gap, inertia_share, friction_share, hz, damping, film = point
+    half_gap, inertia_share, friction_share, hz, damping, film, oil_share = point
+    oil = max(oil_share, 0.0) * _oiled(scene) / inertia_share
     friction = max(friction_share, 0.0) * _slowing(scene) / inertia_share
     reach = _ARM_REACHES[0] * scene.table.gear_ratio
     paths = [
-        HiddenArm(hz, damping, friction, reach, width * half_gap, inertia_share, film)
+        HiddenArm(hz, damping, friction, reach, width * half_gap, inertia_share, film, oil)
         for width in _GAP_WIDTHS
     ]
     return stack(mean_extra_rad_s2(paths, scene))
@@ -173,6 +186,7 @@ def _gap_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str
         "arm_coulomb_nm": max(values["arm_friction_share"] * float(scene.theta[2]), 0.0),
         "arm_yield_rad": _ARM_REACHES[0] * scene.table.gear_ratio,
         "film_damping_nm_s_per_rad": values["film_per_s"] * inertia,
+        "arm_viscous_nm_s_per_rad": max(values["arm_viscous_share"] * float(scene.theta[1]), 0.0),
     }
     return best_entry(scene, "backlash", [{**gap, **spring}])
 
@@ -231,6 +245,7 @@ FORMS: tuple[Form, ...] = (
             "contact_hz",
             "damping_ratio",
             "film_per_s",
+            "arm_viscous_share",
         ),
         _gap_grid,
         (1,),
@@ -240,7 +255,7 @@ FORMS: tuple[Form, ...] = (
         to_twin=_gap_twin,
         limits=_gap_limits,
         rests_on_numbers=True,
-        same_beside=_same_friction,
+        same_beside=_same_gap,
         from_residual=True,
     ),
 )

@@ -2,17 +2,19 @@
 
 The teeth part when the torque in the gear changes sides: at reversals, and wherever braking,
 gravity and the arm's own friction balance. When they meet again depends on the gap. These instants
-follow from three numbers (half gap, the arm's share of the inertia and of the dry friction), and to
-a few percent: an arm that takes off a moment too early lands somewhere else. So many points are
+follow from three numbers (half gap, the arm's share of the inertia and of the friction), and to a
+few percent: an arm that takes off a moment too early lands somewhere else. So many points are
 tried, without springs: teeth that part, and that meet without bouncing, take a few operations a
-row. A film between the teeth (oil, or a simulator's damper that knows no gap) drags the arm along,
-so that they meet later; such gaps are looked for by themselves, on a coarser grid: what is dragged
-is less sharp.
+row. Once with an arm whose friction is dry, and once with one that oil brakes as well, by the same
+share: a fast one stays with the motor where the other would part from it. A film between the teeth
+(oil, or a simulator's damper that knows no gap) drags the arm along, so that they meet later; such
+gaps are looked for by themselves, on a coarser grid: what is dragged is less sharp.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,7 +22,7 @@ from agent.explain.rows.blows import Blows
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
 
-Gap = tuple[float, float, float, float]
+Gap = tuple[float, float, float, float, float]
 
 _GAPS = 6
 _SHARES = log_grid(0.1, 0.98, 36)
@@ -31,12 +33,17 @@ _FIRST_STEPS, _HALVINGS = (1.3, 1.04, 0.02, 1.5), 4  # factor, factor, differenc
 _FILM_PER_S = 40.0  # drags an arm through a gap that takes some tens of milliseconds
 _COARSER = 2
 _HEARD_GAPS = 24
+_LONGEST_S = 1.0 / 120.0  # of a step: teeth are apart for some hundredths of a second
+_MOTION = ("acceleration_rad_s2", "velocity_rad_s", "direction")  # as the table's base has it
 
 
 def likely_gaps(
     scene: Scene, smallest: float, widest: float, count: int, with_film: int = 0
 ) -> tuple[Gap, ...]:
-    """Return the likeliest half gaps, the arm's shares of inertia and friction, and the film.
+    """Return the likeliest half gaps, the arm's shares of inertia and dry friction, film and oil.
+
+    The film between the teeth by its damping over the arm's inertia, 1/s, and what oil brakes the
+    arm by as its share of the viscous friction.
 
     Parameters
     ----------
@@ -56,11 +63,14 @@ def likely_gaps(
         return ()
     likeness = _likeness(scene)
     gaps = log_grid(smallest, widest, _GAPS)
-    dry = _peaks(likeness, (gaps, _SHARES, _FRICTIONS, (0.0,)), count)
+    axes = gaps, _SHARES, _FRICTIONS, (0.0,)
+    peaks = [p for as_oil in (0.0, 1.0) for p in _peaks(likeness, axes, count, as_oil)]
+    dry = tuple(gap for _, gap in sorted(peaks, reverse=True)[:count])
     if scene.blows is not None:
         dry = (*dry[: max(count - 1, 1)], _as_heard(likeness, scene.blows, smallest, widest))
     coarse = _SHARES[::_COARSER], _FRICTIONS[::_COARSER]
-    return (*dry, *_peaks(likeness, (gaps, *coarse, (_FILM_PER_S,)), with_film))
+    filmed = _peaks(likeness, (gaps, *coarse, (_FILM_PER_S,)), with_film)
+    return (*dry, *(gap for _, gap in filmed))
 
 
 def _as_heard(
@@ -68,7 +78,7 @@ def _as_heard(
 ) -> Gap:
     """Return the likeliest gap of an arm with the shares that the blows were heard with."""
     gaps = np.array(log_grid(smallest, widest, _HEARD_GAPS))
-    points = np.zeros((gaps.shape[0], 4))
+    points = np.zeros((gaps.shape[0], 5))
     points[:, 0], points[:, 1], points[:, 2] = gaps, blows.arm_share, blows.friction_share
     score = likeness(points)
     top = int(np.argmax(score))
@@ -76,47 +86,91 @@ def _as_heard(
 
 
 def _peaks(
-    likeness: Callable[[Floats], Floats], axes: Sequence[Sequence[float]], count: int
-) -> tuple[Gap, ...]:
-    """Return the peaks over shares of inertia and friction, the likeliest first."""
+    likeness: Callable[[Floats], Floats],
+    axes: Sequence[Sequence[float]],
+    count: int,
+    as_oil: float = 0.0,
+) -> tuple[tuple[float, Gap], ...]:
+    """Return likeness and point of the peaks over shares of inertia and friction, best first.
+
+    `as_oil` is the arm's share of the viscous friction over that of the dry.
+    """
     if not count:
         return ()
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)[:, :, :, 0]
-    score = likeness(grid.reshape(-1, 4)).reshape(grid.shape[:-1])
+    grid = np.concatenate((grid, as_oil * grid[..., 2:3]), axis=-1)
+    score = likeness(grid.reshape(-1, 5)).reshape(grid.shape[:-1])
     best = score.max(axis=0)
     found: list[tuple[float, Gap]] = []
     while len(found) < count and best.max() > 0.0:
         i, j = (int(x) for x in np.unravel_index(int(np.argmax(best)), best.shape))
         found.append(_climbed(likeness, grid[int(np.argmax(score[:, i, j])), i, j], best[i, j]))
         best[max(i - _APART, 0) : i + _APART + 1, max(j - _APART, 0) : j + _APART + 1] = 0.0
-    return tuple(point for _, point in sorted(found, reverse=True))
+    return tuple(sorted(found, reverse=True))
 
 
 def _likeness(scene: Scene) -> Callable[[Floats], Floats]:
-    """Return the function from points, shape (p, 4), to the residual's energy along each, (p,)."""
+    """Return the function from points, shape (p, 5), to the residual's energy along each, (p,)."""
     from agent.explain.forms.crossings_kernel import likeness_of
 
-    table, base = scene.table, scene.table.base
+    steps = _steps(scene)
     inertia = max(float(scene.theta[0]), 1e-12)
-    begins = np.zeros(base.shape[0], dtype=np.bool_)
-    period_s = np.empty(base.shape[0])
-    for piece in table.pieces:
-        begins[piece.rows.start] = True
-        period_s[piece.rows] = piece.period_s * piece.stride
-    inertial = np.ascontiguousarray(base[:, 0])
-    dry = base[:, 2] * (max(float(scene.theta[2]), 0.0) / inertia)
-    weight = scene.weight_rows() / inertia
-    residual = np.where(table.used, scene.residual_nm, 0.0)
+    viscous, dry = (max(float(x), 0.0) / inertia for x in scene.theta[1:3])
+    columns = [np.concatenate(each) for each in zip(*(step.columns for step in steps), strict=True)]
+    inertial, velocity, direction, weight, residual = columns
+    begins = np.zeros(inertial.shape[0], dtype=np.bool_)
+    begins[np.cumsum([0, *(step.columns[0].shape[0] for step in steps)])[:-1]] = True
+    period_s = np.concatenate([np.full(s.columns[0].shape[0], s.period_s) for s in steps])
+    moved = dry * direction, weight / inertia, viscous * velocity
 
     def likeness(points: Floats) -> Floats:
-        return likeness_of(inertial, dry, weight, residual, begins, period_s, points)
+        return likeness_of(inertial, *moved, residual, begins, period_s, points)
 
     return likeness
+
+
+@dataclass(frozen=True)
+class _Steps:
+    """One stretch as its crossings are followed.
+
+    Columns, each shape (m,): acceleration, velocity, direction, weight, residual.
+    """
+
+    period_s: float
+    columns: tuple[Floats, ...]
+
+
+def _steps(scene: Scene) -> list[_Steps]:
+    """Return every stretch at its rows, or in finer steps where those are too far apart.
+
+    In a narrow band a row may last as long as the teeth are apart. The residual that shows it is
+    smooth, and may be read between its rows.
+    """
+    table = scene.table
+    base, weight = table.base, scene.weight_rows()
+    residual = np.where(table.used, scene.residual_nm, 0.0)
+    motion = [table.full[name] for name in _MOTION]
+    out = []
+    for piece in table.pieces:
+        at, rows = piece.full, piece.rows
+        stride = max(1, round(_LONGEST_S / piece.period_s))
+        if stride >= piece.stride:
+            columns = [base[rows, k] for k in range(3)]
+            each = (*columns, weight[rows], residual[rows])
+            out.append(_Steps(piece.period_s * piece.stride, each))
+            continue
+        fine = np.arange(0, at.stop - at.start, stride)
+        between = np.arange(rows.stop - rows.start) * piece.stride
+        left = np.interp(fine, between, residual[rows])
+        each = tuple(x[at][::stride] for x in (*motion, scene.weight_nm))
+        out.append(_Steps(piece.period_s * stride, (*each, left)))
+    return out
 
 
 def _climbed(likeness: Callable[[Floats], Floats], at: Floats, best: float) -> tuple[float, Gap]:
     """Return the likeness and the point that a search among ever nearer neighbours ends at."""
     gap_factor, share_factor, step, film_factor = _FIRST_STEPS
+    as_oil = at[4] / at[2] if at[2] else 0.0
     for _ in range(_HALVINGS):
         films = (1.0 / film_factor, 1.0, film_factor) if at[3] else (1.0,)
         around = np.stack(
@@ -129,6 +183,7 @@ def _climbed(likeness: Callable[[Floats], Floats], at: Floats, best: float) -> t
             ),
             axis=-1,
         ).reshape(-1, 4)
+        around = np.column_stack((around, as_oil * around[:, 2]))
         values = likeness(around)
         top = int(np.argmax(values))
         if values[top] > best:
@@ -137,4 +192,4 @@ def _climbed(likeness: Callable[[Floats], Floats], at: Floats, best: float) -> t
             factor**0.5 for factor in (gap_factor, share_factor, film_factor)
         )
         step *= 0.5
-    return best, (float(at[0]), float(at[1]), float(at[2]), float(at[3]))
+    return best, (float(at[0]), float(at[1]), float(at[2]), float(at[3]), float(at[4]))

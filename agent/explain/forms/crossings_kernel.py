@@ -14,6 +14,7 @@ def _likeness(
     inertial: Floats,
     dry: Floats,
     weight: Floats,
+    viscous: Floats,
     residual: Floats,
     begins: NDArray[np.bool_],
     period_s: Floats,
@@ -21,6 +22,7 @@ def _likeness(
     share: float,
     friction: float,
     film: float,
+    dragged: float,
 ) -> float:
     """Return the energy of a residual that lies along one clearance's torque; 0 where against it.
 
@@ -28,11 +30,11 @@ def _likeness(
     drags along; where they meet again the arm is brought to the motor's speed at once.
     """
     along, energy = 0.0, 0.0
-    weigh, rub = 1.0 / share, friction / share
+    weigh, rub, drag_on = 1.0 / share, friction / share, dragged / share
     apart = False
     side, twist, speed, before = 1.0, 0.0, 0.0, 0.0
     for i in range(inertial.shape[0]):
-        pull = inertial[i] + weigh * weight[i] + rub * dry[i]
+        pull = inertial[i] + weigh * weight[i] + rub * dry[i] + drag_on * viscous[i]
         if begins[i]:
             apart, side = False, 1.0 if pull >= 0.0 else -1.0
         elif apart:
@@ -66,6 +68,7 @@ def likeness_of(
     inertial: Floats,
     dry: Floats,
     weight: Floats,
+    viscous: Floats,
     residual: Floats,
     begins: NDArray[np.bool_],
     period_s: Floats,
@@ -75,15 +78,16 @@ def likeness_of(
 
     Parameters
     ----------
-    inertial, dry, weight : ndarray, shape (n,)
-        The motor's acceleration, and Coulomb friction and weight over the whole inertia, rad/s2.
+    inertial, dry, weight, viscous : ndarray, shape (n,)
+        The motor's acceleration, and Coulomb friction, weight and viscous friction over the whole
+        inertia, rad/s2.
     residual : ndarray, shape (n,)
     begins : ndarray of bool, shape (n,)
         Where a stretch begins.
     period_s : ndarray, shape (n,)
-    points : ndarray, shape (p, 4)
-        Half gap in rad, the arm's share of the inertia, and of the Coulomb friction, and the
-        damping of the film over the arm's inertia, 1/s.
+    points : ndarray, shape (p, 5)
+        Half gap in rad, the arm's share of the inertia, and of the Coulomb friction, the damping of
+        the film over the arm's inertia, 1/s, and the arm's share of the viscous friction.
     """
     out = np.empty(points.shape[0])
     for k in range(points.shape[0]):
@@ -91,6 +95,7 @@ def likeness_of(
             inertial,
             dry,
             weight,
+            viscous,
             residual,
             begins,
             period_s,
@@ -98,5 +103,6 @@ def likeness_of(
             points[k, 1],
             points[k, 2],
             points[k, 3],
+            points[k, 4],
         )
     return out

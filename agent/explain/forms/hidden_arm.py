@@ -43,6 +43,8 @@ class HiddenArm:
     film_per_s : float
         Damping of what is between the teeth of a gap, over the arm's inertia: it drags the arm
         along while they are apart.
+    oil_per_s : float
+        The arm's viscous friction over its inertia.
     """
 
     frequency_hz: float
@@ -52,6 +54,7 @@ class HiddenArm:
     half_gap_rad: float = 0.0
     inertia_share: float = 1.0
     film_per_s: float = 0.0
+    oil_per_s: float = 0.0
 
     def extra_rad_s2(self, scene: Scene) -> Floats:
         """Return the shaft's torque less that of a stiff gear, over the arm's inertia, shape (N,).
@@ -110,16 +113,20 @@ class HiddenArm:
 def mean_extra_rad_s2(arms: Sequence[HiddenArm], scene: Scene) -> Floats:
     """Return the mean of what several arms add, shape (N,); see `HiddenArm.extra_rad_s2`.
 
+    Oil brakes the arm by the motor's smooth speed, from which its own is never far.
+
     Parameters
     ----------
     arms : sequence of HiddenArm
-        Of one share of the inertia.
+        Of one share of the inertia, and of the viscous friction.
     scene : Scene
     """
     from agent.explain.forms.arm_kernel import less_stiff
 
     velocity = scene.full("velocity_raw_rad_s")
     pull = scene.weight_nm / (arms[0].inertia_share * inertia_of(scene))
+    if arms[0].oil_per_s:
+        pull = pull + arms[0].oil_per_s * scene.full("velocity_rad_s")
     out = np.zeros_like(velocity)
     for arm in arms:
         shaft = arm.shaft_rad_s2(scene, velocity, pull)

@@ -44,6 +44,7 @@ class Carrier:
     arm_coulomb_nm: float = 0.0
     arm_yield_rad: float = _YIELD_RAD
     film_damping_nm_s_per_rad: float = 0.0
+    arm_viscous_nm_s_per_rad: float = 0.0
 
     def extra_nm(self, motion: Motion, base: Base) -> Floats:
         """Return the shaft's torque less that of a stiff gear, shape (n,).
@@ -52,9 +53,10 @@ class Carrier:
         """
         motion = motion.unfiltered
         stiff = self.arm_inertia_kg_m2 * motion.acceleration_rad_s2 + base.weight_nm(motion)
-        # The twin's Coulomb level is motor's and arm's together: only what the spring does to the
-        # arm's part is extra.
+        # The twin's friction is motor's and arm's together: only what the spring does to the arm's
+        # part is extra.
         stiff = stiff + self.arm_coulomb_nm * motion.direction
+        stiff = stiff + self.arm_viscous_nm_s_per_rad * motion.velocity_rad_s
         return np.asarray(self.shaft_nm(motion, base) - stiff)
 
     def shaft_nm(self, motion: Motion, base: Base) -> Floats:
@@ -94,6 +96,7 @@ class Carrier:
             self.arm_coulomb_nm,
             self.arm_yield_rad,
             self.film_damping_nm_s_per_rad,
+            self.arm_viscous_nm_s_per_rad,
         )
         return shaft
 
@@ -246,6 +249,7 @@ _ARM_FRICTION = {
     "arm_yield_rad": positive(
         _YIELD_RAD, meaning="how far it gives way, seen from the motor, before it slips"
     ),
+    "arm_viscous_nm_s_per_rad": not_negative(0.0, "the arm's part of the twin's viscous friction"),
 }
 
 CARDS = (
