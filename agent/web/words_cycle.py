@@ -86,6 +86,7 @@ CYCLE_WORDS: dict[str, tuple[str, str]] = {
     "condition_identity": ("The right drive", "Der richtige Antrieb"),
     "condition_drive_healthy": ("Drive healthy", "Antrieb gesund"),
     "condition_limits_of_the_drive": ("Limits of the drive", "Grenzen des Antriebs"),
+    "condition_units_of_the_drive": ("Units of the drive", "Einheiten des Antriebs"),
     "condition_nobody_else_at_work": ("Nobody else at work", "Niemand sonst am Werk"),
     "condition_settings_read_back_equal": ("Settings read back", "Einstellungen rückgelesen"),
     "condition_answers_SYNC": ("Drive answers", "Antrieb antwortet"),

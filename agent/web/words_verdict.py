@@ -161,6 +161,10 @@ REFUSED: Mapping[str, str] = MappingProxyType(
             "Der Antrieb hat engere Grenzen als das Fenster der Zelle: Geberstriche, Übersetzung, "
             "Drehsinn und Nullpunkt prüfen."
         ),
+        "units of the drive": (
+            "Der Antrieb zählt in anderen Einheiten als bei der letzten Fahrt der Achse: "
+            "Übersetzung, Vorschub und Drehsinn prüfen."
+        ),
         "nobody else at work": "Jemand anderes am Bus treibt oder überwacht diesen Antrieb.",
         "settings read back equal": "Der Antrieb passt nicht zur Beschreibung der Zelle.",
         "answers SYNC": "Der Antrieb antwortet nicht.",
