@@ -33,6 +33,14 @@ def test_speeds_of_one_recording_are_one_temperature_however_it_warmed_up() -> N
     assert points.take(degc > 26.0).groups().tolist() == [0, 0, 1, 1, 1]
 
 
+def test_nights_a_little_warmer_one_by_one_are_many_temperatures() -> None:
+    nights = np.arange(40)
+    degc = 20.0 + 6.0 * nights / 39.0
+    points = SurfacePoints(np.ones(40), degc, np.ones(40), np.ones(40), nights)
+    assert points.groups().max() + 1 == 6
+    assert np.all(np.diff(points.groups()) >= 0)
+
+
 def test_oil_that_thins_by_a_share_of_itself_is_not_taken_for_time() -> None:
     # As warm as an hour makes it each time: temperature bends friction, time happens not to.
     temperatures = 25.0 - 20.0 * np.log(1.0 - 0.15 * np.arange(5))

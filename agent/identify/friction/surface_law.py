@@ -19,7 +19,7 @@ from agent.identify.result import Floats
 from agent.physics.friction import boundary_share
 from agent.physics.friction_static import thinning_share
 
-_SAME_DEGC = 0.75
+_SAME_DEGC, _WIDEST_DEGC = 0.75, 1.0
 _STARTS = (0.3, 0.55, 0.8)
 _TRIALS = 60
 _STEEPEST = 0.9  # share of the way to a Stribeck velocity of zero at the coldest point
@@ -77,11 +77,19 @@ class SurfacePoints:
 
 
 def _levels(temperature_degc: Floats) -> NDArray[np.int64]:
-    """Return numbers, rising, of temperatures that lie apart, shape (n,)."""
+    """Return numbers, rising, of temperatures that lie apart, shape (n,).
+
+    Where many lie close to their neighbours, as night by night, a level ends where it has grown
+    too wide: forty nights from 20 to 26 degrees are no two temperatures.
+    """
     order = np.argsort(temperature_degc, kind="stable")
-    steps = np.diff(temperature_degc[order], prepend=temperature_degc[order[0]])
+    rising = temperature_degc[order]
     out = np.empty(order.size, dtype=np.int64)
-    out[order] = np.cumsum(steps > _SAME_DEGC)
+    level, first, last = 0, rising[0], rising[0]
+    for place, degc in zip(order, rising, strict=True):
+        if degc - last > _SAME_DEGC or degc - first > _WIDEST_DEGC:
+            level, first = level + 1, degc
+        out[place], last = level, degc
     return out
 
 
