@@ -112,6 +112,7 @@ def identify(
     notes = [note for motion in motions for note in motion.notes]
     notes += [] if curve is None else list(curve.notes)
     notes += regression.notes
+    del regression  # its rows are as large as the recordings
     if not models:
         notes.append(f"no friction curve: {diagnosis.no_curve(windows)}")
     result = Estimate(

@@ -7,6 +7,7 @@ leaving out whole blocks of time (delete-a-block jackknife, Kunsch 1989).
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -143,16 +144,15 @@ def block_jackknife(
         B - p, at least 1.
     """
     scale = np.sqrt(np.einsum("ij,ij->j", columns, columns))
-    scaled = columns / scale
-    starts = np.flatnonzero(np.diff(blocks, prepend=blocks[0] - 1))
-    p = columns.shape[1]
-    gram = np.add.reduceat(_outer(scaled), starts, axis=0).reshape(-1, p, p)
-    moment = np.add.reduceat(scaled * target[:, np.newaxis], starts, axis=0)
+    parts, p = _parts(blocks), columns.shape[1]
+    gram = np.stack([columns[part].T @ columns[part] for part in parts])
+    moment = np.stack([columns[part].T @ target[part] for part in parts])
+    gram, moment = gram / np.outer(scale, scale), moment / scale
     gram_all, moment_all = gram.sum(axis=0), moment.sum(axis=0)
     theta = np.linalg.solve(gram_all, moment_all)
     # Never singular while one block is a small part of the whole; the pseudo-inverse covers the
     # case that a column lives in one block alone, whose jackknife spread is then rightly large.
-    count = starts.shape[0]
+    count = len(parts)
     inverse = np.linalg.pinv(gram_all - gram, hermitian=True)
     without = (inverse @ (moment_all - moment)[:, :, np.newaxis])[:, :, 0]
     spread = without - without.mean(axis=0)
@@ -175,15 +175,15 @@ def jackknife_of_even_noise(columns: Floats, blocks: NDArray[np.int64]) -> Float
         As for `block_jackknife`.
     """
     basis, upper = np.linalg.qr(columns)
-    starts = np.flatnonzero(np.diff(blocks, prepend=blocks[0] - 1))
-    p = columns.shape[1]
-    leverage = np.add.reduceat(_outer(basis), starts, axis=0).reshape(-1, p, p)
+    parts, p = _parts(blocks), columns.shape[1]
+    leverage = np.stack([basis[part].T @ basis[part] for part in parts])
     grown = leverage @ np.linalg.pinv(np.eye(p) - leverage, hermitian=True)
     inverse = np.linalg.pinv(upper)
-    share = 1.0 - 1.0 / starts.shape[0]
+    share = 1.0 - 1.0 / len(parts)
     return np.asarray(share * inverse @ grown.sum(axis=0) @ inverse.T, dtype=np.float64)
 
 
-def _outer(rows: Floats) -> Floats:
-    """Return every row's outer product with itself, flattened: shape (n, p*p)."""
-    return (rows[:, :, np.newaxis] * rows[:, np.newaxis, :]).reshape(rows.shape[0], -1)
+def _parts(blocks: NDArray[np.int64]) -> list[slice]:
+    """Return where every block begins and ends: its sums are formed apart, in little memory."""
+    starts = np.flatnonzero(np.diff(blocks, prepend=blocks[0] - 1)).tolist()
+    return [slice(a, b) for a, b in itertools.pairwise([*starts, blocks.shape[0]])]

@@ -64,6 +64,10 @@ class Rows:
     inertia_hidden: str
     arm_stroke_rad: float
 
+    def some(self, kept: Sequence[int]) -> Floats:
+        """Return these columns, shape (N, k); all of them without a copy."""
+        return self.columns if len(kept) == self.columns.shape[1] else self.columns[:, kept]
+
 
 def collect_rows(
     stretches: Sequence[FilteredStretch], arm_stroke_rad: float, noise_share: float = 0.0
@@ -126,7 +130,7 @@ def fit_rigid_body(rows: Rows, *, spring: bool = True) -> RigidBodyFit | None:
         return None
     reasons = _left_out(rows)
     kept = [i for i, name in enumerate(PARAMETERS) if name not in reasons]
-    columns = rows.columns[:, kept]
+    columns = rows.some(kept)
     blocks = time_blocks(rows.time_s, _BLOCKS)
     if int(blocks[-1]) + 1 < _FEWEST_BLOCKS or not kept:
         return None
@@ -180,11 +184,11 @@ def _regress(
     at reversals: the parameters are the rigid body's, and the intervals reach over both fits.
     """
     torque_nm = rows.torque_nm
-    theta, reach = _with_reach(rows.columns[:, kept], torque_nm, blocks)
+    theta, reach = _with_reach(rows.some(kept), torque_nm, blocks)
     ends = np.stack((theta - reach, theta + reach), axis=-1)
     if not spring or PARAMETERS.index("inertia_kg_m2") not in kept:
         return theta, ends
-    columns = np.column_stack((rows.columns[:, kept], -rows.snap_rad_s4))
+    columns = np.column_stack((rows.some(kept), -rows.snap_rad_s4))
     if variance_inflation(columns)[-1] > _INFLATION:
         return theta, ends
     sprung, sprung_reach = _with_reach(columns, torque_nm, blocks)
@@ -246,11 +250,12 @@ def variance_inflation(columns: Floats) -> Floats:
     ----------
     columns : ndarray, shape (N, p)
     """
-    length = np.sqrt(np.einsum("ij,ij->j", columns, columns))
+    gram = columns.T @ columns
+    length = np.sqrt(np.diag(gram))
     out = np.full(columns.shape[1], np.inf)
     alive = length > 0.0
-    unit = columns[:, alive] / length[alive]
-    values, vectors = np.linalg.eigh(unit.T @ unit)
+    unit = gram[np.ix_(alive, alive)] / np.outer(length[alive], length[alive])
+    values, vectors = np.linalg.eigh(unit)
     usable = np.maximum(values, 1e-13)
     out[alive] = np.einsum("ij,j->i", vectors**2, 1.0 / usable)
     return out
@@ -269,7 +274,7 @@ def _left_out(rows: Rows) -> dict[str, str]:
         inflation = dict(
             zip(
                 [PARAMETERS[i] for i in kept],
-                variance_inflation(rows.columns[:, kept]).tolist(),
+                variance_inflation(rows.some(kept)).tolist(),
                 strict=True,
             )
         )

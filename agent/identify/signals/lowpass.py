@@ -23,6 +23,7 @@ _BAND_BINS = 16  # of a recording of a minute or less
 _BAND_S = 60.0  # the bands of longer ones are as broad as a minute's
 _HARMONICS = 4.0
 _NOISE_SHARE = 0.01  # of the acceleration's energy: biases the inertia low by as much
+_AT_ONCE = 1 << 20  # numbers: of more, one row after the other spares half of the memory
 
 
 def lowpass(rows: Floats, period_s: float, cutoff_hz: float) -> Floats:
@@ -45,6 +46,11 @@ def lowpass(rows: Floats, period_s: float, cutoff_hz: float) -> Floats:
     samples, cutoff = rows.shape[-1], cutoff_hz * period_s
     if samples < 3 or cutoff >= 0.5:
         return rows.astype(np.float64, copy=True)
+    if rows.ndim > 1 and rows.size > _AT_ONCE:
+        out = np.empty(rows.shape)
+        for own, row in zip(out, rows, strict=True):
+            own[...] = lowpass(row, period_s, cutoff_hz)
+        return out
     pad, length = extension(samples, cutoff), circular_length(samples, cutoff)
     first, last = rows[..., :1], rows[..., -1:]
     end, tail = samples + 2 * pad, samples + pad
@@ -72,9 +78,8 @@ def circular_length(samples: int, cutoff: float) -> int:
     return _fast_length(samples + 2 * extension(samples, cutoff))
 
 
-@lru_cache(maxsize=256)
 def response(length: int, cutoff: float) -> Floats:
-    """Return the filter's response at every bin of a transform, kept for the next signal.
+    """Return the filter's response at every bin of a transform; a short one is kept.
 
     Parameters
     ----------
@@ -83,12 +88,19 @@ def response(length: int, cutoff: float) -> Floats:
     cutoff : float
         In cycles per sample.
     """
+    return (_kept if length <= _AT_ONCE else _response)(length, cutoff)
+
+
+def _response(length: int, cutoff: float) -> Floats:
     frequency = np.fft.rfftfreq(length)
     with np.errstate(over="ignore"):
         ratio = np.tan(np.pi * np.minimum(frequency, 0.499999)) / np.tan(np.pi * cutoff)
         response = np.asarray(1.0 / (1.0 + ratio ** (2 * ORDER)))
     response.flags.writeable = False
     return response
+
+
+_kept = lru_cache(maxsize=256)(_response)
 
 
 @lru_cache(maxsize=256)

@@ -171,17 +171,25 @@ def _filter_stretch(
     signals = motion.signals
     direction = direction_of(velocity, stretch.period_s, cutoff_hz, motion.velocity_noise_rad_s)
     position = signals.position_rad
-    columns = regressor(
-        None if position is None else stretch.on_grid(signals, position),
-        velocity,
-        np.zeros_like(velocity),
-        direction,
-        signals.gear_ratio,
-    )
     torque = stretch.on_grid(signals, signals.torque_nm)
-    unknown = (direction == 0.0).astype(np.float64)
-    rows = np.vstack((columns.T, torque, unknown))
-    filtered = lowpass(rows, stretch.period_s, cutoff_hz)
+    # Not one name too many: of a long recording each of these is a third of the memory.
+    filtered = lowpass(
+        np.vstack(
+            (
+                regressor(
+                    None if position is None else stretch.on_grid(signals, position),
+                    velocity,
+                    np.zeros_like(velocity),
+                    direction,
+                    signals.gear_ratio,
+                ).T,
+                torque,
+                direction == 0.0,
+            )
+        ),
+        stretch.period_s,
+        cutoff_hz,
+    )
     velocity_filtered = filtered[_VELOCITY]
     # Differentiated after the filter, which is the same inside a stretch, but does not fold the
     # noise of the very first and last acceleration into the filter's extension.
