@@ -73,6 +73,7 @@ def cell(tmp_path: Path, kind: str) -> Iterator[Cell]:
 
         def with_release(description: dict[str, Any]) -> None:
             description["axis"][0]["stair"] |= {"duration_s": 6.0, "speeds": 3}
+            description["recording"]["sample_rate_hz"] = 100.0
             description["release"] = {**section, "age_max_s": AGE_MAX_S, "wait_s": 1.0}
 
         bench = stack.enter_context(rig(tmp_path, edit=with_release))

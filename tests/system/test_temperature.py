@@ -52,6 +52,7 @@ def cell(tmp_path: Path) -> Iterator[Cell]:
         axis = description["axis"][0]
         del axis["drive"]["gearbox_temperature"]
         axis["stair"] |= SHORT
+        description["recording"]["sample_rate_hz"] = 100.0
         axis["temperature"] = {
             "kind": "modbus",
             "map": str(tmp_path / "transmitter.toml"),
