@@ -122,9 +122,18 @@ def refuse_unable(sdo: SdoAccess, config: Cia402Config) -> None:
 
 
 def units_of(sdo: SdoAccess) -> dict[str, int]:
-    """Return what the drive's units depend on, as far as it has words for that."""
-    read = {item.key: sdo.read_optional(item) for item in objects.UNITS}
-    return {key: value for key, value in read.items() if value is not None}
+    """Return what the drive's units depend on, as far as it has words for that.
+
+    However it refuses one of them: what cannot be read cannot be compared, and hides no other.
+    """
+    read: dict[str, int] = {}
+    for item in objects.UNITS:
+        try:
+            read[item.key] = sdo.read(item)
+        except SdoError as error:
+            if error.abort_code is None:
+                raise
+    return read
 
 
 def refuse_other_units(config: Cia402Config, units: Mapping[str, int]) -> None:

@@ -314,9 +314,14 @@ def test_software_limits_that_somebody_has_drawn_narrower_are_not_overwritten(
         assert rig.values(("0x607D:01", "0x607D:02")) == {"0x607D:01": low, "0x607D:02": high}
 
 
-@pytest.mark.parametrize("index", [0x6076, 0x6502])
-def test_what_many_drives_lack_is_not_asked_of_them(interface: str, index: int) -> None:
-    with open_rig(interface, [faults.SdoAborts(index=index, code=ABSENT)]) as rig:
+@pytest.mark.parametrize(
+    ("index", "subindex", "code"),
+    [(0x6076, 0, ABSENT), (0x6502, 0, ABSENT), (0x6091, 1, 0x08000000)],
+)
+def test_what_many_drives_lack_is_not_asked_of_them(
+    interface: str, index: int, subindex: int, code: int
+) -> None:
+    with open_rig(interface, [faults.SdoAborts(index=index, subindex=subindex, code=code)]) as rig:
         axis = rig.axis()
         evidence = axis.open()
         assert evidence.settings["0x6007:00"] == 3
