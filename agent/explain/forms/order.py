@@ -31,13 +31,11 @@ def _orders(weighting: Weighting) -> Grid:
 
 
 def _ripple(scene: Scene, point: Point) -> Floats:
-    angle = point[0] * scene.full("position_rad")
-    return stack(np.cos(angle), np.sin(angle))
+    return scene.wave(point[0])
 
 
 def _ripple_two(scene: Scene, point: Point) -> Floats:
-    angle = point[0] * scene.full("position_rad")
-    return stack(np.cos(angle), np.sin(angle), np.cos(2.0 * angle), np.sin(2.0 * angle))
+    return np.concatenate((scene.wave(point[0]), scene.wave(2.0 * point[0])), axis=1)
 
 
 def _ripple_two_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
@@ -59,16 +57,15 @@ def _ripple_two_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapp
 
 def _second_derivatives(scene: Scene, order: float) -> Floats:
     """Return the second time derivatives of cos(k q) and sin(k q) along the motion, (N, 2)."""
-    angle = order * scene.full("position_rad")
-    cos, sin = np.cos(angle), np.sin(angle)
+    cos, sin = scene.wave(order).T
     a, v2 = scene.full("acceleration_rad_s2"), scene.full("velocity_rad_s") ** 2
     return stack(-order * sin * a - order**2 * cos * v2, order * cos * a - order**2 * sin * v2)
 
 
 def _slopes(scene: Scene, order: float) -> Floats:
     """Return the derivatives of cos(k q) and sin(k q) by the angle, shape (N, 2)."""
-    angle = order * scene.full("position_rad")
-    return stack(-order * np.sin(angle), order * np.cos(angle))
+    cos, sin = scene.wave(order).T
+    return stack(-order * sin, order * cos)
 
 
 def _swings(scene: Scene, order: float, hertz: float, damping: float) -> Floats:

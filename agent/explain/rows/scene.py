@@ -17,6 +17,8 @@ from agent.explain.rows.table import BASE, Table
 from agent.identify.result import Floats
 from agent.physics.derivative import slope
 
+_WAVES = 12  # of 2 MB each
+
 
 @dataclass(frozen=True)
 class Scene:
@@ -40,6 +42,8 @@ class Scene:
     late_s : float
         By how much the torque is later than the motion, as far as that was found; below zero
         where the motion is the late one.
+    waves : dict
+        The last few of `wave`, by order, with the positions that each is of: searches meet again.
     """
 
     table: Table
@@ -49,6 +53,9 @@ class Scene:
     held: Callable[[Scene], Floats] | None = field(default=None, kw_only=True)
     beside: tuple[Callable[[Scene], Floats], ...] = field(default=(), kw_only=True)
     late_s: float = field(default=0.0, kw_only=True)
+    waves: dict[float, tuple[Floats, Floats]] = field(
+        default_factory=dict, kw_only=True, compare=False, repr=False
+    )
 
     def full(self, name: str) -> Floats:
         """Return a full-rate column, shape (N,)."""
@@ -73,6 +80,19 @@ class Scene:
     def arm_rad(self) -> Floats:
         """Return the arm's angle behind a stiff gear, shape (N,)."""
         return self.table.full["position_rad"] / self.table.gear_ratio
+
+    def wave(self, order: float) -> Floats:
+        """Return cosine and sine of so many times the motor's angle, read-only, shape (N, 2)."""
+        position = self.table.full["position_rad"]
+        found = self.waves.get(order)
+        if found is None or found[0] is not position:
+            while len(self.waves) >= _WAVES:
+                self.waves.pop(next(iter(self.waves)))
+            angle = order * position
+            wave = np.stack((np.cos(angle), np.sin(angle)), axis=-1)
+            wave.flags.writeable = False
+            found = self.waves[order] = position, wave
+        return found[1]
 
     @cached_property
     def travel_rad(self) -> Floats:
