@@ -17,6 +17,7 @@ from agent.identify.uncertainty import student_975
 from agent.physics.friction import FrictionLaw
 
 ENOUGH_FREEDOM = 4  # speeds beyond the parameters: fewer do not tell by themselves how much is left
+_LIKELY = 0.2  # of the likeliest noise's weight
 _STEP = 1e-4  # relative, of a non-linear parameter's slope
 
 
@@ -124,7 +125,9 @@ def _unequal_points(
 
     The residuals tell the weighted points' average noise, of which they show the less of a point
     the more it draws the law to itself. Weights allow for a misfit of the law where there need be
-    none, and so leave the fast, short passes noisier than the others. At least 1.
+    none, and so leave the fast, short passes noisier than the others. By how much is not known: a
+    misfit may be chance, and noise with a memory tells less against a short pass than white noise.
+    The largest is taken of what the passes allow. At least 1.
     """
     weight = weights.root
     speed, at, linear = curve_fit.curve.velocity_rad_s, fine.nonlinear[fine.best], fine.linear
@@ -141,13 +144,26 @@ def _unequal_points(
     shown = np.maximum(1.0 - np.einsum("ij,ji->i", scaled, solve), 0.0)
     if shown.sum() < ENOUGH_FREEDOM - 0.5:  # there the points' own errors stand for the residuals
         shown = np.ones_like(shown)
-    variance = weight**2 * (curve_fit.standard_error_nm**2 + weights.misfit_nm**2)
-    average = float(shown @ variance / shown.sum())
-    if not average > 0.0 or not np.isfinite(average):
-        return np.ones(columns.shape[1])
-    alike = average * np.sum(solve**2, axis=1)
-    share = np.where(alike > 0.0, (solve**2) @ variance / np.maximum(alike, 1e-300), 1.0)
-    return np.asarray(np.sqrt(np.maximum(share, 1.0)), dtype=np.float64)
+    wider = np.ones(columns.shape[1])
+    for of_points in _likely_variances(curve_fit, weights.misfit_nm):
+        variance = weight**2 * of_points
+        average = float(shown @ variance / shown.sum())
+        if not average > 0.0 or not np.isfinite(average):
+            continue
+        alike = average * np.sum(solve**2, axis=1)
+        share = np.where(alike > 0.0, (solve**2) @ variance / np.maximum(alike, 1e-300), 1.0)
+        wider = np.maximum(wider, np.sqrt(share))
+    return wider
+
+
+def _likely_variances(curve_fit: CurveFit, misfit_nm: float) -> list[Floats]:
+    """Return the points' variances, (n,) each, with and without a misfit, and of likely noises."""
+    own = curve_fit.standard_error_nm**2
+    noise = curve_fit.noise
+    if noise is None:
+        return [own + misfit_nm**2, own]
+    likely = noise.covariance_nm2[noise.weight > _LIKELY * noise.weight.max()]
+    return [own + misfit_nm**2, own, *np.diagonal(likely, axis1=1, axis2=2)]
 
 
 def _not_carried(law: FrictionLaw, at_bound: NDArray[np.bool_], bounds: Floats) -> dict[str, str]:
