@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -18,6 +19,12 @@ from tests.system.rig import Rig, rig
 GEAR_RATIO = 0x6091
 
 
+def brisk(cell: dict[str, Any]) -> None:
+    """Make the cycle as short as its test needs."""
+    cell["axis"][0]["stair"] |= {"duration_s": 3.2, "speeds": 2}
+    cell["recording"]["sample_rate_hz"] = 100.0
+
+
 def set_up_anew(bench: Rig, motor_revolutions: int) -> None:
     """Do what a set-up tool does between two cycles."""
     od = bench.drive.dictionary
@@ -25,7 +32,7 @@ def set_up_anew(bench: Rig, motor_revolutions: int) -> None:
 
 
 def test_other_units_than_last_time_are_refused_until_the_cell_says_so_too(tmp_path: Path) -> None:
-    with rig(tmp_path) as bench:
+    with rig(tmp_path, edit=brisk) as bench:
         first = bench.run()
         assert first.evidence.units["0x6091:01"] == 1
         kept = (tmp_path / ".simulated-joint-axis1.units.json").read_text()
