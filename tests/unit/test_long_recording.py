@@ -8,7 +8,10 @@ from collections.abc import Callable
 import numpy as np
 
 from agent.identify.rigid.body import variance_inflation
+from agent.identify.signals.arrays import Signals
 from agent.identify.signals.lowpass import lowpass
+from agent.identify.signals.preprocess import read_motion
+from agent.identify.signals.windows import find_windows
 from agent.identify.uncertainty import block_jackknife
 
 ROWS = 160_000
@@ -36,3 +39,14 @@ def test_what_is_done_to_every_row_takes_little_beside_the_rows() -> None:
 def test_a_row_is_filtered_alike_whether_alone_or_among_many() -> None:
     rows = np.random.default_rng(2).standard_normal((8, ROWS))
     np.testing.assert_array_equal(lowpass(rows, 1e-3, 20.0)[3], lowpass(rows[3], 1e-3, 20.0))
+
+
+def test_short_moves_are_steady_in_a_long_recording_as_well() -> None:
+    # Of 500 s, 2500 blocks were 0.2 s long each: too coarse for moves of two seconds.
+    time_s = np.arange(50_000) / 100.0
+    moves = np.random.default_rng(3).uniform(5.0, 80.0, 250) * np.resize([1.0, -1.0], 250)
+    begin = 2.0 * np.arange(250)
+    ends = np.column_stack((begin + 0.3, begin + 1.9)).ravel()
+    velocity = np.interp(time_s, ends, np.repeat(moves, 2))
+    columns = {"time_s": time_s, "torque_nm": np.sign(velocity), "velocity_rad_s": velocity}
+    assert len(find_windows(read_motion(Signals.from_columns(columns, 100.0)))) > 240

@@ -16,7 +16,7 @@ WHITE_NM = 7e-4 * np.geomspace(1.0, 3.0, COUNT)  # the fast passes are short
 REMEMBERED_NM = np.full(COUNT, 1.2e-3)  # noise that lasts for a pass, whatever its length
 
 
-def width(noise: PassNoise | None) -> float:
+def width(noise: PassNoise | None, *, shared_gravity: bool = False) -> float:
     """Return how wide the interval of viscous friction is."""
     friction = 0.6 + 0.0107 * SPEED + 0.4 * np.exp(-((SPEED / 12.0) ** 1.3))
     friction += WHITE_NM * np.random.default_rng(4).standard_normal(COUNT)
@@ -24,7 +24,8 @@ def width(noise: PassNoise | None) -> float:
     samples = np.full(COUNT, 400, dtype=np.int64)
     curve = FrictionCurve(SPEED, friction, ends, np.zeros(COUNT), samples)
     means = SteadyMeans(np.append(SPEED, -SPEED), np.append(friction, -friction))
-    told = CurveFit(curve, REMEMBERED_NM, np.full(COUNT, 50.0), means, (), noise)
+    error = REMEMBERED_NM * (3.0 if shared_gravity else 1.0)
+    told = CurveFit(curve, error, np.full(COUNT, 50.0), means, (), noise, shared_gravity)
     low, high = fit_law(STRIBECK, told).fit.parameters["viscous_nm_s_per_rad"].ci95 or (0.0, 0.0)
     return high - low
 
@@ -38,3 +39,9 @@ def passes_noise(white: float) -> PassNoise:
 def test_an_interval_holds_white_noise_as_long_as_the_passes_allow_it() -> None:
     assert width(passes_noise(0.3)) > 1.15 * width(None)
     assert width(passes_noise(0.01)) == width(None)
+
+
+def test_an_error_of_gravity_that_points_share_is_in_the_interval_though_no_residual_shows_it() -> (
+    None
+):
+    assert width(None, shared_gravity=True) > 2.0 * width(None)

@@ -71,7 +71,8 @@ class CurveFit:
     """The friction curve and how it came about.
 
     `standard_error_nm`, shape (n,), belongs to the curve's points; `dof`, shape (n,), are its
-    degrees of freedom. `noise` is how the points err together, where the passes tell.
+    degrees of freedom. `noise` is how the points err together, where the passes tell;
+    `shared_gravity` says that some stand on gravity from elsewhere, whose error they share.
     """
 
     curve: FrictionCurve
@@ -80,6 +81,7 @@ class CurveFit:
     means: SteadyMeans
     notes: tuple[str, ...]
     noise: PassNoise | None = None
+    shared_gravity: bool = False
 
 
 def friction_curve(
@@ -135,7 +137,9 @@ def friction_curve(
     temperature = np.array([_temperature(groups[i]) for i in kept])
     notes += _warming(temperature)
     fit = _assemble(points, notes, with_position=passes[0].position_rad is not None)
-    fit = replace(fit, curve=replace(fit.curve, temperature_degc=temperature))
+    shared = _FROM_MEETING in told or _FROM_BODY in told
+    curve = replace(fit.curve, temperature_degc=temperature)
+    fit = replace(fit, curve=curve, shared_gravity=shared)
     return fit if noise is None else replace(fit, noise=noise.of(kept, fit.standard_error_nm))
 
 

@@ -93,11 +93,13 @@ def variance_of(
     """Return the variance of a weighted point about a law, and its degrees of freedom.
 
     The residuals', whose least sum of squares is given, hold the points' noise and the law's
-    misfit. With too few speeds to tell it, the points' own takes its place where it is larger.
+    misfit. With too few speeds to tell it, the points' own takes its place where it is larger; so
+    it does where points share an error of gravity, which a law follows and no residual shows.
     """
     of_points = float(np.mean((weights.root * curve_fit.standard_error_nm) ** 2))
     of_residuals = least / freedom if freedom > 0 else 0.0
-    if freedom >= ENOUGH_FREEDOM or of_residuals > of_points:
+    told = freedom >= ENOUGH_FREEDOM and not curve_fit.shared_gravity
+    if told or of_residuals > of_points:
         return of_residuals, float(freedom)
     return of_points, float(np.sum(curve_fit.dof))
 

@@ -19,6 +19,8 @@ from agent.identify.signals.sampling import Stretch
 from agent.identify.signals.segments import merge_steady, monotone_chain, partition, trend_of
 
 _BLOCKS = 2500  # per recording: 16 ms blocks in a 40 s stair
+_BLOCK_S = 0.06  # at most: a long recording's ramps are as short as a short one's
+_MOST_BLOCKS = 50_000  # of which some seconds of a processor are enough, even at standstill
 _BLOCK_SAMPLES = 4
 _WINDOW_BLOCKS = 6
 _WINDOW_SAMPLES = 24
@@ -73,7 +75,8 @@ def find_windows(
     if not samples:
         return ()
     fastest = float(np.quantile(np.abs(np.concatenate(motion.velocity_rad_s)), 0.98))
-    per_block = max(_BLOCK_SAMPLES, samples // _BLOCKS)
+    longest = max(round(_BLOCK_S * motion.timing.sample_rate_hz), samples // _MOST_BLOCKS)
+    per_block = max(_BLOCK_SAMPLES, min(samples // _BLOCKS, longest))
     found: list[_Level] = []
     for stretch, velocity in zip(motion.timing.stretches, motion.velocity_rad_s, strict=True):
         size = min(per_block, max(velocity.shape[0] // (4 * _WINDOW_BLOCKS), 1))
