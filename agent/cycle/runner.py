@@ -137,7 +137,7 @@ class CycleRunner:
             self._recorder.keep(samples)
             reason = self._stop_requested()
             if reason is not None:
-                raise sequence.trip(reason)
+                raise sequence.trip_as_asked(reason)
             step = sequence.cycle(now_s, samples)
             if sequence.done:
                 self._torque_asked = False

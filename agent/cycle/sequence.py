@@ -145,12 +145,19 @@ class Sequence:
 
     def trip(self, reason: str, look: str = "") -> StoppedError:
         """Trip the interlock and return the error to raise; `look` says where to look first."""
-        self.interlock = self.interlock.after(Event.TRIP, reason)
-        return StoppedError(
-            f"Stopped during '{self.stage.value}': {self.interlock.reason}.",
+        return self._tripped(
+            reason,
             f"{look}{' ' if look else ''}Find the cause at the joint, the drive, its bus or the "
             "cell, then start a new cycle.",
         )
+
+    def trip_as_asked(self, reason: str) -> StoppedError:
+        """Trip the interlock because somebody asked for it, and return the error to raise."""
+        return self._tripped(reason, "Start a new cycle when it may run again.")
+
+    def _tripped(self, reason: str, do: str) -> StoppedError:
+        self.interlock = self.interlock.after(Event.TRIP, reason)
+        return StoppedError(f"Stopped during '{self.stage.value}': {self.interlock.reason}.", do)
 
     # -- stages ------------------------------------------------------------------------------
 

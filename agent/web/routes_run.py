@@ -98,7 +98,7 @@ async def start(
     if refused or trajectory is None:
         page.audit.add(session.name, "start refused", axis=number, cycle=cycle.word)
         raise TurnedAwayError(409, "preconditions_refuse", "; ".join(refused))
-    page.audit.add(session.name, "start", axis=number, cycle=cycle.word, confirmed=True)
+    page.audit.add(session.name, "start", axis=number, cycle=cycle.word, confirmed="yes")
     await anyio.to_thread.run_sync(page.looking.end)
     try:
         started = page.attendant.start(cell, axis, cycle, trajectory, session.name)

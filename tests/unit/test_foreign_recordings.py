@@ -34,9 +34,8 @@ def test_speeds_of_one_recording_are_one_temperature_however_it_warmed_up() -> N
 
 
 def test_nights_a_little_warmer_one_by_one_are_many_temperatures() -> None:
-    nights = np.arange(40)
-    degc = 20.0 + 6.0 * nights / 39.0
-    points = SurfacePoints(np.ones(40), degc, np.ones(40), np.ones(40), nights)
+    degc = np.linspace(20.0, 26.0, 40)
+    points = SurfacePoints(np.ones(40), degc, np.ones(40), np.ones(40), np.arange(40))
     assert points.groups().max() + 1 == 6
     assert np.all(np.diff(points.groups()) >= 0)
 
