@@ -10,6 +10,7 @@ from agent.numbers import NO_NUMBER
 from agent.report.explanation_errors import error_rows, improvement_in_words
 from agent.report.explanation_rows import parameter_rows
 from agent.report.explanation_words import (
+    carried,
     decidable,
     duration,
     effect_label,
@@ -93,7 +94,7 @@ def _error(rmse: str, fit: str) -> str:
 def _finding(finding: Finding, explanation: Explanation) -> list[str]:
     """Return one finding: a line of the table, where it lives, its numbers, its rivals."""
     name = f"{finding.rank}. {heading(effect_label(finding.effect))}"
-    lines = [f"{name:<60}{share(finding.energy_share):>8}{share(finding.probability):>9}"]
+    lines = [f"{name:<58}{carried(finding.energy_share):>10}{share(finding.probability):>9}"]
     names = (*explanation.recordings, *explanation.held_out)
     if finding.sentence not in explanation.sentence:
         lines += _wrapped(finding.sentence, "   ")

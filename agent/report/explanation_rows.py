@@ -21,6 +21,7 @@ from agent.numbers import (
 from agent.report.explanation_errors import error_scale, in_scale
 from agent.report.explanation_quantities import quantity_label, quantity_scale
 from agent.report.explanation_words import (
+    carried,
     effect_label,
     heading,
     is_biased,
@@ -75,7 +76,7 @@ def finding_row(finding: Finding, explanation: Explanation) -> FindingRow:
     return FindingRow(
         rank=finding.rank,
         label=heading(effect_label(finding.effect)),
-        energy_share=share(finding.energy_share),
+        energy_share=carried(finding.energy_share),
         probability=share(finding.probability),
         form=finding.form,
         sentence=units_unbroken(finding.sentence),

@@ -124,6 +124,7 @@ class Variable:
         return self.factor * np.asarray(values, dtype=np.float64) + self.shift
 
 
+_LITTLE = 1e-6  # of one
 _DEGREES = math.degrees(1.0)
 _VARIABLES: Mapping[str, Variable] = MappingProxyType(
     {
@@ -228,6 +229,11 @@ def share(value: float) -> str:
     if 0.0 < value < 0.005:
         return "below 1 %"
     return percent(100.0 * value)
+
+
+def carried(energy_share: float) -> str:
+    """Write a finding's share: one that others take all from is little, and not nothing."""
+    return share(max(energy_share, _LITTLE))
 
 
 def short(value: float) -> str:

@@ -12,6 +12,7 @@ from agent.explain.answer.result import Region, Ringing
 from agent.identify.result import Parameter
 from agent.numbers import scale_for, significant
 
+_LITTLE = 1e-6  # of the mismatch: what has a name is not nothing, though others take all from it
 _SAME_NUMBER = 0.01  # of it: less is not told where another number of the kind moved more
 # Of the greater side: less on the other side is not worth a word. Where friction grows, the twin's
 # own level, fitted without it, makes up for some elsewhere.
@@ -45,9 +46,10 @@ def finding_sentence(
     place = place_in_words(where[0] if where else None, effect)
     begin = f"{place[:1].upper()}{place[1:]} {_amount(effect, reach_nm)}"
     name = NAMES[effect] + _detail(effect, parameters)
+    carried = percent(max(energy_share, _LITTLE))
     if first:
-        return f"{begin}; {name} explains {percent(energy_share)} of the mismatch."
-    return f"{begin}: {name}, {percent(energy_share)} of the mismatch."
+        return f"{begin}; {name} explains {carried} of the mismatch."
+    return f"{begin}: {name}, {carried} of the mismatch."
 
 
 def ringing_sentence(ringing: Ringing) -> str:
