@@ -9,6 +9,7 @@ from __future__ import annotations
 import datetime
 import json
 import sys
+import unicodedata
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
@@ -197,6 +198,13 @@ def _whole(value: object) -> bool:
     return isinstance(value, int | float) and _number(value) and value >= 0 and value == int(value)
 
 
+def _a_name(value: object) -> bool:
+    """Return whether a terminal would show a name, and obey nothing in it."""
+    if not isinstance(value, str) or not value.strip():
+        return False
+    return all(unicodedata.category(character) != "Cc" for character in value)
+
+
 def _iso_8601(value: object) -> bool:
     if not isinstance(value, str):
         return False
@@ -213,10 +221,7 @@ def _text_or_mapping(value: object) -> bool:
 
 _RULES: dict[str, tuple[Callable[[Any], bool], str]] = {
     "schema": (_same_major, SCHEMA),
-    "robot": (
-        lambda v: isinstance(v, str) and bool(v.strip()) and v.isprintable(),
-        "a name of printable characters",
-    ),
+    "robot": (_a_name, "a name without control characters"),
     "axis": (_whole, "a whole number"),
     "gear_ratio": (
         lambda v: _number(v) and v >= 1,

@@ -210,7 +210,7 @@ def test_a_column_that_occurs_twice(tmp_path: Path) -> None:
         (b'{"schema": "stribeck.recording/2"}', "is not one that this version reads"),
         (
             rb'{"schema": "stribeck.recording/1", "robot": "r\u001b", "axis": 1, "gear_ratio": 1}',
-            "robot must be a name of printable characters",
+            "robot must be a name without control characters",
         ),
     ],
 )
