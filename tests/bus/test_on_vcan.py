@@ -135,7 +135,9 @@ def test_a_cycle_on_vcan_loses_nothing_and_finds_the_friction(vcan: Vcan, tmp_pa
     assert account["received"] == account["expected"] > 0.95 * 12.0 * RATE_HZ
     assert account["dropped_by_kernel"] == 0
     steps = np.diff(recording.columns["time_s"])
-    assert np.median(steps) == pytest.approx(1.0 / RATE_HZ, rel=0.02)
+    # A guest's clock is coarse: ticks that come late are made up for by those after them.
+    assert np.mean(steps) == pytest.approx(1.0 / RATE_HZ, rel=0.01)
+    assert np.median(steps) == pytest.approx(1.0 / RATE_HZ, rel=0.1)
     assert recording.columns["time_s"].size > 0.95 * 12.0 * RATE_HZ
 
     estimate = json.loads(done.stdout)

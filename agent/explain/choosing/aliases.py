@@ -170,7 +170,7 @@ def usual_points(scene: Scene, form: Form) -> Sequence[Point]:
     if form.effect == "backlash":
         cutoff, gear = scene.table.cutoff_hz, scene.table.gear_ratio
         gaps = log_grid(_GAPS_ARM_RAD[0] * gear, _GAPS_ARM_RAD[1] * gear, 6)
-        contact = cutoff, _CONTACT_DAMPING, 0.0
+        contact = cutoff, _CONTACT_DAMPING, 0.0, 0.0
         return tuple((gap, _ARM_SHARE, _ARM_SHARE, *contact) for gap in gaps)
     return ()
 

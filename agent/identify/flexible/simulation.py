@@ -17,6 +17,9 @@ from agent.identify.result import Floats
 from agent.physics.flexibility import ThreeMass, TwoMass
 from agent.physics.rigid_body import gravity_columns
 
+_LONGEST_STEP = 2.0  # radians of the fastest swing: beyond, a motor that sticks shakes loose
+_MOST_STEPS = 100  # between two samples: a spring that swings faster hardly twists
+
 
 @dataclass(frozen=True)
 class FlexibleJoint:
@@ -130,7 +133,8 @@ def simulate(
     torque_nm : ndarray, shape (n,)
         At even times; straight between them.
     period_s : float
-        Time between samples, above zero.
+        Time between samples, above zero. Dry friction is constant within a step: where a spring
+        swings too fast for that, steps are made shorter.
     position_rad, velocity_rad_s : float
         Initial motor position and velocity; the chain moves along with it, its springs carrying
         gravity.
@@ -144,6 +148,22 @@ def simulate(
 
     a, b, e = state_space(joint)
     size = b.shape[0]
+    fastest = float(np.abs(np.linalg.eigvals(a)).max())
+    finer = min(math.ceil(period_s * fastest / _LONGEST_STEP), _MOST_STEPS)
+    if finer > 1 and torque.size > 1:
+        count = finer * (torque.size - 1) + 1
+        between = np.interp(np.arange(count) / finer, np.arange(torque.size), torque)
+        fine = simulate(
+            joint,
+            between + joint.torque_offset_nm,
+            period_s / finer,
+            position_rad=position_rad,
+            velocity_rad_s=velocity_rad_s,
+        )
+        return Motion(
+            np.ascontiguousarray(fine.position_rad[::finer]),
+            np.ascontiguousarray(fine.velocity_rad_s[::finer]),
+        )
     # One exponential holds the step, the response to a constant and that to a ramp (Van Loan 1978).
     big = np.zeros((size + 3, size + 3))
     big[:size, :size], big[:size, size], big[:size, size + 2] = a, b, e
