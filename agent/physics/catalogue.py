@@ -18,7 +18,9 @@ from agent.physics.friction_drift import LinearDrift, RunIn
 from agent.physics.friction_dynamic import BlimanSorine, Dahl, LuGre
 from agent.physics.friction_extended import ExtendedFriction
 from agent.physics.friction_static import (
+    CrossShear,
     DirectionDependent,
+    EyringShear,
     LoadDependent,
     NonlinearViscous,
     PositionDependent,
@@ -76,6 +78,8 @@ LAWS: Mapping[str, Law] = MappingProxyType(
                     TemperatureCoulomb,
                     ExtendedFriction,
                     NonlinearViscous,
+                    EyringShear,
+                    CrossShear,
                     PositionDependent,
                     TightSpot,
                     LinearDrift,

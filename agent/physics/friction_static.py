@@ -199,6 +199,62 @@ class NonlinearViscous:
 
 
 @dataclass(frozen=True)
+class EyringShear:
+    """Oil that thins as it is sheared, a plain viscous line at low speed: no plateau, no power."""
+
+    law: ClassVar[Law] = Law(
+        "eyring-shear",
+        "fe asinh(|v|/ve) sign(v)",
+        {
+            "shear_nm": "fe, Eyring's stress at the gear's contacts, as torque",
+            "shear_velocity_rad_s": "ve, speed up to which it is viscous, slope fe/ve",
+        },
+        "Eyring, J. Chem. Phys. 4 (1936) 283",
+        "one temperature: both numbers change with the oil's warmth",
+    )
+    shear_nm: float
+    shear_velocity_rad_s: float
+
+    def __post_init__(self) -> None:
+        """Refuse what has no slope at rest."""
+        require(self.law, self, positive="shear_velocity_rad_s")
+
+    def torque_nm(self, velocity_rad_s: Floats, direction: Floats | None = None) -> Floats:
+        """Return the torque, shape (n,)."""
+        sign = np.sign(velocity_rad_s) if direction is None else direction
+        speed = np.abs(velocity_rad_s) / self.shear_velocity_rad_s
+        return np.asarray(self.shear_nm * np.arcsinh(speed) * sign)
+
+
+@dataclass(frozen=True)
+class CrossShear:
+    """Oil whose thickener gives way as it is sheared: what that adds has a plateau."""
+
+    law: ClassVar[Law] = Law(
+        "cross-shear",
+        "fb |v|/(|v| + vb) sign(v)",
+        {
+            "plateau_nm": "fb, what it adds at high speed",
+            "plateau_velocity_rad_s": "vb, speed at which half of that is there",
+        },
+        "Cross, J. Colloid Sci. 20 (1965) 417, with m = 1",
+        "one temperature: both numbers change with the oil's warmth",
+    )
+    plateau_nm: float
+    plateau_velocity_rad_s: float
+
+    def __post_init__(self) -> None:
+        """Refuse what has no slope at rest."""
+        require(self.law, self, positive="plateau_velocity_rad_s")
+
+    def torque_nm(self, velocity_rad_s: Floats, direction: Floats | None = None) -> Floats:
+        """Return the torque, shape (n,)."""
+        sign = np.sign(velocity_rad_s) if direction is None else direction
+        speed = np.abs(velocity_rad_s)
+        return np.asarray(self.plateau_nm * speed / (speed + self.plateau_velocity_rad_s) * sign)
+
+
+@dataclass(frozen=True)
 class PositionDependent:
     """A friction level that is modulated along the position; its sign follows velocity."""
 

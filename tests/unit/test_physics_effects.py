@@ -50,6 +50,16 @@ BY_HAND: list[tuple[str, dict[str, Any], Any]] = [
         -0.2 * SIGN * (VELOCITY / 50.0) ** 2,
     ),
     (
+        "viscous-nonlinear",
+        {"shear_nm": 0.1, "shear_velocity_rad_s": 5.0},
+        0.1 * np.arcsinh(VELOCITY / 5.0),
+    ),
+    (
+        "viscous-nonlinear",
+        {"plateau_nm": 0.2, "plateau_velocity_rad_s": 5.0},
+        0.2 * VELOCITY / (np.abs(VELOCITY) + 5.0),
+    ),
+    (
         "direction-asymmetry",
         {"coulomb_difference_nm": 0.1, "viscous_difference_nm_s_per_rad": 0.002},
         0.05 + 0.001 * np.abs(VELOCITY),

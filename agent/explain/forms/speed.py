@@ -48,6 +48,25 @@ def _bend_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[st
     return ({**values, "reference_velocity_rad_s": scene.fastest},)
 
 
+def _shear_grid(scene: Scene) -> Sequence[Point]:
+    """Return where a bend by shear begins: from the slowest speed, where it is a level, on."""
+    low = max(2.0 * scene.slowest, 0.02 * scene.fastest)
+    return tuple((v,) for v in log_grid(low, 0.6 * scene.fastest, 5))
+
+
+def _shear_limits(scene: Scene) -> Sequence[tuple[float, float]]:
+    """Return bends that are told from a level below, and from a viscous line above."""
+    return ((scene.slowest, scene.fastest),)
+
+
+def _eyring(scene: Scene, point: Point) -> Floats:
+    return stack(scene.direction * np.arcsinh(scene.speed / point[0]))
+
+
+def _cross(scene: Scene, point: Point) -> Floats:
+    return stack(scene.direction * scene.speed / (scene.speed + point[0]))
+
+
 def _offset(scene: Scene, point: Point) -> Floats:
     del point
     return stack(np.ones_like(scene.direction))
@@ -116,6 +135,26 @@ FORMS: tuple[Form, ...] = (
         _bend_grid,
         limits=_bend_limits,
         to_twin=_bend_twin,
+    ),
+    Form(
+        "viscous-nonlinear",
+        "shear thinning without a plateau",
+        ("shear_nm",),
+        _eyring,
+        ("shear_velocity_rad_s",),
+        _shear_grid,
+        (1,),
+        limits=_shear_limits,
+    ),
+    Form(
+        "viscous-nonlinear",
+        "shear thinning with a plateau",
+        ("plateau_nm",),
+        _cross,
+        ("plateau_velocity_rad_s",),
+        _shear_grid,
+        (1,),
+        limits=_shear_limits,
     ),
     Form("torque-offset", "constant", ("torque_offset_nm",), _offset),
     Form("direction-asymmetry", "Coulomb", ("coulomb_difference_nm",), _asymmetric_coulomb),

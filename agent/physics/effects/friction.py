@@ -19,7 +19,9 @@ from agent.physics.effects.motion import Base, Motion
 from agent.physics.friction import STRIBECK
 from agent.physics.friction_extended import ExtendedFriction
 from agent.physics.friction_static import (
+    CrossShear,
     DirectionDependent,
+    EyringShear,
     LoadDependent,
     NonlinearViscous,
     TemperatureCoulomb,
@@ -61,6 +63,16 @@ def _stribeck(p: Numbers, motion: Motion, base: Base) -> Floats:
 def _viscous_nonlinear(p: Numbers, motion: Motion, base: Base) -> Floats:
     del base
     return NonlinearViscous(**p).torque_nm(motion.velocity_rad_s, motion.direction)
+
+
+def _eyring(p: Numbers, motion: Motion, base: Base) -> Floats:
+    del base
+    return EyringShear(**p).torque_nm(motion.velocity_rad_s, motion.direction)
+
+
+def _cross(p: Numbers, motion: Motion, base: Base) -> Floats:
+    del base
+    return CrossShear(**p).torque_nm(motion.velocity_rad_s, motion.direction)
 
 
 def _asymmetry(p: Numbers, motion: Motion, base: Base) -> Floats:
@@ -192,6 +204,18 @@ CARDS = (
                     "exponent": positive(),
                 },
                 _viscous_nonlinear,
+            ),
+            Form(
+                "shear thinning without a plateau",
+                EyringShear.law,
+                {"shear_nm": amplitude(), "shear_velocity_rad_s": positive()},
+                _eyring,
+            ),
+            Form(
+                "shear thinning with a plateau",
+                CrossShear.law,
+                {"plateau_nm": amplitude(), "plateau_velocity_rad_s": positive()},
+                _cross,
             ),
         ),
         ("velocity_rad_s",),
