@@ -176,7 +176,8 @@ def test_the_plan_and_the_units_are_shown_and_nothing_is_installed(cell: Path) -
     night_path(cell).write_text(night_text(axis={"days": ["mon", "sun"], "window": "22:15-04:00"}))
     planned = json.loads(run(app, ["night", "plan", str(cell), "--json"]).stdout)
     assert {p["axis"] for p in planned} == {1}
-    assert 2 <= len(planned) <= 3
+    # Eight days hold two weekdays two or three times; beside a window that is open now, four times.
+    assert 2 <= len(planned) <= 4
     target = cell.parent / "units"
     target.mkdir()
     shown = run(app, ["night", "install", str(cell), "--show", "--folder", str(target)])
