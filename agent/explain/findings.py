@@ -115,6 +115,11 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
     sentence = sentences.finding_sentence(
         form.effect, where, _reach(study, form.effect, added, where), share, parameters, first=first
     )
+    clipped = saturation_evidence(scene.table) if form.effect == "torque-saturation" else None
+    if clipped is not None and clipped.reading:
+        sentence = sentences.reading_sentence(
+            clipped.limit_nm, clipped.tops, clipped.missing_nm, share
+        )
     return Finding(
         effect=form.effect,
         rank=0,
@@ -236,8 +241,12 @@ def _saturation_findings(study: Study) -> list[Finding]:
             probability=1.0,
             energy_share=0.0,
             where=(),
-            sentence=sentences.saturation_sentence(
-                evidence.limit_nm, evidence.tops, evidence.shortfall_rad_s
+            sentence=(
+                sentences.reading_sentence(evidence.limit_nm, evidence.tops, evidence.missing_nm)
+                if evidence.reading
+                else sentences.saturation_sentence(
+                    evidence.limit_nm, evidence.tops, evidence.shortfall_rad_s
+                )
             ),
             parameters={"limit_nm": Parameter(evidence.limit_nm, evidence.limit_ci95_nm)},
             holdout_rmse_without_nm=float(

@@ -34,7 +34,7 @@ EFFECTS: Mapping[str, str] = MappingProxyType(
         "kinematic-error": "transmission error of the gear",
         "torque-constant-error": "wrong torque constant",
         "torque-offset": "constant torque offset",
-        "torque-saturation": "torque limit of the drive (saturation)",
+        "torque-saturation": "torque that is clipped (saturation)",
         "measurement-delay": "delay between the measured channels",
         "resolver-error": "periodic error of the position sensor",
         "inertia-error": "wrong inertia",

@@ -191,8 +191,22 @@ def _change(name: str, given: float, found: float, unit: str) -> str:
 
 def saturation_sentence(limit_nm: float, tops: int, shortfall_rad_s: float) -> str:
     """Return the sentence of a torque limit: how often it is reached, and what the motion lacks."""
-    often = "Once" if tops == 1 else f"{tops} times"
     return (
-        f"{often} the torque stays at {torque(limit_nm)} while the velocity falls short of "
+        f"{_often(tops)} the torque stays at {torque(limit_nm)} while the velocity falls short of "
         f"its command by {short(shortfall_rad_s)} rad/s: the drive clips its torque there."
     )
+
+
+def reading_sentence(limit_nm: float, tops: int, missing_nm: float, share: float = 0.0) -> str:
+    """Return the sentence of a reading that ends before the torque does, and what it explains."""
+    worth = f" This explains {percent(share)} of the mismatch." if share > 0.0 else ""
+    return (
+        f"{_often(tops)} the torque is reported as {torque(limit_nm)} where the drive asks for up "
+        f"to {torque(missing_nm)} more, and the joint moves as if it had that: the reading is "
+        f"clipped, at its range, and the drive is at no limit.{worth}"
+    )
+
+
+def _often(times: int) -> str:
+    """Return how often, as a sentence begins."""
+    return "Once" if times == 1 else f"{times} times"

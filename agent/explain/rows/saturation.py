@@ -1,9 +1,13 @@
-"""Torque that a drive clips, found in the signals themselves.
+"""Torque that is clipped, found in the signals themselves.
 
 A twin that is driven by the measured motion sees nothing missing where a drive is at its limit: the
 motion simply is slower than it was asked to be. What gives it away is torque that stays at one
 greatest value while the velocity falls further and further short of its command. Elsewhere the
-drive answers such a growing error with torque; how much torque is learnt from these recordings.
+drive answers such a growing error with torque; how much torque is learnt from these recordings
+(`drive_answer`). At the top of a wave the drive gets what it asks for.
+
+Where only the reading ends, at the range of a sensor or of a converter, the joint gets all of the
+torque that is asked for, and its motion shows that.
 """
 
 from __future__ import annotations
@@ -15,24 +19,32 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.explain.rows.drive_answer import (
+    SMOOTHED_S,
+    DriveAnswer,
+    boxed,
+    drive_answer,
+    has_command,
+    velocity_error,
+)
+from agent.explain.rows.pieces import thinned
 from agent.explain.rows.table import Table
 from agent.identify.result import Floats
 
-_SMOOTHED_S = 0.01
 _TOP = 0.9995  # quantile of the torque that the limit is looked for at
-_WITHIN = 3.0  # standard deviations of the torque's noise
+_WITHIN = 3.0  # standard deviations of the averaged torque's noise
 _SHIFTS = 20
-_BENT = 0.5  # of the half width that is looked at: the middle of a wave's top bends by 0.72 of it
-_MOSTLY = 0.6  # of the time at the top must be flat
-_SHORTEST_S = 0.03
+_SHORTEST_S = 0.04
+_WINDOWS_S = (0.04, 0.3)  # over which a drive's answer is learnt: as long as the tops
 _FEWEST_TOPS = 2
 _LONG_S, _BY_FAR = 0.2, 2.0  # one top is enough that lasts so long, and lacks so much more
 _PARTS = 4  # in which one top is compared with itself
 _LEAST_SHARE = 0.001
 _AFTER_S = 0.3  # in which the velocity catches up
-_ANSWER_S = 0.02  # in which a drive's loop answers an error
-_CLEAR = 0.9  # quantile: changes of the error that are larger than noise
-_UNANSWERED = 4.0  # times what is taken for flat: so much torque is missing
+_UNANSWERED = 4.0  # times the answer's own error, or the noise: so much torque is missing
+_AT_LIMIT = 1.0  # of the same: from there on the torque is surely at its limit
+_HELD_SPEED = 0.02  # of itself: a speed that changes less is a limited one
+_FOLLOWED = 0.5  # of what is missing in the reading: then the joint had it
 _GAUSS = 0.6745  # median absolute deviation over standard deviation
 
 
@@ -48,13 +60,15 @@ class SaturationEvidence:
         From how the flat tops differ, or the parts of a single one, and from the steps in which
         torque is reported.
     tops : int
-        How many flat tops there are at which the velocity falls short.
+        How many flat tops there are at which torque is missing.
     share : float
         Of all samples, those at the limit.
     shortfall_rad_s : float
         By how much the velocity falls further behind its command during a flat top, median.
     missing_nm : float
-        With how much torque the drive answers such a shortfall elsewhere, at least; median.
+        How much more torque the drive asks for there than is reported, median of the tops' most.
+    reading : bool
+        Whether only what is reported ends there: the joint moves as with all that was asked for.
     """
 
     limit_nm: float
@@ -63,13 +77,13 @@ class SaturationEvidence:
     share: float
     shortfall_rad_s: float
     missing_nm: float
+    reading: bool = False
 
 
 @dataclass(frozen=True)
 class _Tops:
     """Flat tops among the full-rate samples, and the half width that was taken for flat."""
 
-    limit_nm: float
     near_nm: float
     spans: tuple[tuple[int, int], ...]
     flat: NDArray[np.bool_]
@@ -78,58 +92,62 @@ class _Tops:
 def saturation_evidence(table: Table) -> SaturationEvidence | None:
     """Return what tells of a torque limit, or nothing.
 
-    Nothing means that no torque stays at a greatest value, that the velocity keeps up there, or
-    that no command was recorded: steady acceleration has flat torque, too, and only the command
-    tells them apart (`has_command`).
+    Nothing means that no torque stays at a greatest value, that the drive asks for no more there,
+    that it is the speed that is limited, or that no command was recorded: steady acceleration has
+    flat torque, too, and only the command tells them apart (`has_command`).
 
     Parameters
     ----------
     table : Table
     """
-    tops = _flat_tops(table)
-    if tops is None or not has_command(table):
+    tops = _flat_tops(table) if has_command(table) else None
+    if tops is None:
         return None
-    error = _boxed(table, _wanted(table) - table.full["velocity_rad_s"])
-    answer = _answer(table, error, tops)
-    behind = error * np.sign(table.full["torque_nm"])
-    grown = np.array([float(np.nanmax(behind[a:b]) - behind[a]) for a, b in tops.spans])
-    clear = answer * grown > _UNANSWERED * tops.near_nm
-    kept = [span for span, short in zip(tops.spans, clear, strict=True) if short]
-    if len(kept) < _FEWEST_TOPS:
-        missing = answer * grown > _BY_FAR * _UNANSWERED * tops.near_nm
-        if not any(missing & (_seconds(table, tops.spans) >= _LONG_S)):
-            return None
+    long_s = float(np.clip(np.median(_seconds(table, tops.spans)), *_WINDOWS_S))
+    answer = drive_answer(table, ~_followed(table, tops.flat), long_s)
+    if answer is None:
+        return None
     torque = np.abs(table.full["torque_nm"])
-    parts = [np.array_split(torque[_middle(span)], 1 if kept[1:] else _PARTS) for span in kept]
-    levels = np.array([float(np.mean(part)) for several in parts for part in several])
+    missing = [_missing_nm(table, span, answer) for span in tops.spans]
+    # What the answer's law misses grows with the time that it is asked for.
+    unit = max(answer.error_nm, tops.near_nm)
+    units = unit * np.maximum(_seconds(table, tops.spans) / answer.window_s, 1.0)
+    most = np.array([float(np.nanmax(m)) for m in missing])
+    moving = np.array([not _holds_speed(table, span) for span in tops.spans])
+    clear = moving & (most > _UNANSWERED * units)
+    alone = (most > _BY_FAR * _UNANSWERED * units) & (_seconds(table, tops.spans) >= _LONG_S)
+    if np.count_nonzero(clear) < _FEWEST_TOPS and not np.any(clear & alone):
+        return None
+    kept = np.flatnonzero(clear)
+    held = [_at_limit(table, tops.spans[k], missing[k], _AT_LIMIT * units[k]) for k in kept]
+    parts = [np.array_split(torque[at], 1 if kept.shape[0] > 1 else _PARTS) for at in held]
+    levels = np.array([float(np.mean(part)) for several in parts for part in several if part.size])
     middle = float(np.mean(levels))
-    step = _step_nm(torque)
-    spread = 1.96 * math.sqrt(float(np.var(levels, ddof=1)) / levels.shape[0] + step**2 / 12.0)
+    spread = 1.96 * math.sqrt(_variance_nm2(table, held, levels) + _step_nm(torque) ** 2 / 12.0)
+    lacking = np.zeros_like(torque)
+    for k in kept:
+        lacking[slice(*tops.spans[k])] = np.nan_to_num(np.maximum(missing[k], 0.0))
+    grown = [_shortfall(table, tops.spans[k]) for k in kept]
     return SaturationEvidence(
         limit_nm=middle,
         limit_ci95_nm=(middle - spread, middle + spread),
-        tops=len(kept),
-        share=float(np.mean(tops.flat)),
-        shortfall_rad_s=float(np.median(grown[clear])),
-        missing_nm=answer * float(np.median(grown[clear])),
+        tops=kept.shape[0],
+        share=float(np.mean(lacking > 0.0)),
+        shortfall_rad_s=float(np.median(grown)),
+        missing_nm=float(np.median(most[kept])),
+        reading=_moves_as_asked(table, tops, lacking),
     )
 
 
-def has_command(table: Table) -> bool:
-    """Return whether it was recorded what the motion was asked to be."""
-    return any(table.has(name) for name in ("velocity_command_rad_s", "position_command_rad"))
-
-
 def _flat_tops(table: Table) -> _Tops | None:
-    """Return stretches of the greatest torque, if they are flatter than the tops of waves."""
+    """Return stretches in which the averaged torque stays at its greatest value, if any."""
     torque = table.full["torque_nm"]
-    smooth = np.abs(_boxed(table, torque))
-    noise = max(_noise_nm(torque[piece.full]) for piece in table.pieces)
+    smooth = np.abs(boxed(table, torque))
     finite = smooth[np.isfinite(smooth)]
     if finite.size < 2 or float(finite.max()) <= 0.0:
         return None
     top = float(np.quantile(finite, _TOP))
-    near = max(_WITHIN * noise, _step_nm(np.abs(torque)), 1e-3 * top)
+    near = max(_WITHIN * _noise_nm(table), _step_nm(np.abs(torque)), 1e-3 * top)
     limit = top
     for _ in range(_SHIFTS):
         # The noise's own peaks are above the limit: it lies where the samples are densest.
@@ -137,17 +155,74 @@ def _flat_tops(table: Table) -> _Tops | None:
         if not close.size:
             return None
         limit = float(np.median(close))
-    flat = np.abs(smooth - limit) <= near
-    lasting = _lasting(table, flat)
-    spans = [span for span in lasting if _bend_nm(torque, span) <= _BENT * near]
-    held = np.zeros(flat.shape[0], dtype=np.bool_)
+    spans = _lasting(table, np.abs(smooth - limit) <= near)
+    flat = np.zeros(smooth.shape[0], dtype=np.bool_)
     for a, b in spans:
-        held[a:b] = True
-    if sum(b - a for a, b in spans) < _MOSTLY * sum(b - a for a, b in lasting):
+        flat[a:b] = True
+    if not spans or float(np.mean(flat)) < _LEAST_SHARE:
         return None
-    if not spans or float(np.mean(held)) < _LEAST_SHARE:
-        return None
-    return _Tops(limit, near, tuple(spans), held)
+    return _Tops(near, tuple(spans), flat)
+
+
+def _missing_nm(table: Table, span: tuple[int, int], answer: DriveAnswer) -> Floats:
+    """Return how much more a drive asks for than at a top's beginning, its way, N m, shape (m,)."""
+    at = slice(*span)
+    sign = float(np.sign(np.median(table.full["torque_nm"][at])))
+    asked = sign * (answer.asked_nm[at] - answer.asked_nm[span[0]])
+    return np.where(np.isfinite(asked), asked, -math.inf)
+
+
+def _at_limit(
+    table: Table, span: tuple[int, int], missing_nm: Floats, clear_nm: float
+) -> NDArray[np.int64]:
+    """Return the samples of a top at which the drive asks for clearly more than it gives."""
+    margin = round(SMOOTHED_S / _period_s(table, span))  # of the average that the top was found by
+    at = np.arange(*span)
+    sure = at[(missing_nm > clear_nm) & (at < span[1] - margin)]
+    return sure if sure.size else at
+
+
+def _holds_speed(table: Table, span: tuple[int, int]) -> bool:
+    """Return whether it is the speed that stays where it is: a limited speed falls short, too."""
+    speed = np.abs(table.full["velocity_rad_s"][slice(*span)])
+    third = max(1, speed.shape[0] // 3)
+    begin, end = float(np.mean(speed[:third])), float(np.mean(speed[-third:]))
+    return abs(end - begin) < _HELD_SPEED * max(begin, end)
+
+
+def _shortfall(table: Table, span: tuple[int, int]) -> float:
+    """Return by how much the velocity falls further behind during a top, rad/s."""
+    at = slice(*span)
+    behind = velocity_error(table)[at] * np.sign(np.median(table.full["torque_nm"][at]))
+    return float(np.nanmax(behind) - behind[0])
+
+
+def _variance_nm2(table: Table, held: Sequence[NDArray[np.int64]], levels: Floats) -> float:
+    """Return how far one top's level may be off: as levels differ, and as noise moves each."""
+    averages = [max(float(np.ptp(table.full["time_s"][at])) / SMOOTHED_S, 1.0) for at in held]
+    noise = _noise_nm(table) ** 2 * float(np.mean(1.0 / np.array(averages)))
+    return noise + (float(np.var(levels, ddof=1)) if levels.shape[0] > 1 else 0.0)
+
+
+def _moves_as_asked(table: Table, tops: _Tops, lacking_nm: Floats) -> bool:
+    """Return whether the joint moves as if it had what the reading lacks.
+
+    The twin's numbers are fitted away from the tops. At them its torque is the reading's where a
+    drive is at its limit; where the reading is, it is what the drive asks for.
+    """
+    inside = table.band(tops.flat.astype(np.float64))
+    rows = table.used & np.isfinite(table.target_nm)
+    outside = rows & (np.abs(inside) < 0.02)
+    base = table.base[:, table.carried]
+    if np.count_nonzero(outside) < 10 * base.shape[1]:
+        return False
+    numbers = np.linalg.lstsq(base[outside], table.target_nm[outside], rcond=None)[0]
+    way = np.sign(thinned(boxed(table, table.full["torque_nm"]), table.pieces))
+    more = way * (base @ numbers - table.target_nm)
+    lacks = table.band(lacking_nm)
+    at = rows & (inside > 0.5)
+    size = float(lacks[at] @ lacks[at])
+    return size > 0.0 and float(more[at] @ lacks[at]) > _FOLLOWED * size
 
 
 def _seconds(table: Table, spans: Sequence[tuple[int, int]]) -> Floats:
@@ -156,27 +231,27 @@ def _seconds(table: Table, spans: Sequence[tuple[int, int]]) -> Floats:
     return np.array([float(time[b - 1] - time[a]) for a, b in spans])
 
 
-def _bend_nm(torque: Floats, span: tuple[int, int]) -> float:
-    """Return by how much a parabola through the middle of a stretch rises and falls, N m.
+def _period_s(table: Table, span: tuple[int, int]) -> float:
+    """Return the sampling period where a stretch is."""
+    return next(p.period_s for p in table.pieces if p.full.start <= span[0] < p.full.stop)
 
-    At its ends torque still comes to the limit, or leaves it: a limited top is bent there, too.
+
+def _noise_nm(table: Table) -> float:
+    """Return the standard deviation of the averaged torque, robust to what the torque does.
+
+    By third differences of averages that have no sample in common; of the noisiest piece.
     """
-    middle = torque[_middle(span)]
-    away = np.linspace(-1.0, 1.0, middle.shape[0])
-    return float(np.ptp(np.polyval(np.polyfit(away, middle, 2), away)))
-
-
-def _middle(span: tuple[int, int]) -> slice:
-    """Return a stretch without a fifth of it at either end; three samples at least."""
-    margin = (span[1] - span[0]) // 5
-    return slice(span[0] + margin, span[1] - margin)
-
-
-def _noise_nm(torque: Floats) -> float:
-    """Return the standard deviation from sample to sample, robust to what the torque does."""
-    rough = np.diff(torque, n=3)
-    rough = rough[np.isfinite(rough)]
-    return float(np.median(np.abs(rough))) / (_GAUSS * math.sqrt(20.0)) if rough.size else 0.0
+    smooth, found = boxed(table, table.full["torque_nm"]), [0.0]
+    for piece in table.pieces:
+        step = max(1, round(SMOOTHED_S / piece.period_s))
+        values = smooth[piece.full]
+        if values.shape[0] <= 4 * step:
+            continue
+        rough = values[3 * step :] - 3.0 * values[2 * step : -step]
+        rough = rough + 3.0 * values[step : -2 * step] - values[: -3 * step]
+        rough = rough[np.isfinite(rough)]
+        found.append(float(np.median(np.abs(rough))) / (_GAUSS * math.sqrt(20.0)))
+    return max(found)
 
 
 def _step_nm(torque: Floats) -> float:
@@ -199,50 +274,6 @@ def _lasting(table: Table, flat: NDArray[np.bool_]) -> list[tuple[int, int]]:
             if end - begin >= least:
                 out.append((piece.full.start + int(begin), piece.full.start + int(end)))
     return out
-
-
-def _wanted(table: Table) -> Floats:
-    """Return the velocity as commanded, rad/s, shape (N,)."""
-    full = table.full
-    if table.has("velocity_command_rad_s"):
-        return full["velocity_command_rad_s"]
-    wanted = np.empty_like(full["torque_nm"])
-    for piece in table.pieces:
-        wanted[piece.full] = np.gradient(full["position_command_rad"][piece.full], piece.period_s)
-    return wanted
-
-
-def _boxed(table: Table, values: Floats) -> Floats:
-    """Return the moving average over a hundredth of a second, shape (N,)."""
-    out = np.empty_like(values)
-    for piece in table.pieces:
-        width = min(max(1, round(_SMOOTHED_S / piece.period_s)), piece.full.stop - piece.full.start)
-        out[piece.full] = np.convolve(values[piece.full], np.full(width, 1.0 / width), mode="same")
-    return out
-
-
-def _answer(table: Table, error: Floats, tops: _Tops) -> float:
-    """Return by how much torque the drive answers a change of the velocity's error, N m s/rad.
-
-    Away from the flat tops; where it does not answer at all, nothing can be missing: 0.
-    """
-    torque = _boxed(table, table.full["torque_nm"])
-    apart = ~_followed(table, tops.flat)
-    errors, torques = [], []
-    for piece in table.pieces:
-        step = max(1, round(_ANSWER_S / piece.period_s))
-        at = np.arange(piece.full.start, piece.full.stop - step)
-        at = at[apart[at] & apart[at + step]]
-        errors.append(error[at + step] - error[at])
-        torques.append(torque[at + step] - torque[at])
-    moved, answered = np.concatenate(errors), np.concatenate(torques)
-    good = np.isfinite(moved) & np.isfinite(answered)
-    moved, answered = moved[good], answered[good]
-    if not moved.size:
-        return 0.0
-    clear = np.abs(moved) > np.quantile(np.abs(moved), _CLEAR)
-    size = float(np.abs(moved[clear]).sum())
-    return max(float(np.sum(np.sign(moved[clear]) * answered[clear])) / size, 0.0) if size else 0.0
 
 
 def _followed(table: Table, flat: NDArray[np.bool_]) -> NDArray[np.bool_]:
