@@ -24,6 +24,7 @@ from agent.explain.answer.result import (
 )
 from agent.explain.answer.sentences import only_heard
 from agent.explain.choosing.aliases import aliases
+from agent.explain.choosing.by_use import clock_or_use
 from agent.explain.choosing.heard import BACKLASH
 from agent.explain.choosing.materiality import CLOSE
 from agent.explain.experiment.proposal import next_experiments
@@ -245,6 +246,9 @@ def _bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
             "the simulation questioned is the recordings' own torque_simulated_nm; twin.toml holds "
             "what was found beside the numbers of the twin that was given"
         )
+    by_use = clock_or_use(found.library, found.choice)
+    if by_use:
+        out.append(by_use)
     if not found.choice.terms and not found.numbers and _bent(found):
         out.append(
             "the simulation as given is clearly above the noise: its own numbers, refitted, come "

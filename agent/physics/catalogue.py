@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from types import MappingProxyType
 
 from agent.physics import friction, phenomena
@@ -182,6 +183,8 @@ def _form(form: Form) -> str:
 
 
 def _allowed(parameter: Parameter) -> str:
+    if parameter.several:
+        return f"a list, each {_allowed(replace(parameter, several=False))}"
     if parameter.instant:
         return "date and time with its zone"
     if math.isfinite(parameter.lower):

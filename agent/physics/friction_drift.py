@@ -1,4 +1,4 @@
-"""Friction that changes with running time or use, not with temperature: drift and running-in."""
+"""Friction that changes with the clock or with use, not with temperature: drift and running-in."""
 
 from __future__ import annotations
 
@@ -12,19 +12,20 @@ from agent.physics.law import Law, require
 
 Floats = NDArray[np.float64]
 
+_SLACK_S = 1.0  # a label's rounding: two recordings of one axis do not begin within it
 _SOURCE = "first-order description, no law of wear: LiTH-ISY-R-3058 scales wear, but has no rates"
 
 
 @dataclass(frozen=True)
 class LinearDrift:
-    """Levels that rise or fall evenly with hours, or with runs."""
+    """Levels that rise or fall evenly with hours, runs, operating hours or turns."""
 
     law: ClassVar[Law] = Law(
         "linear-drift",
         "(dc sign(v) + dv v)(t - t0)",
         {
-            "coulomb_nm_per_step": "dc, change of the Coulomb level per hour or run",
-            "viscous_nm_s_per_rad_per_step": "dv, change of the viscous slope per hour or run",
+            "coulomb_nm_per_step": "dc, change of the Coulomb level per hour, run or unit of use",
+            "viscous_nm_s_per_rad_per_step": "dv, that of the viscous slope",
         },
         _SOURCE,
         "a straight line has no end: believed only about as far beyond the data as they reach",
@@ -43,7 +44,7 @@ class LinearDrift:
         ----------
         velocity_rad_s, direction : ndarray, shape (n,)
         since : ndarray, broadcast to (n,)
-            Hours or runs since the reference; below zero before it.
+            Hours, runs or use since the reference; below zero before it.
         """
         slope = self.viscous_nm_s_per_rad_per_step * velocity_rad_s
         return np.asarray((self.coulomb_nm_per_step * direction + slope) * since)
@@ -59,7 +60,7 @@ class RunIn:
         {
             "coulomb_change_nm": "dc, change of the Coulomb level in the end",
             "viscous_change_nm_s_per_rad": "dv, change of the viscous slope in the end",
-            "settling_h": "th, hours after which 1/e of the change is still to come",
+            "settling_h": "th, hours, or use, after which 1/e of the change is still to come",
         },
         _SOURCE,
         "one change that settles; nothing is said of the time before its reference",
@@ -75,6 +76,8 @@ class RunIn:
     def torque_nm(self, velocity_rad_s: Floats, direction: Floats, since_h: Floats) -> Floats:
         """Return what has been added since the reference, shape (n,).
 
+        `since_h` is in the unit of `settling_h`: hours, or use.
+
         Raises
         ------
         ValueError
@@ -85,3 +88,43 @@ class RunIn:
         slope = self.viscous_change_nm_s_per_rad * velocity_rad_s
         done = -np.expm1(-np.asarray(since_h) / self.settling_h)
         return np.asarray((self.coulomb_change_nm * direction + slope) * done)
+
+
+@dataclass(frozen=True)
+class Odometer:
+    """How much a joint had been used when recordings began, as far as it was recorded.
+
+    A drive's hour meter runs while its power stage is on, and wear of a bearing goes by its turns
+    (Archard, J. Appl. Phys. 24 (1953) 981: worn volume in proportion to the path that is slid).
+    What the joint did while nobody recorded is not in it.
+
+    Parameters
+    ----------
+    recorded_from_unix_s : tuple of float
+        When recordings began, in their order, and when the last of them ended.
+    reading : tuple of float
+        What the odometer showed at these instants; from 0, in any unit of use.
+    """
+
+    recorded_from_unix_s: tuple[float, ...]
+    reading: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        """Refuse an odometer that runs backwards, or has not one reading for every instant."""
+        if len(self.recorded_from_unix_s) != len(self.reading) or not self.reading:
+            raise ValueError(
+                f"odometer: expected a reading for each of {len(self.recorded_from_unix_s)} "
+                f"instants in recorded_from, got {len(self.reading)}"
+            )
+        if np.any(np.diff(self.recorded_from_unix_s) < 0.0) or np.any(np.diff(self.reading) < 0.0):
+            raise ValueError("odometer: expected instants and readings that do not fall")
+
+    def at(self, started_unix_s: float) -> float:
+        """Return the reading when a recording begins.
+
+        One that lies between others begins with what the next of them began with. Beyond the last
+        nothing is known to have been added, before the first nothing to have been missing.
+        """
+        instants = np.asarray(self.recorded_from_unix_s)
+        index = int(np.searchsorted(instants, started_unix_s - _SLACK_S))
+        return self.reading[min(index, len(self.reading) - 1)]

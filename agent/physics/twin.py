@@ -109,6 +109,7 @@ class Twin:
         motor_temperature_degc: Floats | None = None,
         started_at_unix_s: float | None = None,
         run: float | None = None,
+        turned_rad: Floats | None = None,
     ) -> Floats:
         """Return the torque in N m, shape (n,), that the drive reports for a measured motion.
 
@@ -128,6 +129,7 @@ class Twin:
             motor_temperature_degc,
             started_at_unix_s,
             run,
+            turned_rad=turned_rad,
         )
         return self.predict(motion)
 

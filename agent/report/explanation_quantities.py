@@ -24,6 +24,8 @@ _LABELS: Mapping[str, str] = MappingProxyType(
         "coulomb_difference_nm": "Coulomb friction, forward less backward",
         "coulomb_extra_nm": "Coulomb friction, true less simulated",
         "coulomb_nm_per_h": "Coulomb friction, growth with time",
+        "coulomb_nm_per_1000_turns": "Coulomb friction, growth with the motor's turns",
+        "coulomb_nm_per_operating_h": "Coulomb friction, growth with operation",
         "coulomb_nm_per_k": "Coulomb friction, growth with temperature",
         "coulomb_nm_per_run": "Coulomb friction, growth from run to run",
         "cubic_stiffness_nm_per_rad3": "Stiffness that grows with twist",
@@ -50,10 +52,14 @@ _LABELS: Mapping[str, str] = MappingProxyType(
         "plateau_nm": "Bend, torque that it ends at",
         "plateau_velocity_rad_s": "Speed at which half of that is there",
         "power_nm": "Bend, torque at the reference speed",
+        "reference_1000_turns": "Reference use",
         "reference_degc": "Reference temperature",
+        "reference_operating_h": "Reference use",
         "reference_run": "Reference run",
         "reference_started_at": "Reference time",
         "reference_velocity_rad_s": "Reference speed",
+        "settling_1000_turns": "Turns that leave 1/e of the change",
+        "settling_operating_h": "Time of operation that leaves 1/e of the change",
         "settling_h": "Time that leaves 1/e of the change",
         "shape_exponent": "Shape exponent",
         "shear_nm": "Bend, stress of the oil as torque",
@@ -74,6 +80,8 @@ _LABELS: Mapping[str, str] = MappingProxyType(
         "viscous_change_nm_s_per_rad": "Viscous friction, change in the end",
         "viscous_difference_nm_s_per_rad": "Viscous friction, forward less backward",
         "viscous_extra_nm_s_per_rad": "Viscous friction, true less simulated",
+        "viscous_nm_s_per_rad_per_1000_turns": "Viscous friction, growth with the motor's turns",
+        "viscous_nm_s_per_rad_per_operating_h": "Viscous friction, growth with operation",
         "viscous_nm_s_per_rad_per_h": "Viscous friction, growth with time",
         "viscous_nm_s_per_rad_per_run": "Viscous friction, growth from run to run",
         "viscous_thermal_nm_s_per_rad": "Viscous friction that warmth takes away",
@@ -82,12 +90,21 @@ _LABELS: Mapping[str, str] = MappingProxyType(
 )
 
 # A rate's name ends with what it is taken per.
-_PER: Mapping[str, str] = MappingProxyType({"_per_k": "/K", "_per_h": "/h", "_per_run": " per run"})
+_PER: Mapping[str, str] = MappingProxyType(
+    {
+        "_per_k": "/K",
+        "_per_operating_h": "/h",
+        "_per_h": "/h",
+        "_per_run": " per run",
+        "_per_1000_turns": " per 1000 turns",
+    }
+)
 _WHOLE: Mapping[str, str] = MappingProxyType(
     {
         "_nm_per_arm_rad": "N m/rad",
         "_nm_per_arm_rad3": "N m/rad³",
         "_nm_per_rad3": "N m/rad³",
+        "_1000_turns": "thousand turns",
         "_k": "K",
         "_h": "h",
     }

@@ -37,6 +37,12 @@ def predicted(*effects: Effect) -> Any:
     )
 
 
+SPEED = np.abs(VELOCITY)
+PATH = np.append(0.0, np.cumsum(0.5 * (SPEED[1:] + SPEED[:-1]) * np.diff(TIME)))
+ODOMETER = {
+    "reference_operating_h": 0.0,
+    "recorded_from": ["1970-01-01T00:00:00Z", "1970-01-01T01:00:00Z"],
+}
 GRAVITY = 0.2 * np.sin(ARM) - 0.1 * np.cos(ARM)
 BY_HAND: list[tuple[str, dict[str, Any], Any]] = [
     (
@@ -149,6 +155,27 @@ BY_HAND: list[tuple[str, dict[str, Any], Any]] = [
         (-0.2 * SIGN + 1e-3 * VELOCITY) * (1.0 - np.exp(-(3.0 + TIME / 3600.0) / 5.0)),
     ),
     (
+        "friction-drift",
+        {
+            "coulomb_nm_per_operating_h": 0.5,
+            "viscous_nm_s_per_rad_per_operating_h": 1e-3,
+            "reference_operating_h": 0.1,
+            "recorded_from": [f"1970-01-01T{hour}:00:00Z" for hour in ("00", "03", "05")],
+            "operating_h": [0.0, 0.2, 0.9],
+        },
+        (0.5 * SIGN + 1e-3 * VELOCITY) * (0.2 - 0.1 + TIME / 3600.0),
+    ),
+    (
+        "friction-drift",
+        {
+            "coulomb_change_nm": 0.3,
+            "settling_1000_turns": 2.0,
+            "recorded_from": ["1970-01-01T00:00:00Z", "1970-01-01T01:00:00Z"],
+            "motor_1000_turns": [0.0, 4.0],
+        },
+        0.3 * SIGN * (1.0 - np.exp(-0.5 * (4.0 + PATH / (2000.0 * np.pi)))),
+    ),
+    (
         "torque-ripple",
         {"cos_nm": 0.0, "sin_nm": 0.1, "order_per_motor_rev": 14.0},
         0.1 * np.sin(14.0 * POSITION),
@@ -242,6 +269,10 @@ def test_measurement_effects_act_on_the_sum() -> None:
             {"settling_h": 5.0, "reference_started_at": "2026-01-01T00:00:00Z"},
             "starts after reference_started_at",
         ),
+        ("friction-drift", {**ODOMETER, "operating_h": [0.0]}, "a reading for each of 2 instants"),
+        ("friction-drift", {**ODOMETER, "operating_h": [1.0, 0.5]}, "do not fall"),
+        ("friction-drift", {**ODOMETER, "operating_h": 1.0}, "expected a list"),
+        ("friction-drift", {**ODOMETER, "operating_h": [0.0, "x"]}, r"operating_h\[1\]"),
         ("local-fault", {"height_nm": 1.0, "center_arm_rad": 0.0, "width_arm_rad": 0.0}, "above 0"),
         ("cable-force", {"stiffness_nm_per_arm_rad": -1.0}, "at least 0"),
         ("torque-offset", {}, "torque_offset_nm"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -76,11 +77,13 @@ def typical(form: Form) -> dict[str, Any]:
         "half_gap_rad": 0.05,
         "stribeck_velocity_rad_s_per_k": 0.4,
         "reference_run": 1.0,
+        "settling_1000_turns": 3.0,
     }
-    return {
+    one = {
         name: REFERENCE if parameter.instant else special.get(name, 0.11)
         for name, parameter in form.parameters.items()
     }
+    return {name: [x] if form.parameters[name].several else x for name, x in one.items()}
 
 
 def twin(*effects: Effect) -> Twin:
@@ -128,7 +131,7 @@ def test_every_form_predicts_a_torque_of_its_own(effect: str, form: Form) -> Non
     given_numbers = entries(effect, form)[0].parameters
     chosen, numbers = numbers_of(effect, given_numbers)
     assert chosen is form
-    assert set(numbers) == set(form.parameters)
+    assert {name.partition("[")[0] for name in numbers} == set(form.parameters)
     assert sum(f is not None for f in (form.added_nm, form.corrected, form.reported_nm)) == 1
     carried = entries(effect, form)[1:]
     with_it, without = twin(*entries(effect, form)), twin(*carried)
@@ -172,9 +175,11 @@ def test_every_parameter_has_a_meaning_a_unit_and_bounds_that_hold(effect: str, 
         assert form.meaning(name), name
         if parameter.instant or not math.isfinite(parameter.lower):
             continue
-        beyond = parameter.lower if parameter.above else parameter.lower - 1e-6
-        with pytest.raises(TwinError, match=f"{effect}: {name}: expected a number"):
-            twin(*entries(effect, form, **{name: beyond})).predict(MOTION)
+        beyond: Any = parameter.lower if parameter.above else parameter.lower - 1e-6
+        listed = r"\[0\]" if parameter.several else ""
+        wrong = twin(*entries(effect, form, **{name: [beyond] if parameter.several else beyond}))
+        with pytest.raises(TwinError, match=f"{effect}: {name}{listed}: expected a number"):
+            wrong.predict(MOTION)
 
 
 def test_two_of_one_kind_add_up_and_are_told_apart() -> None:
@@ -204,6 +209,8 @@ def test_numbers_of_two_forms_at_once_are_refused() -> None:
 
 
 def drawn(parameter: Parameter) -> st.SearchStrategy[Any]:
+    if parameter.several:
+        return st.lists(drawn(replace(parameter, several=False)), min_size=1, max_size=3)
     if parameter.instant:
         instants = st.datetimes(
             datetime.datetime(1971, 1, 1),

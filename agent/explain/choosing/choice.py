@@ -27,7 +27,9 @@ _ACCIDENT = 0.01
 _MOST_TERMS = 6
 _OF_ITS_OWN = 0.1  # of the mismatch: so much more makes a newcomer an effect, whatever it copies
 _SHARED_OUT = 0.2  # of what a term had removed: so little is left to it beside a newcomer
-_DECISIVE = 3.0  # of log density: a rival that is further behind is out
+DECISIVE = 3.0
+"""Of log density: a rival that is further behind is out."""
+
 _SAME = 0.1  # of log density: columns that copy each other differ by no more
 _PER_SHARE = 60.0  # of log density: a twentieth of the gain missed is decisive
 _HEARD = 0.5  # of the gain: what resembles a gap explains that much more where there is none
@@ -230,10 +232,10 @@ def _preferred(library: Library, ranked: Sequence[Scored], without: float) -> Sc
         error = float(np.std(loss)) * math.sqrt(loss.shape[0])
         behind = log_density_gap(library, best.blocks, scored.blocks, size)
         missed = float(loss.sum()) / max(without - best.error, 1e-300)
-        special = (behind < _DECISIVE and scored.form.refined_by(best.form)) or (
-            scored.form.effect in best.form.contains and (behind < _DECISIVE or missed < _AS_MUCH)
+        special = (behind < DECISIVE and scored.form.refined_by(best.form)) or (
+            scored.form.effect in best.form.contains and (behind < DECISIVE or missed < _AS_MUCH)
         )
-        if behind < _SAME or special or (float(loss.sum()) <= error and behind < 2.0 * _DECISIVE):
+        if behind < _SAME or special or (float(loss.sum()) <= error and behind < 2.0 * DECISIVE):
             close.append(scored)
     # Of laws as simple, the one whose effect can explain most: by its other forms, too.
     of_effect: dict[str, float] = {}
@@ -300,24 +302,31 @@ def _with_rivals(
     for effect, scored in first_of.items():
         if effect == best.form.effect or best.form.effect in scored.form.contains:
             continue
-        loss = scored.blocks - best.blocks
-        error = float(np.std(loss)) * math.sqrt(loss.shape[0])
-        behind = log_density_gap(library, best.blocks, scored.blocks, size)
-        # The loss in units of its own uncertainty over the blocks, where that says less; and no
-        # law's form is so exact that a rival's missing a few percent of the gain refutes it.
-        sure = 2.0 * float(loss.sum()) / max(error, 1e-300)
-        missed = float(loss.sum()) / max(float(without.sum() - best.blocks.sum()), 1e-300)
-        behind = min(behind, sure, _PER_SHARE * missed)
+        # No law's form is so exact that a rival's missing a few percent of the gain refutes it.
+        lost = float(scored.blocks.sum() - best.blocks.sum())
+        missed = lost / max(float(without.sum() - best.blocks.sum()), 1e-300)
+        behind = min(behind_of(library, best, scored, size), _PER_SHARE * missed)
         entries.append((scored, behind))
     weights = [math.exp(-max(behind, 0.0)) for _, behind in entries]
     total = 1.0 + sum(weights)
     rivals = [
         Rival(scored, behind, weight / total, likeness(library, others, best, scored))
         for (scored, behind), weight in zip(entries, weights, strict=True)
-        if behind < _DECISIVE
+        if behind < DECISIVE
     ]
     rivals.sort(key=lambda r: -r.probability)
     return Term(best, chance, 1.0 / total, tuple(rivals))
+
+
+def behind_of(library: Library, best: Scored, rival: Scored, size: float) -> float:
+    """Return how much log density a rival loses on unseen data, at `size` samples.
+
+    Or the loss in units of its own uncertainty over the blocks, twice, where that says less.
+    """
+    loss = rival.blocks - best.blocks
+    error = float(np.std(loss)) * math.sqrt(loss.shape[0])
+    sure = 2.0 * float(loss.sum()) / max(error, 1e-300)
+    return min(log_density_gap(library, best.blocks, rival.blocks, size), sure)
 
 
 def likeness(library: Library, others: Sequence[Candidate], found: Scored, rival: Scored) -> float:

@@ -14,8 +14,10 @@ from agent.explain.experiment.menu import Part
 from agent.explain.rows.run import Run
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, Table, tabulate
+from agent.explain.rows.use import OPERATING, TURNED, recorded_use
 from agent.identify.result import Floats
 from agent.physics import rigid_body
+from agent.physics.effects.motion import path_rad
 from agent.physics.twin import Twin
 from trajectories import Trajectory
 
@@ -92,7 +94,8 @@ def elsewhere(home: Scene, parts: Sequence[Part]) -> Elsewhere:
     table = tabulate(
         plain_twin(theta, home.table.gear_ratio), runs, cutoff_hz, align_velocity=False
     )
-    table = replace(table, full={**table.full, "elapsed_s": _elapsed(home, table, parts)})
+    clocks = {"elapsed_s": _elapsed(home, table, parts), **_use(home, table)}
+    table = replace(table, full={**table.full, **clocks})
     same = {f.name: getattr(home, f.name) for f in fields(Scene)}
     left = np.zeros(table.used.shape[0])
     return Elsewhere(**{**same, "table": table, "theta": theta, "residual_nm": left, "home": home})
@@ -197,3 +200,26 @@ def _elapsed(home: Scene, table: Table, parts: Sequence[Part]) -> Floats:
     # and the row is not used.
     out[0] = first
     return out
+
+
+def _use(home: Scene, table: Table) -> dict[str, Floats]:
+    """Return the recordings' odometers at full rate, shape (N,): what is driven is added to them.
+
+    NaN where the recordings' own are not known.
+    """
+    use = recorded_use(table.runs, table.pieces, table.full)
+    seconds, path = (
+        np.cumsum([0.0, *(getattr(each, name) for each in use)])
+        for name in ("seconds", "turned_rad")
+    )
+    operating, turned = (
+        np.full(table.full["time_s"].shape[0], float(np.nanmax(home.table.full[name])))
+        if home.has(name)
+        else np.full(table.full["time_s"].shape[0], np.nan)
+        for name in (OPERATING, TURNED)
+    )
+    for piece in table.pieces:
+        time, at = table.full["time_s"][piece.full], piece.full
+        operating[at] += seconds[piece.run] + time
+        turned[at] += path[piece.run] + path_rad(time, table.full["velocity_rad_s"][at])
+    return {OPERATING: operating, TURNED: turned}

@@ -11,7 +11,7 @@ from agent.explain.choosing.aliases import usual_points
 from agent.explain.choosing.search import Library
 from agent.explain.experiment.motion import simulated_run
 from agent.explain.forms.form import Form, Point
-from agent.explain.forms.library import judgeable
+from agent.explain.forms.library import CLOCKS, judgeable
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, tabulate
@@ -53,7 +53,7 @@ def planned_library(
     scene = Scene(table, theta, np.zeros(table.used.shape[0]))
     forms, not_judged = judgeable(table)
     weighing = weigh(table, np.ones(table.used.shape[0]))
-    lasting = [form for form in forms if "elapsed_s" not in form.needs]
+    lasting = [form for form in forms if CLOCKS.isdisjoint(form.needs)]
     library = Library.of(scene, weighing, [_with_usual_points(form) for form in lasting])
     too_short = {form.effect for form in forms} - {form.effect for form in lasting}
     return library, tuple(sorted({*not_judged, *too_short}))

@@ -13,9 +13,11 @@ from agent.explain.forms import place as forms_place
 from agent.explain.forms import reversal as forms_reversal
 from agent.explain.forms import signal as forms_signal
 from agent.explain.forms import speed as forms_speed
+from agent.explain.forms import use as forms_use
 from agent.explain.forms import warmth as forms_warmth
 from agent.explain.forms.form import Form
 from agent.explain.rows.table import Table
+from agent.explain.rows.use import OPERATING, TURNED
 from agent.identify.result import Floats
 from agent.physics.effects.library import CARRIED, card_of
 from agent.physics.twin import Twin
@@ -23,6 +25,7 @@ from agent.physics.twin import Twin
 FORMS: tuple[Form, ...] = (
     *forms_speed.FORMS,
     *forms_warmth.FORMS,
+    *forms_use.FORMS,
     *forms_order.FORMS,
     *forms_place.FORMS,
     *forms_cable.FORMS,
@@ -42,6 +45,9 @@ _AS_SPEED_CHANGES = frozenset({"torque-saturation", "kinematic-error", "resolver
 _OF_SPEED = frozenset({"stribeck", "viscous-nonlinear"})
 _VISCOUS = "viscous"  # in a form's name: it tells viscous from Coulomb friction
 _LEAST_K = 2.0
+CLOCKS = frozenset({"elapsed_s", OPERATING, TURNED})
+"""Columns that go on from one recording to the next."""
+
 _TEMPERATURES = ("gearbox_temperature_degc", "motor_temperature_degc")
 
 
@@ -108,7 +114,7 @@ def _of_motion(table: Table) -> dict[str, str]:
 
 def _missing(table: Table, name: str) -> str:
     """Return why a column is of no use, or nothing."""
-    if name == "elapsed_s":
+    if name in CLOCKS:
         return "" if table.has(name) else "the recordings do not all say when they began"
     called = _COLUMNS.get(name, name)
     if not table.has(name):

@@ -29,6 +29,10 @@ _NUMBER: Mapping[str, Mapping[str, str]] = {
     "friction-drift": {
         "coulomb_nm_per_h": "coulomb_nm",
         "viscous_nm_s_per_rad_per_h": "viscous_nm_s_per_rad",
+        "coulomb_nm_per_operating_h": "coulomb_nm",
+        "viscous_nm_s_per_rad_per_operating_h": "viscous_nm_s_per_rad",
+        "coulomb_nm_per_1000_turns": "coulomb_nm",
+        "viscous_nm_s_per_rad_per_1000_turns": "viscous_nm_s_per_rad",
         "run_in_nm": "coulomb_nm",
     },
     "direction-asymmetry": {

@@ -21,6 +21,7 @@ from agent.explain.rows.lag import lags_of
 from agent.explain.rows.pieces import Piece, banded, known_part, thinned, without_overshoot
 from agent.explain.rows.run import Run
 from agent.explain.rows.strata import EDGE, END_PERIODS, blocks_of, since_s, strata_of, travel_rad
+from agent.explain.rows.use import TURNED, before_each, recorded_use, use_columns
 from agent.identify.result import Floats
 from agent.identify.signals.preprocess import SPEED_CHANGE, Motion, read_motion
 from agent.identify.signals.sampling import Stretch
@@ -54,8 +55,9 @@ class Table:
     cutoff_hz : float
         Of the low-pass that everything passed; a slowly sampled piece has a narrower one.
     full : mapping of str to ndarray, shape (N,)
-        ``time_s, elapsed_s, position_rad, velocity_rad_s, acceleration_rad_s2, direction`` and the
-        optional columns; velocity and acceleration are smooth; NaN where not recorded.
+        ``time_s, elapsed_s, operating_s, turned_rad, position_rad, velocity_rad_s,
+        acceleration_rad_s2, direction`` and the optional columns; velocity and acceleration are
+        smooth; NaN where not recorded.
     rows : mapping of str to ndarray, shape (n,)
         The same at the rows.
     base : ndarray, shape (n, 5)
@@ -277,6 +279,7 @@ def _table(
     aligned: bool,
 ) -> Table:
     """Filter everything alike and take it at the rows."""
+    full |= use_columns(runs, pieces, full)
     base = _base(full, pieces, twin.gear_ratio)
     simulated = all("torque_simulated_nm" in run.columns for run in runs)
     if simulated:
@@ -375,6 +378,8 @@ def _added_nm(
     """Return a twin's torque less its plain one for one motion, shape (N,)."""
     plain = replace(twin, effects=())
     out = np.zeros(full["time_s"].shape[0])
+    use = recorded_use(runs, pieces, full)
+    before = before_each(use)
     for piece in pieces:
         at = piece.full
 
@@ -394,6 +399,8 @@ def _added_nm(
             started if math.isfinite(started) else None,
             float(piece.run),
             full["velocity_raw_rad_s"][at],
+            full[TURNED][at] - (before[piece.run].turned_rad if len(runs) > 1 else 0.0),
+            tuple(each for each in use if each.started_at_unix_s < started),
         )
         out[at] = twin.predict(motion) - plain.predict(motion)
     return out

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.lowpass import lowpass
 from agent.identify.signals.preprocess import direction_of, read_motion, shared_cutoff
+from agent.physics.effects.motion import path_rad
 from agent.physics.twin import Twin
 
 Floats = NDArray[np.float64]
@@ -51,8 +52,11 @@ def simulated_torque_nm(
     motion = read_motion(signals)
     direction_hz = shared_cutoff([motion]).frequency_hz
     torque = np.full(signals.time_s.shape, np.nan)
+    turned_rad = 0.0
     for stretch, velocity in zip(motion.timing.stretches, motion.velocity_rad_s, strict=True):
         period_s, noise_rad_s = stretch.period_s, motion.velocity_noise_rad_s
+        path = turned_rad + path_rad(stretch.time_s, lowpass(velocity, period_s, direction_hz))
+        turned_rad = float(path[-1])
         if velocity.shape[0] * period_s * direction_hz < _SHORTEST_PERIODS:
             continue
         cutoff_hz = _cutoff_hz(velocity, period_s, motion.velocity_derived, direction_hz)
@@ -74,6 +78,7 @@ def simulated_torque_nm(
             gearbox_temperature_degc=column("gearbox_temperature_degc"),
             motor_temperature_degc=column("motor_temperature_degc"),
             started_at_unix_s=started_at_unix_s,
+            turned_rad=stretch.off_grid(signals, path),
         )
         unknown = stretch.off_grid(signals, (~known).astype(np.float64)) > 0.0
         torque[stretch.index] = np.where(unknown, np.nan, predicted)

@@ -15,7 +15,7 @@ from agent.physics.effects.library import (
     numbers_of,
 )
 from agent.physics.effects.look_alikes import LookAlike
-from agent.physics.effects.motion import Base, Boundary, Motion
+from agent.physics.effects.motion import Base, Boundary, Motion, Recorded
 
 __all__ = [
     "CARRIED",
@@ -29,6 +29,7 @@ __all__ = [
     "LookAlike",
     "Motion",
     "Parameter",
+    "Recorded",
     "card_of",
     "numbers_of",
     "unix_s",

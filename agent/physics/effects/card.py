@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -40,6 +40,8 @@ class Parameter:
         Where the form's law does not know the parameter.
     instant : bool
         A date and time instead of a number: ISO 8601 with its zone, or TOML's own.
+    several : bool
+        A list of such; `Form.numbers` gives them as ``name[0]``, ``name[1]`` and so on.
     """
 
     default: float | None = None
@@ -49,6 +51,7 @@ class Parameter:
     linear: bool = False
     meaning: str = ""
     instant: bool = False
+    several: bool = False
 
     def number(self, value: object) -> float:
         """Return a value of the file as a number, or refuse it.
@@ -158,11 +161,22 @@ class Form:
             if name not in given and parameter.default is not None:
                 out[name] = parameter.default
                 continue
-            try:
-                out[name] = parameter.number(given.get(name))
-            except ValueError as error:
-                raise ValueError(f"{name}: {error}") from error
+            for own, value in _entries(name, parameter, given.get(name)):
+                try:
+                    out[own] = parameter.number(value)
+                except ValueError as error:
+                    raise ValueError(f"{own}: {error}") from error
         return out
+
+
+def _entries(name: str, parameter: Parameter, value: object) -> Iterator[tuple[str, object]]:
+    """Yield a parameter's value under its name, or those of a list, numbered."""
+    if not parameter.several:
+        yield name, value
+    elif isinstance(value, (list, tuple)) and value:
+        yield from ((f"{name}[{index}]", entry) for index, entry in enumerate(value))
+    else:
+        raise ValueError(f"{name}: expected a list, got {value!r}")
 
 
 @dataclass(frozen=True)

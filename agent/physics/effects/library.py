@@ -8,6 +8,7 @@ from typing import Any
 
 from agent.physics.effects import (
     carried,
+    drift,
     friction,
     local_friction,
     measurement,
@@ -19,7 +20,7 @@ from agent.physics.effects.card import EffectCard, Form
 LIBRARY: Mapping[str, EffectCard] = MappingProxyType(
     {
         card.id: card
-        for story in (friction, local_friction, periodic, mechanics, carried, measurement)
+        for story in (friction, local_friction, drift, periodic, mechanics, carried, measurement)
         for card in story.CARDS
     }
 )

@@ -1,4 +1,4 @@
-"""Friction effects of place, reversal and age."""
+"""Friction effects of place and reversal."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from agent.physics.effects.card import (
     positive,
 )
 from agent.physics.effects.motion import Base, Motion
-from agent.physics.friction_drift import LinearDrift, RunIn
 from agent.physics.friction_static import PositionDependent, TightSpot
 from agent.physics.presliding import MaxwellSlip, YieldingSpring
 
@@ -55,40 +54,6 @@ def _slipping(p: Numbers, motion: Motion, base: Base) -> Floats:
     return _hysteresis(MaxwellSlip(**p), motion, base)
 
 
-def _since_h(p: Numbers, motion: Motion) -> Floats:
-    """Return hours since the reference instant, shape (n,)."""
-    if motion.started_at_unix_s is None:
-        raise ValueError("needs the instant at which the recording started, and none was given")
-    start = motion.started_at_unix_s - p["reference_started_at"]
-    return (start + motion.need("time_s")) / 3600.0
-
-
-def _drift_by_hours(p: Numbers, motion: Motion, base: Base) -> Floats:
-    del base
-    law = LinearDrift(p["coulomb_nm_per_h"], p["viscous_nm_s_per_rad_per_h"])
-    return law.torque_nm(motion.velocity_rad_s, motion.direction, _since_h(p, motion))
-
-
-def _drift_by_runs(p: Numbers, motion: Motion, base: Base) -> Floats:
-    del base
-    if motion.run is None:
-        raise ValueError("needs the number of the run, and none was given")
-    law = LinearDrift(p["coulomb_nm_per_run"], p["viscous_nm_s_per_rad_per_run"])
-    since = np.asarray(motion.run - p["reference_run"])
-    return law.torque_nm(motion.velocity_rad_s, motion.direction, since)
-
-
-def _run_in(p: Numbers, motion: Motion, base: Base) -> Floats:
-    del base
-    numbers = {name: value for name, value in p.items() if name != "reference_started_at"}
-    law = RunIn(**numbers)
-    return law.torque_nm(motion.velocity_rad_s, motion.direction, _since_h(p, motion))
-
-
-_REFERENCE = Parameter(
-    instant=True, meaning="t0, when the twin's own numbers held: ISO 8601 with its zone"
-)
-
 _PLACE_FORMS = (
     Form(
         "wave along the arm",
@@ -115,40 +80,6 @@ _PLACE_FORMS = (
         TightSpot.law,
         {"height_nm": amplitude(), "center_arm_rad": free(), "width_arm_rad": positive()},
         _tight_spot,
-    ),
-)
-
-_DRIFT_FORMS = (
-    Form(
-        "evenly with hours",
-        LinearDrift.law,
-        {
-            "coulomb_nm_per_h": amplitude(0.0, "dc, per hour"),
-            "viscous_nm_s_per_rad_per_h": amplitude(0.0, "dv, per hour"),
-            "reference_started_at": _REFERENCE,
-        },
-        _drift_by_hours,
-    ),
-    Form(
-        "evenly with runs",
-        LinearDrift.law,
-        {
-            "coulomb_nm_per_run": amplitude(0.0, "dc, per run"),
-            "viscous_nm_s_per_rad_per_run": amplitude(0.0, "dv, per run"),
-            "reference_run": free(meaning="t0, the run in which the twin's own numbers held"),
-        },
-        _drift_by_runs,
-    ),
-    Form(
-        "settling with hours",
-        RunIn.law,
-        {
-            "coulomb_change_nm": amplitude(0.0),
-            "viscous_change_nm_s_per_rad": amplitude(0.0),
-            "settling_h": positive(),
-            "reference_started_at": _REFERENCE,
-        },
-        _run_in,
     ),
 )
 
@@ -186,11 +117,5 @@ CARDS = (
         ),
         ("after_reversal_s", "velocity_rad_s"),
     ),
-    EffectCard(
-        "friction-drift",
-        "Friction changes from run to run, with time or use and not with temperature.",
-        _DRIFT_FORMS,
-        ("recording", "time_s"),
-    ),
 )
-"""Effects of place, reversal and age."""
+"""Effects of place and reversal."""

@@ -15,6 +15,15 @@ Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
+class Recorded:
+    """Another recording of the joint: when it began, how long it lasted, how far the motor went."""
+
+    started_at_unix_s: float
+    seconds: float
+    turned_rad: float
+
+
+@dataclass(frozen=True)
 class Motion:
     """What was measured of one run; None where it was not.
 
@@ -33,6 +42,11 @@ class Motion:
         Which run of a series this is, counted from any of them.
     velocity_raw_rad_s : ndarray, shape (n,), optional
         The velocity before any filter, evenly sampled, where `velocity_rad_s` is smooth.
+    turned_rad : ndarray, shape (n,), optional
+        How far the motor has gone to and fro since the recording began; counted from the motion's
+        first sample where it is not given.
+    recorded_before : tuple of Recorded
+        What was recorded of the joint before this run, as far as it is at hand.
     """
 
     velocity_rad_s: Floats
@@ -45,6 +59,8 @@ class Motion:
     started_at_unix_s: float | None = None
     run: float | None = None
     velocity_raw_rad_s: Floats | None = None
+    turned_rad: Floats | None = None
+    recorded_before: tuple[Recorded, ...] = ()
 
     @property
     def unfiltered(self) -> Motion:
@@ -59,12 +75,29 @@ class Motion:
         period_s = float(time[-1] - time[0]) / (time.shape[0] - 1)
         return replace(self, velocity_rad_s=raw, acceleration_rad_s2=slope(raw, period_s))
 
+    @property
+    def path_rad(self) -> Floats:
+        """Return how far the motor has gone since the recording began, shape (n,)."""
+        if self.turned_rad is not None:
+            return self.turned_rad
+        return path_rad(self.need("time_s"), self.velocity_rad_s)
+
     def need(self, name: str) -> Floats:
         """Return one column, or refuse by name."""
         values = getattr(self, name)
         if values is None:
             raise ValueError(f"needs {name}, and none was given")
         return np.asarray(values, dtype=np.float64)
+
+
+def path_rad(time_s: Floats, velocity_rad_s: Floats) -> Floats:
+    """Return the path from the first sample on, to and fro, shape (n,); what is NaN adds nothing.
+
+    By the velocity: an encoder's steps and noise would add up.
+    """
+    speed = np.nan_to_num(np.abs(velocity_rad_s))
+    steps = 0.5 * (speed[1:] + speed[:-1]) * np.diff(time_s)
+    return np.concatenate(([0.0], np.cumsum(steps)))
 
 
 @dataclass(frozen=True)
