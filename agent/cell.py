@@ -17,6 +17,7 @@ from agent.cell_bus import REPLAY, Bus, Drive
 from agent.cell_devices import ContactRelease, Part, Release, shared_places
 from agent.errors import InputError
 from drivers.described import validated
+from drivers.errors import why_unreadable
 
 __all__ = ["REPLAY", "SCHEMA", "Axis", "Bus", "Cell", "Drive", "parse_cell", "read_cell"]
 
@@ -137,5 +138,8 @@ def read_cell(path: Path) -> Cell:
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"The cell description {path} cannot be read: {error}.") from error
+        raise InputError(
+            f"The cell description {path} cannot be read: {why_unreadable(error)}.",
+            "`stribeck example-cell` prints one to begin with.",
+        ) from error
     return parse_cell(text, source=str(path), folder=path.parent)

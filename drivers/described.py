@@ -14,6 +14,8 @@ from typing import Any, Generic, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from drivers.errors import why_unreadable
+
 Model = TypeVar("Model", bound=BaseModel)
 
 
@@ -121,6 +123,6 @@ class Shelf(Generic[Model]):
             return self.parse(path.read_text(encoding="utf-8"), str(path))
         except (OSError, UnicodeDecodeError) as error:
             raise self.refusal(
-                f"The {self.kind} {path} cannot be read: {error}. Shipped {self._word}s: "
-                f"{', '.join(self.shipped())}."
+                f"The {self.kind} {path} cannot be read: {why_unreadable(error)}. "
+                f"Shipped {self._word}s: {', '.join(self.shipped())}."
             ) from error

@@ -28,6 +28,13 @@ if TYPE_CHECKING:
     from drivers.evidence import SyncAccount
 
 
+def why_unreadable(error: OSError | UnicodeDecodeError) -> str:
+    """Return why a file that somebody named cannot be read, without name, number or codec."""
+    if isinstance(error, UnicodeDecodeError):
+        return "it is not text in UTF-8"
+    return error.strerror or str(error)
+
+
 class DriverError(Exception):
     """Root of all device and bus errors.
 

@@ -39,7 +39,7 @@ def options(
 @app.command(short_help="the whole story on a simulated joint, no hardware")
 def demo(
     out: Annotated[Path, typer.Option(help="Where the files go.")] = Path("stribeck-demo"),
-    seed: Annotated[int, typer.Option(help="Seed of the simulated robot.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the simulated robot.")] = 1,
 ) -> None:
     """Show the whole story on a simulated robot joint on a virtual CAN bus; no hardware."""
     from agent.cli.demo import run_demo

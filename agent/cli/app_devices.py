@@ -27,7 +27,7 @@ def fake(
     ] = "udp_multicast",
     channel: Annotated[str, typer.Option(help="Channel of that interface.")] = "239.74.163.2",
     node: Annotated[int, typer.Option(help="CANopen node id.")] = 1,
-    seed: Annotated[int, typer.Option(help="Seed of its noise.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of its noise.")] = 1,
     bus_option: Annotated[
         list[str] | None,
         typer.Option(metavar="KEY=VALUE", help="Option of the interface; repeatable."),

@@ -23,7 +23,7 @@ def fake_history(
     out: Annotated[Path, typer.Argument(metavar="OUT", help="A new folder.")],
     cycles: Annotated[int, typer.Option(min=1, max=5000, help="How many cycles.")] = 60,
     every_days: Annotated[float, typer.Option(help="Days from cycle to cycle; 1: nightly.")] = 1.0,
-    seed: Annotated[int, typer.Option(help="The same seed gives the same recordings.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same recordings.")] = 1,
     wear_day: Annotated[
         float | None, typer.Option(help="Day on which wear begins; without it, never.")
     ] = None,
@@ -102,7 +102,7 @@ def self_test(
     ] = 10.0,
     within: Annotated[int, typer.Option(min=1, help="Cycles in which it must be caught.")] = 20,
     replays: Annotated[int, typer.Option(min=20, max=2000, help="How many replays.")] = 120,
-    seed: Annotated[int, typer.Option(help="What the replays are drawn by.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="What the replays are drawn by.")] = 1,
     baseline: Annotated[
         int | None, typer.Option(min=3, help="Healthy cycles to learn from, as for `monitor`.")
     ] = None,

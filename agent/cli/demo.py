@@ -15,9 +15,8 @@ from agent.cli.fake_cell import fake_cell_text
 from agent.cli.summary import summary
 from agent.cli.talk import progress_bar, stop_on_signal, talker
 from agent.conclude.outcome import conclude
-from agent.errors import StorageError
 from agent.physics.twin import format_twin
-from agent.record.atomic import publish
+from agent.record.atomic import make_folder, publish
 from agent.record.reading import read
 from agent.wire import CycleRequest, drive_cycle
 from drivers.clock import SteppedClock
@@ -30,10 +29,7 @@ INTERFACE = "virtual"
 
 def run_demo(out: Path, seed: int) -> None:
     """Drive, estimate, report, explain what a simulation of the joint lacks, name the files."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise StorageError(f"The folder {out} cannot be made: {error}.") from error
+    make_folder(out)
     specification = FakeSpecification()
     channel = f"stribeck-demo-{secrets.token_hex(4)}"
     cell = parse_cell(fake_cell_text(specification, interface=INTERFACE, channel=channel), "demo")

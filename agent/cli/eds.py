@@ -12,6 +12,7 @@ from agent.cli.exits import BAD_NEWS
 from agent.cli.talk import talker
 from agent.errors import InputError
 from drivers.cia402.eds import Decided, Eds, decide, read_eds
+from drivers.errors import why_unreadable
 
 SCHEMA = "stribeck.eds/1"
 LARGEST_BYTES = 20_000_000
@@ -32,7 +33,7 @@ def run_eds(path: Path, *, as_json: bool) -> None:
             raise InputError(f"{path} is larger than {LARGEST_BYTES // 1_000_000} MB: no EDS is.")
         data = path.read_bytes()
     except OSError as error:
-        raise InputError(f"The EDS {path} cannot be read: {error}.") from error
+        raise InputError(f"The EDS {path} cannot be read: {why_unreadable(error)}.") from error
     eds = read_eds(data)
     decided = decide(eds)
     if as_json:

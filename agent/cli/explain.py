@@ -13,10 +13,10 @@ from agent.cli.simulate import read_twin
 from agent.cli.talk import talker
 from agent.conclude.comparable import check_recordings
 from agent.conclude.explanation import explained
-from agent.errors import InputError, StorageError
+from agent.errors import InputError
 from agent.explain.answer.result import Explanation
 from agent.physics.twin import Twin, format_twin
-from agent.record.atomic import publish
+from agent.record.atomic import make_folder, publish
 from agent.record.reading import read_all
 from agent.record.recording import Recording
 from trajectories import AxisLimits
@@ -91,10 +91,7 @@ def write_explanation(
     """Write everything into a folder; what was there under these names is replaced."""
     from agent.report.explanation import write_explanation_page
 
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise StorageError(f"{out}: the folder cannot be made: {error}.") from error
+    make_folder(out)
     files = {
         out / "explanation.json": json.dumps(found.to_json(), indent=2).encode(),
         out / "twin.toml": format_twin(found.twin or twin).encode(),

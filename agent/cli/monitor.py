@@ -17,15 +17,16 @@ from agent.cli.monitor_text import monitor_text
 from agent.cli.talk import progress_bar, talker
 from agent.conclude.cycles import Unreadable, cache_folder, cycles_of, nothing_usable
 from agent.conclude.monitor_document import to_json
-from agent.errors import InputError, StorageError
+from agent.errors import InputError
 from agent.monitor.cycle import Joint
 from agent.monitor.detectors import DEFAULT, detector
 from agent.monitor.events import Event, parse_events
 from agent.monitor.history import histories
 from agent.monitor.verdict import Finding, judge
-from agent.record.atomic import publish
+from agent.record.atomic import make_folder, publish
 from agent.record.events_file import read_events
 from agent.record.reading import find
+from drivers.errors import why_unreadable
 
 if TYPE_CHECKING:  # it brings the explain engine, which few alarms are asked of
     from agent.conclude.alarm import AlarmExplanation
@@ -107,6 +108,10 @@ def monitor(request: MonitorRequest) -> Monitored:
     agent.errors.InputError
         As for `run_monitor`.
     """
+    try:
+        judges = detector(request.detector)
+    except ValueError as error:  # known before a year of recordings is estimated
+        raise InputError(f"--detector: {error}.") from error
     paths = find(request.patterns)
     events = events_for(request, paths)
     with progress_bar("estimating") as moved:
@@ -114,7 +119,6 @@ def monitor(request: MonitorRequest) -> Monitored:
     if not cycles:
         raise nothing_usable(unreadable)
     try:
-        judges = detector(request.detector)
         findings = tuple(
             judge(history, judges, request.baseline)
             for history in histories(cycles, events, request.low_rad_s)
@@ -164,8 +168,8 @@ def events_for(request: MonitorRequest, paths: Sequence[Path]) -> tuple[Event, .
 def _read(path: Path) -> tuple[Event, ...]:
     try:
         return parse_events(tomllib.loads(path.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error}).") from error
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: cannot be read ({why_unreadable(error)}).") from error
     except (ValueError, RecursionError) as error:  # a TOML error is a ValueError
         raise InputError(f"{path}: {error}.", "See docs/monitor.md, events.") from error
 
@@ -181,10 +185,7 @@ def _write(found: Monitored, document: str, out: Path) -> Path:
     """Write numbers and page, each whole or not at all."""
     from agent.report.monitor import monitor_html
 
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise StorageError(f"The folder {out} cannot be made: {error}.") from error
+    make_folder(out)
     report = out / "report.html"
     pages = _explanations(found, out)
     page = monitor_html(found.findings, [(u.name, u.reason) for u in found.unreadable], pages)

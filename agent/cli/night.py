@@ -21,7 +21,7 @@ from agent.night.clock import MachineClock, stamp
 from agent.night.description import NightDescription, night_path, read_night
 from agent.night.night import Night
 from agent.night.telling import Sink
-from agent.record.atomic import storage_error
+from agent.record.atomic import make_folder, storage_error
 from agent.record.catalogue import Catalogue
 from agent.record.events_file import Event, read_events
 from agent.record.lock import try_lock
@@ -61,10 +61,7 @@ def asked_for(cell_path: Path, night_file: Path | None) -> Asked:
 def run_night(cell_path: Path, night_file: Path | None, url: str | None, *, once: bool) -> None:
     """Watch over the nights until Ctrl-C or SIGTERM; or do what tonight's open windows ask for."""
     asked = asked_for(cell_path, night_file)
-    try:
-        asked.folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"The folder {asked.folder} cannot be made: {error}.") from error
+    make_folder(asked.folder)
     from agent.cli.notify import sinks_of
 
     sinks = sinks_of(asked)  # a secret that is missing is known now, not in the night

@@ -13,8 +13,7 @@ from agent.cell import Axis, Cell, read_cell
 from agent.cli.plan_aliases import aliases_document, planned_aliases
 from agent.cli.plan_outlook import Outlook, basis, can_see, cannot_see, outlook_of, rows
 from agent.cycle.plan import stair_of
-from agent.errors import StorageError
-from agent.record.atomic import publish
+from agent.record.atomic import make_folder, publish
 from trajectories import summarise
 
 SCHEMA = "stribeck.plan/1"
@@ -134,10 +133,7 @@ def _write(outlook: Outlook, trajectory: Path, picture: Path, gear_ratio: float)
         cannot_see=cannot_see(outlook),
         basis=basis(outlook),
     )
-    try:
-        trajectory.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise StorageError(f"The folder {trajectory.parent} cannot be made: {error}.") from error
+    make_folder(trajectory.parent)
     document = json.dumps(outlook.trajectory.to_json(), indent=1)
     publish({trajectory: f"{document}\n".encode(), picture: html.encode()}, overwrite=True)
 

@@ -24,6 +24,7 @@ from agent.record.reading import read
 from agent.replayed import Replayed
 from agent.wire import CycleRequest, drive_cycle
 from agent.wire_replay import clock_for
+from drivers.errors import why_unreadable
 from drivers.ports import SyncAccount
 from trajectories import Trajectory, TrajectoryError, summarise
 
@@ -123,7 +124,9 @@ def read_trajectory(path: Path | None) -> Trajectory | None:
         document = json.loads(path.read_text(encoding="utf-8"))
         return Trajectory.from_json(document)
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"The trajectory {path} cannot be read: {error}.") from error
+        raise InputError(
+            f"The trajectory {path} cannot be read: {why_unreadable(error)}."
+        ) from error
     except TrajectoryError as error:
         raise InputError(f"{path} is not a trajectory: {error}.") from error
     except (ValueError, RecursionError) as error:

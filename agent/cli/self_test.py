@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -59,6 +60,8 @@ def run_self_test(patterns: Sequence[str], request: SelfTestRequest, *, as_json:
         detector = named(request.detector)
     except ValueError as error:
         raise InputError(f"--detector: {error}.") from error
+    if not 0.0 < request.rise_percent < math.inf:
+        raise InputError(f"--rise: expected a number above 0, got {request.rise_percent:g}.")
     paths = find(patterns)
     with progress_bar("estimating") as show:
         cycles, unreadable = cycles_of(paths, cache_folder() if request.cache else None, show)

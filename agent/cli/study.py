@@ -13,7 +13,7 @@ import typer
 
 from agent.cli.talk import talker
 from agent.conclude.outcome import Conclusion, conclude, signals_of
-from agent.errors import InputError, StorageError
+from agent.errors import InputError
 from agent.identify.result import Floats
 from agent.identify.rigid.instrumental import fit_instrumental, has_command
 from agent.identify.rigid.regression import rows_of
@@ -25,7 +25,7 @@ from agent.identify.rigid.thresholding import (
     sweep_acceleration,
 )
 from agent.identify.signals.preprocess import Motion, filter_motion, read_motion
-from agent.record.atomic import publish
+from agent.record.atomic import make_folder, publish
 from agent.record.reading import read, read_all
 from agent.report.study import StudyPage, validation_in_words, write_study_page
 
@@ -57,10 +57,7 @@ def run_study(
     unseen = None if validation is None else read(validation)
     conclusion = conclude(read_all(patterns), unseen)
     page = study_of(conclusion)
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise StorageError(f"The folder {out} cannot be made: {error}.") from error
+    make_folder(out)
     document = json.dumps(to_json(page, conclusion), indent=2)
     metadata = conclusion.recordings[0].metadata
     publish({out / "study.json": f"{document}\n".encode()}, overwrite=True)

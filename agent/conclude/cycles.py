@@ -118,8 +118,9 @@ def _cycle(path: Path, folder: Path | None, about_to: Callable[[], None]) -> Cyc
         with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
             found = Cycle.from_json(json.loads(kept.read_text(encoding="utf-8")))
             return replace(found, name=path.name)
-    about_to()
-    cycle = cycle_from(read(path))
+    recording = read(path)
+    about_to()  # what cannot be read is refused without a bar before it
+    cycle = cycle_from(recording)
     if kept is not None:
         # A cache that cannot be written costs time, and nothing else.
         with contextlib.suppress(OSError, StorageError):

@@ -19,6 +19,7 @@ from pydantic import Field, model_validator
 from agent.cell_devices import Part, Positive
 from agent.errors import InputError
 from drivers.described import validated
+from drivers.errors import why_unreadable
 
 SCHEMA = "stribeck.night/1"
 Day = Literal["mon", "tue", "wed", "thu", "fri", "sat", "sun"]
@@ -183,7 +184,7 @@ def read_night(path: Path) -> NightDescription:
             "`stribeck night example` prints one to begin with.",
         ) from error
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path} cannot be read: {error}.") from error
+        raise InputError(f"{path} cannot be read: {why_unreadable(error)}.") from error
     return validated(NightDescription, text, str(path), InputError, whole="the file")
 
 

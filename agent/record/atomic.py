@@ -86,6 +86,20 @@ def sync_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder for results, and those above it, unless it is there.
+
+    Raises
+    ------
+    StorageError
+        The system refuses, or a file has that name.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise storage_error(error, f"The folder {folder} cannot be made") from error
+
+
 def storage_error(error: OSError, what: str) -> StorageError:
     """Return the error above the drivers for what the file system said.
 
@@ -104,6 +118,7 @@ def storage_error(error: OSError, what: str) -> StorageError:
         errno.EACCES: ("permission is denied", "Write to another folder."),
         errno.EPERM: ("permission is denied", "Write to another folder."),
         errno.ENOENT: ("the folder does not exist", "Make the folder first."),
+        errno.EEXIST: ("a file has that name", "Choose another folder."),
         errno.ENOTDIR: ("the folder is a file", "Write to another folder."),
         errno.EFBIG: ("the file would be larger than allowed", "Raise the limit on file sizes."),
     }

@@ -14,6 +14,7 @@ from typing import Any
 
 from agent.errors import InputError
 from agent.record.recording import FLOAT_COLUMNS
+from drivers.errors import why_unreadable
 
 SCHEMA = "stribeck.import/1"
 _SUFFIX = ".toml"
@@ -118,7 +119,9 @@ def load_mapping(name_or_path: str) -> ImportMapping:
     try:
         return parse_mapping(Path(name_or_path).read_text(encoding="utf-8"), name_or_path)
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"The mapping {name_or_path} cannot be read: {error}.") from error
+        raise InputError(
+            f"The mapping {name_or_path} cannot be read: {why_unreadable(error)}."
+        ) from error
 
 
 def parse_mapping(text: str, where: str) -> ImportMapping:

@@ -15,6 +15,7 @@ from pathlib import Path
 from agent.errors import InputError, StorageError
 from agent.record.atomic import publish, storage_error
 from agent.record.reading import CSV, side_file
+from drivers.errors import why_unreadable
 
 SUFFIX = ".sha256"
 _LINE = re.compile(r"^([0-9a-f]{64}) [ *](.+)$")
@@ -145,7 +146,7 @@ def read_sums(path: Path) -> dict[str, str]:
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read ({error}).") from error
+        raise InputError(f"{path}: cannot be read ({why_unreadable(error)}).") from error
     sums = {}
     for number, line in enumerate(lines, 1):
         match = _LINE.match(line)

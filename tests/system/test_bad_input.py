@@ -220,6 +220,33 @@ def test_an_unknown_axis_and_an_unknown_option() -> None:
     assert called("estimate").returncode == USAGE
 
 
+@pytest.mark.parametrize(
+    ("command", "code", "says"),
+    [
+        ("run gone.toml --axis 1", 3, "gone.toml cannot be read: No such file or directory. `st"),
+        ("serve folder", 3, "folder cannot be read: Is a directory."),
+        ("night latin.toml", 3, "latin.toml cannot be read: it is not text in UTF-8."),
+        ("eds folder", 3, "The EDS folder cannot be read: Is a directory."),
+        ("verify-map latin.toml", 3, "latin.toml cannot be read: it is not text in UTF-8."),
+        ("demo --out latin.toml", 3, "The folder latin.toml cannot be made: a file has that name."),
+        ("demo --seed -1", 2, "'--seed'"),
+        ("self-test months --rise -1", 3, "--rise: expected a number above 0, got -1."),
+        ("monitor months --detector tarot", 3, "--detector: expected a detector (cusum, "),
+    ],
+)
+def test_what_cannot_be_used_is_said_in_words_before_any_work(
+    command: str, code: int, says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No number of the system's, no codec, the name once; and no fault of the program's own."""
+    monkeypatch.chdir(tmp_path)
+    Path("folder").mkdir()
+    Path("latin.toml").write_bytes("robot = 'Gelenk für Öl'".encode("latin-1"))
+    done = called(*command.split())
+    assert (done.returncode, done.stdout) == (code, "")
+    assert says in done.stderr
+    assert "Errno" not in done.stderr
+
+
 def test_dry_run_opens_no_bus_and_says_what_would_be_driven(tmp_path: Path) -> None:
     done = called("run", _cell(tmp_path), "--axis", "1", "--dry-run")
     assert done.returncode == 0, done.stderr

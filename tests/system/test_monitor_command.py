@@ -197,7 +197,7 @@ def test_what_the_agent_wrote_down_of_a_joint_is_an_event_too(
     ("arguments", "sentence"),
     [
         (["--baseline", "2"], "A baseline needs at least 3 cycles, got 2."),
-        (["--detector", "tarot"], "Expected a detector (cusum"),
+        (["--detector", "tarot"], "--detector: expected a detector (cusum"),
         (["--low-speed", "500"], "must end between"),
         (["--events", "nowhere.toml"], "nowhere.toml: cannot be read"),
     ],
