@@ -108,11 +108,13 @@ def study(twin: Twin, table: Table) -> Study:
     library, not_judged, refitted = _library(twin, table)
     lines = lines_of(table, refitted)
     named = _named(library, twin)
+    taken_for: frozenset[str] = frozenset()
     if in_question(library) and not in_its_place(named[1]):
+        taken_for = frozenset({PAYLOAD.effect})
         library, not_judged, refitted = _library(twin, table, ask=False)
         named = _named(library, twin)
     cells = deficiency_map(library, lines=lines)
-    library, choice, model, extended = _beside_wrong_numbers(*named, twin)
+    library, choice, model, extended = _beside_wrong_numbers(*named, twin, taken_for)
     table = library.scene.table
     model = with_intervals(library, model)
     left = np.zeros(table.used.shape[0])
@@ -121,7 +123,7 @@ def study(twin: Twin, table: Table) -> Study:
         lines = lines_of(table, left)
     floor = noise_floor(table, left)
     noise_nm = floor.value_nm if floor.value_nm > 0.0 else 0.0
-    numbers = wrong_numbers(library, twin, model, choice.candidates, noise_nm)
+    numbers = wrong_numbers(library, twin, model, choice.candidates, noise_nm, taken_for=taken_for)
     if not choice.terms:
         numbers = borne_out(numbers, library, model, noise_nm)
     return Study(
@@ -195,7 +197,12 @@ def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
 
 
 def _beside_wrong_numbers(
-    library: Library, choice: Choice, model: Model, extended: Twin, twin: Twin
+    library: Library,
+    choice: Choice,
+    model: Model,
+    extended: Twin,
+    twin: Twin,
+    taken_for: frozenset[str],
 ) -> tuple[Library, Choice, Model, Twin]:
     """Leave out effects that are lost in what wrong numbers of the twin's own leave.
 
@@ -204,7 +211,9 @@ def _beside_wrong_numbers(
     """
     candidates = choice.candidates
     noise_nm = _noise_nm(library, model)
-    if candidates and wrong_numbers(library, twin, model, candidates, noise_nm):
+    if candidates and wrong_numbers(
+        library, twin, model, candidates, noise_nm, taken_for=taken_for
+    ):
         kept = _material(library, choice, twin, beside_wrong_numbers=True)
         if len(kept.terms) < len(choice.terms):
             model = fit_model(library, twin, kept.terms)

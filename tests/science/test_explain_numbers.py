@@ -74,3 +74,10 @@ def test_a_constant_on_a_short_stroke_is_a_constant_first_and_may_be_gravity() -
     (number,) = first.parameters.values()
     size = 1.0 if first.effect == "torque-offset" else 2.0
     assert number.value == pytest.approx(size * 0.05, rel=0.1)
+
+
+def test_an_offset_too_small_for_a_name_is_no_gravity_either() -> None:
+    """On a short stroke gravity does all that it does, with a number more; neither is worth it."""
+    found = studied(TWIN, stroke_rad=60.0, offset_nm=0.25 * NOISE_NM)
+    assert findings_of(found) == ()
+    assert verdict_of(found, (), left_share(found)) == "no-mismatch"

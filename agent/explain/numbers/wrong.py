@@ -91,7 +91,13 @@ class _Case:
 
 
 def wrong_numbers(
-    library: Library, twin: Twin, model: Model, terms: Sequence[Candidate], floor_nm: float
+    library: Library,
+    twin: Twin,
+    model: Model,
+    terms: Sequence[Candidate],
+    floor_nm: float,
+    *,
+    taken_for: frozenset[str] = frozenset(),
 ) -> tuple[WrongNumber, ...]:
     """Return which of the twin's numbers are not what the recordings say.
 
@@ -105,6 +111,8 @@ def wrong_numbers(
     terms : sequence of Candidate
         The effects' columns.
     floor_nm : float
+    taken_for : frozenset of str
+        Effects that may as well be others, none of which was worth a name: nor are these.
     """
     given = _errors(library, np.zeros((library.target.shape[0], 0)))
     refitted = _errors(library, library.base)
@@ -123,11 +131,12 @@ def wrong_numbers(
     earlier = earlier_moves(library, twin) if terms else ()  # without a law nothing is bent
     case = _Case(library, twin, model, beside, plain_moves(library, twin), earlier, floor_nm)
     varied = varied_through_given(library, twin, model)
-    judged = {e: tuple(n for n in names if n not in varied) for e, names in _GROUPS.items()}
+    groups = {effect: names for effect, names in _GROUPS.items() if effect not in taken_for}
+    judged = {e: tuple(n for n in names if n not in varied) for e, names in groups.items()}
     refuted = {e: names for e, names in judged.items() if _is_wrong(case, names, material)}
     out = [_wrong(case, effect, refuted) for effect in refuted]
     if not out and not terms:
-        return _sorted(_wrong_together(case, material))
+        return _sorted(_wrong_together(case, material, groups))
     return tuple(
         w
         for at, w in enumerate(_sorted(out))
@@ -188,7 +197,9 @@ def _wrong(case: _Case, effect: str, refuted: Mapping[str, Sequence[str]]) -> Wr
     return WrongNumber(effect, share, _extras(case.twin, case.model, names))
 
 
-def _wrong_together(case: _Case, material: float) -> list[WrongNumber]:
+def _wrong_together(
+    case: _Case, material: float, of: Mapping[str, Sequence[str]]
+) -> list[WrongNumber]:
     """Return the fewest groups of numbers that, freed, do as well as all, where none must be wrong.
 
     Groups whose torque is alike on these recordings each do without the other, and still the twin
@@ -205,7 +216,7 @@ def _wrong_together(case: _Case, material: float) -> list[WrongNumber]:
         left = float(_errors(library, case.columns(freed)).sum())
         groups = {
             effect: [*freed, *names]
-            for effect, names in _GROUPS.items()
+            for effect, names in of.items()
             if effect not in effects and any(name in case.carried for name in names)
         }
         if left - best < material or not groups:
