@@ -94,3 +94,24 @@ def test_from_the_motors_side_a_soft_gear_is_not_called_a_gap() -> None:
     gap = found.clearance.backlash_rad
     assert not gap.identified
     assert "record the arm's position" in gap.reason
+
+
+def test_the_arms_encoders_noise_is_not_taken_for_a_gear_that_gives(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # It stands in the lead and in the arm's acceleration alike; the lost motion was up to 19 times
+    # its interval off, and the simulated arm, which was right, was thrown away for it.
+    monkeypatch.setattr("agent.identify.reversals.arm.sharpened", lambda *known: known[1])
+    for gap_rad, stiffness in ((GAP, TEETH), (0.004, 200.0)):
+        clean = sampled(
+            geared(gap_rad, stiffness), 1, counts=1 << 34, with_arm=True, arm_late_s=SKEW
+        )
+        assert clean.position_rad is not None
+        noise = 1.7e-6 * np.random.default_rng(1).standard_normal(clean.position_rad.size)
+        motion = read_tracks([replace(clean, position_rad=clean.position_rad + noise)])
+        found = arm_clearance(motion, range_of(motion), VISCOUS)
+        assert found is not None
+        low, high = found.lost_motion_rad.ci95 or (0.0, 0.0)
+        assert low <= lost_motion(gap_rad, stiffness) <= high < low + 2e-4
+        late = found.encoder_skew_s.ci95 or (0.0, 0.0)
+        assert late[0] <= SKEW <= late[1]

@@ -21,10 +21,10 @@ from agent.identify.reversals.arm_simulated import sharpened
 from agent.identify.reversals.data import data_of
 from agent.identify.reversals.laws import Range, ReversalLaw
 from agent.identify.reversals.result import Clearance
-from agent.identify.reversals.search import Solution, least_squares, solve
+from agent.identify.reversals.search import Solution, solve
 from agent.identify.reversals.selection import not_better
-from agent.identify.reversals.smoothing import resolution
 from agent.identify.reversals.turns import Motion, Track, standing
+from agent.identify.signals.lowpass import lowpass
 from agent.identify.uncertainty import student_975
 from agent.physics.backlash import dead_zone
 
@@ -34,6 +34,8 @@ _RINGING = 0.4  # of a swing
 _FOLLOWS = 0.75  # of the motor's velocity
 _LEAST_TURNS = 4
 _LEAST_SAMPLES = 5
+_SLOW, _SLOW_HZ = 0.02, 20.0  # of the sampling rate: cutoff of the motor's motion beside the arm's
+_ALIKE = 5  # samples: what is left over them on average is ringing rather than noise
 _STIFF = 0.2  # of the lost motion: a wind-up that is smaller is not told well
 
 
@@ -118,19 +120,22 @@ def _round(motion: Motion, beyond_rad: float) -> tuple[Floats, Floats, tuple[int
     """Return weights, half intervals and the recordings of the constants, from settled samples."""
     recordings = tuple(sorted({t.recording for t in motion.tracks}))
     rows: list[Floats] = []
+    beside: list[Floats] = []
     target: list[Floats] = []
     turn: list[NDArray[np.intp]] = []
-    noise: list[float] = []
     for track in motion.tracks:
-        raw = np.asarray(track.lead_rad)
-        filtered = track.filtered(raw)
-        passed = min(2.0 * track.cutoff_hz * track.period_s, 1.0)
-        noise.append(resolution(raw)[1] * math.sqrt(passed))
+        filtered = track.filtered(np.asarray(track.lead_rad))
         # The arm's own motion, not the motor's: an arm that still rings winds up its gear.
         arm = np.gradient(track.position_rad - filtered, track.period_s)
         load = np.gradient(arm, track.period_s)
+        slow_hz = min(max(_SLOW / track.period_s, _SLOW_HZ), track.cutoff_hz)
+        slow = lowpass(track.measured_rad, track.period_s, slow_hz)
+        drives = np.gradient(slow, track.period_s)
+        pushes = np.gradient(drives, track.period_s)
         # A soft gear lets the arm stick and slip: where it stands, its friction may be anything.
-        follows = arm * np.sign(track.velocity_rad_s) > _FOLLOWS * np.abs(track.velocity_rad_s)
+        # Judged by its slow motion: by chance, an encoder's noise follows, too.
+        behind = lowpass(arm, track.period_s, slow_hz)
+        follows = behind * np.sign(drives) > _FOLLOWS * np.abs(drives)
         for settled in _settled(track, beyond_rad):
             index = settled[follows[settled]]
             if index.size < _LEAST_SAMPLES:
@@ -138,31 +143,53 @@ def _round(motion: Motion, beyond_rad: float) -> tuple[Floats, Floats, tuple[int
             way = np.sign(track.velocity_rad_s[index])
             offset = np.tile([float(track.recording == r) for r in recordings], (index.size, 1))
             rows.append(np.column_stack((way, arm[index], load[index], offset)))
+            beside.append(np.column_stack((way, drives[index], pushes[index], offset)))
             target.append(filtered[index])
             turn.append(np.full(index.size, len(turn)))
     if len(turn) < _LEAST_TURNS:
         return None
     columns, lead = np.concatenate(rows), np.concatenate(target)
-    weights, half, left = _by_turn(columns, lead, np.concatenate(turn))
+    weights, half, beyond = _by_turn(columns, np.concatenate(beside), lead, np.concatenate(turn))
     # Ringing and the gear's own errors are alike at all reversals, which leaving one out does not
-    # show: a weight may err by what is left beyond the encoders' noise.
-    beyond = math.sqrt(max(left**2 - float(np.median(noise)) ** 2, 0.0))
+    # show: a weight may err by what is left of them.
     size = np.sqrt(np.mean(columns**2, axis=0))
-    return weights, np.hypot(half, beyond / np.where(size > 0.0, size, 1.0)), recordings
+    return weights, half + beyond / np.where(size > 0.0, size, 1.0), recordings
 
 
-def _by_turn(columns: Floats, lead: Floats, turn: NDArray[np.intp]) -> tuple[Floats, Floats, float]:
-    """Return least squares, half intervals with one reversal left out at a time, and the rest."""
-    weights = least_squares(columns, lead)
+def _by_turn(
+    columns: Floats, instruments: Floats, lead: Floats, turn: NDArray[np.intp]
+) -> tuple[Floats, Floats, float]:
+    """Return weights, half intervals with one reversal left out at a time, and what is left.
+
+    The arm's encoder errs in the lead and, twice differentiated, in the arm's acceleration alike:
+    least squares take that for a gear that gives, at the lost motion's cost. The motor's slow
+    motion is an instrument that knows nothing of it (instrumental variables).
+    """
+    count = int(turn[-1]) + 1
+    parts = [(instruments[turn == g], columns[turn == g], lead[turn == g]) for g in range(count)]
+    gram = np.stack([z.T @ x for z, x, _ in parts])
+    moment = np.stack([z.T @ y for z, _, y in parts])
+    weights = _solved(gram.sum(axis=0), moment.sum(axis=0))
     without = np.stack(
-        [least_squares(columns[turn != g], lead[turn != g]) for g in np.unique(turn)]
+        [
+            _solved(gram.sum(axis=0) - g, moment.sum(axis=0) - m)
+            for g, m in zip(gram, moment, strict=True)
+        ]
     )
-    count = without.shape[0]
     spread = without - without.mean(axis=0)
     deviation = np.sqrt((count - 1.0) / count * np.sum(spread**2, axis=0))
-    rest = lead - columns @ weights
     half = np.asarray(student_975(count - 1.0) * deviation)
+    even = np.full(_ALIKE, 1.0 / _ALIKE)
+    rest = np.concatenate([np.convolve(y - x @ weights, even, "valid") for _, x, y in parts])
     return weights, half, float(np.sqrt(np.mean(rest**2)))
+
+
+def _solved(gram: Floats, moment: Floats) -> Floats:
+    """Return ``gram^-1 moment``; columns may depend on each other or be zero."""
+    size = np.sqrt(np.abs(np.diag(gram)))
+    size = np.where(size > 0.0, size, 1.0)
+    inverse = np.linalg.pinv(gram / np.outer(size, size), rcond=1e-12)
+    return np.asarray(inverse @ (moment / size) / size)
 
 
 def _settled(track: Track, beyond_rad: float) -> list[NDArray[np.intp]]:

@@ -55,15 +55,17 @@ def sharpened(
     from agent.identify.reversals.arm_fit import fit_arm
 
     records, places = _records(motion, middle_rad)
-    if not records or not known.lost_motion_rad.identified or joint[0] <= 0.0:
+    if not known.lost_motion_rad.identified:
         return known
+    if not records or joint[0] <= 0.0:
+        return _alone(known)
     start = _start(records, places, known, joint)
     if abs(float(start.x[5])) > _LATE * min(record.period_s for record in records):
-        return known
+        return _alone(known)
     gap = known.backlash_rad.identified
     found = fit_arm(records, start, gap=gap)
     if found is None:
-        return known
+        return _alone(known)
     sharp = _clearance(found, known, 1.0 + _of_steps(records, found.at))
     limit = _MISFIT + _CHANCE * math.sqrt(2.0 / found.readings)
     holds = found.misfit <= limit and _agrees(sharp, known)
@@ -167,6 +169,31 @@ def _agrees(sharp: Clearance, known: Clearance) -> bool:
             if abs(parameter.value - middle) > _FAR * half:
                 return False
     return True
+
+
+def _alone(known: Clearance) -> Clearance:
+    """Return the regressions' values where no simulated arm stands beside them.
+
+    Gap and compliance come from the torque, with the lead as measured, and bend with what the
+    encoders' noise does to it: by up to 2.3 half intervals. They reach as far as a simulated arm
+    would have been believed.
+    """
+    return replace(
+        known,
+        backlash_rad=_wider(known.backlash_rad),
+        compliance_rad_per_nm=_wider(known.compliance_rad_per_nm),
+    )
+
+
+def _wider(known: Parameter) -> Parameter:
+    if known.ci95 is None:
+        return known
+    low, high = known.ci95
+    least, most = (
+        known.value - _FAR * (known.value - low),
+        known.value + _FAR * (high - known.value),
+    )
+    return replace(known, ci95=(max(least, 0.0), most))
 
 
 def _both(sharp: Clearance, known: Clearance) -> Clearance:

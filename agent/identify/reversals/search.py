@@ -262,8 +262,3 @@ def _misfit(squares: float, data: Data) -> float:
         return 1.0
     ratio = math.sqrt(squares / data.torque_nm.size) / data.noise_nm
     return ratio if ratio > _CHANCE else 1.0
-
-
-def least_squares(columns: Floats, target: Floats) -> Floats:
-    """Return the weights of least squares, shape (m,); columns may depend on each other."""
-    return _project(columns, target)[0]
