@@ -66,7 +66,7 @@ def run_twin(patterns: Sequence[str], out: Path) -> None:
             gear_ratio=metadata.gear_ratio,
         )
     except ValueError as error:
-        raise InputError(f"No twin is written: {error}.") from error
+        raise InputError(f"No twin is written: {str(error).rstrip('.')}.") from error
     publish({out: format_twin(twin).encode()}, overwrite=True)
     talker().print(conclusion.estimate.sentence)
     missing = twin.extra.get("not_identified")

@@ -139,7 +139,8 @@ def twin_from_estimate(result: Estimate, *, robot: str, axis: int, gear_ratio: f
     """Return the plain twin (rigid body, gravity, Coulomb, viscous) of an estimate.
 
     What was not identified is zero in the twin, and listed under `not_identified`. A twin has no
-    constant torque: where the data show none, its numbers are those of a fit without one.
+    constant torque, and no friction that pushes: where the data show none, its numbers are those
+    of a fit without.
 
     Raises
     ------
@@ -154,8 +155,14 @@ def twin_from_estimate(result: Estimate, *, robot: str, axis: int, gear_ratio: f
         plain = next((m for m in result.friction_models if m.model == "coulomb-viscous"), None)
         source |= dict(plain.parameters) if plain is not None else {}
     names = (*friction_names, "inertia_kg_m2", "gravity_sin_nm", "gravity_cos_nm")
-    missing = [n for n in names if n not in source or not source[n].identified]
-    bare = {} if result.rigid_body is None else result.rigid_body.without_offset
+    body = result.rigid_body
+    bare = {} if body is None else body.as_twin
+    pushes = body is not None and bare and body.parameters[friction_names[1]].identified
+    missing = [
+        n
+        for n in names
+        if n not in source or not source[n].identified or (pushes and n not in bare)
+    ]
     values = {n: 0.0 if n in missing else bare.get(n, float(source[n].value)) for n in names}
     return Twin(
         robot=robot,

@@ -120,15 +120,15 @@ class FrictionModelFit:
 class RigidBodyFit:
     """The rigid-body regression of thesis (4.5) over all moving samples.
 
-    `without_offset` are the values of a fit in which no constant torque takes part; empty where
-    the data show one.
+    `as_twin` are the values of a fit without what a twin cannot hold, a constant torque or friction
+    that pushes, where it is no more than chance; empty where nothing is.
     """
 
     parameters: Mapping[str, Parameter]
     condition_number: float
     rmse_nm: float
     fit_percent: float
-    without_offset: Mapping[str, float] = field(default_factory=dict)
+    as_twin: Mapping[str, float] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
         """Return the contract's form."""

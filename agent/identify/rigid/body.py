@@ -14,7 +14,7 @@ the rigid body, and predicts nothing.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,9 +32,10 @@ _UNMISTAKABLE = 3.0
 _BLOCKS = 40
 _FEWEST_BLOCKS = 12
 _OFFSET = "torque_offset_nm"
+_VISCOUS = "viscous_nm_s_per_rad"
 _GRAVITY = ("gravity_sin_nm", "gravity_cos_nm")
 _NOISE_SHARE = 0.3  # of the acceleration's root mean square: the inertia is 9 % too low
-_DROP_FIRST = (*_GRAVITY, "inertia_kg_m2", _OFFSET, "viscous_nm_s_per_rad")
+_DROP_FIRST = (*_GRAVITY, "inertia_kg_m2", _OFFSET, _VISCOUS)
 
 
 @dataclass(frozen=True)
@@ -150,26 +151,34 @@ def fit_rigid_body(rows: Rows, *, spring: bool = True) -> RigidBodyFit | None:
         condition_number=condition,
         rmse_nm=float(np.sqrt(np.mean((rows.torque_nm - predicted) ** 2))),
         fit_percent=fit_percent(rows.torque_nm, predicted),
-        without_offset=_without_offset(rows, kept, blocks, parameters[_OFFSET], spring=spring),
+        as_twin=_as_twin(rows, kept, blocks, parameters, spring=spring),
     )
 
 
-def _without_offset(
+def _as_twin(
     rows: Rows,
     kept: Sequence[int],
     blocks: NDArray[np.int64],
-    offset: Parameter,
+    parameters: Mapping[str, Parameter],
     *,
     spring: bool,
 ) -> dict[str, float]:
-    """Return the values without a constant torque, where the data show none; else nothing.
+    """Return the values of a fit without what a twin cannot hold and the data do not show.
 
-    A twin has no offset. Gravity of a fit that has one, on a stroke on which its cosine is nearly
-    constant, is off by as much as the offset is, and neither is more than chance.
+    A twin has no constant torque. Gravity of a fit that has one, on a stroke on which its cosine is
+    nearly constant, is off by as much as the offset is, and neither is more than chance. Nor has it
+    friction that pushes: where viscous friction comes out negative by chance, Coulomb friction is
+    too high by as much. Nothing where the data show what a twin cannot hold, or nothing is so.
     """
-    if offset.ci95 is None or not offset.ci95[0] <= 0.0 <= offset.ci95[1]:
+    without = []
+    offset, viscous = parameters[_OFFSET], parameters[_VISCOUS]
+    if offset.ci95 is not None and offset.ci95[0] <= 0.0 <= offset.ci95[1]:
+        without.append(_OFFSET)
+    if viscous.ci95 is not None and viscous.value < 0.0 <= viscous.ci95[1]:
+        without.append(_VISCOUS)
+    if not without:
         return {}
-    others = [i for i in kept if PARAMETERS[i] != _OFFSET]
+    others = [i for i in kept if PARAMETERS[i] not in without]
     theta, _ = _regress(rows, others, blocks, spring=spring)
     return {PARAMETERS[i]: float(value) for i, value in zip(others, theta, strict=True)}
 
