@@ -11,10 +11,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from agent.errors import InputError
 
 KEY = "acquisition"
 SCHEMA = "stribeck.acquisition/1"
+_ROUNDING_S = 1e-7  # a file in text may round its times
 
 
 @dataclass(frozen=True)
@@ -45,13 +49,16 @@ class Acquisition:
         Of the lost ones: an answer came that may have been theirs, and nobody could tell.
     doubtful : int
         Of the received ones: they may stand in their neighbour's place in time.
+    doubtful_s : tuple of (float, float), or None
+        Intervals of the recording's `time_s`, both ends with them, in which all doubtful rows lie;
+        None where nobody says.
     changed : tuple of str
         What somebody has changed in the drive meanwhile: see `drivers.evidence.SyncAccount`.
 
     Raises
     ------
     ValueError
-        A count below zero, or more answers than questions.
+        A count below zero, more answers than questions, an interval that ends before it begins.
     """
 
     expected: int
@@ -69,10 +76,17 @@ class Acquisition:
     receive_buffer_bytes: int | None = None
     undecided: int = 0
     doubtful: int = 0
+    doubtful_s: tuple[tuple[float, float], ...] | None = None
     changed: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "changed", tuple(self.changed))  # JSON has lists
+        if self.doubtful_s is not None:
+            spans = tuple((float(begin_s), float(end_s)) for begin_s, end_s in self.doubtful_s)
+            object.__setattr__(self, "doubtful_s", spans)
+            wrong = [span for span in spans if not 0.0 <= span[0] <= span[1]]
+            if wrong:
+                raise ValueError(f"doubtful_s must hold intervals from 0 on, got {wrong[0]}")
         for name, value in dataclasses.asdict(self).items():
             if isinstance(value, int | float) and not value >= 0:
                 raise ValueError(f"{name} must not be below zero, got {value}")
@@ -86,6 +100,13 @@ class Acquisition:
     def lost_unexplained(self) -> int:
         """Return how many lost samples are not accounted for by frames that the kernel dropped."""
         return max(self.lost - (self.dropped_by_kernel or 0), 0)
+
+    def doubts(self, time_s: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return which rows are doubtful by their time, shape (n,); none where nobody says."""
+        doubtful = np.zeros(time_s.shape, dtype=np.bool_)
+        for begin_s, end_s in self.doubtful_s or ():
+            doubtful |= (time_s >= begin_s - _ROUNDING_S) & (time_s <= end_s + _ROUNDING_S)
+        return doubtful
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON; what nobody can tell is null."""
@@ -120,10 +141,11 @@ class Acquisition:
 def total(accounts: Sequence[Acquisition]) -> Acquisition | None:
     """Return the sum over recordings, None of none; jitter and gap are the largest.
 
-    What one of them cannot tell, the sum cannot tell either.
+    What one of them cannot tell, the sum cannot tell either; when in a recording rows are doubtful
+    only that recording's own account says.
     """
-    if not accounts:
-        return None
+    if len(accounts) < 2:
+        return accounts[0] if accounts else None
     dropped = [a.dropped_by_kernel for a in accounts]
     buffers = [a.receive_buffer_bytes for a in accounts]
     return Acquisition(

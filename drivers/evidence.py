@@ -65,6 +65,9 @@ class SyncAccount:
         Of the lost ones: an answer came that may have been theirs, and nobody could tell.
     doubtful : int
         Of the received ones: they may stand in their neighbour's place in time.
+    doubtful_s : tuple of (float, float), or None
+        When the SYNCs of all doubtful ones were sent, as intervals with both ends, at most a few
+        hundred: on the clock that sends them, or in a recording's time. None where nobody says.
     changed : tuple of str
         What no longer read in the end as it was set, or as its units were, when the axis was
         opened: what the drive answered meanwhile may have been something else.
@@ -85,6 +88,7 @@ class SyncAccount:
     receive_buffer_bytes: int | None = None
     undecided: int = 0
     doubtful: int = 0
+    doubtful_s: tuple[tuple[float, float], ...] | None = None
     changed: tuple[str, ...] = ()
 
 

@@ -127,7 +127,7 @@ class FakeDrive:
     # ---- time -----------------------------------------------------------------------------
 
     def step_to(self, now_s: float, message: can.Message | None = None) -> None:
-        """Move the joint to `now_s`, then handle every waiting frame, then what is due.
+        """Move the joint to `now_s`, then handle the frames, then what is due.
 
         Parameters
         ----------
@@ -135,7 +135,8 @@ class FakeDrive:
             Seconds on the caller's monotonic clock. The first call is the moment of switching
             on; a time before the last one moves nothing.
         message : can.Message, optional
-            A frame that the caller has already taken from the bus; handled first.
+            A frame that the caller has taken from the bus, and that came at `now_s`: it alone is
+            handled. Without one, every frame that waits.
         """
         if self._origin_s is None:
             self._origin_s = now_s
@@ -147,13 +148,19 @@ class FakeDrive:
         if steps > self._steps:
             self.loop.advance(steps - self._steps)
             self._steps = steps
-        while message is not None or (message := self._bus.recv(0.0)) is not None:
-            if self._breakage.connected:
-                handler = self._handlers.get(message.arbitration_id)
-                if handler is not None and _is_data_frame(message):
-                    handler(message)
-            message = None
+        if message is not None:
+            self._handle(message)
+        else:
+            while (waiting := self._bus.recv(0.0)) is not None:
+                self._handle(waiting)
         self._watch_time()
+
+    def _handle(self, message: can.Message) -> None:
+        """Do what one frame asks for, where it reaches this node."""
+        if self._breakage.connected:
+            handler = self._handlers.get(message.arbitration_id)
+            if handler is not None and _is_data_frame(message):
+                handler(message)
 
     def _watch_time(self) -> None:
         """Do what is due by the clock: own heartbeat, the other's, event-driven PDOs."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import math
 import time
 from collections.abc import Iterable, Mapping
 from typing import Any, Protocol
@@ -54,6 +55,38 @@ class LateClock:
         return self._now_s
 
 
+class Arrivals:
+    """When frames came: a drive latches its sensors by the SYNC on the wire, not by its software.
+
+    The bus stamps a frame as it comes, by the wall clock; the process may take it later, beside
+    other programs. What it does then, the drive does at the moment of the stamp.
+
+    Parameters
+    ----------
+    clock : LateClock
+        Simulated time.
+    """
+
+    def __init__(self, clock: LateClock) -> None:
+        self._clock = clock
+        self._last_s = -math.inf
+
+    def moment_of(self, message: can.Message | None, looked_s: float) -> float:
+        """Return simulated seconds for a frame, or for having found none since `looked_s`.
+
+        A stamp that is no time of the last half second is no stamp: then a frame comes when it is
+        taken. Time never goes back.
+        """
+        at_s = looked_s
+        if message is not None:
+            at_s = time.perf_counter()
+            age_s = 1e-9 * time.time_ns() - message.timestamp  # both by the wall clock
+            if 0.0 <= age_s <= LONGEST_CATCH_UP_S:
+                at_s -= age_s
+        self._last_s = max(self._last_s, at_s)
+        return self._clock.now(self._last_s)
+
+
 def open_bus(
     interface: str,
     channel: str,
@@ -94,9 +127,10 @@ def run_process(
 ) -> None:
     """Be a drive in real time until `stop` is set.
 
-    Frames are waited for, at most a millisecond at a time, and every one is handled at the
-    moment at which it was taken. Where the bus echoes a node's own frames (udp_multicast
-    does), they go nowhere: the drive listens only to identifiers that it never sends.
+    Frames are waited for, at most a millisecond at a time, and the joint is where it was when a
+    frame came, however late the process takes it. Where the bus echoes a node's own frames
+    (udp_multicast does), they go nowhere: the drive listens only to identifiers that it never
+    sends.
 
     Parameters
     ----------
@@ -117,14 +151,15 @@ def run_process(
         drive = FakeDrive(
             bus, node_id=node_id, specification=specification, faults=faults, seed=seed
         )
-        clock = LateClock()
+        arrivals = Arrivals(LateClock())
         # What has been built stays: a collector that walks it again would hold up answers.
         gc.collect()
         gc.freeze()
-        drive.step_to(clock.now(time.perf_counter()))
+        drive.step_to(arrivals.moment_of(None, time.perf_counter()))
         while not stop.is_set():
+            looked_s = time.perf_counter()
             message = bus.recv(POLL_S)
-            drive.step_to(clock.now(time.perf_counter()), message)
+            drive.step_to(arrivals.moment_of(message, looked_s), message)
     finally:
         gc.unfreeze()
         bus.shutdown()

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import typer
 
+from agent.acquisition import Acquisition
 from agent.cli.talk import talker
 from agent.errors import InputError
 from agent.identify.signals.arrays import Signals
@@ -57,11 +58,18 @@ def simulated(twin: Twin, recording: Recording, where: str) -> Recording:
         if own != other:
             raise InputError(f"{where} has {name} {own:g}, but {recording.source} has {other:g}.")
     signals = Signals.from_columns(
-        recording.columns, about.gear_ratio, name=Path(recording.source).name
+        recording.columns,
+        about.gear_ratio,
+        name=Path(recording.source).name,
+        acquisition=Acquisition.from_metadata(about.extra, recording.source),
     )
     try:
         torque = simulated_torque_nm(
-            twin, signals, with_stand_in(recording.columns), _instant_unix_s(about.started_at)
+            twin,
+            signals,
+            with_stand_in(recording.columns),
+            _instant_unix_s(about.started_at),
+            about.payload_kg,
         )
     except TwinError as error:
         raise InputError(f"{where}: {error}") from error

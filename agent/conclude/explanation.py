@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 
+from agent.acquisition import Acquisition
 from agent.errors import InputError
 from agent.explain.answer.result import Explanation
 from agent.explain.explain import explain
@@ -45,6 +46,7 @@ def runs_of(recordings: Sequence[Recording]) -> tuple[Run, ...]:
                 if recording.metadata.payload_kg is None
                 else float(recording.metadata.payload_kg)
             ),
+            acquisition=Acquisition.from_metadata(recording.metadata.extra, recording.source),
         )
         for recording, name in zip(recordings, names, strict=True)
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
@@ -81,6 +81,18 @@ class Recorder:
                 row.append(sample.gearbox_temperature_age_s)
                 row.append(sample.gearbox_temperature_quality.value)
             self._writer.append(row)
+
+    def located(self, account: SyncAccount) -> SyncAccount:
+        """Return the account with its doubtful intervals in the recording's time, none before 0."""
+        origin_s, spans = self._origin_s, account.doubtful_s
+        if origin_s is None or spans is None:
+            return account
+        inside = tuple(
+            (max(from_s - origin_s, 0.0), until_s - origin_s)
+            for from_s, until_s in spans
+            if until_s >= origin_s
+        )
+        return replace(account, doubtful_s=inside)
 
 
 def columns(*, with_temperature: bool, with_probe: bool = False) -> tuple[str, ...]:

@@ -195,4 +195,6 @@ class CycleRunner:
     def _finish(self, account: SyncAccount | None) -> Path | None:
         if self._writer is None:
             return None
+        if account is not None and self._recorder is not None:
+            account = self._recorder.located(account)
         return self._writer.finish(account=account, stopped_because=self._stopped_because)

@@ -156,9 +156,12 @@ class Exchange:
             self._note_unreadable(answer)
             return Place.UNKNOWN
         place = self._placing.judge(sample) if answer.contested else Place.UNKNOWN
+        if place is Place.CONTRADICTED and answer.counted:
+            place = Place.DOUBTFUL
         if place is not Place.CONTRADICTED:
-            self._placing.keep(sample)
             self._taken.append(sample)
+        if place not in (Place.CONTRADICTED, Place.DOUBTFUL):
+            self._placing.keep(sample)
         return place
 
     def _sample(self, answer: SyncedAnswer) -> Sample:

@@ -44,8 +44,9 @@ class Placing:
         change of velocity times the time, when acceleration is anywhere between none and what
         makes that change at once. A drive that hears a SYNC late measures late, by no more than its
         answer comes late: a sample may be ahead by its own delay, or behind by that of the one
-        before it. Where only that explains a sample, it was measured late. After a contradiction,
-        what cannot be told contradicts, too.
+        before it. Where only that explains a sample, it is doubtful. After such a one, or one that
+        was contradicted, what cannot be told is doubtful, too, until a sample is borne out or needs
+        no second look; all are held against the last one before.
         """
         last = self._last
         if last is None:
@@ -60,19 +61,18 @@ class Placing:
             0.25 * change_rad_s + self._velocity_step_rad_s
         ) * span_s + self._position_step_rad
         slack_rad = abs(mean_rad_s) * _delay_s(sample if ahead_rad > 0.0 else last)
-        if abs(ahead_rad) > half_rad + open_rad + slack_rad:
-            self._suspicious = True
-            return Place.CONTRADICTED
         if abs(ahead_rad) > half_rad + open_rad:
-            return Place.CONTRADICTED if self._suspicious else Place.MEASURED_LATE
+            self._suspicious = True
+            late = abs(ahead_rad) <= half_rad + open_rad + slack_rad
+            return Place.DOUBTFUL if late else Place.CONTRADICTED
         if abs(ahead_rad) <= half_rad and half_rad > open_rad:
-            self._suspicious = False
             return Place.BORNE_OUT
-        return Place.CONTRADICTED if self._suspicious else Place.UNKNOWN
+        return Place.DOUBTFUL if self._suspicious else Place.UNKNOWN
 
     def keep(self, sample: Sample) -> None:
-        """Take a sample as one that is where it belongs."""
+        """Take a sample as one that is where it belongs: what follows is held against it."""
         self._last = sample
+        self._suspicious = False
 
 
 def _delay_s(sample: Sample) -> float:

@@ -17,8 +17,12 @@ answers are late. What 1. and 2. cannot see is a delay that has grown by a whole
 and a link that reorders. So whoever settles holds what came late or after a gap against the motion
 (`drivers.cia402.placing`), and what contradicts it is undecided, too. At standstill nothing can
 contradict; but then an answer too many comes in the end, and every row since the SYNC that had
-wrongly been given up is counted as *doubtful*. So is each one that the drive has measured late,
-because the SYNC itself was held up on its way: it is this SYNC's, but not of its time.
+wrongly been given up is *doubtful*.
+
+So is each row that the drive has measured late, because the SYNC itself was held up on its way, and
+one that the motion contradicts while no SYNC may wrongly have been given up: then the count says
+whose it is, but it is not of that time. Beside such a row what nobody can tell is doubtful, too.
+Doubtful rows are counted and located, so that whoever reads them can leave them out.
 
 Whoever settles says until when every answer that came has been booked: a busy computer that has not
 listened yet has not been left unanswered. And a SYNC that was never sent is not lost either: it is
@@ -33,6 +37,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
+from drivers.cia402.doubts import Doubts
 from drivers.cia402.usual_delay import UsualDelay
 from drivers.ports import Goal, SyncAccount
 
@@ -43,6 +48,7 @@ class SyncedAnswer:
     __slots__ = (
         "answers",
         "contested",
+        "counted",
         "goal",
         "lost",
         "missing",
@@ -60,6 +66,7 @@ class SyncedAnswer:
         self.received_s = sent_s
         self.lost = False
         self.contested = False  # it follows a gap, or came late: its place wants a second look
+        self.counted = False  # no SYNC before it may wrongly have been given up: it is this one's
 
 
 class _Held(NamedTuple):
@@ -68,6 +75,7 @@ class _Held(NamedTuple):
     stamp_s: float
     data: bytes
     newest: int  # number of the newest SYNC when it was booked
+    newest_sent_s: float
 
     def may_answer(self, entry: SyncedAnswer) -> bool:
         """Return whether it came after this SYNC: by its stamp, and by the order of things."""
@@ -79,7 +87,7 @@ class Place(enum.Enum):
 
     BORNE_OUT = "borne out"
     UNKNOWN = "unknown"  # it moves too slowly, or too irregularly
-    MEASURED_LATE = "measured late"  # it is this SYNC's, which the drive heard late: but when?
+    DOUBTFUL = "doubtful"  # the drive heard its SYNC late, or nobody can tell beside such a one
     CONTRADICTED = "contradicted"
 
 
@@ -114,12 +122,14 @@ class SyncLedger:
         self.usual = usual or tuple(UsualDelay() for _ in range(streams))
         self._given_up: list[SyncedAnswer | None] = [None] * streams  # the first, while in doubt
         self._after_gap = False
+        self._late_s = 0.5 * period_s
         self.expected = 0
         self.received = 0
         self.lost = 0
         self.undecided = 0  # lost, although an answer came that may have been theirs
-        self._doubtful = [0] * streams
-        self._measured_late = 0
+        self._doubts = Doubts()
+        self._doubtful = [0] * streams  # since a SYNC that was wrongly given up
+        self._out_of_time = 0  # each for itself
         self.late = 0
         self.unasked = 0  # answers that no SYNC was open for, duplicates among them
         self.duplicates = 0
@@ -148,7 +158,8 @@ class SyncLedger:
 
     def answered(self, stream: int, stamp_s: float, data: bytes) -> None:
         """Book an answer on `stream`, to be paired by `settle`."""
-        self._held[stream].append(_Held(stamp_s, data, self.expected))
+        newest_s = -math.inf if self._last_sent_s is None else self._last_sent_s
+        self._held[stream].append(_Held(stamp_s, data, self.expected, newest_s))
 
     def settle(
         self, now_s: float, place: Callable[[SyncedAnswer], Place] = lambda _answer: Place.UNKNOWN
@@ -161,7 +172,7 @@ class SyncLedger:
             Every answer that came before this has been booked.
         place : callable
             Told each answer in turn, says whether the motion bears it out; one that it
-            contradicts is lost.
+            contradicts is lost, and should be doubtful only where it is `counted`.
         """
         for stream in range(self._streams):
             if self._held[stream] or self._open[stream]:
@@ -172,17 +183,24 @@ class SyncLedger:
             entry = queue.popleft()
             if entry.lost:
                 self._count_lost()
+                self._after_gap = True
                 continue
-            entry.contested = entry.contested or self._after_gap
+            late = entry.received_s - entry.sent_s > self._late_s
+            entry.contested = entry.contested or self._after_gap or late
+            entry.counted = not self._in_doubt
             said = place(entry)
             if said is Place.CONTRADICTED:
                 self._count_lost()
                 self.undecided += 1
+                self._after_gap = True
                 continue
-            self._measured_late += said is Place.MEASURED_LATE
             if said is Place.BORNE_OUT:
                 self._trust_until(entry.sent_s)
+            elif said is Place.DOUBTFUL:
+                self._doubts.add(entry.sent_s, entry.sent_s)
+                self._out_of_time += 1
             self._count(entry, queue[0].sent_s if queue else math.inf)
+            self._after_gap = said is Place.DOUBTFUL and not entry.counted
             done.append(entry)
         return done
 
@@ -205,8 +223,17 @@ class SyncLedger:
             not_asked=self.not_asked,
             longest_gap_s=self._longest_gap_s,
             undecided=self.undecided,
-            doubtful=min(max(self._doubtful) + self._measured_late, self.received),
+            doubtful=min(max(self._doubtful) + self._out_of_time, self.received),
+            doubtful_s=self._doubts.spans(),
         )
+
+    @property
+    def _in_doubt(self) -> bool:
+        """Return whether a SYNC may wrongly have been given up.
+
+        While none may, the answers are as many as the SYNCs, and their order tells whose they are.
+        """
+        return any(given_up is not None for given_up in self._given_up)
 
     def _pair(self, stream: int, now_s: float) -> None:
         """Pair one stream's waiting answers with its open SYNCs, giving up the overdue ones."""
@@ -270,6 +297,7 @@ class SyncLedger:
         given_up = self._given_up[stream]
         if given_up is not None and not again:
             self._doubtful[stream] += answer.newest - given_up.number
+            self._doubts.add(given_up.sent_s, answer.newest_sent_s)
             self._given_up[stream] = None
 
     def _trust_until(self, sent_s: float) -> None:
@@ -282,7 +310,6 @@ class SyncLedger:
         self.lost += 1
         self.consecutive_lost += 1
         self.most_in_a_row = max(self.most_in_a_row, self.consecutive_lost)
-        self._after_gap = True
 
     @staticmethod
     def _pairs_fully(open_: deque[SyncedAnswer], held: deque[_Held]) -> bool:
@@ -298,7 +325,6 @@ class SyncLedger:
     def _count(self, entry: SyncedAnswer, next_sent_s: float) -> None:
         """Count one answered SYNC and take its delay into mean and variance (Welford)."""
         self.consecutive_lost = 0
-        self._after_gap = False
         self.received += 1
         if entry.received_s > next_sent_s:
             self.late += 1

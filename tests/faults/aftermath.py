@@ -9,7 +9,9 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow.parquet as pq
+from numpy.typing import NDArray
 
+from agent.acquisition import Acquisition
 from agent.errors import AgentError
 from agent.record.recover import recover
 from agent.wire_drive import bus_config, drive_config
@@ -103,7 +105,11 @@ def recording_troubles(folder: Path) -> list[str]:
 
 
 def kept_of(folder: Path, watch: Watch) -> tuple[int, int | None, float, int]:
-    """Return rows that can be read, samples lost, the farthest position from the truth, doubts."""
+    """Return rows that can be read, samples lost, the farthest position from the truth, doubts.
+
+    Rows of which the recording itself says when they are doubtful are no position of that time;
+    what else is doubtful, all rows may be.
+    """
     paths = list(folder.glob("*.parquet"))
     if not paths:
         return 0, None, 0.0, 0
@@ -113,7 +119,13 @@ def kept_of(folder: Path, watch: Watch) -> tuple[int, int | None, float, int]:
     # The drive reads its encoder at the beginning of an integration step.
     taken_s = table["time_s"].to_numpy() + watch.origin_s - watch.step_s
     truth = np.interp(taken_s, watch.times_s, watch.positions_rad)
-    misplaced = np.abs(position - truth).max() if len(position) else 0.0
-    account = metadata.get("acquisition", {})
-    doubts = account.get("doubtful", 0) + len(account.get("changed", ()))
-    return len(position), metadata.get("samples_lost"), float(misplaced), doubts
+    account = Acquisition.from_metadata(metadata, str(paths[0]))
+    if account is None:
+        return len(position), metadata.get("samples_lost"), _farthest(position - truth), 0
+    sure = ~account.doubts(table["time_s"].to_numpy())
+    misplaced_rad = _farthest((position - truth)[sure])
+    return len(position), metadata["samples_lost"], misplaced_rad, len(account.changed)
+
+
+def _farthest(off_rad: NDArray[np.float64]) -> float:
+    return float(np.abs(off_rad).max(initial=0.0))

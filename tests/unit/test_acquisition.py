@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import random
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from agent.acquisition import KEY, Acquisition, total
+from agent.cycle.recorder import Recorder
+from agent.cycle.sequence import Step
 from agent.errors import InputError
-from drivers.ports import SyncAccount
+from drivers.cia402.doubts import MOST, Doubts
+from drivers.ports import Command, DriveState, Goal, Sample, SyncAccount, WatchdogProof
 
 GOOD = Acquisition(
     expected=1000, received=990, lost=10, late=3, jitter_s=1e-4, dropped_by_kernel=4, not_asked=7
@@ -39,6 +48,8 @@ def test_what_is_not_ours_is_left_alone(document: dict[str, Any]) -> None:
         ({"received": 1001}, "more than the 1000"),
         ({"jitter_s": float("nan")}, "jitter_s must not"),
         ({"expected": "many"}, "cannot be right"),
+        ({"doubtful_s": [[2.0, 1.0]]}, "from 0 on"),
+        ({"doubtful_s": [3.0]}, "cannot be right"),
     ],
 )
 def test_an_account_that_cannot_be_right_is_refused(changes: dict[str, Any], says: str) -> None:
@@ -61,3 +72,48 @@ def test_the_sum_knows_no_more_than_its_parts() -> None:
     assert unknown is not None
     assert unknown.dropped_by_kernel is None
     assert total([]) is None
+
+
+@given(
+    seed=st.integers(0, 1000),
+    count=st.sampled_from((1, 30, MOST, 3 * MOST)),
+    lasts=st.integers(0, 5),
+)
+@settings(max_examples=10)
+def test_doubtful_rows_stay_located_however_many_they_are(
+    seed: int, count: int, lasts: int
+) -> None:
+    """In a recording whose first row is the thousandth that the drive was asked for."""
+    begun = random.Random(seed).sample(range(20_000), count)
+    doubts = Doubts()
+    for first in begun:
+        doubts.add(float(first), float(first + lasts))
+    rows: list[Sequence[float | str]] = []
+    recorder = Recorder(_Rows(rows), with_temperature=False, with_probe=False)
+    recorder.sent(1000.0, Step(Command(Goal.ON, 0.0), "stair", 0.0))
+    recorder.keep([Sample(1000.0, 1000.0, 0.0, 0.0, 0.0, 0.0, DriveState.ON, False)])
+    assert rows[0][0] == 0.0
+    account = recorder.located(SyncAccount(doubtful_s=doubts.spans()))
+    written = json.loads(json.dumps({KEY: Acquisition(**dataclasses.asdict(account)).to_json()}))
+    found = Acquisition.from_metadata(written, "it")
+    assert found is not None
+    assert found.doubtful_s is not None
+    assert len(found.doubtful_s) <= MOST
+    held = set(np.flatnonzero(found.doubts(np.arange(0.0, 20_000.0))).tolist())
+    wanted = {first + k - 1000 for first in begun for k in range(lasts + 1)} & set(range(20_000))
+    assert held >= wanted
+    if len(begun) <= MOST:
+        assert held == wanted
+
+
+class _Rows:
+    """Keeps rows, and is no file."""
+
+    def __init__(self, rows: list[Sequence[float | str]]) -> None:
+        self.append = rows.append
+
+    def note(self, proof: WatchdogProof) -> None:
+        raise NotImplementedError
+
+    def finish(self, *, account: SyncAccount | None, stopped_because: str) -> Path | None:
+        raise NotImplementedError

@@ -192,7 +192,8 @@ class _Link:
         self.placing = Placing(PERIOD_S, Scaling(65536, 1.0))
         self.speed_rad_s = speed_rad_s
         self.in_flight: list[tuple[float, bytes]] = []
-        self.misplaced = self.rows = 0
+        self.misplaced_s: list[float] = []
+        self.rows = 0
         self.arrived_s = 0.0
 
     def place(self, answer: SyncedAnswer) -> Place:
@@ -202,11 +203,21 @@ class _Link:
             answer.sent_s, 0.0, at_rad, self.speed_rad_s, 0.0, math.nan, DriveState.ON, False
         )
         place = self.placing.judge(sample) if answer.contested else Place.UNKNOWN
+        if place is Place.CONTRADICTED and answer.counted:
+            place = Place.DOUBTFUL
         if place is not Place.CONTRADICTED:
-            self.placing.keep(sample)
             self.rows += 1
-            self.misplaced += k != round(answer.sent_s / PERIOD_S)
+            if k != round(answer.sent_s / PERIOD_S):
+                self.misplaced_s.append(answer.sent_s)
+        if place not in (Place.CONTRADICTED, Place.DOUBTFUL):
+            self.placing.keep(sample)
         return place
+
+    @property
+    def misplaced(self) -> int:
+        """Return how many rows are in another's place and in no doubtful interval."""
+        spans = self.book.account().doubtful_s or ()
+        return sum(not any(a <= at_s <= b for a, b in spans) for at_s in self.misplaced_s)
 
     def hear(self, until_s: float) -> None:
         while self.in_flight and self.in_flight[0][0] <= until_s:
@@ -253,7 +264,8 @@ def test_at_standstill_rows_late_by_whole_periods_are_called_doubtful(
     link = _Link(0.0)
     late_s = 0.0003 + periods * PERIOD_S
     link.run([late_s if begins <= k < begins + lasts else 0.0003 for k in range(200)])
-    assert link.book.account().doubtful >= link.misplaced
+    assert link.misplaced == 0
+    assert link.book.account().doubtful >= len(link.misplaced_s)
 
 
 def _says(place: Place, _answer: SyncedAnswer) -> Place:
@@ -271,7 +283,7 @@ def test_what_the_drive_measured_late_is_taken_and_called_doubtful() -> None:
             sent_s, received_s, 50.0 * measured_s, 50.0, 0.0, math.nan, DriveState.ON, False
         )
 
-    for measured_late_s, place in ((0.02, Place.MEASURED_LATE), (0.0, Place.BORNE_OUT)):
+    for measured_late_s, place in ((0.02, Place.DOUBTFUL), (0.0, Place.BORNE_OUT)):
         placing, book = Placing(PERIOD_S, Scaling(65536, 1.0)), ledger()
         placing.keep(sample(0.0, 0.0003, 0.0003))
         sent_s, received_s = PERIOD_S, PERIOD_S + 0.0203
@@ -280,7 +292,8 @@ def test_what_the_drive_measured_late_is_taken_and_called_doubtful() -> None:
         book.answered(0, received_s, b"")
         assert len(book.settle(received_s, functools.partial(_says, place))) == 1
         account = book.account()
-        assert (account.received, account.doubtful) == (1, place is Place.MEASURED_LATE)
+        assert (account.received, account.doubtful) == (1, place is Place.DOUBTFUL)
+        assert account.doubtful_s == (((sent_s, sent_s),) if place is Place.DOUBTFUL else ())
 
 
 @given(seed=st.integers(0, 10_000), streams=st.integers(1, 2))

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import can
 import pytest
 
-from fakes.process import LateClock, open_bus, run_process
+from fakes.process import Arrivals, LateClock, open_bus, run_process
 
 GROUP = "239.74.163.2"
 
@@ -86,3 +87,19 @@ def test_the_late_clock_makes_up_for_a_little_and_skips_the_rest() -> None:
     assert clock.now(4600.0) == 0.75
     assert clock.skipped_s == pytest.approx(3599.25)
     assert clock.now(4600.25) == 1.0
+
+
+def test_a_frame_acts_when_it_came_however_late_the_process_takes_it() -> None:
+    """Beside other programs the fake had measured three SYNCs at one moment, and one before it."""
+
+    def stamped(ago_s: float) -> can.Message:
+        return can.Message(timestamp=1e-9 * time.time_ns() - ago_s)
+
+    arrivals, begins_s = Arrivals(LateClock()), time.perf_counter()
+    assert arrivals.moment_of(None, begins_s - 0.2) == 0.0
+    late_s = 0.2 + time.perf_counter() - begins_s
+    early, late = (arrivals.moment_of(stamped(ago_s), begins_s) for ago_s in (0.05, 0.03))
+    assert 0.01 < late - early < 0.02 + late_s
+    assert 0.1 < early < late_s
+    assert arrivals.moment_of(stamped(0.1), begins_s) == late  # time never goes back
+    assert arrivals.moment_of(stamped(3600.0), begins_s) >= 0.2  # a wall clock that was set

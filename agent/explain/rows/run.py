@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from agent.acquisition import Acquisition
 from agent.identify.result import Floats
 from agent.identify.signals.arrays import Signals
 from agent.identify.thermal.stand_in import lacks_gearbox_temperature, with_stand_in
@@ -59,13 +60,14 @@ class Run:
         name: str,
         started_s: float = math.nan,
         payload_kg: float = math.nan,
+        acquisition: Acquisition | None = None,
     ) -> Run:
-        """Take a recording's columns, named as in contract section 2."""
+        """Take a recording's columns, named as in contract section 2, less its doubtful rows."""
         known = {
             key: np.asarray(columns[key], dtype=np.float64) for key in OPTIONAL if key in columns
         }
         return cls(
-            Signals.from_columns(columns, gear_ratio, name=name),
+            Signals.from_columns(columns, gear_ratio, name=name, acquisition=acquisition),
             {key: value for key, value in known.items() if np.isfinite(value).any()},
             started_s,
             payload_kg,

@@ -17,9 +17,10 @@ from agent.samples import usable
 class Signals:
     """One recording's arrays, all of shape (n,), SI, motor side but for `position_arm_rad`.
 
-    `valid` is False where a needed sample is no number that can be (`agent.samples`).
+    `valid` is False where a needed sample is no number that can be (`agent.samples`), and where the
+    account calls a row doubtful: its motion and torque are NaN here, for they are of another time.
     `velocity_rad_s` is the drive's own, or None when it must be derived from `position_rad`; at
-    least one of the two is there.
+    least one of the two is there. `left_out` is how many rows are doubtful.
     """
 
     time_s: Floats
@@ -31,6 +32,7 @@ class Signals:
     name: str = "recording"
     samples_lost: int = 0
     acquisition: Acquisition | None = None
+    left_out: int = 0
     gearbox_temperature_degc: Floats | None = None
     velocity_command_rad_s: Floats | None = None
     position_command_rad: Floats | None = None
@@ -74,6 +76,15 @@ class Signals:
             )
         if position_rad is None and velocity_rad_s is None:
             raise ValueError(f"{name}: expected position_rad or velocity_rad_s, found neither")
+        left_out = 0
+        if acquisition is not None and acquisition.doubtful_s:
+            doubtful = acquisition.doubts(time_s)
+            left_out = int(np.count_nonzero(doubtful))
+            torque_nm = np.where(doubtful, np.nan, torque_nm)
+            if position_rad is not None:
+                position_rad = np.where(doubtful, np.nan, position_rad)
+            if velocity_rad_s is not None:
+                velocity_rad_s = np.where(doubtful, np.nan, velocity_rad_s)
         valid = usable(time_s) & usable(torque_nm)
         for signal in (position_rad, velocity_rad_s):
             if signal is not None:
@@ -88,6 +99,7 @@ class Signals:
             name=name,
             samples_lost=samples_lost,
             acquisition=acquisition,
+            left_out=left_out,
             gearbox_temperature_degc=floats("gearbox_temperature_degc"),
             velocity_command_rad_s=floats("velocity_command_rad_s"),
             position_command_rad=floats("position_command_rad"),

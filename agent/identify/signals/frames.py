@@ -11,8 +11,14 @@ share p of them is lost at the worst end; its own 95 % interval is ``2 s / sqrt(
 Frames that the kernel dropped have a known cause: this computer had no room for them. They come in
 bursts that the joint does not choose, so they count as gaps and not against the tolerance. Rows
 that are missing without being in the account at all have no cause that anybody knows; up to one in
-a thousand, or three, they are borne, as are rows that may stand a period off: at a steady speed
-such a row has its neighbour's torque, and so few change no fit.
+a thousand, or three, they are borne.
+
+Rows that may stand in another's place in time are doubtful. Where the account says when, they are
+left out, and so they are lost: most often to a computer that stood still, which the joint does not
+choose, but a drive that is too busy at high speed answers late, too, and shows it only while it
+moves. So they count against the tolerance. Where nobody says which they are (recordings of earlier
+versions) up to one in a thousand, or three, are borne: at a steady speed such a row has its
+neighbour's torque, and so few change no fit.
 """
 
 from __future__ import annotations
@@ -37,18 +43,20 @@ def objections_of_frames(motion: Motion) -> list[str]:
             f"beginning ({account.changed[0]}): nobody can tell what its samples are"
         ]
     asked = signals.time_s.shape[0] + signals.samples_lost
-    lost = signals.samples_lost
+    lost, left_out = signals.samples_lost, signals.left_out
     if account is not None:
         asked, lost = max(account.expected, 1), account.lost_unexplained
-    if lost > TOLERATED * asked:
+    if lost + left_out > TOLERATED * asked:
+        late = f", and {left_out} may stand in another's place in time" if left_out else ""
         return [
-            f"{signals.name}: {lost} of {asked} samples that were asked for never came "
-            f"({100.0 * lost / asked:.2g} %; up to {100.0 * TOLERATED:g} % can be borne); too many "
-            "frames lost without a known cause"
+            f"{signals.name}: {lost} of {asked} samples that were asked for never came{late} "
+            f"({100.0 * (lost + left_out) / asked:.2g} %; up to {100.0 * TOLERATED:g} % can be "
+            "borne); too many frames lost without a known cause"
         ]
     if account is None:
         return []
-    if account.doubtful > max(_UNCOUNTED_LEAST, _UNCOUNTED * asked):
+    located = account.doubtful_s is not None
+    if not located and account.doubtful > max(_UNCOUNTED_LEAST, _UNCOUNTED * asked):
         return [
             f"{signals.name}: {account.doubtful} of {account.received} samples may stand in their "
             "neighbour's place in time: answers came late by whole periods and were taken for lost"

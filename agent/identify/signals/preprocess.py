@@ -113,6 +113,12 @@ def read_motion(signals: Signals) -> Motion:
             position = stretch.on_grid(signals, signals.position_rad)
             velocities.append(np.gradient(position, stretch.period_s))
     notes = []
+    if signals.left_out:
+        rows = "1 row" if signals.left_out == 1 else f"{signals.left_out} rows"
+        notes.append(
+            f"{signals.name}: {rows} that may stand in another's place in time "
+            "(a SYNC or an answer was held up) are left out"
+        )
     if derived:
         notes.append(f"{signals.name}: velocity was derived from position by central differences")
     resampled = sum(s.resampled for s in timing.stretches)
