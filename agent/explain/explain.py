@@ -23,6 +23,7 @@ from agent.explain.answer.result import (
     fit_of,
 )
 from agent.explain.answer.sentences import only_heard
+from agent.explain.carrying import Given, studied, with_load
 from agent.explain.choosing.aliases import aliases
 from agent.explain.choosing.by_use import clock_or_use
 from agent.explain.choosing.heard import BACKLASH
@@ -31,13 +32,15 @@ from agent.explain.experiment.proposal import next_experiments
 from agent.explain.findings import OFFSET_OR_ASYMMETRY, findings_of
 from agent.explain.location.dynamic_curves import spectrum_around
 from agent.explain.location.leftover import left_regions, line_regions
+from agent.explain.numbers.loads import differs_unsaid, said_of, without_unknown_loads
 from agent.explain.numbers.model import fit_model
 from agent.explain.plausible import contradiction, far_off, turned_gravity
 from agent.explain.rows.creep import without_creep
 from agent.explain.rows.evidence import effective_size
 from agent.explain.rows.run import Run, stood_in, without_gearbox_temperature
+from agent.explain.rows.stamps import put_right
 from agent.explain.rows.table import BASE, Table, tabulate
-from agent.explain.study import Study, study
+from agent.explain.study import Study
 from agent.explain.traces import traces_of
 from agent.explain.undecidable import undecidable
 from agent.explain.unnamed import own_numbers, taken_back, unnamed, unproven
@@ -80,10 +83,13 @@ def explain(
     against = contradiction((*runs, *holdout))
     if against and not refusal:
         refusal = f"not decidable: {against}"
+    everything, stamped = put_right((*runs, *holdout))
+    runs, holdout = everything[: len(runs)], everything[len(runs) :]
     by_motor = without_gearbox_temperature((*runs, *holdout))
     if by_motor:
         runs, holdout = stood_in(runs), stood_in(holdout)
     table: Table | None = None
+    holdout, apart = without_unknown_loads(twin, runs, holdout)
     if not refusal:
         try:
             table = without_creep(tabulate(twin, runs))
@@ -93,38 +99,52 @@ def explain(
             refusal = undecidable(table, twin)
     if refusal or table is None:
         return _nothing(refusal, *names)
-    found = study(twin, table)
-    findings = findings_of(found)
+    found, given = studied(twin, table)
+    named = findings_of(found)
+    findings = with_load(named, found, given)
     verdict = verdict_of(found, findings, left_share(found))
     menu = _experiments(found, limits)
     if verdict == "unexplained":
         found = unnamed(found)
-        findings = tuple(f for f in findings if f.effect in own_numbers(found))
+        named = _own(named, found)
+        findings = with_load(named, found, given)
     try:
-        proven, traces = _proof(found, holdout, named=verdict != "unexplained")
+        proven, traces = _proof(found, given, holdout, named=verdict != "unexplained")
     except ValueError as error:
         return _nothing(f"the hold-out cannot be compared: {error}", *names)
     back = taken_back(verdict, findings, proven)
     if back:
         found = unnamed(found)
-        findings = tuple(f for f in findings if f.effect in own_numbers(found))
+        named = _own(named, found)
+        findings = with_load(named, found, given)
         verdict = verdict_of(found, findings, left_share(found))
-        proven, traces = _proof(found, holdout, named=False)
-    answer = _explanation(found, verdict, findings, proven, traces, menu, *names, by_motor=by_motor)
-    return replace(answer, reasons=(*back, *answer.reasons))
+        proven, traces = _proof(found, given, holdout, named=False)
+    answer = _explanation(
+        found, given, verdict, findings, proven, traces, menu, *names, by_motor=by_motor
+    )
+    carried = said_of(runs, twin, given.loads)
+    if answer.verdict in ("unexplained", "partly-explained"):
+        carried = tuple(said for said in (*carried, differs_unsaid(found.table)) if said)
+    return replace(answer, reasons=(*back, *carried, *apart, *answer.reasons, *stamped))
+
+
+def _own(findings: Sequence[Finding], found: Study) -> tuple[Finding, ...]:
+    """Return what of the twin's own numbers is told where nothing beside them is named."""
+    return tuple(f for f in findings if f.effect in own_numbers(found))
 
 
 def _proof(
-    found: Study, holdout: Sequence[Run], *, named: bool
+    found: Study, given: Given, holdout: Sequence[Run], *, named: bool
 ) -> tuple[Holdout, tuple[Trace, ...]]:
     """Return what the findings are worth on unseen data, and every recording before and after."""
     table = found.table
     refitted = proof.refitted_twin(table, found.twin)
-    traces = traces_of(found, refitted, table, held_out=False)
+    as_given = replace(found, twin=given.twin)
+    traces = traces_of(as_given, refitted, table, held_out=False)
     if holdout:
-        compared, unseen = proof.compare_runs(found.twin, refitted, found.extended, holdout, table)
+        compared, unseen = proof.compare_runs(given.twin, refitted, found.extended, holdout, table)
         source = "recordings that it had not seen"
-        traces = (*traces, *traces_of(found, refitted, unseen, held_out=True))
+        traces = (*traces, *traces_of(as_given, refitted, unseen, held_out=True))
     else:
         library = found.library if named else replace(found.library, candidates=())
         compared, source = proof.compare_folds(library)
@@ -158,6 +178,7 @@ def _nothing(reason: str, recordings: tuple[str, ...], held_out: tuple[str, ...]
 
 def _explanation(
     found: Study,
+    as_given: Given,
     verdict: Verdict,
     findings: tuple[Finding, ...],
     proven: Holdout,
@@ -175,7 +196,7 @@ def _explanation(
     if verdict == "explained" and unproven(proven):
         verdict = "partly-explained"
     given, refitted = (
-        fit_of(measured, left[rows]) for left in (table.target_nm, found.refitted_nm)
+        fit_of(measured, left[rows]) for left in (as_given.table.target_nm, found.refitted_nm)
     )
     following = menu if any(f.alternatives for f in findings) else ()
     return Explanation(

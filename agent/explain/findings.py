@@ -59,14 +59,14 @@ def findings_of(study: Study) -> tuple[Finding, ...]:
         for index, (term, share) in enumerate(zip(study.choice.terms, shares, strict=True))
     ]
     found += [_number_finding(study, wrong) for wrong in study.numbers]
-    found.sort(key=lambda f: -_energy_nm2(study, f))
+    found.sort(key=lambda f: -energy_nm2(study, f))
     if not any(f.effect == "torque-saturation" for f in found):
         # A drive at its limit comes first: the motion was not the one that was asked for.
         found = [*_saturation_findings(study), *found]
     return tuple(replace(f, rank=rank) for rank, f in enumerate(found, start=1))
 
 
-def _energy_nm2(study: Study, finding: Finding) -> float:
+def energy_nm2(study: Study, finding: Finding) -> float:
     """Return the mean square torque that a finding accounts for, N m squared.
 
     A wrong number's share is of what the twin as given leaves, that of physics of what its refitted

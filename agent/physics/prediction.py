@@ -69,7 +69,7 @@ def predict_parts(twin: Twin, motion: Motion, smooth: Smooth | None = None) -> d
             continue
         before, motion = motion, entry.form.corrected(entry.numbers, motion)
         parts[entry.label] = _plain_nm(twin, motion) - _plain_nm(twin, before)
-    base = _base(twin, entries)
+    base = _base(twin, entries, motion)
     for entry in entries:
         if entry.form.added_nm is not None and entry.id not in CARRIED:
             parts[entry.label] = _added_nm(entry, motion, base)
@@ -128,11 +128,16 @@ def _added_nm(entry: _Entry, motion: Motion, base: Base) -> Floats:
         raise ValueError(f"{entry.label}: {error}") from error
 
 
-def _base(twin: Twin, entries: Sequence[_Entry]) -> Base:
+def _base(twin: Twin, entries: Sequence[_Entry], motion: Motion) -> Base:
     """Return the numbers that effects lean on, with what other effects say of the same numbers."""
 
     def extra(effect: str, name: str) -> float:
-        return sum(e.numbers[name] for e in entries if e.id == effect)
+        return sum(e.numbers.get(name, 0.0) for e in entries if e.id == effect) + sum(
+            e.numbers.get(f"{name}_per_kg", 0.0)
+            * motion.payload_beyond_kg(e.numbers["reference_payload_kg"])
+            for e in entries
+            if e.id == effect and "reference_payload_kg" in e.numbers
+        )
 
     names = ("static_extra_nm", "stribeck_velocity_rad_s", "exponent")
     return Base(
@@ -142,6 +147,7 @@ def _base(twin: Twin, entries: Sequence[_Entry]) -> Base:
         twin.gravity_sin_nm + extra("gravity-imbalance", "gravity_sin_nm"),
         twin.gravity_cos_nm + extra("gravity-imbalance", "gravity_cos_nm"),
         tuple(Boundary(*(e.numbers[n] for n in names)) for e in entries if e.id == "stribeck"),
+        extra("gravity-imbalance", "inertia_kg_m2"),
     )
 
 

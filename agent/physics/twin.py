@@ -110,6 +110,7 @@ class Twin:
         started_at_unix_s: float | None = None,
         run: float | None = None,
         turned_rad: Floats | None = None,
+        payload_kg: float | None = None,
     ) -> Floats:
         """Return the torque in N m, shape (n,), that the drive reports for a measured motion.
 
@@ -130,6 +131,7 @@ class Twin:
             started_at_unix_s,
             run,
             turned_rad=turned_rad,
+            payload_kg=payload_kg,
         )
         return self.predict(motion)
 

@@ -35,26 +35,33 @@ _LABELS: Mapping[str, str] = MappingProxyType(
         "factor": "Torque factor (real over reported)",
         "factor_per_k": "Torque factor, growth with temperature",
         "film_damping_nm_s_per_rad": "Damping between teeth that are apart",
+        "gravity_cos_nm_per_kg": "Gravity, cosine of the arm angle, of a kilogram more",
+        "gravity_sin_nm_per_kg": "Gravity, sine of the arm angle, of a kilogram more",
         "gravity_cos_nm": "Gravity missing, cosine of the arm angle",
         "gravity_sin_nm": "Gravity missing, sine of the arm angle",
         "half_gap_rad": "Half of the gap, motor angle",
         "height_nm": "Height",
         "hysteresis_nm": "Inner friction",
         "hysteresis_travel_arm_rad": "Travel of the inner friction, arm angle",
+        "inertia_kg_m2_per_kg": "Inertia of a kilogram more, motor side",
         "inertia_extra_kg_m2": "Inertia, true less simulated",
         "limit_nm": "Torque limit of the drive",
         "load_boundary_coefficient": "Friction per load at low speed",
         "load_coefficient": "Friction per load",
         "load_velocity_rad_s": "Speed at which that has faded",
+        "motor_1000_turns": "Turns of the motor when they began",
         "neutral_arm_rad": "Arm angle without pull",
+        "operating_h": "Time of operation when they began",
         "order_per_arm_rev": "Order per arm turn",
         "order_per_motor_rev": "Order per motor turn",
         "plateau_nm": "Bend, torque that it ends at",
         "plateau_velocity_rad_s": "Speed at which half of that is there",
         "power_nm": "Bend, torque at the reference speed",
+        "recorded_from": "When recordings began, and the last ended",
         "reference_1000_turns": "Reference use",
         "reference_degc": "Reference temperature",
         "reference_operating_h": "Reference use",
+        "reference_payload_kg": "Reference payload",
         "reference_run": "Reference run",
         "reference_started_at": "Reference time",
         "reference_velocity_rad_s": "Reference speed",
@@ -93,6 +100,7 @@ _LABELS: Mapping[str, str] = MappingProxyType(
 _PER: Mapping[str, str] = MappingProxyType(
     {
         "_per_k": "/K",
+        "_per_kg": "/kg",
         "_per_operating_h": "/h",
         "_per_h": "/h",
         "_per_run": " per run",
@@ -109,7 +117,7 @@ _WHOLE: Mapping[str, str] = MappingProxyType(
         "_h": "h",
     }
 )
-_SCALED = ("N m s/rad", "N m")  # what `scale_for` can write small, the longest first
+_SCALED = ("N m s/rad", "N m", "kg m²")  # what `scale_for` can write small, the longest first
 
 
 def quantity_label(name: str) -> str:

@@ -34,6 +34,7 @@ def predicted(*effects: Effect) -> Any:
         motor_temperature_degc=TEMPERATURE,
         started_at_unix_s=3.0 * 3600.0,
         run=7.0,
+        payload_kg=3.0,
     )
 
 
@@ -153,6 +154,16 @@ BY_HAND: list[tuple[str, dict[str, Any], Any]] = [
             "reference_started_at": "1970-01-01T01:00:00+01:00",
         },
         (-0.2 * SIGN + 1e-3 * VELOCITY) * (1.0 - np.exp(-(3.0 + TIME / 3600.0) / 5.0)),
+    ),
+    (
+        "gravity-imbalance",
+        {
+            "inertia_kg_m2_per_kg": 0.002,
+            "gravity_sin_nm_per_kg": 0.1,
+            "gravity_cos_nm_per_kg": -0.05,
+            "reference_payload_kg": 1.0,
+        },
+        2.0 * (0.002 * ACCELERATION + 0.1 * np.sin(ARM) - 0.05 * np.cos(ARM)),
     ),
     (
         "friction-drift",

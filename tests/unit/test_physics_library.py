@@ -49,6 +49,7 @@ MOTION = Motion(
     np.linspace(31.0, 45.0, 801),
     7200.0,
     3.0,
+    payload_kg=2.0,
 )
 
 
@@ -195,11 +196,17 @@ def test_two_of_one_kind_add_up_and_are_told_apart() -> None:
 def test_an_unknown_weight_loads_gear_and_spring_as_the_twins_own_does() -> None:
     weight = Effect("gravity-imbalance", {"gravity_sin_nm": 0.4, "gravity_cos_nm": -0.1})
     heavier = Twin("r", 1, 50.0, 0.02, 0.5, 0.004, 0.7, 0.1)
+    per_kg = {"gravity_sin_nm_per_kg": 0.4, "gravity_cos_nm_per_kg": -0.1}
+    payload = Effect("gravity-imbalance", {**per_kg, "reference_payload_kg": 1.0})
     spring = Effect("joint-flexibility", typical(LIBRARY["joint-flexibility"].forms[0]))
     load = Effect("load-dependent-friction", {"load_coefficient": 0.2})
     for effect in (spring, load):
         own = Twin(**{**vars(heavier), "effects": (effect,)})
         assert twin(weight, effect).predict(MOTION) == pytest.approx(own.predict(MOTION))
+        assert twin(payload, effect).predict(MOTION) == pytest.approx(own.predict(MOTION))
+        assert twin(payload, effect).predict(replace(MOTION, payload_kg=None)) == pytest.approx(
+            twin(effect).predict(MOTION)
+        )
 
 
 def test_numbers_of_two_forms_at_once_are_refused() -> None:

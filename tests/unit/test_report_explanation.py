@@ -276,6 +276,7 @@ def test_every_effect_of_the_library_and_each_of_its_numbers_is_called_something
         "load_boundary_coefficient",
         "order_per_arm_rev",
         "order_per_motor_rev",
+        "recorded_from",
         "reference_run",
         "reference_started_at",
     }
@@ -287,6 +288,8 @@ def test_every_effect_of_the_library_and_each_of_its_numbers_is_called_something
         ("coulomb_nm_per_k", 0.0021, "2.100 mN m/K"),
         ("viscous_nm_s_per_rad_per_h", 0.000052, "52.00 µN m s/rad/h"),
         ("coulomb_nm_per_run", 0.2, "0.2000 N m per run"),
+        ("coulomb_nm_per_1000_turns", 0.002, "2.000 mN m per 1000 turns"),
+        ("inertia_kg_m2_per_kg", 0.0001, "1.000 kg cm²/kg"),
         ("stiffness_nm_per_arm_rad", 4.0, "4.000 N m/rad"),
         ("center_arm_rad", math.pi / 4.0, "45.00 degrees"),
         ("factor_per_k", -0.001, "−0.001000 1/K"),

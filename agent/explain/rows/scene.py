@@ -108,6 +108,8 @@ class Scene:
     def weight_nm(self) -> Floats:
         """Return what the arm is held against, gravity and what was found beside it, (N,)."""
         held = np.zeros(self.direction.shape[0]) if self.held_nm is None else self.held_nm
+        if self.table.load_nm is not None:
+            held = held + self.table.load_nm
         if not self.has("position_rad"):
             return held
         sin_nm, cos_nm = self.theta[3:5]
@@ -138,6 +140,8 @@ class Scene:
     def weight_rows(self) -> Floats:
         """Return `weight_nm` at the rows, shape (n,)."""
         gravity = np.asarray(self.table.base[:, 3:5] @ self.theta[3:5])
+        if self.table.load_nm is not None:
+            gravity = gravity + self.table.band(self.table.load_nm)
         return gravity if self.held_nm is None else gravity + self.table.band(self.held_nm)
 
     @cached_property

@@ -78,6 +78,8 @@ class Table:
         By how much it had been later, where it was brought in step.
     creep_rad_s : float
         Up to which speed rows are edges, as friction is not fully there.
+    load_nm : ndarray, shape (N,), optional
+        What payloads that recordings state add to the arm's load, as far as the twin knows.
     torque_late_s : float
         By how much the torque was found to be later than the motion: its edges are left out, too.
     """
@@ -101,6 +103,7 @@ class Table:
     late_s: float = 0.0
     creep_rad_s: float = 0.0
     torque_late_s: float = 0.0
+    load_nm: Floats | None = None
 
     @property
     def target_nm(self) -> Floats:
@@ -314,6 +317,7 @@ def _table(
         used=used,
         simulated=simulated,
         aligned=aligned,
+        load_nm=_load_nm(twin, runs, pieces, full),
     )
 
 
@@ -354,6 +358,14 @@ def _base(full: Mapping[str, Floats], pieces: Sequence[Piece], gear_ratio: float
         kept = thinned_lowpass(raw.T, piece.period_s, piece.cutoff_hz, piece.stride)
         out[piece.rows] = kept.T
     return out
+
+
+def _load_nm(
+    twin: Twin, runs: Sequence[Run], pieces: Sequence[Piece], full: Mapping[str, Floats]
+) -> Floats | None:
+    """Return what payloads add to the arm's load, shape (N,); None where the twin knows of none."""
+    known = tuple(e for e in twin.effects if "reference_payload_kg" in e.parameters)
+    return _added_nm(replace(twin, effects=known), runs, pieces, full) if known else None
 
 
 def effects_nm(
@@ -401,6 +413,7 @@ def _added_nm(
             full["velocity_raw_rad_s"][at],
             full[TURNED][at] - (before[piece.run].turned_rad if len(runs) > 1 else 0.0),
             tuple(each for each in use if each.started_at_unix_s < started),
+            runs[piece.run].payload_kg if math.isfinite(runs[piece.run].payload_kg) else None,
         )
         out[at] = twin.predict(motion) - plain.predict(motion)
     return out

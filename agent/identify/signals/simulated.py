@@ -27,6 +27,7 @@ def simulated_torque_nm(
     signals: Signals,
     columns: Mapping[str, NDArray[Any]],
     started_at_unix_s: float | None = None,
+    payload_kg: float | None = None,
 ) -> Floats:
     """Return the twin's torque at a recording's samples, stretch by stretch, shape (n,).
 
@@ -43,6 +44,8 @@ def simulated_torque_nm(
         The recording's columns; those of the motor's angle and of temperatures are used.
     started_at_unix_s : float, optional
         When the recording started, seconds since 1970-01-01 UTC.
+    payload_kg : float, optional
+        What the arm carries.
 
     Raises
     ------
@@ -79,6 +82,7 @@ def simulated_torque_nm(
             motor_temperature_degc=column("motor_temperature_degc"),
             started_at_unix_s=started_at_unix_s,
             turned_rad=stretch.off_grid(signals, path),
+            payload_kg=payload_kg,
         )
         unknown = stretch.off_grid(signals, (~known).astype(np.float64)) > 0.0
         torque[stretch.index] = np.where(unknown, np.nan, predicted)

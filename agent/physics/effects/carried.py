@@ -7,7 +7,7 @@ has both effects says the arm in `joint-flexibility`, and of `backlash` only the
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -196,12 +196,19 @@ def carried_parts_nm(
     if flexible is None and gap is None:
         return {}
     if gap is None:
-        return {"joint-flexibility": Carrier(**flexible or {}).extra_nm(motion, base)}
-    both = Carrier(**_merged(flexible, gap))
+        return {"joint-flexibility": _loaded(flexible or {}, base).extra_nm(motion, base)}
+    both = _loaded(_merged(flexible, gap), base)
     if flexible is None:
         return {"backlash": both.extra_nm(motion, base)}
-    spring = Carrier(**flexible).extra_nm(motion, base)
+    spring = _loaded(flexible, base).extra_nm(motion, base)
     return {"joint-flexibility": spring, "backlash": both.extra_nm(motion, base) - spring}
+
+
+def _loaded(numbers: Numbers, base: Base) -> Carrier:
+    """Return what carries the arm with its payload."""
+    carrier = Carrier(**numbers)
+    inertia = carrier.arm_inertia_kg_m2 + base.payload_inertia_kg_m2
+    return replace(carrier, arm_inertia_kg_m2=inertia)
 
 
 def _white(values: Floats) -> float:

@@ -39,6 +39,28 @@ IMBALANCE_LAW = Law(
     "a mass fixed to this arm; other axes and the robot's base stand still",
 )
 
+PAYLOAD_LAW = Law(
+    "payload",
+    "(m - m0)(j a + gs sin(q) + gc cos(q)), m what the recording carries",
+    {
+        "inertia_kg_m2_per_kg": "j, inertia seen by the motor that a kilogram adds",
+        "gravity_sin_nm_per_kg": "gs, gravity's sine part that it adds",
+        "gravity_cos_nm_per_kg": "gc, gravity's cosine part that it adds",
+        "reference_payload_kg": "m0, the payload for which the twin's own numbers hold",
+    },
+    "thesis (3.1), (3.4): linear in a mass at one place of the arm",
+    "payloads with their centre of mass at one place; what does not say it carries m0",
+)
+
+
+def _payload(p: Numbers, motion: Motion, base: Base) -> Floats:
+    more_kg = motion.payload_beyond_kg(p["reference_payload_kg"])
+    torque = p["inertia_kg_m2_per_kg"] * motion.acceleration_rad_s2
+    gravity = np.array([p["gravity_sin_nm_per_kg"], p["gravity_cos_nm_per_kg"]])
+    if np.any(gravity) and more_kg:
+        torque = torque + gravity_columns(motion.need("position_rad"), base.gear_ratio) @ gravity
+    return np.asarray(more_kg * torque)
+
 
 def _inertia(p: Numbers, motion: Motion, base: Base) -> Floats:
     del base
@@ -91,6 +113,17 @@ CARDS = (
                 IMBALANCE_LAW,
                 {"gravity_sin_nm": amplitude(0.0), "gravity_cos_nm": amplitude(0.0)},
                 _gravity,
+            ),
+            Form(
+                "a payload that recordings state",
+                PAYLOAD_LAW,
+                {
+                    "inertia_kg_m2_per_kg": amplitude(0.0),
+                    "gravity_sin_nm_per_kg": amplitude(0.0),
+                    "gravity_cos_nm_per_kg": amplitude(0.0),
+                    "reference_payload_kg": not_negative(),
+                },
+                _payload,
             ),
         ),
         ("arm_position_rad",),

@@ -47,6 +47,8 @@ class Motion:
         first sample where it is not given.
     recorded_before : tuple of Recorded
         What was recorded of the joint before this run, as far as it is at hand.
+    payload_kg : float, optional
+        What the arm carries.
     """
 
     velocity_rad_s: Floats
@@ -61,6 +63,11 @@ class Motion:
     velocity_raw_rad_s: Floats | None = None
     turned_rad: Floats | None = None
     recorded_before: tuple[Recorded, ...] = ()
+    payload_kg: float | None = None
+
+    def payload_beyond_kg(self, reference_kg: float) -> float:
+        """Return how much more than a reference the arm carries; nothing where that is not said."""
+        return 0.0 if self.payload_kg is None else self.payload_kg - reference_kg
 
     @property
     def unfiltered(self) -> Motion:
@@ -114,7 +121,8 @@ class Base:
     """The twin's own numbers that effects refer to.
 
     Coulomb level and gravity are those that the twin ends up with: `wrong-number` and
-    `gravity-imbalance` are counted in, because a spring or a bristle cannot tell them apart.
+    `gravity-imbalance` are counted in, because a spring or a bristle cannot tell them apart; what a
+    stated payload adds to the arm's inertia stands beside the twin's own.
     """
 
     gear_ratio: float
@@ -123,6 +131,7 @@ class Base:
     gravity_sin_nm: float
     gravity_cos_nm: float
     boundaries: tuple[Boundary, ...] = ()
+    payload_inertia_kg_m2: float = 0.0
 
     def arm_rad(self, motion: Motion) -> Floats:
         """Return the arm's angle, shape (n,), as a stiff gear has it."""

@@ -1,0 +1,94 @@
+"""A study beside the payloads that recordings state, and the twin as it was given before them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from agent.explain.answer.result import Finding
+from agent.explain.findings import energy_nm2
+from agent.explain.numbers.loads import Loads, load_finding, loads_of
+from agent.explain.numbers.model import predicted
+from agent.explain.rows.creep import without_creep
+from agent.explain.rows.table import Table, tabulate
+from agent.explain.study import Study, study
+from agent.identify.result import Floats, Parameter
+from agent.physics.twin import Twin
+
+_MOST_ROUNDS = 2
+
+
+@dataclass(frozen=True)
+class Given:
+    """The twin as given, its table, and what payloads add that it does not know."""
+
+    twin: Twin
+    table: Table
+    loads: Loads | None
+
+
+def studied(twin: Twin, table: Table) -> tuple[Study, Given]:
+    """Return the study of what a twin leaves beside the payloads that its recordings state.
+
+    What payloads add is learnt once more beside the effects that were found, and these are looked
+    for again where it has moved by more than its own intervals.
+
+    Parameters
+    ----------
+    twin : Twin
+        As given.
+    table : Table
+        Of recordings that slide.
+    """
+    loads = loads_of(twin, table)
+    if loads is None:
+        return study(twin, table), Given(twin, table, None)
+    found = _beside(loads, twin, table)
+    for _ in range(_MOST_ROUNDS):
+        beside = _effects_nm(found.extended, table) - _effects_nm(twin, table) - loads.torque_nm
+        again = loads_of(twin, table, beside)
+        if again is None or not _moved(loads, again):
+            break
+        loads, found = again, _beside(again, twin, table)
+    return found, Given(twin, table, loads)
+
+
+def with_load(findings: Sequence[Finding], found: Study, given: Given) -> tuple[Finding, ...]:
+    """Return findings with that of the payloads among them, what accounts for most first."""
+    if given.loads is None:
+        return tuple(findings)
+    rows, floor = found.library.weighing.rows, found.floor.value_nm
+    before, left = given.table.target_nm[rows], found.table.target_nm[rows]
+    load = load_finding(given.loads, before, left, floor if floor > 0.0 else 0.0)
+    energy = float(np.mean(before**2)) - float(np.mean(left**2))
+    at = sum(energy_nm2(found, f) > energy for f in findings)
+    ordered = (*findings[:at], load, *findings[at:])
+    return tuple(replace(f, rank=rank) for rank, f in enumerate(ordered, start=1))
+
+
+def _beside(loads: Loads, twin: Twin, table: Table) -> Study:
+    """Return the study of a twin that knows the payloads."""
+    knowing = loads.carried_by(twin)
+    own = tabulate(knowing, table.runs, table.cutoff_hz, align_velocity=table.aligned)
+    return study(knowing, without_creep(own))
+
+
+def _effects_nm(twin: Twin, table: Table) -> Floats:
+    return predicted(table, twin) - predicted(table, replace(twin, effects=()))
+
+
+def _moved(before: Loads, after: Loads) -> bool:
+    """Return whether a number has moved out of its interval."""
+    return any(
+        abs(p.value - before.numbers[name].value) > _half(p)
+        for name, p in after.numbers.items()
+        if name in before.numbers
+    )
+
+
+def _half(parameter: Parameter) -> float:
+    ci = parameter.ci95
+    return math.inf if ci is None else 0.5 * (ci[1] - ci[0])
