@@ -37,6 +37,7 @@ SLOWEST_BEARABLE_HZ = 7.0
 _HEARD = 0.5  # of what the rigid joint leaves; rigid joints show up to 0.1, real ones, too
 _FREQUENCIES_HZ = np.geomspace(1.0, 12.0, 31)
 _DAMPINGS = (0.02, 0.05, 0.1, 0.2)
+_OVER = 8.0  # times the cutoff: nothing that a filtered signal has is lost at this rate
 _ACCELERATION = PARAMETERS.index("inertia_kg_m2")
 
 
@@ -81,7 +82,9 @@ def swinging_of(motions: Sequence[Motion]) -> Swinging | None:
         Recordings of one axis.
     """
     cutoff_hz = shared_cutoff(motions).frequency_hz
-    stretches = [s for motion in motions for s in filter_motion(motion, cutoff_hz)]
+    stretches = [
+        _thinned(s, cutoff_hz) for motion in motions for s in filter_motion(motion, cutoff_hz)
+    ]
     rows = [s.regressor[s.usable] for s in stretches]
     if not rows:
         return None
@@ -110,7 +113,29 @@ def swinging_of(motions: Sequence[Motion]) -> Swinging | None:
     return found
 
 
-def _tried(stretches: Sequence[FilteredStretch]) -> Iterator[tuple[float, float, Floats]]:
+@dataclass(frozen=True)
+class _Thinned:
+    """Every so many samples of a filtered stretch: `FilteredStretch` says what they are."""
+
+    period_s: float
+    regressor: Floats
+    torque_nm: Floats
+    usable: NDArray[np.bool_]
+
+
+def _thinned(filtered: FilteredStretch, cutoff_hz: float) -> _Thinned:
+    """Thin a stretch to a rate well above its low-pass; ten million rows took minutes to search."""
+    period_s = filtered.stretch.period_s
+    every = max(int(1.0 / (_OVER * cutoff_hz * period_s)), 1)
+    return _Thinned(
+        every * period_s,
+        filtered.regressor[::every].copy(),
+        filtered.torque_nm[::every].copy(),
+        filtered.usable[::every],
+    )
+
+
+def _tried(stretches: Sequence[_Thinned]) -> Iterator[tuple[float, float, Floats]]:
     """Yield each frequency and damping with ``(H - 1) a`` at the usable samples."""
     spectra = [_spectrum(filtered) for filtered in stretches]
     for frequency_hz in _FREQUENCIES_HZ.tolist():
@@ -125,7 +150,7 @@ def _tried(stretches: Sequence[FilteredStretch]) -> Iterator[tuple[float, float,
             yield frequency_hz, damping, np.concatenate(parts)
 
 
-def _spectrum(filtered: FilteredStretch) -> tuple[NDArray[np.complex128], Floats]:
+def _spectrum(filtered: _Thinned) -> tuple[NDArray[np.complex128], Floats]:
     """Return the acceleration's spectrum and its frequencies, shapes (m,).
 
     At least as many zeros follow as there are samples, so that no ringing of the end comes in at
@@ -133,5 +158,5 @@ def _spectrum(filtered: FilteredStretch) -> tuple[NDArray[np.complex128], Floats
     """
     acceleration = filtered.regressor[:, _ACCELERATION]
     count = 1 << (2 * acceleration.size - 1).bit_length()
-    at_hz: Floats = np.asarray(np.fft.rfftfreq(count, filtered.stretch.period_s), np.float64)
+    at_hz: Floats = np.asarray(np.fft.rfftfreq(count, filtered.period_s), np.float64)
     return np.fft.rfft(acceleration, count), at_hz

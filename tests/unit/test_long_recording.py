@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import tracemalloc
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
+import pytest
 
 from agent.identify.rigid.body import variance_inflation
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.lowpass import lowpass
 from agent.identify.signals.preprocess import read_motion
+from agent.identify.signals.sampling import Stretch
 from agent.identify.signals.windows import find_windows
 from agent.identify.uncertainty import block_jackknife
+from agent.monitor.swinging import _spectrum, swinging_of
 
 ROWS = 160_000
 
@@ -50,3 +54,38 @@ def test_short_moves_are_steady_in_a_long_recording_as_well() -> None:
     velocity = np.interp(time_s, ends, np.repeat(moves, 2))
     columns = {"time_s": time_s, "torque_nm": np.sign(velocity), "velocity_rad_s": velocity}
     assert len(find_windows(read_motion(Signals.from_columns(columns, 100.0)))) > 240
+
+
+def test_the_work_on_thousands_of_moves_grows_with_them_not_with_their_square(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # All of the recording was copied once a move, and searched for a swinging arm at full rate: of
+    # ten million rows and five thousand moves, ordinary work came to no end.
+    time_s = np.arange(60_000) / 1000.0
+    velocity = 20.0 * np.sin(3.0 * time_s) + np.sign(np.sin(np.pi * time_s))
+    torque = np.sign(velocity) + 0.01 * velocity + 0.02 * np.gradient(velocity, 1e-3)
+    columns = {"time_s": time_s, "torque_nm": torque, "velocity_rad_s": velocity}
+    motion = read_motion(Signals.from_columns(columns, 100.0))
+    searched: list[int] = []
+
+    def spectrum(thinned: Any) -> Any:
+        searched.append(thinned.usable.size)
+        return _spectrum(thinned)
+
+    monkeypatch.setattr("agent.monitor.swinging._spectrum", spectrum)
+    assert swinging_of([motion]) is not None
+    assert max(searched) < 15_000
+
+    held = np.repeat(np.resize([5.0, -5.0, 20.0, -20.0], 30), 2000)
+    columns = {"time_s": time_s, "torque_nm": np.sign(held), "velocity_rad_s": held}
+    motion = read_motion(Signals.from_columns(columns, 100.0))
+    copies: list[int] = []
+    on_grid = Stretch.on_grid
+
+    def copied(*of: Any) -> Any:
+        copies.append(1)
+        return on_grid(*of)
+
+    monkeypatch.setattr(Stretch, "on_grid", copied)
+    assert len(find_windows(motion)) > 20
+    assert len(copies) == 1

@@ -115,15 +115,15 @@ def merge_steady(
     Ripple and stick-slip make the optimal partition finer than the stair is.
     """
     merged = list(pieces)
-    gaps = [_gap(values, merged, i, relative) for i in range(len(merged) - 1)]
-    while gaps:
-        i = min(range(len(gaps)), key=gaps.__getitem__)
+    gaps = np.array([_gap(values, merged, i, relative) for i in range(len(merged) - 1)])
+    while gaps.size:
+        i = int(np.argmin(gaps))
         if not np.isfinite(gaps[i]):
             break
         merged[i : i + 2] = [(merged[i][0], merged[i + 1][1])]
-        del gaps[i]
+        gaps = np.delete(gaps, i)
         for j in (i - 1, i):
-            if 0 <= j < len(gaps):
+            if 0 <= j < gaps.size:
                 gaps[j] = _gap(values, merged, j, relative)
     return merged
 

@@ -117,11 +117,14 @@ def _heads_settled(motion: Motion, levels: Sequence[_Level]) -> bool:
     heads may stray no further, and not lean to one side of the speed change before them.
     """
     heads, tails, previous = [], [], 0.0
+    stretch, whole = None, np.zeros(0)
     for level in levels:
         came = np.sign(level.mean_rad_s - previous)
         previous = level.mean_rad_s
-        torque = level.stretch.on_grid(motion.signals, motion.signals.torque_nm)
-        torque = torque[level.start : level.stop]
+        if level.stretch is not stretch:  # once a stretch: it may have thousands of levels
+            stretch = level.stretch
+            whole = stretch.on_grid(motion.signals, motion.signals.torque_nm)
+        torque = whole[level.start : level.stop]
         middle = np.arange(level.head, torque.shape[0] - level.head)
         if level.head < 1 or middle.size < 2 * level.head:
             continue
