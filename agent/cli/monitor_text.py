@@ -63,7 +63,7 @@ def _effect(name: str, effect: Effect) -> str:
     """Return a change in torque and per cent, as one line."""
     scale = scale_for("N m", [effect.change_nm, *effect.ci95_nm])
     low, high = (scale.factor * end for end in effect.ci95_nm)
-    torque = f"{scale.factor * effect.change_nm:+.3g} {scale.unit} ({low:+.3g} to {high:+.3g})"
+    torque = f"{scale.factor * effect.change_nm:+#.3g} {scale.unit} ({low:+#.3g} to {high:+#.3g})"
     span = f"{effect.from_rad_s:.3g} to {effect.to_rad_s:.3g} rad/s"
     which = "all speeds" if name == "whole" else f"{name} speed"
     return f"    {which:<11} {span:<22} {torque}".replace("-", "−")

@@ -13,15 +13,17 @@ What is added, and what it costs: one cycle adds at most half of the threshold, 
 cycle is never an alarm and even a jump takes two cycles; a cycle that is missing changes nothing;
 the sum is kept from growing so far that recovery would not show. All-clear is the zero of a second
 sum, whose drift is half of the rise at most: after a short baseline k is larger, and a sum that
-falls to zero so soon would let a rise that has begun into the baseline. H1 is one more sum of the
-low-speed friction, tuned to its own false-alarm rate and to half of `high_rise`, after an H0, while
-the median of three cycles' rise, less what the shared error may be, is beyond `high_rise`.
+falls to zero so soon would let a rise that has begun into the baseline. The same sum of -z marks
+where friction has fallen: no alarm, but another joint than the one that was learned. H1 is one more
+sum of the low-speed friction, tuned to its own false-alarm rate and to half of `high_rise`, after
+an H0, while the median of three cycles' rise, less what the shared error may be, is beyond
+`high_rise`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -101,6 +103,7 @@ class Cusum:
         increased = np.zeros(series.time_s.size, dtype=np.bool_)
         high = np.zeros_like(increased)
         clear = np.ones_like(increased)
+        fallen = np.zeros_like(increased)
         enough = True
         for name, (found, tuning) in self._tuned(series).items():
             if found is None or not tuning.decidable:
@@ -113,6 +116,14 @@ class Cusum:
             half = min(tuning.drift, 0.5 * tuning.rise * found.level / found.scatter)
             strict = self._sums(found, half, tuning.allowance, tuning.increased, series.healthy)
             clear &= strict <= 0.0
+            falls = self._sums(
+                replace(found, z=-found.z),
+                tuning.drift,
+                tuning.allowance,
+                tuning.increased,
+                series.healthy,
+            )
+            fallen |= until_zero(falls, tuning.increased)
             if name == DECIDING:
                 enough = tuning.delay_cycles <= _HARDLY * tuning.known_delay_cycles
                 rise = recent_median(found.rise(tuning.high_allowance))
@@ -122,7 +133,12 @@ class Cusum:
                 high = (far > tuning.high) & (rise > self.target.high_rise)
         states = warned_states(increased, high)
         return Judgement(
-            self.name, states, traces, clear if traces else None, learned_enough=enough
+            self.name,
+            states,
+            traces,
+            clear if traces else None,
+            learned_enough=enough,
+            fallen=fallen if traces else None,
         )
 
     def _tuned(self, series: FeatureSeries) -> dict[str, tuple[Standing | None, Tuning]]:

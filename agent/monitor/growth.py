@@ -8,6 +8,9 @@ make it wait for them. What bounds it, so that slow wear is not learned as healt
 
 - only cycles before the detector's last all-clear are taken (from there on nothing that was seen
   speaks for a rise), and none of the last `LAG`;
+- friction that has clearly fallen stops it, for that is another joint than the one that was
+  learned (an oil change or a swap that nobody entered); but not where the first baseline itself
+  falls, as in a gear that runs in (`first_cycles.running_in`), whose level it must follow;
 - an alarm stops it. It goes on where the alarm has ended by itself and an all-clear has come since:
   else the one robot whose short baseline misled the detector would keep it, and alarm for ever;
 - it ends at `MOST_GROWN` cycles of baseline, or where these scatter so much that a rise is found
@@ -27,7 +30,7 @@ import numpy as np
 from agent.identify.result import Floats
 from agent.monitor.baseline import Baseline, Features, compensated, lengthened, series_of
 from agent.monitor.decision import Marks
-from agent.monitor.first_cycles import Watch, WithFirstCycles
+from agent.monitor.first_cycles import Watch, WithFirstCycles, running_in
 from agent.monitor.series import FEATURES, Detector, FeatureSeries, Judgement, State, Trace
 
 MOST_GROWN = 120
@@ -73,12 +76,16 @@ def watched(
         series = series_for(baseline.cycles, FEATURES)
         return baseline, series, detector.judge(series)
     judges = detector if watch is None else WithFirstCycles(detector, watch)
-    cycles, judged = grown(series_for, baseline.cycles, judges)
+    start = slice(0, baseline.cycles)
+    runs_in = running_in(features.take(start), time_s[start], detector) is not None
+    cycles, judged = grown(series_for, baseline.cycles, judges, runs_in=runs_in)
     last = lengthened(baseline, features, cycles, FEATURES)
     return last, series_of(time_s, compensated(features, last), last), judged
 
 
-def grown(series_for: SeriesFor, first: int, detector: Detector) -> tuple[int, Judgement]:
+def grown(
+    series_for: SeriesFor, first: int, detector: Detector, *, runs_in: bool = False
+) -> tuple[int, Judgement]:
     """Judge a joint's cycles under a baseline that grows.
 
     Parameters
@@ -88,6 +95,8 @@ def grown(series_for: SeriesFor, first: int, detector: Detector) -> tuple[int, J
     first : int
         The first baseline's length.
     detector : Detector
+    runs_in : bool
+        Whether friction falls in the first baseline, so that a fall does not end its growth.
 
     Returns
     -------
@@ -102,7 +111,7 @@ def grown(series_for: SeriesFor, first: int, detector: Detector) -> tuple[int, J
         if length >= most:
             break
         longer = min(most, math.ceil(_STEP * length))
-        settled = _settled(judged, longer, at, 2 * most + LAG)
+        settled = _settled(judged, longer, at, 2 * most + LAG, runs_in=runs_in)
         if settled is None:
             break
         at = settled
@@ -113,15 +122,20 @@ def grown(series_for: SeriesFor, first: int, detector: Detector) -> tuple[int, J
     return length, _joined(parts, [*ends, len(judged.states)])
 
 
-def _settled(judged: Judgement, wanted: int, since: int, latest: int) -> int | None:
+def _settled(
+    judged: Judgement, wanted: int, since: int, latest: int, *, runs_in: bool
+) -> int | None:
     """Return the first cycle, `since` to `latest`, at which the first `wanted` ones are healthy."""
     assert judged.clear is not None
+    fallen = judged.fallen
+    if fallen is None or runs_in:
+        fallen = np.zeros_like(judged.clear)
     cleared = -1
-    seen = zip(judged.states[:latest], judged.clear[:latest], strict=True)
-    for i, (state, clear) in enumerate(seen):
+    seen = zip(judged.states[:latest], judged.clear[:latest], fallen[:latest], strict=True)
+    for i, (state, clear, other) in enumerate(seen):
         if state is State.HIGH:
             return None
-        if state is not State.NO_FAULT:
+        if state is not State.NO_FAULT or other:
             cleared = -1
         elif clear:
             cleared = i
@@ -146,7 +160,8 @@ def _joined(parts: list[Judgement], ends: list[int]) -> Judgement:
         traces[name] = Trace(statistic, threshold)
     clear = _marks([(p.clear, span) for p, span in spans])
     rising = _marks([(p.rising, span) for p, span in spans])
-    return Judgement(last.detector, states, traces, clear, rising)
+    fallen = _marks([(p.fallen, span) for p, span in spans])
+    return Judgement(last.detector, states, traces, clear, rising, last.learned_enough, fallen)
 
 
 def _marks(parts: list[tuple[Marks | None, slice]]) -> Marks | None:

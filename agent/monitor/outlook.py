@@ -71,7 +71,8 @@ def outlook(
     reached, trending = _reached(posterior, limit_rise)
     if trending < CERTAIN:
         return undecided(
-            limit_rise, f"a trend is not sure (probability {trending:.0%}); it may be a single step"
+            limit_rise,
+            f"a trend is not sure (probability {100.0 * trending:.0f} %); it may be a single step",
         )
     earliest, latest = (float(q) for q in np.quantile(reached, (0.025, 0.975), method="nearest"))
     onset = float(np.sum(np.sum(posterior.weight, axis=0) * posterior.onset_s()))

@@ -34,7 +34,7 @@ WORDS: Mapping[str, str] = {
     TEMPERATURE: "a gearbox temperature other than the one measured",
     PAYLOAD: "another payload or load than the one stated",
     MEASUREMENT: "the torque measurement: torque constant, or a winding warmer than usual",
-    OTHER: "something of another shape, such as a swap that nobody entered",
+    OTHER: "something else, such as a swap that nobody entered",
 }
 _ACTIONS: Mapping[str, str] = {
     WEAR: "run a second cycle at the same temperature tonight; if the rise stays, take a grease "
@@ -57,6 +57,9 @@ _TORQUE_SHARE = 0.05
 _LOAD_SHARE = 0.3
 _STATED = 0.2  # how much a hypothesis weighs that contradicts what the recordings state
 _OTHER_WEIGHT = 0.3
+_WEAR_AT_ONCE = 0.4  # how much wear weighs where friction rose from one cycle to the next
+_SWAP_BY_AND_BY = 1e-3  # and another gearbox, where it rose little by little: courses are not exact
+UNKNOWN_COURSE = 0.5
 _LOAD_TO_FRICTION, _LOAD_TO_BOUNDARY = 0.023, 0.126  # N m per N m (JDSMC 134 (2012) 051013)
 _FALLS = (0.15, 0.35, 0.7)  # of the low-speed bound: where wear's rise has fallen to 1/e
 
@@ -143,8 +146,13 @@ class _Shape:
     rises: bool = False
 
 
-def reasons_of(found: Comparison, low_rad_s: float, beside: Beside) -> Reasons:
-    """Weigh what could explain the change of a friction curve.
+def reasons_of(
+    found: Comparison, low_rad_s: float, beside: Beside, at_once: float = UNKNOWN_COURSE
+) -> Reasons:
+    """Weigh what could explain the change of a friction curve, and how it came.
+
+    Wear grows, and a part of another is there from one cycle to the next: where the rise is one
+    that both could make, its course in time decides.
 
     Parameters
     ----------
@@ -152,6 +160,8 @@ def reasons_of(found: Comparison, low_rad_s: float, beside: Beside) -> Reasons:
     low_rad_s : float
         Where the low-speed part ends.
     beside : Beside
+    at_once : float
+        The probability that friction changed from one cycle to the next, not little by little.
     """
     data = np.concatenate((found.change_nm, [beside.load_change_nm, beside.inertia_change_kg_m2]))
     noise = _noise(found, beside)
@@ -160,6 +170,9 @@ def reasons_of(found: Comparison, low_rad_s: float, beside: Beside) -> Reasons:
         logs = np.array([_evidence(data, noise, shape) for shape in shapes])
         weights[name] = float(np.logaddexp.reduce(logs)) - math.log(len(shapes))
     weights[OTHER] += math.log(_OTHER_WEIGHT)
+    swap = _evidence_of_swap(found, data, noise) + math.log(max(at_once, _SWAP_BY_AND_BY))
+    weights[OTHER] = float(np.logaddexp(weights[OTHER], math.log(_OTHER_WEIGHT) + swap))
+    weights[WEAR] += math.log(1.0 - (1.0 - _WEAR_AT_ONCE) * at_once)
     if beside.payload_stated:
         weights[PAYLOAD] += math.log(_STATED)
     top = max(weights.values())
@@ -167,6 +180,20 @@ def reasons_of(found: Comparison, low_rad_s: float, beside: Beside) -> Reasons:
     total = sum(shares.values())
     causes = [Cause(name, share / total) for name, share in shares.items()]
     return Reasons(tuple(sorted(causes, key=lambda c: -c.probability)))
+
+
+def _evidence_of_swap(found: Comparison, data: Floats, noise: Floats) -> float:
+    """Return the evidence of another gearbox of the same kind: friction at all speeds alike.
+
+    By one torque, or by one share; the arm's gravity and inertia stay as they were.
+    """
+    level = _FRICTION_SHARE * float(np.mean(found.healthy_nm))
+    shapes = (
+        _shape([np.ones_like(found.healthy_nm)], [level]),
+        _shape([found.healthy_nm], [_FRICTION_SHARE]),
+    )
+    logs = np.array([_evidence(data, noise, shape) for shape in shapes])
+    return float(np.logaddexp.reduce(logs)) - math.log(logs.size)
 
 
 def _noise(found: Comparison, beside: Beside) -> Floats:

@@ -93,7 +93,9 @@ class Judgement:
     shape (n,), marks the cycles at which nothing that was seen speaks for a rise, and is None for a
     detector that has no such mark. `rising`, shape (n,), marks those at which the alarm is that of
     friction which rises from the first cycle on (`first_cycles`); None where that was not asked.
-    `learned_enough` tells whether a longer baseline would hardly find a rise sooner.
+    `fallen`, shape (n,), marks those at which friction has clearly fallen below the baseline: no
+    alarm, but no cycle to learn from; None for a detector that does not look. `learned_enough`
+    tells whether a longer baseline would hardly find a rise sooner.
     """
 
     detector: str
@@ -102,6 +104,7 @@ class Judgement:
     clear: NDArray[np.bool_] | None = None
     rising: NDArray[np.bool_] | None = None
     learned_enough: bool = True
+    fallen: NDArray[np.bool_] | None = None
 
     def first(self, state: State) -> int | None:
         """Return the index of the first cycle in a state, or None."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from agent.monitor.baseline import LEAST, baseline_of, compensated, features_table
 from agent.monitor.beside import beside_of
-from agent.monitor.change_time import change_time
+from agent.monitor.change_time import ChangeTime, change_time
 from agent.monitor.comparison import compare
 from agent.monitor.cooling import COLD, WARM, Warmth, next_comparable, warmth
 from agent.monitor.finding import NOT_DECIDABLE, Finding, Track
@@ -20,7 +20,7 @@ from agent.monitor.first_cycles import running_in, watch_of
 from agent.monitor.growth import watched
 from agent.monitor.history import JointHistory, Segment
 from agent.monitor.outlook import outlook
-from agent.monitor.reasons import reasons_of
+from agent.monitor.reasons import UNKNOWN_COURSE, reasons_of
 from agent.monitor.series import Detector, FeatureSeries, State
 from agent.monitor.since_first import compared_with, since_first
 from agent.monitor.verdict_words import alarmed, as_sentence, day, quiet, rising, since, unsettled
@@ -113,13 +113,18 @@ def _judged(
     assert last.series is not None
     assert last.judgement is not None
     state = last.judgement.states[-1]
-    finding = _compared(history, detector, tracks, last.baseline.cycles, window)
+    change = None if state is State.NO_FAULT else change_time(last.series)
+    finding = _compared(history, detector, tracks, last.baseline.cycles, window, change)
     found = finding.comparison
     assert found is not None
-    if state is State.NO_FAULT:
-        return dataclasses.replace(finding, sentence=quiet(found, last.baseline.cycles))
+    if change is None:
+        fell = last.judgement.fallen is not None and bool(last.judgement.fallen[-1])
+        return dataclasses.replace(
+            finding,
+            sentence=quiet(found, last.baseline.cycles, fell=fell),
+            next_steps=(*finding.next_steps, *((_FELL,) if fell else ())),
+        )
     assert finding.reasons is not None
-    change = change_time(last.series)
     cycles = history.cycles[last.segment.start : last.segment.stop]
     return dataclasses.replace(
         finding,
@@ -127,6 +132,12 @@ def _judged(
         change=change,
         outlook=outlook(last.series),
     )
+
+
+_FELL = (
+    "ask whether oil, gearbox, drive or torque sensor were changed since, and enter that as an "
+    "event: a new baseline begins there; until then a rise of less than the fall goes unseen"
+)
 
 
 def _rising(history: JointHistory, detector: Detector, tracks: tuple[Track, ...]) -> Finding | None:
@@ -143,7 +154,7 @@ def _rising(history: JointHistory, detector: Detector, tracks: tuple[Track, ...]
         return None
     window = min(NOW, len(cycles) - 1)
     first = compared_with(len(cycles), window)
-    finding = _compared(history, detector, tracks, first, window)
+    finding = _compared(history, detector, tracks, first, window, found.change)
     assert finding.reasons is not None
     high = finding.status == State.HIGH.value
     return dataclasses.replace(
@@ -188,6 +199,7 @@ def _compared(
     tracks: tuple[Track, ...],
     first: int,
     window: int,
+    change: ChangeTime | None,
 ) -> Finding:
     """Compare now with so many of the first cycles; in an alarm, with the reasons."""
     last = tracks[-1]
@@ -204,7 +216,8 @@ def _compared(
     state = last.judgement.states[-1]
     reasons = None
     if state is not State.NO_FAULT:
-        reasons = reasons_of(found, history.grid.low_rad_s, beside_of(cycles, first, now))
+        beside = beside_of(cycles, first, now)
+        reasons = reasons_of(found, history.grid.low_rad_s, beside, _at_once(change))
     return Finding(
         history,
         detector.name,
@@ -217,6 +230,13 @@ def _compared(
         next_steps=(*(() if reasons is None else reasons.actions), *_comparable(warm)),
         warmth=warm,
     )
+
+
+def _at_once(change: ChangeTime | None) -> float:
+    """Return how probable it is that friction changed from one cycle to the next."""
+    if change is None or not change.decidable:
+        return UNKNOWN_COURSE
+    return change.shapes.get("step", 0.0)
 
 
 def _comparable(warm: Warmth) -> tuple[str, ...]:

@@ -74,10 +74,10 @@ def alarmed(state: State, found: Comparison, reasons: Reasons, since_when: str) 
 
 
 def _why(reasons: Reasons) -> str:
-    """Return the likeliest cause, and whether it is told from the others."""
-    short = reasons.causes[0].words.split(" (")[0]
-    told = len(reasons.likely) == 1
-    return f"most likely {short}" if told else f"perhaps {short}, not told apart yet"
+    """Return the likeliest cause, or those that are not told apart."""
+    likely = [cause.words.split(" (")[0] for cause in reasons.likely]
+    told = len(likely) == 1
+    return f"most likely {likely[0]}" if told else f"perhaps {' or '.join(likely)}, not told apart"
 
 
 def _share(change: Parameter, *, signed: bool = True) -> str:
@@ -90,11 +90,13 @@ def _share(change: Parameter, *, signed: bool = True) -> str:
     return f"{abs(value):.1f} % ({low:.1f} to {high:.1f} %)"
 
 
-def quiet(found: Comparison, healthy: int) -> str:
+def quiet(found: Comparison, healthy: int, *, fell: bool = False) -> str:
     """Return the sentence of a joint without alarm, compared with so many healthy cycles."""
     word = moved(found)
     start = "No alarm, friction is as it was"
-    if word:
+    if fell:
+        start = "No alarm, yet friction has fallen"
+    elif word:
         start = f"No alarm, yet friction is {word} than it was"
     return (
         f"{start}: {_in_words(found.effects['low'])} at low speed, "

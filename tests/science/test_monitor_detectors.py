@@ -284,6 +284,14 @@ def test_a_growing_baseline_grows_while_nothing_is_suspected_and_to_its_bound() 
     assert State.INCREASED in states[50:54]
 
 
+def test_a_fall_ends_a_baseline_unless_it_ends_itself() -> None:
+    rng = np.random.default_rng(5)
+    healthy: Floats = LEVEL * (1.0 + 0.01 * rng.standard_normal(300))
+    night = np.arange(300)
+    assert grown_states(healthy - 0.06 * LEVEL * (night >= 60), 20)[0] <= 60
+    assert grown_states(healthy - 0.06 * LEVEL * ((night >= 60) & (night < 66)), 20)[0] >= 120
+
+
 def test_a_baseline_goes_on_growing_after_an_alarm_that_ended_by_itself_and_not_in_one() -> None:
     for seed in range(4):
         rng = np.random.default_rng(seed)

@@ -80,6 +80,38 @@ def test_what_is_no_wear_is_not_called_wear(truth: Truth, causes: set[str]) -> N
     assert set(named) <= causes
 
 
+def scaled(share: np.ndarray, baseline: int | None = BASELINE) -> Finding:
+    """Judge a joint whose whole curve is higher by a share of itself, cycle by cycle."""
+    cycles = []
+    for c, more in zip(months(2, share.size), share, strict=True):
+        assert c.curve is not None
+        curve = CycleCurve(SPEEDS, c.curve.friction_nm * (1.0 + more), c.curve.deviation_nm)
+        cycles.append(dataclasses.replace(c, curve=curve))
+    (history,) = histories(cycles)
+    return judge(history, detector(), baseline)
+
+
+def test_a_rise_at_all_speeds_is_a_swap_if_it_came_at_once_and_wear_if_it_grew() -> None:
+    night = np.arange(90)
+    for share, cause in ((0.1 * (night >= 60), "other"), ((night - 60.0) / 300.0, "wear")):
+        finding = scaled(np.maximum(share, 0.0))
+        assert finding.alarm
+        assert finding.reasons is not None
+        assert finding.reasons.causes[0].id == cause
+    assert "a swap that nobody entered" in scaled(0.1 * (night >= 60)).sentence
+
+
+def test_friction_that_fell_is_said_in_full_and_not_learned_as_health() -> None:
+    finding = scaled(-0.1 * (np.arange(130) >= 60), baseline=None)
+    assert finding.status == "NF"
+    assert finding.sentence.startswith("No alarm, yet friction has fallen: ")
+    assert finding.current is not None
+    assert finding.comparison is not None
+    assert finding.current.baseline.cycles <= 62
+    assert finding.comparison.effects["low"].percent == pytest.approx(-10.0, abs=0.7)
+    assert "enter that as an event" in finding.next_steps[-1]
+
+
 @pytest.mark.parametrize("gravity", [True, False])
 def test_a_payload_that_nobody_stated_is_told_by_gravity_or_not_told_from_wear(
     gravity: bool,
