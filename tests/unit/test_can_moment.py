@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 
+import pytest
+
 from drivers.can.moment import BothClocks
 from drivers.clock import MonotonicClock
 
@@ -57,3 +59,18 @@ def test_the_pair_is_of_one_moment() -> None:
     now_s, wall_s = BothClocks(clock).read()
     assert before_s <= now_s <= clock.now()
     assert abs(wall_s - time.time()) < 1.0  # noqa: TID251 - the one that is read
+
+
+def test_a_computer_that_stands_still_moves_no_stamp_and_a_clock_that_is_set_does(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Beside other programs an answer had come before its question, and counted as lost."""
+    clock, ahead_s = SlowClock(1e-6), 1e9
+    monkeypatch.setattr(time, "clock_gettime", lambda _which: clock.time_s + ahead_s)
+    clocks = BothClocks(clock)
+    for held_up_s, set_by_s in ((0.0, 0.0), (0.05, 0.0), (0.0, 0.0), (0.05, 3600.0)):
+        ahead_s += set_by_s
+        clock.interrupted = {clock.asked + k: held_up_s * k for k in (2, 4, 6)}
+        now_s, wall_s = clocks.read()
+        error_s = wall_s - now_s - ahead_s
+        assert abs(error_s) < (0.1 if set_by_s else 2e-6)
