@@ -10,11 +10,12 @@ import pytest
 from agent.explain.choosing.choice import Term, choose
 from agent.explain.choosing.search import Library
 from agent.explain.forms import order as forms_order
+from agent.explain.forms.quantities import as_in_twin
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.run import Run
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, tabulate
-from agent.identify.result import Floats
+from agent.identify.result import Floats, Parameter
 from tests.science.explain_joint import GEAR_RATIO, NOISE_NM, RATE_HZ, TWIN, stair
 
 ORDER, ERROR_RAD = 2.0, 0.004
@@ -73,30 +74,35 @@ def recorded(scale: float, seed: int, weight_nm: float, *, gear_wobbles: bool) -
     )
 
 
-def named(weight_nm: float, *, gear_wobbles: bool) -> Term:
+def named(weight_nm: float, *, gear_wobbles: bool) -> tuple[Term, Scene]:
     runs = [recorded(s, k, weight_nm, gear_wobbles=gear_wobbles) for k, s in enumerate((1.0, 0.9))]
     table = tabulate(TWIN, runs)
     delta, left = refit(table)
     theta = np.array([getattr(TWIN, name) for name in BASE]) + delta
     scene = Scene(table, theta, np.where(table.used, left, 0.0))
     library = Library.of(scene, weigh(table, left), forms_order.FORMS)
-    return choose(library).terms[0]
+    return choose(library).terms[0], scene
 
 
 @pytest.mark.parametrize("weight_nm", [0.0, WEIGHT_NM])
 def test_a_wobble_that_comes_through_a_spring_is_the_gears(weight_nm: float) -> None:
-    term = named(weight_nm, gear_wobbles=True)
+    term, scene = named(weight_nm, gear_wobbles=True)
     assert term.scored.form.effect == "kinematic-error"
     values = term.scored.values()
     assert values["order_per_motor_rev"] == pytest.approx(ORDER, abs=0.01)
     assert values["antiresonance_hz"] == pytest.approx(SPRING_HZ, rel=0.05)
     found = math.hypot(values["cos_kg_m2_rad"], values["sin_kg_m2_rad"])
     assert found == pytest.approx(ARM_SHARE * TWIN.inertia_kg_m2 * ERROR_RAD, rel=0.2)
+    own = {name: Parameter(value, (0.9 * value, 1.1 * value)) for name, value in values.items()}
+    told = as_in_twin(term.scored.form, scene, own)
+    assert told["order_per_motor_rev"].identified
+    for name in ("cos_rad", "sin_rad", "arm_inertia_kg_m2"):  # it had been 3 times too small
+        assert not told[name].identified
 
 
 @pytest.mark.parametrize("weight_nm", [0.0, WEIGHT_NM])
 def test_an_error_of_the_measured_angle_is_the_resolvers(weight_nm: float) -> None:
-    term = named(weight_nm, gear_wobbles=False)
+    term, _ = named(weight_nm, gear_wobbles=False)
     assert term.scored.form.effect == "resolver-error"
     values = term.scored.values()
     found = math.hypot(values["cos_rad"], values["sin_rad"])

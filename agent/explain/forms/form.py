@@ -90,6 +90,9 @@ class Form:
         Whether its grid is read off what is left: strong effects hide weaker ones from it.
     catch_all : bool
         Whether it may stand for anything that varies with it: others come first on a tie.
+    as_product : str
+        Why the twin has other numbers than the form, of which only a product is known; empty where
+        the twin's are as well known as the form's.
     """
 
     effect: str
@@ -114,6 +117,7 @@ class Form:
     same_beside: Callable[[Scene, Scene, Point], Point] | None = None
     from_residual: bool = False
     catch_all: bool = False
+    as_product: str = ""
 
     @property
     def size(self) -> int:

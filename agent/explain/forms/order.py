@@ -18,6 +18,10 @@ _POSITION = ("position_rad",)
 _GEAR_DAMPING = 0.2  # of the arm's swing on the gear, friction counted in: where the search begins
 _DAMPINGS = (0.02, 0.5)
 _SPRING = ("antiresonance_hz", "damping_ratio", "arm_inertia_share")
+_AS_PRODUCT = (
+    "known only times the arm's inertia, taken as all of the joint's: the less of it is the arm's, "
+    "the larger is the angle"
+)
 _ARM_SHARE = 0.5  # of the inertia, behind the gear: where the search begins
 _ARM_SHARES = (0.1, 0.9)
 _ARM_FRICTION = 0.3  # of the dry friction: bearing and seal of the arm
@@ -221,6 +225,7 @@ FORMS: tuple[Form, ...] = (
         to_twin=_kinematic_twin,
         rests_on_numbers=True,
         from_residual=True,
+        as_product=_AS_PRODUCT,
     ),
     Form(
         "kinematic-error",
@@ -236,6 +241,7 @@ FORMS: tuple[Form, ...] = (
         to_twin=_wobble_twin,
         rests_on_numbers=True,
         from_residual=True,
+        as_product=_AS_PRODUCT,
     ),
     Form(
         "resolver-error",

@@ -37,7 +37,7 @@ def as_in_twin(form: Form, scene: Scene, own: Mapping[str, Parameter]) -> Mappin
     mapping of str to Parameter
         The form's own where its twin has none, or more than one set of them. Where the law of a
         hidden state predicts no better with any, not identified: what the simulation of it does
-        not bear out is no measurement.
+        not bear out is no measurement. Nor is one of two numbers whose product alone is known.
     """
     values = {name: p.value for name, p in own.items()}
     tables = form.to_twin(scene, values)
@@ -52,6 +52,8 @@ def as_in_twin(form: Form, scene: Scene, own: Mapping[str, Parameter]) -> Mappin
             continue  # an instant is no quantity
         if name in own and own[name].value == value:
             out[name] = own[name]
+        elif form.as_product:
+            out[name] = Parameter.not_identified(form.as_product, float(value))
         else:
             out[name] = _converted(own, moved, name, float(value))
     return out
