@@ -135,8 +135,9 @@ def _judged(
 
 
 _FELL = (
-    "ask whether oil, gearbox, drive or torque sensor were changed since, and enter that as an "
-    "event: a new baseline begins there; until then a rise of less than the fall goes unseen"
+    "look at the lubricant's level, and ask whether oil, gearbox, drive or torque measurement were "
+    "changed; enter that as an event: a new baseline begins there, and until then a rise of less "
+    "than the fall goes unseen"
 )
 
 

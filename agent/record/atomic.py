@@ -2,7 +2,8 @@
 
 Nothing is overwritten unless that was asked for, not even in a race: a new name is made with a
 hard link, which fails when the name is taken (where the file system has no links, by a check
-just before the rename).
+just before the rename). A device or a pipe is never replaced by a file: a rename would take
+/dev/null from the whole machine.
 """
 
 from __future__ import annotations
@@ -36,9 +37,15 @@ def publish(contents: Mapping[Path, ReadableBuffer], *, overwrite: bool = False)
     Raises
     ------
     StorageError
-        A name that is taken, a disk that is full or refuses; no temporary file stays behind.
+        A name that is taken, or that of a device or a pipe; a disk that is full or refuses. No
+        temporary file stays behind.
     """
     for path in contents:
+        if _is_stream(path):
+            raise StorageError(
+                f"{path} is a device or a pipe, which no file may replace.",
+                "Name a file; where there is --json, that goes to standard output.",
+            )
         if not overwrite and path.exists():
             raise _taken(path)
     temporary: dict[Path, Path] = {}
@@ -152,6 +159,13 @@ def _give_name(beside: Path, path: Path, *, overwrite: bool) -> None:
         if path.exists():
             raise FileExistsError(errno.EEXIST, "file exists", str(path)) from error
         beside.rename(path)
+
+
+def _is_stream(path: Path) -> bool:
+    """Tell whether a name is a device's or a pipe's, /dev/stdout and its like included."""
+    if path.is_symlink() and str(path.readlink()).startswith("/proc/"):
+        return True
+    return path.exists() and not path.is_file() and not path.is_dir()
 
 
 def _taken(path: Path) -> StorageError:

@@ -156,6 +156,20 @@ def test_a_folder_that_is_missing_or_a_file(tmp_path: Path) -> None:
         write(recording(), tmp_path / "file" / "run.parquet")
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with a name")
+def test_a_pipe_or_a_device_is_not_replaced_by_a_file(tmp_path: Path) -> None:
+    """As root, a report to /dev/null had replaced the device of the whole machine by a file."""
+    pipe, out = tmp_path / "pipe", tmp_path / "stdout"
+    os.mkfifo(pipe)
+    out.symlink_to("/proc/self/fd/1")
+    for path in (pipe, out):
+        with pytest.raises(StorageError, match="is a device or a pipe"):
+            publish({path: b"report"}, overwrite=True)
+    assert pipe.is_fifo()
+    assert out.is_symlink()
+    assert len(list(tmp_path.iterdir())) == 2
+
+
 def test_a_suffix_that_is_no_format(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"ends in \.parquet or \.csv"):
         write(recording(), tmp_path / "run.xlsx")
