@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from agent.explain.answer.result import Cell, Floor
 from agent.explain.choosing.afloat import afloat
@@ -36,6 +37,7 @@ from agent.explain.rows.floor import noise_floor
 from agent.explain.rows.lines import Line, lines_of
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, Table
+from agent.explain.rows.usual import usual_blocks, usual_rows
 from agent.identify.result import Floats
 from agent.physics.twin import Effect, Twin, TwinError
 
@@ -90,9 +92,14 @@ class Study:
         return math.sqrt(float(np.mean(self.model.residual_nm**2)) * max(1.0 - gain, 0.0))
 
     @property
+    def usual(self) -> NDArray[np.bool_]:
+        """Return which of the weighing's rows were asked about, shape (m,): see `rows.usual`."""
+        return usual_rows(self.table, self.library.weighing.rows)
+
+    @property
     def ratio(self) -> float:
-        """Return the root mean square of what is left over the noise."""
-        left = math.sqrt(float(np.mean(self.model.residual_nm**2)))
+        """Return the root mean square of what is left over the noise, where it was asked about."""
+        left = math.sqrt(float(np.mean(self.model.residual_nm[self.usual] ** 2)))
         return left / self.noise_nm if self.noise_nm > 0.0 else 1.0
 
 
@@ -153,11 +160,13 @@ def _library(
     twin : Twin
     table : Table
     ask : bool
-        Whether gravity is put in question where the stroke is too short for it.
+        Whether gravity is put in question where the first recording's stroke is too short for it.
     """
     scene, left = _refitted(twin, table)
     forms, not_judged = seen_by_the_arm(scene, *judgeable(table, twin))
-    if ask and gravity_in_question(scene, weigh(table, left), forms):
+    weighing = weigh(table, left)
+    usual = weighing.part(usual_blocks(table, weighing))[0]
+    if ask and gravity_in_question(scene, usual, forms):
         scene, left = _refitted(twin, without_gravity(table))
         forms = (*forms, PAYLOAD)
     return Library.of(scene, weigh(table, left), forms), not_judged, left

@@ -87,7 +87,7 @@ def _explained_before(study: Study) -> bool:
 
 def _mismatch_nm2(study: Study) -> float:
     """Return the mean square that the refitted twin leaves; that of the bare one, see above."""
-    rows, table = study.library.weighing.rows, study.table
+    rows, table = study.library.weighing.rows[study.usual], study.table
     if not _explained_before(study):
         return float(np.mean(study.refitted_nm[rows] ** 2))
     effects_nm = table.given_nm - predicted(table, replace(study.twin, effects=()))
@@ -135,5 +135,5 @@ def left_share(study: Study) -> float:
         return 0.0
     noise = study.noise_nm**2
     before = max(_mismatch_nm2(study) - noise, 0.0) + apart
-    after = max(float(np.mean(study.model.residual_nm**2)) - noise, 0.0) + apart
+    after = max(float(np.mean(study.model.residual_nm[study.usual] ** 2)) - noise, 0.0) + apart
     return min(after / before, 1.0) if before > 0.0 else 0.0

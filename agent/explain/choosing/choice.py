@@ -20,6 +20,7 @@ from agent.explain.choosing.materiality import MATERIAL, beyond, least_gain
 from agent.explain.choosing.search import Candidate, Library, Scored, basis_of
 from agent.explain.choosing.shifts import chance
 from agent.explain.rows.evidence import effective_size
+from agent.explain.rows.usual import as_usual, usual_blocks
 from agent.identify.result import Floats
 from agent.physics.effects.library import CARRIED
 
@@ -160,7 +161,8 @@ def _least_on_all_rows(
     from these to those, a form beside it may give back, and no more.
     """
     left = library.residual(terms)
-    return MATERIAL * float(plain.sum()) - (float(current.sum()) - float(left @ left))
+    mismatch = as_usual(library.scene.table, library.weighing, plain)
+    return MATERIAL * mismatch - (float(current.sum()) - float(left @ left))
 
 
 def _allowed(ranked: Sequence[Scored], chosen: Sequence[Term]) -> list[Scored]:
@@ -270,10 +272,15 @@ def settled(library: Library, chosen: list[Term]) -> tuple[list[Term], Floats]:
 
     Its own search begins where the last one ended as well: a grid need not lead there again.
     """
+    further = not usual_blocks(library.scene.table, library.weighing).all()
     for i in range(len(chosen)):
         others = [t.candidate for j, t in enumerate(chosen) if j != i]
         ranked = library.rank(others, known=[chosen[i].candidate])
         ranked = _allowed(ranked, [t for j, t in enumerate(chosen) if j != i])
+        if further:
+            # More of the same by another name, where only the later recordings have been.
+            there = chosen[i].scored.form.effect
+            ranked = [s for s in ranked if there not in s.form.contains]
         if heard(library.scene, chosen[i].scored.form):
             # Nothing else gives blows: no other effect stands in its place.
             ranked = [s for s in ranked if heard(library.scene, s.form)]

@@ -14,6 +14,7 @@ from agent.explain.choosing.search import Candidate, Library
 from agent.explain.rows.floor import noise_floor
 from agent.explain.rows.strata import STEADY
 from agent.explain.rows.table import Table
+from agent.explain.rows.usual import as_usual
 from agent.identify.result import Floats
 
 MATERIAL = 0.02
@@ -59,9 +60,9 @@ def least_gain(
 ) -> float:
     """Return the least weighted squared error that a term must remove to be worth a name.
 
-    Two percent of what the refitted twin leaves; and of the residual as it was recorded, in which
-    most of the noise lies above the band that is compared: every joint has some effects that are
-    lost in that, significant or not.
+    Two percent of what the refitted twin leaves where the first recording was made (`rows.usual`);
+    and of the residual as it was recorded, in which most of the noise lies above the band that is
+    compared: every joint has some effects that are lost in that, significant or not.
 
     Parameters
     ----------
@@ -81,7 +82,8 @@ def least_gain(
     moved = _own_numbers_nm2(library) if beside_wrong_numbers else 0.0
     recorded = MATERIAL * (in_band + above_band_nm2(table) + moved)
     noise = max(_OF_NOISE * in_band, min(recorded, _SEEN * in_band))
-    return max(MATERIAL * float(plain.sum()), noise * float(np.sum(weighing.weight**2)))
+    mismatch = as_usual(table, weighing, plain)
+    return max(MATERIAL * mismatch, noise * float(np.sum(weighing.weight**2)))
 
 
 def _own_numbers_nm2(library: Library) -> float:

@@ -1,7 +1,8 @@
 """Which share of the mismatch an effect carries, on data that its fit had not seen.
 
-In N m squared while the joint slides, every row alike: what the refitted twin would leave less if
-the joint had all effects but this one, over what it leaves above the noise.
+In N m squared while the joint slides, every row alike where the first recording was made: what the
+refitted twin would leave less if the joint had all effects but this one, over what it leaves above
+the noise.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 from agent.explain.choosing.materiality import CLOSE
 from agent.explain.choosing.search import DELAY, Candidate, Library
 from agent.explain.rows.evidence import solve, unseen
+from agent.explain.rows.usual import usual_rows
 from agent.identify.result import Floats
 
 
@@ -32,7 +34,8 @@ def unseen_nm2(library: Library, columns: Floats) -> float:
 def _sliding_nm2(library: Library, weighted: Floats) -> float:
     weighing = library.weighing
     left = weighted / weighing.weight
-    slides = library.scene.table.sliding[weighing.rows]
+    table = library.scene.table
+    slides = table.sliding[weighing.rows] & usual_rows(table, weighing.rows)
     return float(np.mean(left[slides] ** 2)) if slides.any() else float(np.mean(left**2))
 
 

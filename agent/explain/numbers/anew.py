@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from agent.explain.choosing.choice import Choice, choose
+from agent.explain.choosing.choice import Choice, Term, choose
 from agent.explain.choosing.materiality import CLOSE
 from agent.explain.choosing.search import Candidate, Library
 from agent.explain.numbers.in_step import chosen_in_step
@@ -21,6 +21,7 @@ from agent.explain.numbers.resting import moved_far, numbers_beside, retaken, ta
 from agent.explain.rows.evidence import solve, weigh
 from agent.explain.rows.floor import noise_floor
 from agent.explain.rows.scene import Scene
+from agent.explain.rows.usual import usual_blocks
 from agent.identify.result import Floats
 
 _ROUNDS = 2
@@ -41,7 +42,8 @@ def chosen_anew(library: Library) -> tuple[Library, Choice]:
     choice : Choice
         Not settled yet.
     """
-    library, choice = chosen_in_step(library, choose(library, rivals=False))
+    first = choose(library, rivals=False, begun=_asked_about(library))
+    library, choice = chosen_in_step(library, first)
     for _ in range(_ROUNDS):
         if not choice.terms or not _worth_it(library, choice.candidates):
             break
@@ -52,6 +54,18 @@ def chosen_anew(library: Library) -> tuple[Library, Choice]:
             break
         library, choice = chosen_in_step(renewed, again)
     return library, choice
+
+
+def _asked_about(library: Library) -> list[Term]:
+    """Return what the first recordings lack, where others go much further; else nothing.
+
+    There a cable may be far the strongest, and would take an offset with it as where it hangs free.
+    """
+    usual = usual_blocks(library.scene.table, library.weighing)
+    if usual.all():
+        return []
+    found = choose(library.part(usual), rivals=False)
+    return [retaken(library, term, library.scene) for term in found.terms]
 
 
 def _effects(choice: Choice) -> list[str]:
