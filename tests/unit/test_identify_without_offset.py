@@ -41,13 +41,13 @@ def _rows(offset_nm: float) -> Rows:
 def test_gravity_of_a_twin_holds_no_part_of_an_offset_that_is_not_there() -> None:
     fit = fit_rigid_body(_rows(0.0))
     assert fit is not None
-    beside, bare = fit.parameters["gravity_cos_nm"].value, fit.without_offset["gravity_cos_nm"]
+    beside, bare = fit.parameters["gravity_cos_nm"].value, fit.as_twin["gravity_cos_nm"]
     assert abs(beside - TRUE["gravity_cos_nm"]) > 5.0 * abs(bare - TRUE["gravity_cos_nm"])
-    assert fit.without_offset == pytest.approx(TRUE, rel=0.05)
+    assert fit.as_twin == pytest.approx(TRUE, rel=0.05)
 
 
 def test_an_offset_that_is_there_keeps_its_place() -> None:
     fit = fit_rigid_body(_rows(0.5))
     assert fit is not None
-    assert fit.without_offset == {}
+    assert fit.as_twin == {}
     assert fit.parameters["gravity_cos_nm"].value == pytest.approx(-0.9, abs=0.1)
