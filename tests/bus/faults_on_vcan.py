@@ -25,9 +25,13 @@ CHANNEL = os.environ.get(CHANNEL_VARIABLE, "")
 pytestmark = pytest.mark.skipif(not CHANNEL, reason=f"{CHANNEL_VARIABLE} names no bus")
 
 
+BESIDES = ("other objects mapped behind a gateway", "other units set behind a gateway")
+"""What one kind of fault does to a drive's settings, each a story of its own."""
+
+
 def one_of_each() -> dict[str, Scenario]:
     """Return the first scenario with each kind of fault, and with each act around the agent."""
-    found: dict[str, Scenario] = {}
+    found = {scenario.name: scenario for scenario in SCENARIOS if scenario.name in BESIDES}
     for scenario in SCENARIOS:
         for kind in [*(entry["kind"] for entry in scenario.script), scenario.act]:
             found.setdefault(kind, scenario)
@@ -47,4 +51,5 @@ def test_a_fault_on_the_kernels_own_bus_ends_at_rest(kind: str) -> None:
 
 
 def test_every_kind_of_damage_to_frames_is_among_them() -> None:
+    assert set(BESIDES) <= set(CHOSEN)
     assert {name for name, kind in KINDS.items() if issubclass(kind, WireFault)} <= set(CHOSEN)
