@@ -28,6 +28,7 @@ from agent.explain.choosing.aliases import aliases
 from agent.explain.choosing.by_use import clock_or_use
 from agent.explain.choosing.heard import BACKLASH
 from agent.explain.choosing.materiality import CLOSE
+from agent.explain.driven_range import further, hangs_free, noted_in
 from agent.explain.experiment.proposal import next_experiments
 from agent.explain.findings import OFFSET_OR_ASYMMETRY, findings_of
 from agent.explain.location.dynamic_curves import spectrum_around
@@ -122,7 +123,7 @@ def explain(
     answer = _explanation(
         found, given, verdict, findings, proven, traces, menu, *names, by_motor=by_motor
     )
-    carried = said_of(runs, twin, given.loads)
+    carried = (*said_of(runs, twin, given.loads), *further(found, runs, holdout))
     if answer.verdict in ("unexplained", "partly-explained"):
         carried = tuple(said for said in (*carried, differs_unsaid(found.table)) if said)
     return replace(answer, reasons=(*back, *carried, *apart, *answer.reasons, *stamped))
@@ -221,7 +222,7 @@ def _explanation(
         held_out=held_out,
         not_judged=found.not_judged,
         aliases=aliases(found.library),
-        twin=found.extended,
+        twin=noted_in(found),
         traces=traces,
         unexplained_curves=_spectra(found),
         band_hz=table.cutoff_hz,
@@ -267,9 +268,7 @@ def _bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
             "the simulation questioned is the recordings' own torque_simulated_nm; twin.toml holds "
             "what was found beside the numbers of the twin that was given"
         )
-    by_use = clock_or_use(found.library, found.choice)
-    if by_use:
-        out.append(by_use)
+    out += [said for said in (clock_or_use(found.library, found.choice), hangs_free(found)) if said]
     if not found.choice.terms and not found.numbers and _bent(found):
         out.append(
             "the simulation as given is clearly above the noise: its own numbers, refitted, come "

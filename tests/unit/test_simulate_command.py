@@ -117,6 +117,16 @@ def test_a_gap_in_the_recording_is_a_gap_in_the_prediction() -> None:
     assert unknown.size < 150
 
 
+def test_it_says_where_a_twins_laws_are_carried_beyond_what_they_were_learnt_over(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source = recorded(tmp_path)
+    for reach, said in ((1e-3, True), (1e3, False)):
+        known = replace(TWIN, extra={"learnt_over": {"velocity_rad_s": [0.0, reach]}})
+        run_simulate(written(tmp_path, known), str(source), tmp_path / f"{said}.parquet")
+        assert ("was learnt over: motor speeds" in capsys.readouterr().err) is said
+
+
 def test_a_drift_needs_to_know_when_the_recording_began(tmp_path: Path) -> None:
     numbers = {"coulomb_nm_per_h": 0.01, "reference_started_at": "2025-12-31T14:00:00Z"}
     drift = Effect("friction-drift", numbers)

@@ -1,0 +1,82 @@
+"""What the driven range does not say: laws beyond it, and where a cable hangs free."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from agent.explain.rows.run import Run
+from agent.explain.study import Study
+from agent.identify.result import Floats
+from agent.physics.learnt_over import beyond, noted, ranges_of
+from agent.physics.twin import Twin
+
+_DEGREES = math.degrees(1.0)
+_ELSEWHERE = "spring at rest elsewhere"
+_ALSO = (
+    "a cable that hangs free at another angle, beside a constant torque (an offset of the reading, "
+    "or friction that differs between the directions), is the same on every motion of this axis: "
+    "read the drive's torque with the brake closed and the power stage off, which shows an offset "
+    "alone"
+)
+
+
+def noted_in(found: Study) -> Twin:
+    """Return the extended twin with the ranges that its laws were learnt over."""
+    if not found.choice.terms:
+        return found.extended
+    extra = {**found.extended.extra, **noted(_ranges(found.table.runs))}
+    return replace(found.extended, extra=extra)
+
+
+def further(found: Study, runs: Sequence[Run], holdout: Sequence[Run]) -> tuple[str, ...]:
+    """Return where hold-outs go beyond what laws that were found were learnt over.
+
+    Parameters
+    ----------
+    found : Study
+    runs, holdout : sequence of Run
+        Learnt from, and not.
+    """
+    where = beyond(_ranges(runs), _ranges(holdout)) if holdout and found.choice.terms else ()
+    if not where:
+        return ()
+    return (
+        f"the recordings held out go beyond those to learn from ({'; '.join(where)}): what was "
+        "found is carried on there, and not known",
+    )
+
+
+def hangs_free(found: Study) -> str:
+    """Return what a cable that pulls to an angle elsewhere may as well be; nothing without one."""
+    if not any(term.scored.form.name == _ELSEWHERE for term in found.choice.terms):
+        return ""
+    free = [
+        float(e.parameters["neutral_arm_rad"])
+        for e in found.extended.effects
+        if e.id == "cable-force" and "neutral_arm_rad" in e.parameters
+    ]
+    low, high = found.library.scene.stroke_arm_rad()
+    if not free:
+        return ""
+    outside = "" if low <= free[-1] <= high else ", where these recordings have not been"
+    return f"the cable would hang free at {free[-1] * _DEGREES:.3g} degrees{outside}: {_ALSO}"
+
+
+def _ranges(runs: Sequence[Run]) -> dict[str, tuple[float, float]]:
+    """Return what some recordings drove through."""
+    columns: dict[str, list[Floats]] = {}
+    for run in runs:
+        signals = run.signals
+        if signals.position_rad is not None:
+            arm = signals.position_rad / signals.gear_ratio
+            columns.setdefault("arm_position_rad", []).append(arm)
+        if signals.velocity_rad_s is not None:
+            columns.setdefault("velocity_rad_s", []).append(signals.velocity_rad_s)
+        if "gearbox_temperature_degc" in run.columns:
+            name = "gearbox_temperature_degc"
+            columns.setdefault(name, []).append(run.columns[name])
+    return ranges_of({name: np.concatenate(parts) for name, parts in columns.items()})
