@@ -72,7 +72,8 @@ def plan(
     cell: Annotated[Path, typer.Argument(metavar="CELL.toml", help="The cell's description.")],
     axis: Annotated[int, typer.Option(help="Number of the axis.")],
     seconds: Annotated[
-        float | None, typer.Option(help="How long the stair may last; not needed for --aliases.")
+        float | None,
+        typer.Option(max=3600.0, help="How long the stair may last; not needed for --aliases."),
     ] = None,
     out: Annotated[
         Path, typer.Option(help="Folder for plan.json (for `run --trajectory`) and the picture.")

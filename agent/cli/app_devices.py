@@ -26,7 +26,7 @@ def fake(
         str, typer.Option(help="python-can interface: udp_multicast, socketcan, ...")
     ] = "udp_multicast",
     channel: Annotated[str, typer.Option(help="Channel of that interface.")] = "239.74.163.2",
-    node: Annotated[int, typer.Option(help="CANopen node id.")] = 1,
+    node: Annotated[int, typer.Option(min=1, max=127, help="CANopen node id.")] = 1,
     seed: Annotated[int, typer.Option(min=0, help="Seed of its noise.")] = 1,
     bus_option: Annotated[
         list[str] | None,

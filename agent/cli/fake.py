@@ -13,7 +13,7 @@ from agent.cli.talk import talker
 from agent.cycle.precedence import PRIORITY, before_others
 from agent.errors import InputError
 from agent.record.atomic import publish
-from drivers.errors import BusError
+from drivers.errors import BusError, why_unreadable
 from fakes.process import run_process
 from fakes.specification import FakeSpecification
 
@@ -111,7 +111,10 @@ def _specification(joint: Path | None) -> FakeSpecification:
         return FakeSpecification()
     try:
         return FakeSpecification.load(joint)
-    except (OSError, ValueError, RecursionError) as error:
+    except OSError as error:
+        why = why_unreadable(error)
+        raise InputError(f"The joint's description {joint} cannot be read: {why}.") from error
+    except (ValueError, RecursionError) as error:
         raise InputError(f"The joint's description {joint} cannot be used: {error}.") from error
 
 

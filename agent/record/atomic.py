@@ -22,9 +22,16 @@ if TYPE_CHECKING:
     from _typeshed import ReadableBuffer
 
 TEMPORARY = ".tmp"
+_OTHER_NAME = "Choose another name."
 
 
-def publish(contents: Mapping[Path, ReadableBuffer], *, overwrite: bool = False) -> None:
+RECORDINGS = (".parquet", ".csv", ".arrows")
+"""How a recording's name ends. What took a night to record is lost in a moment."""
+
+
+def publish(
+    contents: Mapping[Path, ReadableBuffer], *, overwrite: bool = False, recording: bool = False
+) -> None:
     """Write all files, or none of them.
 
     Parameters
@@ -33,12 +40,14 @@ def publish(contents: Mapping[Path, ReadableBuffer], *, overwrite: bool = False)
         What each file shall hold; they appear in this order.
     overwrite : bool
         Whether files that exist may be replaced.
+    recording : bool
+        Whether the files are a recording; nothing else ever replaces one, whatever was asked for.
 
     Raises
     ------
     StorageError
-        A name that is taken, or that of a device or a pipe; a disk that is full or refuses. No
-        temporary file stays behind.
+        A name that is taken, or that of a device, a pipe or a recording; a disk that is full or
+        refuses. No temporary file stays behind.
     """
     for path in contents:
         if _is_stream(path):
@@ -46,6 +55,8 @@ def publish(contents: Mapping[Path, ReadableBuffer], *, overwrite: bool = False)
                 f"{path} is a device or a pipe, which no file may replace.",
                 "Name a file; where there is --json, that goes to standard output.",
             )
+        if overwrite and not recording and path.suffix.lower() in RECORDINGS and path.exists():
+            raise StorageError(f"{path} may be a recording and is not overwritten.", _OTHER_NAME)
         if not overwrite and path.exists():
             raise _taken(path)
     temporary: dict[Path, Path] = {}
@@ -169,6 +180,4 @@ def _is_stream(path: Path) -> bool:
 
 
 def _taken(path: Path) -> StorageError:
-    return StorageError(
-        f"{path} exists already and is not overwritten.", "Choose another name, or say overwrite."
-    )
+    return StorageError(f"{path} exists already and is not overwritten.", _OTHER_NAME)

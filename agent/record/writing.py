@@ -51,6 +51,7 @@ def write(recording: Recording, path: str | Path, *, overwrite: bool = False) ->
             path: csv_file.to_bytes(table),
         },
         overwrite=overwrite,
+        recording=True,
     )
     return path
 
@@ -63,4 +64,4 @@ def write_table(table: pa.Table, path: Path, *, overwrite: bool = False) -> None
         content = parquet_file.to_bytes(table)
     except MemoryError as error:
         raise StorageError(f"{path} cannot be written: not enough memory.") from error
-    publish({path: content}, overwrite=overwrite)
+    publish({path: content}, overwrite=overwrite, recording=True)

@@ -230,6 +230,8 @@ def test_an_unknown_axis_and_an_unknown_option() -> None:
         ("verify-map latin.toml", 3, "latin.toml cannot be read: it is not text in UTF-8."),
         ("demo --out latin.toml", 3, "The folder latin.toml cannot be made: a file has that name."),
         ("demo --seed -1", 2, "'--seed'"),
+        ("fake --node 300", 2, "'--node'"),
+        ("plan latin.toml --axis 1 --seconds 1e9", 2, "'--seconds'"),
         ("self-test months --rise -1", 3, "--rise: expected a number above 0, got -1."),
         ("monitor months --detector tarot", 3, "--detector: expected a detector (cusum, "),
     ],

@@ -170,6 +170,17 @@ def test_a_pipe_or_a_device_is_not_replaced_by_a_file(tmp_path: Path) -> None:
     assert len(list(tmp_path.iterdir())) == 2
 
 
+def test_a_recording_is_replaced_by_nothing_but_a_recording(tmp_path: Path) -> None:
+    """`stribeck twin run.parquet --out run.parquet` had left a twin and no recording."""
+    for name in ("run.parquet", "run.csv"):
+        path = write(recording(), tmp_path / name)
+        before = path.read_bytes()
+        with pytest.raises(StorageError, match="may be a recording and is not overwritten"):
+            publish({path: b"schema"}, overwrite=True)
+        assert path.read_bytes() == before
+        write(recording(), path, overwrite=True)
+
+
 def test_a_suffix_that_is_no_format(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"ends in \.parquet or \.csv"):
         write(recording(), tmp_path / "run.xlsx")
