@@ -19,6 +19,7 @@ from agent.physics.twin import Twin, TwinError, parse_twin
 from agent.record.reading import read
 from agent.record.recording import Recording
 from agent.record.writing import write
+from drivers.errors import why_unreadable
 
 COLUMN = "torque_simulated_nm"
 
@@ -50,7 +51,7 @@ def read_twin(path: Path) -> Twin:
     try:
         return parse_twin(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: the twin cannot be read: {error}.") from error
+        raise InputError(f"{path}: the twin cannot be read: {why_unreadable(error)}.") from error
     except TwinError as error:
         raise InputError(f"{path}: {error}") from error
 

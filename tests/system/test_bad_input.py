@@ -226,6 +226,7 @@ def test_an_unknown_axis_and_an_unknown_option() -> None:
         ("run gone.toml --axis 1", 3, "gone.toml cannot be read: No such file or directory. `st"),
         ("serve folder", 3, "folder cannot be read: Is a directory."),
         ("night latin.toml", 3, "latin.toml cannot be read: it is not text in UTF-8."),
+        ("simulate latin.toml run.parquet --out out.parquet", 3, "cannot be read: it is not text"),
         ("eds folder", 3, "The EDS folder cannot be read: Is a directory."),
         ("verify-map latin.toml", 3, "latin.toml cannot be read: it is not text in UTF-8."),
         ("demo --out latin.toml", 3, "The folder latin.toml cannot be made: a file has that name."),
