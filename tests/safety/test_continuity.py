@@ -35,3 +35,16 @@ def test_beyond_the_limit_is_a_jump_on_either_side(sign: float, speed: float) ->
         )
         assert bool(jump(LIMITS, (first, second))) is jumps
         assert bool(jump(LIMITS, (first, first, second))) is jumps
+
+
+@given(factor=st.floats(1.05, 100.0), inverse=st.booleans(), share=st.floats(-3.0, 3.0))
+def test_other_units_at_a_standstill_are_a_jump_beyond_what_is_stated(
+    factor: float, inverse: bool, share: float
+) -> None:
+    """docs/safety.md: unseen only where the joint stands nearer than this to the drive's zero."""
+    factor = 1.0 / factor if inverse else factor
+    bound_rad = ALLOWED / abs(1.0 - 1.0 / factor)
+    first = SAMPLE._replace(position_rad=share * bound_rad, velocity_rad_s=0.0)
+    second = first._replace(time_s=first.time_s + 0.01, position_rad=first.position_rad / factor)
+    if abs(abs(share) - 1.0) > 1e-6:
+        assert bool(jump(LIMITS, (first, second))) is (abs(share) > 1.0)

@@ -15,9 +15,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from agent.acquisition import KEY, Acquisition, total
+from agent.conclude.explanation import runs_of
+from agent.conclude.outcome import signals_of
 from agent.cycle.recorder import Recorder
 from agent.cycle.sequence import Step
 from agent.errors import InputError
+from agent.record.recording import Metadata, Recording
 from drivers.cia402.doubts import MOST, Doubts
 from drivers.ports import Command, DriveState, Goal, Sample, SyncAccount, WatchdogProof
 
@@ -104,6 +107,26 @@ def test_doubtful_rows_stay_located_however_many_they_are(
     assert held >= wanted
     if len(begun) <= MOST:
         assert held == wanted
+
+
+@pytest.mark.parametrize("located", [True, False])
+def test_every_reader_leaves_out_what_a_recording_calls_doubtful(located: bool) -> None:
+    """One of an earlier version says only how many they are: then they stay."""
+    time_s = np.arange(0.0, 1.0, 0.002)
+    spans = ((0.1, 0.15), (0.9, 2.0)) if located else None
+    account = Acquisition(500, 500, 0, doubtful=76, doubtful_s=spans)
+    names = ("position_rad", "velocity_rad_s", "torque_nm")
+    recording = Recording(
+        {"time_s": time_s, **dict.fromkeys(names, np.sin(time_s))},
+        Metadata("it", 1, 100.0, extra={KEY: account.to_json()}),
+    )
+    left_out = account.doubts(time_s)
+    assert left_out.sum() == (76 if located else 0)
+    (run,) = runs_of([recording])
+    for signals in (signals_of(recording), run.signals):
+        np.testing.assert_array_equal(signals.valid, ~left_out)
+        np.testing.assert_array_equal(np.isnan(signals.torque_nm), left_out)
+    assert recording.masked == 0  # and the recording keeps them
 
 
 class _Rows:
