@@ -256,6 +256,9 @@ def duration(seconds: float) -> str:
 def region_in_words(region: Region, recordings: Sequence[str] = ()) -> str:
     """Say where a mismatch lives: axis, range, and how much of it lies there.
 
+    Of a finding that is the finding's own share of the mismatch, not all of it: an effect of 1 %
+    may lie in one place with 99 %.
+
     Parameters
     ----------
     region : Region
@@ -267,7 +270,7 @@ def region_in_words(region: Region, recordings: Sequence[str] = ()) -> str:
     if math.isfinite(region.seconds):
         beside.append(duration(region.seconds))
     if math.isfinite(region.share):
-        beside.append(f"{share(region.share)} of the mismatch")
+        beside.append(f"{share(region.share)} of it lies there")
     return f"{place} ({', '.join(beside)})" if beside else place
 
 

@@ -336,7 +336,7 @@ def test_text_says_what_the_page_says() -> None:
         (Region("recording", 1.0, 1.0), "in b.parquet"),
         (Region("recording", 0.0, 1.0), "from a.parquet to b.parquet"),
         (Region("recording", 7.0, 7.0), "in recording 8"),
-        (Region("time_s", 2.0, 4.0, 2.0, 0.254), "time 2 to 4 s (2 s, 25 % of the mismatch)"),
+        (Region("time_s", 2.0, 4.0, 2.0, 0.254), "time 2 to 4 s (2 s, 25 % of it lies there)"),
         (Region("order_per_motor_rev 12", 0.0, 6.0), "order 12 per motor turn 0 to 6"),
         (Region("oil_age_s", 1.0, 2.0), "oil age 1 to 2 s"),
     ],
