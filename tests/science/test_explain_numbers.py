@@ -81,3 +81,19 @@ def test_an_offset_too_small_for_a_name_is_no_gravity_either() -> None:
     found = studied(TWIN, stroke_rad=60.0, offset_nm=0.25 * NOISE_NM)
     assert findings_of(found) == ()
     assert verdict_of(found, (), left_share(found)) == "no-mismatch"
+
+
+@pytest.mark.parametrize(
+    ("inertia", "said"), [(1.04, ["torque-constant-error"]), (1.0, ["wrong-number"])]
+)
+def test_one_factor_that_misses_little_of_what_three_numbers_gain_is_the_torque_constants(
+    inertia: float, said: list[str]
+) -> None:
+    """Small effects of the joint move each number by a percent of its own; no number is right."""
+    given = replace(
+        TWIN,
+        inertia_kg_m2=inertia * TWIN.inertia_kg_m2,
+        coulomb_nm=1.03 * TWIN.coulomb_nm,
+        viscous_nm_s_per_rad=1.05 * TWIN.viscous_nm_s_per_rad,
+    )
+    assert [finding.effect for finding in findings_of(studied(given, 120.0))] == said

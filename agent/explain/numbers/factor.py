@@ -12,6 +12,8 @@ from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Twin
 
 _ALIKE = 1.05  # one factor for all explains the error as well, within five percent
+_LOST = 1.25  # or within half the noise's amplitude, as a number beside another finding is lost
+_MISSED = 0.05  # of what all numbers gain: then it misses no more
 _FEWEST = 3  # numbers that it must stand for
 
 
@@ -46,7 +48,8 @@ def one_factor_does(library: Library, own: Floats, beside: Floats, material: flo
         float(_error(library, np.concatenate((columns, beside), axis=1)))
         for columns in (own[:, :0], factor_column(library), own)
     )
-    return one <= _ALIKE * refitted and without - one >= material
+    nearly = one <= _LOST * refitted and one - refitted <= _MISSED * (without - refitted)
+    return (one <= _ALIKE * refitted or nearly) and without - one >= material
 
 
 def one_factor(library: Library, twin: Twin, beside: Floats, material: float) -> Parameter | None:
