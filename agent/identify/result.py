@@ -121,7 +121,9 @@ class RigidBodyFit:
     """The rigid-body regression of thesis (4.5) over all moving samples.
 
     `as_twin` are the values of a fit without what a twin cannot hold, a constant torque or friction
-    that pushes, where it is no more than chance; empty where nothing is.
+    that pushes, where it is no more than chance; empty where nothing is. `spring_took_part` and
+    `torque_late_s`, by how much the torque comes later than the motion (0 where that does not
+    show), are what stood beside the parameters in the fit.
     """
 
     parameters: Mapping[str, Parameter]
@@ -129,6 +131,8 @@ class RigidBodyFit:
     rmse_nm: float
     fit_percent: float
     as_twin: Mapping[str, float] = field(default_factory=dict)
+    spring_took_part: bool = False
+    torque_late_s: float = 0.0
 
     def to_json(self) -> dict[str, Any]:
         """Return the contract's form."""

@@ -15,7 +15,7 @@ the rigid body, and predicts nothing.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,7 @@ from agent.physics.rigid_body import PARAMETERS
 
 _INFLATION = 1000.0  # a parameter's variance against that with all other columns orthogonal
 _UNMISTAKABLE = 3.0
+_BEYOND = 1.5  # times a filter's second order: what its third may add
 _BLOCKS = 40
 _FEWEST_BLOCKS = 12
 _OFFSET = "torque_offset_nm"
@@ -118,7 +119,8 @@ def fit_rigid_body(rows: Rows, *, spring: bool = True) -> RigidBodyFit | None:
     rows : Rows
         Filtered samples.
     spring : bool
-        Whether a spring between motor and arm may take part, where the data show one.
+        Whether a spring between motor and arm, and a torque that is late against the motion, may
+        take part, where the data show them.
 
     Returns
     -------
@@ -135,15 +137,16 @@ def fit_rigid_body(rows: Rows, *, spring: bool = True) -> RigidBodyFit | None:
     blocks = time_blocks(rows.time_s, _BLOCKS)
     if int(blocks[-1]) + 1 < _FEWEST_BLOCKS or not kept:
         return None
-    theta, ends = _regress(rows, kept, blocks, spring=spring)
+    fit = _regress(rows, kept, blocks, spring=spring)
     parameters: dict[str, Parameter] = {}
     for name in PARAMETERS:
         if name in reasons:
             parameters[name] = Parameter.not_identified(reasons[name])
         else:
             k = kept.index(PARAMETERS.index(name))
-            parameters[name] = Parameter(float(theta[k]), (float(ends[k, 0]), float(ends[k, 1])))
-    predicted = columns @ theta
+            low, high = fit.ends[k].tolist()
+            parameters[name] = Parameter(float(fit.theta[k]), (low, high))
+    predicted = columns @ fit.theta
     singular = np.linalg.svd(columns.T @ columns, compute_uv=False)
     condition = float(np.sqrt(singular[0] / singular[-1])) if singular[-1] > 0.0 else np.inf
     return RigidBodyFit(
@@ -152,6 +155,8 @@ def fit_rigid_body(rows: Rows, *, spring: bool = True) -> RigidBodyFit | None:
         rmse_nm=float(np.sqrt(np.mean((rows.torque_nm - predicted) ** 2))),
         fit_percent=fit_percent(rows.torque_nm, predicted),
         as_twin=_as_twin(rows, kept, blocks, parameters, spring=spring),
+        spring_took_part=fit.spring,
+        torque_late_s=fit.late_s,
     )
 
 
@@ -179,35 +184,75 @@ def _as_twin(
     if not without:
         return {}
     others = [i for i in kept if PARAMETERS[i] not in without]
-    theta, _ = _regress(rows, others, blocks, spring=spring)
+    theta = _regress(rows, others, blocks, spring=spring).theta
     return {PARAMETERS[i]: float(value) for i, value in zip(others, theta, strict=True)}
 
 
-def _regress(
-    rows: Rows, kept: Sequence[int], blocks: NDArray[np.int64], *, spring: bool
-) -> tuple[Floats, Floats]:
-    """Return the kept parameters and their 95 % intervals, shapes (p,) and (p, 2).
+@dataclass(frozen=True)
+class _Fit:
+    """Kept parameters and their 95 % intervals, shapes (p,) and (p, 2), and what took part."""
 
-    The spring's column is one of the regression's where its coefficient exceeds zero by three
-    times its own interval. Between one and three times it may be a spring or what friction does
-    at reversals: the parameters are the rigid body's, and the intervals reach over both fits.
+    theta: Floats
+    ends: Floats
+    spring: bool = False
+    late_s: float = 0.0
+
+
+def _regress(rows: Rows, kept: Sequence[int], blocks: NDArray[np.int64], *, spring: bool) -> _Fit:
+    """Fit the kept parameters, beside a spring and a torque that is late where the data show them.
+
+    A torque that comes dt later than the motion is ``X theta - dt d(X theta)/dt``: at reversals
+    friction then looks like inertia. A drive's torque filter or a late velocity (a negative dt) of
+    6 ms bent Coulomb friction by 4 % and inertia by 2 %.
     """
-    torque_nm = rows.torque_nm
-    theta, reach = _with_reach(rows.some(kept), torque_nm, blocks)
-    ends = np.stack((theta - reach, theta + reach), axis=-1)
+    columns = rows.some(kept)
+    theta, reach = _with_reach(columns, rows.torque_nm, blocks)
+    fit = _Fit(theta, np.stack((theta - reach, theta + reach), axis=-1))
     if not spring or PARAMETERS.index("inertia_kg_m2") not in kept:
-        return theta, ends
-    columns = np.column_stack((rows.some(kept), -rows.snap_rad_s4))
-    if variance_inflation(columns)[-1] > _INFLATION:
-        return theta, ends
-    sprung, sprung_reach = _with_reach(columns, torque_nm, blocks)
-    if not sprung[-1] > sprung_reach[-1]:
-        return theta, ends
-    sprung_ends = np.stack((sprung - sprung_reach, sprung + sprung_reach), axis=-1)[:-1]
-    if sprung[-1] > _UNMISTAKABLE * sprung_reach[-1]:
-        return sprung[:-1], sprung_ends
-    lower, upper = np.minimum(ends, sprung_ends), np.maximum(ends, sprung_ends)
-    return theta, np.stack((lower[:, 0], upper[:, 1]), axis=-1)
+        return fit
+    fit, stiffness = _beside(rows, columns, fit, -rows.snap_rad_s4, blocks, positive=True)
+    if stiffness > 0.0:
+        # Both are first terms of a series; what they make together is as large as the second ones.
+        return replace(fit, spring=True)
+    late = -np.gradient(columns @ fit.theta, rows.time_s)
+    fit, late_s = _beside(rows, columns, fit, late, blocks, positive=False)
+    if late_s == 0.0:
+        return fit
+    # A filter and a delay part in the second derivative, by up to the filter's dt^2.
+    bend = _BEYOND * late_s**2 * np.gradient(late, rows.time_s)
+    both = np.column_stack((columns, late))
+    moved = np.abs(np.linalg.solve(both.T @ both, both.T @ bend)[:-1])
+    ends = fit.ends + np.stack((-moved, moved), axis=-1)
+    return replace(fit, ends=ends, late_s=late_s)
+
+
+def _beside(
+    rows: Rows,
+    columns: Floats,
+    fit: _Fit,
+    extra: Floats,
+    blocks: NDArray[np.int64],
+    *,
+    positive: bool,
+) -> tuple[_Fit, float]:
+    """Return the fit beside one more column, and the column's coefficient where it took part.
+
+    It takes part where its coefficient exceeds zero by three times its own interval. Between one
+    and three times it may be what friction does at reversals: the parameters are those without, and
+    the intervals reach over both fits.
+    """
+    both = np.column_stack((columns, extra))
+    if variance_inflation(both)[-1] > _INFLATION:
+        return fit, 0.0
+    theta, reach = _with_reach(both, rows.torque_nm, blocks)
+    size = float(theta[-1] if positive else abs(theta[-1]))
+    if not size > reach[-1]:
+        return fit, 0.0
+    ends = np.stack((theta - reach, theta + reach), axis=-1)[:-1]
+    if size > _UNMISTAKABLE * reach[-1]:
+        return replace(fit, theta=theta[:-1], ends=ends), float(theta[-1])
+    lower, upper = np.minimum(fit.ends, ends), np.maximum(fit.ends, ends)
+    return replace(fit, ends=np.stack((lower[:, 0], upper[:, 1]), axis=-1)), 0.0
 
 
 def _with_reach(

@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from agent.identify.result import RigidBodyFit
-from agent.identify.rigid.body import Rows, collect_rows, fit_rigid_body, weights
+from agent.identify.rigid.body import Rows, collect_rows, fit_rigid_body
 from agent.identify.signals.preprocess import Motion, filter_motion, shared_cutoff
 
 _HALVINGS = 2
 _FIRM_INERTIA = 0.03
 _SAME_INERTIA = 0.01
+_LATE_S = 1e-3  # less is half a sample's, or a step's, and is not worth a note
 _POOR_FIT_PERCENT = 85.0  # less is more than what noise and a spring usually leave
 
 
@@ -56,11 +57,13 @@ def regress(motions: Sequence[Motion], asked_hz: float | None) -> Regression:
             "the inertia changes with frequency: the arm is flexible, and the cutoff was halved"
         ]
     body = fit_rigid_body(rows)
-    if body is not None and rigid is not None and _theta(body) != _theta(rigid):
+    if body is not None and body.spring_took_part:
         notes.append(
             "the torque shows a spring between motor and arm; its first term took part in the "
             "rigid body's fit"
         )
+    if body is not None and abs(body.torque_late_s) > _LATE_S:
+        notes.append(_of_lateness(body.torque_late_s))
     if body is not None and body.fit_percent < _POOR_FIT_PERCENT:
         notes.append(
             f"the rigid body explains {body.fit_percent:.0f} % of the torque: what it lacks may "
@@ -70,8 +73,12 @@ def regress(motions: Sequence[Motion], asked_hz: float | None) -> Regression:
     return Regression(chosen_hz, rows, body, tuple(notes))
 
 
-def _theta(fit: RigidBodyFit) -> list[float]:
-    return [float(w) for w in weights(fit)]
+def _of_lateness(late_s: float) -> str:
+    late, early = ("torque", "motion") if late_s > 0.0 else ("motion", "torque")
+    return (
+        f"the {late} comes {1e3 * abs(late_s):.2g} ms later than the {early} (a filter in the "
+        "drive?); that took part in the rigid body's fit"
+    )
 
 
 def _resonance_between(lower: RigidBodyFit, upper: RigidBodyFit) -> bool:
