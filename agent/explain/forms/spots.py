@@ -64,12 +64,14 @@ def _resemblance(moment: Floats, weight: Floats, width: float) -> Floats:
     width : float
         In bins.
     """
-    reach = int(np.ceil(_REACH * width))
+    # A bell that ends beyond both ends of the stroke is cut there: no longer than the bins.
+    reach = min(int(np.ceil(_REACH * width)), (weight.shape[0] - 1) // 2)
     away = np.arange(-reach, reach + 1)
     bell = np.exp(-0.5 * (away / width) ** 2)
     flat = np.ones_like(bell)
-    m1, m0 = (np.convolve(moment, k, "same") for k in (bell, flat))
-    g11, g10, g00 = (np.convolve(weight, k, "same") for k in (bell**2, bell, flat))
+    here = slice(reach, reach + moment.size)  # "same" is as long as a bell that is wider than all
+    m1, m0 = (np.convolve(moment, k)[here] for k in (bell, flat))
+    g11, g10, g00 = (np.convolve(weight, k)[here] for k in (bell**2, bell, flat))
     own = g11 - g10**2 / np.maximum(g00, 1e-12)
     part = m1 - g10 * m0 / np.maximum(g00, 1e-12)
     return np.asarray(np.where(own > 0.05 * g11, part**2 / np.maximum(own, 1e-12), 0.0))
