@@ -18,6 +18,7 @@ _PLACES = 24
 _LOCAL = 0.028  # of the stroke: narrower, a bell is seen along less than a tenth of it: a fault
 _BROAD = 0.045  # wider, along more than a sixth: friction of the path; between: either
 _NARROWEST, _WIDEST = 0.003, 0.12
+_WIDEST_SPOT = 0.25  # wider, friction of the path is no spot
 _POSITION = ("position_rad",)
 
 Limits = Callable[[Scene], Sequence[tuple[float, float]]]
@@ -173,8 +174,8 @@ FORMS: tuple[Form, ...] = (
         ("height_nm",),
         _tight_spot,
         ("center_arm_rad", "width_arm_rad"),
-        _places((_LOCAL, 0.04, 0.08), friction=True),
-        limits=_within_stroke(_LOCAL, _WIDEST),
+        _places((_LOCAL, 0.04, 0.08, 0.16), friction=True),
+        limits=_within_stroke(_LOCAL, _WIDEST_SPOT),
         needs=_POSITION,
     ),
     Form(

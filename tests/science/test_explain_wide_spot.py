@@ -1,0 +1,29 @@
+"""A tight spot as wide as half of the stroke, in another form than ours, is told in its width."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from agent.explain.choosing.choice import choose
+from agent.explain.choosing.search import Library
+from agent.explain.forms.library import FORMS
+from agent.identify.result import Floats
+from tests.science.explain_joint import GEAR_RATIO, NOISE_NM, Conditions, record, stair
+from tests.science.test_explain_worth import bare
+from trajectories import SetPoints
+
+
+def test_a_wide_spot_is_not_cut_to_a_narrow_one() -> None:
+    def cosine(points: SetPoints, _at: Conditions) -> Floats:
+        away = np.clip((points.position_rad / GEAR_RATIO - 0.2) / 0.8, -1.0, 1.0)
+        return np.asarray(0.1 * (1.0 + np.cos(np.pi * away)) * np.sign(points.velocity_rad_s))
+
+    plain = bare(record(stair((10, 30, 60), 200.0, 40.0), cosine, Conditions(), 1))
+    spots = tuple(f for f in FORMS if f.name == "tight spot")
+    library = Library.of(plain.scene, plain.weighing, spots)
+    (term,) = choose(library, rivals=False).terms
+    centre, width = term.candidate.point
+    assert abs(centre - 0.2) < 0.05
+    assert 0.25 < width < 0.35  # a bell like a raised cosine: 0.36 of its half width
+    left = library.residual([term.candidate]) / library.weighing.weight
+    assert np.std(left) < 0.8 * NOISE_NM
