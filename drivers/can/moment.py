@@ -23,7 +23,7 @@ class BothClocks:
 
     How far the clocks are apart changes only when somebody sets the wall clock, or by a little as
     they drift. So where a pair is wider than that and contradicts nothing, the closest one before
-    it goes on counting: a computer that stood still had put an answer before its question.
+    it goes on counting: else a computer that stands still moves stamps by half of that time.
 
     Parameters
     ----------

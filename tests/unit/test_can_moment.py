@@ -64,7 +64,7 @@ def test_the_pair_is_of_one_moment() -> None:
 def test_a_computer_that_stands_still_moves_no_stamp_and_a_clock_that_is_set_does(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Beside other programs an answer had come before its question, and counted as lost."""
+    """All three tries are held up: stamps would be off by half of the shortest."""
     clock, ahead_s = SlowClock(1e-6), 1e9
     monkeypatch.setattr(time, "clock_gettime", lambda _which: clock.time_s + ahead_s)
     clocks = BothClocks(clock)
