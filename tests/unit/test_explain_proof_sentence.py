@@ -35,6 +35,15 @@ def test_sentence_is_the_way_the_error_went(before_nm: float, after_nm: float, s
     assert sentence == f"On recordings unseen {said}"
 
 
+def test_names_that_unseen_recordings_do_not_bear_out_are_said_to_be_unproven() -> None:
+    """A real arm without a gear had a gear's wobble, where the error left out went 2.1 to 1.9."""
+    fell = replace(_holdout(2.1, 1.9), floor_ratio=5.1)
+    said = proof_sentence(replace(fell, improvement_ci95_percent=(-14.7, 46.2)), 0.36)
+    assert "from 2.1 to 1.9 N m (by \N{MINUS SIGN}15 to 46 %); noise is 0.36 N m." in said
+    assert said.endswith(" What was found is not proven.")
+    assert "proven" not in proof_sentence(replace(fell, improvement_ci95_percent=(3.0, 46.2)), 0.36)
+
+
 def test_a_mismatch_of_the_unseen_recordings_alone_is_said_to_be_theirs() -> None:
     """All that was fitted has a name: not "less than 1 % has no name, and follows nothing"."""
     finding = Finding("stribeck", 1, 1.0, 1.0, (), "Stribeck explains all.", {}, (), 0.0, "a form")
