@@ -46,6 +46,7 @@ from agent.explain.traces import traces_of
 from agent.explain.undecidable import undecidable
 from agent.explain.unnamed import own_numbers, taken_back, unnamed, unproven
 from agent.explain.verdict import far_from_given, left_share, verdict_of
+from agent.identify.signals.preprocess import left_out_of
 from agent.physics.twin import Twin
 from trajectories import AxisLimits
 
@@ -289,6 +290,7 @@ def _bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
             f"the velocity is reported {1e3 * abs(found.table.late_s):.1f} ms {later} than the "
             "position, with which the torque is in step: it was brought in step with both"
         )
+    out += [said for run in found.table.runs for said in left_out_of(run.signals)]
     compared = {piece.run for piece in found.table.pieces}
     for index, run in enumerate(found.table.runs):
         if index not in compared:

@@ -20,6 +20,7 @@ from agent.conclude.outcome import signals_of
 from agent.cycle.recorder import Recorder
 from agent.cycle.sequence import Step
 from agent.errors import InputError
+from agent.identify.signals.preprocess import left_out_of
 from agent.record.recording import Metadata, Recording
 from drivers.cia402.doubts import MOST, Doubts
 from drivers.ports import Command, DriveState, Goal, Sample, SyncAccount, WatchdogProof
@@ -126,6 +127,7 @@ def test_every_reader_leaves_out_what_a_recording_calls_doubtful(located: bool) 
     for signals in (signals_of(recording), run.signals):
         np.testing.assert_array_equal(signals.valid, ~left_out)
         np.testing.assert_array_equal(np.isnan(signals.torque_nm), left_out)
+        assert bool(left_out_of(signals)) is located
     assert recording.masked == 0  # and the recording keeps them
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from agent.explain.rows.run import Run
 from agent.identify.result import Floats
+from agent.numbers import significant
 
 _SLOW = 0.05  # of the greatest speed: below it a step of the encoder is a long time
 _LEAST = 0.02  # of a period: less is lost in what a drive's own filter does to its velocity
@@ -43,8 +44,8 @@ def put_right(runs: Sequence[Run]) -> tuple[tuple[Run, ...], tuple[str, ...]]:
     )
     which = "" if len(sizes_s) == len(runs) else f" of {len(sizes_s)} of {len(runs)} recordings"
     return right, (
-        f"the stamps{which} are off by {1e3 * max(sizes_s):.1f} ms rms, as how far the joint got "
-        "from row to row shows: they were put right",
+        f"the stamps{which} are off by {significant(1e3 * max(sizes_s), 2)} ms rms, as how far the "
+        "joint got from row to row shows: they were put right",
     )
 
 

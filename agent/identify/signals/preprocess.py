@@ -100,6 +100,17 @@ class Motion:
         return out
 
 
+def left_out_of(signals: Signals) -> tuple[str, ...]:
+    """Return what is to be said of a recording's doubtful rows; nothing where it has none."""
+    if not signals.left_out:
+        return ()
+    rows = "1 row" if signals.left_out == 1 else f"{signals.left_out} rows"
+    return (
+        f"{signals.name}: {rows} that may stand in another's place in time "
+        "(a SYNC or an answer was held up) are left out",
+    )
+
+
 def read_motion(signals: Signals) -> Motion:
     """Find the stretches and the velocity of one recording."""
     timing = find_stretches(signals)
@@ -112,13 +123,7 @@ def read_motion(signals: Signals) -> Motion:
             assert signals.position_rad is not None
             position = stretch.on_grid(signals, signals.position_rad)
             velocities.append(np.gradient(position, stretch.period_s))
-    notes = []
-    if signals.left_out:
-        rows = "1 row" if signals.left_out == 1 else f"{signals.left_out} rows"
-        notes.append(
-            f"{signals.name}: {rows} that may stand in another's place in time "
-            "(a SYNC or an answer was held up) are left out"
-        )
+    notes = list(left_out_of(signals))
     if derived:
         notes.append(f"{signals.name}: velocity was derived from position by central differences")
     resampled = sum(s.resampled for s in timing.stretches)
