@@ -56,7 +56,7 @@ def test_a_log_on_regular_stamps_of_rows_that_were_not_regular_is_put_right() ->
     assert np.std(errors - (even_s - uneven_s)) < 0.25 * np.std(even_s - uneven_s)
     (right, other), said = put_right((wrong, log(even_s, even_s)))
     assert other.signals.time_s is even_s
-    assert said[0].startswith("the stamps of 1 of 2 recordings are off by 0.6 ms")
+    assert said[0].startswith("the stamps of 1 of 2 recordings are off by 0.5")
     best = left_nm(other)
     assert left_nm(wrong) > 1.4 * best
     assert left_nm(right) < 1.04 * best
