@@ -27,8 +27,12 @@ def fake_history(
     wear_day: Annotated[
         float | None, typer.Option(help="Day on which wear begins; without it, never.")
     ] = None,
-    wear_nm: Annotated[float, typer.Option(help="Its friction at low speed, N m.")] = 0.3,
-    wear_days: Annotated[float, typer.Option(help="Days until it has grown to that.")] = 60.0,
+    wear_nm: Annotated[
+        float | None, typer.Option(help="Its friction at low speed, N m; else 0.3.")
+    ] = None,
+    wear_days: Annotated[
+        float | None, typer.Option(help="Days until it has grown to that; else 60.")
+    ] = None,
     oil_day: Annotated[float | None, typer.Option(help="Day of an oil change.")] = None,
     swap_day: Annotated[float | None, typer.Option(help="Day of a gearbox swap.")] = None,
     payload_kg: Annotated[
@@ -41,10 +45,12 @@ def fake_history(
     """Simulate a joint over months, a stair cycle a night, and write its recordings."""
     from agent.cli.fake_history import HistoryRequest, run_fake_history
 
+    if wear_day is None and not (wear_nm is None and wear_days is None):
+        raise typer.BadParameter("--wear-nm and --wear-days belong to --wear-day")
+    wear = (0.3 if wear_nm is None else wear_nm, 60.0 if wear_days is None else wear_days)
     request = HistoryRequest(
-        cycles, every_days, seed, wear_day, wear_nm, wear_days, oil_day, swap_day,
-        tuple(payload_kg or ()),
-    )  # fmt: skip
+        cycles, every_days, seed, wear_day, *wear, oil_day, swap_day, tuple(payload_kg or ())
+    )
     run_fake_history(out, request, work=work)
 
 

@@ -113,7 +113,7 @@ def ordinary_text(found: OrdinaryFriction, beside: Comparison | None) -> str:
         return "\n".join([*lines, *(f"  - {reason}" for reason in found.reasons)])
     lines += ["", "Friction by speed (95 % interval):"]
     for v, f, d in zip(found.speed_rad_s, found.friction_nm, found.deviation_nm, strict=True):
-        lines.append(f"  {v:8.3g} rad/s  {f:8.4g} N m  +-{student_975(found.dof) * d:.2g}")
+        lines.append(f"  {v:8.3g} rad/s  {f:8.4g} N m  ±{student_975(found.dof) * d:.2g}")
     lines += [f"  not known: {reason}" for reason in found.reasons]
     lines += ["", "As one plain law over these speeds:"]
     for name in ("coulomb_nm", "viscous_nm_s_per_rad", "inertia_kg_m2", "gravity_sin_nm"):

@@ -65,6 +65,10 @@ def run_schedule(
     agent.errors.InputError
         The recordings are of several joints or cannot be used, or a number makes no sense.
     """
+    asked = (request.swing_degc, *request.wish, request.slope_percent_per_k)
+    for value in (*asked, request.scatter_percent, request.ambient_degc):
+        if value is not None and not math.isfinite(value):
+            raise InputError(f"No schedule can be made of that: {value} is no number to plan with.")
     try:
         found = _schedule(_history(patterns, request) if patterns else None, request)
     except ValueError as error:
@@ -218,8 +222,8 @@ def schedule_text(found: Schedule) -> str:
     lines += [
         "",
         f"Friction changes by {100.0 * site.slope_per_k:+.2f} % a degree (known to "
-        f"+-{196.0 * site.slope_deviation_per_k:.2f}) and by {100.0 * site.scatter:.2f} % from "
-        f"cycle to cycle; the gearbox swings by +-{site.swing_degc:g} degC.",
+        f"±{196.0 * site.slope_deviation_per_k:.2f}) and by {100.0 * site.scatter:.2f} % from "
+        f"cycle to cycle; the gearbox swings by ±{site.swing_degc:g} degC.",
         *(f"  {source}" for source in found.sources),
     ]
     if found.last is not None and found.following is not None:

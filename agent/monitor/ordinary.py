@@ -189,7 +189,7 @@ def compare(
     share = 100.0 * difference[worst] / float(np.interp(speed[worst], own, dedicated.friction_nm))
     said = (
         f"at {speed[worst]:.3g} rad/s ordinary work says {difference[worst]:+.3g} N m "
-        f"({share:+.1f} %, +-{1.96 * deviation[worst]:.2g} N m) against the dedicated cycle"
+        f"({share:+.1f} %, ±{1.96 * deviation[worst]:.2g} N m) against the dedicated cycle"
     )
     sentence = f"the two agree within what is known; {said}" if agrees else f"they differ: {said}"
     apart = work.temperature_degc - dedicated_degc
@@ -284,7 +284,7 @@ def _loose(knots: Floats, friction: Floats, deviation: Floats, dof: float) -> st
     """Say where friction is not known well enough."""
     half = student_975(dof) * deviation
     found = [
-        f"at {v:.3g} rad/s friction comes out as {f:.3g} +-{h:.2g} N m"
+        f"at {v:.3g} rad/s friction comes out as {f:.3g} ±{h:.2g} N m"
         for v, f, h in zip(knots, friction, half, strict=True)
     ]
     return f"{', '.join(found)}: too loose to be called known (10 %)"

@@ -83,7 +83,7 @@ def judge_warmth(
     difference = degc - target
     if abs(difference) <= tolerance:
         return Warmth(True, now, difference_k=difference)
-    compared = f"the gearbox is at {degc:.1f} degC, comparable at {target:g} +- {tolerance:g} degC"
+    compared = f"the gearbox is at {degc:.1f} degC, comparable at {target:g} ± {tolerance:g} degC"
     if now >= latest_start:
         return Warmth(True, now, f"{compared}; the window leaves no more time to wait", difference)
     if difference < 0.0:

@@ -140,7 +140,7 @@ def test_it_waits_for_a_comparable_gearbox_inside_its_window() -> None:
     late_h = (began - utc("2026-06-01T20:00")).total_seconds() / 3600.0 - due_h
     assert -0.01 < late_h < 0.1  # the sensor shows tenths
     assert len(watch.texts("wait")) == 2
-    assert "52.0 degC, comparable at 32 +- 1" in watch.texts("wait")[0]
+    assert "52.0 degC, comparable at 32 ± 1" in watch.texts("wait")[0]
     assert re.search(r"expected at 2[12]:\d\d UTC", watch.texts("wait")[1])
     assert abs(watch.events[-1].details["difference_at_start_k"]) <= 1.0
 

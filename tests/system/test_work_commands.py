@@ -96,3 +96,5 @@ def test_schedule_needs_no_history_and_says_what_it_takes_for_usual(tmp_path: Pa
     assert "not known of this joint" in done.stdout
     wrong = RUNNER.invoke(app, ["schedule", "--swing", "-8"])
     assert "swing_degc" in str(wrong.exception)
+    wrong = RUNNER.invoke(app, ["schedule", "--false-alarms", "inf"])
+    assert "inf is no number to plan with" in str(wrong.exception)

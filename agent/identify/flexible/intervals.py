@@ -242,4 +242,6 @@ def _parameter(
         return Parameter.not_identified(
             f"the recordings do not excite it: its standard error is {100.0 * relative:.0f} % of it"
         )
+    if max(low, high) > quantile * _CERTAIN * value:  # by what may have moved it, too
+        return Parameter.not_identified(_HIDDEN)
     return Parameter(value, (value * math.exp(-low / value), value * math.exp(high / value)))
