@@ -30,7 +30,7 @@ def _since_h(p: Numbers, motion: Motion) -> Floats:
     if motion.started_at_unix_s is None:
         raise ValueError("needs the instant at which the recording started, and none was given")
     start = motion.started_at_unix_s - p["reference_started_at"]
-    return (start + motion.need("time_s")) / 3600.0
+    return (start + motion.need("time_s")) / _HOUR_S
 
 
 def _drift_by_hours(p: Numbers, motion: Motion, base: Base) -> Floats:
@@ -111,8 +111,6 @@ def _run_in_by_turns(p: Numbers, motion: Motion, base: Base) -> Floats:
     del base
     return _run_in_by_use(p, motion, _TURNS)
 
-
-_UNITS = {_OPERATING: "operating_h", _TURNS: "1000_turns"}
 
 _REFERENCE = Parameter(
     instant=True, meaning="t0, when the twin's own numbers held: ISO 8601 with its zone"
