@@ -23,6 +23,9 @@ KEY = "learnt_over"
 
 _ENDS = (0.002, 0.998)  # quantiles: one wild sample is no range
 _BEYOND = 0.1  # of the range on either side: so far a law is taken to reach
+_LEAST = MappingProxyType({"arm_position_rad": math.radians(1.0), "gearbox_temperature_degc": 2.0})
+"""At least so far a law reaches beyond a narrow range: no oil changes within a degree."""
+
 _CALLED: Mapping[str, tuple[str, float, str]] = MappingProxyType(
     {
         "arm_position_rad": ("arm angles", math.degrees(1.0), "degrees"),
@@ -83,7 +86,7 @@ def beyond(
         if name not in learnt or name not in driven:
             continue
         (low, high), (least, most) = learnt[name], driven[name]
-        margin = _BEYOND * (high - low)
+        margin = max(_BEYOND * (high - low), _LEAST.get(name, 0.0))
         below = name != "velocity_rad_s" and least < low - margin
         if below or most > high + margin:
             there, here = (

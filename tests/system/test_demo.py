@@ -58,6 +58,8 @@ def test_what_is_concealed_in_the_demo_is_found(told: tuple[str, Path]) -> None:
     named = [finding["effect"] for finding in document["findings"]]
     assert named[0] == "joint-flexibility"
     assert "stribeck" in named
+    rivals = {each["effect"] for f in document["findings"] for each in f["alternatives"]}
+    assert "friction-drift" not in rivals  # a single cycle has no use that its order is not
     assert document["held_out"]
     unseen = document["holdout"]
     assert unseen["extended"]["rmse_nm"] < 0.1 * unseen["baseline"]["rmse_nm"]

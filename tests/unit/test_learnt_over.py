@@ -72,6 +72,8 @@ def test_a_motion_that_goes_clearly_further_is_told_and_one_that_hardly_does_is_
     assert further(found, known, ()) == ()
     slower = ranges_of({"velocity_rad_s": np.full(100, 0.1)})
     assert beyond({"velocity_rad_s": (5.0, 50.0)}, slower) == ()
+    warmed = {"gearbox_temperature_degc": (25.0, 25.2)}  # one cycle after the other
+    assert beyond({"gearbox_temperature_degc": (25.0, 25.05)}, warmed) == ()
 
 
 def test_a_cable_that_hangs_free_elsewhere_may_be_one_beside_an_offset() -> None:

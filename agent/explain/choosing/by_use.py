@@ -60,6 +60,6 @@ def clock_or_use(library: Library, choice: Choice) -> str:
 
 def _measure(form: Form) -> str:
     """Return what a form of drift goes by."""
-    if OPERATING in form.needs:
-        return _OPERATION
-    return _TURNS if TURNED in form.needs else _CLOCK
+    if TURNED in form.needs:
+        return _TURNS
+    return _OPERATION if OPERATING in form.needs else _CLOCK

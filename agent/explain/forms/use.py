@@ -99,7 +99,8 @@ def _forms(measure: _Measure) -> tuple[Form, ...]:
         return ({**change, **odometer},)
 
     names = (f"coulomb_nm_per_{measure.unit}", f"viscous_nm_s_per_rad_per_{measure.unit}")
-    needs = (measure.column,)
+    # Several recordings: within one, a cycle's speeds are driven in an order, as turns are counted.
+    needs = tuple({measure.column: None, OPERATING: None})
     return (
         Form(
             "friction-drift",
