@@ -100,7 +100,7 @@ def _forms(measure: _Measure) -> tuple[Form, ...]:
 
     names = (f"coulomb_nm_per_{measure.unit}", f"viscous_nm_s_per_rad_per_{measure.unit}")
     # Several recordings: within one, a cycle's speeds are driven in an order, as turns are counted.
-    needs = tuple({measure.column: None, OPERATING: None})
+    needs = tuple(dict.fromkeys((measure.column, OPERATING)))
     return (
         Form(
             "friction-drift",

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from agent.physics.effects.card import (
+    Added,
     EffectCard,
     Floats,
     Form,
@@ -79,37 +80,29 @@ def _listed(p: Numbers, name: str) -> tuple[float, ...]:
     return tuple(value for key, value in p.items() if key.startswith(f"{name}["))
 
 
-def _drift_by_use(p: Numbers, motion: Motion, counted: str) -> Floats:
+def _drift_by_use(counted: str) -> Added:
+    """Return the torque of a steady drift over one measure of use."""
     unit = _UNITS[counted]
-    law = LinearDrift(p[f"coulomb_nm_per_{unit}"], p[f"viscous_nm_s_per_rad_per_{unit}"])
-    since = _used(p, motion, counted) - p[f"reference_{unit}"]
-    return law.torque_nm(motion.velocity_rad_s, motion.direction, since)
+
+    def torque_nm(p: Numbers, motion: Motion, base: Base) -> Floats:
+        del base
+        law = LinearDrift(p[f"coulomb_nm_per_{unit}"], p[f"viscous_nm_s_per_rad_per_{unit}"])
+        since = _used(p, motion, counted) - p[f"reference_{unit}"]
+        return law.torque_nm(motion.velocity_rad_s, motion.direction, since)
+
+    return torque_nm
 
 
-def _run_in_by_use(p: Numbers, motion: Motion, counted: str) -> Floats:
-    changes = p["coulomb_change_nm"], p["viscous_change_nm_s_per_rad"]
-    law = RunIn(*changes, p[f"settling_{_UNITS[counted]}"])
-    return law.torque_nm(motion.velocity_rad_s, motion.direction, _used(p, motion, counted))
+def _run_in_by_use(counted: str) -> Added:
+    """Return the torque of a running-in over one measure of use."""
 
+    def torque_nm(p: Numbers, motion: Motion, base: Base) -> Floats:
+        del base
+        changes = p["coulomb_change_nm"], p["viscous_change_nm_s_per_rad"]
+        law = RunIn(*changes, p[f"settling_{_UNITS[counted]}"])
+        return law.torque_nm(motion.velocity_rad_s, motion.direction, _used(p, motion, counted))
 
-def _drift_by_operating(p: Numbers, motion: Motion, base: Base) -> Floats:
-    del base
-    return _drift_by_use(p, motion, _OPERATING)
-
-
-def _drift_by_turns(p: Numbers, motion: Motion, base: Base) -> Floats:
-    del base
-    return _drift_by_use(p, motion, _TURNS)
-
-
-def _run_in_by_operating(p: Numbers, motion: Motion, base: Base) -> Floats:
-    del base
-    return _run_in_by_use(p, motion, _OPERATING)
-
-
-def _run_in_by_turns(p: Numbers, motion: Motion, base: Base) -> Floats:
-    del base
-    return _run_in_by_use(p, motion, _TURNS)
+    return torque_nm
 
 
 _REFERENCE = Parameter(
@@ -188,27 +181,27 @@ _DRIFT_FORMS = (
         LinearDrift.law,
         _evenly(_OPERATING, "operating hour")
         | _odometer(_OPERATING, "hours of operation, standstill between moves among them,"),
-        _drift_by_operating,
+        _drift_by_use(_OPERATING),
     ),
     Form(
         "evenly with the motor's turns",
         LinearDrift.law,
         _evenly(_TURNS, "1000 turns of the motor")
         | _odometer(_TURNS, "thousands of turns of the motor, to and fro,"),
-        _drift_by_turns,
+        _drift_by_use(_TURNS),
     ),
     Form(
         "settling with operating time",
         RunIn.law,
         _settling(_OPERATING)
         | _odometer(_OPERATING, "hours of operation, standstill between moves among them,"),
-        _run_in_by_operating,
+        _run_in_by_use(_OPERATING),
     ),
     Form(
         "settling with the motor's turns",
         RunIn.law,
         _settling(_TURNS) | _odometer(_TURNS, "thousands of turns of the motor, to and fro,"),
-        _run_in_by_turns,
+        _run_in_by_use(_TURNS),
     ),
 )
 
