@@ -34,6 +34,8 @@ class _Abilities:
     heartbeat_consumer: bool
     abort_connection: bool
     quick_stop_option: int | None
+    deceleration: bool
+    quick_stop_deceleration: bool
     offered_modes: tuple[str, ...] | None
 
 
@@ -55,17 +57,22 @@ def _abilities(drive: Drive) -> _Abilities:
             heartbeat_consumer=drive.heartbeat_consumer is not False,
             abort_connection=drive.abort_connection is not False,
             quick_stop_option=2,
+            deceleration=True,
+            quick_stop_deceleration=True,
             offered_modes=None,
         )
     if profile.velocity is not None and "velocity_unit" not in says:
         unit = profile.velocity.unit.value
-    watchdog, option = profile.watchdog, profile.watchdog.quick_stop_option.value
+    watchdog, ramps = profile.watchdog, profile.ramps
+    option = watchdog.quick_stop_option.value
     return _Abilities(
         velocity_unit=unit,
         software_limits=_first(drive.software_limits, profile.position.software_limits.value),
         heartbeat_consumer=_first(drive.heartbeat_consumer, watchdog.heartbeat_consumer.value),
         abort_connection=_first(drive.abort_connection, watchdog.abort_connection.value),
         quick_stop_option=None if option == "absent" else option,
+        deceleration=ramps is None or ramps.deceleration.value,
+        quick_stop_deceleration=ramps is None or ramps.quick_stop_deceleration.value,
         offered_modes=tuple(profile.modes.offered.value),
     )
 
@@ -160,4 +167,6 @@ def drive_config(cell: Cell, axis: Axis) -> Cia402Config:
         mode=drive.mode,
         move_acceleration_rad_s2=axis.stair.motor_acceleration_rad_s2,
         velocity_max_rad_s=limits.motor_velocity_max_rad_s,
+        has_deceleration=able.deceleration,
+        has_quick_stop_deceleration=able.quick_stop_deceleration,
     )

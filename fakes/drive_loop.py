@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from fakes.drive_modes import Follower, Mode, follower
+from fakes.drive_modes import Follower, Mode, falling_ramp, follower
 from fakes.object_dictionary import ObjectDictionary
 from fakes.plant import Plant
 from fakes.state_machine import Motion, State, StateMachine
@@ -120,7 +120,7 @@ class DriveLoop:
         self._target = min(max(wanted, -fastest), fastest)
         self._too_fast = abs(wanted) > fastest
         self._accelerate = number(0x6083) * per_count
-        self._decelerate = number(0x6084) * per_count
+        self._decelerate = number(falling_ramp(self._od)) * per_count
         self._quick = number(0x6085) * per_count
         self.plant.torque_limit_nm = number(0x6072) * number(0x6076) * 1e-6
         low, high = number(0x607D, 1), number(0x607D, 2)

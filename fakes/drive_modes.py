@@ -38,6 +38,11 @@ def offered(supported_modes: int) -> frozenset[int]:
     return frozenset(m for m in Mode if m and supported_modes >> (m - 1) & 1) | {0}
 
 
+def falling_ramp(dictionary: ObjectDictionary) -> int:
+    """Return which object brakes: 0x6084, or 0x6083 in a drive without it."""
+    return 0x6084 if dictionary.shows(0x6084) else 0x6083
+
+
 class Follower:
     """What a mode wants of the velocity loop now.
 
@@ -228,7 +233,7 @@ class PositionProfile(Follower):
     def _advance(self, left_rad: float) -> None:
         """Take the profile one millisecond on."""
         rise = self.od.number(0x6083) * self.per_count * STEP_S
-        fall = self.od.number(0x6084) * self.per_count
+        fall = self.od.number(falling_ramp(self.od)) * self.per_count
         # Half a step of travel is kept back, so that the ramp ends at the target, not beyond it.
         room = max(abs(left_rad) - 0.5 * abs(self._speed_rad_s) * STEP_S, 0.0)
         allowed = min(self._cruise_rad_s, math.sqrt(2.0 * fall * room))

@@ -1,8 +1,8 @@
 """What real drives can and lack, for the fake to play: written apart from the product's profiles.
 
-From vendors' and projects' files: supported modes, whether 0x6007, 0x1016 and 0x6076 are there,
-what ends a heartbeat fault. Where a drive has no 0x6007 the fake does nothing when its master falls
-silent, which is the worst that one may do.
+From vendors' and projects' files: supported modes, whether 0x6007, 0x1016, 0x6076 and the ramps are
+there, what ends a heartbeat fault. Where a drive has no 0x6007 the fake does nothing when its
+master falls silent, which is the worst that one may do.
 """
 
 from __future__ import annotations
@@ -15,8 +15,14 @@ from fakes.specification import DriveParameters, FakeSpecification
 
 PP, VL, PV, TQ, HM, IP, CSP, CSV, CST = (1 << mode - 1 for mode in (1, 2, 3, 4, 6, 7, 8, 9, 10))
 ABORT_CONNECTION, CONSUMER_HEARTBEAT, RATED_TORQUE, MODES = 0x6007, 0x1016, 0x6076, 0x6502
+QUICK_STOP_OPTION, DECELERATION, QUICK_STOP_DECELERATION = 0x605A, 0x6084, 0x6085
 
 _EVERY = PP | VL | PV | TQ | HM | IP | CSP | CSV | CST
+_SCHUNK_LACKS = (
+    *(ABORT_CONNECTION, RATED_TORQUE, QUICK_STOP_OPTION),
+    *(DECELERATION, QUICK_STOP_DECELERATION),
+)
+"""Pilz' arm has Schunk's drives."""
 
 DRIVES: Mapping[str, DriveParameters] = MappingProxyType(
     {
@@ -50,12 +56,12 @@ DRIVES: Mapping[str, DriveParameters] = MappingProxyType(
         "schunk-lwa4p": DriveParameters(
             abort_connection_option=0,
             supported_modes=PP | VL | IP,
-            absent_objects=(ABORT_CONNECTION, RATED_TORQUE),
+            absent_objects=_SCHUNK_LACKS,
         ),
         "pilz-prbt": DriveParameters(
             abort_connection_option=0,
             supported_modes=PP | VL | IP,
-            absent_objects=(ABORT_CONNECTION, RATED_TORQUE),
+            absent_objects=_SCHUNK_LACKS,
         ),
     }
 )

@@ -122,6 +122,10 @@ class ObjectDictionary:
         self._entries = {k: e for k, e in self._entries.items() if e.index not in absent}
         self._indices -= absent
 
+    def shows(self, index: int) -> bool:
+        """Return whether a master can reach an object."""
+        return index in self._indices
+
     def number(self, index: int, subindex: int = 0) -> int:
         """Return a number that is known to be in the EDS."""
         value = self.values[index << 8 | subindex]

@@ -29,7 +29,7 @@ from drivers.cia402.opening import (
     units_of,
 )
 from drivers.cia402.sdo import SdoAccess
-from drivers.cia402.settings import ProcessData, apply, held_of, leave_at_rest, snapshot
+from drivers.cia402.settings import apply, held_of, leave_at_rest, snapshot
 from drivers.cia402.stopping import stop_axis
 from drivers.cia402.supervision import judge
 from drivers.cia402.waiting import (
@@ -40,6 +40,7 @@ from drivers.cia402.waiting import (
     sinks_at,
     state_found,
 )
+from drivers.cia402.wanted import ProcessData
 from drivers.cia402.watchdog_proof import prove
 from drivers.clock import Clock
 from drivers.errors import DriverError, DriveStateError, JointSinksError

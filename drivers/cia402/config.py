@@ -81,6 +81,9 @@ class Cia402Config:
         Ramps of the drive's own moves in profile position mode; None: `acceleration_rad_s2`.
     velocity_max_rad_s : float or None
         What a drive in velocity mode (vl) may do at most (0x6046); None leaves its own limit.
+    has_deceleration, has_quick_stop_deceleration : bool
+        False for a drive without 0x6084, which then brakes its moves by 0x6083, too, as CiA 402
+        has it; or without 0x6085, whose quick stop brakes as its maker has set it.
     """
 
     node_id: int
@@ -111,6 +114,8 @@ class Cia402Config:
     offered_modes: tuple[str, ...] | None = None
     move_acceleration_rad_s2: float | None = None
     velocity_max_rad_s: float | None = None
+    has_deceleration: bool = True
+    has_quick_stop_deceleration: bool = True
     expected_units: ExpectedUnits | None = None
 
     def __post_init__(self) -> None:

@@ -16,9 +16,9 @@ from drivers.cia402.modes import Rung
 from drivers.cia402.network import CanopenNode, NmtState
 from drivers.cia402.orders import disable_voltage, orders_of
 from drivers.cia402.placing import Placing
-from drivers.cia402.settings import ProcessData
 from drivers.cia402.states import next_controlword
 from drivers.cia402.sync import Place, SyncedAnswer, SyncLedger
+from drivers.cia402.wanted import ProcessData
 from drivers.cia402.words import INTERNAL_LIMIT_BIT, REDUCED, State, state_of
 from drivers.clock import Clock
 from drivers.errors import ConfigurationError, DriverError

@@ -120,6 +120,8 @@ class _Stop:
     def _write_ramp_again(self, sdo: SdoAccess) -> None:
         """Set how hard a quick stop brakes, as `open` did: somebody may have changed it since."""
         config = self.exchange.config
+        if not config.has_quick_stop_deceleration:
+            return
         ramp = config.scaling.acceleration_units(config.quick_stop_deceleration_rad_s2)
         try:
             sdo.write(objects.QUICK_STOP_DECELERATION, ramp)

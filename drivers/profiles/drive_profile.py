@@ -53,6 +53,13 @@ class Watchdog(_Part):
     after_heartbeat_fault: Fact[Literal["fault reset", "reset communication"]] | None = None
 
 
+class Ramps(_Part):
+    """Which ramps can be set beside 0x6083: for braking (0x6084), and for a quick stop (0x6085)."""
+
+    deceleration: Fact[bool]
+    quick_stop_deceleration: Fact[bool]
+
+
 class Torque(_Part):
     """Where the torque comes from, and whether the drive says what 1000 per mille are."""
 
@@ -98,6 +105,7 @@ class DriveProfile(_Part):
     title: str = Field(min_length=1)
     modes: Modes
     watchdog: Watchdog
+    ramps: Ramps | None = None  # None: both, as CiA 402 has them
     torque: Torque
     position: Position
     velocity: Velocity | None = None

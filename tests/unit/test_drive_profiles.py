@@ -80,6 +80,8 @@ def test_a_cell_takes_its_profile_and_its_own_word_wins() -> None:
     schunk = config_with(profile="schunk-lwa4p")
     assert schunk.offered_modes == ("vl", "ip", "pp")
     assert schunk.abort_connection_option is None
+    assert not schunk.has_quick_stop_deceleration
+    assert plain.has_quick_stop_deceleration
     assert schunk.heartbeat_consumer_subindex == 1
     assert config_with(profile="ingenia-eve-xcr-c").heartbeat_consumer_subindex is None
     assert config_with(profile="maxon-epos4").scaling.velocity_unit == "rpm"
