@@ -9,6 +9,7 @@ import typer
 
 from agent.cli.summary import summary
 from agent.cli.talk import talker
+from agent.cli.twin_file import check_twin_place
 from agent.conclude.outcome import Conclusion, conclude
 from agent.errors import InputError
 from agent.identify.estimate import twin_from_estimate
@@ -55,7 +56,10 @@ def run_twin(patterns: Sequence[str], out: Path) -> None:
     ------
     agent.errors.InputError
         Where the recordings do not carry a twin.
+    agent.errors.StorageError
+        Where `out` holds what a person wrote.
     """
+    check_twin_place(out)
     conclusion = conclude(read_all(patterns))
     metadata = conclusion.recordings[0].metadata
     try:

@@ -11,6 +11,7 @@ import typer
 
 from agent.cli.simulate import read_twin
 from agent.cli.talk import talker
+from agent.cli.twin_file import check_twin_place
 from agent.conclude.comparable import check_recordings
 from agent.conclude.explanation import explained
 from agent.errors import InputError
@@ -22,6 +23,7 @@ from agent.record.recording import Recording
 from trajectories import AxisLimits
 
 NEXT_FILE = "next-experiment.json"
+TWIN_FILE = "twin.toml"
 
 
 def run_explain(
@@ -40,8 +42,11 @@ def run_explain(
     agent.errors.InputError
         Twin or recordings cannot be used, are not of one axis, or a hold-out is among the
         recordings to learn from.
+    agent.errors.StorageError
+        `out` holds the twin given as its twin.toml, or one that a person wrote.
     """
     twin = read_twin(twin_path)
+    check_twin_place(out / TWIN_FILE, twin_path)
     recordings = read_all(patterns)
     unseen = read_all(holdout) if holdout else ()
     check_recordings(twin, twin_path, recordings, unseen)
@@ -94,7 +99,7 @@ def write_explanation(
     make_folder(out)
     files = {
         out / "explanation.json": json.dumps(found.to_json(), indent=2).encode(),
-        out / "twin.toml": format_twin(found.twin or twin).encode(),
+        out / TWIN_FILE: format_twin(found.twin or twin).encode(),
     }
     following = found.next_experiment
     next_file = ""
