@@ -206,7 +206,7 @@ class FakeController:
         except (TrajectoryError, ValueError):
             self.error = BAD_PARAMETERS
             return
-        self.state, self.error = State.READY, 0
+        self.state, self.error, self._seen_at_ms = State.READY, 0, self._ms
 
     def _plan(self) -> None:
         """Plan approach, stair and return from the parameters that were written."""

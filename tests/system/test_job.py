@@ -253,6 +253,16 @@ def test_what_is_wrong_before_motion_is_refused_and_nothing_moves(
         assert abs(made.fake.plant.motor_position_rad) < 0.01
 
 
+def test_a_controller_that_has_been_on_for_long_can_be_selected(tmp_path: Path) -> None:
+    with bench(tmp_path) as made:
+        made.fake._seen_at_ms = -60_000  # a minute ago, as far as it has ever heard of an agent
+        with contextlib.closing(
+            job_controller(made.cell.axis[0], made.clock, reverse=False)
+        ) as job:
+            job.open()
+            assert made.fake.registers.get(4, 5) == (1,)
+
+
 def test_an_arm_outside_its_window_is_refused(tmp_path: Path) -> None:
     with bench(tmp_path, initial_arm_rad=1.5) as made:
         with pytest.raises(RefusedError, match="outside its window"):
