@@ -164,11 +164,7 @@ def carried_arm(
         drawn = math.copysign(1.0, velocity_rad_s[0])
     speed = velocity_rad_s[0] if math.isnan(velocity) else velocity
     hang = weight + dry * drawn + viscous * speed + inertia * acceleration
-    arm = position_rad[0] - _twist(hang, stiffness, cubic)
-    if hang > 0.0:
-        arm -= half_gap
-    elif hang < 0.0:
-        arm += half_gap
+    arm = position_rad[0] - _hung(hang, stiffness, cubic, half_gap)
     push, torque = acceleration, hang
     out[0] = hang
     for k in range(1, time_s.shape[0]):
@@ -183,30 +179,77 @@ def carried_arm(
         sin0, cos0 = math.sin(arm * per_ratio), math.cos(arm * per_ratio)
         for i in range(1, steps + 1):
             u = i * share
-            w = u - 1.0
-            motor = q0 * (1 + 2 * u) * w * w + v0 * u * w * w
-            motor += q1 * u * u * (3 - 2 * u) + v1 * u * u * w
             half = speed + 0.5 * h * push
             arm += h * half
             drawn = min(max(drawn + h * half / dry_travel, -1.0), 1.0)
-            d = motor - arm
-            x = d - half_gap if d > half_gap else (d + half_gap if d < -half_gap else 0.0)
-            torque = stiffness * x + cubic * x * x * x
-            if (x != 0.0 and damping != 0.0) or film != 0.0:
-                rate = 6 * u * w * (q0 - q1) + v0 * w * (3 * u - 1) + v1 * u * (3 * u - 2)
-                ahead = rate * per_s - half - 0.5 * h * push
-                pull = torque + damping * ahead if x != 0.0 else 0.0
-                # A gap can push, but not pull: without one the spring holds both ways.
-                torque = pull if half_gap == 0.0 or pull * x > 0.0 else 0.0
-                torque += film * ahead
-            e = (arm - began) * per_ratio
-            sin1, cos1 = e * (1 - e * e * (1 / 6)), 1 - 0.5 * e * e * (1 - e * e * (1 / 12))
-            weight = gravity_sin * (sin0 * cos1 + cos0 * sin1)
-            weight += gravity_cos * (cos0 * cos1 - sin0 * sin1)
+            ahead = 0.0
+            if damping != 0.0 or film != 0.0:
+                ahead = _rate_between(u, q0, v0, q1, v1) * per_s - half - 0.5 * h * push
+            twist = _between(u, q0, v0, q1, v1) - arm
+            torque = _borne(twist, ahead, stiffness, cubic, damping, half_gap, film)
+            sine, cosine = _turned(sin0, cos0, (arm - began) * per_ratio)
+            weight = gravity_sin * sine + gravity_cos * cosine
             push = (torque - weight - dry * drawn - viscous * half) * per_inertia
             speed = half + 0.5 * h * push
         out[k] = torque
     return out
+
+
+@njit(cache=True)
+def _hung(torque: float, stiffness: float, cubic: float, half_gap: float) -> float:
+    """Return how far the motor is ahead of an arm that hangs on it with a torque."""
+    twist = _twist(torque, stiffness, cubic)
+    if torque > 0.0:
+        return twist + half_gap
+    return twist - half_gap if torque < 0.0 else twist
+
+
+@njit(cache=True)
+def _between(u: float, q0: float, v0: float, q1: float, v1: float) -> float:
+    """Return the cubic that has value and slope q0 and v0 at u = 0, and q1 and v1 at u = 1."""
+    w = u - 1.0
+    early = q0 * (1 + 2 * u) * w * w + v0 * u * w * w
+    return early + (q1 * u * u * (3 - 2 * u) + v1 * u * u * w)
+
+
+@njit(cache=True)
+def _rate_between(u: float, q0: float, v0: float, q1: float, v1: float) -> float:
+    """Return the slope of `_between`."""
+    w = u - 1.0
+    return 6 * u * w * (q0 - q1) + v0 * w * (3 * u - 1) + v1 * u * (3 * u - 2)
+
+
+@njit(cache=True)
+def _borne(
+    twist: float,
+    ahead: float,
+    stiffness: float,
+    cubic: float,
+    damping: float,
+    half_gap: float,
+    film: float,
+) -> float:
+    """Return the torque of a gear at a twist that grows by `ahead` a second."""
+    x = 0.0
+    if twist > half_gap:
+        x = twist - half_gap
+    elif twist < -half_gap:
+        x = twist + half_gap
+    pull = 0.0
+    if x != 0.0:
+        pull = stiffness * x + cubic * x * x * x + damping * ahead
+        # A gap can push, but not pull: without one the spring holds both ways.
+        if half_gap != 0.0 and pull * x <= 0.0:
+            pull = 0.0
+    return pull + film * ahead
+
+
+@njit(cache=True)
+def _turned(sine: float, cosine: float, by_rad: float) -> tuple[float, float]:
+    """Return sine and cosine of an angle that is a little larger, to fourth order."""
+    sin = by_rad * (1 - by_rad * by_rad * (1 / 6))
+    cos = 1 - 0.5 * by_rad * by_rad * (1 - by_rad * by_rad * (1 / 12))
+    return sine * cos + cosine * sin, cosine * cos - sine * sin
 
 
 @njit(cache=True)

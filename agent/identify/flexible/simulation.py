@@ -144,64 +144,77 @@ def simulate(
     torque = np.ascontiguousarray(torque_nm, dtype=np.float64) - joint.torque_offset_nm
     if torque.ndim != 1 or torque.size < 1 or not np.isfinite(torque).all():
         raise ValueError("torque_nm: expected a finite vector of at least one sample")
-    from scipy.linalg import expm
+    start = _initial_state(joint, position_rad, velocity_rad_s)
+    steps = _steps_between(joint, period_s) if torque.size > 1 else 1
+    if steps == 1:
+        return _simulated(joint, torque, period_s, position_rad, start)
+    count = steps * (torque.size - 1) + 1
+    between = np.interp(np.arange(count) / steps, np.arange(torque.size), torque)
+    fine = _simulated(joint, between, period_s / steps, position_rad, start)
+    return Motion(*(np.ascontiguousarray(values[::steps]) for values in fine))
 
-    a, b, e = state_space(joint)
-    size = b.shape[0]
-    fastest = float(np.abs(np.linalg.eigvals(a)).max())
-    finer = min(math.ceil(period_s * fastest / _LONGEST_STEP), _MOST_STEPS)
-    if finer > 1 and torque.size > 1:
-        count = finer * (torque.size - 1) + 1
-        between = np.interp(np.arange(count) / finer, np.arange(torque.size), torque)
-        fine = simulate(
-            joint,
-            between + joint.torque_offset_nm,
-            period_s / finer,
-            position_rad=position_rad,
-            velocity_rad_s=velocity_rad_s,
-        )
-        return Motion(
-            np.ascontiguousarray(fine.position_rad[::finer]),
-            np.ascontiguousarray(fine.velocity_rad_s[::finer]),
-        )
-    # One exponential holds the step, the response to a constant and that to a ramp (Van Loan 1978).
-    big = np.zeros((size + 3, size + 3))
-    big[:size, :size], big[:size, size], big[:size, size + 2] = a, b, e
-    big[size, size + 1] = 1.0 / period_s
-    exact = expm(big * period_s)
-    constant, ramp, load = exact[:size, size], exact[:size, size + 1], exact[:size, size + 2]
-    position, velocity = np.empty(torque.size), np.empty(torque.size)
-    position[0], velocity[0] = position_rad, velocity_rad_s
+
+def _steps_between(joint: FlexibleJoint, period_s: float) -> int:
+    """Return how many steps between two samples its swing bears."""
+    fastest = float(np.abs(np.linalg.eigvals(state_space(joint).a)).max())
+    return min(max(math.ceil(period_s * fastest / _LONGEST_STEP), 1), _MOST_STEPS)
+
+
+def _simulated(
+    joint: FlexibleJoint, torque_nm: Floats, period_s: float, position_rad: float, start: Floats
+) -> Motion:
+    """Return the motion in steps of one period, shape (n,), from a state, shape (s,)."""
+    transition, now, change, load = _one_step(state_space(joint), period_s)
+    position, velocity = np.empty(torque_nm.size), np.empty(torque_nm.size)
+    position[0], velocity[0] = position_rad, start[0]
+    rubbing = (
+        joint.coulomb_nm,
+        joint.static_extra_nm,
+        joint.stribeck_velocity_rad_s,
+        joint.exponent,
+    )
     compiled(simulate_steps)(
-        np.ascontiguousarray(exact[:size, :size]),
-        np.ascontiguousarray(constant - ramp),
-        np.ascontiguousarray(ramp),
-        np.ascontiguousarray(constant),
-        np.ascontiguousarray(load),
-        np.array(
-            [
-                joint.coulomb_nm,
-                joint.static_extra_nm,
-                joint.stribeck_velocity_rad_s,
-                joint.exponent,
-            ]
-        ),
+        transition,
+        now - change,
+        change,
+        now,
+        load,
+        np.array(rubbing),
         np.array([joint.gravity_sin_nm, joint.gravity_cos_nm, joint.gear_ratio]),
         joint.cubic_spring_nm_per_rad3,
         period_s,
-        torque,
-        _initial_state(joint, size, position_rad, velocity_rad_s),
+        torque_nm,
+        start,
         position,
         velocity,
     )
     return Motion(position, velocity)
 
 
-def _initial_state(
-    joint: FlexibleJoint, size: int, position_rad: float, velocity_rad_s: float
-) -> Floats:
+def _one_step(space: StateSpace, period_s: float) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return what one step does: to the state, and a constant torque, a ramp and a load in it.
+
+    One exponential holds them all (Van Loan 1978).
+    """
+    from scipy.linalg import expm
+
+    size = space.b.shape[0]
+    big = np.zeros((size + 3, size + 3))
+    big[:size, :size], big[:size, size], big[:size, size + 2] = space
+    big[size, size + 1] = 1.0 / period_s
+    exact = expm(big * period_s)
+    return (
+        np.ascontiguousarray(exact[:size, :size]),
+        np.ascontiguousarray(exact[:size, size]),
+        np.ascontiguousarray(exact[:size, size + 1]),
+        np.ascontiguousarray(exact[:size, size + 2]),
+    )
+
+
+def _initial_state(joint: FlexibleJoint, position_rad: float, velocity_rad_s: float) -> Floats:
     """Return the state in which everything moves alike and every spring carries gravity."""
-    state = np.zeros(size)
+    masses = 0 if joint.chain is None else len(joint.chain.inertia_kg_m2)
+    state = np.zeros(1 + 2 * masses)
     state[0], state[2::2] = velocity_rad_s, velocity_rad_s
     levels = np.array([joint.gravity_sin_nm, joint.gravity_cos_nm])
     load = gravity_columns(np.array(position_rad), joint.gear_ratio) @ levels
