@@ -7,6 +7,7 @@ line between samples, and a step in which it changes sign is cut there.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -126,6 +127,38 @@ class MaxwellSlip:
         share = slipping(time_s[usable], velocity_rad_s[usable], *self.elements(), float(start))
         out[usable] = share * level_nm[usable]
         return out
+
+
+def across_gaps(
+    stretches: Sequence[tuple[Floats, Floats, Floats | None]],
+) -> tuple[Floats, Floats, tuple[slice, ...]]:
+    """Return time and velocity of stretches of one recording in a row, and where each stands.
+
+    What has a memory keeps it where samples were lost. How far the joint went meanwhile is what its
+    positions are apart; in the middle of the gap stands the one velocity that leads there.
+
+    Parameters
+    ----------
+    stretches : sequence of (time_s, velocity_rad_s, position_rad)
+        Each shape (n,), in the order of time; the position is None where it is not known, and the
+        velocity a straight line across the gap.
+    """
+    times, velocities, where, count = [], [], [], 0
+    for index, (time, velocity, position) in enumerate(stretches):
+        if index:
+            time_before, velocity_before, position_before = stretches[index - 1]
+            gap_s = float(time[0] - time_before[-1])
+            meanwhile = 0.5 * float(velocity_before[-1] + velocity[0])
+            if position is not None and position_before is not None:
+                meanwhile = 2.0 * float(position[0] - position_before[-1]) / gap_s - meanwhile
+            times.append(np.array([time_before[-1] + 0.5 * gap_s]))
+            velocities.append(np.array([meanwhile]))
+            count += 1
+        times.append(time)
+        velocities.append(velocity)
+        where.append(slice(count, count + time.shape[0]))
+        count += time.shape[0]
+    return np.concatenate(times), np.concatenate(velocities), tuple(where)
 
 
 def _prepared(

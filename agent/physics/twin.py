@@ -155,7 +155,8 @@ class Twin:
         A column is only needed by a twin whose effects depend on it, the motor angle also by
         gravity. Hidden states start as if the joint had long been moving as at first: the arm
         rides on its spring at the motion's first acceleration, friction's springs are drawn out
-        where it has a direction. Prediction in pieces starts anew with each.
+        where it has a direction. Prediction in pieces starts anew with each, but for those springs
+        where a motion says what was `before` it.
 
         Parameters
         ----------

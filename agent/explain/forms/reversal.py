@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from agent.explain.forms.form import Form, Point, stack
 from agent.explain.forms.twin_law import best_entry, nearest
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
-from agent.physics.presliding import MaxwellSlip
+from agent.physics.presliding import MaxwellSlip, across_gaps
 
 _EFFECT = "presliding-hysteresis"
 
@@ -33,12 +34,42 @@ def hysteresis(scene: Scene, reach_rad: float) -> Floats:
     """
     from agent.explain.forms.reversal_kernel import relaxed
 
-    velocity = scene.full("velocity_rad_s")
-    way, begins = np.abs(velocity), np.zeros(velocity.shape[0], dtype=np.bool_)
-    for at, period_s in scene.each_piece():
-        way[at] *= -period_s / reach_rad
-        begins[at.start] = True
-    return np.asarray(relaxed(velocity, np.exp(way, out=way), begins))
+    return _remembered(
+        scene,
+        lambda time, velocity, start: relaxed(
+            velocity, np.exp(-np.abs(velocity) * np.gradient(time) / reach_rad), start
+        ),
+    )
+
+
+def _remembered(scene: Scene, state: Callable[[Floats, Floats, float], Floats]) -> Floats:
+    """Return a state along the motion of every recording, through its gaps, shape (N,).
+
+    Parameters
+    ----------
+    scene : Scene
+    state : callable
+        Time, velocity, both shape (n,), and how far the springs are drawn out at first to the
+        state, (n,).
+    """
+    out = np.zeros(scene.direction.shape[0])
+    located = scene.has("position_rad")
+    for _, run in groupby(scene.table.pieces, key=lambda piece: piece.run):
+        places = [piece.full for piece in run]
+        time, velocity, where = across_gaps(
+            [
+                (
+                    scene.full("time_s")[at],
+                    scene.full("velocity_rad_s")[at],
+                    scene.full("position_rad")[at] if located else None,
+                )
+                for at in places
+            ]
+        )
+        found = state(time, velocity, float(scene.direction[places[0]][0]))
+        for at, own in zip(places, where, strict=True):
+            out[at] = found[own]
+    return out
 
 
 def _presliding_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
@@ -65,11 +96,9 @@ def _slipping(scene: Scene, point: Point) -> Floats:
     from agent.physics.kernels import slipping
 
     stiffness, level = MaxwellSlip(point[0], max(point[1], 1.0)).elements()
-    out = np.zeros(scene.direction.shape[0])
-    for at, _ in scene.each_piece():
-        time, velocity = scene.full("time_s")[at], scene.full("velocity_rad_s")[at]
-        start = float(scene.direction[at][0])
-        out[at] = slipping(time.copy(), velocity.copy(), stiffness, level, start)
+    out = _remembered(
+        scene, lambda time, velocity, start: slipping(time, velocity, stiffness, level, start)
+    )
     return stack(out - scene.direction)
 
 

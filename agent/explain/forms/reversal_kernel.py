@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from agent.identify.result import Floats
 
 
 @njit(cache=True, nogil=True)
-def relaxed(velocity: Floats, keep: Floats, begins: NDArray[np.bool_]) -> Floats:
+def relaxed(velocity: Floats, keep: Floats, start: float) -> Floats:
     """Return a state that goes to the sign of a velocity, shape (n,).
 
     Parameters
@@ -18,14 +17,12 @@ def relaxed(velocity: Floats, keep: Floats, begins: NDArray[np.bool_]) -> Floats
     velocity : ndarray, shape (n,)
     keep : ndarray, shape (n,)
         Which share of its way each sample leaves; where nothing moves the state stays.
-    begins : ndarray of bool, shape (n,)
-        Where a stretch begins, at 0.
+    start : float
+        Where it is at first.
     """
     out = np.empty(velocity.shape[0])
-    state = 0.0
+    state = start
     for i in range(velocity.shape[0]):
-        if begins[i]:
-            state = 0.0
         settled = 0.0
         if velocity[i] > 0.0:
             settled = 1.0

@@ -392,6 +392,7 @@ def _added_nm(
     out = np.zeros(full["time_s"].shape[0])
     use = recorded_use(runs, pieces, full)
     before = before_each(use)
+    earlier: dict[int, Measured] = {}
     for piece in pieces:
         at = piece.full
 
@@ -414,6 +415,8 @@ def _added_nm(
             full[TURNED][at] - (before[piece.run].turned_rad if len(runs) > 1 else 0.0),
             tuple(each for each in use if each.started_at_unix_s < started),
             runs[piece.run].payload_kg if math.isfinite(runs[piece.run].payload_kg) else None,
+            earlier.get(piece.run),
         )
+        earlier[piece.run] = motion
         out[at] = twin.predict(motion) - plain.predict(motion)
     return out

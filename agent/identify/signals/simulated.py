@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.lowpass import lowpass
 from agent.identify.signals.preprocess import direction_of, read_motion, shared_cutoff
-from agent.physics.effects.motion import path_rad
+from agent.physics.effects.motion import Motion, path_rad
 from agent.physics.twin import Twin
 
 Floats = NDArray[np.float64]
@@ -55,7 +55,7 @@ def simulated_torque_nm(
     motion = read_motion(signals)
     direction_hz = shared_cutoff([motion]).frequency_hz
     torque = np.full(signals.time_s.shape, np.nan)
-    turned_rad = 0.0
+    turned_rad, earlier = 0.0, None
     for stretch, velocity in zip(motion.timing.stretches, motion.velocity_rad_s, strict=True):
         period_s, noise_rad_s = stretch.period_s, motion.velocity_noise_rad_s
         path = turned_rad + path_rad(stretch.time_s, lowpass(velocity, period_s, direction_hz))
@@ -72,20 +72,22 @@ def simulated_torque_nm(
         def column(name: str, at: NDArray[np.int64] = stretch.index) -> Floats | None:
             return np.asarray(columns[name], dtype=np.float64)[at] if name in columns else None
 
-        predicted = twin.predict_torque(
-            column("position_rad"),
+        measured = Motion(
             stretch.off_grid(signals, velocity),
             stretch.off_grid(signals, acceleration),
             np.sign(np.round(stretch.off_grid(signals, direction))),
-            time_s=signals.time_s[stretch.index],
-            gearbox_temperature_degc=column("gearbox_temperature_degc"),
-            motor_temperature_degc=column("motor_temperature_degc"),
-            started_at_unix_s=started_at_unix_s,
+            column("position_rad"),
+            signals.time_s[stretch.index],
+            column("gearbox_temperature_degc"),
+            column("motor_temperature_degc"),
+            started_at_unix_s,
             turned_rad=stretch.off_grid(signals, path),
             payload_kg=payload_kg,
+            before=earlier,
         )
+        earlier = measured
         unknown = stretch.off_grid(signals, (~known).astype(np.float64)) > 0.0
-        torque[stretch.index] = np.where(unknown, np.nan, predicted)
+        torque[stretch.index] = np.where(unknown, np.nan, twin.predict(measured))
     return torque
 
 

@@ -17,7 +17,9 @@ from agent.physics.effects.card import (
 )
 from agent.physics.effects.motion import Base, Motion
 from agent.physics.friction_static import PositionDependent, TightSpot
-from agent.physics.presliding import MaxwellSlip, YieldingSpring
+from agent.physics.presliding import MaxwellSlip, YieldingSpring, across_gaps
+
+_FORGOTTEN = 10.0  # of the travel that draws a spring out: e^-10 of what was before is left
 
 
 def _wave_along_arm(p: Numbers, motion: Motion, base: Base) -> Floats:
@@ -35,23 +37,33 @@ def _tight_spot(p: Numbers, motion: Motion, base: Base) -> Floats:
     return TightSpot(**p).torque_nm(base.arm_rad(motion), motion.direction)
 
 
-def _hysteresis(law: YieldingSpring | MaxwellSlip, motion: Motion, base: Base) -> Floats:
+def _hysteresis(
+    law: YieldingSpring | MaxwellSlip, remembers_rad: float, motion: Motion, base: Base
+) -> Floats:
     """Return friction with memory less what it replaces: the dry level with its sign."""
-    level = base.dry_level_nm(motion.velocity_rad_s)
-    if not np.any(level > 0.0):
-        return np.zeros_like(level)  # a joint without dry friction has nothing that could yield
-    known = np.flatnonzero(np.isfinite(motion.direction))
-    start = float(motion.direction[known[0]]) if known.size else 0.0
-    memory = law.torque_nm(motion.need("time_s"), motion.velocity_rad_s, level, start)
-    return memory - level * motion.direction
+    own = base.dry_level_nm(motion.velocity_rad_s)
+    if not np.any(own > 0.0):
+        return np.zeros_like(own)  # a joint without dry friction has nothing that could yield
+    parts = motion.with_memory(remembers_rad)
+    stretches = [(m.need("time_s"), m.velocity_rad_s, m.position_rad) for m in parts]
+    time, velocity, where = across_gaps(stretches)
+    known = np.flatnonzero(np.isfinite(parts[0].direction))
+    start = float(parts[0].direction[known[0]]) if known.size else 0.0
+    memory = law.torque_nm(time, velocity, base.dry_level_nm(velocity), start)
+    return np.asarray(memory[where[-1]] - own * motion.direction)
 
 
 def _yielding(p: Numbers, motion: Motion, base: Base) -> Floats:
-    return _hysteresis(YieldingSpring(**p), motion, base)
+    law = YieldingSpring(**p)
+    drawn_rad = (
+        float(np.nanmax(base.dry_level_nm(motion.velocity_rad_s))) / law.stiffness_nm_per_rad
+    )
+    return _hysteresis(law, _FORGOTTEN * drawn_rad, motion, base)
 
 
 def _slipping(p: Numbers, motion: Motion, base: Base) -> Floats:
-    return _hysteresis(MaxwellSlip(**p), motion, base)
+    law = MaxwellSlip(**p)
+    return _hysteresis(law, 2.0 * law.sliding_travel_rad, motion, base)
 
 
 _PLACE_FORMS = (

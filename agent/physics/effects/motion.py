@@ -49,6 +49,8 @@ class Motion:
         What was recorded of the joint before this run, as far as it is at hand.
     payload_kg : float, optional
         What the arm carries.
+    before : Motion, optional
+        The same recording until samples were lost: what has a memory keeps it across the gap.
     """
 
     velocity_rad_s: Floats
@@ -64,6 +66,7 @@ class Motion:
     turned_rad: Floats | None = None
     recorded_before: tuple[Recorded, ...] = ()
     payload_kg: float | None = None
+    before: Motion | None = None
 
     def payload_beyond_kg(self, reference_kg: float) -> float:
         """Return how much more than a reference the arm carries; nothing where that is not said."""
@@ -88,6 +91,22 @@ class Motion:
         if self.turned_rad is not None:
             return self.turned_rad
         return path_rad(self.need("time_s"), self.velocity_rad_s)
+
+    def with_memory(self, travel_rad: float) -> tuple[Motion, ...]:
+        """Return this motion behind as many stretches before it as friction may remember.
+
+        Parameters
+        ----------
+        travel_rad : float
+            Springs that were drawn out over so much in one direction know nothing of before.
+        """
+        out = [self]
+        while (earlier := out[0].before) is not None:
+            out.insert(0, earlier)
+            went = np.nancumsum(earlier.velocity_rad_s[:-1] * np.diff(earlier.need("time_s")))
+            if went.size and float(np.ptp(went)) > travel_rad:
+                break
+        return tuple(out)
 
     def need(self, name: str) -> Floats:
         """Return one column, or refuse by name."""
