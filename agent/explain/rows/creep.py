@@ -9,9 +9,11 @@ are so many of these samples that they would be taken for one: for friction that
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from agent.explain.rows.in_step import hats, least
-from agent.explain.rows.pieces import banded
+from agent.explain.rows.pieces import banded, thinned
+from agent.explain.rows.strata import STANDING_S, lasting
 from agent.explain.rows.table import BASE, Table, without_edges
 from agent.identify.result import Floats
 
@@ -19,7 +21,7 @@ _SLOW = tuple(float(x) for x in np.geomspace(3e-4, 1e-2, 6))  # of the fastest s
 _FADED = 0.5  # of the dry level: with more left, friction is there
 _WORTH = 0.02  # of what is left: less does nobody harm
 _GONE = 4.0  # of tanh's scale: up to there friction is not whole
-_MOST_ROWS = 0.3  # left out: what fades along so much of the motion is a law, and no edge
+_MOST_ROWS = 0.3  # of what is driven: what fades along so much of it is a law, and no edge
 _CRAWL = tuple(float(x) for x in np.geomspace(3e-3, 3e-5, 9))  # of the fastest speed
 _JUMP = 3.0  # of the residual, between a crawl and the speeds above it
 _LEAST_ROWS = 5
@@ -40,8 +42,19 @@ def without_creep(table: Table, creep_rad_s: float | None = None) -> Table:
     found = without_edges(table, speed)
     if creep_rad_s is not None:
         return found
-    rows = int(np.count_nonzero(table.sliding))
-    return found if int(np.count_nonzero(found.sliding)) >= (1.0 - _MOST_ROWS) * rows else table
+    driven = table.sliding & ~_resting(table, speed)
+    kept = np.count_nonzero(found.sliding & driven) >= (1.0 - _MOST_ROWS) * np.count_nonzero(driven)
+    return found if kept else table
+
+
+def _resting(table: Table, speed_rad_s: float) -> NDArray[np.bool_]:
+    """Return where a joint that is not driven creeps on, as after every move, shape (n,)."""
+    speed, held = np.abs(table.full["velocity_rad_s"]), table.full["held_rad_s"]
+    out = np.zeros(speed.shape[0])
+    for piece in table.pieces:
+        slow = (speed[piece.full] < speed_rad_s) & (held[piece.full] == 0.0)
+        out[piece.full] = lasting(slow, STANDING_S / piece.period_s)
+    return np.asarray(thinned(out, table.pieces) > 0.5)
 
 
 def creep_speed(table: Table) -> float:

@@ -22,10 +22,12 @@ END_PERIODS = 1.5
 RUNS_FOR_FOLDS = 4
 """So many recordings are left out whole; of fewer, velocity steps."""
 
+STANDING_S = 0.1
+"""A reversal crosses zero faster; longer is standstill."""
+
 _BLOCK_S = 2.0
 _MOST_BLOCKS = 240
 _EDGE_ARM_RAD = 2e-4
-_STANDING_S = 0.1  # a reversal crosses zero faster; longer is standstill
 _UNKNOWN_SHARE = 0.05
 _MEMORY = 1.0  # of the cutoff's period: so far an edge's misfit reaches through the filter
 _STEADY_SHARE = 0.03  # of the 99 % acceleration
@@ -96,7 +98,7 @@ def strata_of(
     for piece in pieces:
         memory = round(_MEMORY / (piece.cutoff_hz * piece.period_s))
         sign = full["direction"][piece.full]
-        standing[piece.full] = _lasting(sign == 0.0, _STANDING_S / piece.period_s)
+        standing[piece.full] = lasting(sign == 0.0, STANDING_S / piece.period_s)
         near = (sign == 0.0) | (travel[piece.full] < reach)
         near |= np.abs(full["velocity_rad_s"][piece.full]) < creep_rad_s
         near |= _later(near, round(late_s / piece.period_s))
@@ -136,7 +138,7 @@ def _widened(flag: NDArray[np.bool_], samples: int) -> Floats:
     return (count[high] > count[low]).astype(np.float64)
 
 
-def _lasting(flag: NDArray[np.bool_], samples: float) -> Floats:
+def lasting(flag: NDArray[np.bool_], samples: float) -> Floats:
     """Return 1 where a flag holds for at least so many samples in a row, shape (n,)."""
     edges = np.flatnonzero(np.diff(flag.astype(np.int8), prepend=0, append=0))
     out = np.zeros(flag.shape[0])
