@@ -128,11 +128,15 @@ class DriveLoop:
         self._low, self._high = low * per_count, high * per_count
 
     def advance(self, steps: int) -> None:
-        """Run the plant for `steps` integration steps, steering once every millisecond."""
+        """Run the plant for `steps` integration steps, steering once every millisecond.
+
+        However a caller cuts its time: frames come in the middle of a millisecond, too.
+        """
         plant, machine = self.plant, self._machine
         while steps > 0:
             part = min(steps, self._block - self._done % self._block)
-            self._steer(machine.motion)
+            if self._done % self._block == 0:
+                self._steer(machine.motion)
             plant.advance(part)
             self._done += part
             steps -= part

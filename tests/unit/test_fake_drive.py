@@ -128,6 +128,26 @@ def test_the_profile_keeps_its_acceleration(bench: Bench) -> None:
     assert late - early == pytest.approx(50.0, abs=1.0)
 
 
+@pytest.mark.parametrize("dt_s", [0.001, 0.0003])
+def test_a_move_is_as_fast_as_asked_however_finely_time_is_cut(dt_s: float) -> None:
+    """Frames come when they come: where each of them was a tick, moves went at twice the speed."""
+    plain = FakeSpecification()
+    moving = replace(plain, drive=replace(plain.drive, supported_modes=1))
+    with fake_bench(moving) as bench:
+        bench.operate()
+        counts = {0x6083: 200.0, 0x6084: 200.0, 0x6081: 20.0, 0x607A: 30.0}
+        for index, wanted in counts.items():
+            assert bench.write(index, 0, round(wanted * COUNTS_PER_RAD), 4) == 0
+        assert bench.write(0x6060, 0, 1, 1) == 0
+        for word in (0x06, 0x07, 0x0F, 0x1F):
+            assert bench.write(0x6040, 0, word, 2) == 0
+            bench.run(0.002, dt_s)
+        bench.run(0.6, dt_s)
+        assert bench.drive.motor_velocity_rad_s == pytest.approx(20.0, abs=1.5)
+        bench.run(2.0, dt_s)
+        assert bench.drive.plant.motor_position_rad == pytest.approx(30.0, abs=0.1)
+
+
 def test_set_point_beyond_the_profile_limit_is_held_and_said(bench: Bench) -> None:
     bench.operate()
     bench.write(0x607F, 0, round(30.0 * COUNTS_PER_RAD), 4)
