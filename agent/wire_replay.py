@@ -115,6 +115,10 @@ def _recorded(recording: Recording) -> Recorded:
         begins_with_enabling=enabled_from is not None,
         samples_lost=recording.samples_lost,
         dropped_by_kernel=None if account is None else account.dropped_by_kernel,
+        undecided=0 if account is None else account.undecided,
+        doubtful=0 if account is None else account.doubtful,
+        doubtful_s=None if account is None else account.doubtful_s,
+        changed=() if account is None else account.changed,
         identity={"name": "replay", "recording": Path(recording.source).name},
     )
 

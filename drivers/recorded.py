@@ -25,6 +25,8 @@ and a cycle has half a dozen of them, at ticks of up to 20 ms.
 """
 
 _ROUNDING_RAD_S = 1e-6
+_BOOKED = ("doubtful_s", "changed")
+"""What is a tuple and no column."""
 
 
 class Range(NamedTuple):
@@ -57,6 +59,8 @@ class Recorded:
         the first set-point that asks for motion.
     samples_lost, dropped_by_kernel : int, int or None
         Samples that are known to be missing in it; frames that the kernel dropped then.
+    undecided, doubtful, doubtful_s, changed
+        As `drivers.evidence.SyncAccount` has them, the intervals in `time_s`.
     identity : mapping
         What `open` says that the axis is.
 
@@ -78,6 +82,10 @@ class Recorded:
     begins_with_enabling: bool = False
     samples_lost: int = 0
     dropped_by_kernel: int | None = None
+    undecided: int = 0
+    doubtful: int = 0
+    doubtful_s: tuple[tuple[float, float], ...] | None = None
+    changed: tuple[str, ...] = ()
     identity: Mapping[str, int | str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -85,6 +93,8 @@ class Recorded:
         if n < 2 or not np.all(np.diff(self.time_s) > 0.0):
             raise ValueError("time_s must have at least two samples and increase strictly")
         for name, values in vars(self).items():
+            if name in _BOOKED:
+                continue
             if isinstance(values, np.ndarray | tuple) and len(values) != n:
                 raise ValueError(f"{name} has {len(values)} samples, time_s has {n}")
 
@@ -116,6 +126,26 @@ class Recorded:
         # the recording's own ticks have stepped over.
         over = float(np.max(np.abs(np.diff(near, 2)), initial=0.0)) / 4.0
         return Range(float(near.min()) - over, float(near.max()) + over)
+
+    def doubts(self, rows: int, origin_s: float) -> tuple[tuple[float, float], ...] | None:
+        """Return in which intervals of the first `rows` rows may stand in another's place.
+
+        Parameters
+        ----------
+        rows : int
+            How many have been played.
+        origin_s : float
+            When the first one was, on the clock that the intervals are to be on.
+        """
+        if self.doubtful_s is None:
+            return None
+        first_s = float(self.time_s[0])
+        last_s = float(self.time_s[rows - 1]) if rows else -math.inf
+        return tuple(
+            (origin_s + begin_s - first_s, origin_s + end_s - first_s)
+            for begin_s, end_s in self.doubtful_s
+            if begin_s <= last_s
+        )
 
     def sample(self, row: int, time_s: float, state: DriveState) -> Sample:
         """Return one row as a sample taken at `time_s`; `received_s` is that time, too."""

@@ -172,6 +172,7 @@ class ReplayAxis:
         lost = self._recorded.samples_lost if self._next else 0
         if not received:
             return SyncAccount()
+        played = self._recorded if self._next else None
         return SyncAccount(
             expected=received + lost,
             received=received,
@@ -181,6 +182,10 @@ class ReplayAxis:
             dropped_by_kernel=self._recorded.dropped_by_kernel,
             reader="replay",
             stamps="recording",
+            undecided=played.undecided if played else 0,
+            doubtful=min(played.doubtful, self._next) if played else 0,
+            doubtful_s=self._recorded.doubts(self._next, self._started_s or 0.0),
+            changed=played.changed if played else (),
         )
 
     def _play(self, now_s: float) -> None:

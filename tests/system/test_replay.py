@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import tomli_w
 
+from agent.acquisition import Acquisition
 from agent.cell import Cell, parse_cell, read_cell
 from agent.cli.run import run_axis
 from agent.conclude.outcome import conclude
@@ -104,6 +105,24 @@ def test_a_replay_says_that_it_is_one(driven: Driven, replayed: CycleResult) -> 
     assert "No joint moved" in said.sentence
     assert isinstance(again.metadata.drive, dict)
     assert again.metadata.drive["name"] == "replay"
+
+
+def test_what_is_doubtful_in_a_recording_is_doubtful_where_it_is_played_again(
+    driven: Driven, tmp_path: Path
+) -> None:
+    spans = ((1.0, 1.1), (2.5, 2.5))
+
+    def booked(recording: Recording) -> Recording:
+        account = recording.metadata.extra["acquisition"]
+        worse = {**account, "doubtful": 27, "doubtful_s": spans, "undecided": 1}
+        return recording.with_metadata(recording.metadata.updated({"acquisition": worse}))
+
+    source = changed(driven, tmp_path / "doubtful.parquet", booked)
+    made = play(replaying(driven, source), tmp_path / "again")
+    again = Acquisition.from_metadata(read(made.recording).metadata.extra, "here")
+    assert again is not None
+    assert (again.doubtful, again.undecided) == (27, 1)
+    assert np.allclose(again.doubtful_s or (), spans, atol=1e-9)
 
 
 def test_another_trajectory_is_stopped_by_the_gate_and_said(driven: Driven, tmp_path: Path) -> None:
