@@ -223,7 +223,7 @@ def schedule_text(found: Schedule) -> str:
         "",
         f"Friction changes by {100.0 * site.slope_per_k:+.2f} % a degree (known to "
         f"±{196.0 * site.slope_deviation_per_k:.2f}) and by {100.0 * site.scatter:.2f} % from "
-        f"cycle to cycle; the gearbox swings by ±{site.swing_degc:g} degC.",
+        f"cycle to cycle; the gearbox swings by ±{site.swing_degc:g} °C.",
         *(f"  {source}" for source in found.sources),
     ]
     if found.last is not None and found.following is not None:

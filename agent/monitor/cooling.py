@@ -81,7 +81,7 @@ def warmth(temperature_degc: float, healthy_degc: Floats) -> Warmth:
     band = (low - margin, high + margin)
     if not math.isfinite(temperature_degc):
         return Warmth(UNKNOWN, math.nan, band, "unknown: the cycle has no gearbox temperature")
-    said = f"{temperature_degc:.1f} degC, the healthy cycles {low:.1f} to {high:.1f} degC"
+    said = f"{temperature_degc:.1f} °C, the healthy cycles {low:.1f} to {high:.1f} °C"
     if temperature_degc > band[1]:
         return Warmth(WARM, temperature_degc, band, f"run warm: {said}")
     if temperature_degc < band[0]:
@@ -111,17 +111,20 @@ def next_comparable(
         return _never(found.sentence)
     if found.word == COLD:
         return _never(
-            f"resting does not warm it: warm it up by {low - found.temperature_degc:.1f} degC with "
+            f"resting does not warm it: warm it up by {low - found.temperature_degc:.1f} °C with "
             "work or a warm-up cycle first"
         )
     if cooling is not None and cooling.identified:
         return _said(_from_now(cooling, high), "the joint's own cooling law")
     if not math.isfinite(ambient_degc):
-        return _never("the hall's temperature is not known: it cannot be said how fast it cools")
+        return _never(
+            f"let it cool to {high:.1f} °C; how long that takes cannot be said without the hall's "
+            "temperature"
+        )
     if ambient_degc >= high:
         return _never(
-            f"it does not cool below the hall's {ambient_degc:.1f} degC; the healthy cycles end at "
-            f"{high:.1f} degC: wait for a cooler day"
+            f"it does not cool below the hall's {ambient_degc:.1f} °C; the healthy cycles end at "
+            f"{high:.1f} °C: wait for a cooler day"
         )
     usual = float(relaxation_time_s(USUAL_RATE_PER_S, ambient_degc, found.temperature_degc, high))
     after = Parameter(usual, (usual / _USUAL_SPREAD, usual * _USUAL_SPREAD))

@@ -95,6 +95,7 @@ class Cusum:
         enough = cycles_within(found, tuning, cycles_per_year(series))
         if enough is None:
             return f"{said}, and no baseline brings it to {NEAR_OPTIMUM:g} times"
+        enough += found.left_out
         return f"{said}; from {enough} healthy cycles on at most {NEAR_OPTIMUM:g} times"
 
     def judge(self, series: FeatureSeries) -> Judgement:

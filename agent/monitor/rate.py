@@ -260,7 +260,7 @@ def _sentence(site: Site, wish: Wish, rates: Sequence[Rate], advised: Rate | Non
     best = min(rates, key=lambda r: r.risen_95)
     if site.law_error >= wish.limit:
         return (
-            f"No rate finds wear within {limit:g} %: over a swing of ±{site.swing_degc:g} degC "
+            f"No rate finds wear within {limit:g} %: over a swing of ±{site.swing_degc:g} °C "
             f"the compensation may be off by {100.0 * site.law_error:.1f} %; learn it over more of "
             "the swing, or test at like temperatures"
         )

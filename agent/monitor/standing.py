@@ -49,6 +49,8 @@ class Standing:
         Deviation of the error shared with like cycles, in the same unit as z.
     own : ndarray, shape (n,)
         That unit: each cycle's own deviation, in the feature's unit.
+    left_out : int
+        Cycles of the baseline that do not count, for they lie too far off.
     """
 
     level: float
@@ -58,6 +60,7 @@ class Standing:
     z: Floats
     shared: Floats
     own: Floats
+    left_out: int = 0
 
     def rise(self, allowance: float) -> Floats:
         """Return each cycle's rise over the level as a share, less what the shared error may be."""
@@ -81,6 +84,7 @@ def standing(series: FeatureSeries, feature: str) -> Standing | None:
     kept = np.isfinite(healthy)
     if kept.sum() < FEWEST:
         return None
+    carried = int(kept.sum())
     kept &= ~_outliers(np.where(kept, healthy, np.nan))
     level = float(np.mean(healthy[kept]))
     shared = series.shared.get(feature, np.zeros_like(y))
@@ -101,6 +105,7 @@ def standing(series: FeatureSeries, feature: str) -> Standing | None:
         (y - level) / own,
         np.nan_to_num(shared) / own,
         own,
+        carried - int(kept.sum()),
     )
 
 

@@ -141,7 +141,9 @@ def tune(
     """
     if found is None or found.level <= 0.0:
         return _undecided(f"a baseline of fewer than {FEWEST} cycles does not tell their scatter")
-    known = _Known(found.cycles, round(found.long_run, 2), found.level, found.scatter)
+    known = _Known(
+        found.cycles, found.left_out, round(found.long_run, 2), found.level, found.scatter
+    )
     return _tuned(known, target, cycles_per_year, share)
 
 
@@ -149,9 +151,16 @@ class _Known(NamedTuple):
     """What tuning knows of a baseline; one baseline is asked about again and again."""
 
     cycles: int
+    left_out: int
     long_run: float
     level: float
     scatter: float
+
+    @property
+    def words(self) -> str:
+        """Return how many healthy cycles there are, and how many of them do not count."""
+        said = f"{self.cycles + self.left_out} healthy cycles"
+        return said if not self.left_out else f"{said} ({self.left_out} left out, too far off)"
 
 
 @functools.lru_cache(maxsize=512)
@@ -167,7 +176,7 @@ def _tuned(found: _Known, target: Target, cycles_per_year: float, share: float) 
     sought = _smallest(lambda r: cusum_for(r).delay <= SLOWEST_CYCLES, target.smallest_rise)
     if sought is None:
         return _undecided(
-            f"with {found.cycles} healthy cycles that scatter by "
+            f"with {found.words} that scatter by "
             f"{100.0 / scatters:.1f} %, not even a rise of "
             f"{100.0 * _LARGEST_RISE * target.smallest_rise:.0f} % is found within "
             f"{SLOWEST_CYCLES:.0f} cycles at {share * target.increased_per_year:.2g} false alarms "
@@ -194,7 +203,7 @@ def _tuned(found: _Known, target: Target, cycles_per_year: float, share: float) 
         _known_delay(sought * scatters, found.long_run, float(np.mean(rates)), cycles_per_year),
         decidable=True,
         sentence=(
-            f"{found.cycles} healthy cycles: a lasting rise of "
+            f"{found.words}: a lasting rise of "
             f"{100.0 * sought:.1f} % is found after about {delay:.0f} cycles; "
             f"false alarms from noise: {_said(float(np.mean(rates)))} a year expected, "
             f"{_said(up)} at most (97.5 %)"

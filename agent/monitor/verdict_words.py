@@ -21,7 +21,7 @@ def since(change: ChangeTime, cycles: tuple[Cycle, ...]) -> str:
     """Return since when, in words; empty where that is not decidable."""
     if not change.decidable:
         return ""
-    return f" since about {day(cycles[0].started_s + change.time_s)}"
+    return f", since about {day(cycles[0].started_s + change.time_s)}"
 
 
 def day(seconds: float) -> str:

@@ -43,6 +43,8 @@ SVG_LIMIT_BYTES = 400_000
 _PNG_DPI = 170
 _LEFT_IN, _RIGHT_IN, _TITLE_IN, _YLABEL_IN = 0.7, 0.12, 0.28, 0.54
 WITHOUT_LABELS_IN, WITH_LABELS_IN = 0.1, 0.52
+KEY_IN = 0.22
+"""A line for a key over a panel's title."""
 
 _PAGE_FONTS = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 
@@ -176,9 +178,15 @@ def _axes(
     return axes
 
 
-def key_in_header(axes: Axes, *, columns: int) -> None:
-    """Put the key to the lines above the panel, right-aligned, where it covers no data."""
-    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.01), ncols=columns)
+def key_in_header(axes: Axes, *, columns: int, over_title: bool = False) -> None:
+    """Put the key to the lines above the panel, right-aligned, where it covers no data.
+
+    `over_title` puts it a line higher, where a phone's width has no room beside the title; that
+    line is the caller's to leave free (`KEY_IN`).
+    """
+    height_in = axes.get_position().height * figure_of(axes).get_figheight()
+    lift = _TITLE_IN / height_in if over_title else 0.01
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0 + lift), ncols=columns)
 
 
 def plain_ticks(axes: Axes) -> None:

@@ -15,6 +15,7 @@ from agent.numbers import scale_for
 from agent.report.canvas import (
     COMMAND_PALE,
     INK,
+    KEY_IN,
     MEASURED,
     MUTED,
     NOISE,
@@ -43,7 +44,7 @@ _TITLES = {
     "coulomb_nm": "Coulomb friction",
     "viscous_nm_s_per_rad": "Viscous friction",
 }
-_SUMS = {**_TITLES, TRACE: "rise since the first cycle"}
+_SUMS = {"low_integral_w": "low speed", "integral_w": "all speeds", TRACE: "since the first cycle"}
 _UNITS = {
     "coulomb_nm": "N m",
     "viscous_nm_s_per_rad": "N m s/rad",
@@ -68,12 +69,14 @@ def figure_monitor_trends(finding: Finding, *, narrow: bool = False) -> Figure:
     count = len(FEATURES) + warm + bool(judged)
     height = _NARROW_HEIGHT_IN if narrow else _HEIGHT_IN
     panels = [Panel(height, WITHOUT_LABELS_IN)] * (count - 1) + [Panel(height, WITH_LABELS_IN)]
+    if narrow and judged:  # the second panel has a key, too
+        panels[0] = Panel(height, WITHOUT_LABELS_IN + KEY_IN)
     column = stacked(panels, narrow=narrow, header_in=0.22)
     rest = iter(column)
     if judged:
-        _statistic(next(rest), finding)
+        _statistic(next(rest), finding, narrow=narrow)
     for name in _TITLES:
-        _feature(next(rest), finding, name)
+        _feature(next(rest), finding, name, narrow=narrow)
     if warm:
         _temperature(next(rest), finding)
     for axes in column:
@@ -102,7 +105,7 @@ def _days(finding: Finding, track: Track) -> Floats:
     return np.array([c.started_s / _DAY_S for c in cycles])
 
 
-def _feature(axes: Axes, finding: Finding, name: str) -> None:
+def _feature(axes: Axes, finding: Finding, name: str, *, narrow: bool) -> None:
     """Draw one feature: as measured, pale; at the reference, with its interval; and the states."""
     raw = [f.values[name] for f in finding.history.features]
     scale = scale_for(_UNITS[name], raw)
@@ -123,7 +126,7 @@ def _feature(axes: Axes, finding: Finding, name: str) -> None:
             color=MEASURED,
             alpha=0.15,
             lw=0,
-            label="95 % interval" if said else None,
+            label="95 %" if said else None,
         )
         axes.plot(
             when,
@@ -138,7 +141,7 @@ def _feature(axes: Axes, finding: Finding, name: str) -> None:
     axes.set_title(_TITLES[name])
     axes.set_ylabel(scale.unit)
     if name == next(iter(_TITLES)):
-        key_in_header(axes, columns=3)
+        key_in_header(axes, columns=3, over_title=narrow)
 
 
 def _healthy(axes: Axes, when: Floats, level: float, cycles: int) -> None:
@@ -158,7 +161,7 @@ def _states(axes: Axes, when: Floats, values: Floats, track: Track) -> None:
             axes.plot(when[own], values[own], "o", color=color, ms=4.2)
 
 
-def _statistic(axes: Axes, finding: Finding) -> None:
+def _statistic(axes: Axes, finding: Finding, *, narrow: bool) -> None:
     """Draw each feature's sum over its threshold: 1 is the alarm."""
     colors = {"low_integral_w": MEASURED, "integral_w": TEMPERATURE, "coulomb_nm": MUTED}
     seen: set[str] = set()
@@ -180,7 +183,7 @@ def _statistic(axes: Axes, finding: Finding) -> None:
     axes.set_ylim(min(0.0, low), 1.06 * max(high, 1.0))
     axes.set_title(f"Detector ({finding.detector}): 1 is the alarm")
     axes.set_ylabel("of threshold")
-    key_in_header(axes, columns=3)
+    key_in_header(axes, columns=3, over_title=narrow)
 
 
 def _temperature(axes: Axes, finding: Finding) -> None:

@@ -198,7 +198,7 @@ def test_a_last_cycle_of_a_set_back_clock_does_not_count() -> None:
 
 @pytest.mark.parametrize(
     ("beyond_degc", "word", "step"),
-    [(15.0, "warm", "the hall's temperature is not known"), (-15.0, "cold", "warm it up by")],
+    [(15.0, "warm", "let it cool to"), (-15.0, "cold", "warm it up by")],
 )
 def test_a_cycle_run_warm_or_cold_says_so_and_what_to_do(
     beyond_degc: float, word: str, step: str

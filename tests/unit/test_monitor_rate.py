@@ -102,5 +102,5 @@ def test_the_joints_own_law_counts_from_now() -> None:
 def test_where_resting_does_not_lead_there_it_says_what_does() -> None:
     assert "warm it up" in next_comparable(warmth(15.0, HEALTHY), 20.0).sentence
     assert "cooler day" in next_comparable(warmth(35.0, HEALTHY), 30.0).sentence
-    assert "not known" in next_comparable(warmth(35.0, HEALTHY)).sentence
+    assert "let it cool to 27.0 °C" in next_comparable(warmth(35.0, HEALTHY)).sentence
     assert next_comparable(warmth(24.0, HEALTHY)).after_s.value == 0.0

@@ -6,6 +6,8 @@ import dataclasses
 import re
 
 import pytest
+from matplotlib.axes import Axes
+from matplotlib.text import Text
 
 from agent.monitor.detectors import detector
 from agent.monitor.history import histories
@@ -63,6 +65,11 @@ def test_the_page_needs_nothing_from_outside_and_believes_no_name(html: str) -> 
     assert "is &lt;no&gt; file" in html
 
 
+def title_of(axes: Axes) -> Text:
+    words = axes.get_title(loc="left")
+    return next(t for t in axes.findobj(Text) if str(t.get_text()) == words)
+
+
 def test_every_panel_of_the_trends_is_drawn_and_events_are_named() -> None:
     finding = judged(90)
     figure = figure_monitor_trends(finding, narrow=True)
@@ -79,6 +86,12 @@ def test_every_panel_of_the_trends_is_drawn_and_events_are_named() -> None:
     assert said == ["oil change (VG150 to VG220)"]
     healthy = figure.axes[1].patches
     assert len(healthy) == 2, "each baseline is shaded"
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        if (key := axes.get_legend()) is not None:
+            covered, title = key.get_window_extent(), title_of(axes)
+            assert not covered.overlaps(title.get_window_extent()), title.get_text()
+            assert covered.x0 >= 0.0, "the key is wider than a phone"
 
 
 def test_a_history_without_temperature_has_no_panel_for_it() -> None:
