@@ -9,6 +9,12 @@ from agent.cycle.teardown import Aftermath
 from agent.errors import StoppedError, StorageError
 from drivers.ports import AxisEvidence, SyncAccount
 
+LEFT = {
+    "cycle": "The drive's settings were not all restored; the next run will restore them.",
+    "job": "The controller may still hold the job; the next run will let go of it first.",
+}
+"""What is left to do for the next run, by what has ended."""
+
 
 @dataclass(frozen=True)
 class CycleResult:
@@ -52,7 +58,7 @@ def conclude(
         failure = _after_the_end(aftermath, what)
         moved = True
     if failure is not None:
-        annotate(failure, aftermath, moved=moved)
+        annotate(failure, aftermath, what=what, moved=moved)
         raise failure
     if aftermath.recording is None or aftermath.account is None or evidence is None:
         raise AssertionError(f"a {what} that ran to its end has a recording and an account")
@@ -73,7 +79,7 @@ def _after_the_end(aftermath: Aftermath, what: str) -> StoppedError | StorageErr
     return StoppedError(f"The {what} ran to its end, but: {'; '.join(aftermath.problems)}.")
 
 
-def annotate(error: BaseException, aftermath: Aftermath, *, moved: bool) -> None:
+def annotate(error: BaseException, aftermath: Aftermath, *, what: str, moved: bool) -> None:
     """Add to `error` what a technician must know after a cycle that did not end well."""
     if moved:
         error.add_note(
@@ -90,8 +96,6 @@ def annotate(error: BaseException, aftermath: Aftermath, *, moved: bool) -> None
             continue  # it is what the error itself says
         error.add_note(problem if problem.endswith(".") else f"{problem}.")
     if not aftermath.restored:
-        error.add_note(
-            "The drive's settings were not all restored; the next run will restore them."
-        )
+        error.add_note(LEFT[what])
     if aftermath.recording is not None:
         error.add_note(f"What had been recorded is kept in {aftermath.recording}.")

@@ -17,7 +17,7 @@ import struct
 from pymodbus import exceptions
 from pymodbus.exceptions import ModbusException
 
-from drivers.errors import AnswerError, BusError, DriverError, NodeMissingError
+from drivers.errors import AnswerError, BusError, DriverError, NodeMissingError, why_unreadable
 
 
 def _terminal_errors() -> tuple[type[Exception], ...]:
@@ -66,7 +66,8 @@ EXCEPTION_WORDS = {
 
 def not_connected(error: Exception, where: str) -> BusError:
     """Return the sentence for a connection that could not be made."""
-    words = str(error).strip().rstrip(".") or type(error).__name__
+    words = why_unreadable(error) if isinstance(error, OSError) else str(error).strip()
+    words = words.rstrip(".") or type(error).__name__
     return BusError(
         f"No connection to {where}: {words}.",
         "Check power, address and cable, and that no other program holds the line.",

@@ -178,7 +178,7 @@ class ModbusJob:
                 self._beat()
                 sample = self._samples.take(self._read(), self._clock.now())
             except DriverError as error:
-                troubles[error.what] = None
+                troubles[error.what.rstrip(".")] = None
                 sample = None
                 self._clock.sleep_until(min(deadline_s, self._clock.now() + RETRY_S))
             if sample is not None:

@@ -199,7 +199,10 @@ def test_an_agent_that_is_cut_off_is_missed_by_the_controller(tmp_path: Path) ->
         assert made.rests()
         assert made.fake.aborts == 0
         assert made.fake.error == 1
-    assert any("NOT seen to come to rest" in note for note in caught.value.__notes__)
+    told = " ".join(caught.value.__notes__)
+    assert "NOT seen to come to rest" in told
+    assert "The controller may still hold the job" in told
+    assert ".;" not in told
 
 
 def test_an_agent_that_hangs_is_missed_by_the_controller(tmp_path: Path) -> None:
