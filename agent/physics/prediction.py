@@ -11,7 +11,7 @@ Each step is kept apart, so that the parts add up to the whole.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,10 +22,13 @@ from agent.physics.effects import (
     CARRIED,
     CORRECTED,
     REPORTED,
+    SLIDING,
+    YIELDING,
     Base,
     Boundary,
     Form,
     Motion,
+    along_the_way,
     numbers_of,
 )
 from agent.physics.effects.carried import carried_parts_nm
@@ -70,9 +73,14 @@ def predict_parts(twin: Twin, motion: Motion, smooth: Smooth | None = None) -> d
         before, motion = motion, entry.form.corrected(entry.numbers, motion)
         parts[entry.label] = _plain_nm(twin, motion) - _plain_nm(twin, before)
     base = _base(twin, entries, motion)
-    for entry in entries:
-        if entry.form.added_nm is not None and entry.id not in CARRIED:
-            parts[entry.label] = _added_nm(entry, motion, base)
+    added = [e for e in entries if e.form.added_nm is not None and e.id not in CARRIED]
+    for entry in sorted(added, key=lambda e: e.id == YIELDING):
+        if entry.id == YIELDING:
+            # Stribeck's level is known at rest, too: it stands among the base's boundaries.
+            sliding = [parts[e.label] for e in added if e.id in SLIDING - {"stribeck"}]
+            more = along_the_way(np.sum(sliding, axis=0), motion.direction) if sliding else None
+            base = replace(base, sliding_more_nm=more)
+        parts[entry.label] = _added_nm(entry, motion, base)
     flexible, gap = (_numbers_of_one(entries, name) for name in CARRIED)
     parts |= carried_parts_nm(flexible, gap, motion, base)
     _refuse_driving_friction(entries, parts, motion)

@@ -1,8 +1,9 @@
 """Friction around a reversal: a spring that yields towards a level, in three shapes.
 
-What yields is the joint's dry level, Coulomb and Stribeck together, so that the torque of lasting
-motion stays what the sliding laws say. Time and velocity drive the state; velocity is a straight
-line between samples, and a step in which it changes sign is cut there.
+What yields is the joint's sliding friction, Coulomb, Stribeck and what it has beside them by place,
+load, age or temperature, so that the torque of lasting motion stays what the sliding laws say. Time
+and velocity drive the state; velocity is a straight line between samples, and a step in which it
+changes sign is cut there.
 """
 
 from __future__ import annotations

@@ -107,6 +107,17 @@ def test_a_twin_yields_towards_its_own_dry_friction_stribeck_included() -> None:
         assert law.predict(steady) == pytest.approx(np.full(4001, float(expected)), abs=1e-6)
 
 
+def test_friction_that_has_worn_to_half_yields_to_half() -> None:
+    yields = Effect("presliding-hysteresis", {"sliding_travel_rad": 0.4, "shape_exponent": 3.0})
+    drift = Effect("friction-drift", {"coulomb_nm_per_run": -0.1, "reference_run": 0.0})
+    direction = np.sign(VELOCITY) * (TIME > 0.1)  # at first it is not known
+    motion = Motion(VELOCITY, np.zeros_like(TIME), direction, None, TIME, run=3.0)
+    for effects in ((yields, drift), (drift, yields)):
+        worn = Twin("r", 1, 100.0, 0.0, 0.6, 0.0, effects=effects).predict(motion)
+        less = Twin("r", 1, 100.0, 0.0, 0.3, 0.0, effects=(yields,)).predict(motion)
+        assert worn == pytest.approx(less, abs=1e-9)
+
+
 def test_a_recording_that_starts_in_motion_starts_with_friction_drawn_out() -> None:
     law = Twin("r", 1, 100.0, 0.0, 0.6, 0.0)
     for numbers in ({"stiffness_nm_per_rad": 1.0}, {"sliding_travel_rad": 1.0}):

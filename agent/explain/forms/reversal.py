@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from itertools import groupby
 from typing import Any
 
@@ -23,8 +24,11 @@ def _presliding_grid(scene: Scene) -> Sequence[Point]:
 
 
 def _presliding(scene: Scene, point: Point) -> Floats:
-    """Return a rate-independent hysteresis of unit height, less the sign it settles to."""
-    return stack(hysteresis(scene, point[0]) - scene.direction)
+    """Return a rate-independent hysteresis of unit height, less the sign it settles to.
+
+    Unit height is Coulomb friction's: what else the joint has of sliding friction yields alike.
+    """
+    return stack(scene.level_share * (hysteresis(scene, point[0]) - scene.direction))
 
 
 def hysteresis(scene: Scene, reach_rad: float) -> Floats:
@@ -77,7 +81,7 @@ def _presliding_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapp
     level = max(float(scene.theta[2]), 0.0)
     if not level > 0.0:
         return ()
-    reach = values["reach_rad"]
+    reach, scene = values["reach_rad"], replace(scene, sliding=())
     torque = values["height_nm"] * _presliding(scene, (reach,))[:, 0]
 
     def entry(travel: float) -> Mapping[str, float]:
@@ -99,12 +103,13 @@ def _slipping(scene: Scene, point: Point) -> Floats:
     out = _remembered(
         scene, lambda time, velocity, start: slipping(time, velocity, stiffness, level, start)
     )
-    return stack(out - scene.direction)
+    return stack(scene.level_share * (out - scene.direction))
 
 
 def _slipping_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
     """Return the chain that slips at the twin's own dry level, not at the form's height."""
     travel, exponent = values["sliding_travel_rad"], max(values["shape_exponent"], 1.0)
+    scene = replace(scene, sliding=())
     torque = values["height_nm"] * _slipping(scene, (travel, exponent))[:, 0]
 
     def entry(travel: float) -> Mapping[str, float]:

@@ -13,7 +13,7 @@ from dataclasses import replace
 from agent.explain.choosing.choice import Choice, Term, settled
 from agent.explain.choosing.search import Candidate, Library
 from agent.explain.numbers.polish import polished
-from agent.explain.numbers.whole import grown, known_beside
+from agent.explain.numbers.whole import grown, known_beside, sliding_beside
 from agent.explain.rows.evidence import solve
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
@@ -43,9 +43,12 @@ def settled_beside(library: Library, choice: Choice) -> tuple[Library, Choice]:
         before, theta = library.scene, library.scene.theta
         if any(term.scored.form.rests_on_numbers for term in choice.terms):
             theta = numbers_beside(library, choice.candidates)
-        beside = known_beside(library, choice.candidates)
-        if moved_far(library, theta) or grown(library.scene, beside):
-            scene = replace(library.scene, beside=beside)
+        scene = replace(
+            library.scene,
+            beside=known_beside(library, choice.candidates),
+            sliding=sliding_beside(library, choice.candidates),
+        )
+        if moved_far(library, theta) or grown(library.scene, scene):
             library = taken_at(replace(library, scene=scene), theta)
         elif choice.settled:
             break

@@ -8,7 +8,7 @@ their numbers for it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from agent.explain.choosing.search import Candidate, Library
 from agent.explain.rows.evidence import solve
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
+from agent.physics.effects import SLIDING, YIELDING
 
 _REPORTED = frozenset({"measurement-delay", "torque-saturation"})
 _MOVED = 0.02  # of what is added: less changes no law that is made of it
@@ -36,20 +37,34 @@ class Known:
 
 def known_beside(library: Library, terms: Sequence[Candidate]) -> tuple[Known, ...]:
     """Return the terms that act on the joint, where another acts on what the drive reports."""
+    known = _known(library, terms)
+    acting = tuple(k for k in known if k.candidate.form.effect not in _REPORTED)
+    return acting if len(acting) < len(known) else ()
+
+
+def _known(library: Library, terms: Sequence[Candidate]) -> tuple[Known, ...]:
+    """Return terms with the numbers that they have beside each other."""
     columns = library.model(terms)
     theta = solve(columns.T @ columns, columns.T @ library.target)
     start, known = library.base.shape[1], []
     for term in terms:
         stop = start + term.columns.shape[1]
-        if term.form.effect not in _REPORTED:
-            known.append(Known(term, theta[start:stop]))
+        known.append(Known(term, theta[start:stop]))
         start = stop
-    return tuple(known) if len(known) < len(terms) else ()
+    return tuple(known)
 
 
-def grown(scene: Scene, beside: tuple[Known, ...]) -> bool:
+def sliding_beside(library: Library, terms: Sequence[Candidate]) -> tuple[Known, ...]:
+    """Return the terms of sliding friction, where another says how all of it yields."""
+    if not any(term.form.effect == YIELDING for term in terms):
+        return ()
+    return tuple(k for k in _known(library, terms) if k.candidate.form.effect in SLIDING)
+
+
+def grown(scene: Scene, now: Scene) -> bool:
     """Return whether effects add another torque than the laws of the whole were taken at."""
-    if not beside or not scene.beside:
-        return bool(beside) != bool(scene.beside)
-    change = replace(scene, beside=beside).beside_nm - scene.beside_nm
-    return float(change @ change) > _MOVED**2 * float(scene.beside_nm @ scene.beside_nm)
+    if bool(scene.beside) != bool(now.beside) or bool(scene.sliding) != bool(now.sliding):
+        return True
+    pairs = [(scene.beside_nm, now.beside_nm)] if now.beside else []
+    pairs += [(scene.level_share, now.level_share)] if now.sliding else []
+    return any(float((b - a) @ (b - a)) > _MOVED**2 * float(a @ a) for a, b in pairs)

@@ -16,6 +16,7 @@ from agent.explain.rows.strata import travel_rad
 from agent.explain.rows.table import BASE, Table
 from agent.identify.result import Floats
 from agent.physics.derivative import slope
+from agent.physics.effects import LEAST_LEVEL, along_the_way
 
 _WAVES = 12  # of 2 MB each
 
@@ -39,6 +40,9 @@ class Scene:
     beside : tuple of callable
         Effects that are known already: scene to what each adds to the refitted twin's torque at
         full rate, shape (N,).
+    sliding : tuple of callable
+        Effects that sliding friction has beside Coulomb's, as far as they were found: scene to
+        torque at full rate, shape (N,). What yields before it slips is all of it.
     late_s : float
         By how much the torque is later than the motion, as far as that was found; below zero
         where the motion is the late one.
@@ -52,6 +56,7 @@ class Scene:
     given: Floats | None = field(default=None, kw_only=True)
     held: Callable[[Scene], Floats] | None = field(default=None, kw_only=True)
     beside: tuple[Callable[[Scene], Floats], ...] = field(default=(), kw_only=True)
+    sliding: tuple[Callable[[Scene], Floats], ...] = field(default=(), kw_only=True)
     late_s: float = field(default=0.0, kw_only=True)
     waves: dict[float, tuple[Floats, Floats]] = field(
         default_factory=dict, kw_only=True, compare=False, repr=False
@@ -123,6 +128,15 @@ class Scene:
         for at, period_s in self.each_piece():
             out[at] = slope(velocity[at], period_s)
         return out
+
+    @cached_property
+    def level_share(self) -> Floats:
+        """Return all of sliding friction over Coulomb's, shape (N,); 1 where no more was found."""
+        coulomb = float(self.theta[2])
+        if not self.sliding or not coulomb > 0.0:
+            return np.ones_like(self.direction)
+        more = np.sum([torque_nm(self) for torque_nm in self.sliding], axis=0)
+        return np.maximum(1.0 + along_the_way(more, self.direction) / coulomb, LEAST_LEVEL)
 
     def load_nm(self, arm_share: float = 1.0) -> Floats:
         """Return the torque of the weight and of a share of the inertia, shape (N,)."""

@@ -11,17 +11,29 @@ from agent.physics.effects.library import (
     CORRECTED,
     LIBRARY,
     REPORTED,
+    SLIDING,
+    YIELDING,
     card_of,
     numbers_of,
 )
 from agent.physics.effects.look_alikes import LookAlike
-from agent.physics.effects.motion import Base, Boundary, Motion, Recorded
+from agent.physics.effects.motion import (
+    LEAST_LEVEL,
+    Base,
+    Boundary,
+    Motion,
+    Recorded,
+    along_the_way,
+)
 
 __all__ = [
     "CARRIED",
     "CORRECTED",
+    "LEAST_LEVEL",
     "LIBRARY",
     "REPORTED",
+    "SLIDING",
+    "YIELDING",
     "Base",
     "Boundary",
     "EffectCard",
@@ -30,6 +42,7 @@ __all__ = [
     "Motion",
     "Parameter",
     "Recorded",
+    "along_the_way",
     "card_of",
     "numbers_of",
     "unix_s",

@@ -29,6 +29,21 @@ LIBRARY: Mapping[str, EffectCard] = MappingProxyType(
 CARRIED = ("joint-flexibility", "backlash")
 """Effects that carry the one arm: a twin has at most one of each."""
 
+SLIDING = frozenset(
+    {
+        "stribeck",
+        "viscous-nonlinear",
+        "load-dependent-friction",
+        "temperature-dependent-friction",
+        "position-dependent-friction",
+        "friction-drift",
+    }
+)
+"""Effects that friction of lasting motion has beside Coulomb's: before it slips it yields whole."""
+
+YIELDING = "presliding-hysteresis"
+"""The effect that makes all of sliding friction yield before it slips."""
+
 CORRECTED = ("measurement-delay", "resolver-error")
 """Effects that correct the measured motion, in this order, before the laws see it."""
 

@@ -41,7 +41,7 @@ def _hysteresis(
     law: YieldingSpring | MaxwellSlip, remembers_rad: float, motion: Motion, base: Base
 ) -> Floats:
     """Return friction with memory less what it replaces: the dry level with its sign."""
-    own = base.dry_level_nm(motion.velocity_rad_s)
+    own = base.level_nm(motion)
     if not np.any(own > 0.0):
         return np.zeros_like(own)  # a joint without dry friction has nothing that could yield
     parts = motion.with_memory(remembers_rad)
@@ -49,7 +49,9 @@ def _hysteresis(
     time, velocity, where = across_gaps(stretches)
     known = np.flatnonzero(np.isfinite(parts[0].direction))
     start = float(parts[0].direction[known[0]]) if known.size else 0.0
-    memory = law.torque_nm(time, velocity, base.dry_level_nm(velocity), start)
+    level = base.dry_level_nm(velocity)
+    level[where[-1]] = own
+    memory = law.torque_nm(time, velocity, level, start)
     return np.asarray(memory[where[-1]] - own * motion.direction)
 
 

@@ -13,6 +13,9 @@ from agent.physics.rigid_body import gravity_columns
 
 Floats = NDArray[np.float64]
 
+LEAST_LEVEL = 0.01
+"""Of Coulomb and Stribeck friction: what yields does not turn round."""
+
 
 @dataclass(frozen=True)
 class Recorded:
@@ -126,6 +129,19 @@ def path_rad(time_s: Floats, velocity_rad_s: Floats) -> Floats:
     return np.concatenate(([0.0], np.cumsum(steps)))
 
 
+def along_the_way(torque_nm: Floats, direction: Floats) -> Floats:
+    """Return a friction as a level, shape (n,); where nothing moves it is what it was last.
+
+    Before the first motion it is what it is at first.
+    """
+    moving = direction != 0.0
+    if not moving.any():
+        return np.zeros_like(torque_nm)
+    last = np.maximum.accumulate(np.where(moving, np.arange(moving.shape[0]), 0))
+    last[: int(np.argmax(moving))] = np.argmax(moving)
+    return np.asarray((torque_nm * np.sign(direction))[last])
+
+
 @dataclass(frozen=True)
 class Boundary:
     """One Stribeck effect of a twin: what its dry friction has more at low speed."""
@@ -141,7 +157,8 @@ class Base:
 
     Coulomb level and gravity are those that the twin ends up with: `wrong-number` and
     `gravity-imbalance` are counted in, because a spring or a bristle cannot tell them apart; what a
-    stated payload adds to the arm's inertia stands beside the twin's own.
+    stated payload adds to the arm's inertia stands beside the twin's own. `sliding_more_nm`, shape
+    (n,), is what other effects add to the level of sliding friction along the motion.
     """
 
     gear_ratio: float
@@ -151,6 +168,7 @@ class Base:
     gravity_cos_nm: float
     boundaries: tuple[Boundary, ...] = ()
     payload_inertia_kg_m2: float = 0.0
+    sliding_more_nm: Floats | None = None
 
     def arm_rad(self, motion: Motion) -> Floats:
         """Return the arm's angle, shape (n,), as a stiff gear has it."""
@@ -162,6 +180,13 @@ class Base:
             return np.zeros_like(motion.velocity_rad_s)
         columns = gravity_columns(motion.need("position_rad"), self.gear_ratio)
         return np.asarray(columns @ np.array([self.gravity_sin_nm, self.gravity_cos_nm]))
+
+    def level_nm(self, motion: Motion) -> Floats:
+        """Return the level of all friction of lasting motion but plain viscous, shape (n,)."""
+        level = self.dry_level_nm(motion.velocity_rad_s)
+        if self.sliding_more_nm is None:
+            return level
+        return np.maximum(level + self.sliding_more_nm, LEAST_LEVEL * level)
 
     def dry_level_nm(self, velocity_rad_s: Floats) -> Floats:
         """Return the level of dry friction at a speed, shape (n,): Coulomb and Stribeck."""

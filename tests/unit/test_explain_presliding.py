@@ -1,4 +1,4 @@
-"""Friction with a memory keeps it where samples were lost: in a candidate, in a twin, in a file."""
+"""Friction that yields: it remembers where samples were lost, and all that slides yields."""
 
 from __future__ import annotations
 
@@ -25,6 +25,20 @@ AFTER = np.arange(9.4, 11.8, 0.01)
 PLAIN = Twin("plant", 1, 100.0, 0.005, 0.6, 0.0)
 
 
+def run_of(kept: NDArray[np.bool_]) -> Run:
+    position = 0.002 * np.cumsum(VELOCITY)
+    torque = 0.6 * np.sign(VELOCITY) + 1e-3 * np.cos(1e4 * TIME)
+    names = ("time_s", "velocity_rad_s", "position_rad", "torque_nm")
+    recorded = dict(zip(names, (TIME, VELOCITY, position, torque), strict=True))
+    return Run.from_columns({n: x[kept] for n, x in recorded.items()}, 100.0, name="run")
+
+
+def scene_of(run: Run) -> Scene:
+    table = tabulate(PLAIN, [run], 20.0)
+    theta = np.array([getattr(PLAIN, name) for name in BASE])
+    return Scene(table, theta, np.zeros_like(table.target_nm))
+
+
 @pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
 def test_creeping_is_known_behind_a_gap_as_it_is_without_one(form: Form) -> None:
     dahl = form is FORMS[0]
@@ -32,14 +46,9 @@ def test_creeping_is_known_behind_a_gap_as_it_is_without_one(form: Form) -> None
     twin = replace(PLAIN, effects=(Effect("presliding-hysteresis", law),))
 
     def said(kept: NDArray[np.bool_]) -> Floats:
-        position = 0.002 * np.cumsum(VELOCITY)
-        torque = 0.6 * np.sign(VELOCITY) + 1e-3 * np.cos(1e4 * TIME)
-        names = ("time_s", "velocity_rad_s", "position_rad", "torque_nm")
-        recorded = dict(zip(names, (TIME, VELOCITY, position, torque), strict=True))
-        run = Run.from_columns({n: x[kept] for n, x in recorded.items()}, 100.0, name="run")
-        table = tabulate(PLAIN, [run], 20.0)
-        theta = np.array([getattr(PLAIN, name) for name in BASE])
-        scene = Scene(table, theta, np.zeros_like(table.target_nm))
+        run = run_of(kept)
+        scene = scene_of(run)
+        table = scene.table
         grown = (
             form.columns(scene, (0.3,) if dahl else (1.0, 2.0))[:, 0],
             effects_nm(twin, table.runs, table.pieces, table.full),
@@ -54,3 +63,11 @@ def test_creeping_is_known_behind_a_gap_as_it_is_without_one(form: Form) -> None
     # Begun anew behind the gap all of it would have turned round: 0 beside the sign, -0.6 N m.
     assert (np.abs(whole - [[0.0], [0.0], [-0.6]]) > 0.6).all()
     assert said(~LOST) == pytest.approx(whole, abs=0.01)
+
+
+@pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
+def test_what_yields_is_all_of_sliding_friction(form: Form) -> None:
+    scene = scene_of(run_of(np.ones(TIME.shape, dtype=np.bool_)))
+    point = (0.3, 2.0)[: len(form.nonlinear)]
+    half = replace(scene, sliding=(lambda of: -0.5 * of.theta[2] * of.direction,))
+    assert form.columns(half, point) == pytest.approx(0.5 * form.columns(scene, point))
