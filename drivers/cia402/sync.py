@@ -6,7 +6,9 @@ answers be waiting.
 1. While every waiting answer has its SYNC (m = k up to the answer's stamp) they pair in order,
    however late they are: a CAN bus does not let one frame of an identifier overtake the other.
 2. With fewer answers than SYNCs one is late or lost. An answer that comes as long after the newest
-   SYNC as answers usually do belongs to that one, and those before it are lost.
+   SYNC as answers usually do belongs to that one, and those before it are lost; but not before
+   the others have had half a period to follow. A drive that comes late to its SYNCs answers them
+   all at once, and the first may come when the newest is usually answered.
 3. One that comes at another time may be late by more than a period, or the delay has changed and
    another one is lost: nobody can say. It waits for the others to catch up (1.); once the oldest
    SYNC has gone unanswered for the time-out, that SYNC is lost and the answer *undecided*. It is
@@ -246,7 +248,7 @@ class SyncLedger:
             elif len(open_) == 1 or self._pairs_fully(open_, held):
                 held.popleft()
                 self._book(stream, open_.popleft(), answer)
-            elif before := self._usual_for(stream, answer):
+            elif before := self._usual_for(stream, answer, now_s):
                 for _ in range(before):
                     self._give_up(stream)
             elif now_s - open_[0].sent_s > self._timeout_s:
@@ -269,16 +271,20 @@ class SyncLedger:
         entry.missing -= 1
         entry.received_s = max(entry.received_s, answer.stamp_s)
 
-    def _usual_for(self, stream: int, answer: _Held) -> int:
+    def _usual_for(self, stream: int, answer: _Held, now_s: float) -> int:
         """Return how many open SYNCs stand before the one that is usually answered by then.
 
-        0 where the newest before the answer was sent at another time before it than usual.
+        0 where the newest before the answer was sent at another time before it than usual, and
+        before half a period has passed in which the others may catch up: a drive that comes late
+        to its SYNCs answers them all at once.
         """
         open_ = self._open[stream]
         before = sum(1 for entry in open_ if answer.may_answer(entry)) - 1
         if before < 1:
             return 0
         period_s = open_[before].sent_s - open_[before - 1].sent_s
+        if now_s - answer.stamp_s < 0.5 * period_s:
+            return 0
         usual = self.usual[stream].holds(answer.stamp_s - open_[before].sent_s, period_s)
         return before if usual else 0
 

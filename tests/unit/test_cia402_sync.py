@@ -158,16 +158,41 @@ def test_jitter_is_the_standard_deviation_of_the_delay() -> None:
     assert book.account().jitter_s == pytest.approx(0.0001 * 2**0.5)
 
 
-def test_an_answer_at_its_usual_time_is_booked_at_once_after_a_loss() -> None:
+def test_after_a_loss_an_answer_at_its_usual_time_is_booked_by_the_next_tick() -> None:
     book = ledger()
     for k in range(5):
         book.sent(k * PERIOD_S, Goal.ON)
         if k not in (2, 3):
             book.answered(0, k * PERIOD_S + 0.0003, bytes([k]))
-        got = book.settle(k * PERIOD_S + 0.0004)
+        got = book.settle((k + 1) * PERIOD_S)
     assert [(round(a.sent_s / PERIOD_S), a.answers[0][0]) for a in got] == [(4, 4)]
     assert book.account().lost == 2
     assert (book.consecutive_lost, book.most_in_a_row) == (0, 2)
+
+
+@given(
+    stalls_ms=st.lists(st.floats(0.1, 15.0), min_size=20, max_size=20),
+    heard_after=st.floats(0.0, 1.0),
+)
+def test_a_drive_that_comes_late_and_answers_all_at_once_has_lost_nothing(
+    stalls_ms: list[float], heard_after: float
+) -> None:
+    """Wherever its newest SYNC stands, and whichever of the answers is heard first."""
+    link = _Link(0.0)
+    awake_s = 0.0
+    for k in range(400):
+        now_s = k * PERIOD_S
+        if k % 20 == 10:
+            awake_s = now_s + 1e-3 * stalls_ms[k // 20]
+        link.hear(now_s)
+        link.book.sent(now_s, Goal.ON)
+        link.arrived_s = max(link.arrived_s + 0.0001, now_s + 0.0003, awake_s)
+        link.in_flight.append((link.arrived_s, k.to_bytes(2, "little")))
+        link.hear(now_s + heard_after * PERIOD_S)
+    link.hear(1.0 + link.arrived_s)
+    account = link.book.account()
+    assert (account.received, account.lost, account.unmatched) == (400, 0, 0)
+    assert not link.misplaced_s
 
 
 def test_an_answer_that_came_before_a_sync_was_sent_is_not_its() -> None:
