@@ -100,7 +100,8 @@ def test_run_drives_the_fake_and_finds_its_friction(bench: Bench) -> None:
     assert viscous == pytest.approx(friction.truth(25.0).viscous_nm_s_per_rad, rel=0.05)
     (recording,) = (bench.folder / "out").glob("*.parquet")
     metadata = read(recording).metadata
-    assert metadata.samples_lost == 0
+    account = metadata.extra["acquisition"]
+    assert account["lost"] == metadata.samples_lost <= 0.01 * account["expected"]
     with before_others():
         assert metadata.extra["scheduling"] == scheduling()
     assert len(list((bench.folder / "out").glob("*.report.html"))) == 1

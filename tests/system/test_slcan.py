@@ -87,7 +87,7 @@ def test_a_short_cycle_runs_through_an_adapter(tmp_path: Path) -> None:
     with drive_behind_an_adapter() as plugged:
         result = drive(described(plugged), tmp_path)
     recording = read(result.recording)
-    assert result.account.lost == 0
+    assert result.account.lost <= 0.01 * result.account.expected  # a machine may stand still
     assert recording["position_rad"].max() == pytest.approx(TURNS_RAD, abs=2.0)
     at_speed = recording["velocity_command_rad_s"] == SPEED_RAD_S
     speed_rad_s = np.median(recording["velocity_rad_s"][at_speed])
