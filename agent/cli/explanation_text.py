@@ -14,6 +14,7 @@ from agent.report.explanation_words import (
     decidable,
     duration,
     effect_label,
+    found_title,
     heading,
     next_command,
     not_judged,
@@ -50,7 +51,7 @@ def explanation_text(explanation: Explanation, *, axis: int | str = "", next_fil
         return "\n".join(lines)
     lines += ["", *_errors(explanation)]
     if explanation.findings:
-        lines += ["", f"{'What was found':<60}{'share':>8}{'prob.':>9}"]
+        lines += ["", f"{found_title(explanation):<60}{'share':>8}{'prob.':>9}"]
         for finding in explanation.findings:
             lines += _finding(finding, explanation)
     lines += _unexplained(explanation)

@@ -99,6 +99,14 @@ _VERDICTS: Mapping[str, VerdictWords] = MappingProxyType(
         ),
     }
 )
+_NOT_PROVEN = VerdictWords(
+    "Named, but not proven",
+    "What is listed fits the recordings that it was learnt from. On data that it was not made from "
+    "the error stays far above noise and does not surely fall: take the names as suspicions, and "
+    "record more before the simulation is corrected by them.",
+    "open",
+    "half",
+)
 _NOT_WORTH = (
     "The mismatch has a name; that correcting it makes the error smaller on data that the "
     "correction was not made from is not shown: it is short, or small against the noise."
@@ -197,10 +205,24 @@ def verdict_words(explanation: Explanation) -> VerdictWords:
         return NOT_DECIDABLE
     words = _VERDICTS[explanation.verdict]
     holdout = explanation.holdout
+    if not proven(explanation):
+        return _NOT_PROVEN
     gained = None if holdout is None else holdout.improvement_ci95_percent
     if explanation.verdict == "explained" and gained is not None and gained[0] <= 0.0:
         return replace(words, meaning=_NOT_WORTH)
     return words
+
+
+def proven(explanation: Explanation) -> bool:
+    """Tell whether unseen data bear out what was found, as far as they can; a limit needs none."""
+    holdout = explanation.holdout
+    judged = any(finding.energy_share > 0.0 for finding in explanation.findings)
+    return holdout is None or not judged or not holdout.unsure
+
+
+def found_title(explanation: Explanation) -> str:
+    """Return what stands above the list of findings."""
+    return "What was found" if proven(explanation) else "What was found, not proven"
 
 
 def what_to_do(explanation: Explanation) -> tuple[str, ...]:

@@ -99,6 +99,21 @@ def test_a_gain_on_unseen_data_is_claimed_only_where_its_interval_shows_one(
     assert ("is not shown" in meaning) is not holds
 
 
+def test_what_is_not_proven_is_marked_so_where_it_is_listed_too() -> None:
+    """A direct-drive arm had "Several causes fit equally well" above an error of five noises."""
+    found = examples.tied()
+    assert found.holdout is not None
+    far = dataclasses.replace(
+        found.holdout, improvement_ci95_percent=(-17.0, 40.0), floor_ratio=4.9
+    )
+    found = dataclasses.replace(found, holdout=far)
+    assert verdict_words(found).status == "Named, but not proven"
+    assert "What was found, not proven" in explanation_text(found)
+    assert '<h2 id="findings">What was found, not proven</h2>' in explanation_page(found)
+    near = dataclasses.replace(found, holdout=dataclasses.replace(far, floor_ratio=1.1))
+    assert verdict_words(near).status == verdict_words(examples.tied()).status
+
+
 def test_verdicts_differ_in_word_and_in_shape() -> None:
     words = [verdict_words(explanation(case)) for case in examples.ALL]
     assert (

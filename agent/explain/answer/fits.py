@@ -10,6 +10,8 @@ import numpy as np
 
 from agent.identify.result import Floats
 
+_FAR_ABOVE = 1.5  # times the noise floor: there is more to explain than noise
+
 
 @dataclass(frozen=True)
 class Fit:
@@ -70,6 +72,12 @@ class Holdout:
     blocks: int
     placebo_percent: float
     white: bool
+
+    @property
+    def unsure(self) -> bool:
+        """Return whether the error stays far above noise, and may not fall at all."""
+        interval = self.improvement_ci95_percent
+        return interval is not None and interval[0] <= 0.0 and self.floor_ratio > _FAR_ABOVE
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""

@@ -14,7 +14,6 @@ from agent.numbers import scale_for, significant
 _COSTS_NO_TORQUE = frozenset({"torque-saturation"})  # what keeps the motion back has no error
 _TOLD = 3  # findings in the summary
 _WORSE = 1.1  # times the error before: more is no law for what was not seen
-_FAR_ABOVE = 1.5  # times the noise floor: there is more to explain than noise
 _LITTLE = 0.01  # of the mismatch: what has no name is in the unseen recordings alone
 _AS_NOISE = 1.1  # times the noise floor: up to there the band of the comparison holds nothing
 
@@ -40,7 +39,7 @@ def proof_sentence(holdout: Holdout, floor_nm: float) -> str:
 def _unsure(holdout: Holdout) -> str:
     """Return by how much the error falls, where it is far above noise and may not fall at all."""
     interval = holdout.improvement_ci95_percent
-    if interval is None or interval[0] > 0.0 or not holdout.floor_ratio > _FAR_ABOVE:
+    if interval is None or not holdout.unsure:
         return ""
     low, high = (f"{round(end)}".replace("-", "\N{MINUS SIGN}") for end in interval)
     return f" (by {low} to {high} %)"
