@@ -124,7 +124,12 @@ def _likeness(scene: Scene) -> Callable[[Floats], Floats]:
     moved = dry * direction, weight / inertia, viscous * velocity
 
     def likeness(points: Floats) -> Floats:
-        return likeness_of(inertial, *moved, residual, begins, period_s, points)
+        by_shares = np.lexsort(points[:, 1:].T)  # gaps of one arm follow each other
+        out = np.empty(points.shape[0])
+        out[by_shares] = likeness_of(
+            inertial, *moved, residual, begins, period_s, points[by_shares]
+        )
+        return out
 
     return likeness
 
