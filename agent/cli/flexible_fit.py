@@ -141,13 +141,15 @@ def choose(
     )
     best = fit_flexible(signals, options)
     considered = [_considered(best, options)]
-    rounds: list[dict[str, dict[str, Any]]] = []
+    masses: dict[str, dict[str, Any]] = {"kind": {"kind": "three-mass"}} if kind == "auto" else {}
+    # A second mode may be all that hides the first.
+    rounds: list[dict[str, dict[str, Any]]] = [masses]
     if best.decidable:
         torque: dict[str, dict[str, Any]] = {"friction": {"friction": STRIBECK.name}}
         if _travels(signals):
             torque["gravity"] = {"gravity": True}
         # Masses last: a spring must not explain what friction and gravity do.
-        rounds = [torque, torque] + ([{"kind": {"kind": "three-mass"}}] if kind == "auto" else [])
+        rounds = [torque, torque, masses]
     taken, tried = 0, {(options.kind, options.friction, options.gravity)}
     for changes in rounds:
         for what, change in changes.items():
@@ -186,6 +188,8 @@ def _better(
     """Return whether a richer model earns its parameters on the same samples."""
     if not rich.decidable or not all(rich.parameters[name].identified for name in added):
         return False
+    if not plain.decidable:
+        return True
     left = [residual_of(fit, signals, plain.cutoff_hz) for fit in (rich, plain)]
     if not all(r.size and np.isfinite(r).all() for r in left):
         return False
@@ -194,7 +198,10 @@ def _better(
     gain = 0.5 * left[0].size / correlation_time([left[0]]) * math.log(costs[1] / costs[0])
     # Structure that both lack makes what is left look like few samples.
     sure = gain > _EVIDENCE * extra or costs[0] < _PLAINLY * costs[1]
-    return sure and math.sqrt(costs[0]) < _LESS * math.sqrt(costs[1])
+    # Parts that two masses cannot tell are worth a third one, however little torque it explains.
+    parted = plain.kind == rich.kind or plain.parameters["arm_inertia_kg_m2"].identified
+    less = _LESS if parted else 1.0
+    return sure and math.sqrt(costs[0]) < less * math.sqrt(costs[1])
 
 
 def residual_of(fit: FlexibleFit, signals: Sequence[Signals], cutoff_hz: float) -> Floats:

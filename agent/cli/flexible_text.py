@@ -61,7 +61,9 @@ def sentence(fit: FlexibleFit) -> str:
     return (
         f"Behind the motor {what} at {_frequencies(fit, 'antiresonance')} Hz (antiresonance"
         f"{several}) and {_frequencies(fit, 'resonance')} Hz (resonance{several}); the flexible "
-        f"joint leaves {left} of the torque where a rigid one leaves {rigid}."
+        f"joint leaves {left} of the torque where a rigid one leaves {rigid}. The recordings show "
+        f"swings up to {significant(fit.cutoff_hz, 2)} Hz: what swings faster counts as a part of "
+        "these masses."
     )
 
 

@@ -10,6 +10,7 @@ from agent.identify.flexible.projection import Point, Problem
 from agent.identify.flexible.rivals import PLAIN, Effect, Lack, Rival
 from agent.identify.flexible.spectra import PLACES
 from agent.identify.uncertainty import correlation_time
+from agent.numbers import significant
 
 _FALSE_ALARMS = 1e-3  # of joints that are rigid
 # Structure that no model here has makes the samples look few; what leaves a tenth of the rigid
@@ -99,6 +100,12 @@ def _note(problem: Problem, rival: Rival) -> str:
         return (
             f"friction that bends near {rival.at_rad_s:.2g} rad/s, which the {problem.law.name} "
             f"law does not, would explain {share}; fit the stribeck law"
+        )
+    if rival.effect == "filter":
+        return (
+            f"a filter of about {significant(1e3 / rival.at_rad_s, 1)} ms that the torque passed, "
+            f"where the model has a delay, would explain {share}; intervals reach as far as it "
+            "would move their number; record the torque unfiltered, or the motion through the same"
         )
     if rival.effect == "gravity":
         return f"gravity on the arm would explain {share}; fit it with gravity"

@@ -37,6 +37,7 @@ _BLOCK_CORRELATIONS = 10.0  # correlation times in a block: what its ends share 
 _CERTAIN = 0.5  # relative standard error beyond which the data do not carry a positive number
 _MOVED = 0.05  # of a parameter: by more, first order is no correction of a model plainly wrong
 _STIFF = 0.3  # the same for a cubic spring: its absence is what one expects
+_FILTERED = 0.5  # of a filter's corner: a resonance there loses a tenth
 _STEP = 1e-6
 _HIDDEN = (
     "the joint shows what this model lacks, and the number would be wrong: fit the model that the "
@@ -110,8 +111,7 @@ def parameters_of(
         blocks,
         covariance_of(problem, point, influence[index]),
     )
-    plain = frozenset(r.effect for r in lack.rivals if r.share > PLAIN)
-    bias = _Bias(lack.shift[index], plain)
+    bias = _bias_of(problem, point, lack, index)
     return _with_intervals(problem, point, bounds, spread, bias), condition
 
 
@@ -161,18 +161,35 @@ class _Spread:
 
 @dataclass(frozen=True)
 class _Bias:
-    """How what the model lacks would move the parameters, and what it plainly lacks."""
+    """What the model lacks: how it would move parameters, what is plain, what hides the parts."""
 
     shift: Floats
     plain: frozenset[Effect]
+    hides_parts: bool
 
     def hides(self, name: str, value: float, moved: float, half_width: float) -> bool:
         """Return whether a parameter is not known for what the model plainly lacks."""
-        # With one mass too few, inertias and springs are those of no part of the joint.
         part = name.endswith(("inertia_kg_m2", "spring_nm_per_rad", "damper_nm_s_per_rad"))
-        if part and "mode" in self.plain:
+        if part and self.hides_parts:
             return True
         return bool(self.plain) and abs(moved) > max(half_width, _MOVED * abs(value))
+
+
+def _bias_of(problem: Problem, point: Point, lack: Lack, index: NDArray[np.int64]) -> _Bias:
+    """Return what the model lacks does to the named parameters and the searched ones.
+
+    Inertias, springs and dampers are those of no part of the joint with one mass instead of two,
+    however little of the torque the second explains, or with a third that is plain; and where a
+    filter takes so much of a swing that first order does not say how far it moves them. Elsewhere
+    first order errs by as large a part of itself as the resonance is of the filter's corner.
+    """
+    values = physical(problem, point.search, point.linear)
+    fastest = 2.0 * math.pi * max(v for name, v in values.items() if name.startswith("resonance"))
+    filtered = max((fastest / r.at_rad_s for r in lack.rivals if r.effect == "filter"), default=0.0)
+    few = 0.0 if problem.kind == "two-mass" else PLAIN
+    plain = frozenset(r.effect for r in lack.rivals if r.share > PLAIN)
+    shift = (1.0 + filtered) * lack.shift[index]
+    return _Bias(shift, plain, lack.share_of("mode") > few or filtered > _FILTERED)
 
 
 def _with_intervals(

@@ -2,10 +2,11 @@
 
 A fit ends where no change of its own parameters explains more. Whether something else would is
 asked of single columns that the model does not have: one more swinging mass at any frequency, a
-friction that bends with speed, gravity, a spring that stiffens, friction behind the spring. Each is
-freed of what the model's own Jacobian can say and laid against what is left (a score test, Rao
-1948). A column that explains more than chance would also have moved the model's parameters; by how
-much follows to first order, and belongs to what is not known about them.
+friction that bends with speed, gravity, a spring that stiffens, friction behind the spring, a
+filter that the torque passed where the model has a delay. Each is freed of what the model's own
+Jacobian can say and laid against what is left (a score test, Rao 1948). A column that explains more
+than chance would also have moved the model's parameters; by how much follows to first order, and
+belongs to what is not known about them.
 """
 
 from __future__ import annotations
@@ -32,7 +33,9 @@ from agent.identify.result import Floats
 from agent.identify.uncertainty import correlation_time
 from agent.physics.friction import STRIBECK
 
-Effect = Literal["mode", "friction", "gravity", "stiffening", "arm-viscous", "arm-coulomb"]
+Effect = Literal[
+    "mode", "friction", "gravity", "stiffening", "arm-viscous", "arm-coulomb", "filter"
+]
 
 PLAIN = 0.5
 """Share of what is left that a rival explains where the model is plainly another than the joint:
@@ -42,7 +45,9 @@ _RATIOS = (0.01, 0.05, 0.2)  # dampings of a further mode
 _SEEN = 0.9  # of the cutoff, as far as a mode is sought
 _SPEEDS = 8  # at which friction may bend: from a hundredth of the fastest to twice it
 _EXPONENTS = (1.0, 2.0)
+_FILTERS_S = np.geomspace(0.0003, 0.005, 13)  # as late as a delay may be
 _FALSE_ALARMS = 1e-3
+_FALSE_MODES = 1e-2  # a bound: half of chi square's tail is a tenth of it, and places overlap
 _NEW = 1e-6  # of a column's energy: where less is left of it, the model says the same already
 
 
@@ -54,7 +59,8 @@ class Rival:
     ----------
     effect : Effect
     at_rad_s : float
-        Angular frequency of the mode, or speed at which friction bends; NaN for the others.
+        Angular frequency of the mode, corner of the filter, or speed at which friction bends; NaN
+        for the others.
     share : float
         Of the squared residual, what it explains.
     """
@@ -131,7 +137,8 @@ def _best(family: _Family, basis: Floats, left: Floats, whole: float) -> tuple[f
     """Return the share of the residual that a family's best column explains, and which it is.
 
     The share is zero where chance explains as much: a log-likelihood of half a log of the samples
-    (Schwarz 1978), and the log of the places tried over the false alarms allowed.
+    (Schwarz 1978), and the log of the places tried over the false alarms allowed. A mode need not
+    be worth its parameters to say that the masses are not all: chance alone is asked.
     """
     columns = family.columns
     fresh = columns - basis @ (basis.T @ columns)
@@ -146,6 +153,8 @@ def _best(family: _Family, basis: Floats, left: Floats, whole: float) -> tuple[f
     rest = left - amplitude[best] * fresh[:, best]
     samples = max(rest.shape[0] / correlation_time([rest]), 2.0)
     wanted = 0.5 * math.log(samples) + math.log(gain.shape[0] / _FALSE_ALARMS)
+    if family.effect == "mode":
+        wanted = math.log(PLACES / _FALSE_MODES)
     total = max(float(left @ left), 1e-300)
     evidence = -0.5 * samples * math.log1p(-min(float(gain[best]) / total, 1.0 - 1e-12))
     share = float(gain[best]) / max(whole, 1e-300)
@@ -153,7 +162,7 @@ def _best(family: _Family, basis: Floats, left: Floats, whole: float) -> tuple[f
 
 
 def _families(problem: Problem, point: Point) -> list[_Family]:
-    out = [_modes(problem, point), _frictions(problem, point)]
+    out = [_modes(problem, point), _frictions(problem, point), _filters(problem, point)]
     if not problem.has_gravity:
         out.append(_gravity(problem, point))
     if problem.kind == "two-mass" and problem.cubes is None:
@@ -189,6 +198,19 @@ def _frictions(problem: Problem, point: Point) -> _Family:
         return p.thinned(np.stack(bends), delay_s)
 
     return _Family("friction", np.repeat(places, len(_EXPONENTS)), _kept(problem, rows), False)
+
+
+def _filters(problem: Problem, point: Point) -> _Family:
+    """Return what a filter of first order does to the model's torque beyond a delay as long."""
+    named = len(problem.linear_names) - 1  # all but the offset
+    torque = problem.all_columns(point.search)[:, :named] @ point.linear[:named]
+    ends = np.cumsum([p.torque_nm.shape[0] for p in problem.stretches])
+    rows = []
+    for p, own in zip(problem.stretches, np.split(torque, ends[:-1]), strict=True):
+        lags = 1j * np.outer(_FILTERS_S, p.omega_rad_s)
+        rows.append(np.stack([p.passed(own, np.exp(s) / (1.0 + s) - 1.0) for s in lags], axis=-1))
+    columns = problem.counted(np.concatenate(rows))
+    return _Family("filter", 1.0 / _FILTERS_S, columns, True)
 
 
 def _gravity(problem: Problem, point: Point) -> _Family:
