@@ -14,14 +14,16 @@ LEAST_REST = 0.5  # of a tick
 def ticks(clock: Clock, tick_s: float) -> Iterator[float]:
     """Yield the present time once per tick; ticks that were missed are not caught up.
 
-    Nor is one that was late: it is not followed before half a tick has passed since it was done.
-    Of two SYNCs that are closer than an answer usually takes, nobody can tell which was answered.
+    One that was late is not followed before half a tick has passed since it was done: of two SYNCs
+    that are closer than an answer usually takes, nobody can tell which was answered. Those after
+    it are on time again.
     """
     due_s = clock.now()
     while True:
         yield clock.now()
-        due_s = max(due_s + tick_s, clock.now() + LEAST_REST * tick_s)
-        clock.sleep_until(due_s)
+        now_s = clock.now()
+        due_s = max(due_s + tick_s, now_s)
+        clock.sleep_until(max(due_s, now_s + LEAST_REST * tick_s))
 
 
 @contextlib.contextmanager
