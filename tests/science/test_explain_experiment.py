@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 
 from agent.explain.answer.result import NextExperiment
-from agent.explain.choosing.choice import Choice
-from agent.explain.choosing.search import Library
+from agent.explain.choosing.choice import Choice, Rival
+from agent.explain.choosing.search import Library, Scored
 from agent.explain.experiment.driven import Driven
 from agent.explain.experiment.menu import menu
 from agent.explain.experiment.motion import elsewhere
 from agent.explain.experiment.proposal import DECISIVE, next_experiments
+from agent.explain.forms import speed as forms_speed
 from agent.explain.rows.run import Run
 from agent.identify.result import Floats
 from tests.science.explain_joint import (
@@ -153,8 +154,13 @@ def test_heating_and_cooling_tell_temperature_from_time(missing: Missing, effect
     assert not rivals(after)
 
 
+@cache
+def torque_beside() -> tuple[Library, Choice, tuple[NextExperiment, ...]]:
+    return asked(recorded(offset, stair(ALL_SPEEDS)))
+
+
 def test_no_motion_tells_an_offset_from_one_sided_friction_and_the_set_up_is_said() -> None:
-    _, choice, proposed = asked(recorded(offset, stair(ALL_SPEEDS)))
+    _, choice, proposed = torque_beside()
     assert choice.terms[0].scored.form.effect in ("torque-offset", "direction-asymmetry")
     last = proposed[-1]
     assert set(last.tells_apart) == {"torque-offset", "direction-asymmetry"}
@@ -163,6 +169,22 @@ def test_no_motion_tells_an_offset_from_one_sided_friction_and_the_set_up_is_sai
     assert last.gain_per_s == 0.0
     assert "brake closed" in last.set_up
     assert last.to_json()["seconds"] is None
+
+
+def test_nor_where_the_friction_has_a_viscous_part_that_may_not_be_there() -> None:
+    """Twenty-two minutes of a stair stood below "no run of this axis tells them apart"."""
+    library, choice, _ = torque_beside()
+    term, forms = choice.terms[0], {form.name: form for form in forms_speed.FORMS}
+
+    def scored(name: str, *numbers: float) -> Scored:
+        at = library.candidate(forms[name], ())
+        return replace(term.scored, candidate=at, coefficients=np.array(numbers))
+
+    constant = Rival(scored("constant", 0.05), 0.4, 0.4, 0.99)
+    tied = replace(term, scored=scored("Coulomb and viscous", 0.1, 1e-4), rivals=(constant,))
+    (advice,) = next_experiments(library, (tied,), 0, NOISE_NM)
+    assert advice.trajectory is None
+    assert "brake closed" in advice.set_up
 
 
 def test_nothing_is_proposed_where_nothing_is_tied() -> None:

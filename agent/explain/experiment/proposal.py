@@ -63,9 +63,12 @@ def next_experiments(
     hypotheses = [Hypothesis(term.scored, term.probability)]
     hypotheses += [Hypothesis(r.scored, r.probability) for r in term.rivals[:_MOST_RIVALS]]
     effect = term.scored.form.effect
-    paired = effect in _PAIR and term.scored.form.name in _PAIR_FORMS
+    partner = next(iter(_PAIR - {effect}))
+    # With its viscous part an asymmetry is no copy; tied with its partner it may not have that one.
+    paired = effect in _PAIR and (
+        term.scored.form.name in _PAIR_FORMS or any(h.effect == partner for h in hypotheses[1:])
+    )
     if paired:
-        partner = next(iter(_PAIR - {effect}))
         hypotheses = [h for h in hypotheses if h.effect != partner]
     others = [t.candidate for k, t in enumerate(terms) if k != index]
     out: list[NextExperiment] = []
