@@ -21,6 +21,7 @@ from agent.identify.result import (
     Quality,
     RigidBodyFit,
 )
+from agent.identify.rigid.beside_law import NOTE, is_bent, reaching_over_law
 from agent.identify.rigid.body import (
     validate,
     weights,
@@ -102,6 +103,8 @@ def identify(
     reasons = _undecidable(curve, models, regression, windows)
     if reasons:
         return _undecided(motions, windows, reasons)
+    if body is not None:
+        body = reaching_over_law(body, regression.rows, models)
     unseen = None if validation is None or body is None else read_motion(validation)
     validated = None
     if unseen is not None and body is not None:
@@ -112,6 +115,7 @@ def identify(
     notes = [note for motion in motions for note in motion.notes]
     notes += [] if curve is None else list(curve.notes)
     notes += regression.notes
+    notes += [NOTE] if body is not None and is_bent(models) else []
     del regression  # its rows are as large as the recordings
     if not models:
         notes.append(f"no friction curve: {diagnosis.no_curve(windows)}")

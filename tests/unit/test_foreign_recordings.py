@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from agent.identify.estimate import estimate
 from agent.identify.friction.surface_law import SurfacePoints
-from agent.identify.result import Parameter
+from agent.identify.result import Estimate, Parameter
 from agent.identify.reversals.result import PreslidingFit, nothing
 from agent.identify.reversals.sentence import verdict
 from agent.identify.thermal.trend import TIE, temperature_or_time
@@ -24,6 +25,37 @@ def test_a_gearbox_that_warms_up_while_speeds_rise_is_told_and_every_speed_has_i
     assert np.all(np.diff(warm.friction_curve.temperature_degc) > 0.0)
     steady = estimate([replace(signals, gearbox_temperature_degc=np.full(warming.size, 25.0))])
     assert not any("thins" in note for note in steady.notes)
+
+
+def told(joint: Joint, speeds: list[float], noise_nm: float) -> Estimate:
+    signals = record(joint, stair(speeds, rate_hz=125.0, longest_s=0.8), noise_nm=noise_nm)
+    return estimate([signals])
+
+
+def holds(result: Estimate, joint: Joint, *names: str) -> bool:
+    assert result.rigid_body is not None
+    ends = [result.rigid_body.parameters[name].ci95 for name in names]
+    truth = [getattr(joint, name) for name in names]
+    return all(e is not None and e[0] <= t <= e[1] for e, t in zip(ends, truth, strict=True))
+
+
+def test_a_straight_lines_numbers_reach_over_friction_that_is_bent_and_it_is_said() -> None:
+    joint, speeds = Joint(static_extra_nm=0.4, stribeck_velocity_rad_s=6.0), [2.0, 5, 10, 20, 40]
+    falling = told(joint, speeds, 0.01)
+    assert holds(falling, joint, "inertia_kg_m2", "coulomb_nm", "viscous_nm_s_per_rad")
+    assert any("friction is bent" in note for note in falling.notes)
+    straight = told(Joint(), speeds, 0.01)
+    assert not any("friction is bent" in note for note in straight.notes)
+
+
+def test_gravity_that_a_short_stroke_cannot_tell_is_not_taken_for_inertia() -> None:
+    joint = Joint(gravity_sin_nm=3.0)
+    result = told(joint, [10.0, 20, 40, 80], 0.005)
+    assert result.rigid_body is not None
+    assert not result.rigid_body.parameters["gravity_sin_nm"].identified
+    assert holds(result, joint, "inertia_kg_m2", "coulomb_nm", "viscous_nm_s_per_rad")
+    inertia = result.rigid_body.parameters["inertia_kg_m2"]
+    assert inertia.value == pytest.approx(joint.inertia_kg_m2, rel=0.004)
 
 
 def test_speeds_of_one_recording_are_one_temperature_however_it_warmed_up() -> None:

@@ -199,17 +199,33 @@ class _Fit:
 
 
 def _regress(rows: Rows, kept: Sequence[int], blocks: NDArray[np.int64], *, spring: bool) -> _Fit:
-    """Fit the kept parameters, beside a spring and a torque that is late where the data show them.
-
-    A torque that comes dt later than the motion is ``X theta - dt d(X theta)/dt``: at reversals
-    friction then looks like inertia. A drive's torque filter or a late velocity (a negative dt) of
-    6 ms bent Coulomb friction by 4 % and inertia by 2 %.
-    """
+    """Fit the kept parameters, beside what is none of them where the data show it."""
     columns = rows.some(kept)
     theta, reach = _with_reach(columns, rows.torque_nm, blocks)
     fit = _Fit(theta, np.stack((theta - reach, theta + reach), axis=-1))
     if not spring or PARAMETERS.index("inertia_kg_m2") not in kept:
         return fit
+    slope = _gravity_left_out(rows, kept)
+    if slope is None:
+        return _beside_spring_or_lateness(rows, columns, fit, blocks)
+    beside, weight = _beside(rows, columns, fit, slope, blocks, positive=False)
+    if weight != 0.0:
+        rows = replace(rows, torque_nm=rows.torque_nm - weight * slope)
+        return _beside_spring_or_lateness(rows, columns, beside, blocks)
+    wider = beside.ends - fit.ends
+    fit = _beside_spring_or_lateness(rows, columns, fit, blocks)
+    return replace(fit, ends=fit.ends + wider)
+
+
+def _beside_spring_or_lateness(
+    rows: Rows, columns: Floats, fit: _Fit, blocks: NDArray[np.int64]
+) -> _Fit:
+    """Return the fit beside a spring, or a torque that is late, where the data show one.
+
+    A torque that comes dt later than the motion is ``X theta - dt d(X theta)/dt``: at reversals
+    friction then looks like inertia. A drive's torque filter or a late velocity (a negative dt) of
+    6 ms bent Coulomb friction by 4 % and inertia by 2 %.
+    """
     fit, stiffness = _beside(rows, columns, fit, -rows.snap_rad_s4, blocks, positive=True)
     if stiffness > 0.0:
         # Both are first terms of a series; what they make together is as large as the second ones.
@@ -224,6 +240,20 @@ def _regress(rows: Rows, kept: Sequence[int], blocks: NDArray[np.int64], *, spri
     moved = np.abs(np.linalg.solve(both.T @ both, both.T @ bend)[:-1])
     ends = fit.ends + np.stack((-moved, moved), axis=-1)
     return replace(fit, ends=ends, late_s=late_s)
+
+
+def _gravity_left_out(rows: Rows, kept: Sequence[int]) -> Floats | None:
+    """Return how gravity changes along a stroke too short to tell it, shape (N,); else None.
+
+    On such a stroke sine, cosine and a constant are one. What is left of them, a slope along the
+    stroke, is felt all the same: at its ends it looks like acceleration.
+    """
+    gravity = [PARAMETERS.index(name) for name in _GRAVITY]
+    if not np.isfinite(rows.arm_stroke_rad) or any(i in kept for i in gravity):
+        return None
+    columns = rows.columns[:, gravity] - rows.columns[:, gravity].mean(axis=0)
+    slope = columns @ np.linalg.eigh(columns.T @ columns)[1][:, -1]
+    return np.asarray(slope, dtype=np.float64)
 
 
 def _beside(
