@@ -47,7 +47,8 @@ def figure_rises(joints: Sequence[JointRow], *, narrow: bool = False) -> Figure:
     axes.axvline(0.0, color=MUTED, lw=0.8)
     axes.set_ylim(len(joints) - 0.4, -0.6)
     _name_rows(axes, [j.label for j in joints], narrow=narrow)
-    axes.set_xlabel("rise of low-speed friction at equal temperature, % (95 % interval)")
+    what = "rise" if narrow else "rise of low-speed friction at equal temperature"
+    axes.set_xlabel(f"{what}, % (95 % interval)")
     used = [s for s in ("H1", "H0", "NF") if any(j.state == s for j in joints)]
     for state in used:
         mark, color = _MARKS[state]
@@ -71,7 +72,8 @@ def figure_individuals(joints: Sequence[JointRow], *, narrow: bool = False) -> F
     axes.set_ylim(len(kinds) - 0.5, -0.5)
     axes.set_xlim(left=0.0)
     _name_rows(axes, [f"{model}, axis {axis}" for model, axis in kinds], narrow=narrow)
-    axes.set_xlabel("Coulomb friction of the last cycle, N m; line: median")
+    when = "" if narrow else " of the last cycle"
+    axes.set_xlabel(f"Coulomb friction{when}, N m; line: median")
     return figure_of(axes)
 
 
@@ -79,10 +81,16 @@ def _name_rows(axes: Axes, names: Sequence[str], *, narrow: bool) -> None:
     """Write a name beside each row, and make room for it."""
     figure = figure_of(axes)
     width = figure.get_figwidth()
-    longest = 16 if narrow else 34
-    written = [n if len(n) <= longest else f"{n[: longest - 1]}…" for n in names]
+    written = [_short(name, 18 if narrow else 34) for name in names]
     left = 0.1 + 0.075 * max(map(len, written))
     box = axes.get_position()
     axes.set_position((left / width, box.y0, box.x1 - left / width, box.height))
     axes.set_yticks(range(len(names)), written)
     axes.grid(visible=False, axis="y")
+
+
+def _short(name: str, longest: int) -> str:
+    """Return a name that fits: "robot, axis N" keeps its axis, or a robot's joints were one."""
+    whose, comma, axis = name.rpartition(", axis ")
+    room = longest - len(comma) - len(axis)
+    return name if len(whose) <= room else f"{whose[: room - 1]}…{comma}{axis}"

@@ -128,7 +128,7 @@ def in_words(page: FleetPage) -> str:
     """Return what the fleet needs, in one sentence."""
     alarms = [j for j in page.joints if j.alarm]
     if not page.joints:
-        return "No joint has been judged yet: estimate and monitor the lake first."
+        return "No joint has been judged by this version yet: estimate and monitor the lake first."
     total = _count(len(page.joints), "joint")
     if not alarms:
         open_ = sum(j.state != "NF" for j in page.joints)

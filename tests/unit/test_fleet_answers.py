@@ -18,6 +18,7 @@ from agent.fleet.roster import roster_of
 from agent.fleet.verdicts import by_risk
 from agent.physics.twin import Twin, format_twin
 from agent.record.writing import write
+from agent.report.figure_fleet import figure_rises
 from agent.report.fleet import AgreementRow, FleetPage, JointRow, fleet_html
 from tests.benchmarks.fleet import AXES, GEAR, ROBOTS, cycles
 
@@ -130,7 +131,17 @@ def test_the_page_escapes_what_robots_are_called_and_says_what_is_first() -> Non
     assert "Nothing to do" in calm
     assert "none can be decided yet" in silent
     assert "Nothing to do" not in silent
-    assert "No joint has been judged yet" in fleet_html(FleetPage("lake", [], [], (), 0))
+    nothing = fleet_html(FleetPage("lake", [], [], (), 0))
+    assert "No joint has been judged by this version yet" in nothing
+
+
+def test_a_phone_tells_the_axes_of_one_robot_apart() -> None:
+    robot = "cell7-irb6650-line-3"
+    joints = [
+        JointRow("s", robot, axis, "M", "NF", "", rise_percent=(1.0, 0.0, 2.0)) for axis in (1, 2)
+    ]
+    (axes,) = figure_rises(joints, narrow=True).axes
+    assert [t.get_text()[-8:] for t in axes.get_yticklabels()] == [", axis 1", ", axis 2"]
 
 
 def test_a_models_twin_is_put_to_each_of_its_robots_and_again_when_it_changes(
