@@ -204,6 +204,10 @@ class RunWriter:
         self.append = self._stream.append
         self._proof: WatchdogProof | None = None
 
+    def wait_for_disk(self) -> None:
+        """Let the disk take its time from now on (`agent.record.stream`)."""
+        self._stream.wait_for_disk()
+
     def note(self, proof: WatchdogProof) -> None:
         """Keep what the watchdog was seen to do."""
         self._proof = proof

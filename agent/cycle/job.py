@@ -112,7 +112,7 @@ class JobRunner:
             self._controller,
             self._clock,
             has_torque=self._may_move and failure is not None,
-            keep=self._keep,
+            keep=self._keep_last,
             finish=self._finish,
         )
         return conclude(failure, aftermath, evidence, what="job", moved=self._may_move)
@@ -218,6 +218,11 @@ class JobRunner:
             if self.plan.limits.temperature_required:
                 row.append(sample.gearbox_temperature_degc)
             self._writer.append(row)
+
+    def _keep_last(self, samples: tuple[Sample, ...]) -> None:
+        if self._writer is not None:
+            self._writer.wait_for_disk()
+            self._keep(samples)
 
     def _finish(self, account: SyncAccount | None) -> Path | None:
         if self._writer is None:

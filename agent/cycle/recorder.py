@@ -22,6 +22,10 @@ class Writer(Protocol):
         """Keep one row, in the order of the columns that it was opened with."""
         ...
 
+    def wait_for_disk(self) -> None:
+        """Let the disk take its time from now on: what comes after the loop comes at once."""
+        ...
+
     def note(self, proof: WatchdogProof) -> None:
         """Keep the proof of the drive's watchdog with the recording."""
         ...

@@ -189,7 +189,8 @@ class CycleRunner:
     # -- what the clean-up calls -------------------------------------------------------------
 
     def _keep(self, samples: tuple[Sample, ...]) -> None:
-        if self._recorder is not None:
+        if self._recorder is not None and self._writer is not None:
+            self._writer.wait_for_disk()
             self._recorder.keep(samples)
 
     def _finish(self, account: SyncAccount | None) -> Path | None:

@@ -93,6 +93,7 @@ class StreamWriter:
         self._samples_taken = 0
         self._samples_saved = 0
         self._failed = False
+        self._hurried = background
         if self.recording_path.exists():
             raise StorageError(
                 f"{self.recording_path} exists already and is not overwritten.",
@@ -140,6 +141,13 @@ class StreamWriter:
             self.flush()
         elif self._rows.full:
             self.flush()
+
+    def wait_for_disk(self) -> None:
+        """From now on let the disk take its time: no control tick is waiting, as after a stop.
+
+        What came while a joint was stopped comes at once, and its times say nothing of the disk.
+        """
+        self._hurried = False
 
     def flush(self) -> None:
         """Have the rows that have come together written, as one batch.
@@ -237,6 +245,8 @@ class StreamWriter:
         """Raise what has gone wrong in the background, or is about to: rows that wait too long."""
         if saver.failure is not None:
             raise self._failure(saver.failure) from saver.failure
+        if not self._hurried:
+            return
         oldest_s = saver.oldest_s
         waits_s = now_s - oldest_s if oldest_s is not None else 0.0
         if waits_s > FLUSH_PERIOD_S - HAND_OVER_PERIOD_S or saver.full:

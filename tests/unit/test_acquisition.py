@@ -137,6 +137,9 @@ class _Rows:
     def __init__(self, rows: list[Sequence[float | str]]) -> None:
         self.append = rows.append
 
+    def wait_for_disk(self) -> None:
+        pass
+
     def note(self, proof: WatchdogProof) -> None:
         raise NotImplementedError
 

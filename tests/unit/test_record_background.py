@@ -101,6 +101,19 @@ def test_the_tick_does_not_wait_and_stops_before_half_a_second_could_be_lost(
     assert "could not be saved" in found.metadata.notes
 
 
+def test_what_came_while_a_joint_was_stopped_comes_at_once_and_is_kept(
+    writer: StreamWriter, disk: Disk
+) -> None:
+    """A stop hands over what it has seen when it is over; that had been called a slow disk."""
+    append(writer, 0, 100)
+    writer.wait_for_disk()
+    disk.open.clear()
+    append(writer, 100, 2000)
+    disk.open.set()
+    found = read(writer.finish(samples_lost=0))
+    assert (len(found), found.samples_lost) == (2000, 0)
+
+
 @pytest.mark.parametrize(
     ("error", "says"),
     [
