@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from agent.explain.answer.result import Explanation, Finding, NextExperiment
 from agent.numbers import NO_NUMBER
 from agent.report.explanation_errors import error_rows, improvement_in_words
+from agent.report.explanation_places import region_in_words
 from agent.report.explanation_rows import parameter_rows
 from agent.report.explanation_words import (
     carried,
@@ -19,7 +20,6 @@ from agent.report.explanation_words import (
     next_command,
     not_judged,
     percent,
-    region_in_words,
     set_up_beside,
     share,
     tells_apart,

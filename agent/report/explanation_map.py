@@ -13,7 +13,12 @@ from types import MappingProxyType
 
 from agent.explain.answer.result import Cell
 from agent.numbers import NO_NUMBER, parameter_label, significant
-from agent.report.explanation_words import heading, percent, share, variable
+from agent.report.explanation_places import variable
+from agent.report.explanation_words import (
+    heading,
+    percent,
+    share,
+)
 
 LEVELS = 10
 _BLANK_BELOW = 0.005

@@ -10,7 +10,7 @@ import numpy as np
 from agent.explain.answer.result import Explanation, Finding, Trace
 from agent.report.canvas import data_uri
 from agent.report.estimate import Picture
-from agent.report.explanation_words import variable
+from agent.report.explanation_places import variable
 from agent.report.figure_explanation_curve import figure_finding, finding_in_words
 from agent.report.figure_explanation_cycle import (
     SHADED,

@@ -19,13 +19,13 @@ from agent.numbers import (
     written,
 )
 from agent.report.explanation_errors import error_scale, in_scale
+from agent.report.explanation_places import region_in_words
 from agent.report.explanation_quantities import quantity_label, quantity_scale
 from agent.report.explanation_words import (
     carried,
     effect_label,
     heading,
     is_biased,
-    region_in_words,
     share,
 )
 from agent.report.rows import ParameterRow

@@ -24,7 +24,7 @@ from agent.report.canvas import (
     stacked,
     styled,
 )
-from agent.report.explanation_words import Variable, variable
+from agent.report.explanation_places import Variable, variable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -20,7 +20,7 @@ from agent.report.canvas import (
     stacked,
     styled,
 )
-from agent.report.explanation_words import variable
+from agent.report.explanation_places import variable
 from agent.report.figure_explanation_cycle import NOT_EXPLAINED, column_of
 
 if TYPE_CHECKING:

@@ -26,7 +26,8 @@ from agent.explain.rows.evidence import weigh
 from agent.explain.rows.run import Run
 from agent.explain.rows.saturation import saturation_evidence
 from agent.explain.rows.scene import Scene, refit
-from agent.explain.rows.table import BASE, effects_nm, tabulate
+from agent.explain.rows.table import BASE, tabulate
+from agent.explain.rows.twin_effects import effects_nm
 from agent.explain.study import study
 from agent.physics.twin import Effect, Twin, TwinError
 from tests.science.explain_plant import GEAR, Joint, record

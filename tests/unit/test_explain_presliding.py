@@ -12,7 +12,8 @@ from agent.explain.forms.form import Form
 from agent.explain.forms.reversal import FORMS
 from agent.explain.rows.run import Run
 from agent.explain.rows.scene import Scene
-from agent.explain.rows.table import BASE, effects_nm, tabulate
+from agent.explain.rows.table import BASE, tabulate
+from agent.explain.rows.twin_effects import effects_nm
 from agent.identify.result import Floats
 from agent.identify.signals.simulated import simulated_torque_nm
 from agent.physics.twin import Effect, Twin

@@ -17,17 +17,16 @@ from agent.identify.result import Parameter
 from agent.physics.effects import LIBRARY
 from agent.report import explanation_pictures
 from agent.report.explanation import explanation_page, write_explanation_page
+from agent.report.explanation_places import region_in_words, variable
 from agent.report.explanation_quantities import quantity_label, quantity_scale
 from agent.report.explanation_rows import parameter_rows
 from agent.report.explanation_words import (
     EFFECTS,
     decidable,
     next_command,
-    region_in_words,
     set_up_beside,
     tells_apart,
     trajectory_hint,
-    variable,
     verdict_words,
 )
 from tests.unit import explanation_examples as examples

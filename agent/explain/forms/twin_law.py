@@ -14,7 +14,7 @@ import numpy as np
 
 from agent.explain.rows.pieces import known_part
 from agent.explain.rows.scene import Scene, refit
-from agent.explain.rows.table import effects_nm
+from agent.explain.rows.twin_effects import effects_nm
 from agent.identify.result import Floats
 from agent.physics.twin import Effect, Twin
 

@@ -16,7 +16,8 @@ from agent.explain.choosing.choice import Term
 from agent.explain.choosing.search import Library
 from agent.explain.rows.pieces import known_part
 from agent.explain.rows.saturation import saturation_evidence
-from agent.explain.rows.table import BASE, Table, effects_nm
+from agent.explain.rows.table import BASE, Table
+from agent.explain.rows.twin_effects import effects_nm
 from agent.identify.result import Floats, Parameter
 from agent.identify.rigid.linear import solve_blocks
 from agent.physics.twin import Effect, Twin

@@ -7,36 +7,30 @@ of the velocity included. Every stretch has the band that its own sampling rate 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.rows.full_rate import band_of, choose_band, motion_columns, recorded_columns
-from agent.explain.rows.held import Held, held_speeds
+from agent.explain.rows.full_rate import choose_band, motion_columns, recorded_columns
 from agent.explain.rows.in_step import in_step
 from agent.explain.rows.lag import lags_of
-from agent.explain.rows.pieces import Piece, banded, known_part, thinned, without_overshoot
+from agent.explain.rows.laid_out import laid_out, long_enough
+from agent.explain.rows.pieces import Piece, banded, known_part, thinned
 from agent.explain.rows.run import Run
-from agent.explain.rows.strata import EDGE, END_PERIODS, blocks_of, since_s, strata_of, travel_rad
-from agent.explain.rows.use import TURNED, before_each, recorded_use, use_columns
+from agent.explain.rows.strata import EDGE, blocks_of, since_s, strata_of, travel_rad
+from agent.explain.rows.twin_effects import effects_nm, load_nm
+from agent.explain.rows.use import use_columns
 from agent.identify.result import Floats
-from agent.identify.signals.preprocess import SPEED_CHANGE, Motion, read_motion
-from agent.identify.signals.sampling import Stretch
+from agent.identify.signals.preprocess import SPEED_CHANGE, read_motion
 from agent.identify.signals.thinning import thinned_lowpass
 from agent.physics import rigid_body
 from agent.physics.derivative import slope
-from agent.physics.effects.motion import Motion as Measured
 from agent.physics.twin import Twin
 
 BASE: tuple[str, ...] = rigid_body.PARAMETERS[:5]
 """The plain twin's numbers, in the order of the table's base columns."""
-
-_LIMIT = "torque-saturation"
-_MOST_ROWS = 30_000
-_ROWS_PER_CUTOFF = 3.0  # rows a second for every hertz of the band
 
 
 class TooShortError(ValueError):
@@ -208,10 +202,10 @@ def tabulate(
     motions = [read_motion(run.signals) for run in runs]
     if cutoff_hz is None:
         cutoff_hz = choose_band(motions, twin.inertia_kg_m2)
-    kept = _long_enough(motions, cutoff_hz)
+    kept = long_enough(motions, cutoff_hz)
     if not kept:
         raise TooShortError("no recording has a stretch that is long enough to be compared")
-    pieces = _pieces(kept, cutoff_hz)
+    pieces = laid_out(kept, cutoff_hz)
     widest_hz = max(piece.cutoff_hz for piece in pieces)
     velocities, passes = [k.velocity for k in kept], [k.held for k in kept]
     recorded = recorded_columns(runs, pieces, passes)
@@ -229,47 +223,6 @@ def tabulate(
         return tables[0]
     plain, aligned = tables
     return aligned if in_step(plain, aligned) else plain
-
-
-@dataclass(frozen=True)
-class _Kept:
-    """A stretch that is compared: its run, its velocity and its passes."""
-
-    run: int
-    stretch: Stretch
-    velocity: Floats
-    held: Held
-
-
-def _long_enough(motions: Sequence[Motion], cutoff_hz: float) -> list[_Kept]:
-    """Return the stretches that are longer than what the filter spoils of them."""
-    return [
-        _Kept(index, stretch, velocity, held)
-        for index, motion in enumerate(motions)
-        for stretch, velocity, held in zip(
-            motion.timing.stretches, motion.velocity_rad_s, held_speeds(motion), strict=True
-        )
-        if velocity.shape[0] * stretch.period_s * band_of(stretch, cutoff_hz) > 4.0 * END_PERIODS
-    ]
-
-
-def _pieces(kept: Sequence[_Kept], cutoff_hz: float) -> tuple[Piece, ...]:
-    """Lay the stretches one behind the other, thinned to what the band and the memory ask for."""
-    stretches = [k.stretch for k in kept]
-    sizes = [stretch.time_s.shape[0] for stretch in stretches]
-    bands = [band_of(stretch, cutoff_hz) for stretch in stretches]
-    dense = [_ROWS_PER_CUTOFF * b * s.period_s for b, s in zip(bands, stretches, strict=True)]
-    wanted = math.fsum(n * min(1.0, d) for n, d in zip(sizes, dense, strict=True))
-    thinly = max(1.0, wanted / _MOST_ROWS)
-    pieces: list[Piece] = []
-    at_full = at_row = 0
-    for one, count, density, band in zip(kept, sizes, dense, bands, strict=True):
-        stride = max(1, int(thinly / density))
-        rows = -(-count // stride)
-        full, row = slice(at_full, at_full + count), slice(at_row, at_row + rows)
-        pieces.append(Piece(one.run, one.stretch, full, row, stride, band, one.held.one_speed))
-        at_full, at_row = full.stop, row.stop
-    return tuple(pieces)
 
 
 def _table(
@@ -317,7 +270,7 @@ def _table(
         used=used,
         simulated=simulated,
         aligned=aligned,
-        load_nm=_load_nm(twin, runs, pieces, full),
+        load_nm=load_nm(twin, runs, pieces, full),
     )
 
 
@@ -357,66 +310,4 @@ def _base(full: Mapping[str, Floats], pieces: Sequence[Piece], gear_ratio: float
         )[:, : len(BASE)]
         kept = thinned_lowpass(raw.T, piece.period_s, piece.cutoff_hz, piece.stride)
         out[piece.rows] = kept.T
-    return out
-
-
-def _load_nm(
-    twin: Twin, runs: Sequence[Run], pieces: Sequence[Piece], full: Mapping[str, Floats]
-) -> Floats | None:
-    """Return what payloads add to the arm's load, shape (N,); None where the twin knows of none."""
-    known = tuple(e for e in twin.effects if "reference_payload_kg" in e.parameters)
-    return _added_nm(replace(twin, effects=known), runs, pieces, full) if known else None
-
-
-def effects_nm(
-    twin: Twin, runs: Sequence[Run], pieces: Sequence[Piece], full: Mapping[str, Floats]
-) -> Floats:
-    """Return what the twin's effects add to its plain torque at full rate, shape (N,).
-
-    A torque limit is held against a prediction that does not overshoot: where the drive was at its
-    limit, a ringing one is beyond it, and what is clipped off was never there.
-    """
-    free = replace(twin, effects=tuple(e for e in twin.effects if e.id != _LIMIT))
-    out = _added_nm(free, runs, pieces, full)
-    if free.effects != twin.effects:
-        even = without_overshoot(full, pieces)
-        out += _added_nm(twin, runs, pieces, even) - _added_nm(free, runs, pieces, even)
-    return out
-
-
-def _added_nm(
-    twin: Twin, runs: Sequence[Run], pieces: Sequence[Piece], full: Mapping[str, Floats]
-) -> Floats:
-    """Return a twin's torque less its plain one for one motion, shape (N,)."""
-    plain = replace(twin, effects=())
-    out = np.zeros(full["time_s"].shape[0])
-    use = recorded_use(runs, pieces, full)
-    before = before_each(use)
-    earlier: dict[int, Measured] = {}
-    for piece in pieces:
-        at = piece.full
-
-        def column(name: str, at: slice = at) -> Floats | None:
-            values = full[name][at]
-            return None if np.isnan(values).any() else values
-
-        started = runs[piece.run].started_s
-        motion = Measured(
-            full["velocity_rad_s"][at],
-            full["acceleration_rad_s2"][at],
-            full["direction"][at],
-            column("position_rad"),
-            full["time_s"][at],
-            column("gearbox_temperature_degc"),
-            column("motor_temperature_degc"),
-            started if math.isfinite(started) else None,
-            float(piece.run),
-            full["velocity_raw_rad_s"][at],
-            full[TURNED][at] - (before[piece.run].turned_rad if len(runs) > 1 else 0.0),
-            tuple(each for each in use if each.started_at_unix_s < started),
-            runs[piece.run].payload_kg if math.isfinite(runs[piece.run].payload_kg) else None,
-            earlier.get(piece.run),
-        )
-        earlier[piece.run] = motion
-        out[at] = twin.predict(motion) - plain.predict(motion)
     return out

@@ -1,0 +1,80 @@
+"""What a twin's effects add to its plain torque, at full rate, with all that was before."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from agent.explain.rows.pieces import Piece, without_overshoot
+from agent.explain.rows.run import Run
+from agent.explain.rows.use import TURNED, before_each, recorded_use
+from agent.identify.result import Floats
+from agent.physics.effects.motion import Motion as Measured
+from agent.physics.twin import Twin
+
+_LIMIT = "torque-saturation"
+
+
+def load_nm(
+    twin: Twin, runs: Sequence[Run], pieces: Sequence[Piece], full: Mapping[str, Floats]
+) -> Floats | None:
+    """Return what payloads add to the arm's load, shape (N,); None where the twin knows of none."""
+    known = tuple(e for e in twin.effects if "reference_payload_kg" in e.parameters)
+    return _added_nm(replace(twin, effects=known), runs, pieces, full) if known else None
+
+
+def effects_nm(
+    twin: Twin, runs: Sequence[Run], pieces: Sequence[Piece], full: Mapping[str, Floats]
+) -> Floats:
+    """Return what the twin's effects add to its plain torque at full rate, shape (N,).
+
+    A torque limit is held against a prediction that does not overshoot: where the drive was at its
+    limit, a ringing one is beyond it, and what is clipped off was never there.
+    """
+    free = replace(twin, effects=tuple(e for e in twin.effects if e.id != _LIMIT))
+    out = _added_nm(free, runs, pieces, full)
+    if free.effects != twin.effects:
+        even = without_overshoot(full, pieces)
+        out += _added_nm(twin, runs, pieces, even) - _added_nm(free, runs, pieces, even)
+    return out
+
+
+def _added_nm(
+    twin: Twin, runs: Sequence[Run], pieces: Sequence[Piece], full: Mapping[str, Floats]
+) -> Floats:
+    """Return a twin's torque less its plain one for one motion, shape (N,)."""
+    plain = replace(twin, effects=())
+    out = np.zeros(full["time_s"].shape[0])
+    use = recorded_use(runs, pieces, full)
+    before = before_each(use)
+    earlier: dict[int, Measured] = {}
+    for piece in pieces:
+        at = piece.full
+
+        def column(name: str, at: slice = at) -> Floats | None:
+            values = full[name][at]
+            return None if np.isnan(values).any() else values
+
+        started = runs[piece.run].started_s
+        motion = Measured(
+            full["velocity_rad_s"][at],
+            full["acceleration_rad_s2"][at],
+            full["direction"][at],
+            column("position_rad"),
+            full["time_s"][at],
+            column("gearbox_temperature_degc"),
+            column("motor_temperature_degc"),
+            started if math.isfinite(started) else None,
+            float(piece.run),
+            full["velocity_raw_rad_s"][at],
+            full[TURNED][at] - (before[piece.run].turned_rad if len(runs) > 1 else 0.0),
+            tuple(each for each in use if each.started_at_unix_s < started),
+            runs[piece.run].payload_kg if math.isfinite(runs[piece.run].payload_kg) else None,
+            earlier.get(piece.run),
+        )
+        earlier[piece.run] = motion
+        out[at] = twin.predict(motion) - plain.predict(motion)
+    return out
