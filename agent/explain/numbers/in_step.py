@@ -7,16 +7,16 @@ every other law is taken as late as it is, and all are chosen anew beside it.
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 from agent.explain.choosing.choice import Choice, Term, choose
 from agent.explain.choosing.search import DELAY, Library
-from agent.explain.forms.signal import turning_round
+from agent.explain.forms.signal import CLOSELY_S, nearest_delay, turn_s, turning_round
 from agent.explain.numbers.renewed import left_nm, with_new_grids
 from agent.explain.rows.evidence import solve, weigh
 from agent.explain.rows.table import BASE, without_edges
@@ -24,8 +24,6 @@ from agent.identify.result import Floats
 
 _ROUNDS = 3
 _SETTLED = 0.03  # of a delay: moved by less, it leaves every law where it is
-_LEAST_S = 5e-5
-_REACH_S = 0.012  # from the delay that a bent column gives
 
 
 def chosen_in_step(library: Library, choice: Choice) -> tuple[Library, Choice]:
@@ -47,10 +45,12 @@ def chosen_in_step(library: Library, choice: Choice) -> tuple[Library, Choice]:
         delay = _delay(best)
         if delay is None:
             break
-        if abs(float(delay.scored.coefficients[0])) < _turn_s(library):
+        # Shorter ones move no wave far: there one column for all that is late does, and follows
+        # every number that is moved after it.
+        if abs(float(delay.scored.coefficients[0])) < turn_s(library.scene.table):
             break
         late_s, theta = _found_late(found, best, delay)
-        if abs(late_s - found.scene.late_s) < max(_SETTLED * abs(late_s), _LEAST_S):
+        if abs(late_s - found.scene.late_s) < max(_SETTLED * abs(late_s), CLOSELY_S):
             break
         moved = _moved(found, late_s, theta)
         own = moved.candidate(delay.scored.form, (late_s,))
@@ -60,15 +60,6 @@ def chosen_in_step(library: Library, choice: Choice) -> tuple[Library, Choice]:
             break
         found, best = moved, again
     return found, best
-
-
-def _turn_s(library: Library) -> float:
-    """Return the delay that turns the fastest wave of the band by a radian.
-
-    Shorter ones move no wave far: there one column for all that is late does, and follows every
-    number that is moved after it.
-    """
-    return 1.0 / (2.0 * math.pi * library.scene.table.cutoff_hz)
 
 
 def _delay(choice: Choice) -> Term | None:
@@ -108,15 +99,17 @@ def _found_late(library: Library, choice: Choice, delay: Term) -> tuple[float, F
     for _ in range(2):
         # The second time without what the first delay says of where the torque turns round.
         apart = without_edges(table, table.creep_rad_s, late_s).used[weighing.rows]
-        near = minimize_scalar(
-            lambda trial_s, apart=apart: fit(trial_s, apart)[0],
-            bounds=(late_s - _REACH_S, late_s + _REACH_S),
-            method="bounded",
-            options={"xatol": _LEAST_S},
-        )
-        late_s = float(near.x)
+        late_s = nearest_delay(partial(_error, fit, apart), late_s)
         theta[carried] = fit(late_s, apart)[1][: carried.size]
     return late_s, theta
+
+
+def _error(
+    fit: Callable[[float, NDArray[np.bool_]], tuple[float, Floats]],
+    rows: NDArray[np.bool_],
+    late_s: float,
+) -> float:
+    return fit(late_s, rows)[0]
 
 
 def _moved(library: Library, late_s: float, theta: Floats) -> Library:
