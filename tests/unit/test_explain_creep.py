@@ -88,31 +88,36 @@ def test_where_a_recorded_simulation_smooths_the_sign_is_left_out(
     assert (2.0 * SLOW < speed < 6.0 * SLOW) if smooths else speed < 0.006 * FASTEST
 
 
-def test_rests_in_which_a_joint_creeps_on_are_none_of_the_motion() -> None:
+@pytest.mark.parametrize(("every", "move_s", "wait_s"), [(1, 1.2, 0.8), (4, 1.1, 0.0)])
+def test_rests_in_which_a_joint_creeps_on_are_none_of_the_motion(
+    every: int, move_s: float, wait_s: float
+) -> None:
     """They were counted: of work with many waits too much would have been left out, and none was.
 
-    What a smoothed sign leaves there hid Stribeck friction of two thirds of the dry level.
+    What a smoothed sign leaves there hid Stribeck friction of two thirds of the dry level; and
+    where a narrow band's memory widens every stop, a belt that lacks nothing was told two bends.
     """
-    since = TIME % 2.0
-    move, wait = since < 1.2, np.maximum(since - 1.2, 0.0)
-    turn = np.where(move, 2.0 * np.pi * since / 1.2, 0.0)
-    way = np.where(TIME % 4.0 < 2.0, 1.0, -1.0)
-    speed = np.where(move, 0.5 * FASTEST * (1.0 - np.cos(turn)) + 0.4, 0.4 * np.exp(-wait / 0.3))
-    rate = np.where(move, 0.5 * FASTEST * np.sin(turn) * 2.0 * np.pi / 1.2, -speed / 0.3)
+    since = TIME % (move_s + wait_s)
+    move, wait = since < move_s, np.maximum(since - move_s, 0.0)
+    turn = np.where(move, 2.0 * np.pi * since / move_s, 0.0)
+    way = np.where(TIME % (8.0 * (move_s + wait_s)) < 4.0 * (move_s + wait_s), 1.0, -1.0)
+    creep = 0.4 * np.exp(-wait / 0.3)
+    speed = np.where(move, 0.5 * FASTEST * (1.0 - np.cos(turn)) + 0.4, creep)
+    rate = np.where(move, 0.5 * FASTEST * np.sin(turn) * 2.0 * np.pi / move_s, -creep / 0.3)
     noise = 0.01 * np.random.default_rng(5).standard_normal(TIME.shape)
-    columns = {
+    whole = {
         "time_s": TIME,
         "position_rad": np.cumsum(way * speed) * 4e-3,
         "velocity_rad_s": way * speed,
         "torque_nm": way * (0.018 * rate + 0.01 * speed) + smoothed(way * speed) + noise,
     }
+    columns = {name: values[::every] for name, values in whole.items()}
     table = tabulate(TWIN, [Run.from_columns(columns, 100.0, name="work")])
     found = without_creep(table)
-    left = found.target_nm[found.used]
+    left, before = (np.sqrt(np.mean(t.target_nm[t.used] ** 2)) for t in (found, table))
     assert np.count_nonzero(found.sliding) < 0.7 * np.count_nonzero(table.sliding)
-    assert (
-        np.sqrt(np.mean(left**2)) < 0.02 < 0.1 < np.sqrt(np.mean(table.target_nm[table.used] ** 2))
-    )
+    assert 1.5 * left < before
+    assert left < 0.02
 
 
 def test_a_joint_that_crawls_under_the_torque_that_holds_it_stands() -> None:

@@ -22,6 +22,7 @@ _FADED = 0.5  # of the dry level: with more left, friction is there
 _WORTH = 0.02  # of what is left: less does nobody harm
 _GONE = 4.0  # of tanh's scale: up to there friction is not whole
 _MOST_ROWS = 0.3  # of what is driven: what fades along so much of it is a law, and no edge
+_LEAST_KEPT = 0.5  # of all rows, with what the filter's memory takes beside the slow ones
 _CRAWL = tuple(float(x) for x in np.geomspace(3e-3, 3e-5, 9))  # of the fastest speed
 _JUMP = 3.0  # of the residual, between a crawl and the speeds above it
 _LEAST_ROWS = 5
@@ -42,9 +43,12 @@ def without_creep(table: Table, creep_rad_s: float | None = None) -> Table:
     found = without_edges(table, speed)
     if creep_rad_s is not None:
         return found
+    # By the speed itself: the filter's memory widens edges, in a narrow band by half a stop.
     driven = table.sliding & ~_resting(table, speed)
-    kept = np.count_nonzero(found.sliding & driven) >= (1.0 - _MOST_ROWS) * np.count_nonzero(driven)
-    return found if kept else table
+    slow = driven & (np.abs(table.rows["velocity_rad_s"]) < speed)
+    little = np.count_nonzero(slow) <= _MOST_ROWS * np.count_nonzero(driven)
+    enough = np.count_nonzero(found.sliding) >= _LEAST_KEPT * np.count_nonzero(table.sliding)
+    return found if little and enough else table
 
 
 def _resting(table: Table, speed_rad_s: float) -> NDArray[np.bool_]:
