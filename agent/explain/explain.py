@@ -267,7 +267,8 @@ def _bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
     if found.table.simulated:
         out.append(
             "the simulation questioned is the recordings' own torque_simulated_nm; twin.toml holds "
-            "what was found beside the numbers of the twin that was given"
+            "what was found beside the numbers of the twin that was given; if it moved in a loop "
+            "of its own instead of as recorded, delays and swings may be that loop's"
         )
     out += [said for said in (clock_or_use(found.library, found.choice), hangs_free(found)) if said]
     if not found.choice.terms and not found.numbers and _bent(found):

@@ -146,7 +146,8 @@ def test_recorded_simulation_takes_the_twins_place() -> None:
     answer = explained(parse_twin(wrong), Path("twin.toml"), runs, ())
     assert answer.verdict == "no-mismatch"
     assert answer.baseline.rmse_nm < made.NOISE_NM
-    assert any("torque_simulated_nm" in reason for reason in answer.reasons)
+    (said,) = (reason for reason in answer.reasons if "torque_simulated_nm" in reason)
+    assert "a loop of its own instead of as recorded" in said
 
 
 def cell_of(folder: Path, gear_ratio: float = made.GEAR, axis: int = 1) -> Path:
