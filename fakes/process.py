@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import math
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Protocol
 
 import can
@@ -124,6 +124,7 @@ def run_process(
     specification: FakeSpecification | None = None,
     faults: Iterable[Fault] = (),
     options: Mapping[str, Any] | None = None,
+    ready: Callable[[], None] = lambda: None,
 ) -> None:
     """Be a drive in real time until `stop` is set.
 
@@ -140,6 +141,8 @@ def run_process(
         Looked at a thousand times a second.
     node_id, seed, specification, faults
         See `FakeDrive`.
+    ready
+        Called once the bus is open and the drive listens.
 
     Raises
     ------
@@ -156,6 +159,7 @@ def run_process(
         gc.collect()
         gc.freeze()
         drive.step_to(arrivals.moment_of(None, time.perf_counter()))
+        ready()
         while not stop.is_set():
             looked_s = time.perf_counter()
             message = bus.recv(POLL_S)

@@ -52,7 +52,10 @@ def run_fake(request: FakeRequest, write_cell: Path | None, *, short: bool) -> N
     drivers.errors.BusError
         Where the bus cannot be opened or stops working.
     """
+    from drivers.can.opening import refuse_elsewhere  # python-can, late: --help is instant
+
     interface, channel, node = request.interface, request.channel, request.node
+    refuse_elsewhere(interface)
     specification = _specification(request.joint)
     options = _options(request.options)
     if write_cell is not None:
@@ -73,9 +76,12 @@ def run_fake(request: FakeRequest, write_cell: Path | None, *, short: bool) -> N
 
     for kind in (signal.SIGINT, signal.SIGTERM):
         signal.signal(kind, end)
-    talker().print(
-        f"ready: simulated drive, node {node}, on {interface} {channel} (Ctrl-C ends it)"
-    )
+
+    def ready() -> None:
+        talker().print(
+            f"ready: simulated drive, node {node}, on {interface} {channel} (Ctrl-C ends it)"
+        )
+
     try:
         with before_others(PRIORITY + 1):  # a drive has a processor of its own
             run_process(
@@ -86,6 +92,7 @@ def run_fake(request: FakeRequest, write_cell: Path | None, *, short: bool) -> N
                 specification=specification,
                 options=options,
                 stop=stop,
+                ready=ready,
             )
     except Exception as error:
         if not _is_bus_trouble(error):

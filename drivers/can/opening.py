@@ -28,11 +28,7 @@ def open_bus(config: CanBusConfig) -> can.BusABC:
     BusError
         In one sentence why it does not open, and what to do.
     """
-    if config.interface == "socketcan" and not hasattr(socket, "AF_CAN"):
-        raise BusError(
-            f"SocketCAN is Linux's own; this is {sys.platform}.",
-            "Let the cell name one of the interfaces that docs/adapters.md lists for it.",
-        )
+    refuse_elsewhere(config.interface)
     _refuse_unknown_options(config)
     arguments: dict[str, Any] = dict(config.options)
     if config.interface == "udp_multicast":
@@ -53,6 +49,21 @@ def open_bus(config: CanBusConfig) -> can.BusABC:
         )
     except OPENING_FAILURES as error:
         raise opening_failed(error, config.interface, config.channel, config.bitrate) from error
+
+
+def refuse_elsewhere(interface: str) -> None:
+    """Refuse an interface that this system has not, whoever asks for it.
+
+    Raises
+    ------
+    BusError
+        SocketCAN where there is none.
+    """
+    if interface == "socketcan" and not hasattr(socket, "AF_CAN"):
+        raise BusError(
+            f"SocketCAN is Linux's own; this is {sys.platform}.",
+            "Take one of the interfaces that docs/adapters.md lists for it.",
+        )
 
 
 def _refuse_unknown_options(config: CanBusConfig) -> None:

@@ -19,6 +19,7 @@ from unittest.mock import Mock
 import pytest
 
 from agent.cli import night_cell
+from agent.cli.fake import FakeRequest, run_fake
 from agent.cycle.axis_lock import FOLDER_VARIABLE, user_name
 from agent.record.lock import try_lock
 from agent.web import locks
@@ -138,6 +139,8 @@ def test_socketcan_elsewhere_is_said_to_be_linuxs_own(elsewhere: str) -> None:
         open_bus(CanBusConfig("socketcan", "can0"))
     assert caught.value.what == f"SocketCAN is Linux's own; this is {elsewhere}."
     assert "docs/adapters.md" in caught.value.do
+    with pytest.raises(BusError, match="Linux's own"):
+        run_fake(FakeRequest("socketcan", "vcan0", (), 1, 1, None), None, short=True)
 
 
 def test_elsewhere_a_thread_receives(elsewhere: str) -> None:
