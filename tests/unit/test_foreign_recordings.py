@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from agent.identify.estimate import estimate
+from agent.identify.friction.surface import fit_surface
 from agent.identify.friction.surface_law import SurfacePoints
 from agent.identify.result import Estimate, Parameter
 from agent.identify.reversals.result import PreslidingFit, nothing
@@ -70,6 +71,19 @@ def test_nights_a_little_warmer_one_by_one_are_many_temperatures() -> None:
     points = SurfacePoints(np.ones(40), degc, np.ones(40), np.ones(40), np.arange(40))
     assert points.groups().max() + 1 == 6
     assert np.all(np.diff(points.groups()) >= 0)
+
+
+def test_a_part_of_the_surface_that_comes_out_as_zero_has_no_number() -> None:
+    # Coulomb friction that falls while it warms, which the law has not, drives it to its bound.
+    speed, degc = (a.ravel() for a in np.meshgrid([2.0, 5, 10, 20, 40, 80], [22.0, 27, 32, 38, 45]))
+    thinning = 0.012 * speed * np.exp(-(degc - 25.0) / 28.0)
+    friction = 0.6 - 0.002 * (degc - 25.0) + 0.2 * np.exp(-speed / 5.0) + thinning
+    found = fit_surface(SurfacePoints(speed, degc, friction, np.full(speed.size, 1e-3)))
+    viscous = found.parameters["viscous_nm_s_per_rad"]
+    assert found.identified
+    assert not viscous.identified
+    assert viscous.ci95 is None
+    assert "bound" in viscous.reason
 
 
 def test_oil_that_thins_by_a_share_of_itself_is_not_taken_for_time() -> None:

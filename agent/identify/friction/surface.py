@@ -28,6 +28,10 @@ _LEAST_TEMPERATURES = 4
 _LEAST_SPAN_DEGC = 4.0
 _MOVES = "stribeck_velocity_growth_per_k"
 _BEYOND_CHANCE = 5.0  # ratio of variances with 1 and 40 or more degrees: 3 % of chance
+_ON_BOUND = (
+    "it comes out as zero, the bound of what is physically possible; temperatures and speeds do "
+    "not carry it"
+)
 _UNTOLD = (
     "whether the Stribeck velocity grows with temperature is not told by these: laws with and "
     "without it follow them alike; record slow speeds at temperatures further apart"
@@ -276,7 +280,10 @@ def _parameters(
     half = np.hypot(half, np.linalg.norm(missed, axis=0))
     out: dict[str, Parameter] = {}
     for i, name in enumerate(law.linear):
-        out[name] = Parameter(values[i], (values[i] - half[i], values[i] + half[i]))
+        if values[i] <= 0.0:
+            out[name] = Parameter.not_identified(_ON_BOUND, values[i])
+        else:
+            out[name] = Parameter(values[i], (values[i] - half[i], values[i] + half[i]))
     for i, name in enumerate(law.nonlinear, start=theta.size):
         value = math.exp(values[i])
         if half[i] > _LOOSE:

@@ -63,6 +63,8 @@ def is_bent(models: Sequence[FrictionModelFit]) -> bool:
 def _moved(body: RigidBodyFit, rows: Rows, kept: Sequence[int], bend_nm: Floats) -> Floats:
     """Return by how much a torque, shape (N,), moves the kept parameters, shape (p,)."""
     columns = rows.some(kept)
+    if body.spring_took_part:
+        columns = np.column_stack((columns, rows.snap_rad_s4))
     if body.torque_late_s != 0.0:
         late = np.gradient(rows.columns @ weights(body), rows.time_s)
         columns = np.column_stack((columns, late))
