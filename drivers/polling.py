@@ -118,4 +118,4 @@ class Poller(Generic[T]):
             self._newest = self._read(began_s + self._timeout_s)
             self.trouble = ""
         except DriverError as error:
-            self.trouble = error.what
+            self.trouble = error.what.rstrip(".")

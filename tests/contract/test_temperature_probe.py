@@ -196,6 +196,7 @@ def test_silence_ages_the_reading_says_why_and_passes(bench: Bench) -> None:
     reading = bench.settle(lambda r: bool(r.reason))
     assert reading.quality is Quality.GOOD  # it was good when it was taken, and says when
     assert "answer" in reading.reason
+    assert not reading.reason.endswith(".")  # it stands in the middle of a sentence
     bench.silence(False)
     bench.degc[0] = 40.0
     assert not bench.settle(lambda r: r.degc == pytest.approx(40.0)).reason
