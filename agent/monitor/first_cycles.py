@@ -1,9 +1,10 @@
 """Wear that is there from the first cycle on: an alarm that needs no healthy period.
 
 A baseline learns what its cycles bring, wear as well, and while it is short nothing is judged at
-all. So the first cycles are asked by themselves, from the tenth on and each time that there are a
-tenth more, whether friction rises with time (`trend`). The alarm stands from a Bayes factor of 1/a
-until the odds have turned; it begins within the cycles that a baseline may learn from (`LATEST`).
+all. So the first cycles are asked by themselves whether friction rises with time (`trend`): from
+the tenth on after each cycle, for quick wear has come far by a few more of them, and past the
+fortieth each time that there are a tenth more. The alarm stands from a Bayes factor of 1/a until
+the odds have turned; it begins within the cycles that a baseline may learn from (`LATEST`).
 
 `a` is a tenth of the false alarms that are accepted in a year; the test is made once in the life of
 a baseline. H1 asks for its own odds, and for a rise beyond its bound with all of its 95 % interval.
@@ -31,7 +32,7 @@ from agent.monitor.trend import FEWEST, Trend, trend
 TRACE = "since_first_cycle"
 _SHARE = 0.1  # of the accepted false alarms of a year, for each baseline
 _FALLING = math.log(100.0)  # of the Bayes factor: one settled joint in 100 is said to run in
-_STEP = 1.1
+_EACH, _STEP = 40, 1.1
 _SETTLES = (math.inf, 30.0, 10.0)  # intervals in which a fall has gone down to 1/e
 LATEST = 250
 """Cycles after which the alarm does not begin any more."""
@@ -170,11 +171,11 @@ def _warmth_known(features: Features) -> bool:
 
 
 def _counts(n: int) -> Iterator[int]:
-    """Yield how many of the first cycles are asked, each time a tenth more."""
+    """Yield how many of the first cycles are asked: each at first, then each time a tenth more."""
     count = FEWEST
     while count <= n:
         yield count
-        count = math.ceil(_STEP * count)
+        count = count + 1 if count < _EACH else math.ceil(_STEP * count)
 
 
 def _trends(features: Features, time: Floats, course: Floats, detector: Cusum) -> dict[str, Trend]:

@@ -7,6 +7,8 @@ Parts, each a table:
 - ``rate``: false alarms counted against those asked for, where nights are correlated.
 - ``delay``: cycles until a step is found, against the optimum at the same false-alarm rate, and
   against the best that knows no more than the product.
+- ``worst``: the same in Lorden's sense, after nights that leave the sum at zero, and after the
+  worst hundredth of all (`monitor_worst`).
 - ``ramps``: the rise at which slow wear is found, what a growing baseline swallows of it, and what
   that same reference does.
 - ``change``: error of the change time, coverage of its interval and of the outlook's.
@@ -21,6 +23,7 @@ import numpy as np
 
 from agent.identify.result import Floats
 from agent.monitor.cusum import Cusum
+from agent.monitor.detectors import DETECTORS
 from agent.monitor.tuning import Target
 from tests.benchmarks.monitor_change import CASES, TIED, campaign
 from tests.benchmarks.monitor_delay import (
@@ -33,9 +36,14 @@ from tests.benchmarks.monitor_delay import (
 )
 from tests.benchmarks.monitor_fleet import outcomes, table
 from tests.benchmarks.monitor_reference import line_for, log_odds
+from tests.benchmarks.monitor_worst import measure_worst
 
 # Apart from those that were looked at while designing.
 CHANGE_SEED, RAMP_SEED = 700_000, 40_000
+RISE, NOISES = 0.03, (0.01, 0.02, 0.03)
+NIGHTS = (40, 60, 90, 130, 230, 365)
+YEAR = tuple(np.random.default_rng(0).permutation(np.arange(FIRST, FIRST + 365)).tolist())
+"""Every night of the year after the first baseline, in any order."""
 RAMP_NIGHTS, RAMP_ROBOTS = 1200, 120
 
 
@@ -53,18 +61,39 @@ def delay(robots: int) -> None:
     """Print the delay table."""
     print("\ndelay: mean nights to find a step of 3 %, first baseline of 30 nights, then growing")
     print("noise  step on night  false/a  found  optimum  ratio   fair  ratio  first baseline kept")
-    rise, years = 0.03, 4.0
-    for noise in (0.01, 0.02, 0.03):
-        detector = Cusum(Target(smallest_rise=rise))
-        counted, alarms = false_rate(detector, FIRST, noise, robots, years, grows=True)
-        counted = counted if alarms else 0.5 / (years * robots)
-        line = line_for(healthy_years(FIRST, noise, robots, years), alarms, rise * LEVEL, FIRST)
-        for night in (40, 60, 90, 130, 230, 365):
-            d = measure(night, noise, rise, counted, line, robots=robots)
+    for noise in NOISES:
+        counted, line = _counted(noise, robots)
+        for word, nights in (*((f"{n}", (n,)) for n in NIGHTS), ("any of a year", YEAR)):
+            d = measure(nights, noise, RISE, counted, line, robots=robots)
             print(
-                f"{noise:5.1%} {night:14d} {counted:8.3f} {d.cycles:6.2f} {d.optimum:8.2f} "
+                f"{noise:5.1%} {word:>14s} {counted:8.3f} {d.cycles:6.2f} {d.optimum:8.2f} "
                 f"{d.ratio:6.2f} {d.fair:6.2f} {d.cycles / d.fair:6.2f} "
                 f"{d.kept / d.optimum:20.2f}",
+                flush=True,
+            )
+
+
+def _counted(noise: float, robots: int) -> tuple[float, float]:
+    """Return the product's false alarms a year, and the fair reference's threshold at as many."""
+    years = 4.0
+    detector = Cusum(Target(smallest_rise=RISE))
+    counted, alarms = false_rate(detector, FIRST, noise, robots, years, grows=True)
+    line = line_for(healthy_years(FIRST, noise, robots, years), alarms, RISE * LEVEL, FIRST)
+    return counted if alarms else 0.5 / (years * robots), line
+
+
+def worst(robots: int, histories: int) -> None:
+    """Print the delays in Lorden's sense."""
+    print("\nworst: mean nights to find a step of 3 %: from a sum of zero; after the worst 1 %")
+    print("noise  step on night  false/a  from zero  optimum  ratio  worst 1 %  fair's  ratio")
+    for noise in NOISES:
+        counted, line = _counted(noise, robots)
+        for night in NIGHTS:
+            d = measure_worst(night, noise, RISE, counted, line, histories=histories)
+            print(
+                f"{noise:5.1%} {night:14d} {counted:8.3f} {d.zero:10.2f} {d.optimum:8.2f} "
+                f"{d.zero / d.optimum:6.2f} {d.worst:10.2f} {d.fair_worst:7.2f} "
+                f"{d.worst / d.fair_worst:6.2f}",
                 flush=True,
             )
 
@@ -124,16 +153,21 @@ def main() -> None:
     parser.add_argument("--baseline", type=int, default=0, help="nights; 0: the product's own")
     parser.add_argument("--kept", type=Path, help="file of the fleet's robots, to go on with")
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--product", action="store_true", help="without the other detectors")
     parser.add_argument("--joints", type=int, default=300, help="of each row of the delays")
-    parser.add_argument("--part", choices=("fleet", "rate", "delay", "ramps", "change"))
+    parser.add_argument("--histories", type=int, default=800, help="of each row of the worst")
+    parser.add_argument("--part", choices=("fleet", "rate", "delay", "worst", "ramps", "change"))
     asked = parser.parse_args()
     if asked.part in (None, "fleet"):
-        found = outcomes(asked.robots, asked.baseline or None, asked.kept, asked.jobs)
+        words = () if asked.product else tuple(DETECTORS)
+        found = outcomes(asked.robots, asked.baseline or None, asked.kept, asked.jobs, words)
         print(*table(found, f"baseline {asked.baseline or 'by the rule'}"), sep="\n")
     if asked.part in (None, "rate"):
         rate(200)
     if asked.part in (None, "delay"):
         delay(asked.joints)
+    if asked.part in (None, "worst"):
+        worst(asked.joints, asked.histories)
     if asked.part in (None, "ramps"):
         ramps(40)
     if asked.part in (None, "change"):

@@ -10,7 +10,7 @@ optimum knows what no such detector can; the best that knows as little is `monit
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,11 +34,10 @@ FIRST = 30
 class Delay:
     """One row: mean cycles from the first changed one to the alarm, both included.
 
-    `night` is that of the step; `kept` is what the first baseline alone takes; `optimum` knows
+    `kept` is what the first baseline alone takes; `optimum` knows
     level and scatter, `fair` no more than the product does.
     """
 
-    night: int
     noise: float
     rise: float
     false_per_year: float
@@ -118,7 +117,7 @@ def known(z: Floats, size: float, false_per_year: float, start: int) -> float | 
     false_per_year : float
     start : int
     """
-    threshold, g = _threshold(size, false_per_year), 0.0
+    threshold, g = optimum_threshold(size, false_per_year), 0.0
     for i, one in enumerate(z.tolist()):
         g = max(0.0, g + one - 0.5 * size)
         if g > threshold:
@@ -127,7 +126,8 @@ def known(z: Floats, size: float, false_per_year: float, start: int) -> float | 
 
 
 @functools.cache
-def _threshold(size: float, false_per_year: float) -> float:
+def optimum_threshold(size: float, false_per_year: float) -> float:
+    """Return the threshold of the CUSUM that knows everything, over the scatter, at a rate."""
     wanted = YEAR_S / DAY_S / false_per_year
     low, high = 0.0, 20.0
     for _ in range(30):
@@ -137,7 +137,7 @@ def _threshold(size: float, false_per_year: float) -> float:
 
 
 def measure(
-    night: int,
+    nights: Sequence[int],
     noise: float,
     rise: float,
     rate: float,
@@ -150,8 +150,8 @@ def measure(
 
     Parameters
     ----------
-    night : int
-        Of the step, counted from the robot's first.
+    nights : sequence of int
+        Of the step, counted from the robot's first: each robot has the next of them.
     noise, rise : float
         Shares of the level; the detector is told to look for this rise.
     rate : float
@@ -164,8 +164,9 @@ def measure(
     """
     detector = Cusum(Target(smallest_rise=rise, increased_per_year=per_year))
     delays: tuple[list[float], ...] = ([], [], [], [])
-    first = min(FIRST, night)
     for seed in range(robots):
+        night = nights[seed % len(nights)]
+        first = min(FIRST, night)
         z = np.random.default_rng(10_000 + seed).standard_normal(night + 300)
         z[night:] += rise / noise
         values = LEVEL * (1.0 + noise * z)
@@ -178,4 +179,4 @@ def measure(
         for found, one in zip(delays[2:], (best, fair), strict=True):
             if one is not None:
                 found.append(one)
-    return Delay(night, noise, rise, rate, *(float(np.mean(d)) for d in delays))
+    return Delay(noise, rise, rate, *(float(np.mean(d)) for d in delays))

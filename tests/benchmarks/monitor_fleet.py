@@ -2,7 +2,9 @@
 
 Healthy robots live a year after the 60th night: 15 to 45 degC over the seasons, random payloads,
 bad and missing nights; the whole chain, compensation included. An H0 is counted each time that it
-begins. Then robots wear from a night on: how far low-speed friction had risen at the first alarm.
+begins, and so is a fall of friction; at the year's end it is asked whether the baseline is said not
+to be settled. Then robots wear from a night on: how far low-speed friction had risen at the first
+alarm.
 ``cusum`` is the product as a user gets it, whose baseline the rule chooses and whose health goes on
 growing; the other detectors, and ``cusum, not grown``, keep the first baseline.
 
@@ -24,14 +26,16 @@ import numpy as np
 
 from agent.identify.result import Floats
 from agent.monitor.baseline import Baseline, baseline_of, compensated, series_of
+from agent.monitor.decision import Marks
 from agent.monitor.detectors import DEFAULT, DETECTORS, detector
-from agent.monitor.first_cycles import watch_of
+from agent.monitor.first_cycles import running_in, watch_of
 from agent.monitor.growth import watched
-from agent.monitor.series import FeatureSeries, State
+from agent.monitor.series import FeatureSeries, Judgement, State
 from tests.science.monitor_fleet import Life, Nights, episodes, live, low_speed_share
 
 LIFE = Life()
 ONSET = 90  # night
+YOUNG = (30, 1)  # nights on which wear begins with hardly a baseline, and with none: fewer joints
 RATES_PER_YEAR = (0.05, 0.1, 0.3, 1.0)
 WORN = 60
 FIRST_SEED, WORN_SEED = 5_000, 200_000  # apart from those that were looked at while designing
@@ -55,32 +59,55 @@ def judged(
     nights: Nights, healthy: int | None, words: Sequence[str] = tuple(DETECTORS)
 ) -> dict[str, Sequence[State]]:
     """Return the states that the product and other detectors give a robot's nights."""
-    table, time_s = nights.table(), nights.time_s
+    table = nights.table()
     baseline = baseline_of(table, healthy)
     states: dict[str, Sequence[State]] = {
-        DEFAULT: _product(nights, baseline, healthy),
+        DEFAULT: _product(nights, baseline, healthy)[1].states,
         TWENTY_LINES: twenty_lines(nights.raw(baseline.cycles)),
     }
-    series = series_of(time_s, compensated(table, baseline), baseline)
-    for word in words:
-        states[FIXED if word == DEFAULT else word] = detector(word).judge(series).states
-    return states
+    return states | _others(nights, baseline, words)
 
 
-def _product(nights: Nights, baseline: Baseline, healthy: int | None) -> Sequence[State]:
-    """Return the states as a user gets them: the first cycles are asked by themselves as well."""
+def _others(nights: Nights, baseline: Baseline, words: Sequence[str]) -> dict[str, Sequence[State]]:
+    """Return the states of detectors that keep the first baseline."""
+    series = series_of(nights.time_s, compensated(nights.table(), baseline), baseline)
+    return {
+        FIXED if word == DEFAULT else word: detector(word).judge(series).states for word in words
+    }
+
+
+def _product(nights: Nights, baseline: Baseline, healthy: int | None) -> tuple[Baseline, Judgement]:
+    """Return what a user gets: the first cycles are asked by themselves as well."""
     table, time_s = nights.table(), nights.time_s
     watch = watch_of(table, time_s, detector()) if healthy is None else None
-    return watched(table, time_s, baseline, detector(), watch)[2].states
+    last, _, judgement = watched(table, time_s, baseline, detector(), watch)
+    return last, judgement
 
 
-def healthy_year(healthy: int | None, seed: int) -> Outcome:
-    """Return how many times a healthy robot entered H0 and H1, by detector."""
-    states = judged(live(LIFE, seed), healthy)
+def healthy_year(healthy: int | None, words: Sequence[str], seed: int) -> Outcome:
+    """Return how many times a healthy robot entered H0 and H1, by detector.
+
+    And of the product how many alarms were the first cycles', how many times friction was said to
+    have fallen, and whether the baseline was said not to be settled.
+    """
+    nights = live(LIFE, seed)
+    first = baseline_of(nights.table(), healthy)
+    last, product = _product(nights, first, healthy)
+    states: dict[str, Sequence[State]] = {
+        DEFAULT: product.states,
+        TWENTY_LINES: twenty_lines(nights.raw(first.cycles)),
+        **_others(nights, first, words),
+    }
+    start = slice(0, last.cycles)
+    unsettled = running_in(nights.table().take(start), nights.time_s[start], detector())
     return {
         "seed": seed,
         "rate": 0.0,
         "onset": 0,
+        "first": first.cycles,
+        "rising": _begun(product.rising),
+        "fallen": _begun(product.fallen),
+        "unsettled": unsettled is not None,
         "found": {
             name: [episodes(s, State.INCREASED), episodes(s, State.HIGH)]
             for name, s in states.items()
@@ -88,15 +115,20 @@ def healthy_year(healthy: int | None, seed: int) -> Outcome:
     }
 
 
-def worn_year(healthy: int | None, case: tuple[float, int, int]) -> Outcome:
+def _begun(marks: Marks | None) -> int:
+    """Return how many times marks were set."""
+    return 0 if marks is None else int(np.count_nonzero(np.diff(marks.astype(int), prepend=0) == 1))
+
+
+def worn_year(healthy: int | None, words: Sequence[str], case: tuple[float, int, int]) -> Outcome:
     """Return the rise in percent at the first alarm, null where there is none, by detector."""
     rate, onset, seed = case
     risen = rate / 365.0 * np.maximum(0.0, np.arange(LIFE.nights) - onset)
     nights = live(LIFE, seed, risen / low_speed_share(LIFE.joint))
-    words = tuple(DETECTORS) if onset == ONSET else (DEFAULT,)
+    asked = [word for word in words if onset == ONSET or word == DEFAULT]
     found = {
         name: rise_found(states, nights.day, risen, onset)
-        for name, states in judged(nights, healthy, words).items()
+        for name, states in judged(nights, healthy, asked).items()
     }
     return {"seed": seed, "rate": rate, "onset": onset, "found": found}
 
@@ -112,11 +144,21 @@ def rise_found(states: Sequence[State], day: Floats, risen: Floats, onset: int) 
     return None
 
 
-def outcomes(robots: int, healthy: int | None, kept: Path | None, jobs: int) -> list[Outcome]:
-    """Return every robot's outcome, those that the file does not hold yet simulated."""
+def outcomes(
+    robots: int,
+    healthy: int | None,
+    kept: Path | None,
+    jobs: int,
+    words: Sequence[str] = tuple(DETECTORS),
+) -> list[Outcome]:
+    """Return every robot's outcome, those that the file does not hold yet simulated.
+
+    `words` are the detectors beside the product and the twenty lines.
+    """
     lines = kept.read_text().splitlines() if kept is not None and kept.exists() else []
     done = {(o["rate"], o["onset"], o["seed"]): o for o in map(json.loads, lines)}
-    wanted = [(ONSET, k) for k in range(WORN)] + [(1, k) for k in range(WORN // 2)]
+    wanted = [(ONSET, k) for k in range(WORN)]
+    wanted += [(onset, k) for onset in YOUNG for k in range(WORN // 2)]
     seeds = [s for s in range(FIRST_SEED, FIRST_SEED + robots) if (0.0, 0, s) not in done]
     cases = [
         (rate, onset, WORN_SEED + k)
@@ -126,8 +168,8 @@ def outcomes(robots: int, healthy: int | None, kept: Path | None, jobs: int) -> 
     ]
     with ProcessPoolExecutor(jobs) as pool, Path(kept or devnull).open("a") as file:
         for made in (
-            pool.map(partial(worn_year, healthy), cases, chunksize=5),
-            pool.map(partial(healthy_year, healthy), seeds, chunksize=5),
+            pool.map(partial(worn_year, healthy, words), cases, chunksize=5),
+            pool.map(partial(healthy_year, healthy, words), seeds, chunksize=5),
         ):
             for outcome in made:
                 done[outcome["rate"], outcome["onset"], outcome["seed"]] = outcome
@@ -149,9 +191,20 @@ def table(found: Sequence[Outcome], title: str) -> Iterator[str]:
             f"{name:24s} {10 * h0.mean():8.2f} {np.mean(h0 + h1 > 0):7.1%} "
             f"{100 * h1.mean():8.2f}  {'':20s} {_cells(found, ONSET, name)}"
         )
-    yield f"{'wear from night 1':71s} {heads}"
-    for name in (DEFAULT, FIXED):
-        yield f"{name:71s} {_cells(found, 1, name)}"
+    for onset in YOUNG:
+        yield f"{f'wear from night {onset}':71s} {heads}"
+        for name in (DEFAULT, FIXED):
+            if name in well[0]:
+                yield f"{name:71s} {_cells(found, onset, name)}"
+    kept = [o for o in found if not o["rate"]]
+    rising, fallen, unsettled = (sum(o[k] for o in kept) for k in ("rising", "fallen", "unsettled"))
+    robots = sum(o["fallen"] > 0 for o in kept)
+    firsts = sorted(o["first"] for o in kept)
+    yield (
+        f"the product: {rising} alarms of the first cycles, friction said to have fallen {fallen} "
+        f"times in {robots} robots, the baseline not to be settled in {unsettled}; first baselines "
+        f"of {firsts[0]} to {firsts[-1]} nights"
+    )
     yield "wear: median and 90 % quantile of the rise in percent when it was found; inf: not found"
 
 

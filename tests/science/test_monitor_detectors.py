@@ -205,6 +205,13 @@ def test_what_is_promised_is_never_sooner_than_two_cycles() -> None:
     assert "no single cycle decides" in Cusum().promise(series)
 
 
+def test_the_promise_counts_the_baseline_that_the_verdict_names_and_says_what_it_left_out() -> None:
+    series = flat(30, 0.01)
+    off = {name: np.where(np.arange(v.size) == 7, 1.4 * v, v) for name, v in series.values.items()}
+    said = Cusum().promise(dataclasses.replace(series, values=off))
+    assert said.startswith("30 healthy cycles (1 left out, too far off): a lasting rise of")
+
+
 @pytest.mark.parametrize("healthy", [1, 3])
 def test_too_short_a_baseline_is_not_decidable_and_never_an_alarm(healthy: int) -> None:
     series = dataclasses.replace(made(0, 0.05), healthy=healthy)
@@ -230,7 +237,7 @@ def test_the_delay_is_near_the_optimum() -> None:
     detector = Cusum(Target(smallest_rise=0.03, increased_per_year=6.0))
     rate, alarms = false_rate(detector, FIRST, 0.02, 30, 1.0, grows=True)
     line = line_for(healthy_years(FIRST, 0.02, 30, 1.0), alarms, 0.03 * LEVEL, FIRST)
-    delay = measure(130, 0.02, 0.03, rate, line, robots=40, per_year=6.0)
+    delay = measure((130,), 0.02, 0.03, rate, line, robots=40, per_year=6.0)
     assert delay.ratio <= 1.4, delay
     assert delay.optimum <= 1.1 * delay.fair, delay  # knowing more is no worse
     assert delay.cycles <= 1.25 * delay.fair, delay

@@ -94,6 +94,7 @@ def test_it_knows_no_future() -> None:
     assert part is not None
     assert whole.alone("cusum").states[:40] == part.alone("cusum").states
     assert whole.log_rising[:40] == pytest.approx(part.log_rising)
+    assert part.asked[9:].all(), "quick wear does not wait for a tenth more of them"
 
 
 def test_a_season_that_goes_one_way_is_no_wear() -> None:
