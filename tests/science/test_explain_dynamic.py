@@ -148,15 +148,6 @@ def test_an_arm_that_the_twin_carries_is_not_carried_again() -> None:
     assert "the twin has it already" in reasons["joint-flexibility"]
 
 
-def test_a_joint_without_a_gear_has_no_ratio_that_wobbles() -> None:
-    """Of a real direct-drive arm a gear's wobble was named, beside a weight that no law has."""
-    table = seen(GAP).table
-    forms, reasons = judgeable(replace(table, gear_ratio=1.0))
-    assert "kinematic-error" not in {form.effect for form in forms}
-    assert reasons["kinematic-error"].startswith("the gear ratio is 1")
-    assert "kinematic-error" in {form.effect for form in judgeable(table)[0]}
-
-
 def test_no_gap_is_likely_where_nothing_is_left() -> None:
     scene = seen(GAP)
     still = Scene(scene.table, scene.theta, np.zeros_like(scene.residual_nm))

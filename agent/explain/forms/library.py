@@ -41,8 +41,6 @@ _COLUMNS: Mapping[str, str] = {
     "velocity_command_rad_s": "the velocity command",
 }
 _CHANGES, _SPEEDS = "speed changes", "speeds"  # no columns: what must be driven and sampled
-_GEAR = "gear"  # nor this: what the joint must have
-_OF_THE_GEAR = frozenset({"kinematic-error"})
 _AS_SPEED_CHANGES = frozenset({"torque-saturation", "kinematic-error", "resolver-error"})
 _OF_SPEED = frozenset({"stribeck", "viscous-nonlinear"})
 _VISCOUS = "viscous"  # in a form's name: it tells viscous from Coulomb friction
@@ -72,7 +70,7 @@ def judgeable(table: Table, twin: Twin | None = None) -> tuple[tuple[Form, ...],
         Effect to a sentence, ``the position was not recorded, so torque-ripple cannot be judged``.
     """
     reasons: dict[str, str] = {}
-    for name in {need for form in FORMS for need in _needs(form)} - {_GEAR, _CHANGES, _SPEEDS}:
+    for name in {need for form in FORMS for need in _needs(form)} - {_CHANGES, _SPEEDS}:
         why = _missing(table, name)
         if why:
             reasons[name] = why
@@ -97,19 +95,14 @@ def judgeable(table: Table, twin: Twin | None = None) -> tuple[tuple[Form, ...],
 
 
 def _needs(form: Form) -> tuple[str, ...]:
-    gear = (_GEAR,) if form.effect in _OF_THE_GEAR else ()
     changes = (_CHANGES,) if form.at_edges or form.effect in _AS_SPEED_CHANGES else ()
     speeds = (_SPEEDS,) if form.effect in _OF_SPEED or _VISCOUS in form.name else ()
-    return tuple(
-        dict.fromkeys((*form.needs, *card_of(form.effect).needs, *gear, *changes, *speeds))
-    )
+    return tuple(dict.fromkeys((*form.needs, *card_of(form.effect).needs, *changes, *speeds)))
 
 
 def _of_motion(table: Table) -> dict[str, str]:
-    """Return what the joint has not, or was not driven, or sampled fast enough, and why."""
+    """Return what was not driven, or not sampled fast enough, and why."""
     out = {}
-    if table.gear_ratio == 1.0:
-        out[_GEAR] = "the gear ratio is 1, and a joint without a gear has no ratio that wobbles"
     if all(piece.slow for piece in table.pieces):
         out[_CHANGES] = "the recordings are sampled too slowly to follow a change of speed"
     elif not any(piece.shows_changes for piece in table.pieces):
