@@ -98,7 +98,9 @@ GUESTS = {
 def guests(vcan: Vcan, tmp_path_factory: pytest.TempPathFactory) -> ElementTree.Element:
     """Return what became of the tests that need AF_CAN in their own process, as JUnit has it."""
     report = tmp_path_factory.mktemp("guests") / "report.xml"
-    command = ["env", f"{CHANNEL_VARIABLE}={vcan.channel}", sys.executable, "-m", "pytest", "-q"]
+    # without every plugin that is installed: each takes time to import behind slow system calls
+    command = ["env", f"{CHANNEL_VARIABLE}={vcan.channel}", "PYTEST_DISABLE_PLUGIN_AUTOLOAD=1"]
+    command += [sys.executable, "-m", "pytest", "-q", "-p", "xdist.plugin", "-n0"]
     # drivers.can first: it keeps from python-can what would take seconds to import
     command += ["-p", "drivers.can", "-p", "no:cacheprovider", f"--junit-xml={report}"]
     command += ["-k", "socketcan or on_vcan", "tests/contract"]

@@ -70,7 +70,7 @@ ABORTS = (
     Abort("gearbox too hot", _hot, "gearbox temperature of .* outside"),
     Abort("temperature lost", broken(faults.TemperatureSentinel()), "temperature is not known"),
     Abort("position stands still", broken(faults.FrozenPosition()), "measured position"),
-    Abort("joint runs away", broken(faults.VelocityRunaway()), "measured velocity"),
+    Abort("joint runs away", broken(faults.VelocityRunaway()), "measured (velocity|torque)"),
     Abort("samples lost", broken(faults.SwallowSync(count=500)), "SYNCs in a row unanswered"),
     Abort(
         "emergency message only",
