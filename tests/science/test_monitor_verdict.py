@@ -27,7 +27,9 @@ def test_a_healthy_joint_stays_quiet_through_swinging_temperature() -> None:
         finding = found(seed)
         assert finding.status == "NF"
         assert finding.sentence.startswith("No alarm, friction is as it was: ")
-        assert not any(s.value != "NF" for s in finding.tracks[0].judgement.states)  # type: ignore[union-attr]
+        judgement = finding.tracks[0].judgement
+        assert judgement is not None
+        assert all(s.value == "NF" for s in judgement.states)
 
 
 def test_wear_is_an_alarm_with_its_size_its_place_and_its_time() -> None:

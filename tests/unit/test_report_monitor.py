@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
+from typing import Any
 
 import pytest
 from matplotlib.axes import Axes
@@ -17,9 +18,9 @@ from agent.report.figure_monitor_trends import figure_monitor_trends
 from tests.unit.monitor_joint import Truth, months
 
 
-def judged(cycles: int, truth: Truth | None = None, **joint: object) -> Finding:
+def judged(cycles: int, truth: Truth | None = None, **joint: Any) -> Finding:
     nights = months(1, cycles, truth)
-    named = dataclasses.replace(nights[0].joint, **joint)  # type: ignore[arg-type]
+    named = dataclasses.replace(nights[0].joint, **joint)
     (history,) = histories(
         dataclasses.replace(c, joint=named, oil="VG220" if i > 50 else c.oil)
         for i, c in enumerate(nights)

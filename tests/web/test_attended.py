@@ -8,6 +8,7 @@ import math
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -30,10 +31,10 @@ COLUMNS = ("time_s", "velocity_rad_s", "velocity_command_rad_s", "torque_nm", "p
            "phase")  # fmt: skip
 
 
-def wait_until(true: object, timeout_s: float = 20.0) -> None:
+def wait_until(true: Callable[[], object], timeout_s: float = 20.0) -> None:
     """Wait for another process."""
     clock, deadline_s = MonotonicClock(), time.monotonic() + timeout_s
-    while not true():  # type: ignore[operator]
+    while not true():
         assert time.monotonic() < deadline_s
         clock.sleep_until(time.monotonic() + 0.02)
 
