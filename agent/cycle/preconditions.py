@@ -97,7 +97,9 @@ _STANDSTILL = (
     ),
 )
 _WATCHDOG = Precondition(
-    "watchdog proven", Judged.BY_SILENCE, "the drive lets go when the agent falls silent"
+    "watchdog proven",
+    Judged.BY_SILENCE,
+    "the drive lets go when the agent falls silent; not asked in pp, whose moves end by themselves",
 )
 
 
