@@ -126,6 +126,8 @@ def ago(language: str, days: float | None) -> str:
     if days is None:
         return say(language, "never")
     minutes = max(0.0, days) * 1440.0
+    if minutes < 1.0:
+        return say(language, "just_now")
     if minutes < 90.0:
         return say(language, "ago_minutes", n=round(minutes))
     if minutes < 2160.0:
