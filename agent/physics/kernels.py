@@ -93,7 +93,7 @@ def _pieces(step_s: float, before: float, after: float) -> tuple[float, float]:
     return 0.5 * (before + after) * step_s, 0.0
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"reassoc", "nsz"})
 def slipping(
     time_s: Floats, velocity_rad_s: Floats, stiffness: Floats, level: Floats, start: float
 ) -> Floats:
@@ -111,10 +111,13 @@ def slipping(
         first, second = _pieces(time_s[k] - time_s[k - 1], velocity_rad_s[k - 1], velocity_rad_s[k])
         total = 0.0
         for j in range(stiffness.shape[0]):
-            one = min(max(force[j] + stiffness[j] * first, -level[j]), level[j])
-            one = min(max(one + stiffness[j] * second, -level[j]), level[j])
-            force[j] = one
-            total += one
+            force[j] = min(max(force[j] + stiffness[j] * first, -level[j]), level[j])
+            total += force[j]
+        if second != 0.0:  # the motion turns round within few of the steps
+            total = 0.0
+            for j in range(stiffness.shape[0]):
+                force[j] = min(max(force[j] + stiffness[j] * second, -level[j]), level[j])
+                total += force[j]
         out[k] = total
     return out
 

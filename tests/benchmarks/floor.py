@@ -12,7 +12,7 @@ import sys
 import numpy as np
 
 from agent.explain.rows.floor import variance_about_trend
-from agent.identify.signals.thinning import thinned_lowpass
+from agent.identify.signals.thinning import Part, Thinned
 from fakes.conceal.measure import draw_noise
 from fakes.conceal.robot import draw_robot
 
@@ -24,7 +24,8 @@ def ratios(seed: int) -> tuple[float, float]:
     rng = np.random.default_rng(seed)
     sensing = draw_robot(rng, gravity=True, sample_rate_hz=_RATE_HZ).sensing
     torque = draw_noise(rng, sensing, round(_LONG_S * _RATE_HZ)).torque_nm
-    seen = thinned_lowpass(torque[np.newaxis], 1.0 / _RATE_HZ, _CUTOFF_HZ, _STRIDE)[0]
+    whole = slice(0, torque.shape[0]), slice(0, -(-torque.shape[0] // _STRIDE))
+    seen = Thinned([Part(*whole, 1.0 / _RATE_HZ, _CUTOFF_HZ, _STRIDE)])(torque[:, np.newaxis])[:, 0]
     length = round(_WINDOW_S * _RATE_HZ / _STRIDE)
     windows = seen[: seen.size // length * length].reshape(-1, length)
     independent = 2.0 * _CUTOFF_HZ * _WINDOW_S

@@ -13,7 +13,7 @@ from agent.identify.signals.arrays import Signals
 from agent.identify.signals.lowpass import ORDER, choose_cutoff, lowpass
 from agent.identify.signals.preprocess import direction_of, filter_motion, read_motion
 from agent.identify.signals.sampling import find_stretches
-from agent.identify.signals.thinning import thinned_lowpass
+from agent.identify.signals.thinning import Part, Thinned
 from tests.science.identify_plant import Joint, record, stair
 
 
@@ -36,12 +36,17 @@ def test_lowpass_is_the_butterworth_run_forward_and_backward() -> None:
     np.testing.assert_allclose(ours[:, inside], reference[:, inside], atol=1e-4 * np.ptp(x))
 
 
-@pytest.mark.parametrize(("every", "samples"), [(1, 6001), (3, 6001), (4, 5002), (7, 301), (4, 40)])
-def test_lowpass_that_returns_fewer_samples_returns_the_same(every: int, samples: int) -> None:
-    x = np.cumsum(np.random.default_rng(0).standard_normal((2, samples)), axis=1)
-    whole = lowpass(x, 1 / 500.0, 40.0)[:, ::every]
-    fewer = thinned_lowpass(x, 1 / 500.0, 40.0, every)
-    np.testing.assert_allclose(fewer, whole, atol=1e-9)
+def test_lowpass_that_returns_fewer_samples_of_every_stretch_returns_the_same() -> None:
+    strides, lengths = (1, 3, 4, 7, 4, 2), (6001, 6001, 5002, 301, 40, 2)
+    at, row, parts, whole = 0, 0, [], []
+    x = np.cumsum(np.random.default_rng(0).standard_normal((sum(lengths), 2)), axis=0)
+    for every, length in zip(strides, lengths, strict=True):
+        kept = -(-length // every)
+        samples, rows = slice(at, at + length), slice(row, row + kept)
+        parts.append(Part(samples, rows, 1 / 500.0, 40.0, every))
+        whole.append(lowpass(x[samples].T, 1 / 500.0, 40.0)[:, ::every].T)
+        at, row = at + length, row + kept
+    np.testing.assert_allclose(Thinned(parts)(x), np.concatenate(whole), atol=1e-9)
 
 
 def test_lowpass_is_linear_keeps_lines_and_does_not_shift() -> None:

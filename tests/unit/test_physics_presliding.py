@@ -95,6 +95,17 @@ def test_small_loops_close_in_a_chain() -> None:
     assert spring[-1] < spring[299] - 0.02
 
 
+def test_a_step_in_which_the_motion_turns_round_is_cut_there() -> None:
+    coarse, speed = np.arange(0.0, 8.0), np.array([3.0, 1.0, -2.0, -1.0, 0.5, 4.0, -4.0, -1.0])
+    turned = coarse[:-1] + speed[:-1] / (speed[:-1] - speed[1:])
+    turned = turned[speed[:-1] * speed[1:] < 0.0]
+    fine = np.sort(np.concatenate((coarse, turned)))
+    chain = MaxwellSlip(2.0, 2.5)
+    cut = chain.torque_nm(fine, np.interp(fine, coarse, speed), np.ones_like(fine))
+    whole = chain.torque_nm(coarse, speed, np.ones_like(coarse))
+    assert whole == pytest.approx(cut[np.isin(fine, coarse)], abs=1e-12)
+
+
 def test_a_twin_yields_towards_its_own_dry_friction_stribeck_included() -> None:
     dry = {"static_extra_nm": 0.2, "stribeck_velocity_rad_s": 5.0, "exponent": 1.5}
     yields = Effect("presliding-hysteresis", {"stiffness_nm_per_rad": 600.0})

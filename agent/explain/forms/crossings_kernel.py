@@ -34,10 +34,12 @@ def _likeness(
             apart, side = False, 1.0 if now >= 0.0 else -1.0
         elif apart:
             dt = period_s[i]
-            drag = 0.5 * film * dt
-            ends = (speed * (1.0 - drag) + 0.5 * (now + before) * dt) / (1.0 + drag)
+            ends, torque = speed + 0.5 * (now + before) * dt, -now
+            if film != 0.0:  # else a division by one would be half of the work
+                drag = 0.5 * film * dt
+                ends = (speed * (1.0 - drag) + 0.5 * (now + before) * dt) / (1.0 + drag)
+                torque = 0.5 * film * (speed + ends) - now
             reached = twist + 0.5 * (speed + ends) * dt
-            torque = 0.5 * film * (speed + ends) - now
             if abs(reached) >= half_gap and reached * ends > 0.0:
                 way = abs(reached) - abs(twist)
                 part = min(max((half_gap - abs(twist)) / way, 0.0), 1.0) if way > 0.0 else 1.0

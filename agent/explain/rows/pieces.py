@@ -9,7 +9,7 @@ import numpy as np
 
 from agent.identify.result import Floats
 from agent.identify.signals.sampling import Stretch
-from agent.identify.signals.thinning import thinned_lowpass
+from agent.identify.signals.thinning import Part, Thinned
 from agent.physics.derivative import slope
 
 SLOWEST_HZ = 10.0
@@ -60,13 +60,22 @@ class Piece:
         return not (self.slow or self.one_speed)
 
 
-def banded(raw: Floats, pieces: Sequence[Piece]) -> Floats:
-    """Return full-rate columns, shape (N,) or (N, k), filtered, at the rows: (n,) or (n, k)."""
-    two = raw.reshape(raw.shape[0], -1)
-    out = np.empty((pieces[-1].rows.stop, two.shape[1]))
-    for piece in pieces:
-        columns = two[piece.full].T
-        out[piece.rows] = thinned_lowpass(columns, piece.period_s, piece.cutoff_hz, piece.stride).T
+def band_of_pieces(pieces: Sequence[Piece]) -> Thinned:
+    """Return the one filter that everything passes."""
+    return Thinned([Part(p.full, p.rows, p.period_s, p.cutoff_hz, p.stride) for p in pieces])
+
+
+def banded(raw: Floats, pieces: Sequence[Piece], band: Thinned | None = None) -> Floats:
+    """Return full-rate columns, shape (N,) or (N, k), filtered, at the rows: (n,) or (n, k).
+
+    Parameters
+    ----------
+    raw : ndarray
+    pieces : sequence of Piece
+    band : Thinned, optional
+        Of these pieces, where it is known already.
+    """
+    out = (band or band_of_pieces(pieces))(raw.reshape(raw.shape[0], -1))
     return out[:, 0] if raw.ndim == 1 else out
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,14 +18,14 @@ from agent.explain.rows.full_rate import choose_band, motion_columns, recorded_c
 from agent.explain.rows.in_step import in_step
 from agent.explain.rows.lag import lags_of
 from agent.explain.rows.laid_out import laid_out, long_enough
-from agent.explain.rows.pieces import Piece, banded, known_part, thinned
+from agent.explain.rows.pieces import Piece, band_of_pieces, banded, known_part, thinned
 from agent.explain.rows.run import Run
 from agent.explain.rows.strata import EDGE, blocks_of, since_s, strata_of, travel_rad
 from agent.explain.rows.twin_effects import effects_nm, load_nm
 from agent.explain.rows.use import use_columns
 from agent.identify.result import Floats
 from agent.identify.signals.preprocess import SPEED_CHANGE, read_motion
-from agent.identify.signals.thinning import thinned_lowpass
+from agent.identify.signals.thinning import Thinned
 from agent.physics import rigid_body
 from agent.physics.derivative import slope
 from agent.physics.twin import Twin
@@ -115,7 +116,11 @@ class Table:
 
     def band(self, raw: Floats) -> Floats:
         """Return full-rate columns, shape (N,) or (N, k), filtered as the torque, at the rows."""
-        return banded(raw, self.pieces)
+        return banded(raw, self.pieces, self._filter)
+
+    @cached_property
+    def _filter(self) -> Thinned:
+        return band_of_pieces(self.pieces)
 
     def where_speed_changes(self, raw: Floats) -> Floats:
         """Return full-rate columns, shape (N, k), zero where no change of speed is to be seen."""
@@ -294,20 +299,18 @@ def _carried(
 
 def _base(full: Mapping[str, Floats], pieces: Sequence[Piece], gear_ratio: float) -> Floats:
     """Return the plain twin's filtered columns at the rows, shape (n, 5)."""
-    out = np.empty((pieces[-1].rows.stop, len(BASE)))
+    out = np.empty((full["torque_nm"].shape[0], len(BASE)))
     located = not np.isnan(full["position_rad"]).any()
     for piece in pieces:
         at = piece.full
         velocity = full["velocity_raw_rad_s"][at]
         # Its filtered form is the derivative of the filtered velocity: both are linear.
         still = np.zeros_like(velocity)
-        raw = rigid_body.regressor(
+        out[at] = rigid_body.regressor(
             full["position_rad"][at] if located else None,
             velocity,
             still if piece.slow else slope(velocity, piece.period_s),
             full["direction"][at],
             gear_ratio,
         )[:, : len(BASE)]
-        kept = thinned_lowpass(raw.T, piece.period_s, piece.cutoff_hz, piece.stride)
-        out[piece.rows] = kept.T
-    return out
+    return banded(out, pieces)

@@ -13,6 +13,7 @@ from agent.explain.rows.run import Run
 from agent.explain.rows.use import TURNED, before_each, recorded_use
 from agent.identify.result import Floats
 from agent.physics.effects.motion import Motion as Measured
+from agent.physics.prediction import PLAIN_PARTS
 from agent.physics.twin import Twin
 
 _LIMIT = "torque-saturation"
@@ -46,7 +47,6 @@ def _added_nm(
     twin: Twin, runs: Sequence[Run], pieces: Sequence[Piece], full: Mapping[str, Floats]
 ) -> Floats:
     """Return a twin's torque less its plain one for one motion, shape (N,)."""
-    plain = replace(twin, effects=())
     out = np.zeros(full["time_s"].shape[0])
     use = recorded_use(runs, pieces, full)
     before = before_each(use)
@@ -76,5 +76,7 @@ def _added_nm(
             earlier.get(piece.run),
         )
         earlier[piece.run] = motion
-        out[at] = twin.predict(motion) - plain.predict(motion)
+        parts = twin.predict_parts(motion)
+        plain = np.sum([parts[name] for name in PLAIN_PARTS], axis=0)
+        out[at] = np.sum(list(parts.values()), axis=0) - plain
     return out

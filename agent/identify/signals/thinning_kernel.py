@@ -36,12 +36,48 @@ def summed(
     for k in range(reach):
         extended[reach + samples + k] = _beyond(signal, samples + k, length, pad)
         extended[reach - 1 - k] = _beyond(signal, length - 1 - k, length, pad)
-    for i in range(out.shape[0]):
-        # A window of its own lets the compiler see that no index turns round, and take several.
-        window, total = extended[i * every : i * every + taps.shape[0]], 0.0
-        for k in range(taps.shape[0]):
-            total += taps[k] * window[k]
-        out[i] = total
+    last, width = out.shape[0] - 1, taps.shape[0]
+    for i in range(0, out.shape[0], 4):
+        # Four sums at a time read a tap once for all of them; past the last one it is taken again.
+        b, c, d = min(i + 1, last), min(i + 2, last), min(i + 3, last)
+        # Windows of their own let the compiler see that no index turns round, and take several.
+        one = extended[i * every : i * every + width]
+        two = extended[b * every : b * every + width]
+        three = extended[c * every : c * every + width]
+        four = extended[d * every : d * every + width]
+        first = second = third = fourth = 0.0
+        for k in range(width):
+            first += taps[k] * one[k]
+            second += taps[k] * two[k]
+            third += taps[k] * three[k]
+            fourth += taps[k] * four[k]
+        out[i], out[b], out[c], out[d] = first, second, third, fourth
+
+
+@njit(cache=True, nogil=True)
+def summed_stretches(
+    columns: NDArray[np.float64],
+    stretches: NDArray[np.int64],
+    taps: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None:
+    """Put columns, filtered stretch by stretch and thinned, into `out`; see `summed`.
+
+    Parameters
+    ----------
+    columns : ndarray, shape (N, k)
+    stretches : ndarray of int, shape (s, 9)
+        Of each stretch, where it begins and ends among the samples, and among the rows of `out`;
+        where its response begins and ends among the taps; `length`, `pad` and `every`.
+    taps : ndarray, shape (t,)
+        The responses, one behind the other.
+    out : ndarray, shape (n, k)
+    """
+    for s in range(stretches.shape[0]):
+        begin, end, row, stop, first, last, length, pad, every = stretches[s]
+        response = taps[first:last]
+        for j in range(columns.shape[1]):
+            summed(columns[begin:end, j], response, length, pad, every, out[row:stop, j])
 
 
 @njit(cache=True, nogil=True)
