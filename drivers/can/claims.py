@@ -34,14 +34,26 @@ def asking(node_id: int) -> int:
 
 def _counted_as(cob_id: int, data: bytes) -> int:
     """Return under what a frame is counted: its identifier, and apart from it when it writes."""
-    asks = _FIRST_REQUEST <= cob_id <= _LAST_REQUEST
-    return _WRITES | cob_id if asks and data[:1] and data[0] >> 5 == _DOWNLOAD else cob_id
+    writes = _asks(cob_id) and data[:1] and data[0] >> 5 == _DOWNLOAD
+    return _WRITES | cob_id if writes else cob_id
+
+
+def _asks(cob_id: int) -> bool:
+    return _FIRST_REQUEST <= cob_id <= _LAST_REQUEST
 
 
 class Claims:
-    """What was sent and heard under identifiers that nobody listens to; one thread at a time."""
+    """What was sent and heard under identifiers that nobody listens to; one thread at a time.
+
+    Attributes
+    ----------
+    others : dict
+        How often an identifier was heard that we do not send and whose data do not matter. Who has
+        frames by the block counts here by himself: a call would cost more than the frame.
+    """
 
     def __init__(self) -> None:
+        self.others: dict[int, int] = {}
         self._sent: dict[int, int] = {}
         self._heard: dict[int, int] = {}
         self._claimed: tuple[int, ...] = ()
@@ -50,13 +62,18 @@ class Claims:
     def sent(self, cob_id: int, data: bytes = b"") -> None:
         """Count one frame of ours; before it goes out."""
         what = _counted_as(cob_id, data)
+        if what in self.others:
+            self._heard[what] = self.others.pop(what)
         self._sent[what] = self._sent.get(what, 0) + 1
 
     def heard(self, cob_id: int, data: bytes = b"") -> bool:
         """Count one frame that came from the bus; return whether we send the like, too."""
         what = _counted_as(cob_id, data)
-        self._heard[what] = self._heard.get(what, 0) + 1
-        return what in self._sent
+        if what in self._sent or _asks(cob_id):
+            self._heard[what] = self._heard.get(what, 0) + 1
+            return what in self._sent
+        self.others[what] = self.others.get(what, 0) + 1
+        return False
 
     def claim(self, cob_ids: Iterable[int]) -> None:
         """Let only us send these from now on; what was heard before counts, too.
@@ -78,4 +95,4 @@ class Claims:
     def of_others(self, cob_id: int) -> int:
         """Return how many frames under an identifier somebody else has sent so far."""
         ours = self._sent.get(cob_id, 0) if self._comes_back else 0
-        return max(0, self._heard.get(cob_id, 0) - ours)
+        return max(0, self._heard.get(cob_id, 0) + self.others.get(cob_id, 0) - ours)

@@ -74,9 +74,7 @@ def listen_by(reader: ReaderProcess, clock: Clock, duration_s: float) -> Heard:
 
     def look() -> None:
         reader.check()
-        with reader.lent() as pieces:
-            for piece in pieces:
-                traffic.add(block_of(*piece))
+        reader.hand_over(lambda *piece: traffic.add(block_of(*piece)))
 
     took_s = _look_again_and_again(look, clock, duration_s)
     return Heard(

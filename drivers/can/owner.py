@@ -239,7 +239,7 @@ class CanBusOwner:
         bool
             Whether the helper was given up.
         """
-        died = False
+        died = self._reader is not None and self._reader.has_ended
         try:
             self.check()
         except WorkerDiedError:
@@ -292,4 +292,4 @@ class CanBusOwner:
 
     def _take(self, reader: ReaderProcess) -> None:
         """Route what the reader process has put into the ring."""
-        self._routing.slots(*reader.take())
+        reader.hand_over(self._routing.slots)

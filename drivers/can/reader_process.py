@@ -16,10 +16,8 @@ import os
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
 
 import drivers
 from drivers.can.failures import working_failed
@@ -46,22 +44,10 @@ _END_S = 1.0
 _WRAP = 1 << 32
 
 
-class Taken(NamedTuple):
-    """What waited in the ring, and how to place its stamps."""
-
-    slots: bytes  # to be read by `drivers.can_reader.ring.SLOT`
-    wall_ahead_s: float  # wall clock minus the injected clock
-    oldest_s: float  # nothing of this came earlier, on the injected clock
-    newest_s: float  # nor later
-
-
-class Lent(NamedTuple):
-    """A piece of the ring where it lies, and how to place its stamps; as `Taken`."""
-
-    slots: memoryview
-    wall_ahead_s: float
-    oldest_s: float
-    newest_s: float
+Piece = Callable[[memoryview, float, float, float], None]
+"""Is handed a piece of the ring where it lies, to be read by `drivers.can_reader.ring.SLOT`; by how
+much the wall clock, with which the kernel stamps, is ahead of the injected one; and the times on
+the injected clock before which nothing of the piece came, and after which nothing did."""
 
 
 class ReaderProcess:
@@ -151,41 +137,40 @@ class ReaderProcess:
         """Return until when everything that came is in the ring, or was taken, in seconds."""
         return self._ring.moment_s(Moment.HEARD_UNTIL)
 
-    def take(self) -> Taken:
-        """Return every frame that has come in and was not yet taken; never waits."""
-        heard_s = self.heard_until_s  # before the ring is read: what came earlier is in it
-        slots = self._ring.take()
-        if slots:
-            self._note_drops(slots)
-        oldest_s, self._heard_s = self._heard_s, heard_s
-        if not slots:
-            return Taken(slots, 0.0, oldest_s, oldest_s)
-        now_s, wall_s = self._clocks.read()
-        return Taken(slots, wall_s - now_s, oldest_s, now_s)
+    def hand_over(self, to: Piece) -> None:
+        """Hand over every frame that has come in, oldest first, each once; never waits.
 
-    @contextmanager
-    def lent(self) -> Iterator[tuple[Lent, ...]]:
-        """Lend what waits where it lies in the shared memory, oldest first; taken at the end.
-
-        For many frames at once, of which none is kept: nothing of a piece may be held on to.
+        Frames are handed over in one piece, or two around the ring's end, and none when nothing
+        came. Nothing of a piece may be kept: afterwards the reader writes there again.
         """
-        heard_s = self.heard_until_s
+        heard_s = self.heard_until_s  # before the ring is read: what came earlier is in it
         pieces = self._ring.waiting()
         oldest_s, self._heard_s = self._heard_s, heard_s
+        if not pieces:
+            return
         now_s, wall_s = self._clocks.read()
-        yield tuple(Lent(piece, wall_s - now_s, oldest_s, now_s) for piece in pieces)
-        if pieces:
+        try:
+            for piece in pieces:
+                to(piece, wall_s - now_s, oldest_s, now_s)
+        finally:
             self._note_drops(pieces[-1])
             self._ring.give_back(sum(len(piece) for piece in pieces) // SLOT_BYTES)
 
-    def _note_drops(self, slots: bytes | memoryview) -> None:
+    def _note_drops(self, slots: memoryview) -> None:
         """Keep how many frames the kernel had dropped when the newest of these came."""
         counter = drops_in(slots)
         if counter:  # the kernel says nothing as long as nothing was dropped
             self.dropped += (counter - self.dropped) % _WRAP
 
+    @property
+    def has_ended(self) -> bool:
+        """Return whether there is no such process any more."""
+        return self.process.poll() is not None
+
     def check(self) -> None:
         """Raise what has gone wrong with the reader, if anything has.
+
+        Who has given a sign of life since the last check lived then: its end is told by the next.
 
         Raises
         ------
@@ -196,8 +181,6 @@ class ReaderProcess:
         """
         if self._closed:
             return
-        if self.process.poll() is not None:
-            raise self._death()
         self._look_for_life()
         if self._ring.word(Word.FULL):
             raise BusOverflowError(
@@ -244,7 +227,9 @@ class ReaderProcess:
         sign_s = self._ring.moment_s(Moment.ALIVE)
         if sign_s != self._sign_s:
             self._sign_s, self._checks_since = sign_s, 0
-            return
+            return  # without asking the kernel, which costs as much as routing five frames
+        if self.has_ended:
+            raise self._death()
         self._checks_since += 1
         if self._checks_since <= _HUNG_CHECKS:
             return

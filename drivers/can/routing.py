@@ -97,7 +97,9 @@ class Routing:
         data = bytes(message.data)
         self._deliver(Frame(stamp_s, message.arbitration_id, data, message.timestamp))
 
-    def slots(self, slots: bytes, ahead_s: float, oldest_s: float, newest_s: float) -> None:
+    def slots(
+        self, slots: memoryview | bytes, ahead_s: float, oldest_s: float, newest_s: float
+    ) -> None:
         """Route what the reader process has put into the ring, stamped by the kernel.
 
         A frame came after the ring was last known to be complete, and before now. A stamp that says
@@ -106,16 +108,21 @@ class Routing:
 
         Parameters
         ----------
-        slots : bytes
-            One `SLOT` after the other.
+        slots : buffer
+            One `SLOT` after the other; nothing of it is kept.
         ahead_s : float
             How far the wall clock is ahead of the monotonic one.
         oldest_s, newest_s : float
             Between which monotonic times the frames came.
         """
-        routes, make = self._routes, tuple.__new__
-        routed = 0
+        routes, others, make = self._routes, self.claims.others, tuple.__new__
+        routed = passed = 0
         for seconds, nanoseconds, can_id, length, data in SLOT.iter_unpack(slots):
+            inbox = routes.get(can_id)
+            if inbox is None and can_id in others and length <= _DATA_BYTES_MAX:
+                others[can_id] += 1  # most of a full bus: no stamp, no value, no call
+                passed += 1
+                continue
             wall_s = seconds + nanoseconds * 1e-9
             stamp_s = wall_s - ahead_s
             if not oldest_s <= stamp_s <= newest_s:
@@ -124,13 +131,13 @@ class Routing:
                 stamp_s = min(max(stamp_s, oldest_s), newest_s)
             # Frame(...) and a call of `_deliver` would double what a frame costs
             frame = make(Frame, (stamp_s, can_id, data[:length], wall_s))
-            inbox = routes.get(can_id)
             if inbox is None or length > _DATA_BYTES_MAX or len(inbox.frames) >= inbox.limit:
                 self._refuse(frame, length)
                 continue
             inbox.frames.append(frame)
             routed += 1
         self.counts.routed += routed
+        self.counts.unrouted += passed
 
     def _refuse(self, frame: Frame, length: int) -> None:
         """Count one of the reader's frames that no inbox takes, by the reason."""

@@ -107,22 +107,13 @@ class FrameRing:
         if head == tail:
             return ()
         start, stop = tail % self.capacity * SLOT_BYTES, head % self.capacity * SLOT_BYTES
-        if start < stop:
-            return (self.slots[start:stop],)
+        if start < stop or not stop:
+            return (self.slots[start : stop or None],)
         return (self.slots[start:], self.slots[:stop])
 
     def give_back(self, count: int) -> None:
         """Let the writer have so many of the slots that waited, the oldest, again."""
         self._words[Word.TAIL] += count
-
-    def take(self) -> bytes:
-        """Return a copy of every slot that waits, oldest first, to be read by `SLOT`."""
-        pieces = self.waiting()
-        if not pieces:
-            return b""
-        taken = bytes(pieces[0]) if len(pieces) == 1 else b"".join(pieces)
-        self.give_back(len(taken) // SLOT_BYTES)
-        return taken
 
     def close(self) -> None:
         """Let go of the memory; whoever else holds it keeps it."""

@@ -27,7 +27,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tests.benchmarks.acquisition_sides import LOOPBACK, RECEIVERS
+from tests.benchmarks.acquisition_sides import LOOPBACK, OTHERS, RECEIVERS
 from tests.bus.vcan import VcanUnavailableError, open_vcan
 from tests.system.processes import STRIBECK
 
@@ -42,6 +42,7 @@ class Result:
     """One receiver's run."""
 
     what: str
+    others: int  # of the frames that nobody here listens to, for each that somebody does
     rate_hz: float  # as sent
     sent: int
     came: int
@@ -57,12 +58,13 @@ class Result:
         reader = "" if self.reader_us is None else f"{self.reader_us:.2f}"
         lost = self.sent - self.came
         return (
-            f"{self.what:<24}{self.rate_hz:8.0f}{self.sent:9}{lost:8}{self.wrong:7}"
+            f"{self.what:<24}{f'1 of {1 + self.others}' if self.others else 'all':<8}"
+            f"{self.rate_hz:8.0f}{self.sent:9}{lost:8}{self.wrong:7}"
             f"{dropped:>9}{self.processor_us:12.2f}{reader:>12}{self.loop_us:>12.2f}"
         )
 
 
-def measure(kind: str, channel: str, rate_hz: float, seconds: float) -> Result:
+def measure(kind: str, channel: str, rate_hz: float, seconds: float, others: int = 0) -> Result:
     """Let one receiver and one sender run, each in its own process."""
     with subprocess.Popen(
         [*SIDES, "--channel", channel, "--receive", kind], stdout=subprocess.PIPE, text=True
@@ -70,16 +72,17 @@ def measure(kind: str, channel: str, rate_hz: float, seconds: float) -> Result:
         assert receiver.stdout is not None
         address = receiver.stdout.readline().strip()
         where = ["--channel", channel, "--send", address]
-        how = ["--rate", str(rate_hz), "--seconds", str(seconds)]
+        how = ["--rate", str(rate_hz), "--seconds", str(seconds), "--others", str(others)]
         sender = subprocess.run([*SIDES, *where, *how], stdout=subprocess.PIPE, check=True)
         said, _ = receiver.communicate(timeout=PATIENCE_S)
     sent: dict[str, Any] = json.loads(sender.stdout)
     found: dict[str, Any] = json.loads(said)
-    came = max(found["came"], 1)
+    came = max(found["came"], 1) * (1 + others)  # of all on the bus
     return Result(
         what=kind,
+        others=others,
         rate_hz=sent["sent"] / sent["took_s"],
-        sent=sent["sent"],
+        sent=sent["sent"] // (1 + others),
         came=found["came"],
         wrong=found["wrong"],
         processor_us=1e6 * (found["own_s"] + found["reader_s"]) / came,
@@ -109,12 +112,13 @@ def estimates(recording: Path) -> Iterator[list[int]]:
 def compare(channel: str, seconds: float, rounds: int, long_s: float, recording: Path) -> None:
     """Print the table of one place."""
     print(
-        f"{'receiver':<24}{'Hz':>8}{'sent':>9}{'lost':>8}{'jumps':>7}{'dropped':>9}{'us/frame':>12}"
+        f"{'receiver':<24}{'ours':<8}{'Hz':>8}{'sent':>9}{'lost':>8}{'jumps':>7}{'dropped':>9}{'us/frame':>12}"
         f"{'reader only':>12}{'loop only':>12}"
     )
     for _ in range(rounds):
-        for kind in RECEIVERS:
-            print(measure(kind, channel, RATE_HZ, seconds).line(), flush=True)
+        for others in (0, len(OTHERS)):
+            for kind in RECEIVERS:
+                print(measure(kind, channel, RATE_HZ, seconds, others).line(), flush=True)
     if long_s > 0.0:
         with estimates(recording) as done:
             result = measure("reader process", channel, FULL_BUS_HZ, long_s)
@@ -167,7 +171,8 @@ def _on_vcan(seconds: float, rounds: int, long_s: float, recording: Path) -> str
             there = shutil.copy(recording, shared)  # a guest has a /tmp of the host's, but no tmpfs
             done = vcan.run(
                 [*command, "--channel", vcan.channel, "--recording", str(there)],
-                timeout_s=10.0 * (rounds * len(RECEIVERS) * seconds + long_s) + 2.0 * PATIENCE_S,
+                timeout_s=10.0 * (2 * rounds * len(RECEIVERS) * seconds + long_s)
+                + 2.0 * PATIENCE_S,
             )
             return f"on {vcan.describe()}\n{done.stdout}{done.stderr}"
     except VcanUnavailableError as error:

@@ -2,6 +2,7 @@
 
 Each receiver is a process of its own, so that its processor time is its own; a reader process that
 it starts is counted with it. The number in every frame tells what was lost and what came twice.
+Between two of them others may speak, to whom nobody here listens: the other axes of the robot.
 """
 
 from __future__ import annotations
@@ -28,6 +29,8 @@ from drivers.clock import MonotonicClock
 
 LOOPBACK = "loopback"
 PDO_ID, END_ID = 0x185, 0x7FF
+OTHERS = (0x181, 0x281, 0x182, 0x282, 0x183, 0x283)
+"""TPDOs of other axes, which answer our SYNC, too."""
 PAYLOAD = struct.Struct("<HhI")  # statusword, torque, and the frame's number as the position
 FRAME = struct.Struct("<IB3x8s")
 TICK_S = 0.002  # of the control loop, at the product's own sample rate
@@ -78,19 +81,25 @@ def open_bus(channel: str) -> can.BusABC:
     return can.Bus(interface="socketcan", channel=channel, ignore_config=True)
 
 
-def send(channel: str, address: str, rate_hz: float, seconds: float) -> None:
-    """Send numbered frames at a steady rate, in bursts of a millisecond, then the end."""
+def send(channel: str, address: str, rate_hz: float, seconds: float, others: int) -> None:
+    """Send numbered frames at a steady rate, in bursts of a millisecond, then the end.
+
+    After each numbered frame come `others` of somebody else's, which the rate has in it.
+    """
     if channel == LOOPBACK:
         out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         out.connect(("127.0.0.1", int(address)))
     else:
         out = socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW)
         out.bind((channel,))
-    total, number, start_s = round(rate_hz * seconds), 0, CLOCK.now()
+    total = round(rate_hz * seconds / (1 + others)) * (1 + others)
+    number, start_s = 0, CLOCK.now()
     while number < total:
         due = min(total, round((CLOCK.now() - start_s) * rate_hz) + 1)
         for index in range(number, due):
-            out.send(FRAME.pack(PDO_ID, 8, PAYLOAD.pack(0x27, 5, index)))
+            ours, between = divmod(index, 1 + others)
+            cob_id = OTHERS[(between - 1) % len(OTHERS)] if between else PDO_ID
+            out.send(FRAME.pack(cob_id, 8, PAYLOAD.pack(0x27, 5, ours)))
         number = due
         CLOCK.sleep_until(CLOCK.now() + BURST_S)
     took_s = CLOCK.now() - start_s
@@ -161,7 +170,7 @@ class ByNotifier:
     def _listen(self, message: can.Message) -> None:
         if message.arbitration_id == END_ID:
             self._tally.ended = True
-        else:
+        elif message.arbitration_id == PDO_ID:
             self._tally.take(PAYLOAD.unpack(message.data)[2])
 
     def tick(self) -> None:
@@ -284,11 +293,13 @@ def main() -> None:
     parser.add_argument("--send", metavar="ADDRESS")
     parser.add_argument("--rate", type=float, default=7000.0)
     parser.add_argument("--seconds", type=float, default=10.0)
+    parser.add_argument("--others", type=int, default=0)
     arguments = parser.parse_args()
     if arguments.receive is not None:
         receive(arguments.receive, arguments.channel)
     else:
-        send(arguments.channel, arguments.send, arguments.rate, arguments.seconds)
+        how = (arguments.rate, arguments.seconds, arguments.others)
+        send(arguments.channel, arguments.send, *how)
 
 
 if __name__ == "__main__":
