@@ -9,6 +9,7 @@ import contextlib
 from collections.abc import Callable
 from dataclasses import replace
 
+from agent import given_back
 from agent.cycle.axis_lock import leave_word, owned
 from agent.cycle.ending import CycleResult
 from agent.cycle.job import JobRunner
@@ -100,7 +101,7 @@ def _run_drive(
     cell, axis = request.cell, request.axis
     config = drive_config(cell, axis)
     kept = (request.journal_folder or request.folder) / f".{cell.robot}-axis{axis.number}"
-    journal = Journal(kept.with_name(f"{kept.name}.found.json"))
+    journal = Journal(kept.with_name(kept.name + given_back.JOURNAL_SUFFIX))
     last_units = LastUnits(kept.with_name(f"{kept.name}.units.json"), config.scaling)
     left_behind = journal.read()
     if left_behind:
@@ -108,7 +109,10 @@ def _run_drive(
         journal.clear()
     config = replace(config, expected_units=last_units.read())
     release, wait_s = cell_release(cell, owner, clock), permit_wait_s(cell)
-    with permitted(release, clock, stop_requested, wait_s=wait_s) as reason_to_stop:
+    with (
+        given_back.noted(left_behind),
+        permitted(release, clock, stop_requested, wait_s=wait_s) as reason_to_stop,
+    ):
         drive = Cia402Axis(owner, config, clock, journal.write)
         beside = watched_configs(cell, axis)
         watching = WatchedAxes(drive, owner, clock, beside) if beside else drive
@@ -117,7 +121,14 @@ def _run_drive(
         def open_recording(evidence: AxisEvidence) -> RunWriter:
             last_units.write(evidence.units)
             in_real_time = not isinstance(clock, SteppedClock)
-            return RunWriter(request, plan, evidence, probed.source(), in_real_time=in_real_time)
+            return RunWriter(
+                request,
+                plan,
+                evidence,
+                probed.source(),
+                in_real_time=in_real_time,
+                left_behind=left_behind,
+            )
 
         runner = CycleRunner(
             plan,

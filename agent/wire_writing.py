@@ -19,6 +19,7 @@ from agent.cycle.plan import CyclePlan
 from agent.cycle.precedence import scheduling
 from agent.cycle.recorder import columns
 from agent.errors import InputError
+from agent.given_back import KEY as GIVEN_BACK
 from agent.record.atomic import publish
 from agent.record.recording import Metadata
 from agent.record.rows import Kind
@@ -157,6 +158,7 @@ class RunWriter:
         *,
         in_real_time: bool,
         replay: Replay | None = None,
+        left_behind: Mapping[str, int] | None = None,
     ) -> None:
         self._replay = replay
         cell, axis = request.cell, request.axis
@@ -190,6 +192,7 @@ class RunWriter:
                 else [],
                 gearbox_serial=axis.gearbox_serial,
                 temperature_source=dict(temperature_source),
+                **{GIVEN_BACK: dict(left_behind or {})},
             ),
         )
         self._stream = StreamWriter(

@@ -14,6 +14,7 @@ from agent.cli.talk import progress_bar, stop_on_signal, talker
 from agent.cycle.contour import contour_of, creep_rad_s, creeping
 from agent.cycle.heaviness import heaviness
 from agent.errors import AgentError, InputError, StoppedError
+from agent.given_back import said_in
 from agent.record.reading import read
 from agent.wire import CycleRequest, drive_cycle
 from agent.wire_replay import clock_for
@@ -58,6 +59,8 @@ def run_contour(
         _note_where(error, set(folder.glob("*-contour.parquet")) - before)
         raise
     recording = read(result.recording)
+    if restored := said_in(recording.metadata.extra):
+        talker().print(restored)
     found = heaviness(recording.columns, recording.metadata.gear_ratio)
     if found is None:
         raise InputError(f"{result.recording} holds no place that was passed in both directions.")

@@ -9,6 +9,7 @@ import typer
 
 from agent.cli.talk import talker
 from agent.errors import InputError
+from agent.given_back import not_yet
 from agent.record.recover import recover
 
 
@@ -25,6 +26,9 @@ def run_recover(places: Sequence[Path]) -> None:
         talker().print(outcome.sentence)
         if outcome.recording is not None:
             typer.echo(str(outcome.recording))
+    for place in places:
+        for waits in not_yet(place if place.is_dir() else place.parent):
+            talker().print(waits)
     if not outcomes:
         talker().print("Nothing to recover: no unfinished recording was found.")
     stuck = [o for o in outcomes if o.outcome in ("unreadable", "name taken")]

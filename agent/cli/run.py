@@ -20,6 +20,7 @@ from agent.cycle.preconditions import listed
 from agent.cycle.preflight import before_the_bus
 from agent.cycle.runner import Progress
 from agent.errors import InputError, RefusedError
+from agent.given_back import said_in
 from agent.record.reading import read
 from agent.replayed import Replayed
 from agent.wire import CycleRequest, drive_cycle
@@ -166,6 +167,8 @@ def run_axis(
         f"jitter {account.jitter_s * 1e3:.2f} ms{_received(account)}."
     )
     recording = read(result.recording)
+    if restored := said_in(recording.metadata.extra):
+        talker().print(restored)
     replayed = Replayed.from_metadata(recording.metadata.extra, recording.source)
     if replayed is not None:
         talker().print(replayed.sentence)

@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 from agent.acquisition import Acquisition
+from agent.cli.recover import run_recover
 from agent.conclude.outcome import conclude
 from agent.errors import RefusedError, StoppedError
+from agent.given_back import said_in
 from agent.record.reading import read
 from drivers.cia402.axis import Cia402Axis
 from drivers.errors import DriverError
@@ -174,8 +176,17 @@ def test_the_operator_stops_the_cycle(tmp_path: Path) -> None:
     assert "The joint is at rest (measured)." in caught.value.__notes__
 
 
-def test_what_a_killed_run_left_is_given_back_by_the_next(tmp_path: Path) -> None:
-    """The journal of a killed run says how the drive had been found; the next run restores it."""
+def extra(recording: Path) -> dict[str, Any]:
+    return dict(read(recording).metadata.extra)
+
+
+def test_what_a_killed_run_left_is_given_back_by_the_next(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The journal of a killed run says how the drive had been found; the next run restores it.
+
+    So do `recover`, which reaches no drive, and the recording and the error of that next run.
+    """
     with rig(tmp_path, edit=brisk) as bench:
         bench.later(0.1)
         found = registers(bench)
@@ -184,10 +195,22 @@ def test_what_a_killed_run_left_is_given_back_by_the_next(tmp_path: Path) -> Non
             patch.setattr(Path, "unlink", lambda *_args, **_kwargs: None)
             bench.run()
         assert registers(bench) != found
-        assert (tmp_path / ".simulated-joint-axis1.found.json").exists()
+        run_recover([tmp_path])  # finishes recordings, and reaches no drive
+        said = " ".join(capsys.readouterr().err.split())
+        assert "axis1.found.json is there: a run has not given its drive back" in said
         bench.later(1.0)
-        bench.run()
+
+        def press_stop(stage: str, _share: float) -> None:
+            if stage == "approach":
+                bench.stop_reason = "the operator asked for it"
+
+        with pytest.raises(StoppedError) as caught:
+            bench.run(progress=press_stop)
         assert registers(bench) == found
+    (recording,) = (p for p in tmp_path.glob("*.parquet") if "stopped_because" in extra(p))
+    sentence = said_in(extra(recording))
+    assert sentence.startswith("A run before this one was ended before it gave the drive back")
+    assert sentence in caught.value.__notes__
     assert not (tmp_path / ".simulated-joint-axis1.found.json").exists()
 
 
