@@ -204,8 +204,8 @@ def _compare_identity(identity: dict[str, int | str], config: Cia402Config, bus:
         "serial": config.expected.serial,
     }
     wrong = [
-        f"{name.replace('_', ' ')} expected {_hexadecimal(value)}, "
-        f"found {_hexadecimal(identity.get(name))}"
+        f"{name.replace('_', ' ')} expected {_shown(value)}, "
+        f"found {_shown(identity.get(name))}"
         for name, value in expected.items()
         if value is not None and identity.get(name) != value
     ]
@@ -217,6 +217,6 @@ def _compare_identity(identity: dict[str, int | str], config: Cia402Config, bus:
         )
 
 
-def _hexadecimal(value: int | str | None) -> str:
-    """Return an identity's number as manuals print it."""
-    return f"0x{value:X}" if isinstance(value, int) else "none"
+def _shown(value: int | str | None) -> str:
+    """Return an identity's number as plates and cells have it, and as manuals print it."""
+    return f"{value} (0x{value:X})" if isinstance(value, int) else "none"

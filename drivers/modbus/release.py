@@ -88,7 +88,8 @@ class ModbusRelease:
         """
         try:
             self._poller.start()
-        except BaseException:
+        except BaseException as error:
+            error.add_note("It is the cell's PLC, whose release is asked for before anything else.")
             self.close()
             raise
 

@@ -158,8 +158,10 @@ def test_without_the_permit_the_drive_is_not_even_opened(
 ) -> None:
     with cell(tmp_path, kind) as made:
         act(made)
-        with pytest.raises(error, match=says):
+        with pytest.raises(error, match=says) as caught:
             made.rig.run()
+        notes = " ".join(getattr(caught.value, "__notes__", ()))
+        assert ("the cell's PLC" in notes) == (error is NodeMissingError)
         assert made.rig.drive.syncs == 0
         assert not made.speeds or max(abs(v) for _, v in made.speeds) < REST_RAD_S
 
