@@ -47,8 +47,9 @@ class Weighing:
 
     def weighted(self, values: Floats) -> Floats:
         """Return table rows, shape (n,) or (n, k), as weighted rows, shape (m,) or (m, k)."""
-        taken = values[self.rows]
-        return np.asarray(taken * (self.weight if taken.ndim == 1 else self.weight[:, np.newaxis]))
+        taken = np.take(values, self.rows, axis=0)  # many times as quick as an index, of columns
+        taken *= self.weight if taken.ndim == 1 else self.weight[:, np.newaxis]
+        return np.asarray(taken)
 
     def part(self, blocks: NDArray[np.bool_]) -> tuple[Weighing, NDArray[np.bool_]]:
         """Return the weighing over some blocks, and which rows those are, shape (m,)."""

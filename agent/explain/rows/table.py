@@ -18,6 +18,7 @@ from agent.explain.rows.full_rate import choose_band, motion_columns, recorded_c
 from agent.explain.rows.in_step import in_step
 from agent.explain.rows.lag import lags_of
 from agent.explain.rows.laid_out import laid_out, long_enough
+from agent.explain.rows.louder import AboveBand, above_band
 from agent.explain.rows.pieces import Piece, band_of_pieces, banded, known_part, thinned
 from agent.explain.rows.run import Run
 from agent.explain.rows.strata import EDGE, blocks_of, since_s, strata_of, travel_rad
@@ -121,6 +122,11 @@ class Table:
     @cached_property
     def _filter(self) -> Thinned:
         return band_of_pieces(self.pieces)
+
+    @cached_property
+    def above_band(self) -> AboveBand | None:
+        """Return what rings above the band; None where too little of it can be judged."""
+        return above_band(self)
 
     def where_speed_changes(self, raw: Floats) -> Floats:
         """Return full-rate columns, shape (N, k), zero where no change of speed is to be seen."""
