@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from agent.explain import proof
 from agent.explain.answer import words
@@ -22,36 +22,30 @@ from agent.explain.answer.result import (
     Verdict,
     fit_of,
 )
-from agent.explain.answer.sentences import only_heard
+from agent.explain.asked import Asked, as_asked
 from agent.explain.carrying import Given, studied, with_load
+from agent.explain.caveats import bear_in_mind
 from agent.explain.choosing.aliases import aliases
-from agent.explain.choosing.by_use import clock_or_use
-from agent.explain.choosing.heard import BACKLASH
 from agent.explain.choosing.materiality import CLOSE
-from agent.explain.driven_range import further, hangs_free, noted_in
+from agent.explain.driven_range import further, noted_in
 from agent.explain.experiment.proposal import next_experiments
 from agent.explain.findings import OFFSET_OR_ASYMMETRY, findings_of
 from agent.explain.location.dynamic_curves import spectrum_around
 from agent.explain.location.leftover import left_regions, line_regions
-from agent.explain.numbers.loads import differs_unsaid, said_of, without_unknown_loads
+from agent.explain.numbers.loads import differs_unsaid, said_of
 from agent.explain.numbers.model import fit_model
-from agent.explain.plausible import contradiction, far_off, turned_gravity
+from agent.explain.plausible import contradiction
 from agent.explain.rows.creep import without_creep
 from agent.explain.rows.evidence import effective_size
-from agent.explain.rows.run import Run, stood_in, without_gearbox_temperature
-from agent.explain.rows.stamps import put_right
+from agent.explain.rows.run import Run
 from agent.explain.rows.table import BASE, Table, tabulate
 from agent.explain.study import Study
 from agent.explain.traces import traces_of
 from agent.explain.undecidable import undecidable
 from agent.explain.unnamed import own_numbers, taken_back, unnamed, unproven
-from agent.explain.verdict import far_from_given, left_share, verdict_of
-from agent.identify.signals.preprocess import left_out_of
+from agent.explain.verdict import left_share, verdict_of
 from agent.physics.twin import Twin
 from trajectories import AxisLimits
-
-_CLOSER = 1.1  # of the refitted energy, at least: else refitting has brought nothing
-_LATE_S = 5e-4  # of a velocity: less is no more than its last difference
 
 
 def explain(
@@ -81,58 +75,76 @@ def explain(
         With reasons and no numbers where the recordings do not carry an answer.
     """
     names = tuple(run.name for run in runs), tuple(run.name for run in holdout)
-    refusal = "" if runs else "not decidable: no recording was given"
-    against = contradiction((*runs, *holdout))
-    if against and not refusal:
-        refusal = f"not decidable: {against}"
-    everything, stamped = put_right((*runs, *holdout))
-    runs, holdout = everything[: len(runs)], everything[len(runs) :]
-    by_motor = without_gearbox_temperature((*runs, *holdout))
-    if by_motor:
-        runs, holdout = stood_in(runs), stood_in(holdout)
-    table: Table | None = None
-    holdout, apart = without_unknown_loads(twin, runs, holdout)
-    if not refusal:
-        try:
-            table = without_creep(tabulate(twin, runs))
-        except ValueError as error:
-            refusal = f"not decidable: {error}"
-        else:
-            refusal = undecidable(table, twin)
-    if refusal or table is None:
+    refusal = contradiction((*runs, *holdout)) if runs else "no recording was given"
+    if refusal:
+        return _nothing(f"not decidable: {refusal}", *names)
+    asked = as_asked(twin, runs, holdout)
+    try:
+        table = without_creep(tabulate(twin, asked.runs))
+    except ValueError as error:
+        return _nothing(f"not decidable: {error}", *names)
+    refusal = undecidable(table, twin)
+    if refusal:
         return _nothing(refusal, *names)
+    return _explained(twin, table, asked, limits, *names)
+
+
+@dataclass(frozen=True)
+class _Told:
+    """A study and what is told of it: `named` are its findings, and `findings` those with loads."""
+
+    found: Study
+    named: tuple[Finding, ...]
+    findings: tuple[Finding, ...]
+    verdict: Verdict
+
+    def without_names(self, given: Given) -> _Told:
+        """Return what is told where nothing beside the twin's own numbers is named."""
+        found = unnamed(self.found)
+        named = tuple(f for f in self.named if f.effect in own_numbers(found))
+        return _Told(found, named, with_load(named, found, given), self.verdict)
+
+    def judged_again(self) -> _Told:
+        """Return the same with the verdict that these findings have."""
+        verdict = verdict_of(self.found, self.findings, left_share(self.found))
+        return replace(self, verdict=verdict)
+
+
+def _explained(
+    twin: Twin,
+    table: Table,
+    asked: Asked,
+    limits: AxisLimits | None,
+    recordings: tuple[str, ...],
+    held_out: tuple[str, ...],
+) -> Explanation:
+    """Return the explanation of recordings that carry an answer."""
     found, given = studied(twin, table)
     named = findings_of(found)
-    findings = with_load(named, found, given)
-    verdict = verdict_of(found, findings, left_share(found))
+    told = _Told(found, named, with_load(named, found, given), "unexplained").judged_again()
     menu = _experiments(found, limits)
-    if verdict == "unexplained":
-        found = unnamed(found)
-        named = _own(named, found)
-        findings = with_load(named, found, given)
+    if told.verdict == "unexplained":
+        told = told.without_names(given)
     try:
-        proven, traces = _proof(found, given, holdout, named=verdict != "unexplained")
+        is_named = told.verdict != "unexplained"
+        proven, traces = _proof(told.found, given, asked.holdout, named=is_named)
     except ValueError as error:
-        return _nothing(f"the hold-out cannot be compared: {error}", *names)
-    back = taken_back(verdict, findings, proven)
+        return _nothing(f"the hold-out cannot be compared: {error}", recordings, held_out)
+    back = taken_back(told.verdict, told.findings, proven)
     if back:
-        found = unnamed(found)
-        named = _own(named, found)
-        findings = with_load(named, found, given)
-        verdict = verdict_of(found, findings, left_share(found))
-        proven, traces = _proof(found, given, holdout, named=False)
+        told = told.without_names(given).judged_again()
+        proven, traces = _proof(told.found, given, asked.holdout, named=False)
     answer = _explanation(
-        found, given, verdict, findings, proven, traces, menu, *names, by_motor=by_motor
+        told, given, proven, traces, menu, recordings, held_out, by_motor=asked.by_motor
     )
-    carried = (*said_of(runs, twin, given.loads), *further(found, runs, holdout))
+    carried = (
+        *said_of(asked.runs, twin, given.loads),
+        *further(told.found, asked.runs, asked.holdout),
+    )
     if answer.verdict in ("unexplained", "partly-explained"):
-        carried = tuple(said for said in (*carried, differs_unsaid(found.table)) if said)
-    return replace(answer, reasons=(*back, *carried, *apart, *answer.reasons, *stamped))
-
-
-def _own(findings: Sequence[Finding], found: Study) -> tuple[Finding, ...]:
-    """Return what of the twin's own numbers is told where nothing beside them is named."""
-    return tuple(f for f in findings if f.effect in own_numbers(found))
+        carried = tuple(said for said in (*carried, differs_unsaid(told.found.table)) if said)
+    reasons = (*back, *carried, *asked.apart, *answer.reasons, *asked.stamped)
+    return replace(answer, reasons=reasons)
 
 
 def _proof(
@@ -179,10 +191,8 @@ def _nothing(reason: str, recordings: tuple[str, ...], held_out: tuple[str, ...]
 
 
 def _explanation(
-    found: Study,
+    told: _Told,
     as_given: Given,
-    verdict: Verdict,
-    findings: tuple[Finding, ...],
     proven: Holdout,
     traces: tuple[Trace, ...],
     menu: tuple[NextExperiment, ...],
@@ -192,6 +202,7 @@ def _explanation(
     by_motor: bool,
 ) -> Explanation:
     """Write it down."""
+    found, verdict, findings = told.found, told.verdict, told.findings
     table, rows = found.table, found.library.weighing.rows
     measured = table.measured_nm[rows]
     share, where = left_share(found), _left_where(found)
@@ -206,7 +217,7 @@ def _explanation(
         sentence=words.summary(
             verdict, findings, proven, found.floor.value_nm, refitted, where, share, given
         ),
-        reasons=_bear_in_mind(found, by_motor=by_motor),
+        reasons=bear_in_mind(found, by_motor=by_motor),
         floor=found.floor,
         baseline=given,
         refitted=refitted,
@@ -247,69 +258,6 @@ def _experiments(found: Study, limits: AxisLimits | None) -> tuple[NextExperimen
         if menu:
             return menu
     return ()
-
-
-def _bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
-    """Return what limits the answer as a whole."""
-    far = "" if found.table.simulated else far_off(found.numbers, found.twin)
-    turned = "" if found.table.simulated else turned_gravity(found.numbers, found.twin)
-    out = [said for said in (far, turned) if said]
-    if by_motor:
-        out.append(
-            "the gearbox temperature was not recorded: the motor's stands in for it, and friction "
-            "and torque constant are judged by the same thermometer"
-        )
-    if not found.floor.value_nm > 0.0:
-        out.append(
-            "the noise floor could not be measured, as no speed was held long enough: what is left "
-            "may be noise or not"
-        )
-    if found.table.simulated:
-        out.append(
-            "the simulation questioned is the recordings' own torque_simulated_nm; twin.toml holds "
-            "what was found beside the numbers of the twin that was given; if it moved in a loop "
-            "of its own instead of as recorded, delays and swings may be that loop's"
-        )
-    out += [said for said in (clock_or_use(found.library, found.choice), hangs_free(found)) if said]
-    if not found.choice.terms and not found.numbers and _bent(found):
-        out.append(
-            "the simulation as given is clearly above the noise: its own numbers, refitted, come "
-            "closer, and these recordings do not say which of them is wrong"
-        )
-    blows = found.library.scene.blows
-    if blows is not None and BACKLASH not in _effects(found):
-        out.append(only_heard(blows.ringing))
-    if found.table.creep_rad_s > 0.0:
-        out.append(
-            f"below {found.table.creep_rad_s:.2g} rad/s friction is not fully there: the joint "
-            "creeps before it slips, or what recorded or simulated it smooths friction's sign; "
-            "those samples were left out"
-        )
-    if abs(found.table.late_s) > _LATE_S:
-        later = "later" if found.table.late_s > 0.0 else "earlier"
-        out.append(
-            f"the velocity is reported {1e3 * abs(found.table.late_s):.1f} ms {later} than the "
-            "position, with which the torque is in step: it was brought in step with both"
-        )
-    out += [said for run in found.table.runs for said in left_out_of(run.signals)]
-    compared = {piece.run for piece in found.table.pieces}
-    for index, run in enumerate(found.table.runs):
-        if index not in compared:
-            out.append(f"{run.name} was left out: no stretch of it is long enough to be compared")
-    return tuple(out)
-
-
-def _effects(found: Study) -> set[str]:
-    """Return what the extended twin has, found or known before."""
-    known = {effect.id for effect in found.twin.effects}
-    return known | {term.scored.form.effect for term in found.choice.terms}
-
-
-def _bent(found: Study) -> bool:
-    """Return whether the simulation as given is far off, and its numbers refitted are closer."""
-    rows = found.library.weighing.rows
-    given, refitted = found.table.target_nm[rows], found.refitted_nm[rows]
-    return far_from_given(found) and float(given @ given) > _CLOSER * float(refitted @ refitted)
 
 
 def _left_where(found: Study) -> tuple[Region, ...]:

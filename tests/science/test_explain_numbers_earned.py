@@ -13,7 +13,7 @@ from agent.explain.answer.sentences import number_sentence
 from agent.explain.choosing.search import Library
 from agent.explain.numbers.model import extended_twin, fit_model
 from agent.explain.numbers.plain_refits import earlier_moves
-from agent.explain.numbers.wrong import _lasting
+from agent.explain.numbers.refuted import lasting
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, tabulate
@@ -82,16 +82,16 @@ def _with(candidate: Any, to_twin: Any) -> Any:
 
 
 @pytest.mark.parametrize(
-    ("loss", "lasting"),
+    ("loss", "expected"),
     [
         ([1.0, 2.0, 1.5, 2.5, 300.0, 3.0, 1.0, 40.0] * 3, True),  # every block loses, some far more
         ([0.5, -0.4, 0.3, -0.6, 300.0, -0.2, 0.1, -0.5] + [0.2, -0.3] * 8, False),  # one does
         ([1.0, -1.0, 0.9, -1.1] * 6, False),
     ],
 )
-def test_a_number_far_off_is_no_accident_of_one_block(loss: list[float], lasting: bool) -> None:
+def test_a_number_far_off_is_no_accident_of_one_block(loss: list[float], expected: bool) -> None:
     """An inertia a hundred times the joint's had not been told, as one block held most of it."""
-    assert _lasting(np.array(loss)) is lasting
+    assert lasting(np.array(loss)) is expected
 
 
 def test_a_recorded_simulations_own_torque_is_what_a_factor_multiplies() -> None:

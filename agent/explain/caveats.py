@@ -1,0 +1,78 @@
+"""What limits an answer as a whole, said beside it: what stood in, was left out, or may mislead."""
+
+from __future__ import annotations
+
+from agent.explain.answer.sentences import only_heard
+from agent.explain.choosing.by_use import clock_or_use
+from agent.explain.choosing.heard import BACKLASH
+from agent.explain.driven_range import hangs_free
+from agent.explain.plausible import far_off, turned_gravity
+from agent.explain.study import Study
+from agent.explain.verdict import far_from_given
+from agent.identify.signals.preprocess import left_out_of
+
+_CLOSER = 1.1  # of the refitted energy, at least: else refitting has brought nothing
+_LATE_S = 5e-4  # of a velocity: less is no more than its last difference
+
+
+def bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
+    """Return what limits the answer as a whole."""
+    far = "" if found.table.simulated else far_off(found.numbers, found.twin)
+    turned = "" if found.table.simulated else turned_gravity(found.numbers, found.twin)
+    out = [said for said in (far, turned) if said]
+    if by_motor:
+        out.append(
+            "the gearbox temperature was not recorded: the motor's stands in for it, and friction "
+            "and torque constant are judged by the same thermometer"
+        )
+    if not found.floor.value_nm > 0.0:
+        out.append(
+            "the noise floor could not be measured, as no speed was held long enough: what is left "
+            "may be noise or not"
+        )
+    if found.table.simulated:
+        out.append(
+            "the simulation questioned is the recordings' own torque_simulated_nm; twin.toml holds "
+            "what was found beside the numbers of the twin that was given; if it moved in a loop "
+            "of its own instead of as recorded, delays and swings may be that loop's"
+        )
+    out += [said for said in (clock_or_use(found.library, found.choice), hangs_free(found)) if said]
+    if not found.choice.terms and not found.numbers and _bent(found):
+        out.append(
+            "the simulation as given is clearly above the noise: its own numbers, refitted, come "
+            "closer, and these recordings do not say which of them is wrong"
+        )
+    blows = found.library.scene.blows
+    if blows is not None and BACKLASH not in _effects(found):
+        out.append(only_heard(blows.ringing))
+    if found.table.creep_rad_s > 0.0:
+        out.append(
+            f"below {found.table.creep_rad_s:.2g} rad/s friction is not fully there: the joint "
+            "creeps before it slips, or what recorded or simulated it smooths friction's sign; "
+            "those samples were left out"
+        )
+    if abs(found.table.late_s) > _LATE_S:
+        later = "later" if found.table.late_s > 0.0 else "earlier"
+        out.append(
+            f"the velocity is reported {1e3 * abs(found.table.late_s):.1f} ms {later} than the "
+            "position, with which the torque is in step: it was brought in step with both"
+        )
+    out += [said for run in found.table.runs for said in left_out_of(run.signals)]
+    compared = {piece.run for piece in found.table.pieces}
+    for index, run in enumerate(found.table.runs):
+        if index not in compared:
+            out.append(f"{run.name} was left out: no stretch of it is long enough to be compared")
+    return tuple(out)
+
+
+def _effects(found: Study) -> set[str]:
+    """Return what the extended twin has, found or known before."""
+    known = {effect.id for effect in found.twin.effects}
+    return known | {term.scored.form.effect for term in found.choice.terms}
+
+
+def _bent(found: Study) -> bool:
+    """Return whether the simulation as given is far off, and its numbers refitted are closer."""
+    rows = found.library.weighing.rows
+    given, refitted = found.table.target_nm[rows], found.refitted_nm[rows]
+    return far_from_given(found) and float(given @ given) > _CLOSER * float(refitted @ refitted)

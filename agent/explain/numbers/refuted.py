@@ -1,0 +1,176 @@
+"""Whether the recordings refute some of the twin's own numbers.
+
+Holding them as given, all else refitted, must cost a material share, with and without the effects
+that were found and by no accident of a few blocks; they must be as wrong without the effects as
+they are beside them; and lie outside of what the recordings bear.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from agent.explain.choosing.search import Library, basis_of
+from agent.explain.numbers.intervals import named_effects
+from agent.explain.numbers.model import Model
+from agent.explain.numbers.reach import reach_of
+from agent.explain.numbers.short_stroke import gravity_look_alikes
+from agent.explain.rows.evidence import heldout, moments
+from agent.explain.rows.table import BASE
+from agent.identify.result import Floats
+from agent.physics.twin import Twin
+
+_NEEDED = 0.25  # of the noise's energy: less is lost in it where something else was found
+_SAME_MOVE = 0.6  # of the move beside the effects
+_BENT = 0.25  # of that move: a fit that ends so close to the number as given is where it is from
+
+
+@dataclass(frozen=True)
+class Case:
+    """What the twin's numbers are judged by.
+
+    `beside` (m, k) are the effects' columns; `by_itself` the plain refits of the twin's structure,
+    `earlier` those to the first recordings alone.
+    """
+
+    library: Library
+    twin: Twin
+    model: Model
+    beside: Floats
+    by_itself: Sequence[Mapping[str, float]]
+    earlier: Sequence[Mapping[str, float]]
+    floor_nm: float
+
+    @property
+    def carried(self) -> list[str]:
+        """Return the names of the numbers that are excited."""
+        return [BASE[i] for i in np.flatnonzero(self.library.scene.table.carried)]
+
+    def columns(self, names: Sequence[str]) -> Floats:
+        """Return the base columns of some numbers, shape (m, k)."""
+        return self.library.base[:, [i for i, n in enumerate(self.carried) if n in names]]
+
+    def move(self, names: Sequence[str]) -> Floats:
+        """Return how far the model moves some numbers, shape (k,), in the order of `columns`."""
+        moved = (n for n in self.carried if n in names)
+        return np.array([self.model.base[n].value - getattr(self.twin, n) for n in moved])
+
+
+def is_wrong(case: Case, names: Sequence[str], material: float) -> bool:
+    """Return whether holding some numbers as given costs a material share, by no accident."""
+    held = [name for name in case.carried if name not in names]
+    if len(held) == len(case.carried):
+        return False
+    library, base = case.library, case.columns(held)
+    alone = errors_of(library, base) - errors_of(library, library.base)
+    loss = loss_of(case, names)
+    if min(float(alone.sum()), float(loss.sum())) < material or not lasting(loss):
+        return False
+    return _agrees(case, names) and are_refuted(case, names)
+
+
+def is_needed(case: Case, names: Sequence[str]) -> bool:
+    """Return whether what else was found does not do without a number, nearly.
+
+    Beside other findings a number takes up what their laws' forms leave of them, and the joint's
+    small effects. Less than half the noise's amplitude is no reason to say that it is wrong.
+    """
+    weighing = case.library.weighing
+    noise = case.floor_nm**2 * float(np.sum(weighing.weight**2))
+    return float(loss_of(case, names).sum()) >= _NEEDED * noise
+
+
+def loss_of(case: Case, names: Sequence[str]) -> Floats:
+    """Return what holding some numbers as given costs on unseen blocks, shape (b,)."""
+    held = case.columns([name for name in case.carried if name not in names])
+    kept = np.concatenate((held, case.beside), axis=1)
+    whole = np.concatenate((case.library.base, case.beside), axis=1)
+    return errors_of(case.library, kept) - errors_of(case.library, whole)
+
+
+def _agrees(case: Case, names: Sequence[str]) -> bool:
+    """Return whether numbers are as wrong without the effects as they are beside them.
+
+    Where most of the move appears only beside the effects, or only in one kind of fit, the numbers
+    had been bent by their absence: the twin had them right for its own structure. Moves are
+    compared by the torque that they make beside the other numbers.
+    """
+    basis = basis_of(case.columns([name for name in case.carried if name not in names]))
+    columns = case.columns(names)
+    columns = columns - basis @ (basis.T @ columns)
+    torque = columns @ case.move(names)
+    energy = float(torque @ torque)
+    there = [name for name in case.carried if name in names]
+    if energy <= 0.0:
+        return False
+
+    def share(fit: Mapping[str, float]) -> float:
+        return float(torque @ (columns @ np.array([fit[name] for name in there]))) / energy
+
+    in_band, *others = (share(fit) for fit in case.by_itself if all(n in fit for n in there))
+    if any(abs(share(fit)) < _BENT for fit in case.earlier if all(n in fit for n in there)):
+        return False
+    # How rows are weighed is anybody's choice: a twin within what that choice makes is a fit's. But
+    # noise of the velocity may bend a fit to raw samples anywhere: what counts of that is whether
+    # it ends where the twin stands.
+    chosen = max((abs(in_band - other) for other in others[:-1]), default=0.0)
+    return in_band > _SAME_MOVE and all(abs(o) > max(_BENT, chosen) for o in others)
+
+
+def are_refuted(case: Case, names: Sequence[str]) -> bool:
+    """Return whether numbers as given lie outside of what the recordings bear.
+
+    One by one; or, where their columns are so alike that none is known by itself, together: the
+    torque of their common move is one column, and its interval, widened for as many numbers
+    (Scheffe, Biometrika 40 (1953) 87), leaves zero out. What on a short stroke stands for gravity
+    is no other law then, but the same torque by another name.
+    """
+    there = [name for name in case.carried if name in names]
+    for name in there:
+        ci = case.model.base[name].ci95
+        if ci is not None and not ci[0] <= float(getattr(case.twin, name)) <= ci[1]:
+            return True
+    if len(there) < 2:
+        return False
+    held = case.columns([name for name in case.carried if name not in names])
+    torque = case.columns(names) @ case.move(names)
+    alike = gravity_look_alikes(case.library, case.twin, case.model)
+    known = named_effects(case.model) | frozenset(alike)
+    weighing = case.library.weighing
+    reach = reach_of(
+        case.library.candidates,
+        weighing,
+        np.concatenate((torque[:, np.newaxis], held, case.beside), axis=1),
+        case.model.residual_nm * weighing.weight,
+        known,
+    )
+    return 1.0 + _scheffe(len(there), weighing.starts.shape[0]) * float(reach.below[0]) > 0.0
+
+
+def _scheffe(count: int, blocks: int) -> float:
+    """Return by how much an interval widens that holds for every sum of `count` numbers at once."""
+    from scipy.stats import f
+
+    freedom = max(blocks - count, 1)
+    return float(np.sqrt(count * f.ppf(0.95, count, freedom) / f.ppf(0.95, 1, freedom)))
+
+
+def errors_of(library: Library, columns: Floats) -> Floats:
+    """Return the squared error of every block under fits to the other folds, shape (b,)."""
+    part = moments(columns, library.target, library.weighing.starts)
+    if not columns.shape[1]:
+        return part.square
+    return heldout(part, library.weighing.fold)
+
+
+def lasting(loss: Floats) -> bool:
+    """Return whether blocks agree that a loss is none by accident, two sigmas.
+
+    Or the roots of their losses do: of a number that is far off, as an inertia a hundred times the
+    joint's, one hard acceleration makes four fifths of the loss, and every block loses.
+    """
+    roots = np.sign(loss) * np.sqrt(np.abs(loss))
+    needed = 2.0 * float(np.sqrt(loss.shape[0]))
+    return any(float(each.sum()) > needed * float(np.std(each)) for each in (loss, roots))
