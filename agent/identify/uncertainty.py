@@ -160,6 +160,47 @@ def block_jackknife(
     return theta / scale, covariance / np.outer(scale, scale), max(count - float(p), 1.0)
 
 
+def covariance_of_one_memory(
+    columns: Floats, residual: Floats, blocks: NDArray[np.int64]
+) -> Floats:
+    """Return the covariance of least squares under noise that remembers alike in every block.
+
+    Its variance v_b is each block's own, what its memory m makes of it is one for all:
+    ``m G^-1 (sum v_b G_b) G^-1`` with the Gram matrices G_b and their sum G. The blocks' scores
+    ``X_b^T e_b`` say it for all parameters together, ``m = sum (score^T G^-1 score / v_b) / sum
+    tr(H_b - H_b^2)`` with the leverages ``H_b = G^-1 G_b``. `block_jackknife` has fewer degrees of
+    freedom for a parameter that few blocks carry than this has for all.
+
+    Parameters
+    ----------
+    columns : ndarray, shape (n, p)
+        The regressor, of full rank.
+    residual : ndarray, shape (n,)
+        What least squares leaves.
+    blocks : ndarray of int, shape (n,)
+        As for `block_jackknife`.
+
+    Returns
+    -------
+    covariance : ndarray, shape (p, p)
+    """
+    scale = np.sqrt(np.einsum("ij,ij->j", columns, columns))
+    parts = _parts(blocks)
+    gram = np.stack([columns[part].T @ columns[part] for part in parts]) / np.outer(scale, scale)
+    score = np.stack([columns[part].T @ residual[part] for part in parts]) / scale
+    variance = np.array(
+        [residual[part] @ residual[part] / (part.stop - part.start) for part in parts]
+    )
+    inverse = np.linalg.pinv(gram.sum(axis=0), hermitian=True)
+    leverage = inverse @ gram
+    free = np.einsum("bii->", leverage) - np.einsum("bij,bji->", leverage, leverage)
+    sizes = np.einsum("bi,ij,bj->b", score, inverse, score)
+    memory = float(np.sum(sizes / np.maximum(variance, 1e-300))) / max(float(free), 1e-300)
+    middle = np.einsum("b,bij->ij", variance, gram)
+    covariance = memory * inverse @ middle @ inverse / np.outer(scale, scale)
+    return np.asarray(covariance, dtype=np.float64)
+
+
 def jackknife_of_even_noise(columns: Floats, blocks: NDArray[np.int64]) -> Floats:
     """Return the covariance that `block_jackknife` makes of even noise of variance 1, shape (p, p).
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from agent.identify import diagnosis
 from agent.identify.objections import objections
 from agent.identify.result import Floats, FrictionCurve, Parameter, RigidBodyFit
-from agent.identify.rigid.body import variance_inflation
+from agent.identify.rigid.carried import variance_inflation
 from agent.identify.rigid.linear import time_blocks
 from agent.identify.rigid.regression import regress
 from agent.identify.signals.lowpass import lowpass

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from agent.identify.estimate import identify
-from agent.identify.rigid.body import Rows
 from agent.identify.rigid.instrumental import (
     fit_instrumental,
     instrument_strength,
@@ -24,6 +23,7 @@ from agent.identify.rigid.residuals import (
     residual_in_words,
     residual_of,
 )
+from agent.identify.rigid.rows import Rows
 from agent.identify.rigid.thresholding import study_speeds, sweep_acceleration
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.preprocess import filter_motion, read_motion

@@ -9,6 +9,7 @@ from scipy import stats
 from agent.identify.uncertainty import (
     block_jackknife,
     correlation_time,
+    covariance_of_one_memory,
     jackknife_of_even_noise,
     student_975,
     variance_of_mean,
@@ -77,3 +78,23 @@ def test_what_the_jackknife_makes_of_even_noise_is_known() -> None:
     np.testing.assert_allclose(np.diag(expected), np.diag(found), rtol=0.06)
     excess = np.diag(expected) / np.diag(np.linalg.inv(columns.T @ columns))
     assert excess[1] > 1.2
+
+
+def test_what_a_few_blocks_carry_is_known_by_all_blocks_noise() -> None:
+    # Gravity at the ends of a stroke, in two blocks of forty: by chance they scatter too little.
+    rng = np.random.default_rng(430_000)
+    blocks = np.repeat(np.arange(40), 50)
+    seldom = np.where(np.isin(blocks, (17, 31)), 1.0, 0.0)
+    columns = np.column_stack((np.ones(2000), rng.standard_normal((2000, 2)), seldom))
+    loud = np.where(blocks < 30, 1.0, 3.0)
+    held = []
+    for _ in range(300):
+        noise = loud * coloured(rng, 2000, 1.0, 0.8)
+        theta, scatter, dof = block_jackknife(columns, noise, blocks)
+        shared = covariance_of_one_memory(columns, noise - columns @ theta, blocks)
+        each = [np.diag(c)[-1] for c in (scatter, shared)]
+        reach = student_975(dof) * np.sqrt((each[0], max(each)))
+        held.append(np.abs(theta[-1]) <= reach)
+    alone, least = np.mean(held, axis=0)
+    assert alone < 0.9
+    assert 0.92 <= least <= 0.98

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agent.identify.rigid.body import Rows, fit_rigid_body
+from agent.identify.rigid.body import fit_rigid_body
+from agent.identify.rigid.rows import Rows
 from agent.physics.rigid_body import PARAMETERS
 
 TRUE = {

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agent.identify.rigid.body import variance_inflation
+from agent.identify.rigid.carried import variance_inflation
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.lowpass import lowpass
 from agent.identify.signals.preprocess import read_motion

@@ -13,7 +13,8 @@ from dataclasses import replace
 import numpy as np
 
 from agent.identify.result import Floats, FrictionModelFit, Parameter, RigidBodyFit
-from agent.identify.rigid.body import Rows, weights
+from agent.identify.rigid.body import weights
+from agent.identify.rigid.rows import Rows
 from agent.physics.friction import COULOMB_VISCOUS, LAWS
 from agent.physics.rigid_body import PARAMETERS
 

@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify.result import Floats, Parameter
-from agent.identify.rigid.body import Rows, collect_rows, fit_rigid_body
+from agent.identify.rigid.body import fit_rigid_body
 from agent.identify.rigid.linear import LinearFit, solve_blocks, time_blocks
+from agent.identify.rigid.rows import Rows, collect_rows
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.preprocess import Motion, filter_motion, read_motion
 from agent.physics.rigid_body import PARAMETERS

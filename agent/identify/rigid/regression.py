@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from agent.identify.result import RigidBodyFit
-from agent.identify.rigid.body import Rows, collect_rows, fit_rigid_body
+from agent.identify.rigid.body import fit_rigid_body
+from agent.identify.rigid.rows import Rows, collect_rows
 from agent.identify.signals.preprocess import Motion, filter_motion, shared_cutoff
 
 _HALVINGS = 2

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify.result import Floats
-from agent.identify.rigid.body import Rows
 from agent.identify.rigid.linear import LinearFit, condition_number, solve_blocks, time_blocks
+from agent.identify.rigid.rows import Rows
 from agent.physics.rigid_body import PARAMETERS
 
 AXIS_WITHOUT_GRAVITY = ("inertia_kg_m2", "viscous_nm_s_per_rad", "coulomb_nm")
