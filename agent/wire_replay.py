@@ -11,7 +11,7 @@ import numpy as np
 
 from agent.acquisition import Acquisition
 from agent.cell import Axis, Cell
-from agent.cycle.sequence import Stage
+from agent.cycle.stage import Stage
 from agent.errors import InputError
 from agent.record.reading import read
 from agent.record.recording import Column, Recording

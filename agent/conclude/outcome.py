@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent.acquisition import Acquisition
-from agent.cycle.sequence import Stage
+from agent.cycle.stage import Stage
 from agent.errors import InputError
 from agent.identify.detail import RecordingDetail
 from agent.identify.estimate import Identification, identify

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
-from agent.cycle.sequence import Step
+from agent.cycle.stage import Step
 from drivers.ports import Sample, SyncAccount, WatchdogProof
 
 PROBE_COLUMNS = ("gearbox_temperature_age_s", "gearbox_temperature_quality")

@@ -16,8 +16,8 @@ from agent.cycle.pace import ticks, unhurried_collector
 from agent.cycle.plan import CyclePlan
 from agent.cycle.preflight import at_standstill, insist, watchdog_proven
 from agent.cycle.recorder import Recorder, Writer
-from agent.cycle.sequence import OFF, Stage
 from agent.cycle.sequence import Sequence as CycleSequence
+from agent.cycle.stage import OFF, Stage
 from agent.cycle.teardown import Aftermath, tear_down
 from agent.errors import StoppedError
 from drivers.clock import Clock

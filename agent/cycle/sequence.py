@@ -8,9 +8,7 @@ through it. From the moment that motion may begin, every set-point, standstill i
 
 from __future__ import annotations
 
-import enum
 from collections.abc import Sequence as Many
-from typing import NamedTuple
 
 from agent.cycle.answered import Asking
 from agent.cycle.blocked import blocked
@@ -20,31 +18,10 @@ from agent.cycle.gate import Asked, SetPoint, move_refusals, refusals
 from agent.cycle.interlock import Event, Interlock
 from agent.cycle.motion import Motion, MoveFailedError
 from agent.cycle.plan import CyclePlan
+from agent.cycle.stage import AT_REST, OFF, Stage, Step
 from agent.errors import RefusedError, StoppedError
 from drivers.ports import Command, DriveState, Goal, Move, Sample, SetPoints
 from trajectories import TrajectoryError, point_to_point
-
-AT_REST = Command(Goal.ON, 0.0)
-OFF = Command(Goal.OFF, 0.0)
-
-
-class Stage(enum.Enum):
-    """What the cycle is doing; the value is the word that the recording's `phase` uses."""
-
-    ENABLE = "enable"
-    APPROACH = "approach"
-    STAIR = "stair"
-    RETURN = "return"
-    DISABLE = "disable"
-    DONE = "done"
-
-
-class Step(NamedTuple):
-    """What one tick sends, and how the recording labels it."""
-
-    command: Command
-    phase: str
-    position_command_rad: float
 
 
 class Sequence:

@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from agent.cell import Axis, Cell
-from agent.cycle.sequence import Stage
+from agent.cycle.stage import Stage
 from agent.record.reading import STREAM
 from agent.web.cycles import Cycle
 from agent.web.tail import Point, StreamTail, Thinner

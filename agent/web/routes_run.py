@@ -12,7 +12,7 @@ from fastapi.responses import JSONResponse, StreamingResponse
 from starlette.responses import RedirectResponse
 
 from agent.cell import Axis, Cell
-from agent.cycle.sequence import Stage
+from agent.cycle.stage import Stage
 from agent.errors import AgentError, InputError
 from agent.record.atomic import storage_error
 from agent.web.access import TurnedAwayError, need, page_of, session_of

@@ -10,6 +10,7 @@ import struct
 from dataclasses import replace
 
 from drivers.can.owner import CanBusOwner
+from drivers.cia402.answers import Place, SyncedAnswer
 from drivers.cia402.company import HEARTBEAT, SYNC
 from drivers.cia402.config import Cia402Config
 from drivers.cia402.modes import Rung
@@ -17,7 +18,7 @@ from drivers.cia402.network import CanopenNode, NmtState
 from drivers.cia402.orders import disable_voltage, orders_of
 from drivers.cia402.placing import Placing
 from drivers.cia402.states import next_controlword
-from drivers.cia402.sync import Place, SyncedAnswer, SyncLedger
+from drivers.cia402.sync import SyncLedger
 from drivers.cia402.wanted import ProcessData
 from drivers.cia402.words import INTERNAL_LIMIT_BIT, REDUCED, State, state_of
 from drivers.clock import Clock

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import math
 
+from drivers.cia402.answers import Place
 from drivers.cia402.scaling import Scaling
-from drivers.cia402.sync import Place
 from drivers.ports import Sample
 
 _COUNTS = 2

@@ -33,64 +33,14 @@ counted by the gap between those that were.
 
 from __future__ import annotations
 
-import enum
 import math
 from collections import deque
 from collections.abc import Callable
-from typing import NamedTuple
 
+from drivers.cia402.answers import Held, Place, SyncedAnswer
 from drivers.cia402.doubts import Doubts
 from drivers.cia402.usual_delay import UsualDelay
 from drivers.ports import Goal, SyncAccount
-
-
-class SyncedAnswer:
-    """One SYNC: when it was sent, towards which goal, and what came back on each stream."""
-
-    __slots__ = (
-        "answers",
-        "contested",
-        "counted",
-        "goal",
-        "lost",
-        "missing",
-        "number",
-        "received_s",
-        "sent_s",
-    )
-
-    def __init__(self, number: int, sent_s: float, goal: Goal, streams: int) -> None:
-        self.number = number
-        self.sent_s = sent_s
-        self.goal = goal
-        self.answers: list[bytes] = [b""] * streams
-        self.missing = streams
-        self.received_s = sent_s
-        self.lost = False
-        self.contested = False  # it follows a gap, or came late: its place wants a second look
-        self.counted = False  # no SYNC before it may wrongly have been given up: it is this one's
-
-
-class _Held(NamedTuple):
-    """An answer that waits for its SYNC."""
-
-    stamp_s: float
-    data: bytes
-    newest: int  # number of the newest SYNC when it was booked
-    newest_sent_s: float
-
-    def may_answer(self, entry: SyncedAnswer) -> bool:
-        """Return whether it came after this SYNC: by its stamp, and by the order of things."""
-        return entry.sent_s <= self.stamp_s and entry.number <= self.newest
-
-
-class Place(enum.Enum):
-    """Whether the motion bears out that an answer belongs to its SYNC and not to the next."""
-
-    BORNE_OUT = "borne out"
-    UNKNOWN = "unknown"  # it moves too slowly, or too irregularly
-    DOUBTFUL = "doubtful"  # the drive heard its SYNC late, or nobody can tell beside such a one
-    CONTRADICTED = "contradicted"
 
 
 class SyncLedger:
@@ -120,7 +70,7 @@ class SyncLedger:
         self._streams = streams
         self._in_order: deque[SyncedAnswer] = deque()
         self._open: tuple[deque[SyncedAnswer], ...] = tuple(deque() for _ in range(streams))
-        self._held: tuple[deque[_Held], ...] = tuple(deque() for _ in range(streams))
+        self._held: tuple[deque[Held], ...] = tuple(deque() for _ in range(streams))
         self.usual = usual or tuple(UsualDelay() for _ in range(streams))
         self._given_up: list[SyncedAnswer | None] = [None] * streams  # the first, while in doubt
         self._after_gap = False
@@ -161,7 +111,7 @@ class SyncLedger:
     def answered(self, stream: int, stamp_s: float, data: bytes) -> None:
         """Book an answer on `stream`, to be paired by `settle`."""
         newest_s = -math.inf if self._last_sent_s is None else self._last_sent_s
-        self._held[stream].append(_Held(stamp_s, data, self.expected, newest_s))
+        self._held[stream].append(Held(stamp_s, data, self.expected, newest_s))
 
     def settle(
         self, now_s: float, place: Callable[[SyncedAnswer], Place] = lambda _answer: Place.UNKNOWN
@@ -260,7 +210,7 @@ class SyncLedger:
         while open_ and now_s - open_[0].sent_s > self._timeout_s:
             self._give_up(stream)
 
-    def _book(self, stream: int, entry: SyncedAnswer, answer: _Held) -> None:
+    def _book(self, stream: int, entry: SyncedAnswer, answer: Held) -> None:
         """Book one answer under its SYNC, the oldest that was open."""
         open_ = self._open[stream]
         if open_ and answer.may_answer(open_[0]):
@@ -271,7 +221,7 @@ class SyncLedger:
         entry.missing -= 1
         entry.received_s = max(entry.received_s, answer.stamp_s)
 
-    def _usual_for(self, stream: int, answer: _Held, now_s: float) -> int:
+    def _usual_for(self, stream: int, answer: Held, now_s: float) -> int:
         """Return how many open SYNCs stand before the one that is usually answered by then.
 
         0 where the newest before the answer was sent at another time before it than usual, and
@@ -295,7 +245,7 @@ class SyncLedger:
         if self._given_up[stream] is None:
             self._given_up[stream] = entry
 
-    def _count_unasked(self, stream: int, answer: _Held) -> None:
+    def _count_unasked(self, stream: int, answer: Held) -> None:
         """Count an answer too many: where a SYNC was given up before, that one was not lost."""
         self.unasked += 1
         again = answer.data == self._newest[stream]
@@ -318,7 +268,7 @@ class SyncLedger:
         self.most_in_a_row = max(self.most_in_a_row, self.consecutive_lost)
 
     @staticmethod
-    def _pairs_fully(open_: deque[SyncedAnswer], held: deque[_Held]) -> bool:
+    def _pairs_fully(open_: deque[SyncedAnswer], held: deque[Held]) -> bool:
         """Return whether some prefix of the answers has exactly as many SYNCs sent before it."""
         asked = 0
         for number, answer in enumerate(held, start=1):

@@ -18,9 +18,9 @@ from drivers.errors import (
     DriveFaultError,
     DriverError,
     DriveStateError,
-    HeartbeatLostError,
 )
 from drivers.modbus.device import MappedDevice, Value
+from drivers.modbus.job_life import ControllerLife
 from drivers.modbus.job_samples import ControllerSamples
 from drivers.modbus.job_words import (
     ABORT,
@@ -96,10 +96,7 @@ class ModbusJob:
         self._count = 0
         self._opened = False
         self._closed = False
-        self._alive: int | None = None
-        self._alive_s = -math.inf
-        self._heard_s = -math.inf
-        self._trouble = ""
+        self._life = ControllerLife(config.alive_timeout_s)
         self._samples = ControllerSamples()
 
     def open(self) -> AxisEvidence:
@@ -161,10 +158,9 @@ class ModbusJob:
         except DriverError as error:
             if isinstance(error, DriveStateError | DriveFaultError):
                 raise
-            self._trouble = error.what
+            self._life.trouble = error.what
             status = None
-        now_s = self._clock.now()
-        self._refuse_silence(now_s)
+        self._life.refuse_silence(self._clock.now())
         return status or JobStatus(None, None, 0.0, "")
 
     def stop(self, deadline_s: float) -> StopReport:
@@ -226,11 +222,7 @@ class ModbusJob:
     def _take(self, read: Mapping[str, Value]) -> JobStatus:
         """Return the status of one block, after noting that the controller is alive."""
         now_s = self._clock.now()
-        self._heard_s = now_s
-        self._trouble = ""
-        alive = read["controller_alive"].whole
-        if alive != self._alive:
-            self._alive, self._alive_s = alive, now_s
+        self._life.heard(read["controller_alive"].whole, now_s)
         refuse_stopped(read)
         state = state_of(read)
         if state is JobState.FAULT:
@@ -246,22 +238,6 @@ class ModbusJob:
             PHASES[phase] if 0 <= phase < len(PHASES) else "unknown",
             why(read) if state is JobState.ABORTED else "",
         )
-
-    # -- what is refused -----------------------------------------------------------------------
-
-    def _refuse_silence(self, now_s: float) -> None:
-        limit_s = self._config.alive_timeout_s
-        if now_s - self._heard_s > limit_s:
-            raise HeartbeatLostError(
-                f"The controller has been silent for {now_s - self._heard_s:.2f} s: "
-                f"{self._trouble}",
-                "Check its network and its job program.",
-            )
-        if now_s - self._alive_s > limit_s:
-            raise HeartbeatLostError(
-                f"The controller's alive count has stood still for {now_s - self._alive_s:.2f} s.",
-                "Its job program hangs or has ended: look at the controller.",
-            )
 
     # -- selecting and letting go --------------------------------------------------------------
 
@@ -287,18 +263,14 @@ class ModbusJob:
             asked_s = self._clock.now()
             read = self._read()
             self._samples.see_clock(read, asked_s)
-            self._take_alive(read)
-
-    def _take_alive(self, read: Mapping[str, Value]) -> None:
-        self._alive = read["controller_alive"].whole
-        self._alive_s = self._heard_s = self._clock.now()
+            self._life.begin(read["controller_alive"].whole, self._clock.now())
 
     def _await_selection(self) -> None:
         deadline_s = self._clock.now() + self._config.answer_timeout_s
         while True:
             self._beat()
             read = self._read()
-            self._take_alive(read)
+            self._life.begin(read["controller_alive"].whole, self._clock.now())
             selected = read["selected_axis"].whole
             state = state_of(read)
             if selected == self._config.axis and state is JobState.READY:

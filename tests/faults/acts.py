@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import pytest
 
 from agent.cycle.recorder import Recorder
-from agent.cycle.sequence import Step
+from agent.cycle.stage import Step
 from fakes.plc import FakeContact
 from tests.system.rig import Rig
 

@@ -16,7 +16,7 @@ from agent.cell import Cell, parse_cell, read_cell
 from agent.cli.run import run_axis
 from agent.conclude.outcome import conclude
 from agent.cycle.ending import CycleResult
-from agent.cycle.sequence import Stage
+from agent.cycle.stage import Stage
 from agent.errors import InputError, RefusedError, StoppedError
 from agent.record.reading import read
 from agent.record.recording import Recording

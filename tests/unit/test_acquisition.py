@@ -18,7 +18,7 @@ from agent.acquisition import KEY, Acquisition, total
 from agent.conclude.explanation import runs_of
 from agent.conclude.outcome import signals_of
 from agent.cycle.recorder import Recorder
-from agent.cycle.sequence import Step
+from agent.cycle.stage import Step
 from agent.errors import InputError
 from agent.identify.signals.preprocess import left_out_of
 from agent.record.recording import Metadata, Recording

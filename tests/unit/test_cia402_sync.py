@@ -11,9 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from drivers.cia402.answers import Place, SyncedAnswer
 from drivers.cia402.placing import Placing
 from drivers.cia402.scaling import Scaling
-from drivers.cia402.sync import Place, SyncedAnswer, SyncLedger
+from drivers.cia402.sync import SyncLedger
 from drivers.ports import DriveState, Goal, Sample
 
 PERIOD_S = 0.002
