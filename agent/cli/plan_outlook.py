@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.cell import Axis, Cell
+from agent.cell_axis import Expected
 from agent.errors import InputError
 from agent.numbers import (
     decimals_for,
@@ -111,7 +112,7 @@ def outlook_of(
     trajectories.TrajectoryError
         No stair fits; says what would be needed.
     """
-    expected, stair = axis.expected, axis.stair
+    expected = axis.expected
     if expected is None or not all(
         (expected.coulomb_nm, expected.viscous_nm_s_per_rad, expected.inertia_kg_m2)
     ):
@@ -127,13 +128,40 @@ def outlook_of(
         "stribeck_velocity_rad_s": _STRIBECK_RAD_S[0],
         "exponent": _EXPONENTS[0],
     }
+    noise = TorqueNoise(noise_nm, noise_nm, CORRELATION_S, cell.recording.sample_rate_hz)
+    belief = _belief_of(expected, friction, axis.gear_ratio)
+    request = _request_of(axis, seconds, belief, noise, dwell_s)
+    design = design_stair(request)
+    nominal = friction | dict.fromkeys(BODY_PARAMETERS[1:3], expected.gravity_peak_nm)
+    nominal |= {"inertia_kg_m2": expected.inertia_kg_m2, "torque_offset_nm": 0.0}
+    found = _stribeck_range(request, design.trajectory, friction)
+    return Outlook(cell.robot, axis.number, request, design, nominal, found)
+
+
+def _belief_of(expected: Expected, friction: dict[str, float], gear_ratio: float) -> Belief:
+    """Return what is believed of the joint: the design must bear every Stribeck curve of it."""
     prior = [friction] + [
         {**friction, "stribeck_velocity_rad_s": v, "exponent": d}
         for v in _STRIBECK_RAD_S
         for d in _EXPONENTS[1:]
     ]
     gravity_nm = expected.gravity_peak_nm
-    request = DesignRequest(
+    return Belief(
+        STRIBECK.parameters,
+        tuple(friction[name] for name in STRIBECK.parameters),
+        tuple(sensitivity(STRIBECK, member) for member in prior),
+        expected.inertia_kg_m2,
+        gravity_nm if gravity_nm > 0.0 else expected.coulomb_nm,
+        gear_ratio,
+    )
+
+
+def _request_of(
+    axis: Axis, seconds: float, belief: Belief, noise: TorqueNoise, dwell_s: float
+) -> DesignRequest:
+    """Return what is asked of the design, at the motor: the cell speaks of the arm."""
+    stair = axis.stair
+    return DesignRequest(
         from_rad=axis.motor_rad(stair.arm_from_deg),
         to_rad=axis.motor_rad(stair.arm_to_deg),
         duration_s=seconds,
@@ -142,24 +170,12 @@ def outlook_of(
         acceleration_rad_s2=stair.motor_acceleration_rad_s2,
         jerk_rad_s3=stair.motor_jerk_rad_s3,
         limits=axis.motor_limits,
-        belief=Belief(
-            STRIBECK.parameters,
-            tuple(friction[name] for name in STRIBECK.parameters),
-            tuple(sensitivity(STRIBECK, member) for member in prior),
-            expected.inertia_kg_m2,
-            gravity_nm if gravity_nm > 0.0 else expected.coulomb_nm,
-            axis.gear_ratio,
-        ),
-        noise=TorqueNoise(noise_nm, noise_nm, CORRELATION_S, cell.recording.sample_rate_hz),
+        belief=belief,
+        noise=noise,
         torque_model=axis.torque_model,
         dwell_min_s=dwell_s,
         settle_s=_SETTLING * dwell_s,
     )
-    design = design_stair(request)
-    nominal = friction | dict.fromkeys(BODY_PARAMETERS[1:3], gravity_nm)
-    nominal |= {"inertia_kg_m2": expected.inertia_kg_m2, "torque_offset_nm": 0.0}
-    found = _stribeck_range(request, design.trajectory, friction)
-    return Outlook(cell.robot, axis.number, request, design, nominal, found)
 
 
 def _stribeck_range(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from agent.explain.answer.result import Explanation, NextExperiment
 from agent.numbers import units_unbroken
@@ -43,6 +44,11 @@ from agent.report.explanation_words import (
 from agent.report.figure_explanation_curve import caption_of
 from agent.report.figure_explanation_heard import CAPTION as HEARD
 from agent.report.page import render
+
+_IN_NUMBERS = (
+    *("tiles", "findings", "errors", "proof_picture", "proof_facts", "opened", "folded"),
+    *("spectra", "left_over", "unshaded", "map", "moved", "moved_picture", "floor"),
+)
 
 
 @dataclass(frozen=True)
@@ -116,9 +122,6 @@ def explanation_page(
     metadata : mapping, optional
         The recordings' metadata (contract section 2).
     """
-    decided = decidable(explanation)
-    unit, stages = errors.error_rows(explanation)
-    opened, folded, undrawn = trace_pictures(explanation) if decided else ([], [], 0)
     names = (*explanation.recordings, *explanation.held_out)
     return render(
         "explanation.html.j2",
@@ -126,7 +129,6 @@ def explanation_page(
         robot=robot,
         axis=str(axis),
         explanation=explanation,
-        decidable=decided,
         verdict=verdict_words(explanation),
         sentence=units_unbroken(explanation.sentence),
         steps=what_to_do(explanation),
@@ -138,32 +140,45 @@ def explanation_page(
             for e in explanation.further_experiments
             if e != explanation.next_experiment
         ],
-        tiles=errors.tiles(explanation) if decided else (),
-        findings=_findings(explanation) if decided else [],
         found_title=found_title(explanation),
-        errors=stages if decided else (),
-        error_unit=unit,
-        proof_picture=proof_picture(explanation) if decided else None,
-        proof_facts=errors.proof_facts(explanation) if decided else (),
-        opened=opened,
-        folded=folded,
-        undrawn=undrawn,
         unexplained=unexplained_in_words(explanation),
         judged_on=errors.judged_on(explanation),
         unexplained_where=rows.places(explanation.unexplained_where, names),
-        spectra=spectrum_pictures(explanation) if decided else [],
-        left_over=left_over_pictures(explanation) if decided else [],
-        unshaded=unshaded(explanation) if decided else [],
-        map=heat_map(explanation.cells) if decided else None,
-        moved=[rows.moved_row(m) for m in explanation.moved] if decided else [],
-        moved_picture=moved_picture(explanation) if decided else None,
         carried=_carried(explanation),
         not_judged=[(heading("; ".join(labels)), why) for why, labels in not_judged(explanation)],
         aliases=[" / ".join(effect_label(e) for e in group) for group in explanation.aliases],
-        floor=errors.floor_rows(explanation) if decided else (),
         recordings=_recordings(explanation),
         about=provenance.metadata_rows(metadata or {}),
+        **_in_numbers(explanation),
     )
+
+
+def _in_numbers(explanation: Explanation) -> Mapping[str, Any]:
+    """Return every picture and table of the page; all empty where nothing could be decided."""
+    unit, stages = errors.error_rows(explanation)
+    if not decidable(explanation):
+        empty: dict[str, Any] = dict.fromkeys(_IN_NUMBERS, ())
+        return empty | {"decidable": False, "error_unit": unit, "undrawn": 0}
+    opened, folded, undrawn = trace_pictures(explanation)
+    return {
+        "decidable": True,
+        "tiles": errors.tiles(explanation),
+        "findings": _findings(explanation),
+        "errors": stages,
+        "error_unit": unit,
+        "proof_picture": proof_picture(explanation),
+        "proof_facts": errors.proof_facts(explanation),
+        "opened": opened,
+        "folded": folded,
+        "undrawn": undrawn,
+        "spectra": spectrum_pictures(explanation),
+        "left_over": left_over_pictures(explanation),
+        "unshaded": unshaded(explanation),
+        "map": heat_map(explanation.cells),
+        "moved": [rows.moved_row(m) for m in explanation.moved],
+        "moved_picture": moved_picture(explanation),
+        "floor": errors.floor_rows(explanation),
+    }
 
 
 def _findings(explanation: Explanation) -> list[FindingView]:
