@@ -41,7 +41,7 @@ LIBRARY_ERRORS: dict[type[Exception], type[DriverError]] = {
 
 _OBJECT_ABSENT = 0x06020000
 _SUBINDEX_ABSENT = 0x06090011
-_ABSENT = (_OBJECT_ABSENT, _SUBINDEX_ABSENT)
+ABSENT = (_OBJECT_ABSENT, _SUBINDEX_ABSENT)
 
 _ABORT_WORDS: dict[int, str] = {
     0x05030000: "the toggle bit was not alternated",
@@ -160,7 +160,7 @@ class SdoAccess:
         try:
             return self.read(item)
         except SdoError as error:
-            if error.abort_code in _ABSENT:
+            if error.abort_code in ABSENT:
                 return None
             raise
 
@@ -169,7 +169,7 @@ class SdoAccess:
         try:
             data = self._upload(index, subindex, f"{name} (0x{index:04X}:{subindex:02X})")
         except SdoError as error:
-            if error.abort_code in _ABSENT:
+            if error.abort_code in ABSENT:
                 return None
             raise
         return data.rstrip(b"\x00").decode("latin-1").strip()

@@ -14,7 +14,7 @@ from drivers.cia402.config import Cia402Config
 from drivers.cia402.modes import Rung
 from drivers.cia402.objects import DriveObject, setting_of
 from drivers.cia402.pdo import MAPPING_OFFSET, snapshot_pdo, write_pdo
-from drivers.cia402.sdo import SdoAccess
+from drivers.cia402.sdo import ABSENT, SdoAccess
 from drivers.cia402.wanted import ProcessData, wanted_settings
 from drivers.cia402.words import Mode
 from drivers.errors import BusError, DriverError, SdoError
@@ -24,14 +24,43 @@ _Step = tuple[str, Callable[[], dict[str, int]]]
 
 _LIMITS = objects.SOFTWARE_LIMITS
 
+MAY_LACK = {
+    0x1016: "heartbeat_consumer = false",
+    0x6007: "abort_connection = false",
+    0x607D: "software_limits = false",
+}
+"""What a cell says of a drive that has no such object."""
+
 
 def snapshot(sdo: SdoAccess, config: Cia402Config, rung: Rung) -> dict[str, int]:
-    """Return everything that `apply` will write, as it is now; nothing is written."""
+    """Return everything that `apply` will write, as it is now; nothing is written.
+
+    Raises
+    ------
+    SdoError
+        Naming the object that the drive has not; where a cell may say so, how.
+    """
     items = (*wanted_settings(config, rung), objects.MODE)
-    found = {item.key: sdo.read(item) for item in items}
+    found = {item.key: _read(sdo, item) for item in items}
     for pdo in ProcessData.of(config, rung).all:
         found.update(snapshot_pdo(sdo, pdo))
     return found
+
+
+def _read(sdo: SdoAccess, item: DriveObject) -> int:
+    """Return one object's value; of one that drives may lack, say what to do where it is absent."""
+    try:
+        return sdo.read(item)
+    except SdoError as error:
+        said = MAY_LACK.get(item.index)
+        if said is None or error.abort_code not in ABSENT:
+            raise
+        raise SdoError(
+            error.what,
+            f"Where its manual has none either, set {said} under [axis.drive], or name its profile "
+            "there: which modes are left then is in docs/drives.md.",
+            error.abort_code,
+        ) from error
 
 
 def apply(

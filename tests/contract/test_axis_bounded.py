@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from agent.cell_bus import Drive
+from drivers.cia402.settings import MAY_LACK
+from drivers.errors import SdoError
 from drivers.ports import Command, Goal, Move
 from fakes.specification import DriveParameters, FakeSpecification
 from tests.contract.axis_rig import EVERY_MODE, VIRTUAL, open_rig
@@ -31,3 +34,16 @@ def test_a_move_ends_by_itself_when_the_agent_dies_and_the_drive_watches_nobody(
         assert abs(rig.drive.motor_velocity_rad_s) < 0.5
         assert rig.drive.motor_position_rad == pytest.approx(start_rad + 30.0, abs=0.2)
         axis.close()
+
+
+@pytest.mark.parametrize("index", MAY_LACK)
+def test_of_an_object_that_a_drive_lacks_it_is_said_what_the_cell_says_of_it(index: int) -> None:
+    lacking = FakeSpecification(drive=DriveParameters(absent_objects=(index,)))
+    with open_rig(VIRTUAL, specification=lacking) as rig:
+        axis = rig.axis()
+        with pytest.raises(SdoError, match="no such object") as caught:
+            axis.open()
+        axis.close()
+    key, _, value = MAY_LACK[index].partition(" = ")
+    assert f"set {key} = {value} under [axis.drive]" in caught.value.do
+    assert Drive.model_fields[key].default is None  # the cell may say it
