@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+import functools
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
 from agent.explain.choosing.choice import Term, choose
 from agent.explain.choosing.search import Library
+from agent.explain.forms import cable
 from agent.explain.forms import order as forms_order
+from agent.explain.forms.form import Form
 from agent.explain.forms.quantities import as_in_twin
+from agent.explain.numbers.resting import settled_beside
+from agent.explain.numbers.short_stroke import without_gravity
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.run import Run
 from agent.explain.rows.scene import Scene, refit
-from agent.explain.rows.table import BASE, tabulate
+from agent.explain.rows.table import BASE, Table, tabulate
 from agent.identify.result import Floats, Parameter
 from tests.science.explain_joint import GEAR_RATIO, NOISE_NM, RATE_HZ, TWIN, stair
 
@@ -24,6 +31,7 @@ WEIGHT_NM = 0.3
 _STEPS = 8  # a sample
 
 
+@functools.cache
 def sampled(scale: float) -> tuple[Floats, Floats, Floats, Floats]:
     """Return time, true angle, velocity and acceleration of the motor at 8 times the rate."""
     trajectory = stair([scale * v for v in (6.0, 20.0, 45.0, 70.0, 95.0)])
@@ -44,25 +52,40 @@ def sprung(velocity: Floats) -> Floats:
     return out
 
 
-def recorded(scale: float, seed: int, weight_nm: float, *, gear_wobbles: bool) -> Run:
+@dataclass(frozen=True)
+class Joint:
+    """What a joint has beside TWIN; torque that is late by less than zero is early."""
+
+    gear_wobbles: bool
+    weight_nm: float = WEIGHT_NM
+    error_rad: float = ERROR_RAD
+    ripple_nm: float = 0.0
+    torque_late_s: float = 0.0
+    cable_nm_per_rad: float = 0.0
+
+
+def recorded(scale: float, seed: int, joint: Joint) -> Run:
     """Return a recording of a joint whose gear wobbles, or whose motor angle is misread.
 
     The motor bears what the gear carries times the ratio of this moment.
     """
     time, position, velocity, acceleration = sampled(scale)
     rng = np.random.default_rng(seed)
-    slope = ORDER * ERROR_RAD * np.cos(ORDER * position)
+    slope = ORDER * joint.error_rad * np.cos(ORDER * position)
     arm = ARM_SHARE * TWIN.inertia_kg_m2
-    geared = 1.0 + slope if gear_wobbles else np.ones_like(slope)
-    borne = arm * sprung(velocity * geared) + weight_nm * np.sin(position / GEAR_RATIO)
+    geared = 1.0 + slope if joint.gear_wobbles else np.ones_like(slope)
+    borne = arm * sprung(velocity * geared) + joint.weight_nm * np.sin(position / GEAR_RATIO)
+    borne = borne + joint.cable_nm_per_rad * position / GEAR_RATIO
     torque = (
         (TWIN.inertia_kg_m2 - arm) * acceleration
         + borne * geared
         + TWIN.viscous_nm_s_per_rad * velocity
         + TWIN.coulomb_nm * np.sign(velocity)
+        - joint.ripple_nm * np.sin(ORDER * position)
     )
-    if not gear_wobbles:
-        position = position + ERROR_RAD * np.sin(ORDER * position)
+    torque = np.interp(time - joint.torque_late_s, time, torque)
+    if not joint.gear_wobbles:
+        position = position + joint.error_rad * np.sin(ORDER * position)
         velocity = velocity * (1.0 + slope)
     torque = torque + NOISE_NM * rng.standard_normal(time.shape[0])
     names = ("time_s", "position_rad", "velocity_rad_s", "torque_nm")
@@ -74,19 +97,25 @@ def recorded(scale: float, seed: int, weight_nm: float, *, gear_wobbles: bool) -
     )
 
 
-def named(weight_nm: float, *, gear_wobbles: bool) -> tuple[Term, Scene]:
-    runs = [recorded(s, k, weight_nm, gear_wobbles=gear_wobbles) for k, s in enumerate((1.0, 0.9))]
-    table = tabulate(TWIN, runs)
+def tabulated(joint: Joint) -> Table:
+    return tabulate(TWIN, [recorded(s, k, joint) for k, s in enumerate((1.0, 0.9))])
+
+
+def library_of(table: Table, forms: Sequence[Form] = forms_order.FORMS) -> Library:
     delta, left = refit(table)
     theta = np.array([getattr(TWIN, name) for name in BASE]) + delta
     scene = Scene(table, theta, np.where(table.used, left, 0.0))
-    library = Library.of(scene, weigh(table, left), forms_order.FORMS)
-    return choose(library).terms[0], scene
+    return Library.of(scene, weigh(table, left), forms)
+
+
+def named(joint: Joint) -> tuple[Term, Scene]:
+    library = library_of(tabulated(joint))
+    return choose(library).terms[0], library.scene
 
 
 @pytest.mark.parametrize("weight_nm", [0.0, WEIGHT_NM])
 def test_a_wobble_that_comes_through_a_spring_is_the_gears(weight_nm: float) -> None:
-    term, scene = named(weight_nm, gear_wobbles=True)
+    term, scene = named(Joint(gear_wobbles=True, weight_nm=weight_nm))
     assert term.scored.form.effect == "kinematic-error"
     values = term.scored.values()
     assert values["order_per_motor_rev"] == pytest.approx(ORDER, abs=0.01)
@@ -102,8 +131,29 @@ def test_a_wobble_that_comes_through_a_spring_is_the_gears(weight_nm: float) -> 
 
 @pytest.mark.parametrize("weight_nm", [0.0, WEIGHT_NM])
 def test_an_error_of_the_measured_angle_is_the_resolvers(weight_nm: float) -> None:
-    term, _ = named(weight_nm, gear_wobbles=False)
+    term, _ = named(Joint(gear_wobbles=False, weight_nm=weight_nm))
     assert term.scored.form.effect == "resolver-error"
     values = term.scored.values()
     found = math.hypot(values["cos_rad"], values["sin_rad"])
     assert found == pytest.approx(ERROR_RAD, rel=0.1)
+
+
+@pytest.mark.parametrize("gear_wobbles", [True, False])
+def test_neither_stands_for_a_ripple_of_its_order_and_an_early_torque(gear_wobbles: bool) -> None:
+    # Before, each of the two was called the other.
+    joint = Joint(gear_wobbles, error_rad=0.002, ripple_nm=0.012, torque_late_s=-0.0005)
+    term, _ = named(joint)
+    names = {True: "kinematic-error", False: "resolver-error"}
+    assert term.scored.form.effect == names[gear_wobbles]
+    assert [r.scored.form.effect for r in term.rivals] == [names[not gear_wobbles]]
+
+
+def test_a_wobbling_gear_bears_the_cable_that_was_found_beside_it() -> None:
+    joint = Joint(gear_wobbles=True, weight_nm=0.0, cable_nm_per_rad=0.8)
+    rigid = [f for f in forms_order.FORMS if f.effect == "kinematic-error" and not f.together]
+    library = library_of(without_gravity(tabulated(joint)), (*rigid, *cable.FORMS[:1]))
+    library, choice = settled_beside(library, choose(library, rivals=False))
+    assert {t.scored.form.effect for t in choice.terms} == {"kinematic-error", "cable-force"}
+    pull = library.scene.held_nm
+    assert pull is not None
+    assert np.polyfit(library.scene.arm_rad, pull, 1)[0] == pytest.approx(0.8, rel=0.02)

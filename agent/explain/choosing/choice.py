@@ -10,13 +10,14 @@ axes stand before time and recording. What predicts as well by another effect is
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from agent.explain.choosing.heard import LIKE_A_GAP, heard
 from agent.explain.choosing.materiality import MATERIAL, beyond, least_gain
+from agent.explain.choosing.same_wave import told_apart
 from agent.explain.choosing.search import Candidate, Library, Scored, basis_of
 from agent.explain.choosing.shifts import chance
 from agent.explain.rows.evidence import effective_size
@@ -286,7 +287,11 @@ def settled(library: Library, chosen: list[Term]) -> tuple[list[Term], Floats]:
             ranked = [s for s in ranked if heard(library.scene, s.form)]
         best = _preferred(library, ranked, float(library.errors(others).sum()))
         if best is not None:
-            chosen[i] = _with_rivals(library, others, ranked, best, chosen[i].chance)
+            alike = told_apart(library, others, ranked)
+            if best.form.effect in alike:
+                first = next(iter(alike))
+                best = next(s for s in ranked if s.form.effect == first)
+            chosen[i] = _with_rivals(library, others, ranked, best, chosen[i].chance, alike)
     whole = library.errors([t.candidate for t in chosen])
     return chosen, whole
 
@@ -297,8 +302,12 @@ def _with_rivals(
     ranked: Sequence[Scored],
     best: Scored,
     chance: float,
+    alike: Mapping[str, Scored],
 ) -> Term:
-    """Return a term with the best form of every other effect that is not clearly worse."""
+    """Return a term with the best form of every other effect that is not clearly worse.
+
+    What is `alike` is compared as it is there: see `told_apart`.
+    """
     residual = library.residual([*others, best.candidate])
     size = effective_size(library.scene.table, library.weighing, residual)
     without = library.errors(others)
@@ -310,9 +319,12 @@ def _with_rivals(
         if effect == best.form.effect or best.form.effect in scored.form.contains:
             continue
         # No law's form is so exact that a rival's missing a few percent of the gain refutes it.
-        lost = float(scored.blocks.sum() - best.blocks.sum())
-        missed = lost / max(float(without.sum() - best.blocks.sum()), 1e-300)
-        behind = min(behind_of(library, best, scored, size), _PER_SHARE * missed)
+        own, other = best, scored
+        if best.form.effect in alike and effect in alike:
+            own, other = alike[best.form.effect], alike[effect]
+        lost = float(other.blocks.sum() - own.blocks.sum())
+        missed = lost / max(float(without.sum() - own.blocks.sum()), 1e-300)
+        behind = min(behind_of(library, own, other, size), _PER_SHARE * missed)
         entries.append((scored, behind))
     weights = [math.exp(-max(behind, 0.0)) for _, behind in entries]
     total = 1.0 + sum(weights)

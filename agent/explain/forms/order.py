@@ -184,10 +184,29 @@ def _resolver_swinging(scene: Scene, point: Point) -> Floats:
     return -(inertia_of(scene) * shaken + _wrongly_viscous(scene, order))
 
 
+def _ripple_and_late(scene: Scene, point: Point) -> Floats:
+    """Return a ripple, and what a wave that grows with the speed's square adds when late, (N, 4).
+
+    At a held speed: the derivative by time of its second derivatives.
+    """
+    late = _slopes(scene, point[0]) * scene.full("velocity_rad_s")[:, np.newaxis] ** 3
+    return np.concatenate((scene.wave(point[0]), late), axis=1)
+
+
 def _resolver_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
     del scene
     return ({name: values[name] for name in ("cos_rad", "sin_rad", "order_per_motor_rev")},)
 
+
+BESIDE_A_WAVE = Form(
+    "torque-ripple",
+    "an order, and a wave of the same order a little late",
+    ("cos_nm", "sin_nm", "late_cos_nm_s3", "late_sin_nm_s3"),
+    _ripple_and_late,
+    ("order_per_motor_rev",),
+    needs=_POSITION,
+)
+"""What nearly every recording has of a wave's order, too small for a name: it is no candidate."""
 
 FORMS: tuple[Form, ...] = (
     Form(

@@ -7,7 +7,7 @@ a weaker one. An arm's clearance is crossed where its load changes sides, which 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,14 +18,13 @@ from agent.explain.choosing.search import Candidate, Library
 from agent.explain.numbers.in_step import chosen_in_step
 from agent.explain.numbers.renewed import left_nm, with_new_grids
 from agent.explain.numbers.resting import moved_far, numbers_beside, retaken, taken_at
-from agent.explain.rows.evidence import solve, weigh
+from agent.explain.numbers.whole import held_beside
+from agent.explain.rows.evidence import weigh
 from agent.explain.rows.floor import noise_floor
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.usual import usual_blocks
-from agent.identify.result import Floats
 
 _ROUNDS = 2
-_HOLDS_THE_ARM = frozenset({"cable-force", "gravity-imbalance", "local-fault"})
 
 
 def chosen_anew(library: Library) -> tuple[Library, Choice]:
@@ -82,7 +81,7 @@ def _worth_it(library: Library, terms: Sequence[Candidate]) -> bool:
 def _as_beside(library: Library, terms: Sequence[Candidate]) -> Scene:
     """Return the scene with the twin's numbers, and what holds the arm, as beside some terms."""
     theta = numbers_beside(library, terms)
-    return replace(library.scene, theta=theta, held=_held(library, terms))
+    return replace(library.scene, theta=theta, held=held_beside(library, terms))
 
 
 def _more_than_noise(library: Library, terms: Sequence[Candidate]) -> bool:
@@ -95,7 +94,7 @@ def _more_than_noise(library: Library, terms: Sequence[Candidate]) -> bool:
 def _beside(library: Library, terms: Sequence[Candidate]) -> Library:
     """Return a library whose weights, loads and grids are those beside some terms."""
     left, scene = left_nm(library, terms), library.scene
-    held = _held(library, terms)
+    held = held_beside(library, terms)
     weighing = weigh(scene.table, left)
     ratio = (weighing.weight / library.weighing.weight)[:, np.newaxis]
     known = {
@@ -116,21 +115,3 @@ def _beside(library: Library, terms: Sequence[Candidate]) -> Library:
         scene = replace(renewed.scene, held=held)
         renewed = taken_at(replace(renewed, scene=scene), theta)
     return with_new_grids(renewed, terms)
-
-
-def _held(library: Library, terms: Sequence[Candidate]) -> Callable[[Scene], Floats] | None:
-    """Return the torque of the terms that the arm is held against; None without such terms."""
-    columns = library.model(terms)
-    numbers = solve(columns.T @ columns, columns.T @ library.target)
-    begin, holding = library.base.shape[1], []
-    for term in terms:
-        end = begin + term.columns.shape[1]
-        if term.form.effect in _HOLDS_THE_ARM:
-            holding.append((term.form, term.point, numbers[begin:end]))
-        begin = end
-
-    def held_nm(scene: Scene) -> Floats:
-        parts = [form.columns(scene, point) @ own for form, point, own in holding]
-        return np.asarray(np.sum(parts, axis=0))
-
-    return held_nm if holding else None

@@ -13,7 +13,7 @@ from dataclasses import replace
 from agent.explain.choosing.choice import Choice, Term, settled
 from agent.explain.choosing.search import Candidate, Library
 from agent.explain.numbers.polish import polished
-from agent.explain.numbers.whole import grown, known_beside, sliding_beside
+from agent.explain.numbers.whole import grown, held_beside, known_beside, sliding_beside
 from agent.explain.rows.evidence import solve
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
@@ -41,10 +41,13 @@ def settled_beside(library: Library, choice: Choice) -> tuple[Library, Choice]:
     """
     for _ in range(_ROUNDS):
         before, theta = library.scene, library.scene.theta
+        held = before.held
         if any(term.scored.form.rests_on_numbers for term in choice.terms):
             theta = numbers_beside(library, choice.candidates)
+            held = held_beside(library, choice.candidates)
         scene = replace(
             library.scene,
+            held=held,
             beside=known_beside(library, choice.candidates),
             sliding=sliding_beside(library, choice.candidates),
         )

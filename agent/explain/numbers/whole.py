@@ -7,7 +7,7 @@ their numbers for it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +19,7 @@ from agent.identify.result import Floats
 from agent.physics.effects import SLIDING, YIELDING
 
 _REPORTED = frozenset({"measurement-delay", "torque-saturation"})
+_HOLDS_THE_ARM = frozenset({"cable-force", "gravity-imbalance", "local-fault"})
 _MOVED = 0.02  # of what is added: less changes no law that is made of it
 
 
@@ -61,10 +62,23 @@ def sliding_beside(library: Library, terms: Sequence[Candidate]) -> tuple[Known,
     return tuple(k for k in _known(library, terms) if k.candidate.form.effect in SLIDING)
 
 
+def held_beside(library: Library, terms: Sequence[Candidate]) -> Callable[[Scene], Floats] | None:
+    """Return the torque of the terms that the arm is held against; None without such terms."""
+    holding = [k for k in _known(library, terms) if k.candidate.form.effect in _HOLDS_THE_ARM]
+
+    def held_nm(scene: Scene) -> Floats:
+        return np.asarray(np.sum([known(scene) for known in holding], axis=0))
+
+    return held_nm if holding else None
+
+
 def grown(scene: Scene, now: Scene) -> bool:
     """Return whether effects add another torque than the laws of the whole were taken at."""
     if bool(scene.beside) != bool(now.beside) or bool(scene.sliding) != bool(now.sliding):
         return True
+    if (scene.held is None) != (now.held is None):
+        return True
     pairs = [(scene.beside_nm, now.beside_nm)] if now.beside else []
+    pairs += [(scene.weight_nm, now.weight_nm)] if now.held is not None else []
     pairs += [(scene.level_share, now.level_share)] if now.sliding else []
     return any(float((b - a) @ (b - a)) > _MOVED**2 * float(a @ a) for a, b in pairs)
