@@ -16,7 +16,7 @@ from fakes.conceal.measure import Floats, Seen
 from fakes.conceal.outsiders import PREFIX
 from fakes.conceal.refit import Motion
 from fakes.conceal.rehearsal import Rehearsal, known_numbers
-from fakes.conceal.small import Put, all_in
+from fakes.conceal.small import Put, all_in, difference_nm
 from fakes.conceal.truth import Truth
 
 MATERIAL = 0.02
@@ -24,6 +24,9 @@ MATERIAL = 0.02
 
 VISIBLE = 0.2
 """Of an effect's greatest torque: there its place ends."""
+
+HARD_RAD = 2e-4
+"""Of the motor: contacts that slip after so little are as good as rigid to an encoder."""
 
 _BINS = 200
 _OF_THE_RUNS = frozenset({"recording", "gearbox_temperature_degc", "motor_temperature_degc"})
@@ -70,6 +73,8 @@ def describe(rehearsal: Rehearsal, small: Sequence[Put], large: Sequence[Put]) -
         )
     if all(put.concealment.effect != "joint-flexibility" for put in large):
         nuisances.append(_own_spring(rehearsal, residual))
+    if all(put.concealment.effect != "presliding-hysteresis" for put in large):
+        nuisances.append(_own_yielding(rehearsal, residual))
     return {
         "effects": found,
         "nuisances": nuisances,
@@ -155,6 +160,28 @@ def _own_spring(rehearsal: Rehearsal, residual_nm2: float) -> dict[str, Any]:
         "basis": "refitted",
         "snr": energy**0.5 / rehearsal.floor_nm,
         "parameters": {"stiffness_nm_per_rad": truth.stiffness_nm_per_rad},
+        "where": [],
+        "energy_nm2": energy,
+        "share_of_residual": energy / residual_nm2,
+        "counts_as_true": energy >= MATERIAL * residual_nm2,
+    }
+
+
+def _own_yielding(rehearsal: Rehearsal, residual_nm2: float) -> dict[str, Any]:
+    """Return what it changes that all contacts give way before they slip, if only a little."""
+    truth = rehearsal.robot.truth
+    yields, hard = (
+        rehearsal.fit(rehearsal.see(each))
+        for each in (truth, truth._replace(presliding_rad=HARD_RAD))
+    )
+    energy = difference_nm(rehearsal, yields, hard) ** 2
+    return {
+        "effect": "presliding-hysteresis",
+        "also": [],
+        "form": "the contacts' own",
+        "basis": "refitted",
+        "snr": energy**0.5 / rehearsal.floor_nm,
+        "parameters": {"sliding_travel_rad": 2.0 * truth.presliding_rad},
         "where": [],
         "energy_nm2": energy,
         "share_of_residual": energy / residual_nm2,

@@ -331,6 +331,7 @@ def test_nuisances_are_small_and_logged() -> None:
     named = [entry["effect"] for entry in label["nuisances"]]
     assert len(named) >= 2
     assert "stribeck" not in named
+    assert named[-2:] == ["joint-flexibility", "presliding-hysteresis"]  # no joint is without
     for entry in label["nuisances"]:
         assert 0.0 <= entry["share_of_residual"] < 0.04
         assert entry["counts_as_true"] == (entry["share_of_residual"] >= 0.02)
