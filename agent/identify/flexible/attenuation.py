@@ -16,12 +16,8 @@ from dataclasses import replace
 import numpy as np
 
 from agent.identify.flexible.chain import apparent_inertia, chain_of
-from agent.identify.flexible.preparation import (
-    Prepared,
-    motion_noise,
-    motion_order,
-    torque_noise_nm,
-)
+from agent.identify.flexible.noise import motion_noise, motion_order, torque_noise_nm
+from agent.identify.flexible.preparation import Prepared
 from agent.identify.flexible.projection import Point, Problem
 from agent.identify.flexible.slopes import jacobian_of
 from agent.identify.result import Floats

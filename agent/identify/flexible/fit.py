@@ -21,14 +21,8 @@ from agent.identify.flexible.chain import Kind, chain_of
 from agent.identify.flexible.checks import why_not
 from agent.identify.flexible.excitation import hardly_excited, not_excited, notes_of, wrong_minimum
 from agent.identify.flexible.intervals import parameters_of, physical
-from agent.identify.flexible.preparation import (
-    Prepared,
-    Track,
-    even_cutoff_hz,
-    prepare,
-    quietest_cutoff_hz,
-    tracks_of,
-)
+from agent.identify.flexible.noise import even_cutoff_hz, quietest_cutoff_hz
+from agent.identify.flexible.preparation import Prepared, Track, prepare, tracks_of
 from agent.identify.flexible.projection import Point, Problem, evaluate
 from agent.identify.flexible.result import FlexibleFit, joint_of
 from agent.identify.flexible.reversals import through_reversals
