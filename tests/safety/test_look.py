@@ -71,7 +71,7 @@ def test_a_look_says_what_holds_and_sends_requests_to_read_alone(tmp_path: Path)
 @pytest.mark.parametrize(
     ("edit", "fault", "name", "reason"),
     [
-        ({"product_code": 7}, None, "identity", "product code expected 0x7"),
+        ({"product_code": 7}, None, "identity", "product code expected 7 (0x7)"),
         ({"node_id": 77}, None, "identity", "Nobody answers under node id 77"),
         ({"rated_torque_nm": 99.0}, None, "settings read back equal", "rated torque"),
         ({}, faults.DriveFault(at_s=0.0), "drive healthy", "in fault"),
