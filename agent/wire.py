@@ -21,7 +21,7 @@ from agent.cycle.runner import CycleRunner, Progress
 from agent.errors import AgentError, InputError
 from agent.record.atomic import storage_error
 from agent.wire_devices import cell_release, job_controller, permit_wait_s, with_probe
-from agent.wire_drive import bus_config, drive_config, watched_configs
+from agent.wire_drive import bus_config, drive_config, ramping_with, watched_configs
 from agent.wire_replay import open_replay
 from agent.wire_request import CycleRequest
 from agent.wire_writing import Journal, LastUnits, RunWriter
@@ -99,7 +99,7 @@ def _run_drive(
 ) -> CycleResult:
     """Drive the axis by its drive on the bus, after giving back what a killed run has left."""
     cell, axis = request.cell, request.axis
-    config = drive_config(cell, axis)
+    config = ramping_with(plan, drive_config(cell, axis))
     kept = (request.journal_folder or request.folder) / f".{cell.robot}-axis{axis.number}"
     journal = Journal(kept.with_name(kept.name + given_back.JOURNAL_SUFFIX))
     last_units = LastUnits(kept.with_name(f"{kept.name}.units.json"), config.scaling)

@@ -5,9 +5,10 @@ A part of the composition root.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from agent.cell import REPLAY, Axis, Bus, Cell, Drive
+from agent.cycle.plan import CyclePlan
 from agent.errors import InputError
 from drivers.can.owner import CanBusConfig
 from drivers.cia402.config import Cia402Config, ExpectedIdentity
@@ -23,6 +24,9 @@ WATCHED_MOTION_ARM_DEG = 0.2
 
 QUICK_STOP_ON_LOSS = 3
 """For 0x6007: what the drive shall do when it no longer hears us."""
+
+CATCHING_UP = 1.05
+"""Times the steepest ramp that is streamed: what the drive may ramp by, to make up for rounding."""
 
 
 @dataclass(frozen=True)
@@ -170,3 +174,16 @@ def drive_config(cell: Cell, axis: Axis) -> Cia402Config:
         has_deceleration=able.deceleration,
         has_quick_stop_deceleration=able.quick_stop_deceleration,
     )
+
+
+def ramping_with(plan: CyclePlan, config: Cia402Config) -> Cia402Config:
+    """Return the drive's description with ramps as steep as what is streamed to it, no steeper.
+
+    Between two set-points the drive ramps by itself. With the axis's limit it is at each in half of
+    the time and waits: its velocity goes up in steps, and a torque that is read at the same moment
+    of each step is none of the motion's (the inertia of `stribeck demo` came out 0.3 % too large).
+    """
+    steepest = max(abs(segment.peak_acceleration_rad_s2) for segment in plan.trajectory.segments)
+    ramp = CATCHING_UP * max(steepest, plan.approach.acceleration_rad_s2)
+    ramp = min(ramp, config.acceleration_rad_s2)
+    return replace(config, acceleration_rad_s2=ramp, deceleration_rad_s2=ramp)

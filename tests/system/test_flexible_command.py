@@ -166,7 +166,8 @@ def test_a_technician_reads_the_finding_first(driven: Driven) -> None:
         "two-mass, stribeck friction",
         "three-mass, stribeck friction",
         "<- taken",
-        "the minimum that is kept, with the one from the frequency response",
+        "the minimum that is kept",
+        ", with the one from the frequency response",
         "Runs not seen",
         driven.stair.name,
     ):

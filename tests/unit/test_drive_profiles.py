@@ -11,8 +11,9 @@ import pytest
 import tomli_w
 
 from agent.cell import parse_cell
+from agent.cycle.plan import plan_cycle
 from agent.errors import InputError
-from agent.wire_drive import drive_config
+from agent.wire_drive import CATCHING_UP, drive_config, ramping_with
 from drivers.cia402.config import Cia402Config
 from drivers.profiles.drive_profile import (
     DRIVES,
@@ -33,6 +34,21 @@ def config_with(**drive: Any) -> Cia402Config:
     document["axis"][0]["drive"] |= drive
     cell = parse_cell(tomli_w.dumps(document))
     return drive_config(cell, cell.axis[0])
+
+
+def test_a_drive_ramps_as_steeply_as_what_it_is_sent_and_no_steeper_than_its_axis() -> None:
+    # A steeper ramp is at each set-point too early and waits there: the velocity goes up in steps.
+    document = tomllib.loads(EXAMPLE)
+    for asked, limit, ramp in ((300.0, 600.0, 300.0 * CATCHING_UP), (300.0, 301.0, 301.0)):
+        document["axis"][0]["stair"]["motor_acceleration_rad_s2"] = asked
+        document["axis"][0]["limits"]["motor_acceleration_max_rad_s2"] = limit
+        cell = parse_cell(tomli_w.dumps(document))
+        plan = plan_cycle(cell, cell.axis[0])
+        config = ramping_with(plan, drive_config(cell, cell.axis[0]))
+        assert config.acceleration_rad_s2 == pytest.approx(ramp)
+        assert config.deceleration_rad_s2 == pytest.approx(ramp)
+        quick = document["axis"][0]["limits"]["stopping_deceleration_rad_s2"]
+        assert config.quick_stop_deceleration_rad_s2 == quick
 
 
 def test_every_shipped_profile_is_whole_and_can_be_played() -> None:
