@@ -11,7 +11,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from agent.explain.choosing.search import Candidate, Library, basis_of
+from agent.explain.choosing.candidate import Candidate, basis_of
+from agent.explain.choosing.search import Library
 from agent.explain.forms.library import judgeable
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.run import Run

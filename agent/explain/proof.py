@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.explain.answer.result import Holdout, fit_of
+from agent.explain.choosing.candidate import Candidate, basis_of
 from agent.explain.choosing.choice import choose
-from agent.explain.choosing.search import Candidate, Library, basis_of
+from agent.explain.choosing.search import Library
 from agent.explain.choosing.shifts import shifted
 from agent.explain.numbers.model import predicted
 from agent.explain.rows.evidence import solve

@@ -29,7 +29,8 @@ from agent.cli.prove_plan import Asked, plan
 from agent.cli.prove_score import score
 from agent.cli.simulate import read_twin
 from agent.conclude.explanation import runs_of
-from agent.explain.choosing.search import Library, basis_of
+from agent.explain.choosing.candidate import basis_of
+from agent.explain.choosing.search import Library
 from agent.explain.forms.library import judgeable
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.scene import Scene

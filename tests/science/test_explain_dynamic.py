@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from agent.explain.choosing.candidate import Scored
 from agent.explain.choosing.choice import choose
-from agent.explain.choosing.search import Library, Scored
+from agent.explain.choosing.search import Library
 from agent.explain.findings import findings_of
 from agent.explain.forms import arm as forms_arm
 from agent.explain.forms import reversal as forms_reversal

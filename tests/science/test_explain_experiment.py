@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from agent.explain.answer.result import NextExperiment
+from agent.explain.choosing.candidate import Scored
 from agent.explain.choosing.choice import Choice, Rival
-from agent.explain.choosing.search import Library, Scored
+from agent.explain.choosing.search import Library
 from agent.explain.experiment.driven import Driven
 from agent.explain.experiment.menu import menu
 from agent.explain.experiment.motion import elsewhere

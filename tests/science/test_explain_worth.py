@@ -10,9 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.choice import choose
 from agent.explain.choosing.materiality import CLOSE, above_band_nm2, beyond, least_gain
-from agent.explain.choosing.search import DELAY, Candidate, Library
+from agent.explain.choosing.search import DELAY, Library
 from agent.explain.choosing.shares import above_noise, shares_of, without_term
 from agent.explain.forms.library import FORMS
 from agent.explain.numbers.explained_before import least_beside_effects

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from agent.explain.choosing.search import Candidate
+from agent.explain.choosing.candidate import Candidate
 from agent.explain.forms.form import Form
 from agent.explain.numbers.reach import reach_of
 from agent.explain.rows.evidence import Weighing

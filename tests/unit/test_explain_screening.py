@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from agent.explain.choosing.search import Candidate, basis_of, gain_of
+from agent.explain.choosing.candidate import Candidate, basis_of, gain_of
 from agent.explain.choosing.shifts import energies_in
 from agent.explain.forms.form import Form, stack
 from agent.explain.rows.scene import Scene

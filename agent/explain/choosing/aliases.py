@@ -16,7 +16,8 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.choosing.search import Candidate, Library, basis_of
+from agent.explain.choosing.candidate import Candidate, basis_of
+from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form, Point
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats

@@ -15,10 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from agent.explain.choosing.candidate import Candidate, Scored, basis_of
 from agent.explain.choosing.heard import LIKE_A_GAP, heard
 from agent.explain.choosing.materiality import MATERIAL, beyond, least_gain
 from agent.explain.choosing.same_wave import told_apart
-from agent.explain.choosing.search import Candidate, Library, Scored, basis_of
+from agent.explain.choosing.search import Library
 from agent.explain.choosing.shifts import chance
 from agent.explain.rows.evidence import effective_size
 from agent.explain.rows.usual import as_usual, usual_blocks

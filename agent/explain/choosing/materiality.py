@@ -10,7 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from agent.explain.choosing.search import Candidate, Library
+from agent.explain.choosing.candidate import Candidate
+from agent.explain.choosing.search import Library
 from agent.explain.rows.floor import noise_floor
 from agent.explain.rows.strata import STEADY
 from agent.explain.rows.table import Table

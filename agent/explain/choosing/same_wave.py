@@ -12,7 +12,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from agent.explain.choosing.search import Candidate, Library, Scored
+from agent.explain.choosing.candidate import Candidate, Scored
+from agent.explain.choosing.search import Library
 from agent.explain.forms.order import BESIDE_A_WAVE
 from agent.explain.forms.orders import half_a_line
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.explain.choosing.candidate import Candidate, Scored, basis_of, gain_of
 from agent.explain.choosing.descent import descended, movable
 from agent.explain.choosing.heard import heard
 from agent.explain.forms.form import Form, Point
@@ -29,58 +29,6 @@ _NOT_NEGATIVE = tuple(
     BASE.index(name) for name in ("inertia_kg_m2", "viscous_nm_s_per_rad", "coulomb_nm")
 )
 _TOLERATED = 0.05
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """One form at one point: its weighted columns (m, k) among the rows."""
-
-    form: Form
-    point: Point
-    columns: Floats
-
-    @cached_property
-    def gram(self) -> Floats:
-        """Return the columns' products with each other, shape (k, k)."""
-        return np.asarray(self.columns.T @ self.columns)
-
-
-@dataclass(frozen=True)
-class Scored:
-    """One form's best candidate against a model.
-
-    Parameters
-    ----------
-    candidate : Candidate
-    coefficients : ndarray, shape (k,)
-        Beside the model's own columns, refitted.
-    screened : float
-        Share of the model's squared residual that it removes, on all rows.
-    blocks : ndarray, shape (b,)
-        Weighted squared error of every block under fits to the other folds.
-    """
-
-    candidate: Candidate
-    coefficients: Floats
-    screened: float
-    blocks: Floats
-
-    @property
-    def form(self) -> Form:
-        """Return the candidate's form."""
-        return self.candidate.form
-
-    @property
-    def error(self) -> float:
-        """Return the squared error on data that was not seen."""
-        return float(self.blocks.sum())
-
-    def values(self) -> dict[str, float]:
-        """Return all of its numbers by name."""
-        form = self.form
-        out = {n: float(c) for n, c in zip(form.linear, self.coefficients, strict=True)}
-        out.update({n: float(c) for n, c in zip(form.nonlinear, self.candidate.point, strict=True)})
-        return out
 
 
 @dataclass(frozen=True)
@@ -314,48 +262,3 @@ class Library:
         usual = np.abs(self.scene.theta[carried])
         must = np.isin(np.flatnonzero(carried), _NOT_NEGATIVE)
         return bool(np.all(moved[must] >= -_TOLERATED * usual[must]))
-
-
-def basis_of(columns: Floats, like: Floats | None = None) -> Floats:
-    """Return an orthonormal basis of columns, shape (m, r), those that are nothing left out.
-
-    A column is nothing against `like`, shape (m, k), of which it is what a projection left.
-    """
-    size = np.sqrt(np.einsum("ij,ij->j", columns, columns))
-    whole = size if like is None else np.sqrt(np.einsum("ij,ij->j", like, like))
-    kept = size > 1e-6 * np.maximum(whole, 1e-300)
-    if not kept.any():
-        return np.zeros((columns.shape[0], 0))
-    if np.count_nonzero(kept) == 1:
-        return np.asarray(columns[:, kept] / size[kept])
-    q, r = np.linalg.qr(columns[:, kept] / size[kept])
-    good = np.abs(np.diag(r)) > 1e-6
-    return np.asarray(q[:, good])
-
-
-def gain_of(candidate: Candidate, basis: Floats, left: Floats) -> float:
-    """Return the squared residual that a candidate removes; 0 where its sign is impossible.
-
-    Parameters
-    ----------
-    candidate : Candidate
-    basis : ndarray, shape (m, r)
-        Orthonormal, of the model beside which it stands.
-    left : ndarray, shape (m,)
-        What the model leaves.
-    """
-    # What the projection leaves of a column is orthogonal to what it takes: products are enough.
-    copied = basis.T @ candidate.columns
-    gram = candidate.gram - copied.T @ copied
-    scale = np.sqrt(np.maximum(np.diag(gram), 0.0))
-    whole = np.sqrt(np.diag(candidate.gram))
-    if np.any(scale <= 1e-6 * np.maximum(whole, 1e-300)):
-        return 0.0
-    gram = gram / np.outer(scale, scale)
-    gram[np.diag_indices_from(gram)] += 1e-9
-    moment = (candidate.columns.T @ left - copied.T @ (basis.T @ left)) / scale
-    theta = np.linalg.solve(gram, moment)
-    for i, value in enumerate(theta):
-        if candidate.form.sign(i) * value < 0.0:
-            return 0.0
-    return float(moment @ theta)

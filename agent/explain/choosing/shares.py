@@ -12,8 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.materiality import CLOSE
-from agent.explain.choosing.search import DELAY, Candidate, Library
+from agent.explain.choosing.search import DELAY, Library
 from agent.explain.rows.evidence import solve, unseen
 from agent.explain.rows.usual import usual_rows
 from agent.identify.result import Floats

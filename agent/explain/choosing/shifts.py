@@ -8,7 +8,8 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.choosing.search import Candidate, Library, Scored, basis_of
+from agent.explain.choosing.candidate import Candidate, Scored, basis_of
+from agent.explain.choosing.search import Library
 from agent.explain.rows.evidence import Weighing
 from agent.identify.result import Floats
 

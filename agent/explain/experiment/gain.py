@@ -16,7 +16,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.choosing.search import Candidate, Library, Scored, basis_of
+from agent.explain.choosing.candidate import Candidate, Scored, basis_of
+from agent.explain.choosing.search import Library
 from agent.explain.experiment.motion import Elsewhere
 from agent.explain.experiment.rivals import (
     Bounds,

@@ -12,7 +12,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.choosing.search import Candidate, Library, Scored, basis_of
+from agent.explain.choosing.candidate import Candidate, Scored, basis_of
+from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form, Point, Proportional
 from agent.explain.forms.refinement import limits_of
 from agent.explain.rows.evidence import solve

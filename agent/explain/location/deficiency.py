@@ -16,7 +16,8 @@ from itertools import islice
 import numpy as np
 
 from agent.explain.answer.result import Cell
-from agent.explain.choosing.search import Candidate, Library, basis_of
+from agent.explain.choosing.candidate import Candidate, basis_of
+from agent.explain.choosing.search import Library
 from agent.explain.choosing.shifts import energies_in, shifted
 from agent.explain.forms.orders import strong_orders
 from agent.explain.rows.evidence import heldout, moments

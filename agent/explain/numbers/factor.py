@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from agent.explain.choosing.search import Library, basis_of
+from agent.explain.choosing.candidate import basis_of
+from agent.explain.choosing.search import Library
 from agent.explain.numbers.plain_refits import own_structure
 from agent.explain.numbers.reach import reach_of
 from agent.explain.rows.evidence import heldout, moments

@@ -13,9 +13,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.choice import Choice
 from agent.explain.choosing.descent import descended, movable
-from agent.explain.choosing.search import Candidate, Library
+from agent.explain.choosing.search import Library
 from agent.explain.rows.evidence import solve
 from agent.identify.result import Floats
 

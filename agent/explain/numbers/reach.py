@@ -24,7 +24,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.choosing.search import Candidate, basis_of, gain_of
+from agent.explain.choosing.candidate import Candidate, basis_of, gain_of
 from agent.explain.rows.evidence import Moments, Weighing, heldout, moments
 from agent.identify.result import Floats
 from agent.identify.uncertainty import student_975

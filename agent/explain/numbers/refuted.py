@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agent.explain.choosing.search import Library, basis_of
+from agent.explain.choosing.candidate import basis_of
+from agent.explain.choosing.search import Library
 from agent.explain.numbers.intervals import named_effects
 from agent.explain.numbers.model import Model
 from agent.explain.numbers.reach import reach_of

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from agent.explain.choosing.search import Candidate, Library
+from agent.explain.choosing.candidate import Candidate
+from agent.explain.choosing.search import Library
 from agent.identify.result import Floats
 
 

@@ -10,8 +10,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.choice import Choice, Term, settled
-from agent.explain.choosing.search import Candidate, Library
+from agent.explain.choosing.search import Library
 from agent.explain.numbers.polish import polished
 from agent.explain.numbers.whole import grown, held_beside, known_beside, sliding_beside
 from agent.explain.rows.evidence import solve

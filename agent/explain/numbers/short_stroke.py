@@ -13,9 +13,10 @@ from dataclasses import replace
 import numpy as np
 
 from agent.explain.choosing.aliases import ALIKE
+from agent.explain.choosing.candidate import Candidate, basis_of, gain_of
 from agent.explain.choosing.choice import Choice
 from agent.explain.choosing.materiality import least_gain
-from agent.explain.choosing.search import Candidate, Library, basis_of, gain_of
+from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form, Point, stack
 from agent.explain.numbers.factor import one_factor_does
 from agent.explain.numbers.model import Model

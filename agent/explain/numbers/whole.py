@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agent.explain.choosing.search import Candidate, Library
+from agent.explain.choosing.candidate import Candidate
+from agent.explain.choosing.search import Library
 from agent.explain.rows.evidence import solve
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats

@@ -13,8 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.materiality import FAR, least_gain
-from agent.explain.choosing.search import Candidate, Library
+from agent.explain.choosing.search import Library
 from agent.explain.choosing.shares import above_noise, unseen_nm2
 from agent.explain.numbers.factor import factor_column, one_factor
 from agent.explain.numbers.model import Model
