@@ -13,8 +13,8 @@ from agent.explain.answer.names import FOLLOWS_DIRECTION, OWN_NUMBER
 from agent.explain.answer.result import Alternative, Finding, Region
 from agent.explain.choosing.aliases import told_apart_by
 from agent.explain.choosing.candidate import basis_of
-from agent.explain.choosing.choice import Term
 from agent.explain.choosing.heard import heard
+from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.shares import shares_of, without_term
 from agent.explain.forms.quantities import as_in_twin
 from agent.explain.location.dynamic_curves import excerpt, over_frequency

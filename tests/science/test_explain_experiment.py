@@ -12,7 +12,8 @@ import pytest
 
 from agent.explain.answer.result import NextExperiment
 from agent.explain.choosing.candidate import Scored
-from agent.explain.choosing.choice import Choice, Rival
+from agent.explain.choosing.choice import Choice
+from agent.explain.choosing.rivals import Rival
 from agent.explain.choosing.search import Library
 from agent.explain.experiment.driven import Driven
 from agent.explain.experiment.menu import menu

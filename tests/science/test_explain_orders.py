@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from agent.explain.choosing.choice import Term, choose
+from agent.explain.choosing.choice import choose
+from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.forms import cable
 from agent.explain.forms import order as forms_order

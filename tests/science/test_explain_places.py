@@ -10,7 +10,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from agent.explain.choosing.choice import Term, choose
+from agent.explain.choosing.choice import choose
+from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.forms import cable as forms_cable
 from agent.explain.forms import place as forms_place

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from agent.explain.choosing.choice import DECISIVE, Choice, behind_of
+from agent.explain.choosing.choice import Choice
+from agent.explain.choosing.rivals import DECISIVE, behind_of
 from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form
 from agent.explain.rows.evidence import effective_size

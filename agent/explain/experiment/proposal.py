@@ -15,7 +15,7 @@ from agent.explain.answer.names import NAMES
 from agent.explain.answer.result import NextExperiment, PlannedRun
 from agent.explain.choosing.aliases import told_apart_by
 from agent.explain.choosing.candidate import Candidate
-from agent.explain.choosing.choice import Term
+from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.experiment.gain import Duel, Experiment, Hypothesis
 from agent.explain.experiment.menu import Proposal, menu

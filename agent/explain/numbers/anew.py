@@ -13,8 +13,9 @@ from dataclasses import replace
 import numpy as np
 
 from agent.explain.choosing.candidate import Candidate
-from agent.explain.choosing.choice import Choice, Term, choose
+from agent.explain.choosing.choice import Choice, choose
 from agent.explain.choosing.materiality import CLOSE
+from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.numbers.in_step import chosen_in_step
 from agent.explain.numbers.renewed import left_nm, with_new_grids

@@ -14,7 +14,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.choosing.choice import Choice, Term, choose
+from agent.explain.choosing.choice import Choice, choose
+from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import DELAY, Library
 from agent.explain.forms.signal import CLOSELY_S, nearest_delay, turn_s, turning_round
 from agent.explain.numbers.renewed import left_nm, with_new_grids

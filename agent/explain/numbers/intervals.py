@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from agent.explain.choosing.choice import Term
+from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form
 from agent.explain.forms.refinement import limits_of, steps_of

@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from agent.explain.choosing.choice import Term
+from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.rows.pieces import known_part
 from agent.explain.rows.saturation import saturation_evidence

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from agent.explain.choosing.candidate import Candidate, basis_of
-from agent.explain.choosing.choice import Term
+from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.rows.evidence import effective_size
 from agent.identify.result import Floats, Parameter

@@ -11,7 +11,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from agent.explain.choosing.candidate import Candidate
-from agent.explain.choosing.choice import Choice, Term, settled
+from agent.explain.choosing.choice import Choice, settled
+from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.numbers.polish import polished
 from agent.explain.numbers.whole import grown, held_beside, known_beside, sliding_beside
@@ -21,6 +22,15 @@ from agent.identify.result import Floats
 
 _ROUNDS = 2
 _MOVED = 0.02  # of the predicted torque: less changes no law that is made of it
+_BEARS_A_LOAD = frozenset(
+    {
+        "kinematic-error",
+        "resolver-error",  # bears none, but its rival does
+        "load-dependent-friction",
+        "joint-flexibility",
+        "backlash",
+    }
+)
 
 
 def settled_beside(library: Library, choice: Choice) -> tuple[Library, Choice]:
@@ -45,6 +55,7 @@ def settled_beside(library: Library, choice: Choice) -> tuple[Library, Choice]:
         held = before.held
         if any(term.scored.form.rests_on_numbers for term in choice.terms):
             theta = numbers_beside(library, choice.candidates)
+        if any(term.scored.form.effect in _BEARS_A_LOAD for term in choice.terms):
             held = held_beside(library, choice.candidates)
         scene = replace(
             library.scene,

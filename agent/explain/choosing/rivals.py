@@ -1,0 +1,128 @@
+"""What could stand in a term's place: the best of every other effect that is not clearly worse."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from agent.explain.choosing.candidate import Candidate, Scored, basis_of
+from agent.explain.choosing.search import Library
+from agent.explain.rows.evidence import effective_size
+from agent.identify.result import Floats
+
+DECISIVE = 3.0
+"""Of log density: a rival that is further behind is out."""
+
+_PER_SHARE = 60.0  # of log density: a twentieth of the gain missed is decisive
+
+
+@dataclass(frozen=True)
+class Rival:
+    """Another effect in a term's place, and how far it is behind in log density."""
+
+    scored: Scored
+    behind: float
+    probability: float
+    likeness: float
+
+
+@dataclass(frozen=True)
+class Term:
+    """One effect of the model, as it was chosen.
+
+    Parameters
+    ----------
+    scored : Scored
+    chance : float
+        How often shifted residuals give as much.
+    probability : float
+        Against its rivals.
+    rivals : tuple of Rival
+        The most likely first.
+    """
+
+    scored: Scored
+    chance: float
+    probability: float = 1.0
+    rivals: tuple[Rival, ...] = ()
+
+    @property
+    def candidate(self) -> Candidate:
+        """Return the columns in the model."""
+        return self.scored.candidate
+
+
+def with_rivals(
+    library: Library,
+    others: Sequence[Candidate],
+    ranked: Sequence[Scored],
+    best: Scored,
+    chance: float,
+    alike: Mapping[str, Scored],
+) -> Term:
+    """Return a term with the best form of every other effect that is not clearly worse.
+
+    What is `alike` is compared as it is there: see `told_apart`.
+    """
+    residual = library.residual([*others, best.candidate])
+    size = effective_size(library.scene.table, library.weighing, residual)
+    without = library.errors(others)
+    first_of: dict[str, Scored] = {}
+    for scored in ranked:
+        first_of.setdefault(scored.form.effect, scored)
+    entries = []
+    for effect, scored in first_of.items():
+        if effect == best.form.effect or best.form.effect in scored.form.contains:
+            continue
+        # No law's form is so exact that a rival's missing a few percent of the gain refutes it.
+        own, other = best, scored
+        if best.form.effect in alike and effect in alike:
+            own, other = alike[best.form.effect], alike[effect]
+        lost = float(other.blocks.sum() - own.blocks.sum())
+        missed = lost / max(float(without.sum() - own.blocks.sum()), 1e-300)
+        behind = min(behind_of(library, own, other, size), _PER_SHARE * missed)
+        entries.append((scored, behind))
+    weights = [math.exp(-max(behind, 0.0)) for _, behind in entries]
+    total = 1.0 + sum(weights)
+    rivals = [
+        Rival(scored, behind, weight / total, likeness(library, others, best, scored))
+        for (scored, behind), weight in zip(entries, weights, strict=True)
+        if behind < DECISIVE
+    ]
+    rivals.sort(key=lambda r: -r.probability)
+    return Term(best, chance, 1.0 / total, tuple(rivals))
+
+
+def log_density_gap(library: Library, best: Floats, other: Floats, size: float) -> float:
+    """Return how much log density another model loses on unseen data, at `size` samples."""
+    del library
+    return 0.5 * size * math.log(max(float(other.sum()), 1e-300) / max(float(best.sum()), 1e-300))
+
+
+def behind_of(library: Library, best: Scored, rival: Scored, size: float) -> float:
+    """Return how much log density a rival loses on unseen data, at `size` samples.
+
+    Or the loss in units of its own uncertainty over the blocks, twice, where that says less.
+    """
+    loss = rival.blocks - best.blocks
+    error = float(np.std(loss)) * math.sqrt(loss.shape[0])
+    sure = 2.0 * float(loss.sum()) / max(error, 1e-300)
+    return min(log_density_gap(library, best.blocks, rival.blocks, size), sure)
+
+
+def likeness(library: Library, others: Sequence[Candidate], found: Scored, rival: Scored) -> float:
+    """Return which share of a found effect's torque a rival can copy, beside the model, 0 to 1.
+
+    The squared cosine of the angle between what the effect adds beyond base and other terms and the
+    best copy from the rival's columns.
+    """
+    basis = basis_of(library.model(others))
+    added = found.candidate.columns @ found.coefficients
+    added = added - basis @ (basis.T @ added)
+    copy = rival.candidate.columns
+    copy = basis_of(copy - basis @ (basis.T @ copy), like=copy)
+    energy = float(added @ added)
+    return float(np.sum((copy.T @ added) ** 2)) / energy if energy > 0.0 else 0.0
