@@ -204,8 +204,7 @@ def _compare_identity(identity: dict[str, int | str], config: Cia402Config, bus:
         "serial": config.expected.serial,
     }
     wrong = [
-        f"{name.replace('_', ' ')} expected {_shown(value)}, "
-        f"found {_shown(identity.get(name))}"
+        f"{name.replace('_', ' ')} expected {_shown(value)}, found {_shown(identity.get(name))}"
         for name, value in expected.items()
         if value is not None and identity.get(name) != value
     ]
