@@ -13,7 +13,7 @@ from agent.explain.answer.result import Cell, Floor
 from agent.explain.choosing.afloat import afloat
 from agent.explain.choosing.choice import Choice, choose
 from agent.explain.choosing.heard import heard
-from agent.explain.choosing.materiality import beyond, least_gain
+from agent.explain.choosing.materiality import least_gain, noise_energy, worth
 from agent.explain.choosing.search import Library
 from agent.explain.forms.arm_encoder import seen_by_the_arm
 from agent.explain.forms.library import judgeable
@@ -244,8 +244,9 @@ def _material(
     And those, the weakest first, for which there are not enough blocks to leave one out.
     """
     terms, full = list(choice.terms), choice.full
-    least = 0.0
+    least = noise = 0.0
     if terms:
+        noise = noise_energy(library, choice.candidates)
         least = least_gain(
             library,
             choice.plain,
@@ -256,9 +257,11 @@ def _material(
     blocks = library.weighing.starts.shape[0]
     while terms:
         losses = [
-            beyond(
-                library.errors([t.candidate for t in terms if t is not term]) - full,
+            worth(
+                library.errors([t.candidate for t in terms if t is not term]),
+                full,
                 0.0 if heard(library.scene, term.scored.form) else least,
+                noise,
             )
             for term in terms
         ]

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.choice import choose
-from agent.explain.choosing.materiality import CLOSE, above_band_nm2, beyond, least_gain
+from agent.explain.choosing.materiality import CLOSE, above_band_nm2, beyond, least_gain, worth
 from agent.explain.choosing.search import DELAY, Library
 from agent.explain.choosing.shares import above_noise, shares_of, without_term
 from agent.explain.forms.library import FORMS
@@ -67,6 +67,16 @@ def test_a_gain_close_above_the_least_must_be_sure_and_a_large_one_may_come_from
     assert beyond(once, 16.0) > 0.0
     assert beyond(once, 17.0) < 0.0
     assert beyond(np.full(25, -1.0), 0.0) < 0.0 < beyond(np.full(25, 1.0), 0.0)
+
+
+def test_what_takes_the_last_of_a_mismatch_need_not_surely_be_as_much() -> None:
+    """A weak effect beside a strong one would leave twice the noise without a name."""
+    whole = np.full(25, 1.0)
+    without = whole + np.r_[np.full(5, 5.0), np.zeros(20)]  # 25 more, in a fifth of the blocks
+    assert beyond(without - whole, 22.0) < 0.0 < worth(without, whole, 22.0, noise=25.0)
+    assert worth(without, whole, 26.0, noise=25.0) < 0.0  # less than the least has no name
+    assert worth(without, whole, 22.0, noise=15.0) < 0.0  # more than the noise is left
+    assert worth(without, whole, 22.0, noise=40.0) < 0.0  # nothing was missing
 
 
 @pytest.mark.parametrize("times_noise", [0.25, 1.0, 4.0])
@@ -180,6 +190,39 @@ def test_a_number_that_drifts_away_from_the_twins_own_is_not_called_wrong(
     library = Library.of(plain.scene, plain.weighing, drifts)
     choice = choose(library)
     assert [term.scored.form.effect for term in choice.terms] == ["friction-drift"]
+    model = fit_model(library, twin, choice.terms)
+    numbers = wrong_numbers(library, twin, model, choice.candidates, NOISE_NM)
+    assert [number.effect for number in numbers] == said
+
+
+def thins_with_warmth(points: SetPoints, at: Conditions) -> Floats:
+    thinner = np.exp((20.0 - at.gearbox_degc) / 30.0) - 1.0
+    return np.asarray(TWIN.viscous_nm_s_per_rad * thinner * points.velocity_rad_s)
+
+
+@pytest.mark.parametrize(
+    ("coulomb", "said"),
+    [(1.08, ["torque-constant-error"]), (1.3, ["wrong-number", "inertia-error"])],
+)
+def test_a_torque_constant_is_told_beside_friction_that_the_warmth_changes(
+    coulomb: float, said: list[str]
+) -> None:
+    """Nobody knows at which warmth the twin's viscous friction was right: no factor moves it."""
+    warmths = (20.0, 27.0, 34.0, 41.0)
+    runs = [
+        record(stair((5, 20, 60), 100.0, 12.0), thins_with_warmth, Conditions(gearbox_degc=t), k)
+        for k, t in enumerate(warmths)
+    ]
+    twin = replace(
+        TWIN,
+        inertia_kg_m2=1.08 * TWIN.inertia_kg_m2,
+        coulomb_nm=coulomb * TWIN.coulomb_nm,
+        viscous_nm_s_per_rad=0.8 * TWIN.viscous_nm_s_per_rad,
+    )
+    plain = bare(*runs, twin=twin)
+    forms = [form for form in FORMS if form.effect == "temperature-dependent-friction"]
+    library = Library.of(plain.scene, plain.weighing, forms)
+    choice = choose(library)
     model = fit_model(library, twin, choice.terms)
     numbers = wrong_numbers(library, twin, model, choice.candidates, NOISE_NM)
     assert [number.effect for number in numbers] == said

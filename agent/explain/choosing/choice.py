@@ -17,7 +17,7 @@ import numpy as np
 
 from agent.explain.choosing.candidate import Candidate, Scored
 from agent.explain.choosing.heard import LIKE_A_GAP, heard
-from agent.explain.choosing.materiality import MATERIAL, beyond, least_gain
+from agent.explain.choosing.materiality import MATERIAL, least_gain, noise_energy, worth
 from agent.explain.choosing.rivals import DECISIVE, Term, log_density_gap, with_rivals
 from agent.explain.choosing.same_wave import told_apart
 from agent.explain.choosing.search import Library
@@ -78,8 +78,9 @@ def choose(library: Library, *, rivals: bool = True, begun: Sequence[Term] = ())
         best = _preferred(library, ranked, float(current.sum()))
         if best is None:
             break
-        material = least_gain(library, plain, [*terms, best.candidate])
-        best = _newcomer(library, ranked, best, current, material)
+        whole = [*terms, best.candidate]
+        material, noise = least_gain(library, plain, whole), noise_energy(library, whole)
+        best = _newcomer(library, ranked, best, current, material, noise)
         if best is None:
             break
         if not _steady(current, best.blocks):
@@ -91,14 +92,19 @@ def choose(library: Library, *, rivals: bool = True, begun: Sequence[Term] = ())
             break
         chosen.append(Term(best, accident))
         current = best.blocks
-        chosen, current = _pruned(library, chosen, material)
+        chosen, current = _pruned(library, chosen, material, noise)
     if rivals:
         chosen, current = settled(library, chosen)
     return Choice(tuple(chosen), plain, current, settled=rivals)
 
 
 def _newcomer(
-    library: Library, ranked: Sequence[Scored], best: Scored, current: Floats, material: float
+    library: Library,
+    ranked: Sequence[Scored],
+    best: Scored,
+    current: Floats,
+    material: float,
+    noise: float,
 ) -> Scored | None:
     """Return the next term: the best one if it is material, or a gap whose blows are heard.
 
@@ -106,13 +112,13 @@ def _newcomer(
     """
     without = float(current.sum())
     gain = without - best.error
-    worth = beyond(current - best.blocks, material) >= 0.0
+    named = worth(current, best.blocks, material, noise) >= 0.0
     gap = next((s for s in ranked if heard(library.scene, s.form) and s.error < without), None)
     if gap is not None:
-        instead = not worth or best.form.effect in LIKE_A_GAP
+        instead = not named or best.form.effect in LIKE_A_GAP
         if instead and without - gap.error > _HEARD * gain:
             return gap
-    return best if worth else None
+    return best if named else None
 
 
 def _least_on_all_rows(
@@ -207,7 +213,9 @@ def _preferred(library: Library, ranked: Sequence[Scored], without: float) -> Sc
     )
 
 
-def _pruned(library: Library, chosen: list[Term], material: float) -> tuple[list[Term], Floats]:
+def _pruned(
+    library: Library, chosen: list[Term], material: float, noise: float
+) -> tuple[list[Term], Floats]:
     """Take back every term that the others have made immaterial."""
     while True:
         whole = library.errors([t.candidate for t in chosen])
@@ -217,7 +225,7 @@ def _pruned(library: Library, chosen: list[Term], material: float) -> tuple[list
         for i, term in enumerate(chosen):
             without = library.errors([t.candidate for j, t in enumerate(chosen) if j != i])
             needed = 0.0 if heard(library.scene, term.scored.form) else material
-            losses.append(beyond(without - whole, needed))
+            losses.append(worth(without, whole, needed, noise))
         weakest = int(np.argmin(losses))
         if losses[weakest] >= 0.0:
             return chosen, whole

@@ -1,6 +1,7 @@
 """How much squared error an effect must remove to be worth a name.
 
-`least_gain` is the amount; `beyond` asks that a gain be surely as much.
+`least_gain` is the amount; `beyond` asks that a gain be surely as much, and `worth` of what takes
+the last of a mismatch away no more than that it is.
 """
 
 from __future__ import annotations
@@ -52,6 +53,36 @@ def beyond(gain: Floats, least: float) -> float:
     return float(gain.sum()) - least - min(_SURELY * error, _CLEARLY * least)
 
 
+def worth(without: Floats, whole: Floats, least: float, noise: float) -> float:
+    """Return how far a term's gain is beyond the least that is worth a name, as `beyond` does.
+
+    What takes all that is left to the noise, from far above it, need not surely be as much: beside
+    it stands no other cause, and without it the rest would have no name.
+
+    Parameters
+    ----------
+    without, whole : ndarray, shape (b,)
+        Squared error of every block of unseen data without and with the term.
+    least : float
+        As `least_gain` says; 0 for what needs no size.
+    noise : float
+        Squared error that noise alone makes, as `noise_energy` says.
+    """
+    completes = float(without.sum()) > FAR**2 * noise and float(whole.sum()) <= CLOSE**2 * noise
+    if completes:
+        return float((without - whole).sum()) - least
+    return beyond(without - whole, least)
+
+
+def noise_energy(library: Library, terms: Sequence[Candidate]) -> float:
+    """Return the weighted squared error that noise alone makes beside a model's terms."""
+    left = np.zeros(library.scene.table.used.shape[0])
+    left[library.weighing.rows] = library.residual(terms) / library.weighing.weight
+    floor_nm = noise_floor(library.scene.table, left).value_nm
+    in_band = floor_nm**2 if floor_nm > 0.0 else 0.0
+    return in_band * float(np.sum(library.weighing.weight**2))
+
+
 def least_gain(
     library: Library,
     plain: Floats,
@@ -76,15 +107,13 @@ def least_gain(
         Whether numbers of the twin are wrong: then the residual is that of the twin as given.
     """
     weighing, table = library.weighing, library.scene.table
-    left = np.zeros(table.used.shape[0])
-    left[weighing.rows] = library.residual(terms) / weighing.weight
-    floor_nm = noise_floor(table, left).value_nm
-    in_band = floor_nm**2 if floor_nm > 0.0 else 0.0
+    rows = float(np.sum(weighing.weight**2))
+    in_band = noise_energy(library, terms) / rows
     moved = _own_numbers_nm2(library) if beside_wrong_numbers else 0.0
     recorded = MATERIAL * (in_band + above_band_nm2(table) + moved)
     noise = max(_OF_NOISE * in_band, min(recorded, _SEEN * in_band))
     mismatch = as_usual(table, weighing, plain)
-    return max(MATERIAL * mismatch, noise * float(np.sum(weighing.weight**2)))
+    return max(MATERIAL * mismatch, noise * rows)
 
 
 def _own_numbers_nm2(library: Library) -> float:

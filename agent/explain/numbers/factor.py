@@ -16,6 +16,7 @@ _ALIKE = 1.05  # one factor for all explains the error as well, within five perc
 _LOST = 1.25  # or within half the noise's amplitude, as a number beside another finding is lost
 _MISSED = 0.05  # of what all numbers gain: then it misses no more
 _FEWEST = 3  # numbers that it must stand for
+_FEWEST_STEADY = 2  # of them that no law found lets vary
 
 
 def factor_column(library: Library) -> Floats:
@@ -53,7 +54,14 @@ def one_factor_does(library: Library, own: Floats, beside: Floats, material: flo
     return (one <= _ALIKE * refitted or nearly) and without - one >= material
 
 
-def one_factor(library: Library, twin: Twin, beside: Floats, material: float) -> Parameter | None:
+def one_factor(
+    library: Library,
+    twin: Twin,
+    beside: Floats,
+    varied: Floats,
+    material: float,
+    named: frozenset[str],
+) -> Parameter | None:
     """Return the torque constant's factor, where it explains what all numbers explain.
 
     It must do so beside the effects that were found, too: else it was their absence that bent it.
@@ -67,19 +75,28 @@ def one_factor(library: Library, twin: Twin, beside: Floats, material: float) ->
         As given.
     beside : ndarray, shape (m, k)
         The effects' columns.
+    varied : ndarray, shape (m, v)
+        Of the numbers that the effects let vary through what the twin says: what such a number
+        is where the law begins is open, and no factor need stand for it.
     material : float
         Weighted squared error that it must remove.
+    named : frozenset of str
+        The effects, and what may stand in their place.
     """
     table = library.scene.table
     own = library.base[:, np.isin(np.flatnonzero(table.carried), own_structure(table, twin))]
-    if not all(one_factor_does(library, own, b, material) for b in (beside[:, :0], beside)):
+    steady = np.count_nonzero(library.scene.as_given[table.carried]) - varied.shape[1]
+    if varied.shape[1] and steady < _FEWEST_STEADY:
         return None
-    scale = factor_column(library)
-    basis = basis_of(scale)
+    beside = np.concatenate((beside, varied), axis=1)
+    if not one_factor_does(library, own, beside, material):
+        return None
+    columns = np.concatenate((factor_column(library), beside), axis=1)
+    basis = basis_of(columns)
     left = library.target - basis @ (basis.T @ library.target)
-    moved = float(scale[:, 0] @ library.target) / float(scale[:, 0] @ scale[:, 0])
+    moved = float(np.linalg.lstsq(columns, library.target)[0][0])
     reach = reach_of(
-        library.candidates, library.weighing, scale, left, frozenset({"torque-constant-error"})
+        library.candidates, library.weighing, columns, left, named | {"torque-constant-error"}
     )
     low, high = (1.0 + moved + float(end[0]) for end in (reach.below, reach.above))
     if low <= 0.0 or low <= 1.0 <= high:

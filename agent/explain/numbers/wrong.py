@@ -28,6 +28,7 @@ from agent.explain.numbers.refuted import (
     is_wrong,
 )
 from agent.explain.numbers.varied import varied_through_given
+from agent.explain.rows.table import BASE
 from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Twin
 
@@ -90,7 +91,11 @@ def wrong_numbers(
     beside = np.concatenate(
         [np.zeros((library.target.shape[0], 0)), *(t.columns for t in terms)], axis=1
     )
-    factor = one_factor(library, twin, beside, material)
+    varied = varied_through_given(library, twin, model)
+    carried = [BASE[i] for i in np.flatnonzero(library.scene.table.carried)]
+    open_numbers = library.base[:, [name in varied for name in carried]]
+    named = frozenset(t.form.effect for t in terms)
+    factor = one_factor(library, twin, beside, open_numbers, material, named)
     if factor is not None:
         share = _share(
             library, np.zeros((library.target.shape[0], 0)), factor_column(library), floor_nm
@@ -98,7 +103,6 @@ def wrong_numbers(
         return (WrongNumber("torque-constant-error", share, {"factor": factor}),)
     earlier = earlier_moves(library, twin) if terms else ()  # without a law nothing is bent
     case = Case(library, twin, model, beside, plain_moves(library, twin), earlier, floor_nm)
-    varied = varied_through_given(library, twin, model)
     groups = {effect: names for effect, names in _GROUPS.items() if effect not in taken_for}
     judged = {e: tuple(n for n in names if n not in varied) for e, names in groups.items()}
     refuted = {e: names for e, names in judged.items() if is_wrong(case, names, material)}
