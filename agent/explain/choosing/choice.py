@@ -22,6 +22,7 @@ from agent.explain.choosing.rivals import DECISIVE, Term, log_density_gap, with_
 from agent.explain.choosing.same_wave import told_apart
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.shifts import chance
+from agent.explain.choosing.together import newcomer_beside_moved
 from agent.explain.rows.evidence import effective_size
 from agent.explain.rows.usual import as_usual, usual_blocks
 from agent.identify.result import Floats
@@ -78,6 +79,8 @@ def choose(library: Library, *, rivals: bool = True, begun: Sequence[Term] = ())
         best = _preferred(library, ranked, float(current.sum()))
         if best is None:
             break
+        chosen, best = newcomer_beside_moved(library, chosen, ranked, best)
+        terms = [t.candidate for t in chosen]
         whole = [*terms, best.candidate]
         material, noise = least_gain(library, plain, whole), noise_energy(library, whole)
         best = _newcomer(library, ranked, best, current, material, noise)

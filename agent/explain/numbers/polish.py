@@ -15,12 +15,11 @@ import numpy as np
 
 from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.choice import Choice
-from agent.explain.choosing.descent import descended, movable
 from agent.explain.choosing.search import Library
+from agent.explain.choosing.together import together
 from agent.explain.rows.evidence import solve
 from agent.identify.result import Floats
 
-_ROUNDS = 6
 _PASSES = 2
 
 
@@ -41,7 +40,7 @@ def polished(library: Library, choice: Choice) -> Choice:
             else library.candidate(candidate.form, candidate.form.point_of(own))
             for candidate, own in zip(candidates, _coefficients(library, candidates), strict=True)
         ]
-        candidates = _together(library, fitted)
+        candidates = together(library, fitted)
     terms = tuple(
         replace(term, scored=replace(term.scored, candidate=candidate, coefficients=own))
         for term, candidate, own in zip(
@@ -49,25 +48,6 @@ def polished(library: Library, choice: Choice) -> Choice:
         )
     )
     return replace(choice, terms=terms, full=library.errors(candidates))
-
-
-def _together(library: Library, candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Return the same laws at the points to which all their numbers lead together."""
-    forms = [candidate.form for candidate in candidates]
-    numbers = []
-    for law, form in enumerate(forms):
-        grid = np.array([c.point for c in library.candidates if c.form is form])
-        numbers += movable(law, form, library.scene, grid)
-    points = descended(
-        [candidate.point for candidate in candidates],
-        numbers,
-        lambda law, point: library.columns(forms[law], point),
-        library.base,
-        library.target,
-        lambda law, own: forms[law].allows(own),
-        _ROUNDS,
-    )
-    return [library.candidate(form, point) for form, point in zip(forms, points, strict=True)]
 
 
 def _coefficients(library: Library, candidates: Sequence[Candidate]) -> list[Floats]:

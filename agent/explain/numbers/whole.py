@@ -21,6 +21,7 @@ from agent.physics.effects import SLIDING, YIELDING
 
 _REPORTED = frozenset({"measurement-delay", "torque-saturation"})
 _HOLDS_THE_ARM = frozenset({"cable-force", "gravity-imbalance", "local-fault"})
+_RUBS = frozenset({"rubbing"})  # friction of a place: the laws of a load ask for theirs themselves
 _MOVED = 0.02  # of what is added: less changes no law that is made of it
 
 
@@ -65,7 +66,11 @@ def sliding_beside(library: Library, terms: Sequence[Candidate]) -> tuple[Known,
 
 def held_beside(library: Library, terms: Sequence[Candidate]) -> Callable[[Scene], Floats] | None:
     """Return the torque of the terms that the arm is held against; None without such terms."""
-    holding = [k for k in _known(library, terms) if k.candidate.form.effect in _HOLDS_THE_ARM]
+    holding = [
+        k
+        for k in _known(library, terms)
+        if k.candidate.form.effect in _HOLDS_THE_ARM and k.candidate.form.name not in _RUBS
+    ]
 
     def held_nm(scene: Scene) -> Floats:
         return np.asarray(np.sum([known(scene) for known in holding], axis=0))
