@@ -28,6 +28,9 @@ QUICK_STOP_ON_LOSS = 3
 CATCHING_UP = 1.05
 """Times the steepest ramp that is streamed: what the drive may ramp by, to make up for rounding."""
 
+LONGEST_BRAKING_S = 0.5
+"""From a cycle's fastest speed: a drive that ignores a quick stop brakes by 0x6084."""
+
 
 @dataclass(frozen=True)
 class _Abilities:
@@ -182,8 +185,19 @@ def ramping_with(plan: CyclePlan, config: Cia402Config) -> Cia402Config:
     Between two set-points the drive ramps by itself. With the axis's limit it is at each in half of
     the time and waits: its velocity goes up in steps, and a torque that is read at the same moment
     of each step is none of the motion's (the inertia of `stribeck demo` came out 0.3 % too large).
+
+    It brakes to rest in half a second all the same, or as fast as the axis may: one that
+    ignores a quick stop, and is told a velocity of zero with it, has no other ramp.
     """
-    steepest = max(abs(segment.peak_acceleration_rad_s2) for segment in plan.trajectory.segments)
+    segments = plan.trajectory.segments
+    steepest = max(abs(segment.peak_acceleration_rad_s2) for segment in segments)
+    fastest = max(abs(segment.velocity_end_rad_s) for segment in segments)
     ramp = CATCHING_UP * max(steepest, plan.approach.acceleration_rad_s2)
-    ramp = min(ramp, config.acceleration_rad_s2)
-    return replace(config, acceleration_rad_s2=ramp, deceleration_rad_s2=ramp)
+    brake = max(ramp, max(fastest, plan.approach.velocity_rad_s) / LONGEST_BRAKING_S)
+    limit = config.acceleration_rad_s2
+    ramp, brake = min(ramp, limit), min(brake, config.deceleration_rad_s2)
+    return replace(
+        config,
+        acceleration_rad_s2=ramp if config.has_deceleration else brake,
+        deceleration_rad_s2=brake,
+    )

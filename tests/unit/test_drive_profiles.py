@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ import tomli_w
 from agent.cell import parse_cell
 from agent.cycle.plan import plan_cycle
 from agent.errors import InputError
-from agent.wire_drive import CATCHING_UP, drive_config, ramping_with
+from agent.wire_drive import CATCHING_UP, LONGEST_BRAKING_S, drive_config, ramping_with
 from drivers.cia402.config import Cia402Config
 from drivers.profiles.drive_profile import (
     DRIVES,
@@ -46,9 +47,25 @@ def test_a_drive_ramps_as_steeply_as_what_it_is_sent_and_no_steeper_than_its_axi
         plan = plan_cycle(cell, cell.axis[0])
         config = ramping_with(plan, drive_config(cell, cell.axis[0]))
         assert config.acceleration_rad_s2 == pytest.approx(ramp)
-        assert config.deceleration_rad_s2 == pytest.approx(ramp)
+        assert config.deceleration_rad_s2 == pytest.approx(ramp, rel=0.02)  # half a second to rest
         quick = document["axis"][0]["limits"]["stopping_deceleration_rad_s2"]
         assert config.quick_stop_deceleration_rad_s2 == quick
+
+
+@pytest.mark.parametrize("has_deceleration", [True, False])
+def test_a_gentle_cycle_leaves_a_drive_that_ignores_a_quick_stop_its_brakes(
+    has_deceleration: bool,
+) -> None:
+    document = tomllib.loads(EXAMPLE)
+    document["axis"][0]["stair"]["motor_acceleration_rad_s2"] = 200.0
+    cell = parse_cell(tomli_w.dumps(document))
+    plan = plan_cycle(cell, cell.axis[0])
+    able = replace(drive_config(cell, cell.axis[0]), has_deceleration=has_deceleration)
+    config = ramping_with(plan, able)
+    fastest = max(abs(segment.velocity_end_rad_s) for segment in plan.trajectory.segments)
+    brakes = config.deceleration_rad_s2 if has_deceleration else config.acceleration_rad_s2
+    assert brakes == pytest.approx(min(fastest / LONGEST_BRAKING_S, able.deceleration_rad_s2))
+    assert brakes > 1.4 * CATCHING_UP * 200.0
 
 
 def test_every_shipped_profile_is_whole_and_can_be_played() -> None:
