@@ -79,8 +79,8 @@ def choose(library: Library, *, rivals: bool = True, begun: Sequence[Term] = ())
         best = _preferred(library, ranked, float(current.sum()))
         if best is None:
             break
-        chosen, best = newcomer_beside_moved(library, chosen, ranked, best)
-        terms = [t.candidate for t in chosen]
+        moved, best = newcomer_beside_moved(library, chosen, ranked, best)
+        terms = [t.candidate for t in moved]
         whole = [*terms, best.candidate]
         material, noise = least_gain(library, plain, whole), noise_energy(library, whole)
         best = _newcomer(library, ranked, best, current, material, noise)
@@ -91,9 +91,9 @@ def choose(library: Library, *, rivals: bool = True, begun: Sequence[Term] = ())
         accident = chance(library, terms, best)
         if accident > _ACCIDENT:
             break
-        if _twice(library, plain, chosen, current, best):
+        if _twice(library, plain, moved, current, best):
             break
-        chosen.append(Term(best, accident))
+        chosen = [*moved, Term(best, accident)]  # they stay where they were beside one refused
         current = best.blocks
         chosen, current = _pruned(library, chosen, material, noise)
     if rivals:
