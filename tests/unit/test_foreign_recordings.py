@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from agent.identify.result import Estimate, Parameter
 from agent.identify.reversals.result import PreslidingFit, nothing
 from agent.identify.reversals.sentence import verdict
 from agent.identify.thermal.trend import TIE, temperature_or_time
-from tests.science.identify_plant import Joint, record, stair
+from tests.science.identify_plant import Floats, Joint, Motion, record, stair
 
 
 def test_a_gearbox_that_warms_up_while_speeds_rise_is_told_and_every_speed_has_its_warmth() -> None:
@@ -47,6 +47,36 @@ def test_a_straight_lines_numbers_reach_over_friction_that_is_bent_and_it_is_sai
     assert any("friction is bent" in note for note in falling.notes)
     straight = told(Joint(), speeds, 0.01)
     assert not any("friction is bent" in note for note in straight.notes)
+
+
+@dataclass(frozen=True)
+class Smoothed(Joint):
+    """Friction as simulators have it: no sign of the velocity, but its hyperbolic tangent."""
+
+    smooth_rad_s: float = 1.0
+
+    def friction(self, velocity: Floats) -> Floats:
+        dry = self.coulomb_nm * np.tanh(velocity / self.smooth_rad_s)
+        return np.asarray(dry + self.viscous_nm_s_per_rad * velocity)
+
+
+def work_that_creeps() -> Motion:
+    """Return moves with rests between, in which the joint creeps on as it came."""
+    moves = stair([10.0, 20, 40, 80], rate_hz=250.0, longest_s=0.6, dwell_s=0.4)
+    came = np.sign(moves.velocity_rad_s)
+    came = came[np.maximum.accumulate(np.where(came != 0.0, np.arange(came.size), 0))]
+    velocity = np.where(np.abs(moves.velocity_rad_s) < 0.3, 0.3 * came, moves.velocity_rad_s)
+    return replace(moves, velocity_rad_s=velocity, position_rad=np.cumsum(velocity) / 250.0)
+
+
+def test_rests_in_which_a_joint_creeps_take_nothing_of_its_coulomb_friction() -> None:
+    for joint, said in ((Smoothed(), True), (Joint(), False)):
+        result = estimate([record(joint, work_that_creeps(), noise_nm=0.01)])
+        assert any("dry friction is not whole" in note for note in result.notes) is said
+        assert holds(result, joint, "inertia_kg_m2", "coulomb_nm", "viscous_nm_s_per_rad")
+        assert result.rigid_body is not None
+        coulomb = result.rigid_body.parameters["coulomb_nm"]  # 0.38 with the rests
+        assert coulomb.value == pytest.approx(joint.coulomb_nm, rel=0.015)
 
 
 def test_gravity_that_a_short_stroke_cannot_tell_is_not_taken_for_inertia() -> None:

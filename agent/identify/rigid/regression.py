@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from agent.identify.result import RigidBodyFit
+from agent.identify.result import Parameter, RigidBodyFit
 from agent.identify.rigid.body import fit_rigid_body
+from agent.identify.rigid.fading import whole_from_rad_s
 from agent.identify.rigid.rows import Rows, collect_rows
 from agent.identify.signals.preprocess import Motion, filter_motion, shared_cutoff
 
 _HALVINGS = 2
 _FIRM_INERTIA = 0.03
 _SAME_INERTIA = 0.01
+_FELT = 0.5  # of half an interval: by less friction may move without a word
+_FRICTION = ("coulomb_nm", "viscous_nm_s_per_rad")
 _LATE_S = 1e-3  # less is half a sample's, or a step's, and is not worth a note
 _POOR_FIT_PERCENT = 85.0  # less is more than what noise and a spring usually leave
 
@@ -57,7 +60,8 @@ def regress(motions: Sequence[Motion], asked_hz: float | None) -> Regression:
         notes = [
             "the inertia changes with frequency: the arm is flexible, and the cutoff was halved"
         ]
-    body = fit_rigid_body(rows)
+    rows, body, said = _where_friction_is_whole(motions, rows, chosen_hz, share)
+    notes += said
     if body is not None and body.spring_took_part:
         notes.append(
             "the torque shows a spring between motor and arm; its first term took part in the "
@@ -72,6 +76,43 @@ def regress(motions: Sequence[Motion], asked_hz: float | None) -> Regression:
         )
     notes.append(f"signals and regressors were low-passed alike at {chosen_hz:.3g} Hz")
     return Regression(chosen_hz, rows, body, tuple(notes))
+
+
+def _where_friction_is_whole(
+    motions: Sequence[Motion], rows: Rows, cutoff_hz: float, noise_share: float
+) -> tuple[Rows, RigidBodyFit | None, list[str]]:
+    """Fit the rigid body to the rows at whose speeds friction is whole, where that moves it."""
+    body, speed = fit_rigid_body(rows), whole_from_rad_s(rows, cutoff_hz)
+    if body is None or speed == 0.0:
+        return rows, body, []
+    faster = rows_of(motions, cutoff_hz, noise_share, speed)
+    fit = fit_rigid_body(faster)
+    below = f"below {speed:.2g} rad/s the joint's dry friction is not whole"
+    if fit is None or not all(fit.parameters[name].identified for name in _FRICTION):
+        return rows, body, [f"{below}, and too little is faster: Coulomb and viscous are bent"]
+    moved = max(_moved(body.parameters[name], fit.parameters[name]) for name in _FRICTION)
+    if moved <= 1.0:
+        return rows, _over_both(body, fit) if moved > _FELT else body, []
+    why = "it creeps before it slips, or a simulator smooths the sign"
+    return faster, fit, [f"{below} ({why}): slower rows took no part in the rigid body's fit"]
+
+
+def _moved(slow: Parameter, fast: Parameter) -> float:
+    """Return how far a number moves, in halves of its interval; 0 where it has none."""
+    if slow.ci95 is None:
+        return 0.0
+    return abs(fast.value - slow.value) / ((slow.ci95[1] - slow.ci95[0]) / 2.0)
+
+
+def _over_both(body: RigidBodyFit, other: RigidBodyFit) -> RigidBodyFit:
+    """Return a fit whose intervals reach over those of another one, too."""
+    parameters = dict(body.parameters)
+    for name, own in body.parameters.items():
+        further = other.parameters[name].ci95
+        if own.ci95 is not None and further is not None:
+            ends = min(own.ci95[0], further[0]), max(own.ci95[1], further[1])
+            parameters[name] = replace(own, ci95=ends)
+    return replace(body, parameters=parameters)
 
 
 def _of_lateness(late_s: float) -> str:
@@ -94,7 +135,12 @@ def _resonance_between(lower: RigidBodyFit, upper: RigidBodyFit) -> bool:
     )
 
 
-def rows_of(motions: Sequence[Motion], cutoff_hz: float, noise_share: float = 0.0) -> Rows:
+def rows_of(
+    motions: Sequence[Motion],
+    cutoff_hz: float,
+    noise_share: float = 0.0,
+    slowest_rad_s: float = 0.0,
+) -> Rows:
     """Filter all recordings of an axis and collect their usable rows.
 
     Parameters
@@ -105,8 +151,10 @@ def rows_of(motions: Sequence[Motion], cutoff_hz: float, noise_share: float = 0.
         Of the low-pass.
     noise_share : float
         Measuring noise in the filtered acceleration, as a share of its root mean square.
+    slowest_rad_s : float
+        What is slower is no row.
     """
-    stretches = [s for motion in motions for s in filter_motion(motion, cutoff_hz)]
+    stretches = [s for m in motions for s in filter_motion(m, cutoff_hz, slowest_rad_s)]
     ends = [
         (float(q.min()), float(q.max()))
         for m in motions

@@ -6,12 +6,33 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from agent.identify.result import Floats
 from agent.identify.signals.preprocess import SPEED_CHANGE, FilteredStretch
 from agent.physics.rigid_body import PARAMETERS
 
 _NOISE_SHARE = 0.3  # of the acceleration's root mean square: the inertia is 9 % too low
+
+
+@dataclass(frozen=True)
+class Unfiltered:
+    """A stretch's motion before the filter, n samples, and which of them are rows.
+
+    Parameters
+    ----------
+    velocity_rad_s : ndarray, shape (n,)
+    direction : ndarray of int8, shape (n,)
+        Its thresholded sign.
+    usable : ndarray of bool, shape (n,)
+    period_s : float
+        Time between samples.
+    """
+
+    velocity_rad_s: Floats
+    direction: NDArray[np.int8]
+    usable: NDArray[np.bool_]
+    period_s: float
 
 
 @dataclass(frozen=True)
@@ -32,6 +53,8 @@ class Rows:
         Why the inertia is not felt: velocity that hardly changes, noise; empty where it is.
     arm_stroke_rad : float
         How far the arm moved; NaN without a position.
+    unfiltered : tuple of Unfiltered
+        The motion that the rows were made of, stretch by stretch.
     """
 
     columns: Floats
@@ -40,6 +63,7 @@ class Rows:
     snap_rad_s4: Floats
     inertia_hidden: str
     arm_stroke_rad: float
+    unfiltered: tuple[Unfiltered, ...] = ()
 
     def some(self, kept: Sequence[int]) -> Floats:
         """Return these columns, shape (N, k); all of them without a copy."""
@@ -83,4 +107,8 @@ def collect_rows(
         np.concatenate(snaps) if snaps else np.zeros(0),
         inertia_hidden=hidden,
         arm_stroke_rad=arm_stroke_rad,
+        unfiltered=tuple(
+            Unfiltered(s.unfiltered_rad_s, s.direction, s.usable, s.stretch.period_s)
+            for s in stretches
+        ),
     )

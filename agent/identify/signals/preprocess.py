@@ -55,6 +55,10 @@ class FilteredStretch:
         Second derivative of the filtered acceleration.
     usable : ndarray of bool, shape (n,)
         False where the direction of motion is unknown, and at the stretch's ends.
+    unfiltered_rad_s : ndarray, shape (n,)
+        The velocity as it was.
+    direction : ndarray of int8, shape (n,)
+        Its thresholded sign, not filtered.
     """
 
     stretch: Stretch
@@ -63,6 +67,8 @@ class FilteredStretch:
     velocity_rad_s: Floats
     snap_rad_s4: Floats
     usable: NDArray[np.bool_]
+    unfiltered_rad_s: Floats
+    direction: NDArray[np.int8]
 
 
 @dataclass(frozen=True)
@@ -158,7 +164,9 @@ def shared_cutoff(motions: Sequence[Motion]) -> Cutoff:
     return choose_cutoff(channels, differences=2 if derived else 1)
 
 
-def filter_motion(motion: Motion, cutoff_hz: float) -> tuple[FilteredStretch, ...]:
+def filter_motion(
+    motion: Motion, cutoff_hz: float, slowest_rad_s: float = 0.0
+) -> tuple[FilteredStretch, ...]:
     """Return every stretch that is long enough to be filtered, filtered.
 
     Parameters
@@ -167,20 +175,26 @@ def filter_motion(motion: Motion, cutoff_hz: float) -> tuple[FilteredStretch, ..
         One recording.
     cutoff_hz : float
         The low-pass's cutoff.
+    slowest_rad_s : float
+        What is slower is not usable, as if it stood.
     """
     out = []
     for stretch, velocity in zip(motion.timing.stretches, motion.velocity_rad_s, strict=True):
         if velocity.shape[0] * stretch.period_s * cutoff_hz >= _SHORTEST_PERIODS:
-            out.append(_filter_stretch(motion, stretch, velocity, cutoff_hz))
+            out.append(_filter_stretch(motion, stretch, velocity, cutoff_hz, slowest_rad_s))
     return tuple(out)
 
 
 def _filter_stretch(
-    motion: Motion, stretch: Stretch, velocity: Floats, cutoff_hz: float
+    motion: Motion, stretch: Stretch, velocity: Floats, cutoff_hz: float, slowest_rad_s: float
 ) -> FilteredStretch:
     """Build the regressor of one stretch and pass everything through the same filter."""
     signals = motion.signals
     direction = direction_of(velocity, stretch.period_s, cutoff_hz, motion.velocity_noise_rad_s)
+    unknown = direction == 0.0
+    if slowest_rad_s > 0.0:
+        smooth = lowpass(velocity, stretch.period_s, _SIGN_BAND * cutoff_hz)
+        unknown |= np.abs(smooth) < slowest_rad_s
     position = signals.position_rad
     torque = stretch.on_grid(signals, signals.torque_nm)
     # Not one name too many: of a long recording each of these is a third of the memory.
@@ -195,7 +209,7 @@ def _filter_stretch(
                     signals.gear_ratio,
                 ).T,
                 torque,
-                direction == 0.0,
+                unknown,
             )
         ),
         stretch.period_s,
@@ -205,7 +219,7 @@ def _filter_stretch(
     # Differentiated after the filter, which is the same inside a stretch, but does not fold the
     # noise of the very first and last acceleration into the filter's extension.
     filtered[_ACCELERATION] = np.gradient(velocity_filtered, stretch.period_s)
-    usable = (filtered[-1] < _UNKNOWN_SHARE) & (direction != 0.0)
+    usable = (filtered[-1] < _UNKNOWN_SHARE) & ~unknown
     # At the ends the filter sees its own extension, which is no motion.
     cycle = 1.0 / (cutoff_hz * stretch.period_s)
     periods = min(_EDGE, max(_EDGE_SHARE * velocity.shape[0] / cycle, _EDGE_LEAST))
@@ -218,6 +232,8 @@ def _filter_stretch(
         velocity_rad_s=velocity_filtered,
         snap_rad_s4=_second_derivative(filtered[_ACCELERATION], stretch.period_s),
         usable=usable,
+        unfiltered_rad_s=velocity,
+        direction=direction.astype(np.int8),
     )
 
 
