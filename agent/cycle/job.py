@@ -148,6 +148,8 @@ class JobRunner:
         ------
         agent.errors.RefusedError
             With every precondition that does not hold.
+        agent.errors.StoppedError
+            Asked to stop, or the controller has taken back that it is ready.
         """
         seen: list[Sample] = []
         start_s = self._clock.now()
@@ -156,6 +158,12 @@ class JobRunner:
             if reason is not None:
                 raise StoppedError(f"Stopped before anything moved: {reason}.")
             status = self._controller.exchange()
+            if status.state not in (JobState.READY, None):
+                raise StoppedError(
+                    f"Stopped before anything moved: the job was ready and is now "
+                    f"'{status.state.value}'. A controller lets an axis go again that nobody "
+                    "starts: is this machine very busy?"
+                )
             if status.sample is not None:
                 seen.append(status.sample)
             span_s = seen[-1].time_s - seen[0].time_s if seen else 0.0

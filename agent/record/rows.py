@@ -9,6 +9,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import pyarrow as pa
+from numpy.typing import NDArray
 
 from agent.record.recording import NEEDED_COLUMNS, TEXT_COLUMNS
 
@@ -110,11 +111,7 @@ class RowBuffer:
     def batch(self, rows: PackedRows) -> pa.RecordBatch:
         """Return packed rows of this buffer as one batch; any thread may ask."""
         packed = np.frombuffer(rows.content, dtype=self._dtype)
-        words = pa.array(list(rows.words), type=pa.string())
-        arrays: list[pa.Array[Any]] = []
-        for name, kind in self.kinds.items():
-            values = pa.array(np.ascontiguousarray(packed[name]))
-            arrays.append(words.take(values) if kind == "text" else values)
+        arrays = [_array(kind, packed[name], rows.words) for name, kind in self.kinds.items()]
         return pa.RecordBatch.from_arrays(arrays, schema=self.schema)
 
     def clear(self) -> None:
@@ -164,3 +161,23 @@ def _check(columns: Sequence[str], kinds: Mapping[str, Kind]) -> None:
         raise ValueError(f"kinds are given for columns that are not there: {unknown}")
     if kinds.get("time_s", "float") != "float":
         raise ValueError(f"time_s must be float, got {kinds['time_s']}")
+
+
+def _array(kind: Kind, values: NDArray[Any], words: Sequence[str]) -> pa.Array[Any]:
+    """Return a column as Arrow has it in memory, made without `pa.array`.
+
+    That loads pandas where it is, which takes a second, on a busy machine twenty: with the device
+    open, and nobody counting up what says that we are alive.
+    """
+    if kind != "text":
+        content = np.packbits(values, bitorder="little") if kind == "boolean" else values
+        return _of(_FORMS[kind].arrow, values.shape[0], content.tobytes())
+    encoded = [word.encode() for word in words]
+    ends = np.cumsum([0, *map(len, encoded)], dtype="<i4")
+    known = _of(pa.string(), len(encoded), ends.tobytes(), b"".join(encoded))
+    return known.take(_of(pa.uint32(), values.shape[0], values.tobytes()))
+
+
+def _of(of: pa.DataType, rows: int, *contents: bytes) -> pa.Array[Any]:
+    """Return an array without gaps, of `rows` values that are in memory already."""
+    return pa.Array.from_buffers(of, rows, [None, *map(pa.py_buffer, contents)])

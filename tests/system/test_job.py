@@ -32,7 +32,7 @@ from drivers.errors import (
     HeartbeatLostError,
     NodeMissingError,
 )
-from fakes.modbus_controller import SAMPLE_PERIOD_S, FakeController
+from fakes.modbus_controller import READY_TIMEOUT_S, SAMPLE_PERIOD_S, FakeController
 from fakes.modbus_server import Misbehaviour, RtuServer, TcpServer
 from fakes.specification import FakeSpecification
 from tests.contract.modbus_rig import pty_pair, served
@@ -253,6 +253,21 @@ def test_what_is_wrong_before_motion_is_refused_and_nothing_moves(
         act(made)
         with pytest.raises(error, match=says):
             made.run()
+        assert abs(made.fake.plant.motor_position_rad) < 0.01
+
+
+def test_a_job_that_was_let_go_before_its_start_is_said_and_nothing_moves(tmp_path: Path) -> None:
+    with bench(tmp_path) as made:
+
+        def busy() -> None:
+            made.clock.sleep_until(made.clock.now() + READY_TIMEOUT_S + 1.0)
+
+        with pytest.raises(StoppedError, match=r"before anything moved: .* is now 'idle'"):
+            drive_cycle(
+                CycleRequest(made.cell, made.cell.axis[0], tmp_path),
+                made.clock,
+                stop_requested=busy,
+            )
         assert abs(made.fake.plant.motor_position_rad) < 0.01
 
 

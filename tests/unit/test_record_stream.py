@@ -6,6 +6,8 @@ import errno
 import json
 import math
 import os
+import subprocess
+import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -54,6 +56,16 @@ def test_rows_become_a_recording(tmp_path: Path) -> None:
     for at, name in enumerate(STREAM_COLUMNS):
         assert found[name].tolist() == [row(i)[at] for i in range(1234)], name
     assert found.metadata == metadata(samples_lost=2, ambient_degc=21.5, extra={"verdict": "ok"})
+
+
+def test_beginning_a_recording_does_not_load_pandas_while_a_device_waits(tmp_path: Path) -> None:
+    code = (
+        "import sys; from agent.record.stream import StreamWriter; "
+        "from tests.unit.record_samples import STREAM_COLUMNS, metadata, row; "
+        "StreamWriter(sys.argv[1], 'run', metadata(), STREAM_COLUMNS).append(row(0)); "
+        "assert 'pandas' not in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code, str(tmp_path)], check=True)
 
 
 @pytest.mark.parametrize("rate_hz", [100.0, 500.0, 1000.0, 4000.0])
