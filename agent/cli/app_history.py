@@ -38,6 +38,7 @@ def fake_history(
     payload_kg: Annotated[
         list[float] | None, typer.Option(help="One of these is carried each night; repeatable.")
     ] = None,
+    robot: Annotated[str, typer.Option(help="The robot's name in the recordings.")] = "simulated",
     work: Annotated[
         bool, typer.Option("--work", help="Write ordinary work cycles, too (OUT/work).")
     ] = False,
@@ -49,7 +50,7 @@ def fake_history(
         raise typer.BadParameter("--wear-nm and --wear-days belong to --wear-day")
     wear = (0.3 if wear_nm is None else wear_nm, 60.0 if wear_days is None else wear_days)
     request = HistoryRequest(
-        cycles, every_days, seed, wear_day, *wear, oil_day, swap_day, tuple(payload_kg or ())
+        cycles, every_days, seed, wear_day, *wear, oil_day, swap_day, tuple(payload_kg or ()), robot
     )
     run_fake_history(out, request, work=work)
 

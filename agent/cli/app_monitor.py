@@ -22,6 +22,10 @@ def monitor(
         int | None,
         typer.Option(help="How many of the first cycles are healthy; else chosen by rule."),
     ] = None,
+    siblings: Annotated[
+        list[str] | None,
+        typer.Option(metavar="RECORDING", help="Of joints of the same kind, which teach; several."),
+    ] = None,
     events: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Swaps, oil changes; else events.toml beside them."),
@@ -50,5 +54,7 @@ def monitor(
     """Tell wear from temperature, load and age over months of cycles; exit code 1 on an alarm."""
     from agent.cli.monitor import MonitorRequest, run_monitor
 
-    request = MonitorRequest(history, baseline, events, detector, low_speed, cache, explain)
+    request = MonitorRequest(
+        history, baseline, events, detector, low_speed, cache, explain, tuple(siblings or ())
+    )
     run_monitor(request, out, as_json=json)

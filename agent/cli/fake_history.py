@@ -29,6 +29,7 @@ class HistoryRequest:
     oil_day: float | None
     swap_day: float | None
     payloads_kg: tuple[float, ...]
+    robot: str
 
 
 def run_fake_history(out: Path, request: HistoryRequest, *, work: bool) -> None:
@@ -68,6 +69,7 @@ def _plan(request: HistoryRequest) -> HistoryPlan:
             every_days=request.every_days,
             seed=request.seed,
             payloads_kg=request.payloads_kg or (0.0,),
+            robot=request.robot,
             events=tuple(events),
         )
     except ValueError as error:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,10 +18,12 @@ from agent.cli.talk import progress_bar, talker
 from agent.conclude.cycles import Unreadable, cache_folder, cycles_of, nothing_usable
 from agent.conclude.monitor_document import to_json
 from agent.errors import InputError
-from agent.monitor.cycle import Joint
+from agent.monitor.cycle import Cycle, Joint
 from agent.monitor.detectors import DEFAULT, detector
 from agent.monitor.events import Event, parse_events
 from agent.monitor.history import histories
+from agent.monitor.kinship import Pool
+from agent.monitor.series import Detector
 from agent.monitor.verdict import Finding, judge
 from agent.record.atomic import make_folder, publish
 from agent.record.events_file import read_events
@@ -55,6 +57,8 @@ class MonitorRequest:
         Whether estimates are kept.
     explain : bool
         Whether the explain engine is asked what each alarm is.
+    siblings : sequence of str
+        Recordings of joints of the same kind, as `patterns`: they teach and are not judged.
     """
 
     patterns: Sequence[str]
@@ -64,6 +68,7 @@ class MonitorRequest:
     low_rad_s: float | None = None
     cache: bool = True
     explain: bool = False
+    siblings: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -113,19 +118,44 @@ def monitor(request: MonitorRequest) -> Monitored:
     except ValueError as error:  # known before a year of recordings is estimated
         raise InputError(f"--detector: {error}.") from error
     paths = find(request.patterns)
-    events = events_for(request, paths)
-    with progress_bar("estimating") as moved:
-        cycles, unreadable = cycles_of(paths, cache_folder() if request.cache else None, moved)
+    cycles, unreadable = _read_cycles(request, paths)
     if not cycles:
         raise nothing_usable(unreadable)
     try:
+        joints = histories(cycles, events_for(request, paths), request.low_rad_s)
+        findings = tuple(judge(history, judges, request.baseline) for history in joints)
+        pool = Pool(findings, _given(request, judges))
+        siblings = [pool.siblings_of(history) for history in joints]
         findings = tuple(
-            judge(history, judges, request.baseline)
-            for history in histories(cycles, events, request.low_rad_s)
+            finding
+            if known is None
+            else judge(replace(finding.history, siblings=known), judges, request.baseline)
+            for finding, known in zip(findings, siblings, strict=True)
         )
     except ValueError as error:
         raise InputError(f"{str(error)[0].upper()}{str(error)[1:]}.") from error
     return Monitored(findings, unreadable, _explained(findings, paths) if request.explain else {})
+
+
+def _read_cycles(
+    request: MonitorRequest, paths: Sequence[Path]
+) -> tuple[tuple[Cycle, ...], tuple[Unreadable, ...]]:
+    with progress_bar("estimating") as moved:
+        return cycles_of(paths, cache_folder() if request.cache else None, moved)
+
+
+def _given(request: MonitorRequest, judges: Detector) -> tuple[Finding, ...]:
+    """Return what the siblings that were handed in are found to be, each by itself."""
+    if not request.siblings:
+        return ()
+    paths = find(request.siblings)
+    cycles, unreadable = _read_cycles(request, paths)
+    for bad in unreadable:
+        talker().print(f"Set aside, of the siblings: {bad.reason}")
+    if not cycles:
+        raise nothing_usable(unreadable)
+    joints = histories(cycles, events_for(request, paths), request.low_rad_s)
+    return tuple(judge(history, judges) for history in joints)
 
 
 def _explained(findings: Sequence[Finding], paths: Sequence[Path]) -> dict[Joint, AlarmExplanation]:

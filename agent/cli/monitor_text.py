@@ -48,6 +48,7 @@ def _joint(finding: Finding, asked: AlarmExplanation | None) -> str:
     track = finding.current
     if track is not None and track.promise:
         lines.append(f"  {track.promise}")
+    lines += [f"  {finding.lent}"] if finding.lent else []
     if track is not None and track.segment.events:
         events = "; ".join(event.label for event in track.segment.events)
         lines.append(f"  The baseline began anew: {events}.")

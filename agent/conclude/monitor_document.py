@@ -63,9 +63,33 @@ def _joint(finding: Finding) -> dict[str, Any]:
         "warmth": None
         if finding.warmth is None
         else {"word": finding.warmth.word, "sentence": finding.warmth.sentence},
+        "siblings": _siblings(finding),
         "segments": [_segment(finding, track) for track in finding.tracks],
         "set_aside": [{"name": s.name, "reason": s.reason} for s in history.set_aside],
         "notes": list(history.notes),
+    }
+
+
+def _siblings(finding: Finding) -> dict[str, Any] | None:
+    """Return what joints of the same kind lend, null where none are known."""
+    known, last = finding.history.siblings, finding.current
+    if known is None:
+        return None
+    laws = {} if last is None else last.baseline.laws
+    return {
+        "sentence": finding.lent,
+        "known": known.known,
+        "grown": list(known.grown),
+        "features": {
+            name: {
+                "scatter_percent": 100.0 * kind.scatter,
+                "scatter_worth_cycles": kind.worth,
+                "correlation": kind.tie,
+                "correlation_worth_cycles": kind.tie_worth,
+                "share": laws[name].lent if name in laws else None,
+            }
+            for name, kind in known.kinds.items()
+        },
     }
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from agent.monitor.compensation import PRIORS, Compensated, Conditions, Index, L
 from agent.monitor.compensation_fit import learn
 from agent.monitor.cycle import Cycle
 from agent.monitor.features import CycleFeatures, SpeedGrid
+from agent.monitor.kind import Kinds
 from agent.monitor.series import FEATURES, FeatureSeries
 
 LEAST, MOST = 8, 60
@@ -20,16 +22,21 @@ FEWEST_ASKED = 3
 SHARE = 0.005
 PARAMETERS = 3
 _NORMAL_95 = 1.6448536269514722
+_NONE: Kinds = MappingProxyType({})
 _RULING = ("coulomb_nm", "integral_w", "low_integral_w")
 
 
 @dataclass(frozen=True)
 class Features:
-    """Features of n cycles as arrays, each of shape (n,), with what they were run under."""
+    """Features of n cycles as arrays, each of shape (n,), with what they were run under.
+
+    `kinds` is what grown joints of the same kind show, if any are known.
+    """
 
     values: Mapping[str, Floats]
     deviations: Mapping[str, Floats]
     conditions: Conditions
+    kinds: Kinds = field(default_factory=dict)
 
     def take(self, which: slice | Index) -> Features:
         """Return some of the cycles."""
@@ -37,6 +44,7 @@ class Features:
             {k: v[which] for k, v in self.values.items()},
             {k: v[which] for k, v in self.deviations.items()},
             self.conditions.take(which),
+            self.kinds,
         )
 
     @property
@@ -62,6 +70,8 @@ class Baseline:
         Whether the number was given instead of chosen.
     standard_error : float
         Of the healthy mean, as a share, at its upper end, for the least sure deciding feature.
+    kinds : mapping of str to Kind
+        What grown joints of the same kind show, if any are known.
     """
 
     cycles: int
@@ -69,6 +79,7 @@ class Baseline:
     laws: Mapping[str, Law]
     asked: bool
     standard_error: float = math.nan
+    kinds: Kinds = field(default_factory=dict)
 
     @property
     def enough(self) -> bool:
@@ -76,12 +87,15 @@ class Baseline:
         return self.cycles >= self.needed
 
 
-def features_table(cycles: Sequence[Cycle], features: Sequence[CycleFeatures]) -> Features:
-    """Return features and conditions of cycles, side by side."""
+def features_table(
+    cycles: Sequence[Cycle], features: Sequence[CycleFeatures], kinds: Kinds = _NONE
+) -> Features:
+    """Return features and conditions of cycles, side by side, and what joints alike show."""
     return Features(
         {name: np.array([f.values[name] for f in features]) for name in FEATURES},
         {name: np.array([f.deviations[name] for f in features]) for name in FEATURES},
         conditions_of(cycles),
+        kinds,
     )
 
 
@@ -119,12 +133,12 @@ def baseline_of(features: Features, asked: int | None = None) -> Baseline:
     length = LEAST if asked is None else asked
     while True:
         if have < length:
-            return Baseline(have, length, {}, asked is not None)
+            return Baseline(have, length, {}, asked is not None, kinds=features.kinds)
         healthy = features.take(slice(0, length))
         laws = _laws(healthy)
         error = _standard_error(laws)
         if asked is not None or error <= SHARE or length >= MOST:
-            return Baseline(length, length, laws, asked is not None, error)
+            return Baseline(length, length, laws, asked is not None, error, features.kinds)
         wanted = math.ceil(length * (error / SHARE) ** 2)
         length = min(MOST, max(length + 1, min(wanted, 2 * length)))
 
@@ -142,7 +156,11 @@ def lengthened(
 def _laws(healthy: Features, names: Collection[str] = FEATURES) -> dict[str, Law]:
     return {
         name: learn(
-            healthy.conditions, healthy.values[name], healthy.deviations[name], PRIORS[name]
+            healthy.conditions,
+            healthy.values[name],
+            healthy.deviations[name],
+            PRIORS[name],
+            healthy.kinds.get(name),
         )
         for name in names
     }
@@ -184,6 +202,7 @@ def series_of(
         {name: one.deviation for name, one in found.items()},
         baseline.cycles,
         {name: one.shared_deviation for name, one in found.items()},
+        baseline.kinds,
     )
 
 

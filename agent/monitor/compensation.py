@@ -43,6 +43,7 @@ _DECAY_GROWTH = 0.2
 _PAYLOAD_SHARE = 0.15  # what the whole payload may do to friction (one standard deviation)
 _EDGE = 0.15  # of the healthy span: so far beyond is no extrapolation
 _LEAST_EDGE_K = 1.0
+_SLOPE_STEP_K = 1e-3
 
 
 @dataclass(frozen=True)
@@ -136,6 +137,11 @@ class Basis:
         count = conditions.temperature_degc.size
         return np.stack(out, axis=-1) if out else np.zeros((count, 0))
 
+    def reference_conditions(self, degrees: Floats) -> Conditions:
+        """Return the reference's conditions, so many degrees beside it, shape (n,)."""
+        _, payload, load = (np.full(degrees.shape, one) for one in self.reference)
+        return Conditions(self.reference[0] + degrees, payload, load)
+
     def prior(self, prior: Prior) -> tuple[Floats, Floats]:
         """Return middle and standard deviation of the coefficients, each of shape (p,)."""
         loads = bool(self.payload_scale_kg) + bool(self.load_scale_nm)
@@ -162,10 +168,11 @@ def _apart(values: Floats, reference: float) -> Floats:
 
 @dataclass(frozen=True)
 class Bend:
-    """One shape of the temperature's effect: weight, coefficients (p,), covariance (p, p).
+    """One shape of the conditions' effect: weight, coefficients (p,), covariance (p, p).
 
     `middle`, shape (p,), is the columns' mean over the healthy cycles: there the law is least
-    uncertain.
+    uncertain. `zero`, shape (p,), are the basis's columns at the law's reference, where the effect
+    is none: another basis than the law's own is that of the joint's siblings.
     """
 
     decay_k: float
@@ -173,6 +180,12 @@ class Bend:
     coefficients: Floats
     covariance: Floats
     middle: Floats
+    basis: Basis
+    zero: Floats
+
+    def columns(self, conditions: Conditions) -> Floats:
+        """Return the columns, shape (n, p), zero at the law's reference."""
+        return self.basis.columns(conditions, self.decay_k) - self.zero
 
 
 @dataclass(frozen=True)
@@ -203,6 +216,11 @@ class Law:
     cycles: int
 
     @property
+    def lent(self) -> float:
+        """Return how far the law is what joints of the same kind show, 0 to 1 (a probability)."""
+        return sum(b.weight for b in self.bends if b.basis is not self.basis)
+
+    @property
     def name(self) -> str:
         """Return ``none``, ``linear`` or ``viscosity``: the shape of the greatest weight."""
         if not self.basis.temperature:
@@ -216,8 +234,9 @@ class Law:
         if not self.basis.temperature:
             return math.nan, math.nan
         weight = np.array([b.weight for b in self.bends])
-        slope = np.array([b.coefficients[0] for b in self.bends])
-        variance = np.array([b.covariance[0, 0] for b in self.bends])
+        steep = [self._steepness(b) for b in self.bends]
+        slope = np.array([s @ b.coefficients for s, b in zip(steep, self.bends, strict=True)])
+        variance = np.array([s @ b.covariance @ s for s, b in zip(steep, self.bends, strict=True)])
         mean = float(weight @ slope)
         share = self.size / self.level
         deviation = math.sqrt(float(weight @ (variance + (slope - mean) ** 2)))
@@ -228,7 +247,7 @@ class Law:
         effect = np.zeros(conditions.temperature_degc.shape)
         square, mean = np.zeros_like(effect), np.zeros_like(effect)
         for bend in self.bends:
-            columns = self.basis.columns(conditions, bend.decay_k)
+            columns = bend.columns(conditions)
             away = columns - bend.middle
             moved = away @ bend.coefficients
             effect += bend.weight * (columns @ bend.coefficients)
@@ -271,12 +290,18 @@ class Law:
             out |= np.where(np.isfinite(values), outside, False)
         return out
 
+    def _steepness(self, bend: Bend) -> Floats:
+        """Return the columns' slopes at the reference, shape (p,), a degree."""
+        near = self.basis.reference_conditions(np.array([-_SLOPE_STEP_K, _SLOPE_STEP_K]))
+        return np.asarray(np.diff(bend.columns(near), axis=0)[0] / (2.0 * _SLOPE_STEP_K))
+
     def _unlearned(self, conditions: Conditions) -> Floats:
-        """Return the variance that a payload brings which the healthy cycles did not have."""
+        """Return the variance that a payload brings which nothing has been learned of."""
         payload = conditions.payload_kg
-        if self.basis.payload_scale_kg or math.isnan(self.basis.reference[1]):
+        blind = sum(b.weight for b in self.bends if not b.basis.payload_scale_kg)
+        if not blind or math.isnan(self.basis.reference[1]):
             return np.zeros(payload.shape)
         apart = np.abs(payload - self.basis.reference[1])
         most = np.maximum(np.maximum(payload, self.basis.highest[1]), 1e-9)
         share = np.where(np.isfinite(payload), apart / most, 0.0)
-        return np.asarray((_PAYLOAD_SHARE * share) ** 2)
+        return np.asarray(blind * (_PAYLOAD_SHARE * share) ** 2)

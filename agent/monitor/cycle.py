@@ -72,6 +72,8 @@ class Cycle:
         Serial numbers by part, such as ``gearbox`` or ``drive``.
     oil : str
         Empty where nobody said.
+    model : str
+        The robot's, as ``robot_model`` names it; empty where nobody said.
     event : str
         What was done to the joint right before, as the recording says; empty for nothing.
     fingerprint : str
@@ -95,6 +97,7 @@ class Cycle:
     oil: str = ""
     event: str = ""
     fingerprint: str = ""
+    model: str = ""
     reasons: tuple[str, ...] = ()
 
     @property
@@ -151,7 +154,7 @@ class Cycle:
 
 
 _CURVE = ("speed_rad_s", "friction_nm", "deviation_nm")
-_TEXTS = ("trajectory", "oil", "event", "fingerprint")
+_TEXTS = ("trajectory", "oil", "event", "fingerprint", "model")
 _NUMBERS = (
     "started_s",
     "duration_s",
@@ -210,6 +213,7 @@ def cycle_of(
         oil=str(metadata.get("oil") or ""),
         event=str(metadata.get("event") or ""),
         fingerprint=fingerprint,
+        model=str(metadata.get("robot_model") or ""),
         reasons=reasons,
     )
 

@@ -11,12 +11,13 @@ from agent.monitor.change_time import ChangeTime
 from agent.monitor.comparison import Comparison
 from agent.monitor.compensation import Compensated
 from agent.monitor.cooling import Warmth
+from agent.monitor.cusum import DECIDING
 from agent.monitor.history import JointHistory, Segment
 from agent.monitor.outlook import Outlook
 from agent.monitor.reasons import Reasons
 from agent.monitor.series import FeatureSeries, Judgement, State
 from agent.monitor.since_first import SinceFirst
-from agent.monitor.verdict_words import as_sentence, began, day
+from agent.monitor.verdict_words import as_sentence, began, day, lent
 
 NOT_DECIDABLE = "not-decidable"
 
@@ -97,6 +98,15 @@ class Finding:
     def alarm(self) -> bool:
         """Return whether friction is increased now."""
         return self.status in (State.INCREASED.value, State.HIGH.value)
+
+    @property
+    def lent(self) -> str:
+        """Return what joints of the same kind are to this one, a sentence; empty without any."""
+        siblings, last = self.history.siblings, self.current
+        if siblings is None or last is None:
+            return ""
+        law = last.baseline.laws.get(DECIDING)
+        return lent(siblings, last.baseline.cycles, None if law is None else law.lent)
 
     @property
     def timing(self) -> tuple[str, ...]:

@@ -11,10 +11,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from agent.monitor.baseline import Features, features_table
 from agent.monitor.cycle import Cycle, Joint
 from agent.monitor.events import Event, events_between, events_said, visitors
 from agent.monitor.features import CycleFeatures, SpeedGrid, features_of, grid_of
 from agent.monitor.history_notes import SET_CLOCK_S, notes_on, usual
+from agent.monitor.kind import Siblings
 
 _SAME_START_S = 0.5
 _OVERLAP_S = 1.0
@@ -60,6 +62,8 @@ class JointHistory:
     set_aside : tuple of SetAside
     notes : tuple of str
         What else is to be borne in mind.
+    siblings : Siblings or None
+        What other joints of the same kind show; None where none are known.
     """
 
     joint: Joint
@@ -69,6 +73,17 @@ class JointHistory:
     segments: tuple[Segment, ...]
     set_aside: tuple[SetAside, ...]
     notes: tuple[str, ...]
+    siblings: Siblings | None = None
+
+    @property
+    def model(self) -> str:
+        """Return the robot's model as the latest cycle that names one does; else empty."""
+        return next((c.model for c in reversed(self.cycles) if c.model), "")
+
+    def table(self, start: int, stop: int) -> Features:
+        """Return features and conditions of some cycles, and what joints of the kind show."""
+        kinds = {} if self.siblings is None else self.siblings.kinds
+        return features_table(self.cycles[start:stop], self.features[start:stop], kinds)
 
     @property
     def time_s(self) -> list[float]:

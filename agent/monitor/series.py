@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify.result import Floats
+from agent.monitor.kind import Kinds
 
 FEATURES: Mapping[str, str] = {
     "coulomb_nm": "Coulomb friction",
@@ -50,6 +51,8 @@ class FeatureSeries:
         not in it have what their deviations grow beyond the baseline's usual one.
     healthy : int
         How many of the first cycles are the baseline, held to be without fault.
+    kinds : mapping of str to Kind
+        What grown joints of the same kind show of each feature, if any are known.
 
     Raises
     ------
@@ -63,6 +66,7 @@ class FeatureSeries:
     deviations: Mapping[str, Floats]
     healthy: int
     shared: Mapping[str, Floats] = field(default_factory=dict)
+    kinds: Kinds = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         n = self.time_s.size

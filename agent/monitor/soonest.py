@@ -48,7 +48,7 @@ class Doubt:
 
 
 @functools.lru_cache(maxsize=256)
-def doubt_of(cycles: int, long_run: float) -> Doubt:
+def doubt_of(cycles: int, long_run: float, borrowed: float = 0.0) -> Doubt:
     """Return what a baseline leaves open, at the quantiles of both laws.
 
     Parameters
@@ -57,10 +57,13 @@ def doubt_of(cycles: int, long_run: float) -> Doubt:
         Healthy ones.
     long_run : float
         How much more the mean of many varies than if they were independent (`Standing.long_run`).
+    borrowed : float
+        As many cycles of others tell the scatter beside them, and never the level.
     """
     worth = max(2.0, cycles / long_run)
+    free = worth - 1.0 + borrowed
     middle = (np.arange(11) + 0.5) / 11.0
-    scale = np.sqrt((worth - 1.0) / chi2.ppf((np.arange(7) + 0.5) / 7.0, worth - 1.0))
+    scale = np.sqrt(free / chi2.ppf((np.arange(7) + 0.5) / 7.0, free))
     offset = norm.ppf(middle)[:, None] * scale[None, :] / np.sqrt(worth)
     return Doubt(offset.ravel(), np.broadcast_to(scale * np.sqrt(long_run), offset.shape).ravel())
 

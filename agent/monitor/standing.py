@@ -18,6 +18,7 @@ import numpy as np
 
 from agent.identify.result import Floats
 from agent.monitor.decision import Marks
+from agent.monitor.kind import Kind
 from agent.monitor.series import FeatureSeries
 
 FEWEST = 5
@@ -25,6 +26,7 @@ FEWEST = 5
 
 _MAD_TO_SIGMA = 1.4826
 _OUTLIER = 4.0
+_MOST_TIED = 0.8
 _DOUBT = 20.0  # cycles: how fast a measured autocorrelation is believed
 _TINY = 1e-9
 
@@ -51,6 +53,8 @@ class Standing:
         That unit: each cycle's own deviation, in the feature's unit.
     left_out : int
         Cycles of the baseline that do not count, for they lie too far off.
+    borrowed : float
+        As many cycles of joints of the same kind tell the scatter beside the joint's own.
     """
 
     level: float
@@ -61,6 +65,7 @@ class Standing:
     shared: Floats
     own: Floats
     left_out: int = 0
+    borrowed: float = 0.0
 
     def rise(self, allowance: float) -> Floats:
         """Return each cycle's rise over the level as a share, less what the shared error may be."""
@@ -93,6 +98,14 @@ def standing(series: FeatureSeries, feature: str) -> Standing | None:
     scatter = max(
         float(np.std(healthy[kept], ddof=1)), 0.1 * usual, _TINY * abs(level), np.finfo(float).tiny
     )
+    kind, free, borrowed = series.kinds.get(feature), float(kept.sum()) - 1.0, 0.0
+    own_z = (healthy[kept] - level) / scatter
+    tie = autocorrelation(own_z) if kind is None else _tie_beside(own_z, kind)
+    if kind is not None and level > 0.0:
+        free *= (1.0 - tie) / (1.0 + tie)
+        borrowed = kind.borrowed(scatter / level, free)
+        squares = free * scatter**2 + borrowed * (kind.scatter * level) ** 2
+        scatter = math.sqrt(squares / (free + borrowed))
     beyond = np.maximum(0.0, stated**2 - usual**2)
     own = np.sqrt(scatter**2 + beyond)
     if feature not in series.shared:
@@ -101,11 +114,12 @@ def standing(series: FeatureSeries, feature: str) -> Standing | None:
         level,
         scatter,
         int(kept.sum()),
-        autocorrelation((healthy[kept] - level) / scatter),
+        tie,
         (y - level) / own,
         np.nan_to_num(shared) / own,
         own,
         carried - int(kept.sum()),
+        borrowed,
     )
 
 
@@ -128,9 +142,23 @@ def autocorrelation(z: Floats) -> float:
     The estimate's bias, -(1 + 4 phi) / n, is taken back, and n / (n + 20) of it is believed.
     """
     n = z.size
+    return float(np.clip(shown_tie(z) * n / (n + _DOUBT), 0.0, _MOST_TIED))
+
+
+def shown_tie(z: Floats) -> float:
+    """Return the correlation of neighbours that n residuals about their own mean show."""
+    n = z.size
     power = float(z @ z)
     if n < 4 or power <= 0.0:
         return 0.0
     raw = float(z[1:] @ z[:-1]) / power
-    unbiased = (raw + 1.0 / n) / (1.0 - 4.0 / n) if n > 8 else raw
-    return float(np.clip(unbiased * n / (n + _DOUBT), 0.0, 0.8))
+    return (raw + 1.0 / n) / (1.0 - 4.0 / n) if n > 8 else raw
+
+
+def _tie_beside(z: Floats, kind: Kind) -> float:
+    """Return the correlation of neighbours, drawn to that of joints of the same kind."""
+    n, shown = z.size, shown_tie(z)
+    borrowed = kind.tie_borrowed(shown, n)
+    doubt = _DOUBT * (1.0 - borrowed / kind.tie_worth)
+    drawn = (n * shown + borrowed * kind.tie) / (n + borrowed + doubt)
+    return float(np.clip(drawn, 0.0, _MOST_TIED))

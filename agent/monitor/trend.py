@@ -10,7 +10,8 @@ cycles, and noise of unknown size whose neighbours are correlated (first order) 
 amount. Without a trend s is zero; with one it is half-normal on its side of zero, of one of several
 widths. Level and noise (Jeffreys's priors), b, the correlation and the bend of the temperature's
 law are integrated out on both sides, so that a temperature which went one way with time leaves
-neither ahead.
+neither ahead. What grown joints of the same kind show stands beside what is held at large
+(`kind`), on both sides.
 
 Such a Bayes factor is a test martingale under the hypothesis without a trend (level and scale are a
 group, and theirs the right Haar prior: Hendriksen, de Heide and Grünwald, Bayesian Analysis 16
@@ -22,6 +23,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import log_ndtr, ndtr
@@ -29,13 +31,14 @@ from scipy.special import log_ndtr, ndtr
 from agent.identify.result import Floats, Parameter
 from agent.monitor.baseline import Features
 from agent.monitor.compensation import PRIORS
-from agent.monitor.compensation_fit import basis_of
+from agent.monitor.compensation_held import held_of
 from agent.monitor.decision import Marks
+from agent.monitor.kind import LOG_ANY_SIZE, Kind
 
 FEWEST = 10
 """Cycles below which no trend is looked for."""
 
-_DECAYS_K = (np.inf, 32.0, 15.0)
+_DECAYS_K = (math.inf, 32.0, 15.0)
 _TIES = np.array([0.0, 0.2, 0.4, 0.6, 0.8, 0.9])
 _TIE_SHARES = np.array([0.3, 0.25, 0.2, 0.12, 0.08, 0.05])
 _WIDTHS = np.array([0.1, 0.3, 1.0, 3.0]) / 365.0  # of s, shares a usual interval: nightly, a year
@@ -50,13 +53,13 @@ _LEAST = 0.1  # of the middle level: what the first cycle has at least
 
 @dataclass(frozen=True)
 class Trend:
-    """What some first cycles say of a trend: sums over bends, correlations and sizes of the noise.
+    """What some first cycles say of a trend: sums over shapes, correlations and sizes of the noise.
 
     Parameters
     ----------
     span : float
         Of the trend's course, from the first of these cycles to the last; in usual intervals.
-    log_none : ndarray, shape (bends, correlations, sizes)
+    log_none : ndarray, shape (shapes, correlations, sizes)
         Logarithm of the likelihood without a trend.
     pull, stiffness : ndarray, of that shape
         A slope s adds s pull - s^2 stiffness / 2 to it.
@@ -122,31 +125,59 @@ def trend(features: Features, time: Floats, name: str, course: Floats | None = N
         it is steepest.
     """
     course = time if course is None else course
-    return _integrated(float(course[-1] - course[0]), *_rows(features, time, course, name))
+    return _integrated(float(course[-1] - course[0]), _rows(features, time, course, name))
 
 
-def _rows(
-    features: Features, time: Floats, course: Floats, name: str
-) -> tuple[Floats, Floats, int]:
-    """Return each bend's rows and the gaps: (bends, p + 3, n), (n - 1,), and p.
+class _Rows(NamedTuple):
+    """What is weighed, one entry for each shape of the conditions' effect.
 
-    The rows are p columns of the conditions in prior deviations, a constant, time, and the feature
-    without the priors' middle; all over each cycle's own deviation. Cycles far off are left out.
+    `rows`, shape (shapes, p + 3, n): p columns of the conditions in prior deviations, a constant,
+    time, and the feature without the priors' middle; all over each cycle's own deviation. `gaps`,
+    shape (n - 1,), are the times between the cycles that count. `log_ties`, shape (shapes, ties),
+    is what is held of the correlation, and `lent`, shape (shapes,), whether a shape is what joints
+    of the kind show, whose `log_size` then holds for the noise.
     """
+
+    rows: Floats
+    gaps: Floats
+    log_ties: Floats
+    lent: Marks
+    kind: Kind | None
+
+    @property
+    def conditions(self) -> int:
+        """Return p."""
+        return int(self.rows.shape[1] - 3)
+
+    def log_sizes(self, sizes: Floats) -> Floats:
+        """Return what is held of the logarithm of the noise, shape (shapes, 1, sizes)."""
+        at_large = np.full(sizes.shape, LOG_ANY_SIZE)
+        alike = at_large if self.kind is None else self.kind.log_size(sizes)
+        return np.where(self.lent[:, None], alike, at_large)[:, None, :]
+
+
+def _rows(features: Features, time: Floats, course: Floats, name: str) -> _Rows:
+    """Return the rows; cycles far off are left out."""
     values, stated = features.values[name], features.deviations[name]
-    size = float(np.median(values))
-    basis = basis_of(features.conditions)
-    middle, width = basis.prior(PRIORS[name])
+    size, kind = float(np.median(values)), features.kinds.get(name)
+    held = held_of(features.conditions, values, PRIORS[name], kind, _DECAYS_K)
+    most = max(one.middle.size for one in held)
     sure = np.minimum(1.0, np.median(stated) / np.maximum(stated, _TINY * abs(size)))
-    bends = []
-    for decay_k in _DECAYS_K if basis.temperature else _DECAYS_K[:1]:
-        columns = basis.columns(features.conditions, decay_k)
-        y = values / size - 1.0 - columns @ middle
+    shapes = []
+    for one in held:
+        columns = one.columns(features.conditions)
+        y = values / size - 1.0 - columns @ one.middle
         x = course - course.mean()
-        bends.append(np.vstack(((columns * width).T, np.ones_like(y), x, y)) * sure)
-    rows = np.stack(bends)
+        apart = (columns @ np.linalg.cholesky(one.covariance)).T
+        unused = np.zeros((most - one.middle.size, y.size))
+        shapes.append(np.vstack((apart, unused, np.ones_like(y), x, y)) * sure)
+    rows, lent = np.stack(shapes), np.array([one.lent for one in held])
     kept = _near(rows[-1] / sure)
-    return rows[:, :, kept], np.diff(time[kept]), width.size
+    at_large = np.log(_TIE_SHARES)
+    alike = at_large if kind is None else np.log(kind.tie_shares(_TIES))
+    shares = np.array([one.log_share for one in held])
+    log_ties = shares[:, None] + np.where(lent[:, None], alike, at_large)
+    return _Rows(rows[:, :, kept], np.diff(time[kept]), log_ties, lent, kind)
 
 
 def _near(rows: Floats) -> Marks:
@@ -169,8 +200,9 @@ def _log_sum(log: Floats) -> float:
     return top + math.log(float(np.sum(np.exp(log - top))))
 
 
-def _integrated(span: float, rows: Floats, gaps: Floats, p: int) -> Trend:
-    """Integrate level and conditions out, for each bend, correlation and size of the noise."""
+def _integrated(span: float, given: _Rows) -> Trend:
+    """Integrate level and conditions out, for each shape, correlation and size of the noise."""
+    rows, gaps, p = given.rows, given.gaps, given.conditions
     near = _TIES[:, None] ** gaps  # (ties, n - 1)
     fresh = (rows[:, None, :, 1:] - near[:, None, :] * rows[:, None, :, :-1]) / np.sqrt(
         1.0 - near[:, None, :] ** 2
@@ -189,7 +221,8 @@ def _integrated(span: float, rows: Floats, gaps: Floats, p: int) -> Trend:
     left = inner[..., p:, p:] - np.swapaxes(inner[..., :p, p:], -1, -2) @ solved
     determinant = np.linalg.slogdet(held)[1]
     log_none = (
-        np.log(_TIE_SHARES)[:, None]
+        given.log_ties[..., None]
+        + given.log_sizes(sizes)
         - count * np.log(sizes)
         - 0.5 * np.sum(np.log(1.0 - near**2), axis=-1)[:, None]
         - 0.5 * np.log(level)[..., None]

@@ -142,7 +142,12 @@ def tune(
     if found is None or found.level <= 0.0:
         return _undecided(f"a baseline of fewer than {FEWEST} cycles does not tell their scatter")
     known = _Known(
-        found.cycles, found.left_out, round(found.long_run, 2), found.level, found.scatter
+        found.cycles,
+        found.left_out,
+        round(found.long_run, 2),
+        found.level,
+        found.scatter,
+        round(found.borrowed, 1),
     )
     return _tuned(known, target, cycles_per_year, share)
 
@@ -155,6 +160,7 @@ class _Known(NamedTuple):
     long_run: float
     level: float
     scatter: float
+    borrowed: float
 
     @property
     def words(self) -> str:
@@ -166,7 +172,7 @@ class _Known(NamedTuple):
 @functools.lru_cache(maxsize=512)
 def _tuned(found: _Known, target: Target, cycles_per_year: float, share: float) -> Tuning:
     """Return the numbers for a baseline; see `tune`."""
-    doubt = doubt_of(found.cycles, found.long_run)
+    doubt = doubt_of(found.cycles, found.long_run, found.borrowed)
     scatters = found.level / found.scatter
     rate = _NOISE * share * target.increased_per_year
 
@@ -243,7 +249,7 @@ def cycles_within(
         length = math.ceil(_LENGTHEN * length)
         if length > _LONGEST:
             return None
-        doubt = doubt_of(length, round(found.long_run, 2))
+        doubt = doubt_of(length, round(found.long_run, 2), round(found.borrowed, 1))
         best = soonest(doubt, rise, tuning.rate_per_year, cycles_per_year).delay
     return length
 

@@ -10,7 +10,7 @@ import dataclasses
 
 import numpy as np
 
-from agent.monitor.baseline import LEAST, baseline_of, compensated, features_table
+from agent.monitor.baseline import LEAST, baseline_of, compensated
 from agent.monitor.beside import beside_of
 from agent.monitor.change_time import ChangeTime, change_time
 from agent.monitor.comparison import compare
@@ -89,7 +89,7 @@ _LONGER = ("take a longer baseline: leave --baseline out, or give it a larger nu
 def _track(history: JointHistory, segment: Segment, detector: Detector, asked: int | None) -> Track:
     """Learn from a stretch's first cycles and judge the others."""
     cycles = history.cycles[segment.start : segment.stop]
-    features = features_table(cycles, history.features[segment.start : segment.stop])
+    features = history.table(segment.start, segment.stop)
     time_s = np.array([c.started_s for c in cycles])
     baseline = baseline_of(features, asked)
     watch = None if baseline.asked else watch_of(features, time_s, detector)
@@ -149,7 +149,7 @@ def _rising(history: JointHistory, detector: Detector, tracks: tuple[Track, ...]
     last = tracks[-1]
     segment = last.segment
     cycles = history.cycles[segment.start : segment.stop]
-    features = features_table(cycles, history.features[segment.start : segment.stop])
+    features = history.table(segment.start, segment.stop)
     found = since_first(features, np.array([c.started_s for c in cycles]))
     if last.series is not None and not found.no_healthy_period:
         return None
@@ -175,7 +175,7 @@ def _settled(finding: Finding, detector: Detector) -> Finding:
     segment = last.segment
     stop = segment.start + last.baseline.cycles
     cycles = finding.history.cycles[segment.start : stop]
-    features = features_table(cycles, finding.history.features[segment.start : stop])
+    features = finding.history.table(segment.start, stop)
     time_s = np.array([c.started_s for c in cycles])
     fall = running_in(features, time_s, detector)
     if fall is None:

@@ -10,6 +10,7 @@ from agent.identify.result import Parameter
 from agent.monitor.change_time import ChangeTime
 from agent.monitor.comparison import Comparison, Effect
 from agent.monitor.cycle import Cycle
+from agent.monitor.kind import FEWEST_SIBLINGS, Siblings
 from agent.monitor.reasons import Reasons
 from agent.monitor.series import State
 from agent.monitor.since_first import SinceFirst
@@ -61,6 +62,29 @@ def unsettled(sentence: str, fall: Parameter, cycles: int) -> str:
         f"{_share(fall, signed=False)} at low speed over its {cycles} cycles, as in a new "
         f"gear that runs in, and a rise of less than that may go unseen ({rest})."
     )
+
+
+def lent(siblings: Siblings, cycles: int, share: float | None) -> str:
+    """Return what joints of the same kind are to one, a sentence.
+
+    `share` is how far its law is theirs, with `cycles` of its own; None where it has no law yet.
+    """
+    known, grown = siblings.known, len(siblings.grown)
+    if not siblings.kinds:
+        return (
+            f"Nothing is learned from joints of its kind: {grown} of the {known} that are known "
+            "have lived long enough in health, and at least "
+            f"{FEWEST_SIBLINGS} are needed."
+        )
+    show = f"what {grown} joints of its kind show of temperature, payload and scatter"
+    if share is None:
+        return f"Its first cycles are asked beside {show}."
+    if share < 0.5:
+        return (
+            f"It is unlike the {grown} joints of its kind that are known "
+            f"({100.0 * (1.0 - share):.0f} %), and compensated by its own {cycles} healthy cycles."
+        )
+    return f"Compensated by {show}, beside its own {cycles} healthy cycles; its level is its own."
 
 
 def alarmed(state: State, found: Comparison, reasons: Reasons, since_when: str) -> str:

@@ -46,6 +46,7 @@ class JointView:
     sentence: str
     why: Sequence[str]
     promise: str
+    lent: str
     causes: Sequence[tuple[str, str, float]]
     explained: tuple[str, str] | None
     next_steps: Sequence[str]
@@ -107,6 +108,7 @@ def _view(finding: Finding, name: str, explained: tuple[str, str] | None) -> Joi
         if reasons is None
         else [units_unbroken(s) for s in (reasons.sentence, *finding.timing)],
         promise="" if track is None else units_unbroken(track.promise),
+        lent=units_unbroken(finding.lent),
         causes=()
         if reasons is None
         else [

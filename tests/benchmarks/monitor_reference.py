@@ -61,3 +61,28 @@ def delay_of(values: Floats, rise: float, healthy: int, line: float, night: int)
     if not crossed.size:
         return float(values.size - night)
     return None if crossed[0] < night else float(crossed[0] - night + 1)
+
+
+def known_scatter_odds(z: Floats, rise: float, healthy: int) -> Floats:
+    """Return the same of one that is told the scatter, as siblings show it, and learns the level.
+
+    The likelihood of a rise of `rise` scatters from night v on against none, the level integrated
+    out of t nights of which s are risen, is exp(rise (sum of the risen ones less s times the mean)
+    - rise^2 s (t - s) / (2 t)).
+
+    Parameters
+    ----------
+    z : ndarray, shape (n,)
+        Nights in units of the scatter.
+    rise : float
+        In that unit.
+    healthy : int
+        First nights that are told to be so.
+    """
+    sums = np.concatenate(([0.0], np.cumsum(z)))
+    out = np.full(z.size, -np.inf)
+    for t in range(healthy + 1, z.size + 1):
+        risen = t - np.arange(healthy, t)
+        tail = sums[t] - sums[healthy:t] - risen * sums[t] / t
+        out[t - 1] = np.logaddexp.reduce(rise * tail - 0.5 * rise**2 * risen * (t - risen) / t)
+    return out

@@ -27,7 +27,15 @@ RATE_HZ, PASS_S = 100.0, 1.0
 HEALTHY, WORN = 8, 4
 
 
-def record(path: Path, night: int, *, wear_nm: float = 0.0, axis: int = 1, **extra: Any) -> Path:
+def record(
+    path: Path,
+    night: int,
+    *,
+    wear_nm: float = 0.0,
+    axis: int = 1,
+    robot: str = "cell7",
+    **extra: Any,
+) -> Path:
     """Write one stair, both ways at every speed, about one place."""
     rng = np.random.default_rng([night, axis])
     degc = 26.0 + 4.0 * np.sin(night) + 0.3 * rng.standard_normal()
@@ -44,7 +52,7 @@ def record(path: Path, night: int, *, wear_nm: float = 0.0, axis: int = 1, **ext
         "gearbox_temperature_degc": np.full(velocity.size, round(degc, 1)),
     }
     start = (NIGHT + timedelta(days=night)).isoformat()
-    metadata = Metadata("cell7", axis, 100.0, started_at=start, payload_kg=5.0, extra=extra)
+    metadata = Metadata(robot, axis, 100.0, started_at=start, payload_kg=5.0, extra=extra)
     write(Recording(columns, metadata, str(path)), path)
     return path
 
@@ -108,6 +116,23 @@ def test_explain_is_asked_what_an_alarm_is_and_says_that_it_is_time(
     assert "friction that changes with time or use" in joint["explanation"]["sentence"]
     (page,) = re.findall(r'href="(explanation-[^"]+)"', (out / "report.html").read_text())
     assert (out / page).is_file()
+
+
+def test_siblings_teach_and_are_not_judged_and_too_few_are_said(
+    kept: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for night in range(3):
+        record(tmp_path / f"other-{night}.parquet", night, robot="cell8", axis=1)
+    young = [kept / f"night-{night:02d}.parquet" for night in range(HEALTHY)]
+    given = ["--siblings", tmp_path / "*.parquet", "--siblings", kept]
+    assert stribeck(monkeypatch, [*young, *given, "--json"]) == 0
+    (joint,) = json.loads(capsys.readouterr().out)["joints"]
+    assert (joint["robot"], joint["cycles"]) == ("cell7", HEALTHY)
+    known = joint["siblings"]
+    assert (known["known"], known["grown"], known["features"]) == (1, [], {})
+    assert "0 of the 1 that are known have lived long enough" in known["sentence"]
+    assert stribeck(monkeypatch, [*young, *given]) == 0
+    assert known["sentence"] in capsys.readouterr().out
 
 
 def test_the_second_call_estimates_nothing_again(
