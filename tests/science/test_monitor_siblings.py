@@ -33,7 +33,7 @@ SEEDS = range(4)
 
 def first_nights(life: Life, seed: int, cycles: int, a_year: float = 0.0) -> Nights:
     """Return the first nights of a joint that wears from the first one on."""
-    risen = a_year / 365.0 * np.arange(life.nights)
+    risen = a_year / 365.0 * np.arange(float(life.nights))
     n = live(life, seed, risen / low_speed_share(life.joint))
     kept = slice(0, cycles)
     return Nights(n.day[kept], n.temperature_degc[kept], n.payload_kg[kept], n.features[kept])
