@@ -104,6 +104,18 @@ def test_uneven_time_is_resampled_and_said_so() -> None:
     np.testing.assert_allclose(back, np.sin(time_s), atol=1e-4)
 
 
+def test_a_few_missing_samples_are_no_jumps_in_time() -> None:
+    """One row in 200 without a torque: counted as even, each had been a kick of the joint."""
+    time_s = np.arange(2000) * 0.016
+    torque = np.cos(3.0 * time_s)
+    torque[100::200] = np.nan
+    motion = read_motion(on_time(time_s, velocity_rad_s=np.sin(3.0 * time_s), torque_nm=torque))
+    (stretch,) = motion.timing.stretches
+    assert stretch.period_s == pytest.approx(0.016, rel=1e-9)
+    acceleration = np.gradient(motion.velocity_rad_s[0], stretch.period_s)
+    np.testing.assert_allclose(acceleration, 3.0 * np.cos(3.0 * stretch.time_s), atol=0.15)
+
+
 def test_direction_needs_more_than_noise() -> None:
     rng = np.random.default_rng(4)
     velocity = np.concatenate((np.zeros(500), np.full(500, 1.0), np.full(500, -1.0)))

@@ -17,6 +17,7 @@ from agent.identify.signals.arrays import Signals
 
 GAP_PERIODS = 4.5  # three samples lost in a row are bridged, four make a gap
 _EVEN = 0.1  # standard deviation of the period, in periods, up to which time counts as even
+_MISSED = 1.5  # periods from one sample to the next: with more, one is missing between them
 _AT_ONCE = 1 << 16  # medians: eleven numbers are copied for each
 _SHORTEST = 8  # samples; less carries neither a window nor an acceleration
 
@@ -103,6 +104,8 @@ def _stretch(index: NDArray[np.int64], time_s: Floats) -> Stretch:
     period_s = float(np.median(step_s))
     mean_s = float((time_s[-1] - time_s[0]) / step_s.size)
     uneven = float(np.std(step_s)) > _EVEN * period_s or abs(mean_s - period_s) > _EVEN * period_s
+    # A few missing samples hardly show in either; taken for even, each would be a jump in time.
+    uneven = uneven or float(step_s.max()) > _MISSED * period_s
     if not uneven:
         return Stretch(index, time_s, mean_s, resampled=False)
     count = max(round(float(time_s[-1] - time_s[0]) / period_s), 1) + 1
