@@ -113,7 +113,13 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
     scale = float(np.sqrt(np.mean(1.0 / weighing.weight**2)))
     blows = scene.blows if heard(scene, form) else None
     sentence = sentences.finding_sentence(
-        form.effect, where, _reach(study, form.effect, added, where), share, parameters, first=first
+        form.effect,
+        where,
+        _reach(study, form.effect, added, where),
+        share,
+        parameters,
+        first=first,
+        beside_numbers=bool(study.numbers),
     )
     clipped = saturation_evidence(scene.table) if form.effect == "torque-saturation" else None
     if clipped is not None and clipped.reading:

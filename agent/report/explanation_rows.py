@@ -6,7 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from agent.explain.answer.names import OWN_NUMBER
 from agent.explain.answer.result import Explanation, Finding, Moved, Region
+from agent.explain.answer.sentences import shared
 from agent.identify.result import Parameter
 from agent.numbers import (
     NO_NUMBER,
@@ -47,6 +49,7 @@ class FindingRow:
     rank: int
     label: str
     energy_share: str
+    shared: str
     probability: str
     form: str
     sentence: str
@@ -77,6 +80,10 @@ def finding_row(finding: Finding, explanation: Explanation) -> FindingRow:
         rank=finding.rank,
         label=heading(effect_label(finding.effect)),
         energy_share=carried(finding.energy_share),
+        shared=shared(
+            finding.form,
+            beside_numbers=any(f.form == OWN_NUMBER for f in explanation.findings),
+        ),
         probability=share(finding.probability),
         form=finding.form,
         sentence=units_unbroken(finding.sentence),

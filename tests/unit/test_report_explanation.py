@@ -12,14 +12,16 @@ import numpy as np
 import pytest
 
 from agent.cli.explanation_text import WIDTH, explanation_text
+from agent.explain.answer.names import OWN_NUMBER
 from agent.explain.answer.result import Cell, Explanation, Fit, Floor, NextExperiment, Region
+from agent.explain.answer.sentences import finding_sentence
 from agent.identify.result import Parameter
 from agent.physics.effects import LIBRARY
 from agent.report import explanation_pictures
 from agent.report.explanation import explanation_page, write_explanation_page
 from agent.report.explanation_places import region_in_words, variable
 from agent.report.explanation_quantities import quantity_label, quantity_scale
-from agent.report.explanation_rows import parameter_rows
+from agent.report.explanation_rows import finding_row, parameter_rows
 from agent.report.explanation_words import (
     EFFECTS,
     decidable,
@@ -326,6 +328,23 @@ def test_text_fits_a_terminal_and_begins_with_the_answer(case: Case) -> None:
     assert " ".join(text.split()).startswith(f"{lines[0]} {explanation(case).sentence}")
     assert max(map(len, lines)) <= WIDTH
     assert "nan" not in text.split()
+
+
+def test_physics_has_its_share_of_what_right_numbers_leave() -> None:
+    """Beside 94 % that a wrong number explains, 100 % of the mismatch had been a soft gear's."""
+    made = explanation(examples.wrong_number)
+    number = dataclasses.replace(made.findings[0], form=OWN_NUMBER)
+    soft = dataclasses.replace(number, effect="joint-flexibility", form="one spring", rank=2)
+    both = dataclasses.replace(made, findings=(number, soft))
+    rows = [finding_row(finding, both) for finding in both.findings]
+    assert [row.shared for row in rows] == [
+        "the difference to the simulation as given",
+        "what the right numbers leave",
+    ]
+    alone = dataclasses.replace(made, findings=(soft,))
+    assert finding_row(soft, alone).shared == "the mismatch"
+    said = finding_sentence("joint-flexibility", (), (-0.02, 0.02), 1.0, {}, beside_numbers=True)
+    assert said.endswith("explains 100 % of what the right numbers leave.")
 
 
 def test_text_says_what_the_page_says() -> None:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from agent.explain.answer.amounts import duration, percent, short, torque
-from agent.explain.answer.names import FOLLOWS_DIRECTION, NAMES
+from agent.explain.answer.names import FOLLOWS_DIRECTION, NAMES, OWN_NUMBER
 from agent.explain.answer.places import place_in_words
 from agent.explain.answer.result import Region, Ringing
 from agent.identify.result import Parameter
@@ -27,6 +27,7 @@ def finding_sentence(
     parameters: Mapping[str, Parameter],
     *,
     first: bool = True,
+    beside_numbers: bool = False,
 ) -> str:
     """Return a finding's sentence: where, how much, what it is, how much it explains.
 
@@ -42,14 +43,30 @@ def finding_sentence(
         As in a twin; a number that says more than the torque is added.
     first : bool
         Whether this is the main finding; another one is told more shortly.
+    beside_numbers : bool
+        Whether numbers of the simulation are wrong as well.
     """
     place = place_in_words(where[0] if where else None, effect)
     begin = f"{place[:1].upper()}{place[1:]} {_amount(effect, reach_nm)}"
     name = NAMES[effect] + _detail(effect, parameters)
-    carried = percent(max(energy_share, _LITTLE))
-    if first:
-        return f"{begin}; {name} explains {carried} of the mismatch."
-    return f"{begin}: {name}, {carried} of the mismatch."
+    whole = shared("", beside_numbers=beside_numbers)
+    carried = f"{percent(max(energy_share, _LITTLE))} of {whole}"
+    return f"{begin}; {name} explains {carried}." if first else f"{begin}: {name}, {carried}."
+
+
+def shared(form: str, *, beside_numbers: bool) -> str:
+    """Return what a finding's share is of: physics has no part in what wrong numbers make.
+
+    Parameters
+    ----------
+    form : str
+        The finding's.
+    beside_numbers : bool
+        Whether numbers of the simulation are wrong.
+    """
+    if form == OWN_NUMBER:
+        return "the difference to the simulation as given"
+    return "what the right numbers leave" if beside_numbers else "the mismatch"
 
 
 def ringing_sentence(ringing: Ringing) -> str:
@@ -151,7 +168,7 @@ def number_sentence(
         Whether the simulation is a recorded one, whose own numbers nobody here knows: then only
         what it lacks can be told.
     """
-    worth = f"This explains {percent(share)} of the difference to the simulation as given."
+    worth = f"This explains {percent(share)} of {shared(OWN_NUMBER, beside_numbers=True)}."
     if effect == "torque-constant-error":
         _, found, _ = next(iter(changes.values()))
         return (
