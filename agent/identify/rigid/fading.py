@@ -19,7 +19,7 @@ _SCALES = tuple(float(x) for x in np.geomspace(1e-4, 3e-2, 4))  # of the fastest
 _REFINED = (2.6, 1.6)  # factors: neighbours of the best scale, and theirs
 _WHOLE = 4.0  # of tanh's scale: from there 0.07 % is missing
 _WORTH = 0.03  # of what the line leaves: less bends nothing
-_FADED = 0.3  # of the Coulomb level: with more left, friction is there
+_FADED = 0.3  # of the Coulomb level: less is a bend of friction that is there
 _COULOMB, _VISCOUS = PARAMETERS.index("coulomb_nm"), PARAMETERS.index("viscous_nm_s_per_rad")
 
 

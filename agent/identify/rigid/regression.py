@@ -48,20 +48,20 @@ def regress(motions: Sequence[Motion], asked_hz: float | None) -> Regression:
     cutoff = shared_cutoff(motions)
     share = cutoff.noise_share if asked_hz is None else 0.0
     chosen_hz = cutoff.frequency_hz if asked_hz is None else asked_hz
+    halvings = _HALVINGS if asked_hz is None else 0
     rows = rows_of(motions, chosen_hz, share)
-    rigid = fit_rigid_body(rows, spring=False)
+    speed = whole_from_rad_s(rows, chosen_hz)
+    fitted = _below_resonance(motions, rows, chosen_hz, share, halvings)
     notes: list[str] = []
-    for _ in range(_HALVINGS if asked_hz is None else 0):
-        lower_rows = rows_of(motions, chosen_hz / 2.0, share)
-        lower = fit_rigid_body(lower_rows, spring=False)
-        if rigid is None or lower is None or not _resonance_between(lower, rigid):
-            break
-        chosen_hz, rows, rigid = chosen_hz / 2.0, lower_rows, lower
-        notes = [
+    if speed > 0.0:
+        rows = rows_of(motions, chosen_hz, share, speed)
+        faster = _below_resonance(motions, rows, chosen_hz, share, halvings, speed)
+        fitted, notes = _where_friction_is_whole(fitted, faster, speed)
+    chosen_hz, rows, body = fitted.cutoff_hz, fitted.rows, fitted.body
+    if fitted.halved:
+        notes.append(
             "the inertia changes with frequency: the arm is flexible, and the cutoff was halved"
-        ]
-    rows, body, said = _where_friction_is_whole(motions, rows, chosen_hz, share)
-    notes += said
+        )
     if body is not None and body.spring_took_part:
         notes.append(
             "the torque shows a spring between motor and arm; its first term took part in the "
@@ -78,23 +78,54 @@ def regress(motions: Sequence[Motion], asked_hz: float | None) -> Regression:
     return Regression(chosen_hz, rows, body, tuple(notes))
 
 
+@dataclass(frozen=True)
+class _Fitted:
+    """A fit, its rows and cutoff, and whether that was halved."""
+
+    cutoff_hz: float
+    rows: Rows
+    body: RigidBodyFit | None
+    halved: bool
+
+
+def _below_resonance(
+    motions: Sequence[Motion],
+    rows: Rows,
+    cutoff_hz: float,
+    noise_share: float,
+    halvings: int,
+    slowest_rad_s: float = 0.0,
+) -> _Fitted:
+    """Fit the rigid body to rows, or to those of half the cutoff where its inertia differs."""
+    rigid, halved = fit_rigid_body(rows, spring=False), False
+    for _ in range(halvings):
+        lower_rows = rows_of(motions, cutoff_hz / 2.0, noise_share, slowest_rad_s)
+        lower = fit_rigid_body(lower_rows, spring=False)
+        if rigid is None or lower is None or not _resonance_between(lower, rigid):
+            break
+        cutoff_hz, rows, rigid, halved = cutoff_hz / 2.0, lower_rows, lower, True
+    return _Fitted(cutoff_hz, rows, fit_rigid_body(rows), halved)
+
+
 def _where_friction_is_whole(
-    motions: Sequence[Motion], rows: Rows, cutoff_hz: float, noise_share: float
-) -> tuple[Rows, RigidBodyFit | None, list[str]]:
-    """Fit the rigid body to the rows at whose speeds friction is whole, where that moves it."""
-    body, speed = fit_rigid_body(rows), whole_from_rad_s(rows, cutoff_hz)
-    if body is None or speed == 0.0:
-        return rows, body, []
-    faster = rows_of(motions, cutoff_hz, noise_share, speed)
-    fit = fit_rigid_body(faster)
-    below = f"below {speed:.2g} rad/s the joint's dry friction is not whole"
+    plain: _Fitted, faster: _Fitted, speed_rad_s: float
+) -> tuple[_Fitted, list[str]]:
+    """Return the fit without the slow rows where they had bent friction, and what is to be said.
+
+    Where they had bent it by less than its interval, that reaches over both fits. Rests in which a
+    joint creeps also make the inertia change with frequency, as a spring does.
+    """
+    body, fit = plain.body, faster.body
+    if body is None:
+        return plain, []
+    below = f"below {speed_rad_s:.2g} rad/s the joint's dry friction is not whole"
     if fit is None or not all(fit.parameters[name].identified for name in _FRICTION):
-        return rows, body, [f"{below}, and too little is faster: Coulomb and viscous are bent"]
+        return plain, [f"{below}, and too little is faster: Coulomb and viscous are bent"]
     moved = max(_moved(body.parameters[name], fit.parameters[name]) for name in _FRICTION)
-    if moved <= 1.0:
-        return rows, _over_both(body, fit) if moved > _FELT else body, []
-    why = "it creeps before it slips, or a simulator smooths the sign"
-    return faster, fit, [f"{below} ({why}): slower rows took no part in the rigid body's fit"]
+    if moved > 1.0 or (plain.halved and not faster.halved):
+        why = "it creeps before it slips, or a simulator smooths the sign"
+        return faster, [f"{below} ({why}): slower rows took no part in the rigid body's fit"]
+    return replace(plain, body=_over_both(body, fit) if moved > _FELT else body), []
 
 
 def _moved(slow: Parameter, fast: Parameter) -> float:
@@ -124,7 +155,13 @@ def _of_lateness(late_s: float) -> str:
 
 
 def _resonance_between(lower: RigidBodyFit, upper: RigidBodyFit) -> bool:
-    """Whether a well-determined inertia differs between a lower and a higher cutoff."""
+    """Whether a well-determined inertia differs between a lower and a higher cutoff.
+
+    Below a resonance a rigid body explains more. Where it explains less, as a joint sticks or
+    creeps between two moves and the longer filter carries that into them, no spring is the cause.
+    """
+    if lower.fit_percent < upper.fit_percent:
+        return False
     slow, fast = lower.parameters["inertia_kg_m2"], upper.parameters["inertia_kg_m2"]
     if slow.ci95 is None or fast.ci95 is None or slow.value <= 0.0:
         return False
