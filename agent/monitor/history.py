@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from agent.monitor.baseline import Features, features_table
-from agent.monitor.cycle import Cycle, Joint
+from agent.monitor.cycle import Cycle, CycleCurve, Joint
 from agent.monitor.events import Event, events_between, events_said, visitors
-from agent.monitor.features import CycleFeatures, SpeedGrid, features_of, grid_of
+from agent.monitor.features import LOW_SHARE, CycleFeatures, SpeedGrid, features_of, grid_of
 from agent.monitor.history_notes import SET_CLOCK_S, notes_on, usual
 from agent.monitor.kind import Siblings
 
@@ -130,6 +130,10 @@ def _history(
         reasons = sieve(kept)
         aside += [SetAside(kept[i].name, why) for i, why in sorted(reasons.items())]
         kept = [c for i, c in enumerate(kept) if i not in reasons]
+    if low_rad_s is None:
+        fast = {i: why for i, c in enumerate(kept) if c.curve and (why := _fast_only(c.curve))}
+        aside += [SetAside(kept[i].name, why) for i, why in fast.items()]
+        kept = [c for i, c in enumerate(kept) if i not in fast]
     grid = _grid(kept, low_rad_s)
     if grid is not None:
         narrow = {i for i, c in enumerate(kept) if c.curve and not grid.covered_by(c.curve)}
@@ -237,6 +241,19 @@ def _grid(cycles: Sequence[Cycle], low_rad_s: float | None) -> SpeedGrid | None:
     common = usual(cycles, lambda c: c.trajectory)
     first = [c.curve for c in cycles if c.trajectory == common and c.curve is not None][:_FIRST]
     return grid_of(first, low_rad_s)
+
+
+def _fast_only(curve: CycleCurve) -> str:
+    """Return why a curve has no low-speed part; empty where it has one."""
+    slowest, fastest = float(curve.speed_rad_s[0]), float(curve.speed_rad_s[-1])
+    low = LOW_SHARE * fastest
+    if slowest < low:
+        return ""
+    return (
+        f"its friction curve begins at {slowest:.3g} rad/s, above a third of its fastest speed "
+        f"({low:.3g} rad/s): it has no low-speed part, where wear shows; is it of ordinary work "
+        "instead of the stair?"
+    )
 
 
 def _narrow(cycle: Cycle, grid: SpeedGrid) -> str:

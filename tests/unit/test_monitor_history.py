@@ -137,6 +137,25 @@ def test_a_longer_trajectory_is_compared_on_the_common_speeds() -> None:
     assert "1 of 12 cycles ran another trajectory" in history.notes[0]
 
 
+def test_ordinary_work_without_a_low_speed_part_is_set_aside_and_refuses_no_other_joint() -> None:
+    """Once it was an error of the whole call, about a bound that nobody had given."""
+    cycles, fast = months(4, 12), slice(6, None)  # from 48 rad/s on, to 140
+    work = [
+        dataclasses.replace(
+            c,
+            joint=Joint("cell8", 2, 224.0),
+            curve=CycleCurve(SPEEDS[fast], c.curve.friction_nm[fast], c.curve.deviation_nm[fast]),
+        )
+        for c in cycles
+        if c.curve is not None
+    ]
+    stairs, ordinary = histories([*cycles, *work])
+    assert len(stairs.cycles) == 12
+    assert not ordinary.cycles
+    assert all("it has no low-speed part" in s.reason for s in ordinary.set_aside)
+    assert judge(ordinary, detector()).status == NOT_DECIDABLE
+
+
 def test_events_start_a_new_baseline_wherever_they_are_written() -> None:
     cycles = months(5, 40)
     swapped = [
