@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from agent.explain.numbers.loads import without_unknown_loads
+from agent.explain.rows.cleaner import by_the_quieter
 from agent.explain.rows.run import Run, stood_in, without_gearbox_temperature
 from agent.explain.rows.stamps import put_right
 from agent.physics.twin import Twin
@@ -20,19 +21,20 @@ class Asked:
     runs, holdout : tuple of Run
     by_motor : bool
         Whether the motor's temperature stands in for the gearbox's.
-    apart, stamped : tuple of str
-        Which hold-outs were left out, and which stamps were put right.
+    apart, bettered : tuple of str
+        Which hold-outs were left out; which stamps were put right, and whether the motion was taken
+        from the position alone.
     """
 
     runs: tuple[Run, ...]
     holdout: tuple[Run, ...]
     by_motor: bool
     apart: tuple[str, ...]
-    stamped: tuple[str, ...]
+    bettered: tuple[str, ...]
 
 
 def as_asked(twin: Twin, runs: Sequence[Run], holdout: Sequence[Run]) -> Asked:
-    """Return recordings with stamps put right, a thermometer in each, and loads that are known.
+    """Return recordings with stamps put right, the quieter motion, a thermometer and known loads.
 
     Parameters
     ----------
@@ -42,9 +44,10 @@ def as_asked(twin: Twin, runs: Sequence[Run], holdout: Sequence[Run]) -> Asked:
         As they were recorded.
     """
     everything, stamped = put_right((*runs, *holdout))
+    everything, quieter = by_the_quieter(everything, twin.inertia_kg_m2)
     runs, holdout = everything[: len(runs)], everything[len(runs) :]
     by_motor = without_gearbox_temperature((*runs, *holdout))
     if by_motor:
         runs, holdout = stood_in(runs), stood_in(holdout)
     holdout, apart = without_unknown_loads(twin, runs, holdout)
-    return Asked(tuple(runs), tuple(holdout), by_motor, tuple(apart), tuple(stamped))
+    return Asked(tuple(runs), tuple(holdout), by_motor, tuple(apart), (*stamped, *quieter))

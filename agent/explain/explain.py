@@ -38,13 +38,13 @@ from agent.explain.plausible import contradiction
 from agent.explain.rows.creep import without_creep
 from agent.explain.rows.evidence import effective_size
 from agent.explain.rows.run import Run
-from agent.explain.rows.table import BASE, Table, tabulate
+from agent.explain.rows.table import BASE, Table, TooShortError, tabulate
 from agent.explain.study import Study
 from agent.explain.traces import traces_of
 from agent.explain.undecidable import undecidable
 from agent.explain.unnamed import own_numbers, taken_back, unnamed, unproven
 from agent.explain.verdict import left_share, verdict_of
-from agent.physics.twin import Twin
+from agent.physics.twin import Twin, TwinError
 from trajectories import AxisLimits
 
 
@@ -125,15 +125,19 @@ def _explained(
     menu = _experiments(found, limits)
     if told.verdict == "unexplained":
         told = told.without_names(given)
+    is_named, holdout = told.verdict != "unexplained", asked.holdout
+    useless: tuple[str, ...] = ()
     try:
-        is_named = told.verdict != "unexplained"
-        proven, traces = _proof(told.found, given, asked.holdout, named=is_named)
-    except ValueError as error:
-        return _nothing(f"the hold-out cannot be compared: {error}", recordings, held_out)
+        proven, traces = _proof(told.found, given, holdout, named=is_named)
+    except (TooShortError, TwinError) as error:
+        # Too little of it moves, or it lacks a column that a law needs: what was learnt stands.
+        holdout = ()
+        useless = (f"the hold-out says nothing: {error}; parts of the other recordings stand in",)
+        proven, traces = _proof(told.found, given, holdout, named=is_named)
     back = taken_back(told.verdict, told.findings, proven)
     if back:
         told = told.without_names(given).judged_again()
-        proven, traces = _proof(told.found, given, asked.holdout, named=False)
+        proven, traces = _proof(told.found, given, holdout, named=False)
     answer = _explanation(
         told, given, proven, traces, menu, recordings, held_out, by_motor=asked.by_motor
     )
@@ -143,7 +147,14 @@ def _explained(
     )
     if answer.verdict in ("unexplained", "partly-explained"):
         carried = tuple(said for said in (*carried, differs_unsaid(told.found.table)) if said)
-    reasons = (*back, *carried, *asked.apart, *answer.reasons, *asked.stamped)
+    reasons = (
+        *back,
+        *useless,
+        *carried,
+        *asked.apart,
+        *answer.reasons,
+        *asked.bettered,
+    )
     return replace(answer, reasons=reasons)
 
 

@@ -18,11 +18,12 @@ from agent.explain.numbers.model import predicted
 from agent.explain.rows.evidence import solve
 from agent.explain.rows.run import Run
 from agent.explain.rows.scene import refit
-from agent.explain.rows.table import BASE, Table, tabulate, without_edges
+from agent.explain.rows.table import BASE, Table, TooShortError, tabulate, without_edges
 from agent.identify.result import Floats
 from agent.physics.twin import Twin
 
 _FOLDS = 3
+_FEWEST = 20  # rows of a hold-out: some seconds of sliding
 _DRAWS = 400
 _LAGS = 20
 _WHITE = 3.0
@@ -42,7 +43,13 @@ class Compared:
 def compare_runs(
     twin: Twin, refitted: Twin, extended: Twin, runs: Sequence[Run], like: Table
 ) -> tuple[Compared, Table]:
-    """Return how three twins predict hold-out runs, in the band of the training table."""
+    """Return how three twins predict hold-out runs, in the band of the training table.
+
+    Raises
+    ------
+    TooShortError
+        In that band the runs show next to nothing but rest and the edges of motion.
+    """
     table = tabulate(twin, runs, like.cutoff_hz, align_velocity=like.aligned)
     if like.creep_rad_s or like.torque_late_s:
         table = without_edges(table, like.creep_rad_s, like.torque_late_s)
@@ -54,6 +61,11 @@ def compare_runs(
         base = np.zeros(table.measured_nm.shape[0])
     left = [table.measured_nm - base - predicted(table, t) for t in (twin, refitted, extended)]
     good = rows[np.all([np.isfinite(x[rows]) for x in left], axis=0)]
+    if good.size < _FEWEST:
+        raise TooShortError(
+            f"in the band that is compared ({table.cutoff_hz:.2g} Hz) next to all of it is rest, "
+            "or too close to a start or a reversal"
+        )
     return (
         Compared(
             table.measured_nm[good],

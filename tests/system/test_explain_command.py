@@ -178,9 +178,12 @@ def test_one_recording_is_judged_on_its_steps_tied_and_asks_for_what_the_cell_al
     torque = plain["torque_nm"] - 0.1 * warm_up * np.sign(plain["velocity_rad_s"])
     extra = {"torque_nm": torque, "gearbox_temperature_degc": 25.0 + 15.0 * warm_up}
     run = made.save(tmp_path / "run.parquet", Joint(extra=extra), 0)
-    run_explain(twin, [str(run)], [], tmp_path / "out", as_json=True, cell=cell)
+    idle = str(made.save(tmp_path / "idle.parquet", Joint(moves=False), 5))
+    run_explain(twin, [str(run)], [idle], tmp_path / "out", as_json=True, cell=cell)
     answer = json.loads((tmp_path / "out/explanation.json").read_text())
     assert answer["verdict"] == "tied"
+    # A hold-out that stands still, without a thermometer, takes nothing away from what was learnt.
+    assert any(said.startswith("the hold-out says nothing: ") for said in answer["reasons"])
     assert answer["holdout"]["source"] == "velocity steps left out in turn"
     (only,) = answer["findings"]
     others = {alternative["effect"] for alternative in only["alternatives"]}

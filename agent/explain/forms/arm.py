@@ -28,6 +28,7 @@ _STIFFEST = 3.0  # cutoffs: a spring whose swing is faster is as good as rigid i
 _DAMPED = 1.0  # of critical: gears swing, they do not creep
 _FILM_STEP, _THICKEST = 10.0, 500.0  # 1/s: an arm dragged faster than that follows at once
 _HARDEST_SHARE = 0.99  # of the samples are gentler
+_MOST_WOUND_UP = 0.1  # rad of the arm, under its weight: belts and soft gears give way by 0.02
 _LEAST_OF_TWIST = 0.12  # of what the contact gives way by: a narrower gap is a soft gear
 _ALL_FRICTION = 1.2  # the arm's share of what the refitted twin has, which may be a little low
 
@@ -99,17 +100,16 @@ def _same_gap(before: Scene, now: Scene, point: Point) -> Point:
 
 
 def _flexible_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
-    del scene
-    return (
-        _spring_entry(
-            values["arm_inertia_kg_m2"], values["antiresonance_hz"], values["damping_ratio"]
-        ),
-    )
+    inertia = values["arm_inertia_kg_m2"]
+    spring = _spring_entry(inertia, values["antiresonance_hz"], values["damping_ratio"])
+    _stiffer_than_weight(scene, spring)
+    return (spring,)
 
 
 def _rubbing_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
     inertia = values["arm_inertia_kg_m2"]
     spring = _spring_entry(inertia, values["antiresonance_hz"], values["damping_ratio"])
+    _stiffer_than_weight(scene, spring)
     friction = {
         "arm_coulomb_nm": max(values["friction_share"], 0.0) * _slowing(scene) * inertia,
         "arm_yield_rad": values["friction_reach_rad"],
@@ -125,6 +125,18 @@ def _spring_entry(inertia: float, frequency_hz: float, damping: float) -> dict[s
         "stiffness_nm_per_rad": inertia * omega**2,
         "damping_nm_s_per_rad": 2.0 * damping * inertia * omega,
     }
+
+
+def _stiffer_than_weight(scene: Scene, spring: Mapping[str, float]) -> None:
+    """Refuse a spring that the arm's weight would wind up by what no gear gives way.
+
+    What swings so softly is another axis that its own drive holds, or a tool; the arm, with all of
+    its weight on such a spring, would hang at another angle than the recordings say.
+    """
+    weight_nm = float(np.hypot(*scene.theta[3:5]))
+    twist_arm_rad = weight_nm / spring["stiffness_nm_per_rad"] / scene.table.gear_ratio
+    if not twist_arm_rad < _MOST_WOUND_UP:
+        raise TwinError(f"a spring that the arm's weight winds up by {twist_arm_rad:.2g} rad")
 
 
 def _gap_grid(scene: Scene) -> Sequence[Point]:

@@ -1,0 +1,75 @@
+"""The velocity taken from the position, where that is far the quieter of the two.
+
+A velocity that was reported with noise narrows the band: differentiated and multiplied by the
+inertia, its noise prevails over the torque's from a few hertz on, and what rings or knocks above
+that is lost. A fine encoder beside it tells the same motion with a fraction of that noise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from agent.explain.rows.full_rate import band_of, choose_band
+from agent.explain.rows.lag import lag_of
+from agent.explain.rows.run import Run
+from agent.identify.signals.preprocess import Motion, read_motion
+
+_WIDER = 2.0  # the band: less is not worth a motion that the drive did not report
+
+
+def by_the_quieter(
+    runs: Sequence[Run], inertia_kg_m2: float
+) -> tuple[tuple[Run, ...], tuple[str, ...]]:
+    """Return the runs without a velocity that narrows the band, and what is to be said of it.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        All that are compared with each other: they share one band.
+    inertia_kg_m2 : float
+        Of the simulation.
+    """
+    if not runs or not all(_has_both(run) for run in runs):
+        return tuple(runs), ()
+    derived = tuple(replace(run, signals=replace(run.signals, velocity_rad_s=None)) for run in runs)
+    reported = [read_motion(run.signals) for run in runs]
+    band_hz, wider_hz = (
+        _band_hz(motions, inertia_kg_m2)
+        for motions in (reported, [read_motion(run.signals) for run in derived])
+    )
+    if wider_hz < _WIDER * band_hz or not _in_step(reported, band_hz):
+        return tuple(runs), ()
+    return derived, (
+        "the velocity was reported with more noise than the position has: the motion was taken "
+        f"from the position, and is compared up to {wider_hz:.2g} Hz instead of {band_hz:.2g}",
+    )
+
+
+def _band_hz(motions: Sequence[Motion], inertia_kg_m2: float) -> float:
+    """Return the band of the recording that is sampled fastest."""
+    chosen_hz = choose_band(motions, inertia_kg_m2)
+    bands = (band_of(s, chosen_hz) for motion in motions for s in motion.timing.stretches)
+    return max(bands, default=chosen_hz)
+
+
+def _has_both(run: Run) -> bool:
+    return run.signals.velocity_rad_s is not None and run.signals.position_rad is not None
+
+
+def _in_step(motions: Sequence[Motion], band_hz: float) -> bool:
+    """Return whether the velocity is no later than is usual: more is for an explanation to name.
+
+    By most of the stretches: where hardly anything accelerates, noise makes a lag.
+    """
+    usual = []
+    for motion in motions:
+        position = motion.signals.position_rad
+        assert position is not None
+        for stretch, velocity in zip(motion.timing.stretches, motion.velocity_rad_s, strict=True):
+            own_hz = band_of(stretch, band_hz)
+            if velocity.shape[0] * stretch.period_s * own_hz < 1.0:
+                continue  # shorter than the filter's memory
+            on_grid = stretch.on_grid(motion.signals, position)
+            usual.append(lag_of(velocity, on_grid, stretch.period_s, own_hz).part_of_sample)
+    return 2 * sum(usual) > len(usual)
