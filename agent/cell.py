@@ -49,6 +49,7 @@ class Cell(Part):
 
     schema_: Literal["stribeck.cell/1"] = Field(alias="schema")
     robot: Name
+    robot_model: str = ""
     bus_: Bus | None = Field(default=None, alias="bus")
     recording: Recording = Recording()
     release: Release | None = None

@@ -191,6 +191,7 @@ class RunWriter:
                 if axis.drive_ is not None
                 else [],
                 gearbox_serial=axis.gearbox_serial,
+                robot_model=cell.robot_model,
                 temperature_source=dict(temperature_source),
                 **{GIVEN_BACK: dict(left_behind or {})},
             ),

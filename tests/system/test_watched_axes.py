@@ -72,11 +72,13 @@ def test_a_watched_axis_is_left_as_it_is_and_its_answers_to_our_sync_confuse_nob
             for entry in other.dictionary
             if entry.writable
         }
+        cell.cell = cell.cell.model_copy(update={"robot_model": "IRB 6650"})
         result = cell.run()
         assert other.syncs > 500
         assert {key: other.dictionary.values[key] for key in settings} == settings
     assert result.account.lost == result.account.unmatched == 0
-    assert read(result.recording).metadata.extra["watched"] == ["axis 2"]
+    said = read(result.recording).metadata.extra
+    assert (said["watched"], said["robot_model"]) == (["axis 2"], "IRB 6650")
 
 
 @pytest.mark.parametrize(
