@@ -13,15 +13,16 @@ level); mu and the noise's variance are integrated out (Jeffreys' prior), which 
     p(k, shape | y) ~ gap_k (S_xx + lambda)^(-1/2) RSS^(-(n - 1) / 2)
 
 Beforehand a change is as likely at any time, so a candidate counts as much as its gap is long.
-Where neighbouring cycles are correlated (`standing`), level, rise and feature are first whitened as
-a first-order autoregression, in which form the same sums hold. Basseville and Nikiforov, Detection
+Where neighbouring cycles are correlated, level, rise and feature are first whitened as a
+first-order autoregression, in which form the same sums hold. The correlation is the baseline's at
+first, then that of all cycles about the likeliest course. Basseville and Nikiforov, Detection
 of Abrupt Changes (1993), section 2.6, have the likelihood part.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -29,7 +30,7 @@ from scipy.ndimage import median_filter
 from agent.identify.result import Floats
 from agent.monitor.decision import Marks
 from agent.monitor.series import FeatureSeries
-from agent.monitor.standing import Standing, standing
+from agent.monitor.standing import Standing, autocorrelation, standing
 
 SHAPES: Mapping[str, Callable[[Floats], Floats]] = {
     "step": np.ceil,
@@ -107,7 +108,24 @@ def change_posterior(series: FeatureSeries, feature: str) -> Posterior | None:
         return None
     precision = (found.scatter / own[kept]) ** 2
     prior = (found.scatter / (_RISE_PRIOR * found.level)) ** 2
-    return _posterior(found, series.time_s[kept], y[kept], precision, kept, first, prior)
+    times = series.time_s[kept]
+    once = _posterior(found, times, y[kept], precision, kept, first, prior)
+    tied = replace(found, autocorrelation=_tie(once, y[kept], np.sqrt(precision)))
+    return _posterior(tied, times, y[kept], precision, kept, first, prior)
+
+
+def _tie(once: Posterior, y: Floats, root: Floats) -> float:
+    """Return the correlation of neighbours that all cycles show about the likeliest course.
+
+    The baseline alone is short, and what it shows is drawn to none: with too small a correlation,
+    a wander of some nights passes for the change's beginning.
+    """
+    shape, at = np.unravel_index(int(np.argmax(once.weight)), once.weight.shape)
+    onset = once.time_s[once.first[at] - 1]
+    share = np.maximum(0.0, once.time_s - onset) / (once.time_s[-1] - onset)
+    course = list(SHAPES.values())[shape](share)
+    left = root * (y - once.level[shape, at] - once.rise[shape, at] * course)
+    return autocorrelation(left - np.mean(left))
 
 
 def _posterior(
