@@ -46,7 +46,6 @@ class JointView:
     sentence: str
     why: Sequence[str]
     promise: str
-    lent: str
     causes: Sequence[tuple[str, str, float]]
     explained: tuple[str, str] | None
     next_steps: Sequence[str]
@@ -108,7 +107,6 @@ def _view(finding: Finding, name: str, explained: tuple[str, str] | None) -> Joi
         if reasons is None
         else [units_unbroken(s) for s in (reasons.sentence, *finding.timing)],
         promise="" if track is None else units_unbroken(track.promise),
-        lent=units_unbroken(finding.lent),
         causes=()
         if reasons is None
         else [
@@ -178,6 +176,8 @@ def _facts(finding: Finding) -> list[tuple[str, str]]:
         low, high = grid.speed_rad_s[0], grid.speed_rad_s[-1]
         rows.append(("Compared over", f"{low:.3g} to {high:.3g} rad/s"))
         rows.append(("Low speed is", f"below {grid.low_rad_s:.3g} rad/s"))
+    if finding.lent:
+        rows.append(("Siblings", finding.lent))
     return rows
 
 

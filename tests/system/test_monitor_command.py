@@ -131,8 +131,9 @@ def test_siblings_teach_and_are_not_judged_and_too_few_are_said(
     known = joint["siblings"]
     assert (known["known"], known["grown"], known["features"]) == (1, [], {})
     assert "0 of the 1 that are known have lived long enough" in known["sentence"]
-    assert stribeck(monkeypatch, [*young, *given]) == 0
+    assert stribeck(monkeypatch, [*young, *given, "--out", tmp_path / "out"]) == 0
     assert known["sentence"] in capsys.readouterr().out
+    assert known["sentence"] in (tmp_path / "out" / "report.html").read_text()
 
 
 def test_the_second_call_estimates_nothing_again(
