@@ -30,10 +30,18 @@ from agent.monitor.detectors import detector
 from agent.monitor.first_cycles import watch_of
 from agent.monitor.growth import grown, watched
 from agent.monitor.kind import Kind
+from agent.monitor.run_length import brook_evans
 from agent.monitor.series import FeatureSeries, Judgement, State
 from agent.monitor.siblings import kinds_of
 from agent.monitor.tuning import YEAR_S, Target
-from tests.benchmarks.monitor_delay import DAY_S, FIRST, LEVEL, known, series_of
+from tests.benchmarks.monitor_delay import (
+    DAY_S,
+    FIRST,
+    LEVEL,
+    known,
+    optimum_threshold,
+    series_of,
+)
 from tests.benchmarks.monitor_reference import known_scatter_odds
 from tests.science.monitor_fleet import Life, Nights, episodes, live, low_speed_share
 from tests.science.monitor_joint import Joint
@@ -241,6 +249,44 @@ def delay(joints: int, rise: float = 0.03) -> None:
         print(f"       false alarms a year without siblings: {rates[False]:.3f}")
 
 
+_COUNTED = {0.01: 0.010, 0.02: 0.038, 0.03: 0.037}
+"""False alarms a year beside siblings, as `delay` counts them."""
+
+
+def from_zero(joints: int, rise: float = 0.03) -> None:
+    """Print the delay in Lorden's sense beside siblings: from a sum that stands at zero."""
+    print("\nzero: mean nights to find a step of 3 % from a sum of zero, beside siblings")
+    print("noise  step on night  joints  from zero  optimum  ratio")
+    rule = Cusum(Target(smallest_rise=rise))
+    for noise, rate in _COUNTED.items():
+        for night in (40, 90):
+            delays, least = [], []
+            for k, own, z in _joints(noise, joints, night + 300, 40_000 + night):
+                kinds = flat_kind(noise, k // 10)
+                past = LEVEL * (1.0 + own * z[:night])
+                if _sum_after(rule, past, kinds) > 0.0:
+                    continue
+                z[night:] += rise / own
+                at = _first_alarm(rule, LEVEL * (1.0 + own * z), kinds)
+                if at is None or at >= night:
+                    delays.append(300.0 if at is None else at - night + 1.0)
+                size = round(rise / own, 2)
+                least.append(brook_evans(0.5 * size, optimum_threshold(size, rate)))
+            mean, optimum = float(np.mean(delays)), float(np.mean(least))
+            print(
+                f"{noise:5.1%} {night:14d} {len(delays):7d} {mean:10.2f} {optimum:8.2f} "
+                f"{mean / optimum:6.2f}",
+                flush=True,
+            )
+
+
+def _sum_after(rule: Cusum, past: Floats, kinds: Mapping[str, Kind]) -> float:
+    def series_for(n: int, _: object) -> FeatureSeries:
+        return replace(series_of(past, n), kinds=kinds)
+
+    return float(grown(series_for, FIRST, rule)[1].traces[DECIDING].statistic[-1])
+
+
 def main() -> None:
     """Print the tables that are asked for."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -248,7 +294,7 @@ def main() -> None:
     parser.add_argument("--kept", type=Path, help="file of the healthy robots, to go on with")
     parser.add_argument("--worn", type=int, default=40, help="joints of each rate of wear")
     parser.add_argument("--joints", type=int, default=150, help="of each row of the delays")
-    parser.add_argument("--part", choices=("healthy", "worn", "delay"))
+    parser.add_argument("--part", choices=("healthy", "worn", "delay", "zero"))
     asked = parser.parse_args()
     if asked.part in (None, "healthy"):
         healthy(asked.robots, asked.kept)
@@ -256,6 +302,8 @@ def main() -> None:
         worn(asked.worn)
     if asked.part in (None, "delay"):
         delay(asked.joints)
+    if asked.part in (None, "zero"):
+        from_zero(asked.joints)
 
 
 if __name__ == "__main__":
