@@ -21,6 +21,7 @@ from agent.explain.location.deficiency import deficiency_map
 from agent.explain.numbers.anew import chosen_anew
 from agent.explain.numbers.borne_out import borne_out
 from agent.explain.numbers.explained_before import least_beside_effects
+from agent.explain.numbers.hidden import reaching_over_the_unnamed
 from agent.explain.numbers.intervals import with_intervals
 from agent.explain.numbers.model import Model, extended_twin, fit_model, predicted
 from agent.explain.numbers.resting import settled_beside
@@ -31,7 +32,7 @@ from agent.explain.numbers.short_stroke import (
     in_question,
     without_gravity,
 )
-from agent.explain.numbers.wrong import WrongNumber, wrong_numbers
+from agent.explain.numbers.wrong import WrongNumber, told_again, wrong_numbers
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.floor import noise_floor
 from agent.explain.rows.lines import Line, lines_of
@@ -133,6 +134,8 @@ def study(twin: Twin, table: Table) -> Study:
     numbers = wrong_numbers(library, twin, model, choice.candidates, noise_nm, taken_for=taken_for)
     if not choice.terms:
         numbers = borne_out(numbers, library, model, noise_nm)
+    model = reaching_over_the_unnamed(library, model)
+    numbers = told_again(numbers, twin, model)
     return Study(
         twin=twin,
         table=table,

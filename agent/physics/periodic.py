@@ -56,7 +56,7 @@ class KinematicError:
 
     law: ClassVar[Law] = Law(
         "kinematic-error",
-        "tau = Ja (1 + e') [(1 + e') a + e'' v^2], e(q) = c cos(n q) + s sin(n q)",
+        "tau = (1 + e') {Ja [(1 + e') a + e'' v^2] + l}, e(q) = c cos(n q) + s sin(n q)",
         {
             "cos_rad": "c, on the motor side (arm error times N)",
             "sin_rad": "s, likewise",
@@ -64,7 +64,8 @@ class KinematicError:
             "arm_inertia_kg_m2": "Ja, seen by the motor",
         },
         "Lagrange's equation of an inertia behind q + e(q); Tuttle & Seering, IEEE TRA 12 (1996)",
-        "a stiff gear, without the resonance that the wobble excites; n e far below 1",
+        "a stiff gear, without the resonance that the wobble excites; n e far below 1; l is what"
+        " the gear carries beside Ja: the weight and the arm's friction",
     )
     cos_rad: float
     sin_rad: float
@@ -82,13 +83,26 @@ class KinematicError:
         return position_rad + self._error(position_rad, 0)
 
     def torque_nm(
-        self, position_rad: Floats, velocity_rad_s: Floats, acceleration_rad_s2: Floats
+        self,
+        position_rad: Floats,
+        velocity_rad_s: Floats,
+        acceleration_rad_s2: Floats,
+        load_nm: Floats | float = 0.0,
     ) -> Floats:
-        """Return what the wobble adds to the torque ``Ja a`` of a true gear, shape (n,)."""
+        """Return what the wobble adds to the torque ``Ja a + l`` of a true gear, shape (n,).
+
+        Parameters
+        ----------
+        position_rad, velocity_rad_s, acceleration_rad_s2 : ndarray, shape (n,)
+            Of the motor.
+        load_nm : ndarray, shape (n,), optional
+            What the gear carries beside the inertia, seen by the motor: weight, the arm's friction.
+        """
         ratio = 1.0 + self._error(position_rad, 1)
         bend = self._error(position_rad, 2) * velocity_rad_s**2
         wobbling = ratio * (ratio * acceleration_rad_s2 + bend)
-        return np.asarray(self.arm_inertia_kg_m2 * (wobbling - acceleration_rad_s2))
+        shaken = self.arm_inertia_kg_m2 * (wobbling - acceleration_rad_s2)
+        return np.asarray(shaken + (ratio - 1.0) * load_nm)
 
     def _error(self, position_rad: Floats, derivative: int) -> Floats:
         return wave(self.cos_rad, self.sin_rad, self.order_per_motor_rev, position_rad, derivative)

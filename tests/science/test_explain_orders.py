@@ -17,7 +17,7 @@ from agent.explain.forms import cable
 from agent.explain.forms import order as forms_order
 from agent.explain.forms.form import Form
 from agent.explain.forms.quantities import as_in_twin
-from agent.explain.numbers.resting import settled_beside
+from agent.explain.numbers.resting import at_own_numbers, settled_beside
 from agent.explain.numbers.short_stroke import without_gravity
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.run import Run
@@ -41,9 +41,9 @@ def sampled(scale: float) -> tuple[Floats, Floats, Floats, Floats]:
     return time, points.position_rad, points.velocity_rad_s, points.acceleration_rad_s2
 
 
-def sprung(velocity: Floats) -> Floats:
+def sprung(velocity: Floats, spring_hz: float) -> Floats:
     """Return the torque of an arm behind a spring over its inertia; semi-implicit Euler."""
-    omega, dt = 2.0 * math.pi * SPRING_HZ, 1.0 / (RATE_HZ * _STEPS)
+    omega, dt = 2.0 * math.pi * spring_hz, 1.0 / (RATE_HZ * _STEPS)
     out = np.empty_like(velocity)
     arm, twist = float(velocity[0]), 0.0
     for k, motor in enumerate(velocity.tolist()):
@@ -63,6 +63,7 @@ class Joint:
     ripple_nm: float = 0.0
     torque_late_s: float = 0.0
     cable_nm_per_rad: float = 0.0
+    spring_hz: float = SPRING_HZ
 
 
 def recorded(scale: float, seed: int, joint: Joint) -> Run:
@@ -75,7 +76,9 @@ def recorded(scale: float, seed: int, joint: Joint) -> Run:
     slope = ORDER * joint.error_rad * np.cos(ORDER * position)
     arm = ARM_SHARE * TWIN.inertia_kg_m2
     geared = 1.0 + slope if joint.gear_wobbles else np.ones_like(slope)
-    borne = arm * sprung(velocity * geared) + joint.weight_nm * np.sin(position / GEAR_RATIO)
+    borne = arm * sprung(velocity * geared, joint.spring_hz) + joint.weight_nm * np.sin(
+        position / GEAR_RATIO
+    )
     borne = borne + joint.cable_nm_per_rad * position / GEAR_RATIO
     torque = (
         (TWIN.inertia_kg_m2 - arm) * acceleration
@@ -105,7 +108,7 @@ def tabulated(joint: Joint) -> Table:
 def library_of(table: Table, forms: Sequence[Form] = forms_order.FORMS) -> Library:
     delta, left = refit(table)
     theta = np.array([getattr(TWIN, name) for name in BASE]) + delta
-    scene = Scene(table, theta, np.where(table.used, left, 0.0))
+    scene = Scene(table, theta, np.where(table.used, left, 0.0), given=theta - delta)
     return Library.of(scene, weigh(table, left), forms)
 
 
@@ -141,12 +144,34 @@ def test_an_error_of_the_measured_angle_is_the_resolvers(weight_nm: float) -> No
 
 @pytest.mark.parametrize("gear_wobbles", [True, False])
 def test_neither_stands_for_a_ripple_of_its_order_and_an_early_torque(gear_wobbles: bool) -> None:
-    # Before, each of the two was called the other.
-    joint = Joint(gear_wobbles, error_rad=0.002, ripple_nm=0.012, torque_late_s=-0.0005)
+    # Before, each of the two was called the other. The arm's own swing would have a name below.
+    joint = Joint(
+        gear_wobbles, error_rad=0.002, ripple_nm=0.012, torque_late_s=-0.0005, spring_hz=45.0
+    )
     term, _ = named(joint)
     names = {True: "kinematic-error", False: "resolver-error"}
     assert term.scored.form.effect == names[gear_wobbles]
     assert [r.scored.form.effect for r in term.rivals] == [names[not gear_wobbles]]
+
+
+def test_a_misread_angle_is_no_larger_for_the_inertia_that_it_had_bent() -> None:
+    # The refit without it has the inertia 5 % low, too little of the torque to rank all again.
+    library = library_of(tabulated(Joint(gear_wobbles=False, error_rad=0.003, spring_hz=400.0)))
+    choice = choose(library, rivals=False)
+    assert choice.terms[0].scored.form.effect == "resolver-error"
+    assert math.hypot(*choice.terms[0].scored.coefficients) > 1.03 * 0.003
+    library, choice = at_own_numbers(library, choice)
+    assert math.hypot(*choice.terms[0].scored.coefficients) == pytest.approx(0.003, rel=0.01)
+    assert library.scene.theta[0] == pytest.approx(TWIN.inertia_kg_m2, rel=0.005)
+
+
+def test_a_wobble_asks_how_much_of_the_dry_friction_its_arm_has() -> None:
+    # Here it has none: with three tenths taken for granted it had left 4 times as much.
+    term, scene = named(Joint(gear_wobbles=True, error_rad=0.02, spring_hz=400.0))
+    assert term.scored.form.effect == "kinematic-error"
+    assert term.scored.values()["arm_friction_share"] < 0.02
+    (told,) = term.scored.form.to_twin(scene, term.scored.values())
+    assert told["arm_coulomb_nm"] < 0.02 * TWIN.coulomb_nm
 
 
 def test_a_wobbling_gear_bears_the_cable_that_was_found_beside_it() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -233,17 +234,25 @@ def test_an_effect_adds_its_law_and_nothing_else(
 def test_kinematic_error_grows_with_the_square_of_speed() -> None:
     numbers = {"cos_rad": 1e-3, "sin_rad": 0.0, "order_per_motor_rev": 2.0}
     wobble = twin(Effect("kinematic-error", {**numbers, "arm_inertia_kg_m2": 0.01}))
+    wobble, plain = (replace(t, gravity_sin_nm=0.0, gravity_cos_nm=0.0) for t in (wobble, twin()))
     still = np.zeros(N)
     amplitude = [
         float(
             np.ptp(
                 wobble.predict_torque(POSITION, np.full(N, speed), still)
-                - twin().predict_torque(POSITION, np.full(N, speed), still)
+                - plain.predict_torque(POSITION, np.full(N, speed), still)
             )
         )
         for speed in (20.0, 60.0)
     ]
     assert amplitude[1] == pytest.approx(9.0 * amplitude[0])
+
+
+def test_a_wobbling_gear_bears_weight_and_friction_by_the_ratio_of_the_moment() -> None:
+    numbers = {"cos_rad": 0.0, "sin_rad": 0.02, "order_per_motor_rev": 2.0}
+    numbers |= {"arm_inertia_kg_m2": 0.0, "arm_coulomb_nm": 0.15}
+    added = predicted(Effect("kinematic-error", numbers)) - predicted()
+    assert added == pytest.approx(0.04 * np.cos(2.0 * POSITION) * (GRAVITY + 0.15 * SIGN))
 
 
 def test_measurement_effects_act_on_the_sum() -> None:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from agent.explain.choosing.candidate import Candidate, basis_of
 from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form, Point
+from agent.explain.forms.order import at_order, goes_by_order
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
 from agent.physics.effects.library import card_of
@@ -29,7 +30,6 @@ ALIKE = 0.95
 _ABSORBED = 0.02  # of a column's energy: with less left over the base model, nothing is found
 _NOTHING = 1e-9
 _MOST_ROWS = 3000
-_ORDER = ("order_per_motor_rev",)
 _USUAL_ORDERS = (1.0, 2.0)
 _ARM_SHARE, _CONTACT_DAMPING = 0.5, 0.3
 _GAPS_ARM_RAD = (3e-5, 1e-3)
@@ -140,8 +140,8 @@ def _sides(library: Library) -> list[_Side]:
 
 def _all_candidates(library: Library) -> list[Candidate]:
     """Return a library's candidates, those that go by orders at each other's orders, too."""
-    waves = [c for c in library.candidates if c.form.nonlinear == _ORDER]
-    orders = {c.point for c in waves}
+    waves = [c for c in library.candidates if goes_by_order(c.form)]
+    orders = {c.point[0] for c in waves}
     there = {(c.form.effect, c.form.name, c.point) for c in waves}
     forms = {(c.form.effect, c.form.name): c.form for c in waves if c.form.refine}
     return [
@@ -149,7 +149,7 @@ def _all_candidates(library: Library) -> list[Candidate]:
         *(
             library.candidate(form, point)
             for key, form in forms.items()
-            for point in sorted(orders)
+            for point in (at_order(form, order) for order in sorted(orders))
             if (*key, point) not in there
         ),
     ]
@@ -166,8 +166,8 @@ def usual_points(scene: Scene, form: Form) -> Sequence[Point]:
     points = form.grid(scene)
     if points:
         return points
-    if form.nonlinear == _ORDER:
-        return tuple((order,) for order in _USUAL_ORDERS)
+    if goes_by_order(form):
+        return tuple(at_order(form, order) for order in _USUAL_ORDERS)
     if form.effect == "backlash":
         cutoff, gear = scene.table.cutoff_hz, scene.table.gear_ratio
         gaps = log_grid(_GAPS_ARM_RAD[0] * gear, _GAPS_ARM_RAD[1] * gear, 6)

@@ -18,13 +18,26 @@ _POSITION = ("position_rad",)
 _GEAR_DAMPING = 0.2  # of the arm's swing on the gear, friction counted in: where the search begins
 _DAMPINGS = (0.02, 0.5)
 _SPRING = ("antiresonance_hz", "damping_ratio", "arm_inertia_share")
+_ORDER = "order_per_motor_rev"
+_RUBS = "arm_friction_share"  # of the dry friction: bearing and seal of the arm
 _AS_PRODUCT = (
-    "known only times the arm's inertia, taken as all of the joint's: the less of it is the arm's, "
-    "the larger is the angle"
+    "known only times the arm's inertia, taken as a share of the joint's: the less of it is the "
+    "arm's, the larger is the angle"
 )
 _ARM_SHARE = 0.5  # of the inertia, behind the gear: where the search begins
 _ARM_SHARES = (0.1, 0.9)
-_ARM_FRICTION = 0.3  # of the dry friction: bearing and seal of the arm
+_ARM_FRICTION = 0.3  # of the dry friction, behind the gear: where the search begins
+_FRICTIONS = (0.0, 1.0)
+
+
+def goes_by_order(form: Form) -> bool:
+    """Return whether a form is a wave behind a stiff gear, at any order that `at_order` says."""
+    return form.nonlinear in ((_ORDER,), (_ORDER, _RUBS))
+
+
+def at_order(form: Form, order: float) -> Point:
+    """Return the point of such a form at an order, its other number where the search begins."""
+    return (order, _ARM_FRICTION) if _RUBS in form.nonlinear else (order,)
 
 
 def _orders(weighting: Weighting) -> Grid:
@@ -78,21 +91,35 @@ def _swings(scene: Scene, order: float, hertz: float, damping: float) -> Floats:
     return stack(*(arm.shaft_rad_s2(scene, slope * velocity) for slope in _slopes(scene, order).T))
 
 
-def _geared(scene: Scene, order: float, arm_share: float) -> Floats:
+def _geared(scene: Scene, order: float, arm_share: float, friction_share: float) -> Floats:
     """Return what a wobbling ratio makes of the arm's load, over the arm's inertia, (N, 2).
 
     The motor bears ``1 + e'(q)`` times what the gear carries, as work in is work out. Slow and
     under gravity that is most of what a wobble does, and no error of the measured angle does it.
+    How much of the dry friction is the arm's differs from joint to joint, and is as much as that.
     """
-    inertia, dry = arm_share * inertia_of(scene), _ARM_FRICTION * float(scene.theta[2])
+    inertia, dry = arm_share * inertia_of(scene), friction_share * float(scene.theta[2])
     load = scene.weight_nm + dry * scene.direction
     borne = scene.full("acceleration_rad_s2") + load / inertia
     return np.asarray(_slopes(scene, order) * borne[:, np.newaxis])
 
 
+def _wobbling_orders(scene: Scene) -> Sequence[Point]:
+    return tuple((order, _ARM_FRICTION) for order in strong_orders(scene, "inertia"))
+
+
 def _kinematic(scene: Scene, point: Point) -> Floats:
-    order = point[0]
-    return _second_derivatives(scene, order) + _geared(scene, order, _ARM_SHARE)
+    order, friction = point
+    return _second_derivatives(scene, order) + _geared(scene, order, _ARM_SHARE, friction)
+
+
+def _stiff_limits(scene: Scene) -> Sequence[tuple[float, float]]:
+    del scene
+    return (0.0, math.inf), _FRICTIONS
+
+
+def _stiff_step(scene: Scene) -> Point:
+    return (*half_a_line(scene), 0.2)
 
 
 def _wobble_grid(scene: Scene) -> Sequence[Point]:
@@ -100,7 +127,8 @@ def _wobble_grid(scene: Scene) -> Sequence[Point]:
     cutoff = scene.table.cutoff_hz
     springs = log_grid(0.4 * cutoff, 3.0 * cutoff, 5)
     orders = strong_orders(scene, "inertia")
-    return tuple((order, hz, _GEAR_DAMPING, _ARM_SHARE) for order in orders for hz in springs)
+    begin = (_GEAR_DAMPING, _ARM_SHARE, _ARM_FRICTION)
+    return tuple((order, hz, *begin) for order in orders for hz in springs)
 
 
 def _wobble(scene: Scene, point: Point) -> Floats:
@@ -109,8 +137,16 @@ def _wobble(scene: Scene, point: Point) -> Floats:
     The spring is driven by ``q + e(q)``: below the arm's resonance as through a stiff gear, near it
     more, above it ever less.
     """
-    order, hertz, damping, share = point
-    return _swings(scene, order, hertz, damping) + _geared(scene, order, share)
+    order, hertz, damping, share, friction = point
+    return _swings(scene, order, hertz, damping) + _geared(scene, order, share, friction)
+
+
+def _wobble_limits(scene: Scene) -> Sequence[tuple[float, float]]:
+    return (*_spring_limits(scene), _FRICTIONS)
+
+
+def _wobble_step(scene: Scene) -> Point:
+    return (*_spring_step(scene), 0.2)
 
 
 def _spring_limits(scene: Scene) -> Sequence[tuple[float, float]]:
@@ -126,13 +162,14 @@ def _spring_step(scene: Scene) -> Point:
 
 def _kinematic_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
     """Split into an error of the angle and the inertia behind it; only the product is known."""
-    inertia = float(scene.theta[0])
+    inertia = values.get("arm_inertia_share", _ARM_SHARE) * float(scene.theta[0])
     return (
         {
             "cos_rad": values["cos_kg_m2_rad"] / inertia,
             "sin_rad": values["sin_kg_m2_rad"] / inertia,
             "order_per_motor_rev": values["order_per_motor_rev"],
             "arm_inertia_kg_m2": inertia,
+            "arm_coulomb_nm": values[_RUBS] * max(float(scene.theta[2]), 0.0),
         },
     )
 
@@ -140,9 +177,10 @@ def _kinematic_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mappi
 def _wobble_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
     """Return the wobble of a stiff gear, as the twin has it, that comes nearest in the band."""
     order, found = values["order_per_motor_rev"], dict(values)
-    table = scene.table
-    stiff = table.band(_second_derivatives(scene, order))[table.used]
-    point = (order, *(values[name] for name in _SPRING))
+    table, share, friction = scene.table, values["arm_inertia_share"], values[_RUBS]
+    geared = _geared(scene, order, share, friction)
+    stiff = table.band(_second_derivatives(scene, order) + geared)[table.used]
+    point = (order, *(values[name] for name in _SPRING), friction)
     soft = table.band(_wobble(scene, point))[table.used]
     torque = soft @ np.array([values["cos_kg_m2_rad"], values["sin_kg_m2_rad"]])
     found["cos_kg_m2_rad"], found["sin_kg_m2_rad"] = np.linalg.lstsq(stiff, torque)[0].tolist()
@@ -237,10 +275,11 @@ FORMS: tuple[Form, ...] = (
         "one order",
         ("cos_kg_m2_rad", "sin_kg_m2_rad"),
         _kinematic,
-        ("order_per_motor_rev",),
-        _orders("inertia"),
+        (_ORDER, _RUBS),
+        _wobbling_orders,
         needs=_POSITION,
-        step=half_a_line,
+        step=_stiff_step,
+        limits=_stiff_limits,
         to_twin=_kinematic_twin,
         rests_on_numbers=True,
         from_residual=True,
@@ -251,12 +290,12 @@ FORMS: tuple[Form, ...] = (
         "one order, through the gear's spring",
         ("cos_kg_m2_rad", "sin_kg_m2_rad"),
         _wobble,
-        ("order_per_motor_rev", *_SPRING),
+        ("order_per_motor_rev", *_SPRING, _RUBS),
         _wobble_grid,
         needs=_POSITION,
-        step=_spring_step,
+        step=_wobble_step,
         together=True,
-        limits=_spring_limits,
+        limits=_wobble_limits,
         to_twin=_wobble_twin,
         rests_on_numbers=True,
         from_residual=True,

@@ -9,7 +9,7 @@ its numbers are biased, not wrong, and refitting its structure alone gains nothi
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -114,6 +114,15 @@ def wrong_numbers(
         for at, w in enumerate(_sorted(out))
         if (at == 0 and not terms) or is_needed(case, judged[w.effect])
     )
+
+
+def told_again(numbers: Sequence[WrongNumber], twin: Twin, model: Model) -> tuple[WrongNumber, ...]:
+    """Return wrong numbers with the intervals that a model has now; a factor's is its own."""
+    out = []
+    for wrong in numbers:
+        names = [name for name, extra in _CONTRACT.items() if extra in wrong.parameters]
+        out.append(replace(wrong, parameters={**wrong.parameters, **_extras(twin, model, names)}))
+    return tuple(out)
 
 
 def _sorted(found: Sequence[WrongNumber]) -> tuple[WrongNumber, ...]:

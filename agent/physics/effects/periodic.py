@@ -18,42 +18,49 @@ from agent.physics.effects.motion import Base, Motion
 from agent.physics.periodic import KinematicError, TorqueRipple
 
 
-def _ripple(order_per_motor_rev: float, p: Numbers, motion: Motion) -> Floats:
+def _ripple(order_per_motor_rev: float, p: Numbers, motion: Motion, base: Base) -> Floats:
+    del base
     law = TorqueRipple(p["cos_nm"], p["sin_nm"], order_per_motor_rev)
     return law.torque_nm(motion.need("position_rad"))
 
 
-def _wobble(order_per_motor_rev: float, p: Numbers, motion: Motion) -> Floats:
+def _wobble(order_per_motor_rev: float, p: Numbers, motion: Motion, base: Base) -> Floats:
     inertia = p["arm_inertia_kg_m2"]
     law = KinematicError(p["cos_rad"], p["sin_rad"], order_per_motor_rev, inertia)
+    load = base.weight_nm(motion) + p["arm_coulomb_nm"] * motion.direction
     position = motion.need("position_rad")
-    return law.torque_nm(position, motion.velocity_rad_s, motion.acceleration_rad_s2)
+    return law.torque_nm(position, motion.velocity_rad_s, motion.acceleration_rad_s2, load)
 
 
 def _per_motor_turn(
-    law: Callable[[float, Numbers, Motion], Floats],
+    law: Callable[[float, Numbers, Motion, Base], Floats],
 ) -> Callable[[Numbers, Motion, Base], Floats]:
     def added_nm(p: Numbers, motion: Motion, base: Base) -> Floats:
-        del base
-        return law(p["order_per_motor_rev"], p, motion)
+        return law(p["order_per_motor_rev"], p, motion, base)
 
     return added_nm
 
 
 def _per_arm_turn(
-    law: Callable[[float, Numbers, Motion], Floats],
+    law: Callable[[float, Numbers, Motion, Base], Floats],
 ) -> Callable[[Numbers, Motion, Base], Floats]:
     def added_nm(p: Numbers, motion: Motion, base: Base) -> Floats:
-        return law(p["order_per_arm_rev"] / base.gear_ratio, p, motion)
+        return law(p["order_per_arm_rev"] / base.gear_ratio, p, motion, base)
 
     return added_nm
 
 
 _TORQUE = {"cos_nm": amplitude(), "sin_nm": amplitude()}
 _ANGLE = {"cos_rad": free(), "sin_rad": free()}
+_WOBBLE = "Ja {(1 + e')[(1 + e') a + e'' v^2] - a} + e' l, e = c cos(n q) + s sin(n q)"
 _BY_MOTOR = {"order_per_motor_rev": positive()}
 _BY_ARM = {"order_per_arm_rev": positive(meaning="n N, periods per arm turn")}
-_ARM = {"arm_inertia_kg_m2": not_negative(linear=True)}
+_ARM = {
+    "arm_inertia_kg_m2": not_negative(),
+    "arm_coulomb_nm": not_negative(
+        0.0, "the arm's part of the twin's Coulomb level, in the load l"
+    ),
+}
 
 CARDS = (
     EffectCard(
@@ -88,14 +95,14 @@ CARDS = (
                 KinematicError.law,
                 {**_ANGLE, **_BY_MOTOR, **_ARM},
                 _per_motor_turn(_wobble),
-                equation="Ja {(1 + e')[(1 + e') a + e'' v^2] - a}, e = c cos(n q) + s sin(n q)",
+                equation=_WOBBLE,
             ),
             Form(
                 "per arm turn",
                 KinematicError.law,
                 {**_ANGLE, **_BY_ARM, **_ARM},
                 _per_arm_turn(_wobble),
-                equation="Ja {(1 + e')[(1 + e') a + e'' v^2] - a}, e = c cos(n q) + s sin(n q)",
+                equation=_WOBBLE,
             ),
         ),
         ("order_per_motor_rev", "order_per_arm_rev", "velocity_rad_s"),
