@@ -11,17 +11,20 @@ and one Newton step takes it back (bias-compensated least squares: Sagara & Wada
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
-from agent.identify.flexible.chain import apparent_inertia, chain_of
+from agent.identify.flexible.chain import Complexes, apparent_inertia, chain_of
 from agent.identify.flexible.noise import motion_noise, motion_order, torque_noise_nm
 from agent.identify.flexible.preparation import Prepared
 from agent.identify.flexible.projection import Point, Problem
 from agent.identify.flexible.slopes import jacobian_of
 from agent.identify.result import Floats
 from agent.identify.signals.lowpass import ORDER
+
+Response = Callable[[Floats, Complexes], Complexes]
 
 _LINES = 1024  # frequencies between zero and half the sampling rate
 _STEP = 1e-4  # relative, or in logarithms
@@ -42,14 +45,24 @@ def without_motion_noise(problem: Problem, point: Point) -> Point:
     Point
         With search and linear parameters moved; the residuals are those of the minimum.
     """
-    if not (point.linear[:2] > 0.0).all():
-        return point
+    size = point.columns.shape[1]
+    centre = np.concatenate((point.linear, point.search)) + moved_by_noise(problem, point)
+    centre[:size] = problem.feasible(centre[:size])
+    return replace(point, linear=centre[:size], search=centre[size:])
+
+
+def moved_by_noise(problem: Problem, point: Point) -> Floats:
+    """Return by how much the motion's noise is to be taken back from a minimum, shape (p,).
+
+    Linear parameters, then the searched ones; nothing where an inertia is on its bound.
+    """
     noises = [motion_noise(p.track) for p in problem.stretches]
     size = point.columns.shape[1]
     centre = np.concatenate((point.linear, point.search))
-    moved = [0, 1, *range(size, size + problem.shape_size)]
-    pull = np.zeros(centre.shape[0])
-    for j in moved:
+    out, pull = np.zeros(centre.shape[0]), np.zeros(centre.shape[0])
+    if not (point.linear[:2] > 0.0).all():
+        return out
+    for j in [0, 1, *range(size, size + problem.shape_size)]:
         step = _STEP * (centre[j] if j < size else 1.0)
         ahead, behind = centre.copy(), centre.copy()
         ahead[j] += step
@@ -63,9 +76,33 @@ def without_motion_noise(problem: Problem, point: Point) -> Point:
     free = np.ones(centre.shape[0], dtype=np.bool_)
     free[:size] = ~problem.held(point.linear)
     gram = (jacobian / scale)[:, free].T @ (jacobian / scale)[:, free]
-    centre[free] += np.linalg.lstsq(gram, (pull / scale)[free], rcond=1e-13)[0] / scale[free]
-    centre[:size] = problem.feasible(centre[:size])
-    return replace(point, linear=centre[:size], search=centre[size:])
+    out[free] = np.linalg.lstsq(gram, (pull / scale)[free], rcond=1e-13)[0] / scale[free]
+    return out
+
+
+def noise_in_common(problem: Problem, point: Point, response: Response) -> Floats:
+    """Return what columns and residual have in common by the motion's noise, shape (c,), (N m)^2.
+
+    A column that is made of the measured motion carries its noise, as the residual does, with the
+    other sign: ``-n int Re(conj(G) (Jm + M)) |w^m H|^2 s^2``.
+
+    Parameters
+    ----------
+    problem : Problem
+        With a chain.
+    point : Point
+    response : callable
+        From angular frequencies, shape (w,), and the model's apparent inertia there to the columns'
+        own, G, shape (c, w), kg m^2.
+    """
+    chain, out = chain_of(point.search[: problem.shape_size]), 0.0
+    for p in problem.stretches:
+        omega = (np.arange(_LINES, dtype=np.float64) + 0.5) * (np.pi / _LINES / p.track.period_s)
+        inertia = point.linear[0] + point.linear[1] * apparent_inertia(chain, omega)
+        power = (omega ** motion_order(p.track) * filter_of(p, omega) * motion_noise(p.track)) ** 2
+        shared = np.real(np.conj(response(omega, inertia)) * inertia) @ power / _LINES
+        out = out - int(p.usable.sum()) * shared
+    return np.asarray(out, dtype=np.float64)
 
 
 def _energy(problem: Problem, noises: list[float], values: Floats, size: int) -> float:

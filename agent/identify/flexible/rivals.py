@@ -13,12 +13,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
-from agent.identify.flexible.chain import apparent_inertia, behind_spring, chain_of, stiffening
+from agent.identify.flexible.attenuation import covariance_of, moved_by_noise, noise_in_common
+from agent.identify.flexible.chain import (
+    Complexes,
+    apparent_inertia,
+    behind_spring,
+    chain_of,
+    stiffening,
+)
 from agent.identify.flexible.preparation import Prepared
 from agent.identify.flexible.projection import (
     Point,
@@ -92,12 +99,16 @@ class Lack:
 
 @dataclass(frozen=True)
 class _Family:
-    """Columns of one effect, shape (n, c), with the place that each stands for."""
+    """Columns of one effect, shape (n, c), with the place that each stands for.
+
+    `common` is what they and the residual have in common by the motion's noise, shape (c,).
+    """
 
     effect: Effect
     places_rad_s: Floats
     columns: Floats
     positive: bool
+    common: Floats = field(default_factory=lambda: np.zeros(1))
 
 
 def lack_of(problem: Problem, point: Point) -> Lack:
@@ -110,10 +121,13 @@ def lack_of(problem: Problem, point: Point) -> Lack:
     basis, own = u[:, good], int(good.sum())
     inverse = np.zeros((jacobian.shape[1], own))
     inverse[there] = (vt[good].T / s[good]) / size[there, np.newaxis]
-    families = _families(problem, point)
-    left, rivals, taken = point.residual, [], []
+    # A minimum has given way to the noise that columns and residual share.
+    given = jacobian @ moved_by_noise(problem, point)
+    families = [replace(f, common=f.common + given @ f.columns) for f in _families(problem, point)]
+    whole = {f.effect: f.common for f in families}
+    left, rivals, taken, shared = point.residual, list[Rival](), list[Floats](), list[float]()
     while families:
-        found = [_best(f, basis, left, point.cost) for f in families]
+        found = [_best(f, basis, left, problem, point) for f in families]
         i = max(range(len(found)), key=lambda k: found[k][0])
         share, column = found[i]
         if share <= 0.0:
@@ -122,29 +136,38 @@ def lack_of(problem: Problem, point: Point) -> Lack:
         rivals.append(Rival(family.effect, float(family.places_rad_s[column]), share))
         taken.append(family.columns[:, column])
         fresh = taken[-1] - basis @ (basis.T @ taken[-1])
-        fresh /= np.linalg.norm(fresh)
+        norm = float(np.linalg.norm(fresh))
+        fresh, bias = fresh / norm, float(family.common[column]) / norm
+        families = [replace(f, common=f.common - bias * (fresh @ f.columns)) for f in families]
+        shared.append(float(whole[family.effect][column]))
         basis = np.column_stack((basis, fresh))
         left = left - fresh * float(fresh @ left)
     if not rivals:
         return Lack((), np.zeros(jacobian.shape[1]))
     columns = np.stack(taken, axis=-1)
     inside = u[:, good].T @ columns
-    amplitudes = np.linalg.lstsq(columns - u[:, good] @ inside, point.residual)[0]
+    outside = columns - u[:, good] @ inside
+    amplitudes = np.linalg.lstsq(
+        outside.T @ outside, outside.T @ point.residual - np.array(shared), rcond=1e-13
+    )[0]
     return Lack(tuple(rivals), np.asarray(-inverse @ (inside @ amplitudes), dtype=np.float64))
 
 
-def _best(family: _Family, basis: Floats, left: Floats, whole: float) -> tuple[float, int]:
+def _best(
+    family: _Family, basis: Floats, left: Floats, problem: Problem, point: Point
+) -> tuple[float, int]:
     """Return the share of the residual that a family's best column explains, and which it is.
 
     The share is zero where chance explains as much: a log-likelihood of half a log of the samples
     (Schwarz 1978), and the log of the places tried over the false alarms allowed. A mode need not
-    be worth its parameters to say that the masses are not all: chance alone is asked.
+    be worth its parameters to say that the masses are not all: chance alone is asked. Chance is no
+    less than the measuring noise makes it, which has its peaks where columns may have theirs.
     """
     columns = family.columns
     fresh = columns - basis @ (basis.T @ columns)
     energy = np.einsum("ij,ij->j", fresh, fresh)
     new = energy > _NEW * np.einsum("ij,ij->j", columns, columns)
-    moment = fresh.T @ left
+    moment = fresh.T @ left - family.common
     amplitude = np.where(new, moment / np.where(new, energy, 1.0), 0.0)
     if family.positive:
         amplitude = np.maximum(amplitude, 0.0)
@@ -157,8 +180,12 @@ def _best(family: _Family, basis: Floats, left: Floats, whole: float) -> tuple[f
         wanted = math.log(PLACES / _FALSE_MODES)
     total = max(float(left @ left), 1e-300)
     evidence = -0.5 * samples * math.log1p(-min(float(gain[best]) / total, 1.0 - 1e-12))
-    share = float(gain[best]) / max(whole, 1e-300)
-    return (share if evidence > wanted or share > PLAIN else 0.0), best
+    share = float(gain[best]) / max(point.cost, 1e-300)
+    if share > PLAIN or evidence <= wanted:
+        return (share if share > PLAIN else 0.0), best
+    noise = float(covariance_of(problem, point, fresh[:, best][np.newaxis])[0, 0])
+    known = 0.5 * float(moment[best]) ** 2 / max(noise, 1e-300)
+    return (share if known > wanted else 0.0), best
 
 
 def _families(problem: Problem, point: Point) -> list[_Family]:
@@ -182,7 +209,11 @@ def _modes(problem: Problem, point: Point) -> _Family:
     def rows(p: Prepared) -> Floats:
         return np.stack([p.through(apparent_inertia(c, p.omega_rad_s), delay_s) for c in chains])
 
-    return _Family("mode", np.repeat(places, len(_RATIOS)), _kept(problem, rows), True)
+    def response(omega: Floats, _: Complexes) -> Complexes:
+        return np.stack([apparent_inertia(c, omega) for c in chains])
+
+    common = noise_in_common(problem, point, response)
+    return _Family("mode", np.repeat(places, len(_RATIOS)), _kept(problem, rows), True, common)
 
 
 def _frictions(problem: Problem, point: Point) -> _Family:
@@ -210,7 +241,13 @@ def _filters(problem: Problem, point: Point) -> _Family:
         lags = 1j * np.outer(_FILTERS_S, p.omega_rad_s)
         rows.append(np.stack([p.passed(own, np.exp(s) / (1.0 + s) - 1.0) for s in lags], axis=-1))
     columns = problem.counted(np.concatenate(rows))
-    return _Family("filter", 1.0 / _FILTERS_S, columns, True)
+
+    def response(omega: Floats, inertia: Complexes) -> Complexes:
+        lags = 1j * np.outer(_FILTERS_S, omega)
+        return np.asarray((np.exp(lags) / (1.0 + lags) - 1.0) * inertia, dtype=np.complex128)
+
+    common = noise_in_common(problem, point, response)
+    return _Family("filter", 1.0 / _FILTERS_S, columns, True, common)
 
 
 def _gravity(problem: Problem, point: Point) -> _Family:
@@ -240,9 +277,12 @@ def _arm_frictions(problem: Problem, point: Point) -> list[_Family]:
         sign = p.thinned(p.filtered(p.direction[np.newaxis]), delay_s)[0]
         return -p.passed(sign, stiffening(chain, p.omega_rad_s))[np.newaxis]
 
-    nowhere = np.array([math.nan])
+    def response(omega: Floats, _: Complexes) -> Complexes:
+        return np.asarray(behind_spring(chain, omega)[np.newaxis], dtype=np.complex128)
+
+    nowhere, common = np.array([math.nan]), noise_in_common(problem, point, response)
     return [
-        _Family("arm-viscous", nowhere, _kept(problem, viscous), True),
+        _Family("arm-viscous", nowhere, _kept(problem, viscous), True, common),
         _Family("arm-coulomb", nowhere, _kept(problem, coulomb), True),
     ]
 
