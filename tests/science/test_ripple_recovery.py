@@ -70,6 +70,33 @@ def test_orders_and_amplitudes_whole_or_not() -> None:
         assert line.amplitude_nm.value == pytest.approx(size, rel=0.05)
 
 
+def test_neighbours_that_are_averaged_take_nothing_from_a_high_order() -> None:
+    # 19 Hz at 4 kHz, 16 turns: 39 samples are one mean, of which order 30 had lost 8 %.
+    turns, rate_hz, amplitude = 16.0, 4000.0, {24.0: 0.02, 30.0: 0.01}
+    speed = TAU * 19.0 / 24.0
+    count = int(turns * TAU / speed * rate_hz)
+    velocity = np.concatenate(
+        [np.append(np.full(count, v), np.zeros(2000)) for v in (speed, -speed)]
+    )
+    angle = np.cumsum(velocity) / rate_hz
+    noise = 0.005 * np.random.default_rng(460_000).standard_normal(angle.size)
+    torque = 0.4 * np.sign(velocity) + noise
+    torque += sum(size * np.cos(k * angle + 0.3) for k, size in amplitude.items())
+    columns = {
+        "time_s": np.arange(angle.size) / rate_hz,
+        "torque_nm": torque,
+        "position_rad": angle,
+    }
+    found = find_ripple([Signals.from_columns(columns, GEAR, name="fast samples")])
+    for order, size in amplitude.items():
+        line = found.at(order)
+        assert line is not None
+        assert line.amplitude_nm.ci95 is not None
+        low, high = line.amplitude_nm.ci95
+        assert low <= size <= high
+        assert high - low < 0.02 * size
+
+
 def test_friction_along_the_position_is_told_from_ripple() -> None:
     found = find_ripple([passes(2, {6.0: 0.04}, modulated={9.0: 0.03})])
     ripple, friction = found.at(6.0), found.at(9.0)

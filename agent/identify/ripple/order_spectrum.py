@@ -47,6 +47,8 @@ class AnglePass:
         Recorded angle less its straight line over time.
     whole : AnglePass, optional
         The same pass with its first tenth, where the torque may not have settled.
+    averaged : int
+        How many neighbouring samples each of these is the mean of.
     """
 
     angle_rad: Floats
@@ -56,6 +58,7 @@ class AnglePass:
     name: str
     stutter_rad: Floats | None = None
     whole: AnglePass | None = None
+    averaged: int = 1
 
     @property
     def turns(self) -> float:
@@ -85,7 +88,17 @@ class AnglePass:
             signal=averaged(self.signal),
             stutter_rad=None if self.stutter_rad is None else averaged(self.stutter_rad),
             whole=None if self.whole is None else self.whole.in_blocks(block),
+            averaged=block * self.averaged,
         )
+
+    def left(self, order: Floats | float) -> Floats:
+        """Return how much of a wave of these orders is left in the means of neighbours.
+
+        ``sin(m k d/2) / (m sin(k d/2))`` of m samples that are an angle d apart (Dirichlet's
+        kernel): at four means a period a tenth is lost.
+        """
+        half = 0.5 * np.asarray(order, dtype=np.float64) * self.step_rad / self.averaged
+        return np.asarray(np.sinc(self.averaged * half / np.pi) / np.sinc(half / np.pi))
 
     def settled(self, orders: Sequence[float]) -> AnglePass:
         """Return the whole pass where trend and orders of the rest carry its head, too; else this.
@@ -128,8 +141,9 @@ class AnglePass:
         out = np.empty((x.size, TREND + 2 * len(orders)))
         out[:, :TREND] = np.stack((np.ones_like(x), x, x * x - 1.0 / 3.0), axis=-1)
         for i, order in enumerate(orders):
-            out[:, TREND + 2 * i] = wave(1.0, 0.0, order, at)
-            out[:, TREND + 2 * i + 1] = wave(0.0, 1.0, order, at)
+            left = float(self.left(order))
+            out[:, TREND + 2 * i] = wave(left, 0.0, order, at)
+            out[:, TREND + 2 * i + 1] = wave(0.0, left, order, at)
         return out
 
     def without(self, orders: Sequence[float]) -> tuple[AnglePass, Floats]:
@@ -212,10 +226,12 @@ def spectrum_of(passes: Sequence[AnglePass], grid: Grid, orders: Sequence[float]
     for p in passes:
         even, start = _evenly(p.without(orders)[0], grid.step_rad)
         transform = np.fft.rfft(even, grid.length)[: k.size] * (2.0 / even.size)
-        amplitudes.append((transform * np.exp(-1j * k * start))[kept])
+        left = p.left(order)
+        amplitudes.append((transform * np.exp(-1j * k * start))[kept] / left)
         per_order = round(max(_OVERSAMPLING * longest / p.turns, 1.0))
         power = np.abs(transform[kept]) ** 2
-        variances.append(0.5 * background(power, order, per_order, away < _TAKEN / p.turns))
+        noise = background(power, order, per_order, away < _TAKEN / p.turns)
+        variances.append(0.5 * noise / left**2)
     variance = np.asarray(np.stack(variances), dtype=np.float64)
     return Spectrum(order, np.stack(amplitudes), variance)
 
