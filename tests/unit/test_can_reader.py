@@ -159,15 +159,37 @@ def test_silence_is_known_up_to_a_time_that_follows_the_clock(
         CLOCK.sleep_until(CLOCK.now() + 0.001)
 
 
-def test_a_killed_reader_is_told_by_the_second_check_at_the_latest(owner: CanBusOwner) -> None:
+def test_a_killed_reader_is_told_within_ten_milliseconds_and_a_check(owner: CanBusOwner) -> None:
     owner.check()
     process = reader_of(owner).process
     process.kill()
     process.wait()
     with contextlib.suppress(WorkerDiedError):
         owner.check()  # it may have given a last sign of life after the check before
+    CLOCK.sleep_until(CLOCK.now() + 0.01)
     with pytest.raises(WorkerDiedError, match="loopback has ended"):
         owner.check()
+
+
+def test_a_tick_asks_the_kernel_for_the_reader_only_when_its_signs_of_life_stay_away(
+    owner: CanBusOwner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reader, clock = reader_of(owner), SteppedClock(CLOCK.now() + 1000.0)
+    signs_s, asked_s = {Moment.ALIVE: 0.0}, []
+    monkeypatch.setattr(reader, "_clock", clock)
+    monkeypatch.setattr(reader._ring, "moment_s", signs_s.__getitem__)
+    monkeypatch.setattr(reader.process, "poll", lambda: asked_s.append(clock.now()))
+    for tick in range(500):  # of 2 ms, on a bus so busy that the reader looks every 5 ms
+        if 2 * tick % 5 < 2:
+            signs_s[Moment.ALIVE] = clock.now()
+        owner.check()
+        clock.sleep_until(clock.now() + 0.002)
+    assert not asked_s
+    for _ in range(6):  # from here on it says nothing more
+        owner.check()
+        clock.sleep_until(clock.now() + 0.002)
+    assert asked_s[0] - signs_s[Moment.ALIVE] < 0.013
+    monkeypatch.undo()
 
 
 def test_what_is_said_to_others_is_counted_and_is_ours_to_claim_later(
