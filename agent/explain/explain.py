@@ -4,46 +4,40 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from agent.explain import proof
 from agent.explain.answer import words
 from agent.explain.answer.result import (
     Curve,
     Explanation,
-    Finding,
     Fit,
     Floor,
     Holdout,
     Moved,
     NextExperiment,
-    Region,
     Trace,
-    Verdict,
     fit_of,
 )
 from agent.explain.asked import Asked, as_asked
-from agent.explain.carrying import Given, studied, with_load
+from agent.explain.carrying import Given, studied
 from agent.explain.caveats import bear_in_mind
 from agent.explain.choosing.aliases import aliases
-from agent.explain.choosing.materiality import CLOSE
 from agent.explain.driven_range import further, noted_in
 from agent.explain.experiment.proposal import next_experiments
-from agent.explain.findings import OFFSET_OR_ASYMMETRY, findings_of
+from agent.explain.findings import OFFSET_OR_ASYMMETRY
 from agent.explain.location.dynamic_curves import spectrum_around
-from agent.explain.location.leftover import left_regions, line_regions
 from agent.explain.numbers.loads import differs_unsaid, said_of
 from agent.explain.numbers.model import fit_model
 from agent.explain.plausible import contradiction
 from agent.explain.rows.creep import without_creep
-from agent.explain.rows.evidence import effective_size
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import BASE, Table, TooShortError, tabulate
 from agent.explain.study import Study
+from agent.explain.told import Told
 from agent.explain.traces import traces_of
 from agent.explain.undecidable import undecidable
-from agent.explain.unnamed import own_numbers, taken_back, unnamed, unproven
-from agent.explain.verdict import left_share, verdict_of
+from agent.explain.unnamed import taken_back, unproven
 from agent.physics.twin import Twin, TwinError
 from trajectories import AxisLimits
 
@@ -89,27 +83,6 @@ def explain(
     return _explained(twin, table, asked, limits, *names)
 
 
-@dataclass(frozen=True)
-class _Told:
-    """A study and what is told of it: `named` are its findings, and `findings` those with loads."""
-
-    found: Study
-    named: tuple[Finding, ...]
-    findings: tuple[Finding, ...]
-    verdict: Verdict
-
-    def without_names(self, given: Given) -> _Told:
-        """Return what is told where nothing beside the twin's own numbers is named."""
-        found = unnamed(self.found)
-        named = tuple(f for f in self.named if f.effect in own_numbers(found))
-        return _Told(found, named, with_load(named, found, given), self.verdict)
-
-    def judged_again(self) -> _Told:
-        """Return the same with the verdict that these findings have."""
-        verdict = verdict_of(self.found, self.findings, left_share(self.found))
-        return replace(self, verdict=verdict)
-
-
 def _explained(
     twin: Twin,
     table: Table,
@@ -120,9 +93,8 @@ def _explained(
 ) -> Explanation:
     """Return the explanation of recordings that carry an answer."""
     found, given = studied(twin, table)
-    named = findings_of(found)
-    told = _Told(found, named, with_load(named, found, given), "unexplained").judged_again()
-    menu = _experiments(found, limits)
+    told = Told.of(found, given)
+    menu = _experiments(found, limits, frozenset(swing.effect for swing in told.swings))
     if told.verdict == "unexplained":
         told = told.without_names(given)
     is_named, holdout = told.verdict != "unexplained", asked.holdout
@@ -149,6 +121,7 @@ def _explained(
         carried = tuple(said for said in (*carried, differs_unsaid(told.found.table)) if said)
     reasons = (
         *back,
+        *told.swings_said(),
         *useless,
         *carried,
         *asked.apart,
@@ -202,7 +175,7 @@ def _nothing(reason: str, recordings: tuple[str, ...], held_out: tuple[str, ...]
 
 
 def _explanation(
-    told: _Told,
+    told: Told,
     as_given: Given,
     proven: Holdout,
     traces: tuple[Trace, ...],
@@ -216,7 +189,7 @@ def _explanation(
     found, verdict, findings = told.found, told.verdict, told.findings
     table, rows = found.table, found.library.weighing.rows
     measured = table.measured_nm[rows]
-    share, where = left_share(found), _left_where(found)
+    share, where = told.left_share(), told.left_where()
     if verdict == "explained" and unproven(proven):
         verdict = "partly-explained"
     given, refitted = (
@@ -252,10 +225,13 @@ def _explanation(
     )
 
 
-def _experiments(found: Study, limits: AxisLimits | None) -> tuple[NextExperiment, ...]:
+def _experiments(
+    found: Study, limits: AxisLimits | None, without: frozenset[str]
+) -> tuple[NextExperiment, ...]:
     """Return what to run to break the ties, for the term that has the closest rival first.
 
-    Offset and asymmetry come last: no motion of the axis tells those two apart.
+    Offset and asymmetry come last: no motion of the axis tells those two apart. Effects that are
+    not told are not asked about.
     """
     terms = found.choice.terms
 
@@ -264,25 +240,12 @@ def _experiments(found: Study, limits: AxisLimits | None) -> tuple[NextExperimen
         effects = {s.form.effect for s in (term.scored, *(r.scored for r in term.rivals))}
         return effects <= OFFSET_OR_ASYMMETRY, term.probability
 
-    for index in sorted((i for i, term in enumerate(terms) if term.rivals), key=order):
+    asked = (i for i, t in enumerate(terms) if t.rivals and t.scored.form.effect not in without)
+    for index in sorted(asked, key=order):
         menu = next_experiments(found.library, found.choice.terms, index, found.noise_nm, limits)
         if menu:
             return menu
     return ()
-
-
-def _left_where(found: Study) -> tuple[Region, ...]:
-    """Return where what is left lies; nowhere where it is noise."""
-    lines = line_regions(found.lines)
-    if found.ratio <= CLOSE:
-        return lines
-    library = found.library
-    rows, weight = library.weighing.rows, library.weighing.weight
-    left = found.model.residual_nm
-    size = effective_size(found.table, library.weighing, left * weight)
-    axes = tuple(cell.axis for cell in found.left_cells if cell.counts)
-    own = left_regions(library.scene, rows, left, found.noise_nm, size / rows.shape[0], axes)
-    return (*lines, *own)
 
 
 def _spectra(found: Study) -> tuple[Curve, ...]:

@@ -16,6 +16,7 @@ from agent.explain.choosing.candidate import basis_of
 from agent.explain.choosing.heard import heard
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.shares import shares_of, without_term
+from agent.explain.forms.hidden_arm import inertia_of
 from agent.explain.forms.quantities import as_in_twin
 from agent.explain.location.dynamic_curves import excerpt, over_frequency
 from agent.explain.location.regions import AXIS, axis_values, curve_of, regions_of
@@ -126,13 +127,18 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         sentence = sentences.reading_sentence(
             clipped.limit_nm, clipped.tops, clipped.missing_nm, share
         )
+    if blows:
+        sentence = f"{sentence} {sentences.ringing_sentence(blows.ringing)}"
+    if form.effect == "joint-flexibility" and not scene.has("position_arm_rad"):
+        part = parameters["arm_inertia_kg_m2"].value / inertia_of(scene)
+        sentence = f"{sentence} {sentences.spring_sentence(part)}"
     return Finding(
         effect=form.effect,
         rank=0,
         probability=term.probability,
         energy_share=share,
         where=where,
-        sentence=f"{sentence} {sentences.ringing_sentence(blows.ringing)}" if blows else sentence,
+        sentence=sentence,
         parameters=parameters,
         alternatives=_alternatives(term),
         holdout_rmse_without_nm=float(

@@ -20,6 +20,9 @@ _OUTWEIGHS = 0.5  # of what was named: so much of what is left along one axis un
 _CELL_BETTER = 1.20
 _STILL_VARIES = 0.15  # of what is left, along the axis of the main finding
 
+MUCH_LEFT = 0.5 * _MOST_LEFT
+"""Of the mismatch: with more left over, it is explained in part."""
+
 OWN_NUMBERS = frozenset(
     {"inertia-error", "wrong-number", "gravity-imbalance", "torque-constant-error"}
 )
@@ -42,7 +45,7 @@ def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> 
     if not study.choice.terms:
         if (missing or lined) and findings:
             return "partly-explained"
-        little = left_share <= 0.5 * _MOST_LEFT and _explained_before(study)
+        little = left_share <= MUCH_LEFT and _explained_before(study)
         if lined or (missing and not little):
             return "unexplained"
         if not findings:
@@ -51,7 +54,7 @@ def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> 
     plain, full = float(study.choice.plain.sum()), float(study.choice.full.sum())
     best_cell = max((cell.gain for cell in study.cells if cell.counts), default=0.0)
     outdone = best_cell * plain > _CELL_BETTER * (plain - full) and study.ratio > CLOSE
-    much = left_share > 0.5 * _MOST_LEFT
+    much = left_share > MUCH_LEFT
     too_little = left_share > _MOST_LEFT and (study.ratio > FAR or _outweighed(study))
     if missing and (too_little or outdone or (much and _misshapen(study))):
         return "unexplained"

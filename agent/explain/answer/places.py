@@ -23,6 +23,7 @@ _AXES: Mapping[str, tuple[str, float, str]] = MappingProxyType(
     }
 )
 _NOTHING = 0.01  # of the fastest speed
+_LINE = 1.2  # of the lowest frequency: what is wider is a resonance, which the motion excites
 _EVERYWHERE: Mapping[str, str] = MappingProxyType(
     {
         "velocity_rad_s": "at all speeds",
@@ -74,7 +75,7 @@ def place_in_words(region: Region | None, effect: str = "") -> str:
         return "while the load on the gear changes sides"
     if name == "after_reversal_s":
         return _after_reversal(low, high)
-    if name == "frequency_hz" and not effect:
+    if name == "frequency_hz" and not effect and high < _LINE * low:
         return f"at {_short(0.5 * (low + high))} Hz, whatever the joint does"
     if name == "frequency_hz":
         return f"around the resonance ({_short(low)} to {_short(high)} Hz)"

@@ -78,6 +78,22 @@ def ringing_sentence(ringing: Ringing) -> str:
     )
 
 
+def spring_sentence(inertia_share: float) -> str:
+    """Return where else the spring may be that the motor's signals alone show.
+
+    Parameters
+    ----------
+    inertia_share : float
+        Of the joint's inertia, what swings.
+    """
+    return (
+        f"{percent(inertia_share)} of the joint's inertia swings; whether on the gear, on the "
+        "arm's own spring, on what the robot stands on or on a neighbouring axis' servo, the "
+        "motor's signals do not say: an encoder on the arm does, or a run with the other axes' "
+        "brakes on."
+    )
+
+
 def only_heard(ringing: Ringing) -> str:
     """Return that loose teeth are heard, where no torque shows them."""
     return (

@@ -1,0 +1,126 @@
+"""What swings beside the joint and not behind its gear: other axes in their servos, the base.
+
+For the motor one is like the other: a part of the inertia follows it on a spring. But behind the
+gear is all that the joint carries. Where what swings is too little for the weight that the joint
+holds, another thing swings. It stays in the model, so that the numbers beside it are right, and
+has no name: a gear that is not soft is not exchanged for it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from agent.explain.answer.amounts import percent, short, torque
+from agent.explain.answer.result import Finding, Verdict
+from agent.explain.forms.hidden_arm import inertia_of
+from agent.explain.rows.scene import Scene
+from agent.explain.verdict import MUCH_LEFT
+
+_SWINGS = "joint-flexibility"
+_GRAVITY_M_S2 = 9.81
+_STEEL_KG_M3 = 7850.0
+_SMALL = 0.25  # of the joint's inertia: the arm behind a gear is more of it, or the motor is huge
+
+
+@dataclass(frozen=True)
+class Swing:
+    """What swings on a spring beside the motor: its frequency, and its part of the inertia."""
+
+    frequency_hz: float
+    inertia_share: float
+    weight_nm: float
+
+
+def least_inertia_kg_m2(weight_nm: float) -> float:
+    """Return the least inertia about its axis of anything that pulls with a weight's torque.
+
+    A mass `m` at the distance ``L = T / (m g)`` has ``m L^2`` and what it has about its own centre,
+    at least a solid ball's ``2/5 m r^2``, of steel. The least of both over all masses.
+
+    Parameters
+    ----------
+    weight_nm : float
+        Greatest torque of gravity about the axis, on the arm's side, not negative.
+    """
+    lever = (weight_nm / _GRAVITY_M_S2) ** 2
+    ball = 0.4 * (3.0 / (4.0 * math.pi * _STEEL_KG_M3)) ** (2.0 / 3.0)
+    mass_kg = (0.6 * lever / ball) ** 0.375
+    return lever / mass_kg + ball * mass_kg ** (5.0 / 3.0) if mass_kg > 0.0 else 0.0
+
+
+def beside_the_joint(scene: Scene, findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Return the findings of a swing that no arm behind this joint's gear can be.
+
+    Parameters
+    ----------
+    scene : Scene
+        In which they were found.
+    findings : sequence of Finding
+    """
+    return tuple(f for f in findings if any(_too_light(s, scene) for s in _swing(f, scene)))
+
+
+def verdict_beside(
+    verdict: Verdict, findings: Sequence[Finding], swings: Sequence[Finding]
+) -> Verdict:
+    """Return the verdict where a swing beside the joint has no name.
+
+    Parameters
+    ----------
+    verdict : Verdict
+        Of the study that holds the swing.
+    findings, swings : sequence of Finding
+        Without the swing, and of it.
+    """
+    if not swings:
+        return verdict
+    if not findings:
+        return "unexplained"
+    much = sum(swing.energy_share for swing in swings) > MUCH_LEFT
+    return "partly-explained" if much and verdict in ("explained", "tied") else verdict
+
+
+def swing_sentence(swing: Finding, scene: Scene) -> str:
+    """Return what swings, why it is not the gear's arm, and what to do.
+
+    Parameters
+    ----------
+    swing : Finding
+        Of `beside_the_joint`.
+    scene : Scene
+    """
+    own = next(_swing(swing, scene))
+    return (
+        f"what swings at {short(own.frequency_hz)} Hz ({percent(swing.energy_share)} of the "
+        f"mismatch) is not the arm behind this gear: {percent(own.inertia_share)} of the joint's "
+        f"inertia takes part, and no mass so small has the weight of {torque(own.weight_nm)} that "
+        "the joint carries; look at neighbouring axes that their servos hold, at a tool, and at "
+        "what the robot stands on: hold the other axes with their brakes and run it again"
+    )
+
+
+def _swing(finding: Finding, scene: Scene) -> Iterator[Swing]:
+    """Yield the swing that a finding has, if it has one."""
+    numbers = finding.parameters
+    if finding.effect != _SWINGS or scene.has("position_arm_rad"):
+        return
+    inertia = numbers["arm_inertia_kg_m2"].value
+    hertz = (
+        numbers["antiresonance_hz"].value
+        if "antiresonance_hz" in numbers
+        else math.sqrt(numbers["stiffness_nm_per_rad"].value / inertia) / (2.0 * math.pi)
+    )
+    yield Swing(hertz, inertia / inertia_of(scene), _weight_nm(scene))
+
+
+def _too_light(swing: Swing, scene: Scene) -> bool:
+    gear = scene.table.gear_ratio
+    arm_kg_m2 = swing.inertia_share * inertia_of(scene) * gear**2
+    return swing.inertia_share < _SMALL and arm_kg_m2 < least_inertia_kg_m2(swing.weight_nm * gear)
+
+
+def _weight_nm(scene: Scene) -> float:
+    """Return gravity's greatest torque on the motor's side."""
+    return math.hypot(*scene.theta[3:5])

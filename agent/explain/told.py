@@ -1,0 +1,91 @@
+"""What is told of a study: its findings and verdict, and what has no name and where it lies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from agent.explain.answer.result import Finding, Region, Verdict
+from agent.explain.carrying import Given, with_load
+from agent.explain.choosing.materiality import CLOSE
+from agent.explain.findings import findings_of
+from agent.explain.location.leftover import left_regions, line_regions
+from agent.explain.rows.evidence import effective_size
+from agent.explain.study import Study
+from agent.explain.surroundings import beside_the_joint, swing_sentence, verdict_beside
+from agent.explain.unnamed import own_numbers, unnamed
+from agent.explain.verdict import left_share, verdict_of
+
+
+@dataclass(frozen=True)
+class Told:
+    """A study and what is told of it.
+
+    `named` are its findings, `findings` those with loads, and `swings` what swings beside the joint
+    and has no name.
+    """
+
+    found: Study
+    named: tuple[Finding, ...]
+    findings: tuple[Finding, ...]
+    verdict: Verdict
+    swings: tuple[Finding, ...] = ()
+
+    @classmethod
+    def of(cls, found: Study, given: Given) -> Told:
+        """Return what is told of a study."""
+        named = findings_of(found)
+        told = cls(found, named, with_load(named, found, given), "unexplained").judged_again()
+        swings = beside_the_joint(found.library.scene, named)
+        if not swings or told.verdict == "unexplained":  # what explains too little shows no swing
+            return told
+        kept = [f for f in named if f not in swings]
+        named = tuple(replace(f, rank=rank) for rank, f in enumerate(kept, start=1))
+        return cls(
+            found, named, with_load(named, found, given), told.verdict, swings
+        ).judged_again()
+
+    def without_names(self, given: Given) -> Told:
+        """Return what is told where nothing beside the twin's own numbers is named."""
+        found = unnamed(self.found)
+        named = tuple(f for f in self.named if f.effect in own_numbers(found))
+        told = with_load(named, found, given)
+        return Told(found, named, told, self.verdict, self.swings)
+
+    def judged_again(self) -> Told:
+        """Return the same with the verdict that these findings have."""
+        verdict = verdict_of(self.found, self.findings, left_share(self.found))
+        return replace(self, verdict=verdict_beside(verdict, self.findings, self.swings))
+
+    def left_share(self) -> float:
+        """Return which share of the mismatch has no name."""
+        return min(left_share(self.found) + sum(s.energy_share for s in self._modelled()), 1.0)
+
+    def left_where(self) -> tuple[Region, ...]:
+        """Return where that lies."""
+        own = tuple(region for swing in self.swings for region in swing.where)
+        return (*own, *_left_where(self.found))
+
+    def swings_said(self) -> tuple[str, ...]:
+        """Return what is said of the swings."""
+        kept, scene = self._modelled(), self.found.library.scene
+        held = "; twin.toml holds it as a spring, so that the numbers beside it are right"
+        return tuple(f"{swing_sentence(s, scene)}{held if s in kept else ''}" for s in self.swings)
+
+    def _modelled(self) -> tuple[Finding, ...]:
+        """Return the swings that the study's model still holds."""
+        effects = {term.scored.form.effect for term in self.found.choice.terms}
+        return tuple(swing for swing in self.swings if swing.effect in effects)
+
+
+def _left_where(found: Study) -> tuple[Region, ...]:
+    """Return where what is left lies; nowhere where it is noise."""
+    lines = line_regions(found.lines)
+    if found.ratio <= CLOSE:
+        return lines
+    library = found.library
+    rows, weight = library.weighing.rows, library.weighing.weight
+    left = found.model.residual_nm
+    size = effective_size(found.table, library.weighing, left * weight)
+    axes = tuple(cell.axis for cell in found.left_cells if cell.counts)
+    own = left_regions(library.scene, rows, left, found.noise_nm, size / rows.shape[0], axes)
+    return (*lines, *own)

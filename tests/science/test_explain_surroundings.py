@@ -1,0 +1,62 @@
+"""A neighbouring axis that swings in its servo is no soft gear: it is too light for the weight."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from agent.explain.answer.result import Finding
+from agent.explain.rows.scene import Scene
+from agent.explain.rows.table import tabulate
+from agent.explain.surroundings import (
+    beside_the_joint,
+    least_inertia_kg_m2,
+    swing_sentence,
+    verdict_beside,
+)
+from agent.identify.result import Floats, Parameter
+from tests.science.explain_joint import TWIN, Conditions, record, stair
+from trajectories import SetPoints
+
+WEIGHT_NM = 1.5  # on the motor, behind a gear of 100
+
+
+def nothing(points: SetPoints, at: Conditions) -> Floats:
+    del at
+    return np.zeros(points.position_rad.shape)
+
+
+def joint(weight_nm: float) -> Scene:
+    table = tabulate(TWIN, [record(stair((2.0, 20.0)), nothing, Conditions(), 0)], 30.0)
+    theta = np.array([TWIN.inertia_kg_m2, 0.01, 0.5, 0.0, -weight_nm])
+    return Scene(table, theta, np.zeros(table.used.shape[0]))
+
+
+def swinging(inertia_kg_m2: float, hertz: float = 12.0) -> Finding:
+    numbers = {
+        "arm_inertia_kg_m2": Parameter(inertia_kg_m2, None),
+        "stiffness_nm_per_rad": Parameter(inertia_kg_m2 * (2.0 * np.pi * hertz) ** 2, None),
+    }
+    return Finding("joint-flexibility", 1, 0.97, 0.8, (), "An arm swings.", numbers, (), 0.1)
+
+
+def test_nothing_that_weighs_so_much_has_less_inertia_than_a_ball_of_steel() -> None:
+    mass = np.geomspace(1e-2, 1e4, 20001)
+    radius = (3.0 * mass / (4.0 * np.pi * 7850.0)) ** (1.0 / 3.0)
+    distance = 150.0 / (9.81 * mass)
+    every = mass * distance**2 + 0.4 * mass * radius**2
+    assert least_inertia_kg_m2(150.0) == pytest.approx(every.min(), rel=1e-6)
+    assert least_inertia_kg_m2(0.0) == 0.0
+
+
+def test_what_is_too_light_for_the_weight_is_not_the_gears_arm() -> None:
+    scene, neighbour = joint(WEIGHT_NM), swinging(1.8e-4)
+    assert beside_the_joint(scene, [neighbour, swinging(6e-3)]) == (neighbour,)
+    assert beside_the_joint(joint(0.0), [neighbour]) == ()  # a weightless arm may be as light
+    assert "swings at 12 Hz" in swing_sentence(neighbour, scene)
+    assert verdict_beside("explained", [], [neighbour]) == "unexplained"
+    other = replace(neighbour, effect="torque-ripple", energy_share=0.2)
+    assert verdict_beside("tied", [other], [neighbour]) == "partly-explained"
+    assert verdict_beside("tied", [other], []) == "tied"
