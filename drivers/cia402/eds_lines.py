@@ -17,6 +17,8 @@ _NUMBER_THEN_TEXT = re.compile(
     re.IGNORECASE,
 )
 LONGEST_LINE = 10_000
+LISTED = 8
+"""Of lines that are odd in the same way, so many are named; a file may have hundreds."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,7 @@ def sections_of(text: str) -> tuple[dict[str, Section], list[Warned]]:
     found: dict[str, Section] = {}
     warned: list[Warned] = []
     current: Section | None = None
+    commented: list[int] = []
     for number, raw in enumerate(re.split(r"\r\n|\r|\n", text), start=1):
         line = raw.replace("\0", "").strip()
         if not line or line[0] in ";#" or line.startswith("//"):
@@ -73,9 +76,21 @@ def sections_of(text: str) -> tuple[dict[str, Section], list[Warned]]:
             continue
         if line[0] == "[":
             current = _section(line, number, found, warned)
-        else:
-            _option(line, number, current, warned)
+        elif _option(line, number, current, warned):
+            commented.append(number)
+    if commented:
+        warned.append(_comments(commented))
+        warned.sort(key=lambda one: one.line)
     return found, warned
+
+
+def _comments(lines: list[int]) -> Warned:
+    """Return one warning for all comments that stand after values (CiA 306 has them alone)."""
+    others = ", ".join(str(line) for line in lines[1:LISTED])
+    others += f" and {len(lines) - LISTED} more" * (len(lines) > LISTED)
+    return Warned(
+        lines[0], "a comment after the value is left out" + f"; so in {others}" * bool(others)
+    )
 
 
 def _section(
@@ -101,16 +116,16 @@ def _section(
     return found[key]
 
 
-def _option(line: str, number: int, section: Section | None, warned: list[Warned]) -> None:
-    """Take one option into the section that is open."""
+def _option(line: str, number: int, section: Section | None, warned: list[Warned]) -> bool:
+    """Take one option into the section that is open; return whether a comment followed it."""
     name, equals, value = line.partition("=")
     name = name.strip().lower()
     if not equals or not name:
         warned.append(Warned(number, f"{line[:40]!r} is neither a section nor a value; skipped"))
-        return
+        return False
     if section is None:
         warned.append(Warned(number, f"{name!r} stands in no section; skipped"))
-        return
+        return False
     text = _without_comment(value.strip(), name)
     before = section.options.get(name)
     if before is not None and before.text != text:
@@ -122,6 +137,7 @@ def _option(line: str, number: int, section: Section | None, warned: list[Warned
             )
         )
     section.options[name] = Option(text, number)
+    return text != value.strip()
 
 
 def _without_comment(value: str, name: str) -> str:

@@ -92,6 +92,20 @@ def test_what_comes_twice_is_taken_late_and_said_with_both_lines() -> None:
     assert "the later one is taken" in texts[1]
 
 
+def test_comments_after_values_are_left_out_and_said_in_one_sentence() -> None:
+    dirty = TEXT.replace("DefaultValue=0x00000004", "DefaultValue=0x4 ; pv only")
+    dirty = dirty.replace("AccessType=ro", "AccessType=ro ; never written")
+    eds = read_eds(dirty.encode())
+    assert (eds.objects, decide(eds)) == (CLEAN.objects, decide(CLEAN))
+    (warned,) = eds.warnings
+    lines = [n for n, line in enumerate(dirty.split("\n"), start=1) if " ; " in line]
+    others = ", ".join(str(line) for line in lines[1:8])
+    assert str(warned) == (
+        f"line {lines[0]}: a comment after the value is left out; so in {others} "
+        f"and {len(lines) - 8} more"
+    )
+
+
 @pytest.mark.parametrize(
     "value",
     ["0x00 00 01 84", "388", "0x184 ; pp, csp, csv", "0X184 // modes", "$NODEID+0x184", " 0x184  "],
