@@ -30,7 +30,9 @@ from tests.science.reversal_plant import (
     VISCOUS,
     Floats,
     gear_motion,
+    swings,
 )
+from trajectories import Trajectory
 
 _STEP = 2e-3  # relative, of the slopes
 _STEP_VISCOUS = 1e-4
@@ -44,9 +46,10 @@ def clearance_bound(
     noise_nm: float,
     arm_counts: int = 1 << 22,
     counts: int = COUNTS,
+    motion: Trajectory | None = None,
 ) -> dict[str, float]:
     """Return the smallest standard deviations by name; that there is no gap is known."""
-    motor, velocity = gear_motion(gap_rad, stiffness)
+    motor, velocity = gear_motion(gap_rad, stiffness, swings() if motion is None else motion)
     damping = 0.005 * math.sqrt(stiffness)
     truth = np.array([gap_rad, stiffness, damping, ARM_INERTIA, ARM_COULOMB, 0.0])
     size = np.append(_STEP * truth[:-1], _STEP_VISCOUS)

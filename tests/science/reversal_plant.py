@@ -152,7 +152,7 @@ def integrate(rule: Bristles, size: int, motion: Trajectory) -> Run:
     return Run(time_s, position, velocity, torque)
 
 
-@functools.cache
+@functools.lru_cache(maxsize=8)
 def geared(gap_rad: float, stiffness_nm_per_rad: float, motion: Trajectory | None = None) -> Run:
     """Drive a motor that carries an arm through a gap and a spring, both with dry friction.
 
@@ -164,10 +164,24 @@ def geared(gap_rad: float, stiffness_nm_per_rad: float, motion: Trajectory | Non
     return Run(fine[::every], position, velocity, torque, arm)
 
 
-def gear_motion(gap_rad: float, stiffness_nm_per_rad: float) -> tuple[Floats, Floats]:
+def gear_motion(
+    gap_rad: float, stiffness_nm_per_rad: float, motion: Trajectory
+) -> tuple[Floats, Floats]:
     """Return the motor's angle and velocity of `geared`, every `GEAR_STEP_S`."""
-    _, rows = _gear_rows(gap_rad, stiffness_nm_per_rad, swings())
+    _, rows = _gear_rows(gap_rad, stiffness_nm_per_rad, motion)
     return rows[:, 0].copy(), rows[:, 1].copy()
+
+
+def own_swings(seed: int) -> Trajectory:
+    """Return reversals at a speed of the seed's own, as fast as those of `swings` within 15 %.
+
+    At one and the same steady speed an encoder's error is one and the same line in all seeds.
+    """
+    rng = np.random.default_rng(seed)
+    speed, acceleration = rng.uniform(0.85, 1.15), 6.0 * rng.uniform(0.9, 1.1)
+    return swings(
+        float(rng.uniform(0.9, 1.1)), velocity_rad_s=speed, acceleration_rad_s2=acceleration
+    )
 
 
 def _gear_rows(gap: float, stiff: float, motion: Trajectory) -> tuple[Floats, Floats]:

@@ -12,14 +12,34 @@ from agent.identify.reversals.identification import identify_reversals
 from agent.identify.reversals.laws import range_of
 from agent.identify.reversals.result import Clearance
 from agent.identify.reversals.turns import read_tracks
-from tests.science.reversal_plant import ARM_COULOMB, VISCOUS, geared, sampled
+from tests.science.reversal_plant import (
+    ARM_COULOMB,
+    COUNTS,
+    SAMPLE_S,
+    VISCOUS,
+    geared,
+    sampled,
+    swings,
+)
 
 GAP, TEETH = 0.03, 400.0
 SKEW = 0.002
+FINE = 1 << 20
+UNLUCKY = 170.235 * 2.0 * np.pi / FINE / SAMPLE_S
+"""A steady speed at which the steps' error is a line at a quarter of the sampling rate, rad/s."""
 
 
-def by_arm(gap_rad: float, stiffness: float, seed: int, late_s: float = SKEW) -> Clearance:
-    signals = sampled(geared(gap_rad, stiffness), seed, with_arm=True, arm_late_s=late_s)
+def by_arm(
+    gap_rad: float,
+    stiffness: float,
+    seed: int,
+    late_s: float = SKEW,
+    *,
+    counts: int = COUNTS,
+    speed_rad_s: float = 1.0,
+) -> Clearance:
+    run = geared(gap_rad, stiffness, swings(velocity_rad_s=speed_rad_s))
+    signals = sampled(run, seed, counts=counts, with_arm=True, arm_late_s=late_s)
     motion = read_tracks([signals])
     found = arm_clearance(motion, range_of(motion), VISCOUS)
     assert found is not None
@@ -30,11 +50,16 @@ def lost_motion(gap_rad: float, stiffness: float) -> float:
     return gap_rad + 2.0 * ARM_COULOMB / stiffness
 
 
-@pytest.mark.parametrize(("gap_rad", "stiffness", "late_s"), [(GAP, TEETH, 0.0), (GAP, 30.0, SKEW)])
+@pytest.mark.parametrize(
+    ("stiffness", "late_s", "counts", "speed_rad_s"),
+    # At the second's speed the inertia had come out 12 % too small, the gap outside its interval.
+    [(30.0, SKEW, COUNTS, 1.0), (TEETH, 0.0, FINE, UNLUCKY)],
+)
 def test_gap_wind_up_and_skew_are_told_apart_by_the_arms_encoder(
-    gap_rad: float, stiffness: float, late_s: float
+    stiffness: float, late_s: float, counts: int, speed_rad_s: float
 ) -> None:
-    found = by_arm(gap_rad, stiffness, 1, late_s)
+    gap_rad = GAP
+    found = by_arm(gap_rad, stiffness, 1, late_s, counts=counts, speed_rad_s=speed_rad_s)
     for parameter, truth, widest in (
         (found.lost_motion_rad, lost_motion(gap_rad, stiffness), 0.002),
         (found.backlash_rad, gap_rad, 0.02),

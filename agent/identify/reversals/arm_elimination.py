@@ -4,10 +4,11 @@ The motor's encoder errs by its steps, and what errs in the angle errs in the ac
 square of frequency: it is noise in the torque, in the arm's drive and in the regressor alike, and
 least squares with the measured motion take too small an inertia. So every sample's angle is an
 unknown of its own, held by the encoder to its error, beside the small change of the arm's path
-that follows from it. Angles and arm reach over neighbours only: their equations are banded, and
-eliminating them costs about as much as a filter. What is left weighs every sample by the noise
-as it is, in all frequencies (Golub and Van Loan 1980; Rauch, Tung and Striebel 1965 for the same
-as a smoother).
+that follows from it. At a steady speed an encoder passes its steps at a steady rate, and its error
+is a line, at any frequency: there is no acceleration to weigh it against, and none is asked for.
+Angles and arm reach over neighbours only: their equations are banded, and eliminating them costs
+about as much as a filter. What is left weighs every sample by the noise as it is, in all
+frequencies (Golub and Van Loan 1980; Rauch, Tung and Striebel 1965 for the same as a smoother).
 """
 
 from __future__ import annotations
@@ -71,7 +72,7 @@ def reduced(
     read, slides = reading(record, path), record.slides
     once, twice = _operator(n, _ONCE) / record.period_s, _operator(n, TWICE) / record.period_s**2
     speed, acceleration = once @ motor_rad, twice @ motor_rad
-    torque_columns = np.column_stack((acceleration, record.way, speed))
+    torque_columns = np.column_stack((acceleration * record.swings, record.way, speed))
     weigh_torque = slides / record.torque_error_nm
     weigh_arm = read / record.arm_error_rad
     predicted = path.felt_nm + torque_columns @ at.w[: len(MOTOR)] + at.w[len(MOTOR) + number]
@@ -130,10 +131,11 @@ def _motion(
     tied = _TIED / record.torque_error_nm
     moving, standing = sparse.diags(tied * slips), sparse.diags(tied * ~slips)
     torque = sparse.diags(weigh_torque)
+    swung = sparse.diags(record.swings.astype(np.float64)) @ twice
     free = inertia * twice + tooth
     blocks = [
         [whole / record.motor_error_rad, None],
-        [torque @ (at.w[0] * twice + at.w[2] * once + tooth), -torque @ tooth],
+        [torque @ (at.w[0] * swung + at.w[2] * once + tooth), -torque @ tooth],
         [sparse.diags(~record.slides / record.hardest_rad_s2) @ twice, None],
         [None, sparse.diags(weigh_arm) @ seen],
         [-moving @ tooth, moving @ free + inertia / record.period_s * standing @ once],
