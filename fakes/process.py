@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import gc
 import math
+import os
+import socket
+import sys
 import time
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Protocol
@@ -110,7 +113,16 @@ def open_bus(
     if bitrate is not None:
         settings["bitrate"] = bitrate
     settings |= dict(options or {})
-    return can.Bus(interface=interface, channel=channel, ignore_config=True, **settings)
+    bus = can.Bus(interface=interface, channel=channel, ignore_config=True, **settings)
+    if interface == "udp_multicast" and sys.platform == "linux":
+        with socket.socket(fileno=os.dup(bus.fileno())) as shared:
+            is_ip4 = shared.family == socket.AF_INET
+            # not the groups of other programs of this machine: IP_MULTICAST_ALL, IPV6_MULTICAST_ALL
+            level, all_groups = (socket.IPPROTO_IP, 49) if is_ip4 else (socket.IPPROTO_IPV6, 29)
+            shared.setsockopt(level, all_groups, 0)
+        while bus.recv(0.0) is not None:
+            pass  # from before that
+    return bus
 
 
 def run_process(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import inspect
+import os
 import socket
 import sys
 from typing import Any
@@ -17,6 +18,10 @@ from drivers.can_reader import batches
 from drivers.clock import Clock, MonotonicClock
 from drivers.errors import BusError
 
+_EVERY_GROUP = {  # linux/in.h and linux/in6.h; Python's `socket` does not name them
+    socket.AF_INET: (socket.IPPROTO_IP, 49),  # IP_MULTICAST_ALL
+    socket.AF_INET6: (socket.IPPROTO_IPV6, 29),  # IPV6_MULTICAST_ALL
+}
 _TOLD_BY_SIGNATURE = ("socketcan", "udp_multicast", "virtual", "slcan")
 
 
@@ -41,14 +46,31 @@ def open_bus(config: CanBusConfig) -> can.BusABC:
             from drivers.can.slcan import SlcanBus  # pyserial, which other buses do not need
 
             return SlcanBus(channel=config.channel, **arguments)
-        return can.Bus(
+        bus = can.Bus(
             interface=config.interface,
             channel=config.channel,
             ignore_config=True,
             **arguments,
         )
+        if config.interface == "udp_multicast":
+            _hear_one_group(bus)
+        return bus
     except OPENING_FAILURES as error:
         raise opening_failed(error, config.interface, config.channel, config.bitrate) from error
+
+
+def _hear_one_group(bus: can.BusABC) -> None:
+    """Let a multicast bus hear its own group alone.
+
+    Linux hands a socket what any group sends to its port that any program of the machine has joined
+    (ip(7)): a second cell on another group would be heard here, and its drive's answers counted.
+    """
+    if sys.platform != "linux":
+        return
+    with socket.socket(fileno=os.dup(bus.fileno())) as shared:
+        shared.setsockopt(*_EVERY_GROUP[shared.family], 0)
+    while bus.recv(0.0) is not None:
+        pass  # from before that
 
 
 def refuse_elsewhere(interface: str) -> None:

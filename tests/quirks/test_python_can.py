@@ -134,6 +134,18 @@ def test_udp_multicast_echoes_its_own_frames_and_cannot_be_told_not_to(
         can.Bus(receive_own_messages=True, **multicast)
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="what Linux does with a port's groups")
+def test_udp_multicast_hears_every_group_that_this_machine_has_joined(
+    multicast: dict[str, Any],
+) -> None:
+    """So `drivers.can.opening` and `fakes.process` ask the kernel for one's own group alone."""
+    with opened(multicast) as one, opened(multicast | {"channel": "239.74.163.3"}) as two:
+        two.send(frame(0x181))
+        heard = one.recv(1.0)
+        assert heard is not None
+        assert heard.arbitration_id == 0x181
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="what Linux does with its loopback")
 def test_udp_multicast_has_arrived_when_send_returns(multicast: dict[str, Any]) -> None:
     """The scripted faults are played there in stepped time (`tests/faults/cell.py`)."""

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import itertools
+import socket
+import sys
 from collections.abc import Iterator
 
 import can
 import pytest
 
+import fakes.process
 from drivers.can.failures import opening_failed, working_failed
+from drivers.can.opening import open_bus
 from drivers.can.owner import CanBusConfig, CanBusOwner
 from drivers.clock import Clock, MonotonicClock, SteppedClock
 from drivers.errors import BusError, BusOverflowError, WorkerDiedError
@@ -222,6 +227,30 @@ def test_an_option_that_would_be_passed_over_is_refused(
     with pytest.raises(BusError, match=f"no option '{wrong}'") as caught:
         CanBusOwner.open(CanBusConfig(interface, "x", options={wrong: 1}), SteppedClock())
     assert right in caught.value.do
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nobody hears a group not joined")
+@pytest.mark.parametrize("groups", [("239.74.163.2", "239.74.163.3"), ("ff11::a302", "ff11::a303")])
+def test_cells_on_two_multicast_groups_do_not_hear_each_other(groups: tuple[str, str]) -> None:
+    with socket.socket(socket.AF_INET6, socket.SOCK_DGRAM) as free:
+        free.bind(("::", 0))
+        options = {"port": free.getsockname()[1], "hop_limit": 0}
+    try:
+        buses = [
+            open_bus(CanBusConfig("udp_multicast", group, options=options)) for group in groups
+        ]
+    except BusError as error:
+        pytest.skip(f"no multicast here: {error}")
+    with contextlib.ExitStack() as until:
+        ours, theirs = (until.enter_context(bus) for bus in buses)
+        drive = until.enter_context(
+            fakes.process.open_bus("udp_multicast", groups[0], options=options)
+        )
+        for bus, cob_id in ((theirs, 0x182), (ours, 0x181)):
+            bus.send(can.Message(arbitration_id=cob_id, is_extended_id=False))
+        for bus in (ours, drive):  # Linux has delivered when `send` returns
+            heard = [bus.recv(1.0), bus.recv(0.0)]
+            assert [message and message.arbitration_id for message in heard] == [0x181, None]
 
 
 def test_a_missing_socketcan_interface_says_how_to_bring_it_up() -> None:
