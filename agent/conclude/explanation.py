@@ -13,6 +13,7 @@ from agent.explain.answer.result import Explanation
 from agent.explain.explain import explain
 from agent.explain.rows.run import Run
 from agent.identify.result import Floats
+from agent.physics.effects.library import numbers_of
 from agent.physics.twin import Twin, TwinError
 from agent.record.recording import Recording
 from trajectories import AxisLimits
@@ -26,10 +27,20 @@ def explained(
     limits: AxisLimits | None = None,
 ) -> Explanation:
     """Return the explanation of recordings; a twin that cannot predict them is refused."""
+    _known(twin, where)
     try:
         return explain(twin, runs_of(recordings), runs_of(unseen), limits)
     except TwinError as error:
         raise InputError(f"{where}: {error}") from error
+
+
+def _known(twin: Twin, where: Path) -> None:
+    """Refuse a twin whose effects no law predicts, whatever the recordings hold."""
+    for effect in twin.effects:
+        try:
+            numbers_of(effect.id, effect.parameters)
+        except ValueError as error:
+            raise InputError(f"{where}: effects: {error}") from error
 
 
 def runs_of(recordings: Sequence[Recording]) -> tuple[Run, ...]:

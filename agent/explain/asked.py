@@ -7,9 +7,16 @@ from dataclasses import dataclass
 
 from agent.explain.numbers.loads import without_unknown_loads
 from agent.explain.rows.cleaner import by_the_quieter
+from agent.explain.rows.full_rate import choose_band
 from agent.explain.rows.run import Run, stood_in, without_gearbox_temperature
+from agent.explain.rows.scene import refit
 from agent.explain.rows.stamps import put_right
+from agent.explain.rows.table import BASE, Table, tabulate
+from agent.identify.signals.preprocess import read_motion
 from agent.physics.twin import Twin
+
+_FAR = 5.0  # times the simulation's inertia, or a part of it: a unit, or another joint
+_MOST = 0.5  # of what the simulation as given leaves
 
 
 @dataclass(frozen=True)
@@ -33,7 +40,48 @@ class Asked:
     bettered: tuple[str, ...]
 
 
-def as_asked(twin: Twin, runs: Sequence[Run], holdout: Sequence[Run]) -> Asked:
+def tabulated(twin: Twin, runs: Sequence[Run], holdout: Sequence[Run]) -> tuple[Asked, Table]:
+    """Return what is asked about, and the table of the recordings to learn from, creep and all.
+
+    The band follows from what the inertia makes of the motion's noise. A simulation's, off by a
+    unit or of another joint, would leave a band in which nothing is seen: then it is the inertia
+    that the recordings show.
+
+    Parameters
+    ----------
+    twin : Twin
+        As given.
+    runs, holdout : sequence of Run
+        As they were recorded.
+
+    Raises
+    ------
+    ValueError
+        The recordings cannot be compared.
+    """
+    asked = as_asked(twin, runs, holdout, twin.inertia_kg_m2)
+    table = tabulate(twin, asked.runs)
+    shown = _shown_inertia_kg_m2(table, twin)
+    if 1.0 / _FAR < twin.inertia_kg_m2 / shown < _FAR:
+        return asked, table
+    asked = as_asked(twin, runs, holdout, shown)
+    band_hz = choose_band([read_motion(run.signals) for run in asked.runs], shown)
+    return asked, tabulate(twin, asked.runs, band_hz)
+
+
+def _shown_inertia_kg_m2(table: Table, twin: Twin) -> float:
+    """Return the inertia that recordings show where that is most of a mismatch; else the twin's."""
+    rows = table.sliding if table.sliding.any() else table.used
+    moved, left = refit(table)
+    given, refitted = table.target_nm[rows], left[rows]
+    shown = twin.inertia_kg_m2 + float(moved[BASE.index("inertia_kg_m2")])
+    clear = float(refitted @ refitted) < _MOST * float(given @ given) and shown > 0.0
+    return shown if clear else max(twin.inertia_kg_m2, 1e-300)
+
+
+def as_asked(
+    twin: Twin, runs: Sequence[Run], holdout: Sequence[Run], inertia_kg_m2: float
+) -> Asked:
     """Return recordings with stamps put right, the quieter motion, a thermometer and known loads.
 
     Parameters
@@ -42,9 +90,11 @@ def as_asked(twin: Twin, runs: Sequence[Run], holdout: Sequence[Run]) -> Asked:
         As given: it may know what payloads add.
     runs, holdout : sequence of Run
         As they were recorded.
+    inertia_kg_m2 : float
+        By which the motion's noise is judged.
     """
     everything, stamped = put_right((*runs, *holdout))
-    everything, quieter = by_the_quieter(everything, twin.inertia_kg_m2)
+    everything, quieter = by_the_quieter(everything, inertia_kg_m2)
     runs, holdout = everything[: len(runs)], everything[len(runs) :]
     by_motor = without_gearbox_temperature((*runs, *holdout))
     if by_motor:

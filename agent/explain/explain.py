@@ -19,7 +19,7 @@ from agent.explain.answer.result import (
     Trace,
     fit_of,
 )
-from agent.explain.asked import Asked, as_asked
+from agent.explain.asked import Asked, tabulated
 from agent.explain.carrying import Given, studied
 from agent.explain.caveats import bear_in_mind
 from agent.explain.choosing.aliases import aliases
@@ -32,7 +32,7 @@ from agent.explain.numbers.model import fit_model
 from agent.explain.plausible import contradiction
 from agent.explain.rows.creep import without_creep
 from agent.explain.rows.run import Run
-from agent.explain.rows.table import BASE, Table, TooShortError, tabulate
+from agent.explain.rows.table import BASE, Table, TooShortError
 from agent.explain.study import Study
 from agent.explain.told import Told
 from agent.explain.traces import traces_of
@@ -72,9 +72,9 @@ def explain(
     refusal = contradiction((*runs, *holdout)) if runs else "no recording was given"
     if refusal:
         return _nothing(f"not decidable: {refusal}", *names)
-    asked = as_asked(twin, runs, holdout)
     try:
-        table = without_creep(tabulate(twin, asked.runs))
+        asked, table = tabulated(twin, runs, holdout)
+        table = without_creep(table)
     except ValueError as error:
         return _nothing(f"not decidable: {error}", *names)
     refusal = undecidable(table, twin)

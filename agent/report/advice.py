@@ -28,8 +28,8 @@ _STEPS: tuple[tuple[str, tuple[str, ...], str], ...] = (
     ),
     (
         "units",
-        ("gear", "another unit", "position and velocity"),
-        "Check units, gear ratio and encoder counts: positions are radians on the motor side.",
+        ("gear", "another unit", "position and velocity", "opposite signs"),
+        "Check units, signs, gear ratio and counts: positions are radians on the motor side.",
     ),
     (
         "directions",
@@ -52,7 +52,7 @@ _STEPS: tuple[tuple[str, tuple[str, ...], str], ...] = (
         "Find out why samples were lost (bus load, wiring, another program).",
     ),
 )
-_ALWAYS = "Then record this axis again and estimate again. The present recording can stay."
+_AGAIN = "record this axis again and estimate again. The present recording can stay."
 
 
 def next_steps(reasons: Iterable[str]) -> tuple[str, ...]:
@@ -64,7 +64,8 @@ def next_steps(reasons: Iterable[str]) -> tuple[str, ...]:
         Why the estimate is not decidable, in plain words.
     """
     chosen = advised(reasons)
-    return (*(step for id_, _words, step in _STEPS if id_ in chosen), _ALWAYS)
+    steps = tuple(step for id_, _words, step in _STEPS if id_ in chosen)
+    return (*steps, f"Then {_AGAIN}" if steps else f"{_AGAIN[0].upper()}{_AGAIN[1:]}")
 
 
 def advised(reasons: Iterable[str]) -> tuple[str, ...]:

@@ -165,7 +165,7 @@ def what_to_do(explanation: Explanation) -> tuple[str, ...]:
     if decidable(explanation):
         return ()
     *steps, _ = next_steps(explanation.reasons)  # the last one speaks of estimates
-    return (*steps, "Then record this axis again and explain again.")
+    return (*steps, f"{'Then record' if steps else 'Record'} this axis again and explain again.")
 
 
 def torque(value_nm: float, digits: int = 3) -> str:
