@@ -14,12 +14,15 @@ from agent.explain.choosing.search import Library
 from agent.explain.numbers.model import extended_twin, fit_model
 from agent.explain.numbers.plain_refits import earlier_moves
 from agent.explain.numbers.refuted import lasting
+from agent.explain.numbers.wrong import wrong_numbers
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, tabulate
 from agent.explain.study import study
 from agent.identify.result import Floats
 from tests.science.explain_joint import (
+    GEAR_RATIO,
+    NOISE_NM,
     RATE_HZ,
     TWIN,
     Conditions,
@@ -136,3 +139,28 @@ def test_fits_to_the_first_recordings_end_where_a_simulation_made_of_them_stands
     }
     assert ends["coulomb_nm"]
     assert ends["viscous_nm_s_per_rad"]
+
+
+@pytest.mark.parametrize(
+    ("factor", "heavier", "said"),
+    [(1.075, 1.0, {"torque-constant-error"}), (1.0, 1.075, {"gravity-imbalance"})],
+)
+def test_one_factor_stands_for_numbers_that_leave_more_beside_what_has_no_name(
+    factor: float, heavier: float, said: set[str]
+) -> None:
+    """Stribeck friction bends each number its own way: a constant had been a weight 7 % too low."""
+    heavy = replace(TWIN, gravity_sin_nm=-12.0, gravity_cos_nm=5.0)
+
+    def weight_and_stribeck(points: SetPoints, at: Conditions) -> Floats:
+        arm = points.position_rad / GEAR_RATIO
+        weight = heavy.gravity_sin_nm * np.sin(arm) + heavy.gravity_cos_nm * np.cos(arm)
+        return np.asarray(heavier * weight + 0.5 * stribeck(points, at))
+
+    run = record(stair(SPEEDS), weight_and_stribeck, Conditions(), 2)
+    torque = run.signals.torque_nm / factor
+    table = tabulate(heavy, [replace(run, signals=replace(run.signals, torque_nm=torque))])
+    delta, left = refit(table)
+    theta = np.array([getattr(heavy, name) for name in BASE])
+    library = Library.of(Scene(table, theta + delta, left, given=theta), weigh(table, left), ())
+    numbers = wrong_numbers(library, heavy, fit_model(library, heavy, ()), (), NOISE_NM)
+    assert {number.effect for number in numbers} == said

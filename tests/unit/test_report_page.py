@@ -343,7 +343,7 @@ def test_sentence_is_composed_from_the_numbers_when_there_is_none() -> None:
         ("no steady velocity was found", "Drive the stair"),
         ("the gearbox is too cold", "warm-up"),
         ("log: only 12 of 90 samples are left; too many frames lost", "why samples were lost"),
-        ("something that nobody thought of", "record this axis again"),
+        ("something that nobody thought of", "Record this axis again"),
     ],
 )
 def test_reason_leads_to_what_to_do(reason: str, word: str) -> None:

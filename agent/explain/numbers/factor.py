@@ -15,6 +15,7 @@ from agent.physics.twin import Twin
 _ALIKE = 1.05  # one factor for all explains the error as well, within five percent
 _LOST = 1.25  # or within half the noise's amplitude, as a number beside another finding is lost
 _MISSED = 0.05  # of what all numbers gain: then it misses no more
+_FEWER = 0.5  # of what the numbers that would be told in its place leave
 _FEWEST = 3  # numbers that it must stand for
 _FEWEST_STEADY = 2  # of them that no law found lets vary
 
@@ -30,7 +31,9 @@ def factor_column(library: Library) -> Floats:
     return library.weighing.weighted(torque)[:, np.newaxis]
 
 
-def one_factor_does(library: Library, own: Floats, beside: Floats, material: float) -> bool:
+def one_factor_does(
+    library: Library, own: Floats, beside: Floats, material: float, told: Floats | None = None
+) -> bool:
     """Return whether one factor explains of unseen data what freeing all numbers explains.
 
     Parameters
@@ -42,6 +45,10 @@ def one_factor_does(library: Library, own: Floats, beside: Floats, material: flo
         Of the effects that stand beside either.
     material : float
         Weighted squared error that it must remove.
+    told : ndarray, shape (m, t), optional
+        Of the numbers that would be called wrong in its place: then the factor by itself must leave
+        half of what they leave or less, the others as given. What has no name bends each number
+        another way, and refitting all of them takes that up as well.
     """
     table = library.scene.table
     if np.count_nonzero(library.scene.as_given[table.carried]) < _FEWEST:
@@ -50,7 +57,9 @@ def one_factor_does(library: Library, own: Floats, beside: Floats, material: flo
         float(_error(library, np.concatenate((columns, beside), axis=1)))
         for columns in (own[:, :0], factor_column(library), own)
     )
-    nearly = one <= _LOST * refitted and one - refitted <= _MISSED * (without - refitted)
+    others = np.concatenate((told, beside), axis=1) if told is not None else None
+    close = _LOST * refitted if others is None else _FEWER * float(_error(library, others))
+    nearly = one <= close and one - refitted <= _MISSED * (without - refitted)
     return (one <= _ALIKE * refitted or nearly) and without - one >= material
 
 
@@ -61,6 +70,7 @@ def one_factor(
     varied: Floats,
     material: float,
     named: frozenset[str],
+    told: Floats | None = None,
 ) -> Parameter | None:
     """Return the torque constant's factor, where it explains what all numbers explain.
 
@@ -82,6 +92,8 @@ def one_factor(
         Weighted squared error that it must remove.
     named : frozenset of str
         The effects, and what may stand in their place.
+    told : ndarray, shape (m, t), optional
+        Of the numbers that would be called wrong in its place.
     """
     table = library.scene.table
     own = library.base[:, np.isin(np.flatnonzero(table.carried), own_structure(table, twin))]
@@ -89,7 +101,7 @@ def one_factor(
     if varied.shape[1] and steady < _FEWEST_STEADY:
         return None
     beside = np.concatenate((beside, varied), axis=1)
-    if not one_factor_does(library, own, beside, material):
+    if not one_factor_does(library, own, beside, material, told):
         return None
     columns = np.concatenate((factor_column(library), beside), axis=1)
     basis = basis_of(columns)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -95,17 +96,19 @@ def wrong_numbers(
     carried = [BASE[i] for i in np.flatnonzero(library.scene.table.carried)]
     open_numbers = library.base[:, [name in varied for name in carried]]
     named = frozenset(t.form.effect for t in terms)
-    factor = one_factor(library, twin, beside, open_numbers, material, named)
+    constant = partial(one_factor, library, twin, beside, open_numbers, material, named)
+    factor = constant()
     if factor is not None:
-        share = _share(
-            library, np.zeros((library.target.shape[0], 0)), factor_column(library), floor_nm
-        )
-        return (WrongNumber("torque-constant-error", share, {"factor": factor}),)
+        return (_constant(library, factor, floor_nm),)
     earlier = earlier_moves(library, twin) if terms else ()  # without a law nothing is bent
     case = Case(library, twin, model, beside, plain_moves(library, twin), earlier, floor_nm)
     groups = {effect: names for effect, names in _GROUPS.items() if effect not in taken_for}
     judged = {e: tuple(n for n in names if n not in varied) for e, names in groups.items()}
     refuted = {e: names for e, names in judged.items() if is_wrong(case, names, material)}
+    if refuted:
+        factor = constant(case.columns([name for own in refuted.values() for name in own]))
+    if factor is not None:
+        return (_constant(library, factor, floor_nm),)
     out = [_wrong(case, effect, refuted) for effect in refuted]
     if not out and not terms:
         return _sorted(_wrong_together(case, material, groups))
@@ -123,6 +126,13 @@ def told_again(numbers: Sequence[WrongNumber], twin: Twin, model: Model) -> tupl
         names = [name for name, extra in _CONTRACT.items() if extra in wrong.parameters]
         out.append(replace(wrong, parameters={**wrong.parameters, **_extras(twin, model, names)}))
     return tuple(out)
+
+
+def _constant(library: Library, factor: Parameter, floor_nm: float) -> WrongNumber:
+    """Return the torque constant's error, with its share."""
+    nothing = np.zeros((library.target.shape[0], 0))
+    share = _share(library, nothing, factor_column(library), floor_nm)
+    return WrongNumber("torque-constant-error", share, {"factor": factor})
 
 
 def _sorted(found: Sequence[WrongNumber]) -> tuple[WrongNumber, ...]:
