@@ -17,7 +17,9 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -104,7 +106,7 @@ def estimates(recording: Path) -> Iterator[list[int]]:
         try:
             yield done
         finally:
-            run.kill()
+            os.killpg(run.pid, signal.SIGKILL)  # the estimate that runs now, too
             assert run.stdout is not None
             done[0] = run.stdout.read().count("\n")
 
