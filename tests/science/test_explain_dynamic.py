@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agent.explain.choosing.candidate import Scored
+from agent.explain.choosing.candidate import Scored, basis_of
 from agent.explain.choosing.choice import choose
+from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
+from agent.explain.choosing.valleys import deepest
 from agent.explain.findings import findings_of
 from agent.explain.forms import arm as forms_arm
 from agent.explain.forms import reversal as forms_reversal
@@ -23,6 +25,7 @@ from agent.explain.forms.hidden_arm import HiddenArm
 from agent.explain.forms.library import judgeable
 from agent.explain.forms.twin_law import best_entry
 from agent.explain.numbers.model import predicted
+from agent.explain.numbers.uneven import compared
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.run import Run
 from agent.explain.rows.saturation import saturation_evidence
@@ -94,6 +97,25 @@ def test_finds_the_gap_and_what_part_of_the_joint_is_behind_it() -> None:
     bare = replace(library, candidates=tuple(c for c in library.candidates if c.form != found.form))
     again = bare.rank([], refined=False, known=[found.candidate])
     assert [s.candidate for s in again if s.form == found.form] == [found.candidate]
+
+
+def test_a_gap_is_found_from_the_valley_of_another_and_its_interval_holds_it() -> None:
+    """Half as wide, with a soft contact and a film: a search that only goes downhill stays there.
+
+    By the squared error's curvature the gap would be known to a percent, whatever it is.
+    """
+    library = library_of((GAP, 0.0, True))
+    found = best("backlash", library)
+    wrong = library.candidate(found.form, (0.002, 0.52, 0.28, 20.0, 0.9, 15.0, 0.0))
+    downhill = library.deeper(wrong, basis_of(library.base), library.target)
+    assert downhill.point[0] < 0.0037
+    stuck = replace(found, candidate=downhill, blocks=library.errors([downhill]))
+    deep = deepest(library, [], stuck, far=True)
+    assert deep.candidate.point[0] == pytest.approx(0.004, rel=0.05)
+    interval = compared(library, [Term(deep, 0.0)], 0, 0).ci95
+    assert interval is not None
+    assert interval[0] < 0.004 < interval[1]
+    assert interval[1] - interval[0] < 0.001
 
 
 @pytest.mark.parametrize("gravity", [True, False])
@@ -219,7 +241,7 @@ def test_an_arm_on_a_spring_answers_a_sine_as_theory_says(driven_hz: float) -> N
     scene = seen(Joint())
     time = scene.full("time_s")
     omega, own, damping = 2.0 * math.pi * driven_hz, 2.0 * math.pi * 20.0, 0.15
-    swung = {**scene.table.full, "velocity_raw_rad_s": np.cos(omega * time)}
+    swung = {**scene.table.full, "velocity_driving_rad_s": np.cos(omega * time)}
     alone = Scene(
         replace(scene.table, full=swung), np.append(scene.theta[:3], (0.0, 0.0)), scene.residual_nm
     )

@@ -23,6 +23,7 @@ from agent.explain.choosing.same_wave import told_apart
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.shifts import chance
 from agent.explain.choosing.together import newcomer_beside_moved
+from agent.explain.choosing.valleys import deepest
 from agent.explain.rows.evidence import effective_size
 from agent.explain.rows.usual import as_usual, usual_blocks
 from agent.identify.result import Floats
@@ -93,6 +94,7 @@ def choose(library: Library, *, rivals: bool = True, begun: Sequence[Term] = ())
             break
         if _twice(library, plain, moved, current, best):
             break
+        best = deepest(library, [t.candidate for t in moved], best, far=True)
         chosen = [*moved, Term(best, accident)]  # they stay where they were beside one refused
         current = best.blocks
         chosen, current = _pruned(library, chosen, material, noise)
@@ -258,6 +260,7 @@ def settled(library: Library, chosen: list[Term]) -> tuple[list[Term], Floats]:
             if best.form.effect in alike:
                 first = next(iter(alike))
                 best = next(s for s in ranked if s.form.effect == first)
+            best = deepest(library, others, best)
             chosen[i] = with_rivals(library, others, ranked, best, chosen[i].chance, alike)
     whole = library.errors([t.candidate for t in chosen])
     return chosen, whole

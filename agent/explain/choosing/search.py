@@ -185,16 +185,25 @@ class Library:
             gain, best = climbed(form, self.scene, points, best, gain, gain_at)
         if len(form.nonlinear) > 1:
             entry = [(gain, self.candidate(form, best)), *entry]
-            best = self._deeper(form, best, points, basis, left)
+            best = self.deeper(self.candidate(form, best), basis, left).point
             gain = gain_at(best)
         return [(gain, self.candidate(form, best)), *entry]
 
-    def _deeper(
-        self, form: Form, best: Point, points: Floats, basis: Floats, left: Floats
-    ) -> Point:
-        """Move all of a form's numbers together from where one after the other has led."""
+    def deeper(self, candidate: Candidate, basis: Floats, left: Floats) -> Candidate:
+        """Return a law at the point to which all of its numbers lead together.
+
+        Parameters
+        ----------
+        candidate : Candidate
+        basis : ndarray, shape (m, p)
+            Of the model's columns, orthonormal.
+        left : ndarray, shape (m,)
+            What the model leaves of the weighted target.
+        """
+        form = candidate.form
+        points = np.array([c.point for c in self.candidates if c.form is form])
         (found,) = descended(
-            (best,),
+            (candidate.point,),
             movable(0, form, self.scene, points),
             lambda _, point: self.columns(form, point),
             basis,
@@ -202,7 +211,7 @@ class Library:
             lambda _, own: form.allows(own),
             _ROUNDS,
         )
-        return found
+        return Candidate(form, found, self.columns(form, found))
 
     def _from_possible(
         self, entry: list[tuple[float, Candidate]], model: Floats, worth: float

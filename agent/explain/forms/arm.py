@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from agent.explain.forms.crossings import likely_gaps
+from agent.explain.forms.crossings import likeliest_arms, likely_gaps
 from agent.explain.forms.downhill import downhill
 from agent.explain.forms.form import Form, Point, Proportional, stack
 from agent.explain.forms.hidden_arm import HiddenArm, inertia_of, mean_extra_rad_s2
@@ -21,12 +21,16 @@ _ARM_REACHES = (3e-5, 3e-4)  # rad of the arm: how far its own friction gives wa
 _WIDEST_ARM_GAP = 2e-3  # rad of the arm, half of a worn planetary gear's
 _RUBBING_TRIALS = 36
 _GAPS, _GAPS_WITH_FILM = 3, 1
+_EACH_GAP = 14
 _CONTACTS = ((1.0, 0.4), (1.6, 0.8))  # cutoffs, damping: hard and soft ones
 _WIDER, _WIDER_IN_FILM = (1.2, 1.6), (0.4, 0.7, 1.0)  # than the likeliest gaps of hard teeth
+_HARD, _SWINGS = 1.3, 0.4  # cutoffs, damping: a contact to begin anew with
+_ELSEWHERE = (0.6, 0.75, 0.87, 0.94, 1.0, 1.06, 1.15, 1.33, 1.6)
+_LITTLE_WIDER = (1.0, 1.25)  # than such a gap of hard teeth
 _GAP_WIDTHS = (0.93, 1.0, 1.07)  # of one gap: a gear's is not the same all the way round
 _STIFFEST = 3.0  # cutoffs: a spring whose swing is faster is as good as rigid in the band
 _DAMPED = 1.0  # of critical: gears swing, they do not creep
-_FILM_STEP, _THICKEST = 10.0, 500.0  # 1/s: an arm dragged faster than that follows at once
+_FILM_STEP, _THICKEST = 0.3, 500.0  # share, 1/s: an arm dragged faster than that follows at once
 _HARDEST_SHARE = 0.99  # of the samples are gentler
 _MOST_WOUND_UP = 0.1  # rad of the arm, under its weight: belts and soft gears give way by 0.02
 _LEAST_OF_TWIST = 0.12  # of what the contact gives way by: a narrower gap is a soft gear
@@ -146,11 +150,8 @@ def _gap_grid(scene: Scene) -> Sequence[Point]:
     contact that gives way needs a wider gap than teeth that meet at once, of which these are made.
     Where a film drags the arm along, it is such teeth that ask for a wider gap.
     """
-    cutoff, gear = scene.table.cutoff_hz, scene.table.gear_ratio
-    # A gap that is crossed faster than the band can follow leaves no trace.
-    smallest = 0.1 * _slowing(scene) / (2.0 * math.pi * cutoff) ** 2
-    widest = _WIDEST_ARM_GAP * gear
-    found = likely_gaps(scene, smallest, widest, _GAPS, with_film=_GAPS_WITH_FILM)
+    cutoff = scene.table.cutoff_hz
+    found = likely_gaps(scene, *_gaps_seen(scene), _GAPS, with_film=_GAPS_WITH_FILM)
     return tuple(
         (wider * gap, share, friction, hertz * cutoff, damping, film, oil)
         for gap, share, friction, film, oil in found
@@ -159,10 +160,43 @@ def _gap_grid(scene: Scene) -> Sequence[Point]:
     )
 
 
+def _other_gaps(scene: Scene, point: Point, far: bool) -> Sequence[Point]:
+    """Return gaps that are wider and narrower, of the same arm and of likely ones, without a film.
+
+    With the same contact, and with a hard one that swings: a contact that is soft or creeps, or a
+    film, is how a search makes up for a gap that is too wide or too narrow. A wide gap behind
+    little friction is crossed nearly when a narrow one behind more is: every gap has its own arm.
+    """
+    half_gap, inertia_share, friction_share, hertz, damping, _, oil = point
+    near = tuple(wider * half_gap for wider in _ELSEWHERE)
+    hard = _HARD * scene.table.cutoff_hz, _SWINGS
+    arms = likeliest_arms(scene, near, inertia_share, friction_share, oil)
+    if far:
+        arms += likeliest_arms(scene, log_grid(*_gaps_seen(scene), _EACH_GAP))
+    same = [(gap, inertia_share, friction_share, hertz, damping, 0.0, oil) for gap in near]
+    likely = [
+        (wider * gap, share, friction, *hard, film, of_oil)
+        for gap, share, friction, film, of_oil in arms
+        for wider in _LITTLE_WIDER
+    ]
+    anew = [(gap, inertia_share, friction_share, *hard, 0.0, oil) for gap in near]
+    return (*same, *likely, *anew)
+
+
+def _gaps_seen(scene: Scene) -> tuple[float, float]:
+    """Return the narrowest half gap that leaves a trace, and the widest of worn gears, rad.
+
+    A gap that is crossed faster than the band can follow leaves none.
+    """
+    narrowest = 0.1 * _slowing(scene) / (2.0 * math.pi * scene.table.cutoff_hz) ** 2
+    return narrowest, _WIDEST_ARM_GAP * scene.table.gear_ratio
+
+
 def _gap_step(scene: Scene) -> Point:
     del scene
-    steps = Proportional(0.2), Proportional(0.08), 0.04, Proportional(0.5), 0.3, _FILM_STEP
-    return (*steps, 0.04)
+    # A gap without a film is kept without: a thin one makes up for whatever else is not right.
+    steps = Proportional(0.2), Proportional(0.08), 0.04, Proportional(0.5), 0.3
+    return (*steps, Proportional(_FILM_STEP), 0.04)
 
 
 def _gap_limits(scene: Scene) -> Limits:
@@ -268,6 +302,8 @@ FORMS: tuple[Form, ...] = (
         limits=_gap_limits,
         rests_on_numbers=True,
         same_beside=_same_gap,
+        elsewhere=_other_gaps,
+        uneven={"half_gap_rad": _GAP_WIDTHS[-1] - 1.0},
         from_residual=True,
     ),
 )

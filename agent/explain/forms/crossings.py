@@ -27,6 +27,8 @@ Gap = tuple[float, float, float, float, float]
 _GAPS = 6
 _SHARES = log_grid(0.1, 0.98, 36)
 _FRICTIONS = tuple(float(x) for x in np.linspace(0.0, 1.0, 31))
+_NEAR_SHARES = np.linspace(-0.08, 0.08, 9)  # of the logarithm
+_NEAR_FRICTIONS = np.linspace(-0.06, 0.06, 13)
 _FEWEST_ROWS = 30
 _APART = 2  # points of the grid between two peaks
 _FIRST_STEPS, _HALVINGS = (1.3, 1.04, 0.02, 1.5), 4  # factor, factor, difference, factor
@@ -71,6 +73,38 @@ def likely_gaps(
     coarse = _SHARES[::_COARSER], _FRICTIONS[::_COARSER]
     filmed = _peaks(likeness, (gaps, *coarse, (_FILM_PER_S,)), with_film)
     return (*dry, *(gap for _, gap in filmed))
+
+
+def likeliest_arms(
+    scene: Scene,
+    half_gaps: Sequence[float],
+    inertia_share: float | None = None,
+    friction_share: float = 0.0,
+    oil_share: float = 0.0,
+) -> tuple[Gap, ...]:
+    """Return the likeliest arm behind each half gap, rad of the motor, as `likely_gaps` does.
+
+    Parameters
+    ----------
+    scene : Scene
+    half_gaps : sequence of float
+    inertia_share, friction_share, oil_share : float, optional
+        Of an arm near which to look, in finer steps; else all dry arms are looked at.
+    """
+    used = scene.table.used
+    if np.count_nonzero(used) <= _FEWEST_ROWS or not scene.residual_nm[used].any():
+        return ()
+    shares, frictions = _SHARES, _FRICTIONS
+    if inertia_share is not None:
+        shares = tuple(inertia_share * np.exp(_NEAR_SHARES))
+        frictions = tuple(np.maximum(friction_share + _NEAR_FRICTIONS, 0.0))
+    likeness = _likeness(scene)
+    axes = half_gaps, shares, frictions, (0.0,), (oil_share,)
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(len(half_gaps), -1, 5)
+    points[..., 1] = np.minimum(points[..., 1], 1.0)
+    scores = likeness(points.reshape(-1, 5)).reshape(points.shape[:2])
+    best = points[np.arange(len(half_gaps)), np.argmax(scores, axis=1)]
+    return tuple((float(g), float(i), float(f), float(d), float(o)) for g, i, f, d, o in best)
 
 
 def _as_heard(

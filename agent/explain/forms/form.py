@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -86,6 +86,12 @@ class Form:
     same_beside : callable, optional
         (scene before, scene now, point) to the point of the same law beside other numbers of the
         twin, where one of its numbers is a share of these.
+    elsewhere : callable, optional
+        (scene, point, whether to look far from it) to other points where its numbers may lie, where
+        its squared error has many valleys.
+    uneven : mapping of str to float
+        Non-linear numbers along which the error is rough: fits on either side are compared block
+        by block. And the share of such a number by which the form itself does not know it.
     from_residual : bool
         Whether its grid is read off what is left: strong effects hide weaker ones from it.
     catch_all : bool
@@ -115,6 +121,8 @@ class Form:
     refines: tuple[str, ...] = ()
     rests_on_numbers: bool = False
     same_beside: Callable[[Scene, Scene, Point], Point] | None = None
+    elsewhere: Callable[[Scene, Point, bool], Sequence[Point]] | None = None
+    uneven: Mapping[str, float] = field(default_factory=dict, hash=False)
     from_residual: bool = False
     catch_all: bool = False
     as_product: str = ""

@@ -123,7 +123,7 @@ def mean_extra_rad_s2(arms: Sequence[HiddenArm], scene: Scene) -> Floats:
     """
     from agent.explain.forms.arm_kernel import less_stiff
 
-    velocity = scene.full("velocity_raw_rad_s")
+    velocity = scene.full("velocity_driving_rad_s")
     pull = scene.weight_nm / (arms[0].inertia_share * inertia_of(scene))
     if arms[0].oil_per_s:
         pull = pull + arms[0].oil_per_s * scene.full("velocity_rad_s")

@@ -15,6 +15,7 @@ from agent.explain.numbers.lag import reaching_over_a_filter
 from agent.explain.numbers.model import Model
 from agent.explain.numbers.profile import profiled
 from agent.explain.numbers.reach import Reach, reach_of
+from agent.explain.numbers.uneven import compared
 from agent.explain.rows.table import BASE
 from agent.identify.result import Floats, Parameter
 
@@ -143,7 +144,8 @@ def _nonlinear(
                 max(value + float(reach.below[at]), min(low, value)),
                 min(value + float(reach.above[at]), max(high, value)),
             )
-        out[name] = profiled(library, model.terms, index, number, within)
+        interval = compared if name in form.uneven else profiled
+        out[name] = interval(library, model.terms, index, number, within)
     return out
 
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from agent.explain.rows.driving import driving_velocity
 from agent.explain.rows.held import Held, direction_in_passes
 from agent.explain.rows.lag import Lag, earlier
 from agent.explain.rows.pieces import Piece
@@ -32,7 +33,13 @@ _RECORDED = (
     "run",
     "bridged",
 )
-_MOTION = ("velocity_rad_s", "velocity_raw_rad_s", "acceleration_rad_s2", "direction")
+_MOTION = (
+    "velocity_rad_s",
+    "velocity_raw_rad_s",
+    "velocity_driving_rad_s",
+    "acceleration_rad_s2",
+    "direction",
+)
 
 
 def choose_band(motions: Sequence[Motion], inertia_kg_m2: float) -> float:
@@ -157,6 +164,12 @@ def motion_columns(
         raw = slope(position, piece.period_s) if derived else velocity
         smooth = lowpass(raw, piece.period_s, cutoff_hz)
         full["velocity_raw_rad_s"][at] = raw
+        signals = motions[piece.run].signals
+        full["velocity_driving_rad_s"][at] = (
+            raw
+            if derived
+            else driving_velocity(signals, piece.stretch, reported, lag, cutoff_hz, align=align)
+        )
         full["velocity_rad_s"][at] = smooth
         # Between slow samples a change of speed is over: what is left to see is the filter's.
         still = piece.slow or not driven

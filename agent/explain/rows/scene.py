@@ -123,7 +123,7 @@ class Scene:
     @cached_property
     def stiff_rad_s2(self) -> Floats:
         """Return the acceleration of an arm behind a stiff gear, as recorded, shape (N,)."""
-        velocity = self.table.full["velocity_raw_rad_s"]
+        velocity = self.table.full["velocity_driving_rad_s"]
         out = np.empty_like(velocity)
         for at, period_s in self.each_piece():
             out[at] = slope(velocity[at], period_s)

@@ -69,7 +69,7 @@ def _added_nm(
             column("motor_temperature_degc"),
             started if math.isfinite(started) else None,
             float(piece.run),
-            full["velocity_raw_rad_s"][at],
+            full["velocity_driving_rad_s"][at],
             full[TURNED][at] - (before[piece.run].turned_rad if len(runs) > 1 else 0.0),
             tuple(each for each in use if each.started_at_unix_s < started),
             runs[piece.run].payload_kg if math.isfinite(runs[piece.run].payload_kg) else None,
