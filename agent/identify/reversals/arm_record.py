@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import itertools
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify.result import Floats
-from agent.identify.reversals.smoothing import resolution, white_noise
+from agent.identify.reversals.smoothing import resolution, swings, white_noise
 from agent.identify.reversals.turns import Track
 from agent.identify.signals.lowpass import lowpass
 
@@ -20,12 +19,6 @@ _ABOUT = 8  # samples to either side within which a motor that stands would have
 _STANDS = 6.0  # encoder's steps
 _NOISY = 20.0  # standard errors of an encoder without steps
 _ENDS = 10  # samples that a derivative does not reach
-_SWINGS = 0.08  # of the sampling rate: cutoff of the motion that tells where the motor swings
-_HARD = 0.05  # of its hardest acceleration there: less is a steady speed
-_QUIET = 10.0  # standard errors: what a line of the encoder's steps reaches
-_CUTOFFS = 12  # to try, each lower by the square root of 2
-_BESIDE = 1.2  # of the cutoff's period, to either side of a swing
-_IMPULSE = 2001  # samples
 _FINEST = 1e-3  # of the torque: no sensor reads it finer
 
 
@@ -110,7 +103,7 @@ def record_of(track: Track, first_turn: int) -> ArmRecord | None:
         smooth_rad=smooth,
         way=way,
         slides=slides,
-        swings=_swings(motor, track.period_s, error),
+        swings=swings(motor, track.period_s, error),
         turn=first_turn + np.searchsorted(halves, np.arange(motor.size), side="right"),
         motor_error_rad=error,
         arm_error_rad=arm_error,
@@ -128,30 +121,3 @@ def _stands(position: Floats, least_rad: float) -> NDArray[np.bool_]:
     moved[_ABOUT:-_ABOUT] = np.abs(position[2 * _ABOUT :] - position[: -2 * _ABOUT])
     stands = np.asarray(moved < least_rad, dtype=np.uint8)
     return np.asarray(maximum_filter1d(stands, 2 * _ABOUT + 1) > 0)
-
-
-def _swings(position: Floats, period_s: float, error_rad: float) -> NDArray[np.bool_]:
-    """Tell where the motor does not keep a steady speed, shape (n,).
-
-    By its acceleration, in the widest band in which the encoder's error is none beside it.
-    """
-    from scipy.ndimage import maximum_filter1d
-
-    impulse = np.zeros(_IMPULSE)
-    impulse[_IMPULSE // 2] = error_rad
-    share = _SWINGS
-    for k in range(_CUTOFFS):
-        share = _SWINGS / math.sqrt(2.0) ** k
-        hard = np.abs(_acceleration(position, period_s, share))
-        hard[:_ENDS] = hard[-_ENDS:] = 0.0
-        least = _HARD * float(np.quantile(hard, 0.99))
-        if _QUIET * float(np.linalg.norm(_acceleration(impulse, period_s, share))) < least:
-            break
-    swings = np.asarray(hard > least, dtype=np.uint8)
-    return np.asarray(maximum_filter1d(swings, 2 * round(_BESIDE / share) + 1) > 0)
-
-
-def _acceleration(position: Floats, period_s: float, share: float) -> Floats:
-    """Return the acceleration below a share of the sampling rate, shape (n,)."""
-    smooth = lowpass(position, period_s, share / period_s)
-    return np.asarray(np.gradient(np.gradient(smooth, period_s), period_s))

@@ -21,6 +21,13 @@ _STEPS = 14  # cutoffs to try, each lower by the square root of 2
 _JOLT = 1.6  # of the encoder's error: the same over the worst stretch, an impact for example
 _SHORTEST = 8  # samples of such a stretch
 _ABOUT_S = 0.5  # of the cutoff's period, to either side of a turn
+_SWINGS = 0.08  # of the sampling rate: cutoff of the motion that tells where the motor swings
+_QUIET = 10.0  # standard errors of its acceleration there: what a line of the steps reaches
+_HARD = 0.05  # of the hardest acceleration: that must be less
+_CUTOFFS = 12  # to try, each lower by the square root of 2
+_BESIDE = 1.2  # of the cutoff's period, to either side of a swing
+_IMPULSE = 2001  # samples
+_LEFT_OUT = 10  # samples at either end, which a derivative does not reach
 _DUST = 1e-9  # of the range: below, two positions are the same number
 
 
@@ -92,3 +99,31 @@ def _worst(rest: Floats, width: int) -> float:
         return 0.0
     total = np.concatenate(([0.0], np.cumsum(rest**2)))
     return math.sqrt(max(float(np.max(total[width:] - total[:-width])) / width, 0.0))
+
+
+def swings(position: Floats, period_s: float, error_rad: float) -> NDArray[np.bool_]:
+    """Tell where the motor does not keep a steady speed, shape (n,).
+
+    By its acceleration, in the widest band in which the encoder's error is none beside it. At a
+    steady speed that error is a line, at any frequency: it is no acceleration.
+    """
+    from scipy.ndimage import maximum_filter1d
+
+    impulse = np.zeros(_IMPULSE)
+    impulse[_IMPULSE // 2] = error_rad
+    share = _SWINGS
+    for k in range(_CUTOFFS):
+        share = _SWINGS / math.sqrt(2.0) ** k
+        hard = np.abs(_acceleration(position, period_s, share))
+        hard[:_LEFT_OUT] = hard[-_LEFT_OUT:] = 0.0
+        least = _QUIET * float(np.linalg.norm(_acceleration(impulse, period_s, share)))
+        if least < _HARD * float(np.quantile(hard, 0.99)):
+            break
+    swung = np.asarray(hard > least, dtype=np.uint8)
+    return np.asarray(maximum_filter1d(swung, 2 * round(_BESIDE / share) + 1) > 0)
+
+
+def _acceleration(position: Floats, period_s: float, share: float) -> Floats:
+    """Return the acceleration below a share of the sampling rate, shape (n,)."""
+    smooth = lowpass(position, period_s, share / period_s)
+    return np.asarray(np.gradient(np.gradient(smooth, period_s), period_s))

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify.result import Floats
-from agent.identify.reversals.smoothing import cutoff_for, resolution
+from agent.identify.reversals.smoothing import cutoff_for, resolution, swings
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.lowpass import lowpass
 from agent.identify.signals.sampling import Stretch, find_stretches
@@ -51,7 +51,7 @@ class Track:
     recording : int
         Which recording it belongs to.
     time_s, position_rad, velocity_rad_s, acceleration_rad_s2, torque_nm : ndarray
-        Motion behind a low-pass; torque as recorded.
+        Motion behind a low-pass, without acceleration where it keeps its speed; torque as recorded.
     driving_rad_s : ndarray
         Velocity behind a higher cutoff, which drives friction with memory: a turn that is rounded
         off would be remembered as a rounder one, and travel bears more noise than acceleration.
@@ -167,7 +167,7 @@ def _track(number: int, signals: Signals, stretch: Stretch) -> Track | None:
         time_s=stretch.time_s,
         position_rad=smooth,
         velocity_rad_s=velocity,
-        acceleration_rad_s2=np.gradient(velocity, period_s),
+        acceleration_rad_s2=np.gradient(velocity, period_s) * swings(raw, period_s, error),
         driving_rad_s=np.gradient(_one_way(fine, extremes), period_s),
         torque_nm=stretch.on_grid(signals, signals.torque_nm),
         measured_rad=raw,
