@@ -129,4 +129,4 @@ class JobStatus(NamedTuple):
     state: JobState | None  # None: it was not heard this time
     progress: float  # share of the stair, 0 to 1
     phase: str
-    reason: str = ""  # why it was aborted
+    reason: str = ""  # why it was aborted, or not heard

@@ -183,7 +183,7 @@ class JobRunner:
                 return True
             if status.state not in (JobState.RUNNING, None):
                 raise self._trip(f"the job was running and is now '{state}'")
-            self._insist(newest)
+            self._insist(newest, unheard=status.reason)
         elif status.state is JobState.RUNNING and newest.state is DriveState.ON:
             self.interlock = self.interlock.after(Event.DRIVE_ON)
         elif elapsed_s > self.plan.transition_timeout_s:
@@ -194,12 +194,15 @@ class JobRunner:
             raise self._trip(f"the job has not ended within {longest_s:.0f} s")
         return False
 
-    def _insist(self, sample: Sample) -> None:
-        """Trip unless what is measured is inside every limit."""
+    def _insist(self, sample: Sample, unheard: str) -> None:
+        """Trip unless what is measured is inside every limit; say why nothing newer is known."""
         measured = SetPoint(
             sample.velocity_rad_s, sample.position_rad, sample.velocity_rad_s, self.plan.tick_s
         )
         against = refusals(self.plan.limits, measured, sample, self._clock.now())
+        if against and unheard:
+            what = unheard.rstrip(".")
+            against += (f"the controller was not heard: {what}; check its network and its program",)
         if against:
             raise self._trip("; ".join(against))
 

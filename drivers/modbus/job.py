@@ -141,7 +141,7 @@ class ModbusJob:
         """Say that we are alive and return what the controller says; one round trip each.
 
         A request that fails is forgiven until the controller has been silent for the alive
-        time-out; the status then says what it said last, without a sample.
+        time-out; the status then says why it failed, and has neither a state nor a sample.
 
         Raises
         ------
@@ -161,7 +161,7 @@ class ModbusJob:
             self._life.trouble = error.what
             status = None
         self._life.refuse_silence(self._clock.now())
-        return status or JobStatus(None, None, 0.0, "")
+        return status or JobStatus(None, None, 0.0, "", self._life.trouble)
 
     def stop(self, deadline_s: float) -> StopReport:
         """Abort, again and again, and wait for a measured standstill. Never raises."""

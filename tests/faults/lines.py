@@ -28,6 +28,14 @@ KINDS = (
 DEAR_KINDS = (("silent", "tcp"), ("garbled", "tcp"), ("silent", "rtu"))
 """In the campaign alone: what is silent is in `tests/system/test_job.py`, too."""
 
+SAYS = {
+    "exception": "it failed while doing it (exception 4)",
+    "reset": "The connection to Modbus device 1",
+    "silent": "does not answer",
+    "swapped-words": "The controller reports",
+}
+"""What the message must say of the line; of the others, that an answer is "no valid reply"."""
+
 ALIVE_TIMEOUT_S = 0.5
 STATED_S = 2.0 * ALIVE_TIMEOUT_S + 0.6
 """Our patience with a silent controller, its patience with us, and braking."""
@@ -77,6 +85,8 @@ class LineRun:
             found.append(f"rest after {self.rest_after_s:.2f} s, stated {STATED_S:.2f} s")
         if not ("at rest (measured)" in self.message or "use the E-stop" in self.message):
             found.append("nothing said of the joint's fate")
+        if SAYS.get(self.kind, "no valid reply") not in self.message:
+            found.append("nothing said of the line")
         return found
 
 
