@@ -71,7 +71,9 @@ def tabulated(twin: Twin, runs: Sequence[Run], holdout: Sequence[Run]) -> tuple[
 
 def _shown_inertia_kg_m2(table: Table, twin: Twin) -> float:
     """Return the inertia that recordings show where that is most of a mismatch; else the twin's."""
-    rows = table.sliding if table.sliding.any() else table.used
+    rows = table.sliding
+    if not rows.any():
+        return max(twin.inertia_kg_m2, 1e-300)
     moved, left = refit(table)
     given, refitted = table.target_nm[rows], left[rows]
     shown = twin.inertia_kg_m2 + float(moved[BASE.index("inertia_kg_m2")])

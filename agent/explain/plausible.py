@@ -12,6 +12,7 @@ from agent.explain.numbers.wrong import WrongNumber
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import BASE, Table
 from agent.identify.diagnosis import no_joint_records
+from agent.numbers import scale_for, significant
 from agent.physics.twin import Twin
 
 _CARRIES = 0.5  # of the torque's energy: with less, signs of what a plain joint asks for are chance
@@ -19,6 +20,9 @@ _FAR = 5.0  # times the twin's number, or a part of it
 _LIKE = 0.15  # of the gear ratio: so close a factor is the gear's
 _AS_STRONG = 0.05  # of gravity: so close is no payload
 _TURNED_DEG = 10.0
+_FEWEST = 60  # rows of a recording
+_CLEARLY = 0.1  # of a recording's energy may stay beside a plain joint's own numbers
+_FELT = 0.02  # of it, or what stays: less of friction or inertia is not compared
 _SAID = {
     "inertia_extra_kg_m2": ("inertia_kg_m2", "inertia"),
     "coulomb_extra_nm": ("coulomb_nm", "Coulomb friction"),
@@ -58,6 +62,78 @@ def runs_backwards(table: Table) -> bool:
         numbers[BASE.index("coulomb_nm")] + speed * numbers[BASE.index("viscous_nm_s_per_rad")]
     )
     return bool(friction < 0.0 and (numbers[inertia] < 0.0 or not table.carried[inertia]))
+
+
+def of_two_units(table: Table) -> str:
+    """Return which recording has another unit, sign or side of the gear than the rest; or nothing.
+
+    Friction and inertia of each recording by itself are held against the median of all. What a
+    joint does from day to day is a tenth, or a half; a unit is a factor of five and more.
+
+    Parameters
+    ----------
+    table : Table
+    """
+    own = {
+        index: found
+        for index in sorted({piece.run for piece in table.pieces})
+        if (found := _shown_by(table, index)) is not None
+    }
+    for kind, unit in (("friction", "N m"), ("inertia", "kg m2")):
+        shown = {index: found[kind] for index, found in own.items() if kind in found}
+        usual = {i: _usual(list(shown.values()), v) for i, v in shown.items()}
+        odd = {i: usual[i] for i in shown if not 1.0 / _FAR < shown[i] / usual[i] < _FAR}
+        if odd:
+            at = max(odd, key=lambda i: abs(math.log(max(abs(shown[i] / odd[i]), 1e-9))))
+            scale = scale_for(unit, (shown[at], odd[at]))
+            here, there = (significant(v * scale.factor, 2) for v in (shown[at], odd[at]))
+            return (
+                f"{table.runs[at].name} shows {kind} of {here} {scale.unit} where the others show "
+                f"{there}: one of them is in other units, of another sign, of the arm's side of "
+                "the gear or of another joint"
+            )
+    return ""
+
+
+def _usual(values: Sequence[float], own: float) -> float:
+    """Return what recordings show, one of their values; of two, the other one."""
+    if len(values) == 2:
+        return sum(values) - own
+    return sorted(values)[len(values) // 2]
+
+
+def _shown_by(table: Table, run: int) -> dict[str, float] | None:
+    """Return friction at the middle speed and inertia that a recording shows by itself.
+
+    Nothing where the plain structure carries too little of it, and no inertia where hardly anything
+    accelerates.
+    """
+    rows = table.sliding & (table.rows["run"] == run)
+    base, torque = table.base[np.ix_(rows, table.carried)], table.measured_nm[rows]
+    if torque.shape[0] < _FEWEST:
+        return None
+    size = np.sqrt(np.mean(base**2, axis=0))
+    size = np.where(size > 0.0, size, 1.0)
+    found = np.linalg.lstsq(base / size, torque, rcond=1e-9)[0]
+    energy = float(torque @ torque)
+    left = torque - base / size @ found
+    if float(left @ left) > _CLEARLY * energy:
+        return None
+    numbers = dict(zip((BASE[i] for i in np.flatnonzero(table.carried)), found / size, strict=True))
+    speed = float(np.median(np.abs(table.rows["velocity_rad_s"][rows])))
+    parts = {
+        "friction": numbers.get("coulomb_nm", 0.0)
+        + speed * numbers.get("viscous_nm_s_per_rad", 0.0),
+        "inertia": numbers.get("inertia_kg_m2", 0.0),
+    }
+    made = {
+        "friction": parts["friction"] ** 2,
+        "inertia": float(np.mean(base[:, 0] ** 2)) * parts["inertia"] ** 2
+        if table.carried[0]
+        else 0.0,
+    }
+    least = max(_FELT * energy, float(left @ left)) / torque.shape[0]
+    return {kind: value for kind, value in parts.items() if made[kind] > least}
 
 
 def far_off(wrong: Sequence[WrongNumber], twin: Twin) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from agent.explain.answer.amounts import torque
 from agent.explain.location.regions import row_seconds
-from agent.explain.plausible import runs_backwards
+from agent.explain.plausible import of_two_units, runs_backwards
 from agent.explain.rows.scene import refit
 from agent.explain.rows.table import Table
 from agent.physics.twin import Twin
@@ -62,7 +62,10 @@ def _too_little(table: Table) -> str:
 
 
 def _impossible(table: Table) -> str:
-    """Return that a torque drives where it should brake, or nothing."""
+    """Return that a torque drives where it should brake, or two units were mixed; or nothing."""
+    mixed = of_two_units(table)
+    if mixed:
+        return f"not decidable: {mixed}"
     if not runs_backwards(table):
         return ""
     return (

@@ -108,3 +108,34 @@ def test_gravity_that_is_as_strong_and_turned_asks_for_signs_and_zeros_first(
     extra = {name: Parameter(value, (value - 0.01, value + 0.01)) for name, value in parts}
     said = turned_gravity((WrongNumber("gravity-imbalance", 1.0, extra),), twin)
     assert says in said if says else said == ""
+
+
+def _arm_side(signals: Signals) -> Signals:
+    assert signals.position_rad is not None
+    assert signals.velocity_rad_s is not None
+    gear = signals.gear_ratio
+    return replace(
+        signals,
+        position_rad=signals.position_rad / gear,
+        velocity_rad_s=signals.velocity_rad_s / gear,
+        torque_nm=signals.torque_nm * gear,
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda s: replace(s, torque_nm=100.0 * s.torque_nm), "odd.csv shows friction of 70 N m"),
+        (lambda s: replace(s, torque_nm=-s.torque_nm), "odd.csv shows friction of"),
+        (_arm_side, "odd.csv shows friction of 70 N m"),
+        (lambda s: replace(s, torque_nm=2.0 * s.torque_nm), ""),  # worn, or cold
+    ],
+)
+def test_one_recording_in_another_unit_is_named_and_nothing_else(
+    run: Run, change: Change, says: str
+) -> None:
+    """It had been located "from recording 1 to 2", or made a bump of 40 N m."""
+    odd = replace(run, signals=replace(change(run.signals), name="odd.csv"))
+    table = tabulate(TWIN, [run, odd, run])
+    assert says in undecidable(table, TWIN)
+    assert bool(undecidable(table, TWIN)) is bool(says)
