@@ -100,7 +100,7 @@ class Sample(NamedTuple):
     # Of a temperature that another device measures, NaN and GOOD where the drive measures it:
     gearbox_temperature_age_s: float = math.nan
     gearbox_temperature_quality: Quality = Quality.GOOD
-    gearbox_temperature_reason: str = ""
+    gearbox_temperature_reason: str = ""  # why it is no number, whoever measures it
     move: MoveProgress | None = None  # of a drive that makes its own moves
 
 

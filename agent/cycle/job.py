@@ -39,6 +39,10 @@ SLACK = 1.5
 APPROACH_S = 30.0
 """What a controller may take to go to the start and back, in its own way."""
 
+LOOK = (
+    "Find the cause at the joint, the controller, its network or the cell, then start a new cycle."
+)
+
 
 def job_columns(*, with_temperature: bool) -> tuple[str, ...]:
     """Return the columns of a job's recording; there are no set-points in it, only motion."""
@@ -129,7 +133,7 @@ class JobRunner:
         for now_s in ticks(self._clock, self.plan.tick_s):
             reason = self._stop_requested()
             if reason is not None:
-                raise self._trip(reason)
+                raise self._trip(reason, "Start a new cycle when it may run again.")
             status = self._controller.exchange()
             if status.sample is not None:
                 newest = status.sample
@@ -202,14 +206,14 @@ class JobRunner:
         against = refusals(self.plan.limits, measured, sample, self._clock.now())
         if against and unheard:
             what = unheard.rstrip(".")
-            against += (f"the controller was not heard: {what}; check its network and its program",)
+            against += (f"the controller was not heard: {what}",)
         if against:
             raise self._trip("; ".join(against))
 
-    def _trip(self, reason: str) -> StoppedError:
+    def _trip(self, reason: str, do: str = LOOK) -> StoppedError:
         stage = self._phase or self.interlock.state.value
         self.interlock = self.interlock.after(Event.TRIP, reason)
-        return StoppedError(f"Stopped during '{stage}': {self.interlock.reason}.")
+        return StoppedError(f"Stopped during '{stage}': {self.interlock.reason}.", do)
 
     # -- what the clean-up calls -------------------------------------------------------------
 

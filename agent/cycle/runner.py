@@ -147,7 +147,8 @@ class CycleRunner:
             held_up_s = self._clock.now() - now_s
             if held_up_s > self.plan.limits.sample_age_max_s:  # frozen, or asleep, since it looked
                 raise sequence.trip(
-                    f"the computer stood still for {held_up_s:.2f} s in the middle of a tick"
+                    f"the computer stood still for {held_up_s:.2f} s in the middle of a tick",
+                    "See what else this computer does, and whether it went to sleep.",
                 )
             self._axis.send(step.command)
             if tick % report_every == 0:

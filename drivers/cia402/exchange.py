@@ -186,6 +186,7 @@ class Exchange:
             math.nan if source is None else source.degc(temperature[0]),
             DriveState.FAULT if state is None else REDUCED[state],
             bool(statusword & INTERNAL_LIMIT_BIT),
+            gearbox_temperature_reason="" if source is None else source.why_none(temperature[0]),
             move=move,
         )
 

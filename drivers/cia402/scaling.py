@@ -163,6 +163,12 @@ class TemperatureSource:
             return math.nan
         return raw * self.scale_degc + self.offset_degc
 
+    def why_none(self, raw: float) -> str:
+        """Return why a raw value is no temperature; empty where it is one."""
+        if math.isfinite(self.degc(raw)):
+            return ""
+        return f"the drive has no value, {raw} stands in 0x{self.index:04X}:{self.subindex:02X}"
+
 
 def _within(units: int, allowed: range, what: str) -> int:
     """Return `units`, refusing what the drive's integer cannot hold."""

@@ -18,7 +18,7 @@ AROUND = (
         act="hang before sending",
         lasts_s=Between(0.12, 2.0),
         codes=(4, 5),
-        says="stood still for .* in the middle of a tick",
+        says="stood still for .* in the middle of a tick. See what else this computer does",
     ),
     Scenario("operator stops", act="ask to stop", codes=(5,), says="the operator asked for it"),
     Scenario("wall clock is set", act="set the wall clock", outcome="bears", phases=PHASES),

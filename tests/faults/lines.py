@@ -87,6 +87,8 @@ class LineRun:
             found.append("nothing said of the joint's fate")
         if SAYS.get(self.kind, "no valid reply") not in self.message:
             found.append("nothing said of the line")
+        if self.code == 5 and "the controller, its network" not in self.message:
+            found.append("nothing said of what to do")
         return found
 
 

@@ -180,7 +180,7 @@ DRIVE = (
         "temperature sentinel",
         ({"kind": "temperature-sentinel"},),
         codes=(5,),
-        says="temperature is not known",
+        says="temperature is not known: the drive has no value, -32768 stands in 0x2100:01",
     ),
     Scenario(
         "temperature jumps out of range",
