@@ -241,7 +241,7 @@ def test_an_arm_on_a_spring_answers_a_sine_as_theory_says(driven_hz: float) -> N
     scene = seen(Joint())
     time = scene.full("time_s")
     omega, own, damping = 2.0 * math.pi * driven_hz, 2.0 * math.pi * 20.0, 0.15
-    swung = {**scene.table.full, "velocity_driving_rad_s": np.cos(omega * time)}
+    swung = {**scene.table.full, "velocity_raw_rad_s": np.cos(omega * time)}
     alone = Scene(
         replace(scene.table, full=swung), np.append(scene.theta[:3], (0.0, 0.0)), scene.residual_nm
     )

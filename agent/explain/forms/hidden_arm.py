@@ -113,17 +113,21 @@ class HiddenArm:
 def mean_extra_rad_s2(arms: Sequence[HiddenArm], scene: Scene) -> Floats:
     """Return the mean of what several arms add, shape (N,); see `HiddenArm.extra_rad_s2`.
 
-    Oil brakes the arm by the motor's smooth speed, from which its own is never far.
+    Oil brakes the arm by the motor's smooth speed, from which its own is never far. An arm in a gap
+    stands where the motor's way has led it, and is driven by a velocity that is kept to that; one
+    on a spring follows, and what is not in the inertia's own column would be a swing.
 
     Parameters
     ----------
     arms : sequence of HiddenArm
-        Of one share of the inertia, and of the viscous friction.
+        Of one share of the inertia, and of the viscous friction; all in gaps, or none.
     scene : Scene
     """
     from agent.explain.forms.arm_kernel import less_stiff
 
-    velocity = scene.full("velocity_driving_rad_s")
+    loose = arms[0].half_gap_rad > 0.0
+    velocity = scene.full("velocity_driving_rad_s" if loose else "velocity_raw_rad_s")
+    stiff_rad_s2 = scene.stiff_along_the_way_rad_s2 if loose else scene.stiff_rad_s2
     pull = scene.weight_nm / (arms[0].inertia_share * inertia_of(scene))
     if arms[0].oil_per_s:
         pull = pull + arms[0].oil_per_s * scene.full("velocity_rad_s")
@@ -131,7 +135,7 @@ def mean_extra_rad_s2(arms: Sequence[HiddenArm], scene: Scene) -> Floats:
     for arm in arms:
         shaft = arm.shaft_rad_s2(scene, velocity, pull)
         friction, share = arm.friction_rad_s2, 1.0 / len(arms)
-        less_stiff(shaft, pull, scene.stiff_rad_s2, scene.direction, friction, share, out)
+        less_stiff(shaft, pull, stiff_rad_s2, scene.direction, friction, share, out)
     return out
 
 

@@ -123,7 +123,15 @@ class Scene:
     @cached_property
     def stiff_rad_s2(self) -> Floats:
         """Return the acceleration of an arm behind a stiff gear, as recorded, shape (N,)."""
-        velocity = self.table.full["velocity_driving_rad_s"]
+        return self._slope_of("velocity_raw_rad_s")
+
+    @cached_property
+    def stiff_along_the_way_rad_s2(self) -> Floats:
+        """Return the same of a velocity that is kept to the position's way, shape (N,)."""
+        return self._slope_of("velocity_driving_rad_s")
+
+    def _slope_of(self, name: str) -> Floats:
+        velocity = self.table.full[name]
         out = np.empty_like(velocity)
         for at, period_s in self.each_piece():
             out[at] = slope(velocity[at], period_s)

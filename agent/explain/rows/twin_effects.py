@@ -17,6 +17,7 @@ from agent.physics.prediction import PLAIN_PARTS
 from agent.physics.twin import Twin
 
 _LIMIT = "torque-saturation"
+_GAP = "backlash"
 
 
 def load_nm(
@@ -50,6 +51,8 @@ def _added_nm(
     out = np.zeros(full["time_s"].shape[0])
     use = recorded_use(runs, pieces, full)
     before = before_each(use)
+    loose = any(effect.id == _GAP for effect in twin.effects)
+    driving = "velocity_driving_rad_s" if loose else "velocity_raw_rad_s"
     earlier: dict[int, Measured] = {}
     for piece in pieces:
         at = piece.full
@@ -69,7 +72,7 @@ def _added_nm(
             column("motor_temperature_degc"),
             started if math.isfinite(started) else None,
             float(piece.run),
-            full["velocity_driving_rad_s"][at],
+            full[driving][at],
             full[TURNED][at] - (before[piece.run].turned_rad if len(runs) > 1 else 0.0),
             tuple(each for each in use if each.started_at_unix_s < started),
             runs[piece.run].payload_kg if math.isfinite(runs[piece.run].payload_kg) else None,
