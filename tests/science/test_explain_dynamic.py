@@ -285,7 +285,7 @@ def test_a_heavy_arm_holds_a_wide_gap_shut() -> None:
     weightless = Scene(scene.table, np.append(scene.theta[:3], (0.0, 0.0)), scene.residual_nm)
     pressed = Scene(scene.table, np.append(scene.theta[:3], (0.0, 50.0)), scene.residual_nm)
     loose = HiddenArm(40.0, 0.3, 0.0, 1.0, 0.2, 0.5)
-    shut = HiddenArm(40.0, 0.3, 0.0, 1.0, 0.0, 0.5)
+    shut = HiddenArm(40.0, 0.3, 0.0, 1.0, 1e-9, 0.5)  # no gap, driven as one is
 
     def apart(of: Scene) -> float:
         return float(np.mean(np.abs(loose.extra_rad_s2(of) - shut.extra_rad_s2(of)) > 1.0))
