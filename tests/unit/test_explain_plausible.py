@@ -139,3 +139,20 @@ def test_one_recording_in_another_unit_is_named_and_nothing_else(
     table = tabulate(TWIN, [run, odd, run])
     assert says in undecidable(table, TWIN)
     assert bool(undecidable(table, TWIN)) is bool(says)
+
+
+@pytest.mark.parametrize("column", ["position_rad", "velocity_rad_s"])
+def test_a_column_without_a_number_is_none(run: Run, column: str) -> None:
+    """Beside one that tells the motion it had taken every sample with it."""
+    signals = run.signals
+    columns = {
+        "time_s": signals.time_s,
+        "torque_nm": signals.torque_nm,
+        "position_rad": signals.position_rad,
+        "velocity_rad_s": signals.velocity_rad_s,
+        column: np.full(signals.time_s.shape, np.nan),
+    }
+    known = {name: value for name, value in columns.items() if value is not None}
+    read = Signals.from_columns(known, signals.gear_ratio, name="log.csv")
+    assert getattr(read, column) is None
+    assert read.valid.all()

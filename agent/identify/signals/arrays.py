@@ -76,6 +76,11 @@ class Signals:
             )
         if position_rad is None and velocity_rad_s is None:
             raise ValueError(f"{name}: expected position_rad or velocity_rad_s, found neither")
+        if position_rad is not None and velocity_rad_s is not None:
+            # A column without a single number was not recorded; the other one tells the motion.
+            told = bool(usable(position_rad).any()), bool(usable(velocity_rad_s).any())
+            position_rad = None if told == (False, True) else position_rad
+            velocity_rad_s = None if told == (True, False) else velocity_rad_s
         left_out = 0
         if acquisition is not None and acquisition.doubtful_s:
             doubtful = acquisition.doubts(time_s)
