@@ -40,8 +40,7 @@ def reversals(
         How often the amplitude halves; zero or more.
     velocity_rad_s, acceleration_rad_s2, jerk_rad_s3 : float
         Bounds, above zero. A slow swing is driven at constant velocity between its turns; a short
-        one turns before it reaches it. Where the arm has an encoder, a velocity out of all swings'
-        reach tells a gear best: steps that pass at a steady rate are an encoder's worst noise.
+        one turns before it reaches it.
     swings : int
         How often each amplitude is swung through.
     rest_s : float
