@@ -41,14 +41,22 @@ def _level(parameters: Mapping[str, Parameter]) -> str:
     """Return Coulomb and viscous friction in words."""
     coulomb = _quantity("coulomb_nm", parameters["coulomb_nm"])
     viscous = _quantity("viscous_nm_s_per_rad", parameters["viscous_nm_s_per_rad"])
-    return f"Friction is {coulomb} Coulomb + {viscous} viscous"
+    if coulomb and viscous:
+        return f"Friction is {coulomb} Coulomb + {viscous} viscous"
+    if coulomb:
+        return f"Friction is {coulomb} Coulomb; how much of it is viscous is not identified"
+    if viscous:
+        return f"Friction is {viscous} viscous; how much of it is Coulomb is not identified"
+    return "How much of the friction is Coulomb and how much viscous is not identified"
 
 
 def _stribeck(parameters: Mapping[str, Parameter]) -> str:
     """Return the Stribeck law in words."""
     extra = _quantity("static_extra_nm", parameters["static_extra_nm"])
     speed = _quantity("stribeck_velocity_rad_s", parameters["stribeck_velocity_rad_s"])
-    return f"{_level(parameters)}, and {extra} more near standstill, fading at {speed} (Stribeck)"
+    more = f"{extra} more" if extra else "an amount more that is not identified"
+    fading = speed or "a speed that is not identified"
+    return f"{_level(parameters)}, and {more} near standstill, fading at {fading} (Stribeck)"
 
 
 def _feeny_moon(parameters: Mapping[str, Parameter]) -> str:
@@ -58,16 +66,16 @@ def _feeny_moon(parameters: Mapping[str, Parameter]) -> str:
     scale = scale_for("N m", (top.value,))
     falls = f"{significant(scale.factor * top.value, 3)} {scale.unit}"
     lasts = f"{significant(scale.factor * mu.value * top.value, 3)} {scale.unit}"
+    growing = f"grows by {viscous}" if viscous else "how fast it grows with speed is not identified"
     return (
-        f"Friction falls from {falls} near standstill to {lasts} Coulomb and grows by {viscous} "
-        "(Feeny-Moon)"
+        f"Friction falls from {falls} near standstill to {lasts} Coulomb and {growing} (Feeny-Moon)"
     )
 
 
 def _quantity(name: str, parameter: Parameter) -> str:
-    """Return value, half of the interval and unit; what was not identified has no number."""
+    """Return value, half of the interval and unit; nothing where it was not identified."""
     if not parameter.identified or parameter.ci95 is None:
-        return "an undetermined amount"
+        return ""
     scale = scale_for(parameter_unit(name), (parameter.value,))
     value, _, half_width = written(parameter, scale.factor)
     return f"{value} ±{half_width} {scale.unit}" if half_width else f"{value} {scale.unit}"
