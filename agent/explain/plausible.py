@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -20,6 +20,7 @@ _FAR = 5.0  # times the twin's number, or a part of it
 _LIKE = 0.15  # of the gear ratio: so close a factor is the gear's
 _AS_STRONG = 0.05  # of gravity: so close is no payload
 _TURNED_DEG = 10.0
+_UNIT = 8.0  # times what the others show: pounds and inches are 8.9, kilopond and degrees more
 _FEWEST = 60  # rows of a recording
 _CLEARLY = 0.1  # of a recording's energy may stay beside a plain joint's own numbers
 _FELT = 0.02  # of it, or what stays: less of friction or inertia is not compared
@@ -68,7 +69,8 @@ def of_two_units(table: Table) -> str:
     """Return which recording has another unit, sign or side of the gear than the rest; or nothing.
 
     Friction and inertia of each recording by itself are held against the median of all. What a
-    joint does from day to day is a tenth, or a half; a unit is a factor of five and more.
+    joint does from day to day is a tenth, or a half, a cold start a factor of four; a unit is a
+    factor of eight and more. Friction may grow with speed, at most in proportion to it.
 
     Parameters
     ----------
@@ -81,8 +83,16 @@ def of_two_units(table: Table) -> str:
     }
     for kind, unit in (("friction", "N m"), ("inertia", "kg m2")):
         shown = {index: found[kind] for index, found in own.items() if kind in found}
-        usual = {i: _usual(list(shown.values()), v) for i, v in shown.items()}
-        odd = {i: usual[i] for i in shown if not 1.0 / _FAR < shown[i] / usual[i] < _FAR}
+        usual = {i: _usual(shown, i) for i in shown}
+        faster = {
+            i: own[i]["speed"] / own[u]["speed"] if kind == "friction" else 1.0
+            for i, u in usual.items()
+        }
+        odd = {
+            i: shown[u]
+            for i, u in usual.items()
+            if not min(faster[i], 1.0) / _UNIT < shown[i] / shown[u] < _UNIT * max(faster[i], 1.0)
+        }
         if odd:
             at = max(odd, key=lambda i: abs(math.log(max(abs(shown[i] / odd[i]), 1e-9))))
             scale = scale_for(unit, (shown[at], odd[at]))
@@ -95,15 +105,15 @@ def of_two_units(table: Table) -> str:
     return ""
 
 
-def _usual(values: Sequence[float], own: float) -> float:
-    """Return what recordings show, one of their values; of two, the other one."""
-    if len(values) == 2:
-        return sum(values) - own
-    return sorted(values)[len(values) // 2]
+def _usual(shown: Mapping[int, float], own: int) -> int:
+    """Return the recording that shows what is usual, the middle of all; of two, the other one."""
+    if len(shown) == 2:
+        return sum(shown) - own
+    return sorted(shown, key=lambda i: shown[i])[len(shown) // 2]
 
 
 def _shown_by(table: Table, run: int) -> dict[str, float] | None:
-    """Return friction at the middle speed and inertia that a recording shows by itself.
+    """Return the middle speed, friction there and inertia that a recording shows by itself.
 
     Nothing where the plain structure carries too little of it, and no inertia where hardly anything
     accelerates.
@@ -133,7 +143,8 @@ def _shown_by(table: Table, run: int) -> dict[str, float] | None:
         else 0.0,
     }
     least = max(_FELT * energy, float(left @ left)) / torque.shape[0]
-    return {kind: value for kind, value in parts.items() if made[kind] > least}
+    felt = {kind: value for kind, value in parts.items() if made[kind] > least}
+    return {"speed": speed, **felt}
 
 
 def far_off(wrong: Sequence[WrongNumber], twin: Twin) -> str:

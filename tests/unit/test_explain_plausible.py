@@ -10,7 +10,13 @@ import pytest
 
 from agent.explain.explain import explain
 from agent.explain.numbers.wrong import WrongNumber
-from agent.explain.plausible import contradiction, far_off, runs_backwards, turned_gravity
+from agent.explain.plausible import (
+    contradiction,
+    far_off,
+    of_two_units,
+    runs_backwards,
+    turned_gravity,
+)
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import tabulate
 from agent.explain.undecidable import undecidable
@@ -156,3 +162,16 @@ def test_a_column_without_a_number_is_none(run: Run, column: str) -> None:
     read = Signals.from_columns(known, signals.gear_ratio, name="log.csv")
     assert getattr(read, column) is None
     assert read.valid.all()
+
+
+def test_a_slow_recording_among_fast_ones_is_in_the_same_unit() -> None:
+    """In thick oil friction is in proportion to speed: nine times as much at sixty times it."""
+
+    def oil(points: SetPoints, at: Conditions) -> Floats:
+        del at
+        return 0.04 * points.velocity_rad_s - 0.3 * np.sign(points.velocity_rad_s)
+
+    slow = record(stair((1.0, 2.0), 20.0), oil, Conditions(), 1)
+    fast = [record(stair((60.0, 90.0), 230.0), oil, Conditions(), k) for k in (2, 3)]
+    assert of_two_units(tabulate(TWIN, [slow, *fast])) == ""
+    assert of_two_units(tabulate(TWIN, [slow, fast[0]])) == ""
