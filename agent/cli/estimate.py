@@ -73,6 +73,8 @@ def run_twin(patterns: Sequence[str], out: Path) -> None:
         raise InputError(f"No twin is written: {str(error).rstrip('.')}.") from error
     publish({out: format_twin(twin).encode()}, overwrite=True)
     talker().print(conclusion.estimate.sentence)
+    for note in conclusion.estimate.notes:
+        talker().print(f"Note: {note}.")
     missing = twin.extra.get("not_identified")
     if isinstance(missing, list):
         talker().print(

@@ -19,6 +19,9 @@ _MEMORY = 0.8
 _SATURATED = 0.2
 _FACTOR = 0.1
 _WRAPS = 0.5
+_FASTEST_RAD_S = 2000.0  # 19 000 rpm: motors of joints turn at 10 000 at most
+_MOST_TURNS = 5.0  # of an arm behind a gear
+_IN_DEGREES = "as if its motion were in degrees, and not in radians"
 _LEAST_NM = 1e-15  # no drive's torque is as fine: what moves less, stands still
 
 
@@ -128,6 +131,25 @@ def _of_units(motion: Motion) -> list[str]:
     if not _proportional(driven, covered):
         return [f"{motion.signals.name}: position and velocity do not belong to the same motion"]
     return [_another_unit(motion, factor)]
+
+
+def unlikely_units(motions: Sequence[Motion]) -> list[str]:
+    """Return what motors and arms hardly do, and what it may be instead; empty where all is likely.
+
+    A recording in degrees has no sign of it: its inertia comes out a 57th, and its gravity none.
+    """
+    said = []
+    for motion in motions:
+        name, position = motion.signals.name, motion.signals.position_rad
+        fastest = max((float(np.abs(v).max(initial=0.0)) for v in motion.velocity_rad_s), default=0)
+        where = np.zeros(1) if position is None else position[motion.signals.valid]
+        turns = float(np.ptp(where)) / (2.0 * np.pi * motion.signals.gear_ratio)
+        if fastest > _FASTEST_RAD_S:
+            rpm = fastest * 30.0 / np.pi
+            said.append(f"{name}: the motor would turn at {rpm:.0f} rpm, {_IN_DEGREES}")
+        elif motion.signals.gear_ratio > 1.0 and turns > _MOST_TURNS:
+            said.append(f"{name}: the arm would turn {turns:.0f} times, {_IN_DEGREES}")
+    return said
 
 
 def no_joint_records(recordings: Sequence[Signals]) -> str:

@@ -21,6 +21,7 @@ from agent.identify.result import (
     Quality,
     RigidBodyFit,
 )
+from agent.identify.rigid.alike import mixed_units
 from agent.identify.rigid.beside_law import NOTE, is_bent, reaching_over_law
 from agent.identify.rigid.body import (
     validate,
@@ -92,6 +93,8 @@ def identify(
     windows = [w for i, motion in enumerate(motions) for w in find_windows(motion, i)]
     refused = diagnosis.refusals(motions)
     refused = (*refused, *_objections(motions, windows, refused))
+    mixed = "" if refused else mixed_units(motions)
+    refused = (mixed,) if mixed else refused
     if refused:
         return _undecided(motions, windows, refused)
     regression = regress(motions, cutoff_hz)
@@ -113,6 +116,7 @@ def identify(
             position=position_error(body, motions, unseen),
         )
     notes = [note for motion in motions for note in motion.notes]
+    notes += diagnosis.unlikely_units(motions)
     notes += [] if curve is None else list(curve.notes)
     notes += regression.notes
     notes += [NOTE] if body is not None and is_bent(models) else []

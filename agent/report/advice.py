@@ -28,7 +28,7 @@ _STEPS: tuple[tuple[str, tuple[str, ...], str], ...] = (
     ),
     (
         "units",
-        ("gear", "another unit", "position and velocity", "opposite signs"),
+        ("gear", "another unit", "other units", "position and velocity", "opposite signs"),
         "Check units, signs, gear ratio and counts: positions are radians on the motor side.",
     ),
     (

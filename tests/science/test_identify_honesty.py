@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from agent.acquisition import Acquisition
-from agent.identify.diagnosis import refusals
+from agent.identify.diagnosis import refusals, unlikely_units
 from agent.identify.estimate import estimate, identify, twin_from_estimate
 from agent.identify.result import Estimate
+from agent.identify.rigid.alike import mixed_units
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.preprocess import read_motion
 from agent.physics.twin import format_twin, parse_twin
@@ -203,6 +204,58 @@ def test_rows_that_are_missing_and_in_no_account_are_refused() -> None:
 def test_different_gears_are_not_one_axis() -> None:
     other = record(Joint(gear_ratio=100.0), stair(), name="other")
     refused(estimate([record(JOINT, stair()), other]), "gear ratios")
+
+
+HEAVY = replace(JOINT, gravity_cos_nm=1.5, gear_ratio=50.0)
+
+
+def in_units(signals: Signals, motion: float, torque: float = 1.0) -> Signals:
+    assert signals.position_rad is not None
+    assert signals.velocity_rad_s is not None
+    return replace(
+        signals,
+        name="odd",
+        position_rad=signals.position_rad * motion,
+        velocity_rad_s=signals.velocity_rad_s * motion,
+        torque_nm=signals.torque_nm * torque,
+    )
+
+
+@pytest.mark.parametrize(
+    ("joint", "motion", "torque", "says"),
+    [
+        (JOINT, 1.0, 100.0, "odd shows friction of"),  # percent
+        (JOINT, 1.0, -1.0, "odd shows friction of"),
+        (JOINT, 180.0 / np.pi, 1.0, "odd is as the others if its motion is in degrees"),
+        (HEAVY, 180.0 / np.pi, 1.0, "odd is as the others if its motion is in degrees"),
+        (HEAVY, 1.0 / 50.0, 1.0, "odd is as the others if its motion is the arm's"),
+    ],
+)
+def test_one_recording_in_another_unit_is_named(
+    joint: Joint, motion: float, torque: float, says: str
+) -> None:
+    """The numbers of all had come out wide, and a twin had been written."""
+    runs = [record(joint, stair((5.0, 20.0, 60.0), rate_hz=100.0), seed=k) for k in range(3)]
+    refused(estimate([runs[0], in_units(runs[1], motion, torque), runs[2]]), says)
+    assert mixed_units([read_motion(r) for r in runs]) == ""
+
+
+def test_a_motor_that_would_turn_too_fast_may_be_in_degrees() -> None:
+    """By itself a recording in degrees is one of a joint with a 57th of the inertia."""
+    signals = record(HEAVY, stair((5.0, 20.0, 60.0), rate_hz=100.0))
+    assert unlikely_units([read_motion(signals)]) == []
+    for motion, says in ((180.0 / np.pi, "would turn at 32"), (30.0, "the arm would turn ")):
+        said = unlikely_units([read_motion(in_units(signals, motion))])
+        assert says in said[0]
+        assert "in degrees" in said[0]
+
+
+@pytest.mark.parametrize("coulomb_nm", [0.3, 2.0])
+def test_a_cold_joint_and_slow_speeds_are_in_the_same_unit(coulomb_nm: float) -> None:
+    usual = record(HEAVY, stair((5.0, 20.0, 60.0), rate_hz=100.0))
+    odd = record(replace(HEAVY, coulomb_nm=coulomb_nm), stair((0.5, 1.0), rate_hz=100.0))
+    for runs in ((usual, odd), (usual, usual, odd)):
+        assert mixed_units([read_motion(r) for r in runs]) == ""
 
 
 def test_every_reason_is_given() -> None:

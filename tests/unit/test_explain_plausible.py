@@ -84,7 +84,13 @@ def test_what_a_drive_reports_passes(run: Run) -> None:
 
 @pytest.mark.parametrize(
     ("factor", "says"),
-    [(1.5, ""), (4.0, ""), (20.0, "20 times the inertia"), (100.0, "as if positions and veloc")],
+    [
+        (1.5, ""),
+        (4.0, ""),
+        (20.0, "20 times the inertia"),
+        (0.0173, "in degrees"),
+        (100.0, "as if positions and veloc"),
+    ],
 )
 def test_only_numbers_far_from_the_twins_ask_whether_it_is_this_joint(
     factor: float, says: str
@@ -133,7 +139,7 @@ def _arm_side(signals: Signals) -> Signals:
     [
         (lambda s: replace(s, torque_nm=100.0 * s.torque_nm), "odd.csv shows friction of 70 N m"),
         (lambda s: replace(s, torque_nm=-s.torque_nm), "odd.csv shows friction of"),
-        (_arm_side, "odd.csv shows friction of 70 N m"),
+        (_arm_side, "odd.csv is as the others if its motion is the arm's, and not the motor's"),
         (lambda s: replace(s, torque_nm=2.0 * s.torque_nm), ""),  # worn, or cold
     ],
 )
