@@ -27,3 +27,18 @@ def test_a_wide_spot_is_not_cut_to_a_narrow_one() -> None:
     assert 0.25 < width < 0.35  # a bell like a raised cosine: 0.36 of its half width
     left = library.residual([term.candidate]) / library.weighing.weight
     assert np.std(left) < 0.8 * NOISE_NM
+
+
+def test_a_spot_that_made_up_for_an_offset_gives_it_back() -> None:
+    """Found first, a spot near the stroke's end is wide enough to stand for the offset, too."""
+
+    def both(points: SetPoints, _at: Conditions) -> Floats:
+        away = (points.position_rad / GEAR_RATIO - 0.6) / 0.1
+        return np.asarray(0.05 + 0.05 * np.exp(-0.5 * away**2))
+
+    plain = bare(record(stair((10, 30, 60), 200.0, 30.0), both, Conditions(), 1))
+    forms = tuple(f for f in FORMS if f.effect in ("local-fault", "torque-offset"))
+    spot, offset = choose(Library.of(plain.scene, plain.weighing, forms), rivals=False).terms
+    assert (spot.scored.form.name, offset.scored.form.name) == ("bump", "constant")
+    np.testing.assert_allclose(spot.candidate.point, (0.6, 0.1), rtol=0.05)
+    np.testing.assert_allclose(offset.scored.coefficients, 0.05, rtol=0.05)

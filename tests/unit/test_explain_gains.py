@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from agent.explain.choosing.choice import _steady
+from agent.explain.choosing.entry import steady
 
 SMALL = np.random.default_rng(0).normal(0.0, 0.02, 100)
 
@@ -16,16 +16,16 @@ def test_slow_passes_over_a_bump_do_not_unsay_the_quick_ones() -> None:
     after = np.ones(100) + SMALL
     gain = before - after
     assert gain.sum() < 2.0 * gain.std() * 10.0
-    assert _steady(before, after)
+    assert steady(before, after)
 
 
 def test_one_block_alone_is_an_accident() -> None:
     before = np.ones(100)
     before[0] = 600.0
-    assert not _steady(before, np.ones(100) + SMALL)
+    assert not steady(before, np.ones(100) + SMALL)
 
 
 def test_losses_elsewhere_make_a_gain_an_accident() -> None:
     before, after = np.ones(100), np.ones(100) + SMALL
     before[:3], after[20:60] = 40.0, 3.0
-    assert not _steady(before, after)
+    assert not steady(before, after)

@@ -12,11 +12,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from agent.explain.choosing.candidate import Candidate, Scored
+from agent.explain.choosing.candidate import Candidate, Scored, basis_of, gain_of
 from agent.explain.choosing.descent import descended, movable
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.rows.evidence import solve
+from agent.identify.result import Floats
 
 _ROUNDS = 6
 _NEAR = 3.0  # times the best's error on unseen data: a newcomer that is further off stays behind
@@ -75,12 +76,48 @@ def newcomer_beside_moved(
     asked = _AS_SIMPLE if first_of[chosen].form.size <= best.form.size else _BETTER
     if float(blocks.sum()) > asked * float(errors[best.form.effect][1].sum()):
         return list(terms), best
-    columns = library.model(moved)
-    theta = solve(columns.T @ columns, columns.T @ library.target)
-    own = theta[-moved[-1].columns.shape[1] :]
+    return _as_moved(library, terms, first_of[chosen], moved, blocks)
+
+
+def both_moved(
+    library: Library, terms: Sequence[Term], newcomer: Scored
+) -> tuple[list[Term], Scored]:
+    """Return the terms and a newcomer with all their numbers moved together.
+
+    Parameters
+    ----------
+    library : Library
+    terms : sequence of Term
+        The model so far.
+    newcomer : Scored
+        Beside them.
+    """
+    moved = together(library, [*(term.candidate for term in terms), newcomer.candidate])
+    return _as_moved(library, terms, newcomer, moved, library.errors(moved))
+
+
+def _as_moved(
+    library: Library,
+    terms: Sequence[Term],
+    newcomer: Scored,
+    moved: Sequence[Candidate],
+    blocks: Floats,
+) -> tuple[list[Term], Scored]:
+    """Return terms and newcomer at the candidates that stand for them, the newcomer's the last."""
+    rest = library.model(moved[:-1])
+    basis = basis_of(rest)
+    left = library.target - basis @ (basis.T @ library.target)
+    columns = np.concatenate((rest, moved[-1].columns), axis=1)
+    own = solve(columns.T @ columns, columns.T @ library.target)[rest.shape[1] :]
+    beside = replace(
+        newcomer,
+        candidate=moved[-1],
+        coefficients=own,
+        screened=gain_of(moved[-1], basis, left) / max(float(left @ left), 1e-300),
+        blocks=blocks,
+    )
     kept = [
         replace(term, scored=replace(term.scored, candidate=candidate))
         for term, candidate in zip(terms, moved, strict=False)
     ]
-    newcomer = first_of[chosen]
-    return kept, replace(newcomer, candidate=moved[-1], coefficients=own, blocks=blocks)
+    return kept, beside

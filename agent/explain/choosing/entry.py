@@ -1,0 +1,176 @@
+"""What may enter a model: a material gain, no accident of a few blocks, not a term's double.
+
+A term that was found alone may have numbers that make up for what comes next. A spot beside an
+offset stands wide for both, so that the offset seems to share out what the spot explains; with
+their numbers moved together each has its own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from agent.explain.choosing.candidate import Candidate, Scored
+from agent.explain.choosing.heard import LIKE_A_GAP, heard
+from agent.explain.choosing.materiality import MATERIAL, least_gain, noise_energy, worth
+from agent.explain.choosing.rivals import Term
+from agent.explain.choosing.search import Library
+from agent.explain.choosing.shifts import chance
+from agent.explain.choosing.together import both_moved
+from agent.explain.rows.usual import as_usual
+from agent.identify.result import Floats
+from agent.physics.effects.library import CARRIED
+
+_ACCIDENT = 0.01
+_OF_ITS_OWN = 0.1  # of the mismatch: so much more makes a newcomer an effect, whatever it copies
+_SHARED_OUT = 0.2  # of what a term had removed: so little is left to it beside a newcomer
+_HEARD = 0.5  # of the gain: what resembles a gap explains that much more where there is none
+_REPEATED = frozenset(
+    {"torque-ripple", "kinematic-error", "position-dependent-friction", "local-fault"}
+)
+
+
+class Asked(NamedTuple):
+    """What a term has to remove to be worth its name, and what noise alone makes; squared error."""
+
+    gain: float
+    noise: float
+
+    @classmethod
+    def of(cls, library: Library, plain: Floats, terms: Sequence[Candidate]) -> Asked:
+        """Return what is asked in a model of some terms."""
+        return cls(least_gain(library, plain, terms), noise_energy(library, terms))
+
+
+def allowed(ranked: Sequence[Scored], chosen: Sequence[Term]) -> list[Scored]:
+    """Leave out effects that are there already, but for those that may come at several places.
+
+    A joint has one arm: where a spring or a gap carries it, the other cannot carry it again.
+    """
+    there = {t.scored.form.effect for t in chosen}
+    if not there.isdisjoint(CARRIED):
+        there.update(CARRIED)
+    return [s for s in ranked if s.form.effect not in there or s.form.effect in _REPEATED]
+
+
+def least_on_all_rows(
+    library: Library, terms: Sequence[Candidate], plain: Floats, current: Floats
+) -> float:
+    """Return what a form must at least remove of the residual on all rows to be material.
+
+    No fit removes more of unseen data than of the rows that it was made to: what the model loses
+    from these to those, a form beside it may give back, and no more.
+    """
+    left = library.residual(terms)
+    mismatch = as_usual(library.scene.table, library.weighing, plain)
+    return MATERIAL * mismatch - (float(current.sum()) - float(left @ left))
+
+
+def _named(
+    library: Library,
+    ranked: Sequence[Scored],
+    best: Scored,
+    current: Floats,
+    asked: Asked,
+) -> Scored | None:
+    """Return the next term: the best one if it is material, or a gap whose blows are heard.
+
+    Such a gap stands before what it looks like within the band, unless that explains far more.
+    """
+    without = float(current.sum())
+    gain = without - best.error
+    named = worth(current, best.blocks, *asked) >= 0.0
+    gap = next((s for s in ranked if heard(library.scene, s.form) and s.error < without), None)
+    if gap is not None:
+        instead = not named or best.form.effect in LIKE_A_GAP
+        if instead and without - gap.error > _HEARD * gain:
+            return gap
+    return best if named else None
+
+
+def entered(
+    library: Library,
+    plain: Floats,
+    terms: Sequence[Term],
+    current: Floats,
+    ranked: Sequence[Scored],
+    best: Scored,
+    asked: Asked,
+) -> tuple[list[Term], Scored, float] | None:
+    """Return the terms, the newcomer beside them and its chance, or None where none may enter.
+
+    Parameters
+    ----------
+    library : Library
+    plain, current : ndarray
+        Squared errors without any term and with the model so far, shape (b,).
+    terms : sequence of Term
+        The model so far.
+    ranked : sequence of Scored
+        Newcomers beside it, the best on unseen data first.
+    best : Scored
+        The one that would be taken.
+    asked : Asked
+        Of every term.
+    """
+    named = _named(library, ranked, best, current, asked)
+    if named is not None:
+        accident = _accident(library, terms, current, named)
+        if accident is None:
+            return None
+        if not _twice(library, plain, terms, current, named):
+            return list(terms), named, accident
+    if not terms or float(current.sum()) - asked.noise < asked.gain:
+        return None
+    moved, beside = both_moved(library, terms, named or best)
+    if worth(current, beside.blocks, *asked) < 0.0:
+        return None
+    accident = _accident(library, moved, current, beside)
+    if accident is None or _twice(library, plain, moved, current, beside):
+        return None
+    return moved, beside, accident
+
+
+def _accident(
+    library: Library, terms: Sequence[Term], current: Floats, best: Scored
+) -> float | None:
+    """Return how often shifted residuals give as much, None where it is an accident's gain."""
+    if not steady(current, best.blocks):
+        return None
+    accident = chance(library, [t.candidate for t in terms], best)
+    return accident if accident <= _ACCIDENT else None
+
+
+def _twice(
+    library: Library, plain: Floats, chosen: Sequence[Term], current: Floats, best: Scored
+) -> bool:
+    """Return whether a weak newcomer only shares out what a term explains already.
+
+    Where it adds little, and one of the terms could nearly be done without beside it, two names
+    would stand for one mismatch, whose shape neither has to the last percent.
+    """
+    if float(current.sum()) - best.error >= _OF_ITS_OWN * float(plain.sum()):
+        return False
+    for index in range(len(chosen)):
+        others = [t.candidate for i, t in enumerate(chosen) if i != index]
+        before = float(library.errors(others).sum() - current.sum())
+        beside = float(library.errors([*others, best.candidate]).sum()) - best.error
+        if beside < _SHARED_OUT * before:
+            return True
+    return False
+
+
+def steady(before: Floats, after: Floats) -> bool:
+    """Return whether a gain is more than two standard errors over the blocks, shape (b,).
+
+    As squared error, or in proportion to what each block had: where a slow pass lingers at a bump,
+    three blocks may hold nine tenths of the squared error, and all others that pass it agree.
+    """
+    gain = before - after
+    return any(
+        float(each.sum()) > 2.0 * float(np.std(each)) * math.sqrt(each.shape[0])
+        for each in (gain, gain / np.maximum(np.maximum(before, after), 1e-300))
+    )

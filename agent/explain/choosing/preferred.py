@@ -1,0 +1,52 @@
+"""Which of the candidates stands: the simplest that unseen data do not speak against."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from agent.explain.choosing.candidate import Scored
+from agent.explain.choosing.rivals import DECISIVE, log_density_gap
+from agent.explain.choosing.search import Library
+from agent.explain.rows.evidence import effective_size
+
+_SAME = 0.1  # of log density: columns that copy each other differ by no more
+_AS_MUCH = 0.01  # of the gain: what a special case misses of it is small, however significant
+
+
+def preferred(library: Library, ranked: Sequence[Scored], without: float) -> Scored | None:
+    """Return the simplest candidate that is not clearly worse than the best on unseen data.
+
+    Parameters
+    ----------
+    library : Library
+    ranked : sequence of Scored
+    without : float
+        Squared error on unseen data without any of them.
+    """
+    if not ranked:
+        return None
+    best = ranked[0]
+    size = effective_size(library.scene.table, library.weighing, library.residual([best.candidate]))
+    close = []
+    for scored in ranked:
+        loss = scored.blocks - best.blocks
+        error = float(np.std(loss)) * math.sqrt(loss.shape[0])
+        behind = log_density_gap(library, best.blocks, scored.blocks, size)
+        missed = float(loss.sum()) / max(without - best.error, 1e-300)
+        special = (behind < DECISIVE and scored.form.refined_by(best.form)) or (
+            scored.form.effect in best.form.contains and (behind < DECISIVE or missed < _AS_MUCH)
+        )
+        if behind < _SAME or special or (float(loss.sum()) <= error and behind < 2.0 * DECISIVE):
+            close.append(scored)
+    # Of laws as simple, the one whose effect can explain most: by its other forms, too.
+    of_effect: dict[str, float] = {}
+    for scored in ranked:
+        of_effect.setdefault(scored.form.effect, scored.error)
+    return min(
+        close,
+        key=lambda s: (s.form.catch_all, s.form.size, of_effect[s.form.effect], s.error),
+        default=best,
+    )
