@@ -6,6 +6,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from agent.explain import proof
 from agent.explain.answer import words
 from agent.explain.answer.result import (
@@ -37,6 +39,7 @@ from agent.explain.study import Study
 from agent.explain.told import Told
 from agent.explain.traces import traces_of
 from agent.explain.undecidable import undecidable
+from agent.explain.unlike import held_out_apart
 from agent.explain.unnamed import taken_back, unproven
 from agent.physics.twin import Twin, TwinError
 from trajectories import AxisLimits
@@ -100,16 +103,16 @@ def _explained(
     is_named, holdout = told.verdict != "unexplained", asked.holdout
     useless: tuple[str, ...] = ()
     try:
-        proven, traces = _proof(told.found, given, holdout, named=is_named)
+        proven, traces, apart = _proof(told.found, given, holdout, named=is_named)
     except (TooShortError, TwinError) as error:
         # Too little of it moves, or it lacks a column that a law needs: what was learnt stands.
         holdout = ()
         useless = (f"the hold-out says nothing: {error}; parts of the other recordings stand in",)
-        proven, traces = _proof(told.found, given, holdout, named=is_named)
+        proven, traces, apart = _proof(told.found, given, holdout, named=is_named)
     back = taken_back(told.verdict, told.findings, proven)
     if back:
         told = told.without_names(given).judged_again()
-        proven, traces = _proof(told.found, given, holdout, named=False)
+        proven, traces, apart = _proof(told.found, given, holdout, named=False)
     answer = _explanation(
         told, given, proven, traces, menu, recordings, held_out, by_motor=asked.by_motor
     )
@@ -123,6 +126,7 @@ def _explained(
         *back,
         *told.swings_said(),
         *useless,
+        *apart,
         *carried,
         *asked.apart,
         *answer.reasons,
@@ -133,22 +137,28 @@ def _explained(
 
 def _proof(
     found: Study, given: Given, holdout: Sequence[Run], *, named: bool
-) -> tuple[Holdout, tuple[Trace, ...]]:
-    """Return what the findings are worth on unseen data, and every recording before and after."""
+) -> tuple[Holdout, tuple[Trace, ...], tuple[str, ...]]:
+    """Return what the findings are worth on unseen data, and every recording before and after.
+
+    And that what was held out is of another kind, where it is.
+    """
     table = found.table
     refitted = proof.refitted_twin(table, found.twin)
     as_given = replace(found, twin=given.twin)
-    traces = traces_of(as_given, refitted, table, held_out=False)
+    traces, apart = traces_of(as_given, refitted, table, held_out=False), ""
     if holdout:
         compared, unseen = proof.compare_runs(given.twin, refitted, found.extended, holdout, table)
         source = "recordings that it had not seen"
         traces = (*traces, *traces_of(as_given, refitted, unseen, held_out=True))
+        learnt_nm = float(np.sqrt(np.mean(found.model.residual_nm**2)))
+        apart = held_out_apart(compared, learnt_nm, found.floor.value_nm, table.runs, holdout)
     else:
         library = found.library if named else replace(found.library, candidates=())
         compared, source = proof.compare_folds(library)
     rows_per_cutoff = 1.0 / (table.cutoff_hz * table.pieces[0].period_s * table.pieces[0].stride)
     placebo = proof.placebo(found.library)
-    return proof.prove(compared, source, found.floor.value_nm, placebo, rows_per_cutoff), traces
+    proven = proof.prove(compared, source, found.floor.value_nm, placebo, rows_per_cutoff)
+    return proven, traces, (apart,) if apart else ()
 
 
 def _nothing(reason: str, recordings: tuple[str, ...], held_out: tuple[str, ...]) -> Explanation:

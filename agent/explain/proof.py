@@ -31,13 +31,17 @@ _WHITE = 3.0
 
 @dataclass(frozen=True)
 class Compared:
-    """Residuals of three predictions on one set of rows, all shape (m,), and the rows' blocks."""
+    """Residuals of three predictions on one set of rows, all shape (m,), and the rows' blocks.
+
+    `base` holds the plain twin's columns, shape (m, 5), of recordings that were held out.
+    """
 
     measured: Floats
     given: Floats
     refitted: Floats
     extended: Floats
     block: NDArray[np.int64]
+    base: Floats | None = None
 
 
 def compare_runs(
@@ -73,6 +77,7 @@ def compare_runs(
             left[1][good],
             left[2][good],
             table.block[good],
+            table.base[good],
         ),
         table,
     )
