@@ -6,8 +6,9 @@ for an owner that was killed. It decides nothing, decodes nothing, logs nothing 
 
 It waits for a frame, naps so that those that follow come along in the same system call, and takes
 them all: an answer to SYNC is in the ring at most some `NAP_S` after it came. On a busy bus, where
-a wake-up for each few frames would cost more than the frames, it naps for `BUSY_NAP_S` instead.
-The kernel's stamps do not depend on either.
+a wake-up for each few frames would cost more than the frames, it naps for `BUSY_NAP_S` instead,
+and takes the end of a nap for the time: a nap and a receiving call are all that a batch costs. The
+kernel's stamps do not depend on any of this.
 """
 
 from __future__ import annotations
@@ -30,30 +31,31 @@ BUSY_FRAMES = 4
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
 
 LOOK_EVERY_S = 0.01
-"""So often it looks whether its owner is still there, and says that it is there itself."""
+"""So often, at least, it says that it is there itself."""
+
+BUSY_LOOK_EVERY_S = 0.05
+"""On a busy bus it looks so often whether its owner is still there, and what time it is."""
 
 
-def drain(receiver: BatchReceiver, ring: FrameRing, clock: Clock) -> tuple[int, float]:
-    """Take everything that waits and say until when that was.
+def drain(receiver: BatchReceiver, ring: FrameRing, clock: Clock, passed_s: float) -> int:
+    """Take everything that waits, say until when that was, and return how many frames came.
 
-    Returns
-    -------
-    int
-        How many frames came.
-    float
-        When the socket was last asked, in seconds: asking for the time once more would cost as much
-        as a frame where a system call is dear.
+    Parameters
+    ----------
+    passed_s : float
+        A time that has passed, by the clock: the end of a nap will do. To ask for the time once
+        more would cost as much as a frame where a system call is dear.
     """
     total = 0
     while True:
-        before_s = clock.now()
-        ring.set_moment(Moment.ALIVE, before_s)
+        ring.set_moment(Moment.ALIVE, passed_s)
         count = receiver.receive()
         total += count
         if receiver.emptied:
-            ring.set_moment(Moment.HEARD_UNTIL, before_s)
+            ring.set_moment(Moment.HEARD_UNTIL, passed_s)
         if receiver.emptied or not count:
-            return total, before_s
+            return total
+        passed_s = clock.now()
 
 
 def read_until_let_go(socket_fd: int, ring: FrameRing, lifeline_fd: int, clock: Clock) -> None:
@@ -68,23 +70,24 @@ def read_until_let_go(socket_fd: int, ring: FrameRing, lifeline_fd: int, clock: 
     poller = select.poll()
     poller.register(socket_fd, select.POLLIN)
     poller.register(lifeline_fd, select.POLLIN)
-    look_s = clock.now()
-    ring.set_moment(Moment.ALIVE, look_s)
-    ring.set_moment(Moment.HEARD_UNTIL, look_s)
+    look_s = passed_s = clock.now()
+    ring.set_moment(Moment.ALIVE, passed_s)
+    ring.set_moment(Moment.HEARD_UNTIL, passed_s)
     ring.set_word(Word.READY, 1)
     while True:
-        count, asked_s = drain(receiver, ring, clock)
-        is_busy = count >= BUSY_FRAMES
-        if is_busy and asked_s < look_s:
-            clock.sleep_until(asked_s + BUSY_NAP_S)
+        is_busy = drain(receiver, ring, clock, passed_s) >= BUSY_FRAMES
+        if is_busy and passed_s < look_s:
+            passed_s += BUSY_NAP_S
+            clock.sleep_until(passed_s)
             continue
         waiting = poller.poll(LOOK_EVERY_S * 1000.0)
         if any(descriptor == lifeline_fd for descriptor, _ in waiting):
             return
-        now_s = clock.now()
-        look_s = now_s + LOOK_EVERY_S
+        passed_s = clock.now()
+        look_s = passed_s + BUSY_LOOK_EVERY_S
         if waiting:
-            clock.sleep_until(now_s + (BUSY_NAP_S if is_busy else NAP_S))
+            passed_s += BUSY_NAP_S if is_busy else NAP_S
+            clock.sleep_until(passed_s)
 
 
 def main() -> int:

@@ -28,7 +28,7 @@ from drivers.can.owner import CanBusOwner
 from drivers.can.reader_process import ReaderProcess
 from drivers.can_reader import batches
 from drivers.can_reader.batches import BATCH, RENEW, BatchReceiver, available, prepare
-from drivers.can_reader.reader import drain
+from drivers.can_reader.reader import BUSY_NAP_S, drain, read_until_let_go
 from drivers.can_reader.ring import SLOT, SLOT_BYTES, FrameRing, Moment, Word, drops_in
 from drivers.clock import MonotonicClock, SteppedClock
 from drivers.errors import BusOverflowError, WorkerDiedError
@@ -192,6 +192,48 @@ def test_a_tick_asks_the_kernel_for_the_reader_only_when_its_signs_of_life_stay_
     monkeypatch.undo()
 
 
+class CountedClock(SteppedClock):
+    """Simulated time that counts what each reading and each nap would ask of the kernel."""
+
+    def __init__(self) -> None:
+        super().__init__(100.0)
+        self.readings = self.naps = 0
+
+    def now(self) -> float:
+        self.readings += 1
+        self.settle()
+        return super().now()
+
+    def sleep_until(self, deadline_s: float) -> None:
+        self.naps += 1
+        super().sleep_until(deadline_s)
+
+
+def test_on_a_busy_bus_a_batch_costs_a_nap_and_a_call(line: Line) -> None:
+    ring, memory = FrameRing.make(16 * RENEW)
+    held, lifeline = os.pipe()
+    clock = CountedClock()
+    said, heard_s = itertools.count(), [0.0]
+
+    def seven_a_millisecond(now_s: float) -> None:
+        heard_s.append(ring.moment_s(Moment.HEARD_UNTIL))
+        assert heard_s[-2] <= heard_s[-1] <= now_s  # never more is claimed than was heard
+        assert now_s - heard_s[-1] <= BUSY_NAP_S + 1e-9 or len(heard_s) == 2
+        if next(said) == 200:
+            os.close(lifeline)
+        for number in range(35):
+            line.say(number)
+
+    clock.attach(seven_a_millisecond)
+    read_until_let_go(line.receiver.fileno(), ring, held, clock)
+    assert clock.readings <= 23  # with each look at the owner, not with each batch
+    assert 180 < clock.naps <= 200
+    assert ring.word(Word.HEAD) == 35 * (clock.naps + clock.readings)
+    os.close(held)
+    os.close(memory)
+    ring.close()
+
+
 def test_what_is_said_to_others_is_counted_and_is_ours_to_claim_later(
     owner: CanBusOwner, line: Line
 ) -> None:
@@ -309,7 +351,7 @@ class Hand:
         self.receiver = BatchReceiver(line.receiver.fileno(), self.ring)
 
     def drain(self) -> int:
-        return drain(self.receiver, self.ring, CLOCK)[0]
+        return drain(self.receiver, self.ring, CLOCK, CLOCK.now())
 
     def taken(self) -> list[int]:
         return [int.from_bytes(data, "little") for *_, data in SLOT.iter_unpack(self.slots())]
