@@ -61,6 +61,7 @@ def main(cycles: int) -> None:
     print(f"{cycles} simulated cycles each\n")
     _spreads(stairs, runs)
     _volumes(runs)
+    _each(runs)
     for name, later in after.items():
         _rise(name, stairs[name], runs[name], later)
 
@@ -72,13 +73,10 @@ def _spreads(stairs: dict[str, Trajectory], runs: dict[str, list[dict[str, float
         truth = getattr(Truth(), parameter)
         print(f"  {parameter}, true {truth:g}")
         for name, stair in stairs.items():
-            values = np.array([run[parameter] for run in runs[name]])
-            there = np.isfinite(values)
-            error = math.nan
-            if np.mean(there) >= _FEWEST:
-                error = float(np.sqrt(np.mean((values[there] - truth) ** 2)))
+            given = sum(math.isfinite(run[parameter]) for run in runs[name])
+            error = _rms(runs[name], parameter)
             hoped = expect(stair, belief(), noise()).half_widths[parameter] / NORMAL_975
-            print(f"    {name:<20} {error:10.3g}  ({there.sum():4d}; {hoped:.3g})")
+            print(f"    {name:<20} {error:10.3g}  ({given:4d}; {hoped:.3g})")
 
 
 def _volumes(runs: dict[str, list[dict[str, float]]]) -> None:
@@ -88,6 +86,22 @@ def _volumes(runs: dict[str, list[dict[str, float]]]) -> None:
         own = _volume(runs["designed, 20 s"], names)
         shares = [f"{name}: {_volume(run, names) / own:.2f}" for name, run in runs.items()]
         print(f"  {what:<13} {'; '.join(shares)}")
+
+
+def _each(runs: dict[str, list[dict[str, float]]]) -> None:
+    """Print every parameter's root mean square error over that of the designed stair of 20 s."""
+    print("\neach parameter's rms error over that of the designed stair of 20 s")
+    for parameter in (*LAW, *BODY):
+        errors = {name: _rms(run, parameter) for name, run in runs.items()}
+        own = errors["designed, 20 s"]
+        shares = [f"{name}: {error / own:.2f}" for name, error in errors.items()]
+        print(f"  {parameter:<24} {'; '.join(shares)}")
+
+
+def _rms(run: list[dict[str, float]], parameter: str) -> float:
+    error = np.array([one[parameter] for one in run]) - getattr(Truth(), parameter)
+    there = np.isfinite(error)
+    return float(np.sqrt(np.mean(error[there] ** 2))) if np.mean(there) >= _FEWEST else math.inf
 
 
 def _volume(run: list[dict[str, float]], names: Sequence[str]) -> float:

@@ -14,10 +14,12 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, cast
 
 import numpy as np
+from scipy import sparse
+from scipy.linalg import solveh_banded
 
 from tests.science.reversal_plant import (
     ARM_COULOMB,
@@ -36,7 +38,7 @@ from trajectories import Trajectory
 
 _STEP = 2e-3  # relative, of the slopes
 _STEP_VISCOUS = 1e-4
-_BLOCK = 1024  # samples whose torque errs together
+_REACH = 2  # samples to either side that a difference takes
 _MOVES = 0.5  # counts a sample, from which on steps are taken for white noise
 
 
@@ -98,16 +100,26 @@ def _deviations(covariance: Floats, own: list[int], stiffness: float) -> dict[st
 
 
 def _of_torque(slopes: Floats, noise_nm: float, place_rad: float) -> Floats:
-    """Return what the torque tells, shape (p, p): what the motor's steps add to it is coloured."""
-    total = np.zeros((slopes.shape[1], slopes.shape[1]))
-    for first in range(0, slopes.shape[0], _BLOCK):
-        own = slopes[first : first + _BLOCK]
-        once: Floats = np.asarray(np.gradient(np.eye(own.shape[0]), SAMPLE_S, axis=0))
-        twice: Floats = np.asarray(np.gradient(once, SAMPLE_S, axis=0))
-        shaken = MOTOR_INERTIA * twice + VISCOUS * once
-        covariance = noise_nm**2 * np.eye(own.shape[0]) + place_rad**2 * shaken @ shaken.T
-        total += own.T @ np.linalg.solve(covariance, own)
-    return total
+    """Return what the torque tells, shape (p, p): what the motor's steps add to it is coloured.
+
+    Differences of fourth order: the usual ones, taken twice, feel nothing near half of the rate.
+    """
+    size = slopes.shape[0]
+    once = _differences(size, (1 / 12, -2 / 3, 0.0, 2 / 3, -1 / 12)) / SAMPLE_S
+    twice = _differences(size, (-1 / 12, 4 / 3, -5 / 2, 4 / 3, -1 / 12)) / SAMPLE_S**2
+    shaken = MOTOR_INERTIA * twice + VISCOUS * once
+    coloured = place_rad**2 * (shaken @ shaken.T)
+    upper = np.zeros((2 * _REACH + 1, size))
+    for k in range(2 * _REACH + 1):
+        upper[2 * _REACH - k, k:] = coloured.diagonal(k)
+    upper[-1] += noise_nm**2
+    return np.asarray(slopes.T @ solveh_banded(upper, slopes), dtype=np.float64)
+
+
+def _differences(size: int, weights: Sequence[float]) -> Any:
+    offsets = range(-_REACH, _REACH + 1)
+    ends = [np.full(size - abs(k), w) for k, w in zip(offsets, weights, strict=True)]
+    return sparse.diags(ends, list(offsets), format="csr")
 
 
 def _dragged(motor: Floats, velocity: Floats, gear: Floats) -> Floats:

@@ -104,7 +104,7 @@ def lugre(
     return rule
 
 
-@functools.cache
+@functools.lru_cache(maxsize=8)
 def bristled(kind: str, motion: Trajectory | None = None) -> Run:
     """Integrate one of the three laws, by name."""
     rule, size = {"dahl": (dahl(), 1), "bliman-sorine": (two_springs(), 2), "lugre": (lugre(), 1)}[

@@ -14,7 +14,21 @@ def resting() -> ArmRecord:
     none, every = np.zeros(SIZE), np.ones(SIZE, dtype=np.bool_)
     turn = np.zeros(SIZE, dtype=np.intp)
     return ArmRecord(
-        PERIOD_S, none, none, none, none, none, every, every, turn, 1e-6, 1e-6, 1e-2, 1e-6, 100.0
+        PERIOD_S,
+        none,
+        none,
+        none,
+        none,
+        none,
+        every,
+        every,
+        turn,
+        (),
+        1e-6,
+        1e-6,
+        1e-2,
+        1e-6,
+        100.0,
     )
 
 

@@ -33,10 +33,12 @@ from agent.identify.reversals.arm_simulation import (
 )
 
 _ONCE = np.array([1 / 12, -2 / 3, 0.0, 2 / 3, -1 / 12])
-_TIED = 50.0  # times as close as the torque's noise: the arm obeys its equation
+_TIED = 300.0  # times as close as the torque's noise: the arm obeys its equation
 _SLIPS = 1e-3  # of the motor's fastest velocity
 _RIDGE = 1e-9
-_BLOCKS = 5  # of equations a sample
+_BLOCKS = 5  # of equations a sample: motor's angle, torque, steady speed, arm's angle, arm's motion
+TORQUE, ARM = 1, 3
+"""Which of a record's blocks of equations are the torque's and the arm's encoder's."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,10 @@ class Reduced:
     turn: Any
     counted: float
     motion: Floats
+
+    def left(self, block: int) -> Floats:
+        """Return what is left of one block of equations, shape (n,)."""
+        return np.asarray(self.rest.reshape(_BLOCKS, -1)[block])
 
 
 def reduced(

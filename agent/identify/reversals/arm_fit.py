@@ -3,17 +3,19 @@
 Gauss and Newton's steps, the motor's true motion eliminated (`arm_elimination`). At first the arm
 is driven by the smoothed motion, and steps are shortened until they gain; then the motion follows,
 too. Every reversal is left out by one step for the intervals, which so hold whatever the reversals
-differ in.
+differ in, and are no narrower than the noise of torque and encoders makes them.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from agent.identify.result import Floats
 from agent.identify.reversals.arm_elimination import Reduced, reduced
+from agent.identify.reversals.arm_likeness import likeness
 from agent.identify.reversals.arm_record import ArmRecord
 from agent.identify.reversals.arm_simulation import MOTOR, SHAPE, Numbers
 from agent.identify.uncertainty import student_975
@@ -40,23 +42,30 @@ class ArmFit:
         Mean square of what is left, in units of the noise.
     covariance : ndarray, shape (k, k)
         Of the free numbers, reversals left out one by one.
+    of_noise : ndarray, shape (k, k)
+        The same as the noise of torque and encoders alone makes it.
     reversals : int
         How many were left out.
     readings : float
         How many they were.
+    likeness : float
+        Of what is left at different reversals, see `arm_likeness`.
     """
 
     at: Numbers
     free: tuple[int, ...]
     misfit: float
     covariance: Floats
+    of_noise: Floats
     reversals: int
     readings: float
+    likeness: float
 
     def half_width(self, gradient: Floats) -> float:
         """Return half of the 95 % interval of a function with this gradient over ``(x, w)``."""
         own = gradient[list(self.free)]
-        return student_975(self.reversals - 1.0) * float(np.sqrt(own @ self.covariance @ own))
+        variance = max(float(own @ each @ own) for each in (self.covariance, self.of_noise))
+        return student_975(self.reversals - 1.0) * math.sqrt(variance)
 
 
 def fit_arm(records: list[ArmRecord], start: Numbers, *, gap: bool) -> ArmFit | None:
@@ -72,6 +81,11 @@ def fit_arm(records: list[ArmRecord], start: Numbers, *, gap: bool) -> ArmFit | 
 def _fitted(records: list[ArmRecord], start: Numbers, *, gap: bool) -> ArmFit | None:
     count = len(records)
     free = tuple(i for i in range(len(SHAPE) + len(MOTOR) + 2 * count) if gap or i != 0)
+    # A soft gear's arm under load hangs as under another load with other places and offsets: where
+    # nothing tells them apart they change places in every step, and nothing else moves.
+    loads = {SHAPE.index("load_nm"), *range(len(SHAPE), len(SHAPE) + count)}
+    loads |= set(range(len(SHAPE) + count + len(MOTOR), len(SHAPE) + len(MOTOR) + 2 * count))
+    asked = np.array([i not in loads for i in free])
     motions = [record.smooth_rad for record in records]
     at = _approached(records, motions, start, free)
     settled: list[Numbers] = []
@@ -81,7 +95,7 @@ def _fitted(records: list[ArmRecord], start: Numbers, *, gap: bool) -> ArmFit | 
         step, error = _step(columns, rest, 0.0)
         if not np.isfinite(step).all():
             return None
-        still = float(np.max(np.abs(step / error))) < _STILL
+        still = float(np.max(np.abs(step / error), where=asked, initial=0.0)) < _STILL
         step = _bounded(step, free)
         at = at.moved(_spread(step, free, at))
         settled = [*settled, at] if still else []
@@ -90,7 +104,7 @@ def _fitted(records: list[ArmRecord], start: Numbers, *, gap: bool) -> ArmFit | 
                 np.mean([each.x for each in settled], axis=0),
                 np.mean([each.w for each in settled], axis=0),
             )
-            return _finished(middle, free, parts)
+            return _finished(records, middle, free, parts)
         motions = [
             motion + part.motion[:, -1] - part.motion[:, :-1] @ step
             for motion, part in zip(motions, parts, strict=True)
@@ -156,8 +170,10 @@ def _spread(step: Floats, free: tuple[int, ...], at: Numbers) -> Floats:
     return out
 
 
-def _finished(at: Numbers, free: tuple[int, ...], parts: list[Reduced]) -> ArmFit:
-    """Leave every reversal out by one step."""
+def _finished(
+    records: list[ArmRecord], at: Numbers, free: tuple[int, ...], parts: list[Reduced]
+) -> ArmFit:
+    """Leave every reversal out by one step, and ask whether what is left is noise."""
     columns, rest = _joined(parts)
     turn = np.concatenate([p.turn for p in parts])
     scale = np.sqrt(np.einsum("ij,ij->j", columns, columns))
@@ -171,6 +187,17 @@ def _finished(at: Numbers, free: tuple[int, ...], parts: list[Reduced]) -> ArmFi
     without = np.linalg.pinv(total - gram, rcond=1e-12, hermitian=True)
     shifts = np.einsum("gij,gj->gi", without, moment)
     count = starts.size
-    covariance = (count - 1.0) / count * shifts.T @ shifts / np.outer(scale, scale)
+    size = np.outer(scale, scale)
+    covariance = (count - 1.0) / count * shifts.T @ shifts / size
+    of_noise = np.linalg.pinv(total, rcond=1e-12, hermitian=True) / size
     readings = max(sum(part.counted for part in parts), 1.0)
-    return ArmFit(at, free, float(rest @ rest) / readings, covariance, count, readings)
+    return ArmFit(
+        at,
+        free,
+        float(rest @ rest) / readings,
+        covariance,
+        of_noise,
+        count,
+        readings,
+        likeness(records, parts),
+    )

@@ -43,6 +43,8 @@ class ArmRecord:
         error.
     turn : ndarray of int
         Number of the nearest reversal.
+    places : tuple of int
+        Sample at which each of its reversals happens.
     motor_error_rad, arm_error_rad, torque_error_nm : float
         Standard deviations of a sample.
     arm_step_rad : float
@@ -60,6 +62,7 @@ class ArmRecord:
     slides: NDArray[np.bool_]
     swings: NDArray[np.bool_]
     turn: NDArray[np.intp]
+    places: tuple[int, ...]
     motor_error_rad: float
     arm_error_rad: float
     torque_error_nm: float
@@ -105,6 +108,7 @@ def record_of(track: Track, first_turn: int) -> ArmRecord | None:
         slides=slides,
         swings=swings(motor, track.period_s, error),
         turn=first_turn + np.searchsorted(halves, np.arange(motor.size), side="right"),
+        places=tuple(places),
         motor_error_rad=error,
         arm_error_rad=arm_error,
         torque_error_nm=max(white_noise(track.torque_nm), finest),

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 _MISFIT = 1.02  # of the noise's mean square: more, and the gear is not like the simulated one
 _CHANCE = 3.0  # standard errors of that
+_DOUBT = 1.64  # standard errors of that: one gear in twenty leaves more by chance
+_ALIKE = 2.0  # standard errors: what is left at one reversal knows of what is left at another
+_COARSE = 0.8  # of the torque balance's noise: steps twice as strong as the torque's own draw it
 _FAR = 3.0  # times the regressions' half interval: further off, one of both is wrong
 _MOST = 60_000  # samples: five seconds of a processor for 18 000
 _LATE = 50.0  # samples
@@ -66,8 +69,11 @@ def sharpened(
     found = fit_arm(records, start, gap=gap)
     if found is None:
         return _alone(known)
-    sharp = _clearance(found, known, 1.0 + _of_steps(records, found.at))
-    limit = _MISFIT + _CHANCE * math.sqrt(2.0 / found.readings)
+    chance, steps = math.sqrt(2.0 / found.readings), _of_steps(records, found.at)
+    # A gear that is a little unlike this one errs by what neither noise nor reversals tell.
+    unlike = found.likeness > _ALIKE or found.misfit > 1.0 + _DOUBT * chance
+    sharp = _clearance(found, known, 1.0 + steps if unlike or steps > _COARSE else 1.0)
+    limit = _MISFIT + _CHANCE * chance
     holds = found.misfit <= limit and _agrees(sharp, known)
     return sharp if holds else _both(sharp, known)
 
