@@ -50,8 +50,7 @@ def _joint(finding: Finding, asked: AlarmExplanation | None) -> str:
         lines.append(f"  {track.promise}")
     lines += [f"  {finding.lent}"] if finding.lent else []
     if track is not None and track.segment.events:
-        events = "; ".join(event.label for event in track.segment.events)
-        lines.append(f"  The baseline began anew: {events}.")
+        lines.append(f"  {finding.began_anew(track)}")
     if history.notes:
         lines += ["  Bear in mind:", *(f"    - {note}" for note in history.notes)]
     if history.set_aside:

@@ -107,6 +107,9 @@ def _segment(finding: Finding, track: Track) -> dict[str, Any]:
     features = finding.history.features[segment.start : segment.stop]
     return {
         "events": [event.to_json() for event in segment.events],
+        "begun": None
+        if track.begun is None
+        else {name: effect.to_json() for name, effect in track.begun.effects.items()},
         "baseline": {
             "cycles": baseline.cycles,
             "needed": baseline.needed,

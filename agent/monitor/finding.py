@@ -17,7 +17,7 @@ from agent.monitor.outlook import Outlook
 from agent.monitor.reasons import Reasons
 from agent.monitor.series import FeatureSeries, Judgement, State
 from agent.monitor.since_first import SinceFirst
-from agent.monitor.verdict_words import as_sentence, began, day, lent
+from agent.monitor.verdict_words import afterwards, as_sentence, began, day, lent
 
 NOT_DECIDABLE = "not-decidable"
 
@@ -28,7 +28,9 @@ class Track:
 
     `promise` says what the detector can find after this baseline, and how often it is wrong, where
     it says so itself. `found` and `series` are None where the baseline is too short; so is
-    `judgement`, and also where the detector says that it cannot judge.
+    `judgement`, and also where the detector says that it cannot judge. `begun` is how the first
+    cycles after an event compare with the healthy ones before it, at equal conditions; None without
+    an event or a baseline before it.
     """
 
     segment: Segment
@@ -37,6 +39,7 @@ class Track:
     promise: str = ""
     series: FeatureSeries | None = None
     judgement: Judgement | None = None
+    begun: Comparison | None = None
 
     @property
     def rising(self) -> bool:
@@ -122,6 +125,15 @@ class Finding:
         elif self.change is not None:
             out.append(as_sentence(self.change.sentence))
         return (*out, *([as_sentence(self.outlook.sentence)] if self.outlook is not None else []))
+
+    def began_anew(self, track: Track) -> str:
+        """Return when and why a stretch began, and what its events changed; empty without any."""
+        if not track.segment.events:
+            return ""
+        started_s = self.history.cycles[track.segment.start].started_s
+        events = "; ".join(event.label for event in track.segment.events)
+        changed = "" if track.begun is None else f"; {afterwards(track.begun)}"
+        return f"The baseline began anew on {day(started_s)}: {events}{changed}."
 
     def _day_of(self, time_s: float) -> str:
         """Return the date of a time since the current stretch's first cycle."""

@@ -7,6 +7,8 @@ last stretch says how the joint is now.
 from __future__ import annotations
 
 import dataclasses
+import itertools
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -49,7 +51,9 @@ def judge(history: JointHistory, detector: Detector, baseline: int | None = None
     ValueError
         The baseline is too short for any.
     """
-    tracks = tuple(_track(history, segment, detector, baseline) for segment in history.segments)
+    tracks = _begun(
+        history, [_track(history, segment, detector, baseline) for segment in history.segments]
+    )
     if not tracks:
         why = "no cycle is usable" if history.set_aside else "there is no cycle"
         return _undecided(history, detector, tracks, why, _USABLE)
@@ -103,6 +107,25 @@ def _track(history: JointHistory, segment: Segment, detector: Detector, asked: i
     track = Track(segment, baseline, found, "", series, judgement if able else None)
     promised = able and not track.rising
     return dataclasses.replace(track, promise=_promise(detector, series)) if promised else track
+
+
+def _begun(history: JointHistory, tracks: Sequence[Track]) -> tuple[Track, ...]:
+    """Say of each stretch how its first cycles compare with the healthy ones of that before it."""
+    out = list(tracks)
+    for i, (before, after) in enumerate(itertools.pairwise(tracks)):
+        if before.series is None or history.grid is None:
+            continue
+        start, first = before.segment.start, after.segment.start
+        stop = min(first + NOW, after.segment.stop)
+        begun = compare(
+            history.cycles[start:stop],
+            history.features[start:stop],
+            history.grid,
+            before.baseline.cycles,
+            slice(first - start, stop - start),
+        )
+        out[i + 1] = dataclasses.replace(after, begun=begun)
+    return tuple(out)
 
 
 def _judged(

@@ -91,8 +91,8 @@ def alarmed(state: State, found: Comparison, reasons: Reasons, since_when: str) 
     """Return an alarm's sentence for a technician."""
     word = "has increased a lot" if state is State.HIGH else "has increased"
     return (
-        f"Friction {word}: {_in_words(found.effects['low'])} at low speed, "
-        f"{_in_words(found.effects['high'])} at high speed{since_when}, compared {_at(found)}; "
+        f"Friction {word}: {in_percent(found.effects['low'])} at low speed, "
+        f"{in_percent(found.effects['high'])} at high speed{since_when}, compared {_at(found)}; "
         f"{_why(reasons)}."
     )
 
@@ -123,9 +123,18 @@ def quiet(found: Comparison, healthy: int, *, fell: bool = False) -> str:
     elif word:
         start = f"No alarm, yet friction is {word} than it was"
     return (
-        f"{start}: {_in_words(found.effects['low'])} at low speed, "
-        f"{_in_words(found.effects['high'])} at high speed, compared {_at(found)} with "
+        f"{start}: {in_percent(found.effects['low'])} at low speed, "
+        f"{in_percent(found.effects['high'])} at high speed, compared {_at(found)} with "
         f"{healthy} healthy cycles."
+    )
+
+
+def afterwards(found: Comparison) -> str:
+    """Return how the first cycles after an event differ from the healthy ones before it."""
+    return (
+        f"friction was then {in_percent(found.effects['low'])} at low speed, "
+        f"{in_percent(found.effects['high'])} at high speed, beside the healthy cycles before, "
+        f"compared {_at(found)}"
     )
 
 
@@ -135,7 +144,8 @@ def moved(found: Comparison) -> str:
     return ("lower" if off[0].percent < 0.0 else "higher") if off else ""
 
 
-def _in_words(effect: Effect) -> str:
+def in_percent(effect: Effect) -> str:
+    """Return a change in per cent with its interval, for example ``+5.8 % (+5.1 to +6.4 %)``."""
     low, high = effect.ci95_percent
     return f"{_signed(effect.percent)} % ({_signed(low)} to {_signed(high)} %)"
 

@@ -241,6 +241,7 @@ def _events(axes: Axes, finding: Finding, *, named: bool) -> None:
                 textcoords="offset points",
                 color=INK,
                 fontsize=8.0,
+                bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8},  # over lines
             )
 
 

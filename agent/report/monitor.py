@@ -7,10 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from agent.identify.result import Parameter
-from agent.monitor.comparison import Effect
+from agent.monitor.comparison import Comparison, Effect
 from agent.monitor.cycle import Joint
 from agent.monitor.series import FEATURES
 from agent.monitor.verdict import NOT_DECIDABLE, Finding, Track
+from agent.monitor.verdict_words import in_percent
 from agent.numbers import scale_for, significant, units_unbroken, written
 from agent.report.canvas import data_uri
 from agent.report.estimate import Picture
@@ -55,7 +56,7 @@ class JointView:
     curves: Picture | None
     trends: Picture | None
     laws: Sequence[tuple[str, str, str, str, str]]
-    segments: Sequence[tuple[str, str, str, str]]
+    segments: Sequence[tuple[str, str, str, str, str, str]]
     notes: Sequence[str]
     set_aside: Sequence[tuple[str, str]]
     not_listed: int
@@ -114,7 +115,7 @@ def _view(finding: Finding, name: str, explained: tuple[str, str] | None) -> Joi
             for c in reasons.causes
         ],
         explained=None if explained is None else (units_unbroken(explained[0]), explained[1]),
-        next_steps=finding.next_steps,
+        next_steps=[units_unbroken(step) for step in finding.next_steps],
         facts=_facts(finding),
         before=before,
         effects=()
@@ -136,7 +137,7 @@ def _view(finding: Finding, name: str, explained: tuple[str, str] | None) -> Joi
         ),
         laws=() if track is None else _laws(track),
         segments=[_segment(finding, t) for t in finding.tracks],
-        notes=history.notes,
+        notes=[units_unbroken(note) for note in history.notes],
         set_aside=[(s.name, s.reason) for s in history.set_aside[:_LISTED]],
         not_listed=max(0, len(history.set_aside) - _LISTED),
     )
@@ -174,8 +175,8 @@ def _facts(finding: Finding) -> list[tuple[str, str]]:
         rows.append(("Baseline", have if track.baseline.enough else short))
     if grid is not None:
         low, high = grid.speed_rad_s[0], grid.speed_rad_s[-1]
-        rows.append(("Compared over", f"{low:.3g} to {high:.3g} rad/s"))
-        rows.append(("Low speed is", f"below {grid.low_rad_s:.3g} rad/s"))
+        span = f"{low:.3g} to {high:.3g} rad/s, low speed up to {grid.low_rad_s:.3g}"
+        rows.append(("Compared over", units_unbroken(span)))
     if finding.lent:
         rows.append(("Siblings", finding.lent))
     return rows
@@ -226,10 +227,18 @@ def _laws(track: Track) -> list[tuple[str, str, str, str, str]]:
     return rows
 
 
-def _segment(finding: Finding, track: Track) -> tuple[str, str, str, str]:
-    """Return when a stretch began and why, its baseline, and its last state."""
+def _segment(finding: Finding, track: Track) -> tuple[str, str, str, str, str, str]:
+    """Return when a stretch began and why, what that changed, its baseline, and its last state."""
     cycles = finding.history.cycles[track.segment.start : track.segment.stop]
     events = "; ".join(e.label for e in track.segment.events) or "first cycle"
     state = track.judgement.states[-1].value if track.judgement else NOT_DECIDABLE
     baseline = f"{track.baseline.cycles} of {track.baseline.needed}"
-    return (cycles[0].started_at[:10], events, f"{len(cycles)} ({baseline})", STATUS[state])
+    low, high = ("–", "–") if track.begun is None else _at_both(track.begun)
+    held = f"{len(cycles)} ({baseline})"
+    return (cycles[0].started_at[:10], events, low, high, held, STATUS[state])
+
+
+def _at_both(begun: Comparison) -> tuple[str, str]:
+    """Return what changed at low and at high speed, in per cent."""
+    low, high = (begun.effects[name] for name in ("low", "high"))
+    return units_unbroken(in_percent(low)), units_unbroken(in_percent(high))

@@ -82,13 +82,16 @@ def test_what_is_no_wear_is_not_called_wear(truth: Truth, causes: set[str]) -> N
     assert set(named) <= causes
 
 
-def scaled(share: np.ndarray, baseline: int | None = BASELINE) -> Finding:
+def scaled(
+    share: np.ndarray, baseline: int | None = BASELINE, oil_change: int | None = None
+) -> Finding:
     """Judge a joint whose whole curve is higher by a share of itself, cycle by cycle."""
     cycles = []
-    for c, more in zip(months(2, share.size), share, strict=True):
+    for i, (c, more) in enumerate(zip(months(2, share.size), share, strict=True)):
         assert c.curve is not None
         curve = CycleCurve(SPEEDS, c.curve.friction_nm * (1.0 + more), c.curve.deviation_nm)
-        cycles.append(dataclasses.replace(c, curve=curve))
+        oil = "VG220" if oil_change is not None and i >= oil_change else c.oil
+        cycles.append(dataclasses.replace(c, curve=curve, oil=oil))
     (history,) = histories(cycles)
     return judge(history, detector(), baseline)
 
@@ -101,6 +104,27 @@ def test_a_rise_at_all_speeds_is_a_swap_if_it_came_at_once_and_wear_if_it_grew()
         assert finding.reasons is not None
         assert finding.reasons.causes[0].id == cause
     assert "a swap that nobody entered" in scaled(0.1 * (night >= 60)).sentence
+
+
+def test_what_an_event_changed_is_said_beside_the_healthy_cycles_before_it() -> None:
+    """Wear grew for 20 nights, then the oil was changed: what is left is told, not what went."""
+    night = np.arange(120)
+    worn = np.where(night < 80, np.maximum(night - 60.0, 0.0) / 100.0, 0.05)
+    finding = scaled(worn, oil_change=80)
+    assert finding.status == "NF"
+    before, after = finding.tracks
+    assert before.begun is None
+    assert after.begun is not None
+    low, high = after.begun.effects["low"], after.begun.effects["high"]
+    assert low.percent == pytest.approx(5.0, abs=1.0)
+    assert low.ci95_percent[0] < 5.0 < low.ci95_percent[1]
+    assert high.ci95_percent[0] < 5.0 < high.ci95_percent[1]
+    said = finding.began_anew(after)
+    assert f"oil change (VG150 to VG220); friction was then +{low.percent:.1f} % (" in said
+    assert finding.began_anew(before) == ""
+    short = scaled(worn, oil_change=20)  # too few cycles to know how it was
+    assert short.tracks[1].begun is None
+    assert "friction was then" not in short.began_anew(short.tracks[1])
 
 
 def test_friction_that_fell_is_said_in_full_and_not_learned_as_health() -> None:

@@ -53,7 +53,7 @@ def test_each_joint_has_its_verdict_and_its_reasons(html: str, worn: Finding) ->
     assert "take a grease sample" in text
     assert worn.reasons.others.startswith("Less likely: ")
     assert worn.reasons.likely[0].words.split(" (")[0] not in worn.reasons.others
-    assert "Low speed is below 46.7 rad/s" in text
+    assert "Compared over 2 to 140 rad/s, low speed up to 46.7" in text
     assert "torn.parquet" in text
     assert re.findall(r'class="verdict (\w+)"', html) == ["undecided", "open"]  # no alarm's colour
 
