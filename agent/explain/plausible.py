@@ -14,6 +14,7 @@ from agent.explain.rows.table import BASE, Table
 from agent.identify.diagnosis import no_joint_records
 from agent.identify.rigid.alike import mixed_units, shown_by
 from agent.identify.signals.preprocess import read_motion
+from agent.numbers import significant
 from agent.physics.twin import Twin
 
 _CARRIES = 0.5  # of the torque's energy: with less, signs of what a plain joint asks for are chance
@@ -96,13 +97,26 @@ def far_off(wrong: Sequence[WrongNumber], twin: Twin) -> str:
                 factors[said] = 1.0 + extra.value / given
     far = {said: f for said, f in factors.items() if not 1.0 / _FAR < f < _FAR}
     if not far:
-        return ""
+        return _other_torque(wrong)
     told = " and ".join(f"{factor:.3g} times the {said}" for said, factor in far.items())
     likely = _in_another_unit(far.get("inertia", math.nan), twin.gear_ratio)
     return (
         f"the recordings ask for {told} that the simulation has{likely}: before anything else make "
         "sure that the twin is of this joint and gear, and that positions, velocities and torques "
         "are the motor's, in rad, rad/s and N m"
+    )
+
+
+def _other_torque(wrong: Sequence[WrongNumber]) -> str:
+    """Return that a torque constant is so far off that it is another unit; or nothing."""
+    known = (w.parameters["factor"] for w in wrong if "factor" in w.parameters)
+    factor = next((p.value for p in known if p.identified), 1.0)
+    if 1.0 / _FAR < factor < _FAR:
+        return ""
+    return (
+        f"no motor's torque constant is off by a factor of {significant(factor, 3)}: before "
+        "anything else make sure that the torque is the motor's, in N m, and not in percent of the "
+        "rated one, in ampere or on the arm's side of the gear"
     )
 
 

@@ -103,6 +103,14 @@ def test_only_numbers_far_from_the_twins_ask_whether_it_is_this_joint(
     assert says in said if says else said == ""
 
 
+@pytest.mark.parametrize(("factor", "says"), [(0.93, ""), (0.0072, "percent of the rated one")])
+def test_a_torque_in_percent_is_no_torque_constant(factor: float, says: str) -> None:
+    """It was "explained": the real torque is the reported one times 0.0072."""
+    number = WrongNumber("torque-constant-error", 1.0, {"factor": Parameter(factor, (0.0, 1.0))})
+    assert says in far_off((number,), TWIN)
+    assert bool(far_off((number,), TWIN)) is bool(says)
+
+
 @pytest.mark.parametrize(
     ("true", "says"),
     [
