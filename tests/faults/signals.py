@@ -14,11 +14,12 @@ from pathlib import Path
 import can
 
 from agent.cli.fake_cell import fake_cell_text
+from agent.cycle.precedence import PRIORITY, before_others
 from agent.record.recover import recover
 from drivers.can.frames import CanBusConfig
 from drivers.clock import MonotonicClock
 from fakes.can_drive import FakeDrive
-from fakes.process import LateClock, open_bus
+from fakes.process import POLL_S, Arrivals, LateClock, open_bus
 from fakes.specification import FakeSpecification
 from tests.system.processes import STRIBECK, be_patient, multicast
 
@@ -62,12 +63,17 @@ class SignalRun:
 
 
 class _Drive:
-    """The fake in this process, in real time, and when its motor was last seen to move."""
+    """The fake in this process, in real time, and when its motor was last seen to move.
+
+    A frame counts when it came, as in `stribeck fake`: a heartbeat that this process takes 30 ms
+    late beside other programs would hold the drive's watchdog up by as much, and a watchdog that
+    is late is rightly refused before the first motion.
+    """
 
     def __init__(self, bus: can.BusABC) -> None:
         self._bus = bus
         self._drive = FakeDrive(bus)
-        self._simulated, self._clock = LateClock(), MonotonicClock()
+        self._arrivals, self._clock = Arrivals(LateClock()), MonotonicClock()
         self.moved_s = 0.0
 
     def now(self) -> float:
@@ -75,8 +81,9 @@ class _Drive:
 
     def step(self) -> float:
         """Live for a millisecond; return the motor's speed."""
-        message = self._bus.recv(0.001)
-        self._drive.step_to(self._simulated.now(self._clock.now()), message)
+        looked_s = time.perf_counter()
+        message = self._bus.recv(POLL_S)
+        self._drive.step_to(self._arrivals.moment_of(message, looked_s), message)
         speed = abs(self._drive.motor_velocity_rad_s)
         if speed > REST_RAD_S:
             self.moved_s = self._clock.now()
@@ -118,7 +125,8 @@ def signalled(
                     command, stdout=sink, stderr=sink, stdin=subprocess.DEVNULL
                 )
             try:
-                return _seen(_Drive(bus), agent, number, after_s, folder)
+                with before_others(PRIORITY + 1):  # a drive has a processor of its own
+                    return _seen(_Drive(bus), agent, number, after_s, folder)
             finally:
                 if agent.poll() is None:
                     agent.kill()
