@@ -259,6 +259,8 @@ class Library:
         own = theta[-candidate.columns.shape[1] :]
         if any(abs(value) > top for value, top in zip(own, candidate.form.highest, strict=False)):
             return None
+        if not candidate.form.is_borne(self.scene, candidate.point, own):
+            return None  # not with these numbers; beside other effects it may have others
         return Scored(candidate, own, entry[0][0] / max(energy, 1e-300), blocks)
 
     def _possible(self, theta: Floats) -> bool:

@@ -137,10 +137,21 @@ def _stiffer_than_weight(scene: Scene, spring: Mapping[str, float]) -> None:
     What swings so softly is another axis that its own drive holds, or a tool; the arm, with all of
     its weight on such a spring, would hang at another angle than the recordings say.
     """
-    weight_nm = float(np.hypot(*scene.theta[3:5]))
-    twist_arm_rad = weight_nm / spring["stiffness_nm_per_rad"] / scene.table.gear_ratio
+    twist_arm_rad = _wound_up_arm_rad(scene, spring["stiffness_nm_per_rad"])
     if not twist_arm_rad < _MOST_WOUND_UP:
         raise TwinError(f"a spring that the arm's weight winds up by {twist_arm_rad:.2g} rad")
+
+
+def _wound_up_arm_rad(scene: Scene, stiffness_nm_per_rad: float) -> float:
+    """Return by how much the arm's weight would wind up a spring, rad of the arm."""
+    weight_nm = float(np.hypot(*scene.theta[3:5]))
+    return weight_nm / max(stiffness_nm_per_rad, 1e-300) / scene.table.gear_ratio
+
+
+def _bears_the_weight(scene: Scene, point: Point, coefficients: Floats) -> bool:
+    """Return whether a spring is one that the arm's weight may hang on, its inertia (1,)."""
+    stiffness = float(coefficients[0]) * (2.0 * math.pi * point[0]) ** 2
+    return _wound_up_arm_rad(scene, stiffness) < _MOST_WOUND_UP
 
 
 def _gap_grid(scene: Scene) -> Sequence[Point]:
@@ -263,6 +274,7 @@ FORMS: tuple[Form, ...] = (
         (1,),
         at_edges=True,
         to_twin=_flexible_twin,
+        borne=_bears_the_weight,
         limits=_swing_limits,
     ),
     Form(
@@ -275,6 +287,7 @@ FORMS: tuple[Form, ...] = (
         (1,),
         at_edges=True,
         to_twin=_rubbing_twin,
+        borne=_bears_the_weight,
         limits=_rubbing_limits,
         rests_on_numbers=True,
         same_beside=_same_friction,

@@ -77,6 +77,9 @@ class Form:
     point_of : callable, optional
         Coefficients, shape (k,), to the point that they themselves ask for, where a trial point
         stands for one of them.
+    borne : callable, optional
+        (scene, point, coefficients, shape (k,)) to whether this joint could have the law with these
+        numbers, as far as that can be told while other effects are still to be found.
     contains : tuple of str
         Effects that are special cases of this form: beside one of them it is no rival.
     refines : tuple of str
@@ -117,6 +120,7 @@ class Form:
     to_twin: ToTwin = _as_named
     limits: Callable[[Scene], Sequence[tuple[float, float]]] | None = None
     point_of: Callable[[Floats], Point] | None = None
+    borne: Callable[[Scene, Point, Floats], bool] | None = None
     contains: tuple[str, ...] = ()
     refines: tuple[str, ...] = ()
     rests_on_numbers: bool = False
@@ -145,6 +149,10 @@ class Form:
         return all(self.sign(i) * value >= 0.0 for i, value in enumerate(coefficients)) and all(
             abs(value) <= top for value, top in zip(coefficients, self.highest, strict=False)
         )
+
+    def is_borne(self, scene: Scene, point: Point, coefficients: Floats) -> bool:
+        """Return whether the joint could have the law at a point, coefficients of shape (k,)."""
+        return self.borne is None or self.borne(scene, point, coefficients)
 
     def sign(self, index: int) -> int:
         """Return 1 where a coefficient must not be negative, else 0."""
