@@ -63,14 +63,22 @@ def cycles_of(
     folder : Path or None
         The cache; None for none.
     moved : callable
-        Told what is being done and the share that is done, while there is something to estimate.
+        Told what is being done and the share that is done, while there is something to estimate;
+        and in the end, if there was.
     """
-    cycles, bad = [], []
+    cycles, bad, told = [], [], []
+
+    def about_to(i: int) -> None:
+        told.append(i)
+        moved(_of(i, paths), i / len(paths))
+
     for i, path in enumerate(paths):
         try:
-            cycles.append(_cycle(path, folder, partial(moved, _of(i, paths), i / len(paths))))
+            cycles.append(_cycle(path, folder, partial(about_to, i)))
         except InputError as error:
             bad.append(Unreadable(path.name, str(error)))
+    if told:
+        moved(_of(told[-1], paths), 1.0)
     return tuple(cycles), tuple(bad)
 
 

@@ -153,7 +153,10 @@ def test_a_cache_that_is_spoiled_or_changed_bytes_are_estimated_anew(
 ) -> None:
     one, cache = tmp_path / "night.parquet", tmp_path / "cache"
     shutil.copy(kept / "night-00.parquet", one)
-    healthy, _ = kept_cycles.cycles_of([one], cache)
+    shares: list[float] = []
+    healthy, _ = kept_cycles.cycles_of([one], cache, lambda _what, share: shares.append(share))
+    kept_cycles.cycles_of([one], cache, lambda _what, share: shares.append(share))
+    assert shares == [0.0, 1.0]  # what is kept needs no bar
     for entry in cache.glob("cycle-*.json"):
         entry.write_text('{"half": ')
     again, _ = kept_cycles.cycles_of([one], cache)

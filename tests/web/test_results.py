@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -199,6 +200,17 @@ def test_a_card_says_when_the_axis_runs_next(tmp_path: Path) -> None:
     assert next_run(cell, 2, "2026-03-02T12:00:00Z") == ""
     (tmp_path / "cell.night.toml").write_text("[[")
     assert next_run(cell, 1, "2026-03-02T12:00:00Z") == ""
+
+
+def test_a_recording_without_an_estimate_has_no_empty_headings(bench: Bench) -> None:
+    bench.shelve("first", 1)
+    (bench.recordings / "first.estimate.json").unlink()
+    text = bench.browser(Role.VIEWER).get("/results/first").text
+    assert "There is a recording, but no estimate of it." in text
+    sections = re.findall(r"<section.*?</section>", text, re.DOTALL)
+    said = [re.sub(r"<h2.*?</h2>|<[^>]+>", "", section, flags=re.DOTALL) for section in sections]
+    assert len(said) == 3  # verdict, what next, files
+    assert all(words.strip() for words in said)
 
 
 def test_pdf_and_mdf4_are_made_beside_the_page(bench: Bench) -> None:
