@@ -8,14 +8,14 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from agent.monitor.baseline import Features, features_table
 from agent.monitor.cycle import Cycle, CycleCurve, Joint
 from agent.monitor.events import Event, events_between, events_said, visitors
 from agent.monitor.features import LOW_SHARE, CycleFeatures, SpeedGrid, features_of, grid_of
-from agent.monitor.history_notes import SET_CLOCK_S, notes_on, usual
+from agent.monitor.history_notes import SET_CLOCK_S, notes_on, other_gears, usual
 from agent.monitor.kind import Siblings
 
 _SAME_START_S = 0.5
@@ -113,10 +113,12 @@ def histories(
     by_joint: dict[Joint, list[Cycle]] = {}
     for cycle in cycles:
         by_joint.setdefault(cycle.joint, []).append(cycle)
-    return tuple(
-        _history(joint, own, [e for e in events if e.concerns(joint)], low_rad_s)
-        for joint, own in sorted(by_joint.items())
-    )
+    counts = {joint: len(own) for joint, own in by_joint.items()}
+    out = []
+    for joint, own in sorted(by_joint.items()):
+        one = _history(joint, own, [e for e in events if e.concerns(joint)], low_rad_s)
+        out.append(replace(one, notes=(*one.notes, *other_gears(joint, counts))))
+    return tuple(out)
 
 
 def _history(

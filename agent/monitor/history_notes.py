@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
 
-from agent.monitor.cycle import Cycle
+from agent.monitor.cycle import Cycle, Joint
 
 SET_CLOCK_S = 946_684_800.0
 """2000-01-01: a clock that shows less was never set."""
@@ -43,6 +43,22 @@ def notes_on(given: Sequence[Cycle], kept: Sequence[Cycle]) -> list[str]:
             "common speeds, by straight lines between their own"
         )
     return [*notes, *_gaps(kept), *_backwards(given)]
+
+
+def other_gears(joint: Joint, counts: Mapping[Joint, int]) -> list[str]:
+    """Say of a joint's few cycles that most of the same robot and axis have another gear ratio.
+
+    `counts` is how many cycles each joint has.
+    """
+    alike = [j for j in counts if (j.robot, j.axis) == (joint.robot, joint.axis)]
+    most = max(alike, key=lambda j: (counts[j], -j.gear_ratio))
+    if most == joint:
+        return []
+    return [
+        f"{counts[most]} other cycles of {joint.robot} axis {joint.axis} have a gear ratio of "
+        f"{most.gear_ratio:g}, {counts[joint]} have this one: if it is the same gearbox, correct "
+        "gear_ratio in the recordings; friction is not compared across another ratio"
+    ]
 
 
 def _gaps(cycles: Sequence[Cycle]) -> list[str]:

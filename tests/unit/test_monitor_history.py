@@ -66,9 +66,12 @@ def test_neither_order_nor_another_axis_changes_a_joint_s_history(
     assert mine.segments == alone.segments
 
 
-def test_another_gear_is_another_joint() -> None:
+def test_another_gear_is_another_joint_and_the_few_are_told_of_the_many() -> None:
     cycles = changed(months(1, 10), 4, joint=Joint(JOINT.robot, JOINT.axis, 100.0))
-    assert [len(h.cycles) for h in histories(cycles)] == [1, 9]
+    few, many = histories([*cycles, *other_joint(months(1, 10))])[:2]
+    assert (len(few.cycles), len(many.cycles)) == (1, 9)
+    assert f"have a gear ratio of {JOINT.gear_ratio:g}, 1 have this one: if it" in few.notes[-1]
+    assert not any("gear ratio" in note for note in many.notes)
 
 
 NOON_2026 = datetime(2026, 1, 1, 12, tzinfo=UTC).timestamp()
