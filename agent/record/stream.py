@@ -24,11 +24,11 @@ from typing import Any, Self
 from agent.errors import StorageError
 from agent.record.atomic import storage_error
 from agent.record.background import BackgroundSaver
+from agent.record.finishing import final_metadata, publish_stream
 from agent.record.metadata import KEY, Metadata
 from agent.record.open_stream import OpenStream
 from agent.record.rows import Kind, PackedRows, RowBuffer
-from agent.record.stream_file import SUFFIX, read_stream
-from agent.record.writing import write_table
+from agent.record.stream_file import SUFFIX
 
 FLUSH_PERIOD_S = 0.5
 """No row waits for longer than this, or the writer says that it failed."""
@@ -195,9 +195,11 @@ class StreamWriter:
             raise ValueError(f"{self.path}: the writer is closed")
         try:  # the lock is held to the end, or a `recover` next door could be faster
             self._flush_all()
-            metadata = self._final_metadata(samples_lost, dict(extra_metadata or {}))
+            metadata = final_metadata(
+                self._metadata, samples_lost, self.samples_unsaved, extra_metadata or {}
+            )
             self._file.end()
-            self._publish(metadata)
+            publish_stream(self.path, self.recording_path, metadata, self._samples_saved)
         finally:
             self._close()
         self.path.unlink(missing_ok=True)
@@ -284,34 +286,6 @@ class StreamWriter:
         self._saver.finish()
         if self._saver.failure is not None and not self._failed:
             raise self._failure(self._saver.failure) from self._saver.failure
-
-    def _final_metadata(self, samples_lost: int | None, changes: dict[str, Any]) -> Metadata:
-        """Return the metadata of the finished recording."""
-        if samples_lost is not None or self.samples_unsaved:
-            changes["samples_lost"] = (samples_lost or 0) + self.samples_unsaved
-        metadata = self._metadata.updated(changes)
-        if self.samples_unsaved:
-            metadata = metadata.noted(
-                f"The disk failed while recording: the last {self.samples_unsaved} samples could "
-                "not be saved."
-            )
-        return metadata
-
-    def _publish(self, metadata: Metadata) -> None:
-        """Write the Parquet file from the stream, or say where the samples are kept."""
-        table = read_stream(self.path).table.replace_schema_metadata({KEY: metadata.dumps()})
-        try:
-            if table.num_rows < self._samples_saved:
-                raise StorageError(
-                    f"{self.path}: the disk gives back {table.num_rows} of the "
-                    f"{self._samples_saved} samples that it took."
-                )
-            write_table(table, self.recording_path)
-        except StorageError as error:
-            raise StorageError(
-                f"{error.what} The {table.num_rows} samples are kept in {self.path}.",
-                f"{error.do} Finish it later with `stribeck recover`.".strip(),
-            ) from error
 
     def _close(self) -> None:
         """End the thread and let go of the file and its lock."""

@@ -18,7 +18,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from agent.errors import StorageError
-from agent.record import atomic, open_stream, rows, stream
+from agent.record import atomic, finishing, open_stream, rows
 from agent.record.reading import read
 from agent.record.recover import recover
 from agent.record.rows import CAPACITY_ROWS
@@ -118,7 +118,7 @@ def test_nobody_can_recover_a_stream_that_is_being_finished(
         outcomes.extend(result.outcome for result in recover(tmp_path))
         write_table(*arguments)
 
-    monkeypatch.setattr(stream, "write_table", recovered_meanwhile)
+    monkeypatch.setattr(finishing, "write_table", recovered_meanwhile)
     assert pq.read_metadata(writer.finish()).num_rows == 150
     assert outcomes == ["in use"]
 
@@ -377,7 +377,7 @@ def test_a_disk_that_fills_up_while_finishing_keeps_the_stream(
         raise StorageError("run.parquet cannot be written: the disk is full.", "Free some space.")
 
     with monkeypatch.context() as patched:
-        patched.setattr(stream, "write_table", full)
+        patched.setattr(finishing, "write_table", full)
         with pytest.raises(
             StorageError, match=r"The 150 samples are kept in .*run\.arrows"
         ) as told:
