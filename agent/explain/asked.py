@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from agent.explain.numbers.loads import without_unknown_loads
 from agent.explain.rows.cleaner import by_the_quieter
 from agent.explain.rows.full_rate import choose_band
+from agent.explain.rows.glitches import without_glitches
 from agent.explain.rows.run import Run, stood_in, without_gearbox_temperature
 from agent.explain.rows.scene import refit
 from agent.explain.rows.stamps import put_right
@@ -29,8 +30,8 @@ class Asked:
     by_motor : bool
         Whether the motor's temperature stands in for the gearbox's.
     apart, bettered : tuple of str
-        Which hold-outs were left out; which stamps were put right, and whether the motion was taken
-        from the position alone.
+        Which hold-outs were left out; which rows stood alone, which stamps were put right, and
+        whether the motion was taken from the position alone.
     """
 
     runs: tuple[Run, ...]
@@ -84,7 +85,7 @@ def _shown_inertia_kg_m2(table: Table, twin: Twin) -> float:
 def as_asked(
     twin: Twin, runs: Sequence[Run], holdout: Sequence[Run], inertia_kg_m2: float
 ) -> Asked:
-    """Return recordings with stamps put right, the quieter motion, a thermometer and known loads.
+    """Return recordings put right: no glitches, right stamps, the quieter motion, known loads.
 
     Parameters
     ----------
@@ -95,11 +96,14 @@ def as_asked(
     inertia_kg_m2 : float
         By which the motion's noise is judged.
     """
-    everything, stamped = put_right((*runs, *holdout))
+    everything, glitched = without_glitches((*runs, *holdout))
+    everything, stamped = put_right(everything)
     everything, quieter = by_the_quieter(everything, inertia_kg_m2)
     runs, holdout = everything[: len(runs)], everything[len(runs) :]
     by_motor = without_gearbox_temperature((*runs, *holdout))
     if by_motor:
         runs, holdout = stood_in(runs), stood_in(holdout)
     holdout, apart = without_unknown_loads(twin, runs, holdout)
-    return Asked(tuple(runs), tuple(holdout), by_motor, tuple(apart), (*stamped, *quieter))
+    return Asked(
+        tuple(runs), tuple(holdout), by_motor, tuple(apart), (*glitched, *stamped, *quieter)
+    )

@@ -29,6 +29,7 @@ from agent.explain.driven_range import further, noted_in
 from agent.explain.experiment.proposal import next_experiments
 from agent.explain.findings import OFFSET_OR_ASYMMETRY
 from agent.explain.location.dynamic_curves import spectrum_around
+from agent.explain.location.moments import Moments, in_moments, without
 from agent.explain.numbers.loads import differs_unsaid, said_of
 from agent.explain.numbers.model import fit_model
 from agent.explain.plausible import contradiction
@@ -43,6 +44,9 @@ from agent.explain.unlike import held_out_apart
 from agent.explain.unnamed import taken_back, unproven
 from agent.physics.twin import Twin, TwinError
 from trajectories import AxisLimits
+
+_MOMENTS = 2  # times some may be left out
+_SETTLED = {"unexplained": 0, "partly-explained": 1, "tied": 2, "explained": 2, "no-mismatch": 2}
 
 
 def explain(
@@ -71,18 +75,42 @@ def explain(
     Explanation
         With reasons and no numbers where the recordings do not carry an answer.
     """
+    answer, moment = _asked_once(twin, runs, holdout, limits)
+    best, apart = answer, [moment]
+    for _ in range(_MOMENTS):
+        if moment is None:
+            break
+        runs = without(runs, moment)
+        again, moment = _asked_once(twin, runs, holdout, limits)
+        if _is_better(again, best):
+            left_out = (m.said(apart=True) for m in apart if m is not None)
+            best = replace(again, reasons=(*left_out, *again.reasons))
+        apart.append(moment)
+    return best
+
+
+def _is_better(answer: Explanation, other: Explanation) -> bool:
+    """Return whether an answer without moments settles more than one with it, or leaves half."""
+    rank = _SETTLED[answer.verdict] - _SETTLED[other.verdict]
+    return rank > 0 or (rank == 0 and answer.extended.rmse_nm < 0.5 * other.extended.rmse_nm)
+
+
+def _asked_once(
+    twin: Twin, runs: Sequence[Run], holdout: Sequence[Run], limits: AxisLimits | None
+) -> tuple[Explanation, Moments | None]:
+    """Return an explanation, and the moments of the recordings that hold most of what is left."""
     names = tuple(run.name for run in runs), tuple(run.name for run in holdout)
     refusal = contradiction((*runs, *holdout)) if runs else "no recording was given"
     if refusal:
-        return _nothing(f"not decidable: {refusal}", *names)
+        return _nothing(f"not decidable: {refusal}", *names), None
     try:
         asked, table = tabulated(twin, runs, holdout)
         table = without_creep(table)
     except ValueError as error:
-        return _nothing(f"not decidable: {error}", *names)
+        return _nothing(f"not decidable: {error}", *names), None
     refusal = undecidable(table, twin)
     if refusal:
-        return _nothing(refusal, *names)
+        return _nothing(refusal, *names), None
     return _explained(twin, table, asked, limits, *names)
 
 
@@ -93,8 +121,8 @@ def _explained(
     limits: AxisLimits | None,
     recordings: tuple[str, ...],
     held_out: tuple[str, ...],
-) -> Explanation:
-    """Return the explanation of recordings that carry an answer."""
+) -> tuple[Explanation, Moments | None]:
+    """Return the explanation of recordings that carry an answer, and moments that may hide one."""
     found, given = studied(twin, table)
     told = Told.of(found, given)
     menu = _experiments(found, limits, frozenset(swing.effect for swing in told.swings))
@@ -120,8 +148,13 @@ def _explained(
         *said_of(asked.runs, twin, given.loads),
         *further(told.found, asked.runs, asked.holdout),
     )
+    moment = None
     if answer.verdict in ("unexplained", "partly-explained"):
-        carried = tuple(said for said in (*carried, differs_unsaid(told.found.table)) if said)
+        study = told.found
+        rows, left = study.library.weighing.rows, study.model.residual_nm
+        moment = in_moments(study.table, rows, left, study.floor.value_nm)
+        located = "" if moment is None else moment.said(apart=False)
+        carried = tuple(said for said in (located, *carried, differs_unsaid(study.table)) if said)
     reasons = (
         *back,
         *told.swings_said(),
@@ -132,7 +165,7 @@ def _explained(
         *answer.reasons,
         *asked.bettered,
     )
-    return replace(answer, reasons=reasons)
+    return replace(answer, reasons=reasons), moment
 
 
 def _proof(

@@ -1,0 +1,98 @@
+"""Whether what is left lies in moments: a start, a collision, a hand on the arm, a glitch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.explain.answer.amounts import percent
+from agent.explain.rows.run import Run
+from agent.explain.rows.table import Table
+from agent.identify.result import Floats
+from agent.numbers import significant
+
+_BIN_S = 0.1
+_AROUND_S = 0.25
+_HALF = 0.5  # of what is left
+_FEW = 0.01  # of all bins: more are no moments, and an effect has its places
+_CLEAR = 1.25  # times the noise floor: less is noise, which has its moments, too
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Some tenths of a second that hold most of what is left.
+
+    Parameters
+    ----------
+    at : tuple of (int, str, float)
+        Index and name of a recording, and its time where a tenth of a second begins, s.
+    share : float
+        Of what is left above the noise.
+    """
+
+    at: tuple[tuple[int, str, float], ...]
+    share: float
+
+    def said(self, *, apart: bool) -> str:
+        """Return what is said of them, which were left out (`apart`) or not."""
+        where = ", ".join(f"at {significant(t, 3)} s of {name}" for _, name, t in self.at)
+        done = (
+            "they were left out, and what is said holds for the rest"
+            if apart
+            else "look at those rows, and leave them out if they are not the joint's"
+        )
+        return (
+            f"{percent(self.share)} of what the simulation left lies in moments, {where} (a start, "
+            f"a collision, a hand on the arm, a glitch of the logger): {done}"
+        )
+
+
+def in_moments(
+    table: Table, rows: NDArray[np.int64], left_nm: Floats, floor_nm: float
+) -> Moments | None:
+    """Return the moments in which half of what is left lies; None where it lies in more than few.
+
+    What follows nothing that was recorded is looked for in vain along speeds, places and loads, and
+    hides what does.
+
+    Parameters
+    ----------
+    table : Table
+    rows : ndarray of int, shape (m,)
+        Of the table: those compared.
+    left_nm : ndarray, shape (m,)
+        What is left there.
+    floor_nm : float
+        Their noise.
+    """
+    energy = left_nm**2
+    if not floor_nm > 0.0 or float(np.mean(energy)) < (_CLEAR * floor_nm) ** 2:
+        return None
+    bins = np.floor(table.rows["time_s"][rows] / _BIN_S).astype(np.int64)
+    cells, own, count = np.unique(
+        np.stack((table.run[rows], bins), axis=1), axis=0, return_inverse=True, return_counts=True
+    )
+    above = np.bincount(own, energy) - count * floor_nm**2
+    loudest = np.argsort(-above)
+    share = np.cumsum(above[loudest]) / float(energy.sum() - energy.size * floor_nm**2)
+    few = int(np.searchsorted(share, _HALF)) + 1
+    if few > _FEW * count.size:
+        return None
+    at = sorted((int(run), int(k)) for run, k in cells[loudest[:few]])
+    named = tuple((run, table.runs[run].name, k * _BIN_S) for run, k in at)
+    return Moments(named, float(share[few - 1]))
+
+
+def without(runs: Sequence[Run], moments: Moments) -> tuple[Run, ...]:
+    """Return recordings without the rows of moments, and those within a quarter of a second."""
+    out = list(runs)
+    for index, _, start_s in moments.at:
+        signals = out[index].signals
+        after = signals.time_s - start_s
+        near = (after > -_AROUND_S) & (after < _BIN_S + _AROUND_S)
+        kept = replace(signals, valid=signals.valid & ~near)
+        out[index] = replace(out[index], signals=kept)
+    return tuple(out)

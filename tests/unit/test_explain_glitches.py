@@ -1,0 +1,88 @@
+"""Rows that stand alone, and moments that are none of the joint's, hide nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from agent.explain.answer.result import Explanation, Verdict
+from agent.explain.explain import _nothing, explain
+from agent.explain.location.moments import Moments, in_moments, without
+from agent.explain.rows.glitches import without_glitches
+from agent.explain.rows.run import Run
+from agent.explain.rows.table import tabulate
+from agent.identify.result import Floats
+from tests.science.explain_joint import TWIN, Conditions, record, stair
+from trajectories import SetPoints
+
+
+def _no_effect(points: SetPoints, at: Conditions) -> Floats:
+    del at
+    return np.zeros_like(points.position_rad)
+
+
+@pytest.fixture(scope="module")
+def run() -> Run:
+    return record(stair((6.0, 20.0, 50.0), 200.0), _no_effect, Conditions(), 0)
+
+
+def _with_torque(run: Run, rows: slice, extra_nm: float) -> Run:
+    torque = run.signals.torque_nm.copy()
+    torque[rows] += extra_nm
+    return replace(run, signals=replace(run.signals, name="hit.csv", torque_nm=torque))
+
+
+def test_a_row_that_stands_alone_is_left_out_and_a_step_is_not(run: Run) -> None:
+    """One sample had left friction that differs by direction without a name."""
+    position = run.signals.position_rad
+    assert position is not None
+    assert position[-1] != 0.0
+    zeroed = replace(run.signals, position_rad=np.append(position[:-1], 0.0))
+    hit = _with_torque(run, slice(3000, 3001), 30.0)
+    cases: list[tuple[Run, list[int]]] = [(run, []), (hit, [3000]), (_with_torque(run, slice(3000, 9000), 5.0), [])]
+    for given, rows in (*cases, (replace(run, signals=zeroed), [position.shape[0] - 1])):
+        (kept,), said = without_glitches([given])
+        assert np.flatnonzero(~kept.signals.valid).tolist() == rows
+        assert bool(said) is bool(rows)
+
+
+def test_a_moment_that_holds_most_of_what_is_left_is_told_and_left_out(run: Run) -> None:
+    hit = _with_torque(run, slice(3000, 3020), 2.0)
+    table = tabulate(TWIN, [run, hit])
+    rows = np.flatnonzero(table.used)
+    clean = tabulate(TWIN, [run, run])
+    assert in_moments(clean, np.flatnonzero(clean.used), clean.target_nm[clean.used], 5e-3) is None
+    found = in_moments(table, rows, table.target_nm[rows], 5e-3)
+    assert found is not None
+    assert {name for _, name, _ in found.at} == {"hit.csv"}
+    at_s = hit.signals.time_s[3000]
+    assert all(abs(start_s - at_s) < 0.3 for _, _, start_s in found.at)
+    left_out = without([run, hit], found)
+    assert left_out[0] is run
+    assert not left_out[1].signals.valid[3000:3020].any()
+
+
+@pytest.mark.parametrize(("without_it", "taken"), [("no-mismatch", True), ("unexplained", False)])
+def test_an_answer_without_moments_is_taken_where_it_settles_more(
+    run: Run, monkeypatch: pytest.MonkeyPatch, without_it: Verdict, taken: bool
+) -> None:
+    """A transient in one of three recordings had left a right twin unexplained."""
+    moments = Moments(((1, "hit.csv", 12.0),), 0.9)
+    asked: list[int] = []
+
+    def once(_twin: object, runs: list[Run], *_: object) -> tuple[Explanation, Moments | None]:
+        asked.append(sum(int(r.signals.valid.sum()) for r in runs))
+        answer = _nothing("off", (), ())
+        return (
+            (answer, moments)
+            if len(asked) == 1
+            else (replace(answer, verdict=without_it, reasons=()), None)
+        )
+
+    monkeypatch.setattr("agent.explain.explain._asked_once", once)
+    answer = explain(TWIN, [run, run])
+    assert asked[1] < asked[0]
+    assert (answer.verdict == "no-mismatch") is taken
+    assert any("at 12.0 s of hit.csv" in reason for reason in answer.reasons) is taken
