@@ -86,6 +86,16 @@ def wrong_minimum(problem: Problem, lack: Lack) -> list[str]:
     ]
 
 
+def no_third_mass(fewer: Lack) -> list[str]:
+    """Return why three masses are not told, where what two of them leave shows no further one."""
+    if fewer.share_of("mode") > 0.0:
+        return []
+    return [
+        "no third mass shows: nothing that two masses leave swings beyond its noise; fit two "
+        "masses, or record a triangle wave of velocity with higher jerk"
+    ]
+
+
 def notes_of(problem: Problem, lack: Lack) -> tuple[str, ...]:
     """Return what a minimum lacks, in plain words, each with what to do about it."""
     return tuple(_note(problem, rival) for rival in lack.rivals)

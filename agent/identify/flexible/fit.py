@@ -19,7 +19,13 @@ import numpy as np
 from agent.identify.flexible.attenuation import without_motion_noise
 from agent.identify.flexible.chain import Kind, chain_of
 from agent.identify.flexible.checks import why_not
-from agent.identify.flexible.excitation import hardly_excited, not_excited, notes_of, wrong_minimum
+from agent.identify.flexible.excitation import (
+    hardly_excited,
+    no_third_mass,
+    not_excited,
+    notes_of,
+    wrong_minimum,
+)
 from agent.identify.flexible.intervals import parameters_of, physical
 from agent.identify.flexible.noise import even_cutoff_hz, quietest_cutoff_hz
 from agent.identify.flexible.preparation import Prepared, Track, prepare, tracks_of
@@ -206,6 +212,11 @@ def _fitted(
     found = lowest_minimum(problem, centres, options.starts, options.seed)
     reasons = not_excited(problem, found.point, rigid, cutoff_hz)
     reasons = reasons or wrong_minimum(problem, found.lack)
+    if problem.kind == "three-mass" and not reasons:
+        # Asked for a third mass, a search finds one in noise, with the arm in the gear's place.
+        two = dataclasses.replace(problem, kind="two-mass")
+        fewer = lowest_minimum(two, starts_of(rigid_problem, "two-mass"), 1, options.seed)
+        reasons = no_third_mass(fewer.lack)
     if reasons:
         return refused(options, reasons)
     best, lack = found.point, found.lack
