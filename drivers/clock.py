@@ -82,7 +82,8 @@ def _sleeper() -> Callable[[float], None]:
 
     def sleep_until(deadline_s: float) -> None:
         """Sleep; a signal's handler runs, and what it raises ends the sleep."""
-        until = _TIMESPEC.pack(*divmod(max(int(deadline_s * 1e9), 0) + 1, 10**9))
+        until_s = deadline_s if deadline_s > 0.0 else 0.0  # whatever has passed, -inf too
+        until = _TIMESPEC.pack(*divmod(int(until_s * 1e9) + 1, 10**9))
         while code := call(_BOOTTIME, _ABSOLUTE, until, None):
             if code != errno.EINTR:  # a sandbox without this clock, for one
                 return _sleep_by_remaining(deadline_s)
