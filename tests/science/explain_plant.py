@@ -44,6 +44,8 @@ class Joint(NamedTuple):
     stiff_loop: float = 25.0
     loop: float = 0.35
     arm_viscous: float = 0.0
+    wobble: float = 0.0  # rad of the motor, of the gear: by its sine, twice a turn
+    misread: float = 0.0  # rad, of the motor's angle, likewise
 
 
 def moves(seed: int, duration_s: float, *, hardest_rad_s2: float = 150.0) -> Floats:
@@ -78,28 +80,32 @@ def _driven(j: Joint, command: Floats, every: int) -> Floats:
     speed, dry, arm_dry, integral = 0.0, 0.0, 0.0, held
     out = np.empty((command.shape[0] // every, 5))
     for i in range(out.shape[0] * every):
-        error = command[i, 1] + j.stiff_loop * (command[i, 0] - q) - v
+        sine, slope = math.sin(2.0 * q), 2.0 * math.cos(2.0 * q)
+        read, speed_read = q + j.misread * sine, v * (1.0 + j.misread * slope)
+        error = command[i, 1] + j.stiff_loop * (command[i, 0] - read) - speed_read
         torque = j.loop * error + integral
         if abs(torque) > j.limit:
             torque = math.copysign(j.limit, torque)
         else:
             integral += dt * 8.0 * j.loop * error
         if i % every == 0:
-            out[i // every, 0], out[i // every, 1] = q, v
+            out[i // every, 0], out[i // every, 1] = read, speed_read
             out[i // every, 2], out[i // every, 3] = torque, command[i, 1]
             out[i // every, 4] = arm
-        twist = q - arm
+        geared = 1.0 + j.wobble * slope
+        twist = q + j.wobble * sine - arm
         open_ = abs(twist) - j.half_gap
         shaft = 0.0
         if open_ > 0.0:
-            shaft = j.stiffness * math.copysign(open_, twist) + j.damping * (v - speed)
+            shaft = j.stiffness * math.copysign(open_, twist) + j.damping * (geared * v - speed)
             if j.half_gap > 0.0 and shaft * twist < 0.0:
                 shaft = 0.0
-        shaft += j.film * (v - speed)
+        shaft += j.film * (geared * v - speed)
         dry += dt * (v - abs(v) * dry) / j.motor_reach
         arm_dry += dt * (speed - abs(speed) * arm_dry) / j.arm_reach
         weight = j.gravity_sin * math.sin(arm / GEAR) + j.gravity_cos * math.cos(arm / GEAR)
-        v += dt * (torque - shaft - j.motor_coulomb * dry - j.viscous * v) / j.motor_inertia
+        rubbing = j.motor_coulomb * dry + j.viscous * v
+        v += dt * (torque - geared * shaft - rubbing) / j.motor_inertia
         rubbed = j.arm_coulomb * arm_dry + j.arm_viscous * speed
         speed += dt * (shaft - weight - rubbed) / j.arm_inertia
         q += dt * v

@@ -65,3 +65,16 @@ def test_recordings_without_the_encoder_leave_what_the_others_show() -> None:
     scene, beside = seen_in(replace(first, columns=bare), second)
     assert beside.lost_rad == pytest.approx(alone.lost_rad, rel=0.05)
     assert "backlash" not in refuted(scene, beside)
+
+
+@pytest.mark.parametrize(
+    ("joint", "other"),
+    [
+        (STIFF._replace(wobble=6e-4), "resolver-error"),
+        (STIFF._replace(misread=6e-4), "kinematic-error"),
+    ],
+)
+def test_a_wave_that_shakes_the_arm_alone_is_the_gears(joint: Joint, other: str) -> None:
+    """A misread angle shakes the motor with it; the two had stayed tied with the encoder, too."""
+    out = refuted(*seen(joint, 0.001))
+    assert {"kinematic-error", "resolver-error"} & out.keys() == {other}

@@ -10,6 +10,7 @@ Runs in which the arm had no encoder say nothing of it; the others speak for the
 What the difference does not show is refuted: no law is named that would move the arm by more. A
 wave in it may be the gear's or the motor's resolver's. Both shake the arm, but a resolver's error
 shakes the motor with it: the ripple in torque over the wave is the arm's inertia, or the whole.
+Whatever spring is between them, a wobble's is no more than the arm's.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +36,25 @@ _UNSEEN = 0.3  # of the residual's root mean square: less ripple is not what is 
 _WHOLE = 0.9  # of the inertia: the motor, which a resolver's error shakes as well, has the rest
 
 Bound = tuple[float, float]
+_ANY: Bound = (-math.inf, math.inf)
+
+
+class Wave(NamedTuple):
+    """A wave in the difference, with 95 % intervals.
+
+    Parameters
+    ----------
+    order : float
+        Per revolution of the motor.
+    most_rad : float
+        Its highest amplitude.
+    share : tuple of float
+        Of the inertia, which is behind the wave.
+    """
+
+    order: float
+    most_rad: float
+    share: Bound
 
 
 @dataclass(frozen=True)
@@ -48,14 +69,13 @@ class Twist:
         Twist per acceleration, the skew's part taken off: one over the squared locked frequency.
     lost_rad : float
         The most that the angles differ by with the torque's or the motion's sign.
-    waves : tuple of (float, float, float)
-        Order, highest amplitude, and share of the inertia that is behind the wave; at 95 %.
+    waves : tuple of Wave
     """
 
     skew_s: Bound
     swing_s2: Bound
     lost_rad: float
-    waves: tuple[tuple[float, float, float], ...]
+    waves: tuple[Wave, ...]
 
 
 def twist_of(scene: Scene) -> Twist | None:
@@ -121,8 +141,8 @@ def _ends(fit: LinearFit, index: int) -> Bound:
     return low, high
 
 
-def _wave(scene: Scene, fit: LinearFit, order: float, at: int) -> tuple[float, float, float]:
-    """Return an order's highest amplitude and the highest share of the inertia that it shakes."""
+def _wave(scene: Scene, fit: LinearFit, order: float, at: int) -> Wave:
+    """Return an order's highest amplitude, and what share of the inertia it shakes."""
     found = fit.theta[at : at + 2]
     half = 0.5 * float(np.max(np.diff(fit.ci95[at : at + 2], axis=1)))
     size = float(np.hypot(*found))
@@ -140,14 +160,14 @@ def _wave(scene: Scene, fit: LinearFit, order: float, at: int) -> tuple[float, f
     try:
         torque = solve_blocks(columns, columns, scene.residual_nm[rows], table.block[rows])
     except ValueError:
-        return order, size + half, math.inf
+        return Wave(order, size + half, _ANY)
     ripple = torque.theta[:2]
     error = 0.5 * float(np.max(np.diff(torque.ci95[:2], axis=1)))
     if size <= 2.0 * half:
-        return order, size + half, math.inf
+        return Wave(order, size + half, _ANY)
     share = -float(ripple @ found) / size**2
     spread = math.hypot(error / size, share * half / size)
-    return order, size + half, share + spread
+    return Wave(order, size + half, (share - spread, share + spread))
 
 
 def refuted(scene: Scene, twist: Twist) -> dict[str, str]:
@@ -169,13 +189,17 @@ def refuted(scene: Scene, twist: Twist) -> dict[str, str]:
         out["backlash"] = "the arm's encoder shows no lost motion where the torque changes sides"
     waves = twist.waves
     unseen = _UNSEEN * float(np.sqrt(np.mean(scene.residual_nm[table.sliding] ** 2)))
-    ripples = [inertia * (order * scene.fastest) ** 2 * size for order, size, _ in waves]
+    ripples = [inertia * (w.order * scene.fastest) ** 2 * w.most_rad for w in waves]
     if waves and max(ripples) < unseen:
         for effect in ("kinematic-error", "resolver-error"):
             out[effect] = "the arm's encoder follows the motor's without a wave"
-    elif waves and waves[0][2] < _WHOLE:
+    elif waves and waves[0].share[1] < _WHOLE:
         out["resolver-error"] = (
             "the arm's encoder shows a wave that shakes the arm alone, not the motor with it"
+        )
+    elif waves and waves[0].share[0] > _WHOLE:
+        out["kinematic-error"] = (
+            "the arm's encoder shows a wave that shakes the motor with the arm, not the arm alone"
         )
     return out
 

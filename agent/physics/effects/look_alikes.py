@@ -155,7 +155,8 @@ PAIRS: tuple[tuple[str, str, str, str], ...] = (
         "kinematic-error",
         "resolver-error",
         "both are errors of an angle at the same order",
-        "Record the arm's own encoder: it sees the gear's wobble, and not the resolver's error.",
+        "Record the arm's own encoder: the wave that it shows beside the motor's shakes the arm "
+        "alone where the gear wobbles, and the motor with it where the motor's angle is misread.",
     ),
     (
         "torque-ripple",
