@@ -55,12 +55,18 @@ def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> 
     best_cell = max((cell.gain for cell in study.cells if cell.counts), default=0.0)
     outdone = best_cell * plain > _CELL_BETTER * (plain - full) and study.ratio > CLOSE
     much = left_share > MUCH_LEFT
-    too_little = left_share > _MOST_LEFT and (study.ratio > FAR or _outweighed(study))
+    # A swing above the band unsays nothing that was named within it.
+    within = min(left_share, _left_within(study)) if lined else left_share
+    too_little = within > _MOST_LEFT and (study.ratio > FAR or _outweighed(study))
     if missing and (too_little or outdone or (much and _misshapen(study))):
         return "unexplained"
     if (missing or lined) and much:
         return "partly-explained"
     return "tied" if any(f.alternatives for f in findings) else "explained"
+
+
+def _left_within(study: Study) -> float:
+    return left_share(study, above_band=False)
 
 
 def far_from_given(study: Study) -> bool:
@@ -123,16 +129,22 @@ def _misshapen(study: Study) -> bool:
     )
 
 
-def left_share(study: Study) -> float:
+def left_share(study: Study, *, above_band: bool = True) -> float:
     """Return which share of the refitted twin's mismatch, above the noise, the findings leave.
 
     Zero where what is left is noise: a mismatch that was hardly there cannot be left over.
+
+    Parameters
+    ----------
+    study : Study
+    above_band : bool
+        Whether what swings of its own above the compared band is a part of the mismatch.
     """
     # What swings of its own is outside the band, or passes for noise where little else is left.
     apart = sum(
         line.energy_nm2
         for line in study.lines
-        if line.matters and (not line.in_band or study.ratio <= CLOSE)
+        if line.matters and (above_band if not line.in_band else study.ratio <= CLOSE)
     )
     if study.ratio <= CLOSE and not study.choice.terms and not apart:
         return 0.0

@@ -50,28 +50,26 @@ def _alone(signals: Signals) -> NDArray[np.bool_]:
     rows = np.flatnonzero(signals.valid)
     if rows.shape[0] < _FEWEST:
         return out
-    for values in (signals.torque_nm, signals.velocity_rad_s, signals.position_rad):
+    for values in (signals.torque_nm, signals.velocity_rad_s):
         if values is not None:
-            out[rows[1:-1][_spikes(values[rows])]] = True
+            out[rows[1:-1][_spikes(values[rows], _least(values[rows]))]] = True
     if signals.position_rad is not None:
-        for end in _far_ends(signals.position_rad[rows]):
-            out[rows[end]] = True
+        position = signals.position_rad[rows]
+        steps = np.abs(np.diff(position))
+        driven = float(np.quantile(steps, _ONE_IN))  # as far as the joint gets from row to row
+        out[rows[1:-1][_spikes(position, driven)]] = True
+        for end in (0, -1):
+            out[rows[end]] |= driven > 0.0 and bool(steps[end] > _BEYOND * driven)
     return out
 
 
-def _spikes(values: Floats) -> NDArray[np.bool_]:
+def _spikes(values: Floats, least: float) -> NDArray[np.bool_]:
     """Return which of the inner values, (n - 2,), are far from two neighbours that agree."""
     departs = np.abs(values[1:-1] - (values[2:] + values[:-2]) / 2.0)
-    usual = max(float(np.quantile(departs, _ONE_IN)), _least(values))
+    usual = max(float(np.quantile(departs, _ONE_IN)), least)
     between = np.abs(values[2:] - values[:-2])
-    return np.asarray((usual > 0.0) & (departs > _BEYOND * usual) & (between < _BETWEEN * departs))
-
-
-def _far_ends(position_rad: Floats) -> list[int]:
-    """Return the ends, 0 and -1, from which the joint would have had to jump."""
-    steps = np.abs(np.diff(position_rad))
-    usual = max(float(np.quantile(steps, _ONE_IN)), _least(position_rad))
-    return [end for end in (0, -1) if usual > 0.0 and steps[end] > _BEYOND * usual]
+    far = (usual > 0.0) & (departs > _BEYOND * usual) & (between < _BETWEEN * departs)
+    return np.asarray(far)
 
 
 def _least(values: Floats) -> float:
