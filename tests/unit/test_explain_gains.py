@@ -29,3 +29,9 @@ def test_losses_elsewhere_make_a_gain_an_accident() -> None:
     before, after = np.ones(100), np.ones(100) + SMALL
     before[:3], after[20:60] = 40.0, 3.0
     assert not steady(before, after)
+
+
+def test_errors_that_rounding_made_negative_are_no_warning() -> None:
+    """A twin with an inertia of a million let an overflow through to the terminal."""
+    before = np.array([-3e6, 2e6, -1e-305, 0.0])
+    assert not steady(before, np.array([-4e6, 3e6, 0.0, 0.0]))

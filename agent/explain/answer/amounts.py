@@ -26,3 +26,8 @@ def duration(value: float) -> str:
 def short(value: float) -> str:
     """Return a number with two digits."""
     return significant(value, 2)
+
+
+def factor(value: float) -> str:
+    """Return a factor: with three decimals near 1, else with three digits."""
+    return f"{value:.3f}" if 0.1 < abs(value) < 10.0 else significant(value, 3)

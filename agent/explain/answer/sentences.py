@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from agent.explain.answer.amounts import duration, percent, short, torque
+from agent.explain.answer.amounts import duration, factor, percent, short, torque
 from agent.explain.answer.names import FOLLOWS_DIRECTION, NAMES, OWN_NUMBER
 from agent.explain.answer.places import place_in_words
 from agent.explain.answer.result import Region, Ringing
@@ -160,7 +160,7 @@ def _factor(known: Mapping[str, float]) -> str:
             "per kelvin of the motor)"
         )
     if "factor" in known:
-        return f" (the real torque is the reported one times a factor of {known['factor']:.3f})"
+        return f" (the real torque is the reported one times a factor of {factor(known['factor'])})"
     return ""
 
 
@@ -189,7 +189,7 @@ def number_sentence(
         _, found, _ = next(iter(changes.values()))
         return (
             "The torque constant is wrong: the real torque is the reported one times a factor of "
-            f"{found:.3f}. {worth}"
+            f"{factor(found)}. {worth}"
         )
     told = {name: numbers for name, numbers in changes.items() if _differs(numbers, changes)}
     change = _lack if recorded else _change

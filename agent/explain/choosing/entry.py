@@ -170,7 +170,8 @@ def steady(before: Floats, after: Floats) -> bool:
     three blocks may hold nine tenths of the squared error, and all others that pass it agree.
     """
     gain = before - after
+    most = np.maximum(np.maximum(before, after), np.abs(gain))  # beside 1e6 N m errors are rounded
     return any(
         float(each.sum()) > 2.0 * float(np.std(each)) * math.sqrt(each.shape[0])
-        for each in (gain, gain / np.maximum(np.maximum(before, after), 1e-300))
+        for each in (gain, gain / np.where(most > 0.0, most, 1.0))
     )
