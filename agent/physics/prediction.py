@@ -21,6 +21,7 @@ from agent.physics import rigid_body
 from agent.physics.effects import (
     CARRIED,
     CORRECTED,
+    HOLDING,
     REPORTED,
     SLIDING,
     YIELDING,
@@ -74,7 +75,13 @@ def predict_parts(twin: Twin, motion: Motion, smooth: Smooth | None = None) -> d
         parts[entry.label] = _plain_nm(twin, motion) - _plain_nm(twin, before)
     base = _base(twin, entries, motion)
     added = [e for e in entries if e.form.added_nm is not None and e.id not in CARRIED]
+    held = {e.label: _added_nm(e, motion, base) for e in added if (e.id, e.form.name) in HOLDING}
+    if held:
+        base = replace(base, held_more_nm=_sum(held))
     for entry in sorted(added, key=lambda e: e.id == YIELDING):
+        if entry.label in held:
+            parts[entry.label] = held[entry.label]
+            continue
         if entry.id == YIELDING:
             # Stribeck's level is known at rest, too: it stands among the base's boundaries.
             sliding = [parts[e.label] for e in added if e.id in SLIDING - {"stribeck"}]

@@ -255,6 +255,22 @@ def test_a_wobbling_gear_bears_weight_and_friction_by_the_ratio_of_the_moment() 
     assert added == pytest.approx(0.04 * np.cos(2.0 * POSITION) * (GRAVITY + 0.15 * SIGN))
 
 
+@pytest.mark.parametrize(
+    "pull",
+    [
+        Effect("cable-force", {"stiffness_nm_per_arm_rad": 0.7, "neutral_arm_rad": 0.1}),
+        Effect("local-fault", {"height_nm": 0.5, "center_arm_rad": 0.1, "width_arm_rad": 0.2}),
+    ],
+)
+def test_what_pulls_at_the_arm_is_a_load_that_the_gear_bears(pull: Effect) -> None:
+    """An extended twin had left 5.0 times the noise: beside a cable its load was gravity alone."""
+    rubbing = Effect("load-dependent-friction", {"load_coefficient": 0.2})
+    pulled = predicted(pull) - predicted()
+    added = predicted(pull, rubbing) - predicted(pull)
+    assert added == pytest.approx(0.2 * np.abs(GRAVITY + pulled) * SIGN)
+    assert predicted(rubbing, pull) == pytest.approx(predicted(pull, rubbing))
+
+
 def test_measurement_effects_act_on_the_sum() -> None:
     offset = Effect("torque-offset", {"torque_offset_nm": 1.0})
     constant = Effect("torque-constant-error", {"factor": 0.8})

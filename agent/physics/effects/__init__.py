@@ -9,6 +9,7 @@ from agent.physics.effects.card import EffectCard, Form, Parameter, unix_s
 from agent.physics.effects.library import (
     CARRIED,
     CORRECTED,
+    HOLDING,
     LIBRARY,
     REPORTED,
     SLIDING,
@@ -29,6 +30,7 @@ from agent.physics.effects.motion import (
 __all__ = [
     "CARRIED",
     "CORRECTED",
+    "HOLDING",
     "LEAST_LEVEL",
     "LIBRARY",
     "REPORTED",

@@ -83,7 +83,7 @@ def _asymmetry(p: Numbers, motion: Motion, base: Base) -> Floats:
 def _load(p: Numbers, motion: Motion, base: Base) -> Floats:
     numbers = dict(p)
     inertia = numbers.pop("arm_inertia_kg_m2") + base.payload_inertia_kg_m2
-    load = inertia * motion.acceleration_rad_s2 + base.weight_nm(motion)
+    load = inertia * motion.acceleration_rad_s2 + base.held_nm(motion)
     # Dry friction behind the gear is a torque that the gear has to transmit, too.
     load = load + numbers.pop("arm_coulomb_nm") * motion.direction
     return LoadDependent(**numbers).torque_nm(motion.velocity_rad_s, load, motion.direction)

@@ -158,7 +158,8 @@ class Base:
     Coulomb level and gravity are those that the twin ends up with: `wrong-number` and
     `gravity-imbalance` are counted in, because a spring or a bristle cannot tell them apart; what a
     stated payload adds to the arm's inertia stands beside the twin's own. `sliding_more_nm`, shape
-    (n,), is what other effects add to the level of sliding friction along the motion.
+    (n,), is what other effects add to the level of sliding friction along the motion, and
+    `held_more_nm`, shape (n,), what they hold the arm with beside its weight.
     """
 
     gear_ratio: float
@@ -169,6 +170,7 @@ class Base:
     boundaries: tuple[Boundary, ...] = ()
     payload_inertia_kg_m2: float = 0.0
     sliding_more_nm: Floats | None = None
+    held_more_nm: Floats | None = None
 
     def arm_rad(self, motion: Motion) -> Floats:
         """Return the arm's angle, shape (n,), as a stiff gear has it."""
@@ -180,6 +182,11 @@ class Base:
             return np.zeros_like(motion.velocity_rad_s)
         columns = gravity_columns(motion.need("position_rad"), self.gear_ratio)
         return np.asarray(columns @ np.array([self.gravity_sin_nm, self.gravity_cos_nm]))
+
+    def held_nm(self, motion: Motion) -> Floats:
+        """Return what the gear holds the arm against, shape (n,): weight, and what pulls beside."""
+        weight = self.weight_nm(motion)
+        return weight if self.held_more_nm is None else weight + self.held_more_nm
 
     def level_nm(self, motion: Motion) -> Floats:
         """Return the level of all friction of lasting motion but plain viscous, shape (n,)."""

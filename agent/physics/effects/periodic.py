@@ -27,7 +27,7 @@ def _ripple(order_per_motor_rev: float, p: Numbers, motion: Motion, base: Base) 
 def _wobble(order_per_motor_rev: float, p: Numbers, motion: Motion, base: Base) -> Floats:
     inertia = p["arm_inertia_kg_m2"]
     law = KinematicError(p["cos_rad"], p["sin_rad"], order_per_motor_rev, inertia)
-    load = base.weight_nm(motion) + p["arm_coulomb_nm"] * motion.direction
+    load = base.held_nm(motion) + p["arm_coulomb_nm"] * motion.direction
     position = motion.need("position_rad")
     return law.torque_nm(position, motion.velocity_rad_s, motion.acceleration_rad_s2, load)
 
