@@ -45,7 +45,7 @@ from agent.explain.unnamed import taken_back, unproven
 from agent.physics.twin import Twin, TwinError
 from trajectories import AxisLimits
 
-_MOMENTS = 2  # times some may be left out
+_HELD_OUT = 2.0  # times the noise
 _SETTLED = {"unexplained": 0, "partly-explained": 1, "tied": 2, "explained": 2, "no-mismatch": 2}
 
 
@@ -75,22 +75,23 @@ def explain(
     Explanation
         With reasons and no numbers where the recordings do not carry an answer.
     """
-    answer, moment = _asked_once(twin, runs, holdout, limits)
-    best, apart = answer, [moment]
-    for _ in range(_MOMENTS):
-        if moment is None:
-            break
-        runs = without(runs, moment)
-        again, moment = _asked_once(twin, runs, holdout, limits)
-        if _is_better(again, best):
-            left_out = (m.said(apart=True) for m in apart if m is not None)
-            best = replace(again, reasons=(*left_out, *again.reasons))
-        apart.append(moment)
-    return best
+    answer, moments = _asked_once(twin, runs, holdout, limits)
+    if moments is None:
+        return answer
+    again, _ = _asked_once(twin, without(runs, moments), holdout, limits)
+    if not _is_better(again, answer):
+        return answer
+    return replace(again, reasons=(moments.said(apart=True), *again.reasons))
 
 
 def _is_better(answer: Explanation, other: Explanation) -> bool:
-    """Return whether an answer without moments settles more than one with it, or leaves half."""
+    """Return whether an answer without moments settles more than one with them, or leaves half.
+
+    It does not where a hold-out holds far more of it than noise: then they were no accident.
+    """
+    held = answer.holdout
+    if held is not None and answer.held_out and held.floor_ratio > _HELD_OUT:
+        return False
     rank = _SETTLED[answer.verdict] - _SETTLED[other.verdict]
     return rank > 0 or (rank == 0 and answer.extended.rmse_nm < 0.5 * other.extended.rmse_nm)
 

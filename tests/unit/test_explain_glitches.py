@@ -41,8 +41,13 @@ def test_a_row_that_stands_alone_is_left_out_and_a_step_is_not(run: Run) -> None
     assert position[-1] != 0.0
     zeroed = replace(run.signals, position_rad=np.append(position[:-1], 0.0))
     hit = _with_torque(run, slice(3000, 3001), 30.0)
-    cases: list[tuple[Run, list[int]]] = [(run, []), (hit, [3000]), (_with_torque(run, slice(3000, 9000), 5.0), [])]
-    for given, rows in (*cases, (replace(run, signals=zeroed), [position.shape[0] - 1])):
+    cases: list[tuple[Run, list[int]]] = [
+        (run, []),
+        (hit, [3000]),
+        (_with_torque(run, slice(3000, 9000), 5.0), []),
+        (replace(run, signals=zeroed), [position.shape[0] - 1]),
+    ]
+    for given, rows in cases:
         (kept,), said = without_glitches([given])
         assert np.flatnonzero(~kept.signals.valid).tolist() == rows
         assert bool(said) is bool(rows)
@@ -59,6 +64,8 @@ def test_a_moment_that_holds_most_of_what_is_left_is_told_and_left_out(run: Run)
     assert {name for _, name, _ in found.at} == {"hit.csv"}
     at_s = hit.signals.time_s[3000]
     assert all(abs(start_s - at_s) < 0.3 for _, _, start_s in found.at)
+    rest = np.where(np.arange(table.run.size) % 700 < 60, 1.0, 0.0)  # a spell, again and again
+    assert in_moments(table, rows, rest[rows], 5e-3) is None
     left_out = without([run, hit], found)
     assert left_out[0] is run
     assert not left_out[1].signals.valid[3000:3020].any()

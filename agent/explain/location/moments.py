@@ -18,6 +18,7 @@ _BIN_S = 0.1
 _AROUND_S = 0.25
 _HALF = 0.5  # of what is left
 _FEW = 0.01  # of all bins: more are no moments, and an effect has its places
+_SPELLS, _LONGEST = 3, 3  # and tenths of a second of each: friction after a rest lasts longer
 _CLEAR = 1.25  # times the noise floor: less is noise, which has its moments, too
 
 
@@ -82,8 +83,22 @@ def in_moments(
     if few > _FEW * count.size:
         return None
     at = sorted((int(run), int(k)) for run, k in cells[loudest[:few]])
+    if not _are_brief(at):
+        return None
     named = tuple((run, table.runs[run].name, k * _BIN_S) for run, k in at)
     return Moments(named, float(share[few - 1]))
+
+
+def _are_brief(at: Sequence[tuple[int, int]]) -> bool:
+    """Return whether tenths of a second, (run, number) in order, are few spells and short ones."""
+    spells: list[list[tuple[int, int]]] = []
+    for run, k in at:
+        if spells and spells[-1][-1][0] == run and k - spells[-1][-1][1] <= _LONGEST:
+            spells[-1].append((run, k))
+        else:
+            spells.append([(run, k)])
+    longest = max(spell[-1][1] - spell[0][1] + 1 for spell in spells)
+    return len(spells) <= _SPELLS and longest <= _LONGEST
 
 
 def without(runs: Sequence[Run], moments: Moments) -> tuple[Run, ...]:
