@@ -76,8 +76,8 @@ def explain(
         With reasons and no numbers where the recordings do not carry an answer.
     """
     answer, moments = _asked_once(twin, runs, holdout, limits)
-    if moments is None:
-        return answer
+    if moments is None or (not holdout and len({run for run, _, _ in moments.at}) > 1):
+        return answer  # what comes back in another recording, and nothing to hold it against
     again, _ = _asked_once(twin, without(runs, moments), holdout, limits)
     if not _is_better(again, answer):
         return answer
@@ -126,7 +126,6 @@ def _explained(
     """Return the explanation of recordings that carry an answer, and moments that may hide one."""
     found, given = studied(twin, table)
     told = Told.of(found, given)
-    menu = _experiments(found, limits, frozenset(swing.effect for swing in told.swings))
     if told.verdict == "unexplained":
         told = told.without_names(given)
     is_named, holdout = told.verdict != "unexplained", asked.holdout
@@ -142,6 +141,9 @@ def _explained(
     if back:
         told = told.without_names(given).judged_again()
         proven, traces, apart = _proof(told.found, given, holdout, named=False)
+    menu: tuple[NextExperiment, ...] = ()
+    if any(f.alternatives for f in told.findings):
+        menu = _experiments(found, limits, frozenset(swing.effect for swing in told.swings))
     answer = _explanation(
         told, given, proven, traces, menu, recordings, held_out, by_motor=asked.by_motor
     )
@@ -239,7 +241,6 @@ def _explanation(
     given, refitted = (
         fit_of(measured, left[rows]) for left in (as_given.table.target_nm, found.refitted_nm)
     )
-    following = menu if any(f.alternatives for f in findings) else ()
     return Explanation(
         verdict=verdict,
         sentence=words.summary(
@@ -256,8 +257,8 @@ def _explanation(
         unexplained_where=where,
         cells=found.cells,
         moved=_moves(found),
-        next_experiment=following[0] if following else None,
-        further_experiments=following[1:],
+        next_experiment=menu[0] if menu else None,
+        further_experiments=menu[1:],
         recordings=recordings,
         held_out=held_out,
         not_judged=found.not_judged,
