@@ -4,6 +4,9 @@ For the motor one is like the other: a part of the inertia follows it on a sprin
 gear is all that the joint carries. Where what swings is too little for the weight that the joint
 holds, another thing swings. It stays in the model, so that the numbers beside it are right, and
 has no name: a gear that is not soft is not exchanged for it.
+
+Nor has a weak swing beside a stronger effect a name where its own numbers do not exclude that there
+is none: what is left of the stronger one's shape looks like it.
 """
 
 from __future__ import annotations
@@ -15,6 +18,7 @@ from dataclasses import dataclass
 from agent.explain.answer.amounts import percent, short, torque
 from agent.explain.answer.result import Finding, Verdict
 from agent.explain.forms.hidden_arm import inertia_of
+from agent.explain.forms.quantities import NOT_NEEDED
 from agent.explain.rows.scene import Scene
 from agent.explain.verdict import MUCH_LEFT
 
@@ -62,6 +66,23 @@ def beside_the_joint(scene: Scene, findings: Sequence[Finding]) -> tuple[Finding
     return tuple(f for f in findings if any(_too_light(s, scene) for s in _swing(f, scene)))
 
 
+def not_needed(scene: Scene, findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Return the swings beside a stronger effect whose own numbers do not exclude that none is.
+
+    Parameters
+    ----------
+    scene : Scene
+        In which they were found.
+    findings : sequence of Finding
+    """
+    strongest = max((f.energy_share for f in findings), default=0.0)
+    return tuple(
+        f
+        for f in findings
+        if f.energy_share < strongest and any(_swing(f, scene)) and _may_be_none(f)
+    )
+
+
 def verdict_beside(
     verdict: Verdict, findings: Sequence[Finding], swings: Sequence[Finding]
 ) -> Verdict:
@@ -83,15 +104,22 @@ def verdict_beside(
 
 
 def swing_sentence(swing: Finding, scene: Scene) -> str:
-    """Return what swings, why it is not the gear's arm, and what to do.
+    """Return what swings, why it has no name, and what to do.
 
     Parameters
     ----------
     swing : Finding
-        Of `beside_the_joint`.
+        Of `beside_the_joint` or `not_needed`.
     scene : Scene
     """
     own = next(_swing(swing, scene))
+    if not _too_light(own, scene):
+        return (
+            f"a soft gear that lets {percent(own.inertia_share)} of the joint's inertia swing at "
+            f"{short(own.frequency_hz)} Hz would explain {percent(swing.energy_share)} of the "
+            "mismatch beside what is named, but within the intervals of its numbers there need be "
+            "none; faster starts and reversals would decide it"
+        )
     return (
         f"what swings at {short(own.frequency_hz)} Hz ({percent(swing.energy_share)} of the "
         f"mismatch) is not the arm behind this gear: {percent(own.inertia_share)} of the joint's "
@@ -113,6 +141,11 @@ def _swing(finding: Finding, scene: Scene) -> Iterator[Swing]:
         else math.sqrt(numbers["stiffness_nm_per_rad"].value / inertia) / (2.0 * math.pi)
     )
     yield Swing(hertz, inertia / inertia_of(scene), _weight_nm(scene))
+
+
+def _may_be_none(swing: Finding) -> bool:
+    stiffness = swing.parameters.get("stiffness_nm_per_rad")
+    return stiffness is not None and not stiffness.identified and stiffness.reason == NOT_NEEDED
 
 
 def _too_light(swing: Swing, scene: Scene) -> bool:

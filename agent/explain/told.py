@@ -11,7 +11,7 @@ from agent.explain.findings import findings_of
 from agent.explain.location.leftover import left_regions, line_regions
 from agent.explain.rows.evidence import effective_size
 from agent.explain.study import Study
-from agent.explain.surroundings import beside_the_joint, swing_sentence, verdict_beside
+from agent.explain.surroundings import beside_the_joint, not_needed, swing_sentence, verdict_beside
 from agent.explain.unnamed import own_numbers, unnamed
 from agent.explain.verdict import left_share, verdict_of
 
@@ -35,7 +35,9 @@ class Told:
         """Return what is told of a study."""
         named = findings_of(found)
         told = cls(found, named, with_load(named, found, given), "unexplained").judged_again()
-        swings = beside_the_joint(found.library.scene, named)
+        scene = found.library.scene
+        light = beside_the_joint(scene, named)
+        swings = (*light, *(f for f in not_needed(scene, named) if f not in light))
         if not swings or told.verdict == "unexplained":  # what explains too little shows no swing
             return told
         kept = [f for f in named if f not in swings]

@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 from agent.explain.answer.result import Finding
+from agent.explain.forms.quantities import NOT_NEEDED
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import tabulate
 from agent.explain.surroundings import (
     beside_the_joint,
     least_inertia_kg_m2,
+    not_needed,
     swing_sentence,
     verdict_beside,
 )
@@ -60,3 +62,14 @@ def test_what_is_too_light_for_the_weight_is_not_the_gears_arm() -> None:
     other = replace(neighbour, effect="torque-ripple", energy_share=0.2)
     assert verdict_beside("tied", [other], [neighbour]) == "partly-explained"
     assert verdict_beside("tied", [other], []) == "tied"
+
+
+def test_a_weak_swing_that_need_not_be_there_has_no_name_beside_a_stronger_effect() -> None:
+    scene, sure = joint(0.0), replace(swinging(4e-3), energy_share=0.09)
+    maybe = Parameter.not_identified(NOT_NEEDED, 23.0)
+    unsure = replace(sure, parameters={**sure.parameters, "stiffness_nm_per_rad": maybe})
+    offset = replace(sure, effect="torque-offset", energy_share=0.92, parameters={})
+    assert not_needed(scene, [offset, unsure]) == (unsure,)
+    assert not_needed(scene, [offset, sure]) == ()
+    assert not_needed(scene, [unsure]) == ()  # alone, it is the best account of what is missing
+    assert "there need be none" in swing_sentence(unsure, scene)

@@ -16,7 +16,8 @@ _Entry = Mapping[str, Any]
 
 _SETTLED = 1e-9
 _NO_LAW = "the simulation's own law predicts no better with it"
-_NOT_NEEDED = "within the intervals of its form's numbers the twin does as well without it"
+NOT_NEEDED = "within the intervals of its form's numbers the twin does as well without it"
+"""Why a number of the twin is not identified where an end of an interval is no effect at all."""
 
 
 def as_in_twin(form: Form, scene: Scene, own: Mapping[str, Parameter]) -> Mapping[str, Parameter]:
@@ -98,7 +99,7 @@ def _converted(
             return Parameter.not_identified(parameter.reason, value)
         ends = [_there(entry, name) for entry in moved[key]]
         if any(end is None for end in ends):
-            return Parameter.not_identified(_NOT_NEEDED, value)
+            return Parameter.not_identified(NOT_NEEDED, value)
         moves = [end - value for end in ends if end is not None]
         square_low += min(*moves, 0.0) ** 2
         square_high += max(*moves, 0.0) ** 2
