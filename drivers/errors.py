@@ -22,10 +22,16 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from drivers.evidence import SyncAccount
+
+
+_NUMBER = re.compile(r"\[Errno -?\d+\] ")
+_PRINTED = re.compile(r"\w+Error\(-?\d+, (['\"])(.+?)\.?\1[^)]*\)")
+"""An error as Python prints one: ``FileNotFoundError(2, 'The ... specified.', None, 2)``."""
 
 
 def why_unreadable(error: OSError | UnicodeDecodeError) -> str:
@@ -33,6 +39,15 @@ def why_unreadable(error: OSError | UnicodeDecodeError) -> str:
     if isinstance(error, UnicodeDecodeError):
         return "it is not text in UTF-8"
     return error.strerror or str(error)
+
+
+def words_of(error: BaseException) -> str:
+    """Return a library's own words for its error, without a full stop and never empty.
+
+    The system's numbers are left out, and what pyserial prints of the error behind its own.
+    """
+    words = _PRINTED.sub(r"\2", _NUMBER.sub("", str(error))).strip().rstrip(".")
+    return words or type(error).__name__
 
 
 class DriverError(Exception):

@@ -16,7 +16,7 @@ import errno
 
 import can
 
-from drivers.errors import BusError
+from drivers.errors import BusError, words_of
 
 OPENING_FAILURES: tuple[type[Exception], ...] = (
     can.CanError,
@@ -63,7 +63,7 @@ def opening_failed(
         return BusError(f"The CAN adapter {name} {error.what} while it is opened.", error.do)
     if isinstance(error, (NotImplementedError, ImportError, NameError)):
         return BusError(
-            f"The CAN interface {interface!r} is not available here: {_words(error)}.",
+            f"The CAN interface {interface!r} is not available here: {words_of(error)}.",
             "Check its name, and install the adapter's driver and Python package.",
         )
     code = _errno_of(error)
@@ -72,7 +72,7 @@ def opening_failed(
         if told is not None:
             return BusError(*told)
     return BusError(
-        f"The CAN bus {name} cannot be opened: {_words(error)}.",
+        f"The CAN bus {name} cannot be opened: {words_of(error)}.",
         "Check interface, channel, bitrate and options of the bus in the cell description, "
         "and that no other program holds the adapter.",
     )
@@ -94,7 +94,7 @@ def working_failed(error: Exception, name: str, doing: str) -> BusError:
             "Check bitrate, wiring, termination and that the drive has power.",
         )
     return BusError(
-        f"The CAN bus {name} failed while {doing}: {_words(error)}.",
+        f"The CAN bus {name} failed while {doing}: {words_of(error)}.",
         "Check the adapter, wiring and termination, then start again.",
     )
 
@@ -136,8 +136,3 @@ def _errno_of(error: BaseException | None) -> int | None:
             return number
         error = error.__cause__
     return None
-
-
-def _words(error: BaseException) -> str:
-    """Return the library's own words without a full stop, never empty."""
-    return (str(error).strip() or type(error).__name__).rstrip(".")

@@ -7,10 +7,12 @@ half a line for a frame, and waits for ever for an adapter that takes no more by
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import can
 import serial  # type: ignore[import-untyped]  # pyserial has no types
+from can.exceptions import error_check
 from can.interfaces.slcan import slcanBus
 
 from drivers.can.failures import AdapterError
@@ -28,6 +30,7 @@ _READ_TIMEOUT_S = 0.01
 """A byte that comes is taken at once; python-can's own millisecond only looks more often."""
 
 BELL = "\a"
+_LINE_END = re.compile(rb"[\r\a]")
 
 
 class SlcanBus(slcanBus):
@@ -72,8 +75,14 @@ class SlcanBus(slcanBus):
         return message, filtered
 
     def _read(self, timeout: float | None) -> str | None:
+        """Return the next line with its end, or None after `timeout` seconds.
+
+        What waits is taken with one call. python-can asks the system for each byte by itself: 22
+        times a frame, and on Windows each of these is three calls.
+        """
         try:
-            line = super()._read(timeout)
+            with error_check():  # pyserial raises what it likes when the port is pulled out
+                line = self._next_line(serial.Timeout(timeout))
         except can.CanOperationError as error:
             raise _lost(error.__cause__) from error
         if line is not None and line.endswith(BELL) and self._opened:
@@ -81,6 +90,17 @@ class SlcanBus(slcanBus):
                 "refused a frame with a bell",
                 "Is the drive powered and the bus terminated? Check the bitrate, then start again.",
             )
+        return line
+
+    def _next_line(self, patience: serial.Timeout) -> str | None:
+        end = _LINE_END.search(self._buffer)
+        while end is None:
+            self._buffer += self.serialPortOrig.read(max(1, self.serialPortOrig.in_waiting))
+            end = _LINE_END.search(self._buffer)
+            if end is None and patience.expired():
+                return None
+        line = self._buffer[: end.end()].decode()
+        del self._buffer[: end.end()]
         return line
 
     def _write(self, string: str) -> None:

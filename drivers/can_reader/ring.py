@@ -9,11 +9,10 @@ word, and a slot belongs to the writer until `HEAD` has passed it, to the reader
 
 from __future__ import annotations
 
-import enum
 import mmap
 import os
 import struct
-from typing import Self
+from typing import Final, Self
 
 STAMP_BYTES = 56  # two control messages: struct timespec (32), drop counter (24)
 FRAME_BYTES = 16  # struct can_frame
@@ -31,21 +30,25 @@ CAPACITY = 32768
 _HEADER_BYTES = mmap.PAGESIZE
 
 
-class Word(enum.IntEnum):
-    """Which 8-byte word of the header is which counter."""
+class Word:
+    """Which 8-byte word of the header is which counter.
 
-    HEAD = 0  # frames ever written
-    TAIL = 1  # frames ever taken: the only word of the owner's
-    FULL = 2  # how often there was no room
-    ERRNO = 3  # why the reader ended
-    READY = 4  # 1 once it receives
+    Plain numbers, not an `enum`: before Python 3.12 each look at a member of one is a call, and a
+    tick that finds nothing does little else.
+    """
+
+    HEAD: Final = 0  # frames ever written
+    TAIL: Final = 1  # frames ever taken: the only word of the owner's
+    FULL: Final = 2  # how often there was no room
+    ERRNO: Final = 3  # why the reader ended
+    READY: Final = 4  # 1 once it receives
 
 
-class Moment(enum.IntEnum):
+class Moment:
     """Which 8-byte word of the header is which monotonic time in seconds; all the reader's."""
 
-    HEARD_UNTIL = 8  # everything that came before is in the ring
-    ALIVE = 9
+    HEARD_UNTIL: Final = 8  # everything that came before is in the ring
+    ALIVE: Final = 9
 
 
 class FrameRing:
@@ -78,20 +81,20 @@ class FrameRing:
             os.close(descriptor)
             raise
 
-    def word(self, which: Word) -> int:
-        """Return one counter."""
+    def word(self, which: int) -> int:
+        """Return one counter, by `Word`."""
         return self._words[which]
 
-    def set_word(self, which: Word, value: int) -> None:
+    def set_word(self, which: int, value: int) -> None:
         """Set one counter; only the side that `Word` names may."""
         self._words[which] = value
 
-    def moment_s(self, which: Moment) -> float:
-        """Return one monotonic time, in seconds; 0 before it was first set."""
+    def moment_s(self, which: int) -> float:
+        """Return one monotonic time in seconds, by `Moment`; 0 before it was first set."""
         return self._moments[which]
 
-    def set_moment(self, which: Moment, value_s: float) -> None:
-        """Set one monotonic time, in seconds."""
+    def set_moment(self, which: int, value_s: float) -> None:
+        """Set one monotonic time, in seconds, by `Moment`."""
         self._moments[which] = value_s
 
     def blank(self, first: int, count: int) -> None:

@@ -17,7 +17,7 @@ import struct
 from pymodbus import exceptions
 from pymodbus.exceptions import ModbusException
 
-from drivers.errors import AnswerError, BusError, DriverError, NodeMissingError, why_unreadable
+from drivers.errors import AnswerError, BusError, DriverError, NodeMissingError, words_of
 
 
 def _terminal_errors() -> tuple[type[Exception], ...]:
@@ -66,10 +66,8 @@ EXCEPTION_WORDS = {
 
 def not_connected(error: Exception, where: str) -> BusError:
     """Return the sentence for a connection that could not be made."""
-    words = why_unreadable(error) if isinstance(error, OSError) else str(error).strip()
-    words = words.rstrip(".") or type(error).__name__
     return BusError(
-        f"No connection to {where}: {words}.",
+        f"No connection to {where}: {words_of(error)}.",
         "Check power, address and cable, and that no other program holds the line.",
     )
 
@@ -113,4 +111,4 @@ def failed(error: Exception, where: str, doing: str, bytes_received: int) -> Dri
     ours = next((LIBRARY_ERRORS[c] for c in type(error).__mro__ if c in LIBRARY_ERRORS), None)
     if ours is None:
         ours = AnswerError
-    return ours(f"{where}: {str(error).rstrip('.') or type(error).__name__} ({doing}).")
+    return ours(f"{where}: {words_of(error)} ({doing}).")

@@ -12,7 +12,7 @@ from typing import Literal
 import serial  # type: ignore[import-untyped]  # pyserial has no types
 
 from drivers.clock import Clock
-from drivers.errors import AnswerError, BusError, NodeMissingError
+from drivers.errors import AnswerError, BusError, NodeMissingError, words_of
 
 LONGEST_LINE = 256
 END = b"\r"
@@ -84,7 +84,7 @@ class SerialLine:
         except (OSError, ValueError) as error:
             self.close()
             raise BusError(
-                f"The serial port {self.config.port} failed: {_words(error)}.",
+                f"The serial port {self.config.port} failed: {words_of(error)}.",
                 "Check the adapter and its cable.",
             ) from error
 
@@ -134,7 +134,7 @@ class SerialLine:
                 )
             except OPENING_FAILURES as error:
                 raise BusError(
-                    f"The serial port {self.config.port} cannot be opened: {_words(error)}.",
+                    f"The serial port {self.config.port} cannot be opened: {words_of(error)}.",
                     "Is the adapter plugged in, and does no other program hold it?",
                 ) from error
         return self._port
@@ -154,7 +154,3 @@ def _terminal_errors() -> tuple[type[Exception], ...]:
 
 OPENING_FAILURES: tuple[type[Exception], ...] = (OSError, ValueError, *_terminal_errors())
 """What opening a port may raise: `SerialException` is an OSError, a wrong rate a ValueError."""
-
-
-def _words(error: Exception) -> str:
-    return str(error).strip().rstrip(".") or type(error).__name__
