@@ -169,10 +169,21 @@ def lay_out(
     Layout or None
         None where ramps, shortest dwells or the stroke leave no such stair.
     """
-    groups = _grouped(list(zip(speeds_rad_s, shares, strict=True)), strokes, mixed)
+    return held_in(_grouped(list(zip(speeds_rad_s, shares, strict=True)), strokes, mixed), room)
+
+
+def held_in(groups: Sequence[Sequence[tuple[float, float]]], room: Room) -> Layout | None:
+    """Return the stair that holds these strokes' speeds in this order, as `lay_out` does.
+
+    Parameters
+    ----------
+    groups : sequence of sequence of tuple of float
+        For every stroke its speeds, each with its share of the time.
+    room : Room
+    """
     if any(not group for group in groups):
         return None
-    time_s = 0.5 * (room.duration_s - (2 * strokes + 1) * room.rest_s)
+    time_s = 0.5 * (room.duration_s - (2 * len(groups) + 1) * room.rest_s)
     units: list[float] = []
     for group in groups:
         before = ramps_rad = 0.0

@@ -31,6 +31,7 @@ from agent.identify.rigid.forward import position_error
 from agent.identify.rigid.regression import Regression, regress, rows_of
 from agent.identify.sentence import verdict
 from agent.identify.signals.arrays import Signals
+from agent.identify.signals.glitches import without_glitches
 from agent.identify.signals.preprocess import Motion, read_motion
 from agent.identify.signals.windows import SteadyWindow, find_windows
 from agent.physics.rigid_body import PARAMETERS
@@ -89,7 +90,7 @@ def identify(
         raise ValueError("expected at least one recording, got none")
     if cutoff_hz is not None and not cutoff_hz > 0.0:
         raise ValueError(f"expected a cutoff above 0 Hz, got {cutoff_hz}")
-    motions = [read_motion(s) for s in signals]
+    motions = [_motion_of(s) for s in signals]
     windows = [w for i, motion in enumerate(motions) for w in find_windows(motion, i)]
     refused = diagnosis.refusals(motions)
     refused = (*refused, *_objections(motions, windows, refused))
@@ -108,7 +109,7 @@ def identify(
         return _undecided(motions, windows, reasons)
     if body is not None:
         body = reaching_over_law(body, regression.rows, models)
-    unseen = None if validation is None or body is None else read_motion(validation)
+    unseen = None if validation is None or body is None else _motion_of(validation)
     validated = None
     if unseen is not None and body is not None:
         validated = replace(
@@ -141,6 +142,13 @@ def identify(
     )
     seen = None if unseen is None else detail_of(unseen, find_windows(unseen), chosen_hz, body)
     return Identification(result, details, seen, chosen_hz)
+
+
+def _motion_of(signals: Signals) -> Motion:
+    """Return a recording's motion without rows that stand alone, which its notes tell."""
+    kept, said = without_glitches(signals)
+    motion = read_motion(kept)
+    return replace(motion, notes=(said, *motion.notes)) if said else motion
 
 
 def twin_from_estimate(result: Estimate, *, robot: str, axis: int, gear_ratio: float) -> Twin:

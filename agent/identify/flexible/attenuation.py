@@ -5,14 +5,14 @@ Noise in the measured motion pulls inertias low; by how much is known, and is un
 The regressors are the measured acceleration and what the chain makes of it. Noise of variance s^2
 in the measured channel adds, on the average, ``E(p) = n int |(Jm + M(w)) w^m H(w)|^2 s^2`` to the
 sum of squares of n residuals (m = 2 for a position, 1 for a velocity, H the filter), and least
-squares makes that small as well. At the minimum the wanted gradient is therefore ``grad E / 2``,
-and one Newton step takes it back (bias-compensated least squares: Sagara & Wada 1977).
+squares makes that small as well. At the minimum the wanted gradient is therefore ``grad E / 2``
+(bias-compensated least squares: Sagara & Wada 1977): one Newton step takes it back to first order,
+and `agent.identify.flexible.unbiased` whole.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
@@ -30,45 +30,18 @@ _LINES = 1024  # frequencies between zero and half the sampling rate
 _STEP = 1e-4  # relative, or in logarithms
 
 
-def without_motion_noise(problem: Problem, point: Point) -> Point:
-    """Return the minimum as it would be if the motion had been measured without noise.
-
-    Parameters
-    ----------
-    problem : Problem
-        With a chain.
-    point : Point
-        The minimum of its sum of squares, inside of all bounds; elsewhere it stays.
-
-    Returns
-    -------
-    Point
-        With search and linear parameters moved; the residuals are those of the minimum.
-    """
-    size = point.columns.shape[1]
-    centre = np.concatenate((point.linear, point.search)) + moved_by_noise(problem, point)
-    centre[:size] = problem.feasible(centre[:size])
-    return replace(point, linear=centre[:size], search=centre[size:])
-
-
 def moved_by_noise(problem: Problem, point: Point) -> Floats:
     """Return by how much the motion's noise is to be taken back from a minimum, shape (p,).
 
-    Linear parameters, then the searched ones; nothing where an inertia is on its bound.
+    To first order; linear parameters, then the searched ones; nothing where an inertia is on its
+    bound.
     """
-    noises = [motion_noise(p.track) for p in problem.stretches]
     size = point.columns.shape[1]
     centre = np.concatenate((point.linear, point.search))
-    out, pull = np.zeros(centre.shape[0]), np.zeros(centre.shape[0])
+    out = np.zeros(centre.shape[0])
     if not (point.linear[:2] > 0.0).all():
         return out
-    for j in [0, 1, *range(size, size + problem.shape_size)]:
-        step = _STEP * (centre[j] if j < size else 1.0)
-        ahead, behind = centre.copy(), centre.copy()
-        ahead[j] += step
-        behind[j] -= step
-        change = _energy(problem, noises, ahead, size) - _energy(problem, noises, behind, size)
-        pull[j] = change / (4.0 * step)
+    pull = pull_of(problem, centre, size)
     jacobian = jacobian_of(problem, point)
     scale = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
     scale[scale == 0.0] = 1.0
@@ -78,6 +51,33 @@ def moved_by_noise(problem: Problem, point: Point) -> Floats:
     gram = (jacobian / scale)[:, free].T @ (jacobian / scale)[:, free]
     out[free] = np.linalg.lstsq(gram, (pull / scale)[free], rcond=1e-13)[0] / scale[free]
     return out
+
+
+def pull_of(problem: Problem, centre: Floats, size: int) -> Floats:
+    """Return ``grad E/2``: how the motion's noise pulls at every parameter, shape (p,).
+
+    Parameters
+    ----------
+    problem : Problem
+        With a chain.
+    centre : ndarray, shape (p,)
+        Linear parameters, so many, then the searched ones.
+    size : int
+    """
+    out, noises = np.zeros(centre.shape[0]), noises_of(problem)
+    for j in [0, 1, *range(size, size + problem.shape_size)]:
+        step = _STEP * (centre[j] if j < size else 1.0)
+        ahead, behind = centre.copy(), centre.copy()
+        ahead[j] += step
+        behind[j] -= step
+        change = energy_of(problem, noises, ahead, size) - energy_of(problem, noises, behind, size)
+        out[j] = change / (4.0 * step)
+    return out
+
+
+def noises_of(problem: Problem) -> list[float]:
+    """Return every stretch's `motion_noise`."""
+    return [motion_noise(p.track) for p in problem.stretches]
 
 
 def noise_in_common(problem: Problem, point: Point, response: Response) -> Floats:
@@ -105,7 +105,7 @@ def noise_in_common(problem: Problem, point: Point, response: Response) -> Float
     return np.asarray(out, dtype=np.float64)
 
 
-def _energy(problem: Problem, noises: list[float], values: Floats, size: int) -> float:
+def energy_of(problem: Problem, noises: list[float], values: Floats, size: int) -> float:
     """Return what noise of the motion adds to the sum of squares, (N m)^2."""
     chain = chain_of(values[size : size + problem.shape_size])
     total = 0.0

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from agent.identify.flexible.projection import Point, Problem, evaluate
 from agent.identify.flexible.slopes import slopes
+from agent.identify.flexible.straight import bend_of, stepped
 from agent.identify.result import Floats
 
 CONVERGED = 1e-9
@@ -114,7 +115,8 @@ def descend(
     free = np.ones(start.shape[0], dtype=np.bool_) if free is None else free
     point, damping = evaluate(problem, bounds.clip(start)), 1e-3
     for left in reversed(range(_ITERATIONS)):
-        slope = slopes(problem, point, free)[:, free]
+        slope = slopes(problem, point, free) @ bend_of(problem.kind, point.search)
+        slope = slope[:, free]
         # Kaufman: what the linear part can take over does not count; what is held at zero cannot.
         columns = point.columns[:, ~problem.held(point.linear)]
         taken = np.linalg.lstsq(columns.T @ columns, columns.T @ slope, rcond=1e-13)[0]
@@ -126,7 +128,7 @@ def descend(
             step = np.zeros(free.shape[0])
             step[free] = -np.linalg.solve(gram + damping * np.diag(scale), gradient)
             step[:-1] = np.clip(step[:-1], -_LONGEST_STEP, _LONGEST_STEP)
-            trial = evaluate(problem, bounds.clip(point.search + step))
+            trial = evaluate(problem, bounds.clip(stepped(problem.kind, point.search, step)))
             if trial.cost < point.cost:
                 better = trial
                 damping = max(damping / 8.0, 1e-9)

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agent.identify.flexible.attenuation import without_motion_noise
 from agent.identify.flexible.chain import Kind, chain_of
 from agent.identify.flexible.checks import why_not
 from agent.identify.flexible.excitation import (
@@ -37,6 +36,7 @@ from agent.identify.flexible.search import Found, lowest_minimum
 from agent.identify.flexible.starts import rigid_minimum, starts_of
 from agent.identify.flexible.stiff_spring import from_motion
 from agent.identify.flexible.twist import stiffened
+from agent.identify.flexible.unbiased import without_motion_noise
 from agent.identify.result import Floats, Parameter
 from agent.identify.signals.arrays import Signals
 from agent.physics.friction import COULOMB_VISCOUS, LAWS, FrictionLaw
@@ -44,6 +44,10 @@ from agent.physics.friction import COULOMB_VISCOUS, LAWS, FrictionLaw
 _BAND = 8.0  # cutoff, of the highest start frequency
 _LEAST_MOTOR = 0.05  # of the whole inertia: what start values may say of the motor's
 _RESONANCE = 2.0  # cutoff, of the resonance, at least
+_NOISY = (
+    "the measured position's noise tells as much of the masses as the motion does; record a "
+    "triangle wave of velocity with higher jerk, with a finer encoder, or fit fewer masses"
+)
 _STIFFENS = 0.1  # of the squared residual: what a stiffening spring explains to be taken unasked
 
 
@@ -249,8 +253,11 @@ class _Minimum:
         if not self.lack.rivals:
             problem, point = through_reversals(problem, point, bounds)
         point = from_motion(problem, point, bounds)
-        point = without_motion_noise(problem, point)
-        parameters, condition = parameters_of(problem, point, bounds, self.lack)
+        unbiased = without_motion_noise(problem, point, bounds)
+        if unbiased is None:
+            return refused(options, [_NOISY])
+        point = unbiased.point
+        parameters, condition = parameters_of(problem, unbiased, bounds, self.lack)
         count, target = self.point.residual.shape[0], self.problem.target
         scatter = float(np.linalg.norm(target - target.mean()))
         rigid = self.rigid

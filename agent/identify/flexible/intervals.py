@@ -24,6 +24,7 @@ from agent.identify.flexible.descent import Bounds
 from agent.identify.flexible.projection import CUBIC, Point, Problem
 from agent.identify.flexible.rivals import PLAIN, Effect, Lack
 from agent.identify.flexible.slopes import jacobian_of
+from agent.identify.flexible.unbiased import Unbiased
 from agent.identify.result import Floats, Parameter
 from agent.identify.uncertainty import (
     block_jackknife,
@@ -82,12 +83,13 @@ def _chain_values(shape: Floats, values: dict[str, float]) -> dict[str, float]:
 
 
 def parameters_of(
-    problem: Problem, point: Point, bounds: Bounds, lack: Lack
+    problem: Problem, unbiased: Unbiased, bounds: Bounds, lack: Lack
 ) -> tuple[dict[str, Parameter], float]:
     """Return every physical parameter, and the condition number of the Jacobian.
 
     Intervals reach as far as what the model lacks would move their parameter.
     """
+    point, larger = unbiased.point, unbiased.amplified
     jacobian = jacobian_of(problem, point)
     norms = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
     there = np.flatnonzero(norms > 0.0)
@@ -100,8 +102,10 @@ def parameters_of(
     covariance, even = np.zeros((size, size)), np.zeros((size, size))
     covariance[places] = block_jackknife(scaled, point.residual, blocks)[1] / sizes
     even[places] = jackknife_of_even_noise(scaled, blocks) / sizes
+    covariance, even = (larger @ each @ larger.T for each in (covariance, even))
     influence = np.zeros((size, jacobian.shape[0]))
     influence[there] = np.linalg.pinv(scaled) / norms[there, np.newaxis]
+    influence = larger @ influence
     # Free motions are nobody's parameters: named ones and the search remain.
     index = np.r_[0:named, size - problem.search_size : size]
     spread = _Spread(

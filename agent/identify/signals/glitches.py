@@ -1,0 +1,85 @@
+"""Single rows that no drive can have meant: one sample far from both its neighbours."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.identify.result import Floats
+from agent.identify.signals.arrays import Signals
+
+_BEYOND = 8.0  # times what one row in a thousand departs from its neighbours: 26 sigmas of noise
+_ONE_IN = 0.999
+_BETWEEN = 0.25  # of the departure, at most, lies between the neighbours: else it is a step
+_LEAST = 0.1  # of the signal's range
+_FEWEST = 200  # rows
+
+
+def without_glitches(signals: Signals) -> tuple[Signals, str]:
+    """Return a recording without single rows that stand alone, and what is to be said of them.
+
+    One sample of torque 50 times the noise off outweighs minutes of what is to be explained; one
+    of position is a speed that no motor has.
+
+    Parameters
+    ----------
+    signals : Signals
+
+    Returns
+    -------
+    signals : Signals
+        The same one where no row stands alone.
+    said : str
+        Nothing where no row does.
+    """
+    alone = _alone(signals)
+    if not alone.any():
+        return signals, ""
+    times = ", ".join(f"{t:.6g}" for t in signals.time_s[alone][:3])
+    rows = "1 row" if alone.sum() == 1 else f"{alone.sum()} rows"
+    said = (
+        f"{signals.name}: {rows} far from both neighbours (at {times} s) "
+        f"{'was' if alone.sum() == 1 else 'were'} left out"
+    )
+    return replace(signals, valid=signals.valid & ~alone), said
+
+
+def _alone(signals: Signals) -> NDArray[np.bool_]:
+    """Return which rows stand alone in torque, velocity or position, shape (n,)."""
+    out = np.zeros(signals.time_s.shape, np.bool_)
+    rows = np.flatnonzero(signals.valid)
+    if rows.shape[0] < _FEWEST:
+        return out
+    for values in (signals.torque_nm, signals.velocity_rad_s):
+        if values is not None:
+            out[rows[1:-1][_spikes(values[rows], _least(values[rows]))]] = True
+    if signals.position_rad is not None:
+        position = signals.position_rad[rows]
+        steps = np.abs(np.diff(position))
+        driven = _usual(steps)  # as far as the joint gets from row to row
+        out[rows[1:-1][_spikes(position, driven)]] = True
+        for end in (0, -1):
+            out[rows[end]] |= driven > 0.0 and bool(steps[end] > _BEYOND * driven)
+    return out
+
+
+def _spikes(values: Floats, least: float) -> NDArray[np.bool_]:
+    """Return which of the inner values, (n - 2,), are far from two neighbours that agree."""
+    departs = np.abs(values[1:-1] - (values[2:] + values[:-2]) / 2.0)
+    usual = max(_usual(departs), least)
+    between = np.abs(values[2:] - values[:-2])
+    far = (usual > 0.0) & (departs > _BEYOND * usual) & (between < _BETWEEN * departs)
+    return np.asarray(far)
+
+
+def _usual(values: Floats) -> float:
+    """Return what one of a thousand exceeds, but for the three that a row by itself enlarges."""
+    return float(np.quantile(np.sort(values)[:-3], _ONE_IN))
+
+
+def _least(values: Floats) -> float:
+    """Return an eighth of a departure that is worth a word: a kink of a smooth motion is none."""
+    low, high = np.quantile(values, (1.0 - _ONE_IN, _ONE_IN))
+    return _LEAST / _BEYOND * float(high - low)
