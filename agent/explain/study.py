@@ -14,6 +14,7 @@ from agent.explain.choosing.afloat import afloat
 from agent.explain.choosing.choice import Choice, choose
 from agent.explain.choosing.heard import heard
 from agent.explain.choosing.materiality import least_gain, noise_energy, worth
+from agent.explain.choosing.misfits import misfits
 from agent.explain.choosing.search import Library
 from agent.explain.forms.arm_encoder import seen_by_the_arm
 from agent.explain.forms.library import judgeable
@@ -186,12 +187,12 @@ def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
     """Choose and fit effects; a form whose numbers its own law refuses is left out, and again.
 
     A fit that needs a spring to push instead of pull may describe the data; it is no spring. Nor is
-    a gap one that removes noise.
+    a gap one that removes noise, or a law one that copies another.
     """
     for _ in range(_MOST_REFUSALS):
         library, choice = settled_beside(*chosen_anew(library))
         choice = _material(library, choice, twin)
-        refused = afloat(library, choice)
+        refused = afloat(library, choice) | misfits(library, choice)
         if not refused:
             model = fit_model(library, twin, choice.terms)
             try:

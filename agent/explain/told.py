@@ -12,7 +12,7 @@ from agent.explain.location.leftover import left_regions, line_regions
 from agent.explain.rows.evidence import effective_size
 from agent.explain.study import Study
 from agent.explain.surroundings import beside_the_joint, not_needed, swing_sentence, verdict_beside
-from agent.explain.unnamed import own_numbers, unnamed
+from agent.explain.unnamed import may_be_the_unnamed, own_numbers, unnamed
 from agent.explain.verdict import left_share, verdict_of
 
 
@@ -35,6 +35,8 @@ class Told:
         """Return what is told of a study."""
         named = findings_of(found)
         told = cls(found, named, with_load(named, found, given), "unexplained").judged_again()
+        if told.verdict == "partly-explained" and may_be_the_unnamed(found.library, found.model):
+            return replace(told, verdict="unexplained")
         scene = found.library.scene
         light = beside_the_joint(scene, named)
         swings = (*light, *(f for f in not_needed(scene, named) if f not in light))

@@ -13,8 +13,11 @@ from dataclasses import replace
 from agent.explain.answer.amounts import torque
 from agent.explain.answer.names import NAMES, OWN_NUMBER
 from agent.explain.answer.result import Finding, Holdout, Verdict
+from agent.explain.choosing.search import Library
 from agent.explain.numbers.borne_out import borne_out
-from agent.explain.numbers.model import extended_twin, fit_model
+from agent.explain.numbers.intervals import named_effects
+from agent.explain.numbers.model import Model, extended_twin, fit_model
+from agent.explain.numbers.reach import reach_of
 from agent.explain.study import Study
 from agent.explain.verdict import OWN_NUMBERS
 
@@ -43,6 +46,26 @@ def unnamed(found: Study) -> Study:
         extended=extended_twin(library, found.twin, model),
         left_cells=found.cells,
     )
+
+
+def may_be_the_unnamed(library: Library, model: Model) -> bool:
+    """Return whether what is left could have made every law of a model, none of which need be.
+
+    With its shape held, a law's size reaches over nothing beside what has no name. Such laws share
+    out what follows nothing that was recorded: friction after a rest as a spot, and as one-sided.
+
+    Parameters
+    ----------
+    library : Library
+    model : Model
+        Fitted to the library.
+    """
+    columns = library.model([term.candidate for term in model.terms])
+    weighted = model.residual_nm * library.weighing.weight
+    reach = reach_of(library.candidates, library.weighing, columns, weighted, named_effects(model))
+    low, high = model.coefficients + reach.below, model.coefficients + reach.above
+    none = (low <= 0.0) & (high >= 0.0)
+    return bool(model.terms) and all(none[place].all() for place in model.slices())
 
 
 def own_numbers(told: Study) -> frozenset[str]:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from agent.identify.signals.preprocess import read_motion
-from agent.monitor.ordinary import ordinary_friction
+from agent.monitor.ordinary.ordinary import ordinary_friction
 from tests.real.test_real_estimates import load
 
 pytestmark = pytest.mark.real

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 
-from agent.monitor.baseline import Features
-from agent.monitor.compensation import Conditions
-from agent.monitor.cusum import DECIDING
-from agent.monitor.detectors import detector
-from agent.monitor.first_cycles import running_in, watch_of
-from agent.monitor.series import State
+from agent.monitor.baseline.first_cycles import running_in, watch_of
+from agent.monitor.compensation.compensation import Conditions
+from agent.monitor.detection.cusum import DECIDING
+from agent.monitor.detection.detectors import detector
+from agent.monitor.detection.series import State
+from agent.monitor.history.table import Features
 
 REVERSAL_S = 240.0
 

@@ -13,10 +13,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from agent.identify.result import Floats
-from agent.monitor.baseline import Features, baseline_of, compensated, series_of
-from agent.monitor.compensation import Conditions
-from agent.monitor.growth import watched
-from agent.monitor.series import FEATURES, Detector, FeatureSeries, Judgement
+from agent.monitor.baseline.baseline import baseline_of, compensated, series_of
+from agent.monitor.baseline.growth import watched
+from agent.monitor.compensation.compensation import Conditions
+from agent.monitor.detection.series import FEATURES, Detector, FeatureSeries, Judgement
+from agent.monitor.history.table import Features
 from tests.science.monitor_joint import DAY_S, GRID, Joint
 
 PAYLOADS_KG = np.array([0.0, 40.0, 175.0])

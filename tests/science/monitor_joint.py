@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.identify.result import Floats
-from agent.monitor.features import SpeedGrid
-from agent.monitor.series import FEATURES, FeatureSeries
+from agent.monitor.detection.series import FEATURES, FeatureSeries
+from agent.monitor.history.features import SpeedGrid
 
 SPEEDS = np.array(
     [2.0, 5.0, 10.0, 20.0, 35.0, 50.0, 70.0, 100.0, 130.0, 165.0, 200.0, 250.0, 300.0]

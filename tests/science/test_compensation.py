@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from agent.identify.result import Floats
-from agent.monitor.compensation import PRIORS, Conditions, Law
-from agent.monitor.compensation_fit import learn
+from agent.monitor.compensation.compensation import PRIORS, Conditions, Law
+from agent.monitor.compensation.fit import learn
 
 NAME = "integral_w"
 

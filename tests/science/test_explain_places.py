@@ -95,10 +95,19 @@ def test_one_place_is_named_by_its_width_and_by_its_sign(
     assert term.scored.coefficients[0] == pytest.approx(HEIGHT_NM, rel=0.2)
 
 
-def test_neither_narrow_nor_wide_is_a_tie() -> None:
-    (term,) = named(scene_with(0.08, rubs=True))
-    effects = {term.scored.form.effect, *(rival.scored.form.effect for rival in term.rivals)}
-    assert effects >= {"local-fault", "position-dependent-friction"}
+@pytest.mark.parametrize(
+    ("width", "first", "other"),
+    [
+        (0.08, "local-fault", "position-dependent-friction"),
+        (0.11, "position-dependent-friction", "local-fault"),
+    ],
+)
+def test_neither_narrow_nor_wide_is_a_tie_whose_nearer_name_comes_first(
+    width: float, first: str, other: str
+) -> None:
+    (term,) = named(scene_with(width, rubs=True))
+    assert term.scored.form.effect == first
+    assert other in {rival.scored.form.effect for rival in term.rivals}
 
 
 def test_the_strongest_place_is_where_the_spot_is() -> None:

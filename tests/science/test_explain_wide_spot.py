@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
+from agent.explain.choosing import choice
 from agent.explain.choosing.choice import choose
 from agent.explain.choosing.search import Library
 from agent.explain.forms.library import FORMS
@@ -29,16 +31,27 @@ def test_a_wide_spot_is_not_cut_to_a_narrow_one() -> None:
     assert np.std(left) < 0.8 * NOISE_NM
 
 
-def test_a_spot_that_made_up_for_an_offset_gives_it_back() -> None:
-    """Found first, a spot near the stroke's end is wide enough to stand for the offset, too."""
-
+def spot_beside_an_offset() -> Library:
     def both(points: SetPoints, _at: Conditions) -> Floats:
         away = (points.position_rad / GEAR_RATIO - 0.6) / 0.1
         return np.asarray(0.05 + 0.05 * np.exp(-0.5 * away**2))
 
     plain = bare(record(stair((10, 30, 60), 200.0, 30.0), both, Conditions(), 1))
     forms = tuple(f for f in FORMS if f.effect in ("local-fault", "torque-offset"))
-    spot, offset = choose(Library.of(plain.scene, plain.weighing, forms), rivals=False).terms
+    return Library.of(plain.scene, plain.weighing, forms)
+
+
+def test_a_spot_that_made_up_for_an_offset_gives_it_back() -> None:
+    """Found first, a spot near the stroke's end is wide enough to stand for the offset, too."""
+    spot, offset = choose(spot_beside_an_offset(), rivals=False).terms
     assert (spot.scored.form.name, offset.scored.form.name) == ("bump", "constant")
     np.testing.assert_allclose(spot.candidate.point, (0.6, 0.1), rtol=0.05)
     np.testing.assert_allclose(offset.scored.coefficients, 0.05, rtol=0.05)
+
+
+def test_a_search_that_takes_back_whatever_enters_comes_to_an_end(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Each fold's own point makes a newcomer worth more than the one at which it is weighed."""
+    monkeypatch.setattr(choice, "_pruned", lambda lib, terms, _: (terms[:1], lib.errors([])))
+    assert len(choose(spot_beside_an_offset(), rivals=False).terms) == 1

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agent.explain.choosing.candidate import Candidate
+from agent.explain.choosing.candidate import Candidate, Known
 from agent.explain.choosing.choice import choose
 from agent.explain.choosing.materiality import CLOSE, above_band_nm2, beyond, least_gain, worth
 from agent.explain.choosing.search import DELAY, Library
@@ -18,7 +18,7 @@ from agent.explain.choosing.shares import above_noise, shares_of, without_term
 from agent.explain.forms.library import FORMS
 from agent.explain.numbers.explained_before import least_beside_effects
 from agent.explain.numbers.model import fit_model
-from agent.explain.numbers.plain_refits import plain_moves
+from agent.explain.numbers.plain_refits import moves_through_reversals, plain_moves
 from agent.explain.numbers.short_stroke import PAYLOAD, without_gravity
 from agent.explain.numbers.wrong import wrong_numbers
 from agent.explain.rows.evidence import weigh
@@ -121,6 +121,33 @@ def test_without_a_delay_nothing_is_late() -> None:
     assert without_term(late, terms, 1) == terms[:1]
 
 
+@pytest.mark.parametrize("since", ["stribeck", "power law", "shear thinning with a plateau"])
+def test_what_yields_before_it_slips_has_nothing_left_to_yield_of_friction_that_is_gone(
+    since: str,
+) -> None:
+    """Else a Stribeck fall of half of a mismatch had no share of it beside presliding.
+
+    Nor had what was found by one form of a law, and stands by another one since.
+    """
+    library = driven(0.1)
+    named = {(f.effect, f.name): f for f in FORMS}
+    known = "stribeck", "exponential fall"
+    if since != "stribeck":
+        known = "viscous-nonlinear", "power law"
+    fallen = library.candidate(named[known], named[known].grid(library.scene)[0])
+    scene = replace(library.scene, sliding=(Known(fallen, np.array([0.3])),))
+    yielding = replace(library, scene=scene, known={})
+    presliding = named["presliding-hysteresis", "Dahl"]
+    at = presliding.grid(library.scene)[4]
+    form = named.get(("viscous-nonlinear", since), named[known])
+    terms = [yielding.candidate(presliding, at), library.candidate(form, form.grid(scene)[0])]
+    plain = library.candidate(presliding, at).columns
+    assert np.linalg.norm(terms[0].columns - plain) > 0.05 * np.linalg.norm(plain)
+    (left,) = without_term(yielding, terms, 1)
+    np.testing.assert_allclose(left.columns, plain)
+    assert without_term(yielding, terms, 0) == terms[1:]
+
+
 @given(st.floats(0.0, 10.0), st.floats(0.0, 1.0), st.floats(0.0, 3.0))
 def test_mismatch_is_what_was_removed_and_what_stands_above_the_noise(
     removed: float, after: float, floor_nm: float
@@ -156,6 +183,30 @@ def test_a_number_bent_by_a_fit_to_raw_samples_is_recognised() -> None:
     twin = replace(TWIN, inertia_kg_m2=TWIN.inertia_kg_m2 + bent)
     again = plain_moves(bare(run, twin=twin), twin)[-1]
     assert abs(again["inertia_kg_m2"]) < 0.05 * abs(bent)
+
+
+@pytest.mark.parametrize(("given", "said"), [(None, []), (1.25, ["inertia-error"])])
+def test_an_inertia_bent_by_reversals_with_play_is_not_called_wrong(
+    given: float | None, said: list[str]
+) -> None:
+    """While the teeth are apart the motor turns alone, and all its samples are in a twin's fit."""
+
+    def loose(points: SetPoints, _at: Conditions) -> Floats:
+        velocity = points.velocity_rad_s
+        alone = np.convolve(np.diff(np.sign(velocity), prepend=0.0) != 0.0, np.ones(16), "full")
+        lost = -TWIN.inertia_kg_m2 * points.acceleration_rad_s2 * (alone[: velocity.size] > 0)
+        return np.asarray(lost + 0.2 * np.cos(points.position_rad))
+
+    run = record(stair(SPEEDS), loose, Conditions(), seed=3)
+    bent = TWIN.inertia_kg_m2 + moves_through_reversals(bare(run), TWIN)["inertia_kg_m2"]
+    assert bent < 0.9 * TWIN.inertia_kg_m2
+    twin = replace(TWIN, inertia_kg_m2=given * TWIN.inertia_kg_m2 if given else bent)
+    library = bare(run, twin=twin)
+    ripples = Library.of(library.scene, library.weighing, [ripple(library, 1.0).form])
+    choice = choose(ripples)
+    model = fit_model(ripples, twin, choice.terms)
+    numbers = wrong_numbers(ripples, twin, model, choice.candidates, NOISE_NM)
+    assert [number.effect for number in numbers] == said
 
 
 def falls_with_speed(points: SetPoints, at: Conditions) -> Floats:

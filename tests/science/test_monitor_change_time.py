@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from agent.identify.result import Floats
-from agent.monitor.change_posterior import change_posterior
-from agent.monitor.change_time import change_time, credible
-from agent.monitor.cusum import DECIDING
-from agent.monitor.outlook import outlook
-from agent.monitor.series import FeatureSeries
+from agent.monitor.change.change_time import change_time, credible
+from agent.monitor.change.outlook import outlook
+from agent.monitor.change.posterior import change_posterior
+from agent.monitor.detection.cusum import DECIDING
+from agent.monitor.detection.series import FeatureSeries
 from tests.benchmarks.monitor_change import CASES, Course, campaign
 from tests.benchmarks.monitor_delay import DAY_S, LEVEL, series_of
 from tests.science.monitor_fleet import correlated

@@ -11,13 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from agent.identify.result import Floats
-from agent.monitor.cusum import Cusum
-from agent.monitor.detectors import DETECTORS, detector
-from agent.monitor.growth import LAG, MOST_GROWN, MOST_SCATTERED, grown
-from agent.monitor.run_length import brook_evans, siegmund, threshold_for
-from agent.monitor.series import FEATURES, FeatureSeries, State
-from agent.monitor.standing import standing
-from agent.monitor.tuning import SLOWEST_CYCLES, Target, tune
+from agent.monitor.baseline.growth import LAG, MOST_GROWN, MOST_SCATTERED, grown
+from agent.monitor.detection.cusum import Cusum
+from agent.monitor.detection.detectors import DETECTORS, detector
+from agent.monitor.detection.run_length import brook_evans, siegmund, threshold_for
+from agent.monitor.detection.series import FEATURES, FeatureSeries, State
+from agent.monitor.detection.standing import standing
+from agent.monitor.detection.tuning import SLOWEST_CYCLES, Target, tune
 from tests.benchmarks.monitor_delay import (
     FIRST,
     LEVEL,

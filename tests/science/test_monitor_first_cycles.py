@@ -10,17 +10,17 @@ import pytest
 from agent.conclude.facts import facts_of
 from agent.conclude.monitor_document import to_json
 from agent.identify.result import Floats
-from agent.monitor.baseline import Features
-from agent.monitor.compensation import Conditions
-from agent.monitor.cusum import DECIDING
-from agent.monitor.cycle import Cycle
-from agent.monitor.detectors import detector
-from agent.monitor.finding import Finding
-from agent.monitor.first_cycles import running_in, watch_of
-from agent.monitor.history import histories
-from agent.monitor.series import State
-from agent.monitor.trend import trend
-from agent.monitor.verdict import judge
+from agent.monitor.baseline.first_cycles import running_in, watch_of
+from agent.monitor.baseline.trend import trend
+from agent.monitor.compensation.compensation import Conditions
+from agent.monitor.detection.cusum import DECIDING
+from agent.monitor.detection.detectors import detector
+from agent.monitor.detection.series import State
+from agent.monitor.history.cycle import Cycle
+from agent.monitor.history.history import histories
+from agent.monitor.history.table import Features
+from agent.monitor.verdict.finding import Finding
+from agent.monitor.verdict.verdict import judge
 from agent.report.monitor import monitor_html
 from tests.science.monitor_fleet import Life, correlated, live, low_speed_share
 from tests.unit.monitor_joint import Truth, cycle, months

@@ -9,20 +9,20 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from agent.monitor.compensation import PRIORS, Law
-from agent.monitor.compensation_fit import learn
-from agent.monitor.cusum import DECIDING
-from agent.monitor.cycle import Joint
-from agent.monitor.detectors import detector
-from agent.monitor.finding import Finding
-from agent.monitor.first_cycles import intervals
-from agent.monitor.history import histories
-from agent.monitor.kind import Kind
-from agent.monitor.kinship import Pool
-from agent.monitor.siblings import kinds_of
-from agent.monitor.soonest import doubt_of, soonest
-from agent.monitor.trend import trend
-from agent.monitor.verdict import judge
+from agent.monitor.baseline.first_cycles import intervals
+from agent.monitor.baseline.siblings import kinds_of
+from agent.monitor.baseline.trend import trend
+from agent.monitor.compensation.compensation import PRIORS, Law
+from agent.monitor.compensation.fit import learn
+from agent.monitor.compensation.kind import Kind
+from agent.monitor.detection.cusum import DECIDING
+from agent.monitor.detection.detectors import detector
+from agent.monitor.detection.soonest import doubt_of, soonest
+from agent.monitor.history.cycle import Joint
+from agent.monitor.history.history import histories
+from agent.monitor.verdict.finding import Finding
+from agent.monitor.verdict.kinship import Pool
+from agent.monitor.verdict.verdict import judge
 from tests.benchmarks.monitor_siblings import KIND, OTHER, flat_kind, like, siblings
 from tests.science.monitor_fleet import Life, Nights, live, low_speed_share
 from tests.science.monitor_joint import GRID

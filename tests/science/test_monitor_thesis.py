@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agent.monitor.decision import decide
-from agent.monitor.series import FeatureSeries, State
-from agent.monitor.thesis import Thesis
+from agent.monitor.detection.decision import decide
+from agent.monitor.detection.series import FeatureSeries, State
+from agent.monitor.detection.thesis import Thesis
 from tests.benchmarks.monitor_case_study import COURSES, breakdown_share, normal_share
 from tests.science.monitor_joint import DAY_S
 

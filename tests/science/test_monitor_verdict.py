@@ -8,10 +8,10 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from agent.monitor.cycle import CycleCurve
-from agent.monitor.detectors import detector
-from agent.monitor.history import histories
-from agent.monitor.verdict import NOT_DECIDABLE, Finding, judge
+from agent.monitor.detection.detectors import detector
+from agent.monitor.history.cycle import CycleCurve
+from agent.monitor.history.history import histories
+from agent.monitor.verdict.verdict import NOT_DECIDABLE, Finding, judge
 from tests.unit.monitor_joint import SPEEDS, START_S, Truth, friction_nm, months
 
 BASELINE = 40

@@ -14,11 +14,11 @@ from agent.identify.estimate import estimate
 from agent.identify.result import Estimate, Floats
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.preprocess import Motion, read_motion
-from agent.monitor.observer import observe
-from agent.monitor.observer_band import HealthyBand, learn_band, watch
-from agent.monitor.observer_learning import model_of
-from agent.monitor.observer_model import Blocks, ObserverModel
-from agent.monitor.observer_whiteness import whiteness
+from agent.monitor.observer.band import HealthyBand, learn_band, watch
+from agent.monitor.observer.learning import model_of
+from agent.monitor.observer.model import Blocks, ObserverModel
+from agent.monitor.observer.observer import observe
+from agent.monitor.observer.whiteness import whiteness
 from fakes.history import HistoryPlan, Wear, cycles, ordinary_runs
 from tests.benchmarks.ordinary import softened
 

@@ -11,8 +11,8 @@ from agent.identify.estimate import estimate
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.preprocess import Motion, read_motion
 from agent.identify.uncertainty import student_975
-from agent.monitor.ordinary import compare, ordinary_friction
-from agent.monitor.swinging import swinging_of
+from agent.monitor.ordinary.ordinary import compare, ordinary_friction
+from agent.monitor.ordinary.swinging import swinging_of
 from fakes.history import CycleRun, HistoryPlan, Wear, Worker, cycles, ordinary_runs
 from tests.benchmarks.ordinary import softened
 

@@ -12,15 +12,21 @@ from typer.testing import CliRunner
 from agent.cli.app import app
 from agent.identify.estimate import estimate
 from agent.identify.signals.arrays import Signals
-from agent.monitor.baseline import Features
-from agent.monitor.compensation import Conditions
-from agent.monitor.cycle import cycle_of
-from agent.monitor.detectors import detector
-from agent.monitor.features import SpeedGrid, features_of, grid_of
-from agent.monitor.injection import SHAPES, FrictionRise, added_torque_nm, responses, rise_of
-from agent.monitor.injection_intervals import catching
-from agent.monitor.injection_replay import self_test
-from agent.monitor.injection_result import Healthy
+from agent.monitor.compensation.compensation import Conditions
+from agent.monitor.detection.detectors import detector
+from agent.monitor.history.cycle import cycle_of
+from agent.monitor.history.features import SpeedGrid, features_of, grid_of
+from agent.monitor.history.table import Features
+from agent.monitor.self_test.injection import (
+    SHAPES,
+    FrictionRise,
+    added_torque_nm,
+    responses,
+    rise_of,
+)
+from agent.monitor.self_test.intervals import catching
+from agent.monitor.self_test.replay import self_test
+from agent.monitor.self_test.result import Healthy
 from fakes.history import HistoryPlan, cycles
 
 GRID = SpeedGrid(np.array([3.0, 10.0, 30.0, 60.0, 100.0, 150.0, 200.0]), 66.0)

@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from agent.explain.forms.form import Form, Point
+from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 
 
@@ -23,6 +24,30 @@ class Candidate:
     def gram(self) -> Floats:
         """Return the columns' products with each other, shape (k, k)."""
         return np.asarray(self.columns.T @ self.columns)
+
+
+@dataclass(frozen=True)
+class Known:
+    """What an effect adds with the numbers found, on any scene."""
+
+    candidate: Candidate
+    coefficients: Floats
+
+    def __call__(self, scene: Scene) -> Floats:
+        """Return its torque at full rate, shape (N,)."""
+        columns = self.candidate.form.columns(scene, self.candidate.point)
+        return np.asarray(columns @ self.coefficients)
+
+
+@dataclass(frozen=True)
+class Together:
+    """What several known effects add together, on any scene."""
+
+    known: tuple[Known, ...]
+
+    def __call__(self, scene: Scene) -> Floats:
+        """Return their torque at full rate, shape (N,)."""
+        return np.asarray(np.sum([each(scene) for each in self.known], axis=0))
 
 
 @dataclass(frozen=True)

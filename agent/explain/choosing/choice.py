@@ -9,6 +9,7 @@ axes stand before time and recording. What predicts as well by another effect is
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -18,12 +19,13 @@ from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.entry import Asked, allowed, entered, least_on_all_rows
 from agent.explain.choosing.heard import heard
 from agent.explain.choosing.materiality import worth
-from agent.explain.choosing.preferred import preferred
+from agent.explain.choosing.preferred import named_by_width, preferred
 from agent.explain.choosing.rivals import Term, with_rivals
 from agent.explain.choosing.same_wave import told_apart
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.together import newcomer_beside_moved
 from agent.explain.choosing.valleys import deepest
+from agent.explain.forms.form import Form
 from agent.explain.rows.usual import usual_blocks
 from agent.identify.result import Floats
 
@@ -62,7 +64,9 @@ def choose(library: Library, *, rivals: bool = True, begun: Sequence[Term] = ())
     plain = library.errors([])
     chosen = list(begun)
     current = library.errors([t.candidate for t in chosen]) if begun else plain
-    while len(chosen) < _MOST_TERMS:
+    been: list[Counter[Form]] = []
+    while len(chosen) < _MOST_TERMS and _forms(chosen) not in been:
+        been.append(_forms(chosen))
         terms = [t.candidate for t in chosen]
         least = least_on_all_rows(library, terms, plain, current)
         ranked = allowed(library.rank(terms, least=least), chosen)
@@ -82,6 +86,15 @@ def choose(library: Library, *, rivals: bool = True, begun: Sequence[Term] = ())
     if rivals:
         chosen, current = settled(library, chosen)
     return Choice(tuple(chosen), plain, current, settled=rivals)
+
+
+def _forms(terms: Sequence[Term]) -> Counter[Form]:
+    """Return the terms' laws: a search that comes back to the same ones has gone in a circle.
+
+    Where each fold of a newcomer may choose a point of its own, it is worth more than where it
+    stands at one: it would enter and be taken back without an end.
+    """
+    return Counter(term.scored.form for term in terms)
 
 
 def _pruned(library: Library, chosen: list[Term], asked: Asked) -> tuple[list[Term], Floats]:
@@ -120,6 +133,7 @@ def settled(library: Library, chosen: list[Term]) -> tuple[list[Term], Floats]:
             ranked = [s for s in ranked if heard(library.scene, s.form)]
         best = preferred(library, ranked, float(library.errors(others).sum()))
         if best is not None:
+            best = named_by_width(library, ranked, best)
             alike = told_apart(library, others, ranked)
             if best.form.effect in alike:
                 first = next(iter(alike))

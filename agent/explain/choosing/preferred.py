@@ -13,6 +13,8 @@ from agent.explain.choosing.search import Library
 from agent.explain.rows.evidence import effective_size
 
 _SAME = 0.1  # of log density: columns that copy each other differ by no more
+_ONE_SPOT = ("position-dependent-friction", "tight spot"), ("local-fault", "rubbing")
+_AS_WIDE = 0.05  # of its width: a spot that is found as wide under both names, and there
 _AS_MUCH = 0.01  # of the gain: what a special case misses of it is small, however significant
 
 
@@ -50,3 +52,29 @@ def preferred(library: Library, ranked: Sequence[Scored], without: float) -> Sco
         key=lambda s: (s.form.catch_all, s.form.size, of_effect[s.form.effect], s.error),
         default=best,
     )
+
+
+def named_by_width(library: Library, ranked: Sequence[Scored], best: Scored) -> Scored:
+    """Return the best, or the other name of one spot that brakes: narrow a fault, wide the path's.
+
+    Between the widest fault and the narrowest tight spot both are the same columns. Which comes
+    first is told by which of the two the width is nearer to.
+
+    Parameters
+    ----------
+    library : Library
+    ranked : sequence of Scored
+    best : Scored
+        One of them.
+    """
+    names = {(s.form.effect, s.form.name): s for s in ranked}
+    own = best.form.effect, best.form.name
+    if own not in _ONE_SPOT or not all(name in names for name in _ONE_SPOT):
+        return best
+    spot, fault = (names[name] for name in _ONE_SPOT)
+    (center, width), (other, as_wide) = spot.candidate.point, fault.candidate.point
+    if abs(width - as_wide) > _AS_WIDE * width or abs(center - other) > _AS_WIDE * width:
+        return best
+    ends = [s.form.limits(library.scene)[1] for s in (spot, fault) if s.form.limits is not None]
+    narrowest, widest = ends[0][0], ends[1][1]
+    return fault if best.candidate.point[1] < math.sqrt(narrowest * widest) else spot

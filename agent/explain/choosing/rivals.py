@@ -17,6 +17,8 @@ DECISIVE = 3.0
 """Of log density: a rival that is further behind is out."""
 
 _PER_SHARE = 60.0  # of log density: a twentieth of the gain missed is decisive
+_PER_SHARE_OF_WARMTH = 30.0  # or a tenth: no thermometer is where the oil rubs, and each one lags
+_WARMTH_OR_TIME = frozenset({"temperature-dependent-friction", "friction-drift"})
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,9 @@ def with_rivals(
             own, other = alike[best.form.effect], alike[effect]
         lost = float(other.blocks.sum() - own.blocks.sum())
         missed = lost / max(float(without.sum() - own.blocks.sum()), 1e-300)
-        behind = min(behind_of(library, own, other, size), _PER_SHARE * missed)
+        by_warmth = {effect, best.form.effect} == _WARMTH_OR_TIME
+        per_share = _PER_SHARE_OF_WARMTH if by_warmth else _PER_SHARE
+        behind = min(behind_of(library, own, other, size), per_share * missed)
         entries.append((scored, behind))
     weights = [math.exp(-max(behind, 0.0)) for _, behind in entries]
     total = 1.0 + sum(weights)

@@ -46,6 +46,9 @@ class Library:
     candidates : tuple of Candidate
     known : dict
         Every candidate that was computed so far, by form and point: searches meet again.
+    lenient : bool
+        Whether a law may enter beside which the joint is none that could be: another one that makes
+        it possible again may come later.
     """
 
     scene: Scene
@@ -56,6 +59,7 @@ class Library:
     known: dict[tuple[Form, Point], Candidate] = field(
         default_factory=dict, compare=False, repr=False
     )
+    lenient: bool = False
 
     @classmethod
     def of(cls, scene: Scene, weighing: Weighing, forms: Sequence[Form]) -> Library:
@@ -228,7 +232,7 @@ class Library:
             cross = model.T @ candidate.columns
             whole = np.block([[gram, cross], [cross.T, candidate.gram]])
             theta = solve(whole, np.concatenate((moment, candidate.columns.T @ self.target)))
-            if self._possible(theta):
+            if self.lenient or self._possible(theta):
                 return entry[index:]
         return []
 

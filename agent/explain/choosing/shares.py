@@ -7,17 +7,21 @@ the noise.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
-from agent.explain.choosing.candidate import Candidate
+from agent.explain.choosing.candidate import Candidate, Known, Together
 from agent.explain.choosing.materiality import CLOSE
 from agent.explain.choosing.search import DELAY, Library
 from agent.explain.rows.evidence import solve, unseen
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.usual import usual_rows
 from agent.identify.result import Floats
+
+_Adds = TypeVar("_Adds", bound=Callable[[Scene], Floats])
 
 
 def unseen_nm2(library: Library, columns: Floats) -> float:
@@ -103,6 +107,8 @@ def without_term(library: Library, terms: Sequence[Candidate], index: int) -> li
     """Return the other terms as they are where one is taken away.
 
     Beside a late torque every law is taken as late as it is; without the delay they are on time.
+    What yields before it slips, and what grows with the load, does so without the friction and the
+    load that are gone: so does a drive's delay of all that the joint asks for.
 
     Parameters
     ----------
@@ -112,10 +118,43 @@ def without_term(library: Library, terms: Sequence[Candidate], index: int) -> li
         Of the term that is taken away.
     """
     others = [*terms[:index], *terms[index + 1 :]]
-    if terms[index].form.effect != DELAY or not library.scene.late_s:
+    scene = _scene_without(library.scene, terms[index])
+    if scene is library.scene:
         return others
-    on_time = replace(library, scene=replace(library.scene, late_s=0.0), known={})
-    return [on_time.candidate(term.form, term.point) for term in others]
+    apart = replace(library, scene=scene, known={})
+    return [apart.candidate(term.form, term.point) for term in others]
+
+
+def _scene_without(scene: Scene, term: Candidate) -> Scene:
+    """Return what the other laws are made of where one term is taken away."""
+    if term.form.effect == DELAY:
+        return replace(scene, late_s=0.0) if scene.late_s else scene
+    sliding, beside = (_less(known, term) for known in (scene.sliding, scene.beside))
+    held = scene.held
+    if isinstance(held, Together):
+        left = _less(held.known, term)
+        held = held if left is held.known else Together(left) if left else None
+    if sliding is scene.sliding and beside is scene.beside and held is scene.held:
+        return scene
+    return replace(scene, sliding=sliding, beside=beside, held=held)
+
+
+def _less(known: tuple[_Adds, ...], term: Candidate) -> tuple[_Adds, ...]:
+    """Return known effects without the one that a term is; they as they are where it is none."""
+    alike = {
+        index: each.candidate
+        for index, each in enumerate(known)
+        if isinstance(each, Known) and each.candidate.form.effect == term.form.effect
+    }
+    own = {index: c.point for index, c in alike.items() if c.form is term.form}
+    if own:
+        away = {i: float(np.sum(np.abs(np.subtract(p, term.point)))) for i, p in own.items()}
+        gone = min(away, key=lambda index: away[index])
+    elif len(alike) == 1:  # by another form since, as use was taken for the clock
+        (gone,) = alike
+    else:
+        return known
+    return (*known[:gone], *known[gone + 1 :])
 
 
 def above_noise(before: float, after: float, floor_nm: float) -> float:

@@ -99,6 +99,9 @@ class Form:
         Whether its grid is read off what is left: strong effects hide weaker ones from it.
     catch_all : bool
         Whether it may stand for anything that varies with it: others come first on a tie.
+    in_one_product : bool
+        Whether its coefficient may be known only as a product with the other numbers: then an
+        interval of it that reaches where physics does not is none.
     as_product : str
         Why the twin has other numbers than the form, of which only a product is known; empty where
         the twin's are as well known as the form's.
@@ -129,6 +132,7 @@ class Form:
     uneven: Mapping[str, float] = field(default_factory=dict, hash=False)
     from_residual: bool = False
     catch_all: bool = False
+    in_one_product: bool = False
     as_product: str = ""
 
     @property

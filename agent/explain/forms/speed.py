@@ -14,6 +14,8 @@ from agent.physics.friction import boundary_share
 
 _ARM_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the inertia, behind the gear
 _ARM_FRICTION = (0.0, 0.15, 0.3, 0.45)  # of the dry friction, behind the gear
+_WHOLE = ((0.5, 0.3, 0.5), (0.5, 0.3, 1.0), (1.0, 0.3, 1.0), (1.0, 1.0, 1.0))
+_ALL = 1.2  # of what the refitted twin has, which may be a little low
 
 
 def _stribeck_grid(scene: Scene) -> Sequence[Point]:
@@ -93,6 +95,28 @@ def _load(scene: Scene, point: Point) -> Floats:
     return stack(scene.direction * np.abs(scene.load_nm(point[0]) + behind))
 
 
+def _load_with_oil(scene: Scene, point: Point) -> Floats:
+    """Return friction under a load that has viscous friction in it, to the motor's whole torque."""
+    oil = point[2] * max(float(scene.theta[1]), 0.0) * scene.full("velocity_rad_s")
+    dry = point[1] * max(float(scene.theta[2]), 0.0) * scene.direction
+    return stack(scene.direction * np.abs(scene.load_nm(point[0]) + dry + oil))
+
+
+def _load_with_oil_grid(scene: Scene) -> Sequence[Point]:
+    del scene
+    return _WHOLE
+
+
+def _load_limits(scene: Scene) -> Sequence[tuple[float, float]]:
+    """Return how much of inertia and dry friction may be behind the gear: all of it."""
+    del scene
+    return (0.0, _ALL), (0.0, _ALL)
+
+
+def _load_with_oil_limits(scene: Scene) -> Sequence[tuple[float, float]]:
+    return (*_load_limits(scene), (0.0, _ALL))
+
+
 def _load_boundary(scene: Scene, point: Point) -> Floats:
     load = _load(scene, (point[0], 0.0))[:, 0]
     return stack(load, load * boundary_share(scene.speed, point[1], 1.0))
@@ -112,7 +136,11 @@ def _load_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[st
     numbers = dict(values)
     inertia = numbers.pop("arm_share") * float(scene.theta[0])
     friction = numbers.pop("arm_friction_share", 0.0) * max(float(scene.theta[2]), 0.0)
-    return ({**numbers, "arm_inertia_kg_m2": inertia, "arm_coulomb_nm": friction},)
+    entry = {**numbers, "arm_inertia_kg_m2": inertia, "arm_coulomb_nm": friction}
+    if "arm_viscous_share" in entry:
+        oil = entry.pop("arm_viscous_share") * max(float(scene.theta[1]), 0.0)
+        entry["arm_viscous_nm_s_per_rad"] = oil
+    return (entry,)
 
 
 FORMS: tuple[Form, ...] = (
@@ -179,8 +207,26 @@ FORMS: tuple[Form, ...] = (
         _load_grid,
         (1,),
         highest=(1.0,),
+        limits=_load_limits,
+        in_one_product=True,
         needs=("position_rad",),
         to_twin=_load_twin,
+        rests_on_numbers=True,
+    ),
+    Form(
+        "load-dependent-friction",
+        "proportional, with viscous friction in the load",
+        ("load_coefficient",),
+        _load_with_oil,
+        ("arm_share", "arm_friction_share", "arm_viscous_share"),
+        _load_with_oil_grid,
+        (1,),
+        highest=(1.0,),
+        limits=_load_with_oil_limits,
+        in_one_product=True,
+        needs=("position_rad",),
+        to_twin=_load_twin,
+        refines=("proportional",),
         rests_on_numbers=True,
     ),
     Form(

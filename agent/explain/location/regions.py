@@ -39,6 +39,11 @@ _LOCAL = frozenset({"stribeck", "presliding-hysteresis", "backlash", "local-faul
 _MOST_ENERGY, _SEEN = 0.95, 2.0  # an effect's energy; how far beyond that its curve is drawn
 _RESONANCE = (0.5, 2.0)  # times its frequency
 _HALF_ORDER = 0.5
+_CARRIED = (
+    ("arm_share", "inertia_kg_m2"),
+    ("arm_friction_share", "coulomb_nm"),
+    ("arm_viscous_share", "viscous_nm_s_per_rad"),
+)
 
 AXIS: Mapping[str, str] = MappingProxyType(
     {
@@ -223,7 +228,7 @@ def regions_of(
 def _behind_gear(scene: Scene, parameters: Mapping[str, Parameter]) -> Floats:
     """Return what the gear carries at the rows, shape (n,): the arm alone, as a form found it."""
     base, carried = scene.table.base, scene.weight_rows()
-    for share, name in (("arm_share", "inertia_kg_m2"), ("arm_friction_share", "coulomb_nm")):
+    for share, name in _CARRIED:
         if share in parameters:
             at = BASE.index(name)
             carried = carried + parameters[share].value * scene.theta[at] * base[:, at]

@@ -13,13 +13,19 @@ from dataclasses import replace
 import numpy as np
 
 from agent.explain.choosing.candidate import Candidate
-from agent.explain.choosing.choice import Choice, choose
-from agent.explain.choosing.materiality import CLOSE
+from agent.explain.choosing.choice import Choice, choose, settled
+from agent.explain.choosing.materiality import CLOSE, FAR
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.numbers.in_step import chosen_in_step
 from agent.explain.numbers.renewed import left_nm, with_new_grids
-from agent.explain.numbers.resting import moved_far, numbers_beside, retaken, taken_at
+from agent.explain.numbers.resting import (
+    is_possible,
+    moved_far,
+    numbers_beside,
+    retaken,
+    taken_at,
+)
 from agent.explain.numbers.whole import held_beside
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.floor import noise_floor
@@ -43,6 +49,48 @@ def chosen_anew(library: Library) -> tuple[Library, Choice]:
     choice : Choice
         Not settled yet.
     """
+    found, choice = _chosen(library)
+    if choice.terms or is_possible(found, ()):
+        return _without_time(library, found, choice)
+    # Two laws may bend the twin's numbers so far that neither leaves a possible joint alone.
+    both, pair = _chosen(replace(library, lenient=True))
+    both = replace(both, lenient=False)
+    terms, full = settled(both, list(pair.terms))
+    if terms and is_possible(both, [term.candidate for term in terms]):
+        return both, replace(pair, terms=tuple(terms), full=full)
+    return found, choice
+
+
+def _without_time(library: Library, found: Library, choice: Choice) -> tuple[Library, Choice]:
+    """Return what is found where no law of time alone may enter, if that leaves less.
+
+    Such a law follows whatever differs between recordings, and may be the best of all by itself
+    where two others make the mismatch; beside it neither is of use.
+
+    Parameters
+    ----------
+    library, found : Library
+        As it was asked, and as it was when it had answered.
+    choice : Choice
+    """
+    of_time = [c for c in library.candidates if c.form.catch_all]
+    if not any(term.scored.form.catch_all for term in choice.terms):
+        return found, choice
+    if not _more_than_noise(found, choice.candidates, FAR):
+        return found, choice
+    others = tuple(c for c in library.candidates if not c.form.catch_all)
+    again, pair = _chosen(replace(library, candidates=others))
+    left = [
+        float(library.errors([library.candidate(c.form, c.point) for c in terms]).sum())
+        for terms in (choice.candidates, pair.candidates)
+    ]
+    if left[1] >= left[0]:
+        return found, choice
+    kept = (again.candidate(c.form, c.point) for c in of_time)
+    return replace(again, candidates=(*again.candidates, *kept)), pair
+
+
+def _chosen(library: Library) -> tuple[Library, Choice]:
     first = choose(library, rivals=False, begun=_asked_about(library))
     library, choice = chosen_in_step(library, first)
     for _ in range(_ROUNDS):
@@ -86,11 +134,11 @@ def _as_beside(library: Library, terms: Sequence[Candidate]) -> Scene:
     return replace(library.scene, theta=theta, held=held_beside(library, terms))
 
 
-def _more_than_noise(library: Library, terms: Sequence[Candidate]) -> bool:
+def _more_than_noise(library: Library, terms: Sequence[Candidate], times: float = CLOSE) -> bool:
     left = left_nm(library, terms)
     floor_nm = noise_floor(library.scene.table, left).value_nm
     size = float(np.sqrt(np.mean(left[library.weighing.rows] ** 2)))
-    return not floor_nm > 0.0 or size > CLOSE * floor_nm
+    return not floor_nm > 0.0 or size > times * floor_nm
 
 
 def _beside(library: Library, terms: Sequence[Candidate]) -> Library:

@@ -20,6 +20,7 @@ from agent.explain.rows.table import BASE
 from agent.identify.result import Floats, Parameter
 
 _TOGETHER = "known only together with a number that the squared error hardly depends on"
+_AS_PRODUCT = "known only together with its law's other numbers"
 _NUDGE = 0.1  # of a non-linear number's first step: what bounces has no slope on a finer scale
 
 
@@ -61,7 +62,8 @@ def only_together(form: Form, numbers: Mapping[str, Parameter]) -> dict[str, Par
 
     Where friction falls evenly as a gearbox warms, how much of it warmth takes away and how soon
     are one slope: neither is known, and an interval from minus nine to seventeen times the number
-    is none.
+    is none. Nor is one that reaches below zero where physics does not: the law is there, and its
+    size would be nothing. Without a weight a load has no scale, and friction under it is a product.
 
     Parameters
     ----------
@@ -70,12 +72,13 @@ def only_together(form: Form, numbers: Mapping[str, Parameter]) -> dict[str, Par
         With their intervals.
     """
     out = dict(numbers)
-    if all(numbers[name].identified for name in form.nonlinear):
-        return out
-    for name in form.linear:
+    loose = not all(numbers[name].identified for name in form.nonlinear)
+    for index, name in enumerate(form.linear):
         ci = numbers[name].ci95
-        if ci is not None and ci[0] <= 0.0 <= ci[1]:
-            out[name] = Parameter.not_identified(_TOGETHER, numbers[name].value)
+        product = form.in_one_product and form.sign(index) > 0
+        if ci is not None and ci[0] <= 0.0 <= ci[1] and (loose or product):
+            reason = _TOGETHER if loose else _AS_PRODUCT
+            out[name] = Parameter.not_identified(reason, numbers[name].value)
     return out
 
 

@@ -75,6 +75,34 @@ def earlier_moves(library: Library, twin: Twin) -> tuple[Mapping[str, float], ..
     return tuple(out)
 
 
+def moves_through_reversals(library: Library, twin: Twin) -> Mapping[str, float]:
+    """Return how far a fit to all samples that move does, starts and reversals among them.
+
+    So anybody's least squares has them. While a gap is crossed the motor turns without its arm:
+    with those samples an inertia comes out too small that without them is right.
+
+    Parameters
+    ----------
+    library : Library
+    twin : Twin
+        As given.
+
+    Returns
+    -------
+    mapping of str to float
+        On the samples as they were recorded, faster than half of the slowest speed that was held;
+        empty where these are too few.
+    """
+    table = library.scene.table
+    raw, left = _as_recorded(table, twin)
+    places = own_structure(table, twin)
+    fast = np.abs(table.rows["velocity_rad_s"]) > 0.5 * library.scene.slowest
+    rows = fast & np.isfinite(raw[:, places]).all(axis=1) & np.isfinite(left)
+    if np.count_nonzero(rows) <= places.size:
+        return {}
+    return _moves(raw[rows][:, places], left[rows], np.array(BASE)[places].tolist())
+
+
 def own_structure(table: Table, twin: Twin) -> NDArray[np.int64]:
     """Return which of the excited numbers a twin has: gravity of exactly zero is none."""
     loaded = twin.gravity_sin_nm != 0.0 or twin.gravity_cos_nm != 0.0

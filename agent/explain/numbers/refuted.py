@@ -33,7 +33,7 @@ class Case:
     """What the twin's numbers are judged by.
 
     `beside` (m, k) are the effects' columns; `by_itself` the plain refits of the twin's structure,
-    `earlier` those to the first recordings alone.
+    `earlier` those to the first recordings alone, `turning` the one with reversals in it.
     """
 
     library: Library
@@ -42,6 +42,7 @@ class Case:
     beside: Floats
     by_itself: Sequence[Mapping[str, float]]
     earlier: Sequence[Mapping[str, float]]
+    turning: Mapping[str, float]
     floor_nm: float
 
     @property
@@ -113,6 +114,11 @@ def _agrees(case: Case, names: Sequence[str]) -> bool:
     in_band, *others = (share(fit) for fit in case.by_itself if all(n in fit for n in there))
     if any(abs(share(fit)) < _BENT for fit in case.earlier if all(n in fit for n in there)):
         return False
+    if others and all(name in case.turning for name in there):
+        turning = share(case.turning)
+        # Or the twin stands between two fits to raw samples that differ by their reversals.
+        if abs(turning) < _BENT or turning < 0.0 < others[-1]:
+            return False
     # How rows are weighed is anybody's choice: a twin within what that choice makes is a fit's. But
     # noise of the velocity may bend a fit to raw samples anywhere: what counts of that is whether
     # it ends where the twin stands.

@@ -76,7 +76,7 @@ def settled_beside(library: Library, choice: Choice) -> tuple[Library, Choice]:
         choice = replace(choice, terms=tuple(chosen), full=full, settled=True)
         together = polished(library, choice)
         # Where one law takes over what another stands for, that one goes below zero.
-        if _possible(library, together) or not _possible(library, choice):
+        if is_possible(library, together.candidates) or not is_possible(library, choice.candidates):
             choice = together
     return at_own_numbers(library, choice)
 
@@ -109,7 +109,7 @@ def at_own_numbers(library: Library, choice: Choice) -> tuple[Library, Choice]:
         if all(map(_same, choice.terms, terms)):
             break
         moved = polished(again, replace(choice, terms=terms))
-        if not _possible(again, moved):
+        if not is_possible(again, moved.candidates):
             break
         library, choice = again, moved
     return library, choice
@@ -128,9 +128,9 @@ def _resting_on_none(library: Library) -> dict[tuple[Form, Point], Candidate]:
     return {k: c for k, c in library.known.items() if not k[0].rests_on_numbers}
 
 
-def _possible(library: Library, choice: Choice) -> bool:
-    """Tell whether inertia, viscous and Coulomb friction beside the laws are none below zero."""
-    return bool((numbers_beside(library, choice.candidates)[:3] >= 0.0).all())
+def is_possible(library: Library, terms: Sequence[Candidate]) -> bool:
+    """Return whether inertia, viscous and Coulomb friction beside some terms are not below zero."""
+    return bool((numbers_beside(library, terms)[:3] >= 0.0).all())
 
 
 def numbers_beside(library: Library, terms: Sequence[Candidate]) -> Floats:

@@ -5,16 +5,23 @@ hour, temperature and direction. A fit gives the mean. A twin that was right whe
 or cold, or in one direction, has no wrong number: it lacks the law. A constant torque is friction
 that differs between directions by another name, and there only the one or the other direction's
 level counts: between the two no motion shows any.
+
+Oil's friction is a constant part and one that falls with warmth without an end (Bittencourt and
+Gunnarsson 2012). A twin that has the constant part right and knows of no warmth is below the joint
+at every temperature: its number, too, is right.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
 
+from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.numbers.model import Model
+from agent.explain.rows.evidence import heldout, moments
 from agent.explain.rows.table import BASE
 from agent.physics.twin import Twin
 
@@ -42,6 +49,9 @@ _NUMBER: Mapping[str, Mapping[str, str]] = {
     "torque-offset": {"torque_offset_nm": "coulomb_nm"},
 }
 _TWO_LEVELS = frozenset({"direction-asymmetry", "torque-offset"})
+_FALLS = "viscous_thermal_nm_s_per_rad"
+_AS_WELL = 1.05  # of the squared error: the law leaves no more with the twin's number as its limit
+_DECAYS_PER_STEP = 1.05
 
 
 def varied_through_given(library: Library, twin: Twin, model: Model) -> frozenset[str]:
@@ -68,9 +78,38 @@ def varied_through_given(library: Library, twin: Twin, model: Model) -> frozense
             there = np.abs(base) > _OF_LARGEST * float(np.max(np.abs(base)))
             added = term.candidate.columns[there, at] * model.coefficients[place][at]
             low, high = np.quantile(added / base[there], _ENDS) + model.base[number].value
-            if _passes(float(low), float(high), float(getattr(twin, number)), form.effect):
+            given = float(getattr(twin, number))
+            passes = _passes(float(low), float(high), given, form.effect)
+            if passes or (name == _FALLS and _falls_to_given(library, model, term, number)):
                 out.add(number)
     return frozenset(out)
+
+
+def _falls_to_given(library: Library, model: Model, warm: Term, number: str) -> bool:
+    """Return whether a law that falls with warmth does as well with what the twin says for limit.
+
+    Its own numbers, the decay among them, are fitted anew: it has one number less.
+    """
+    form, scene = warm.scored.form, library.scene
+    at = [BASE[i] for i in np.flatnonzero(scene.table.carried)].index(number)
+    others = [t.candidate.columns for t in model.terms if t is not warm]
+    rest = np.concatenate((np.delete(library.base, at, axis=1), *others), axis=1)
+
+    def error(decay_k: float) -> float:
+        falling = library.columns(form, (decay_k,)).copy()
+        falling[:, form.linear.index(_FALLS)] += library.base[:, at]
+        columns = np.concatenate((rest, falling), axis=1)
+        part = moments(columns, library.target, library.weighing.starts)
+        return float(heldout(part, library.weighing.fold).sum())
+
+    free = float(library.errors([t.candidate for t in model.terms]).sum())
+    grid = [decay_k for (decay_k,) in form.grid(scene)]
+    best = min(grid, key=error)
+    step = (grid[-1] / grid[0]) ** (0.5 / (len(grid) - 1))
+    while step > _DECAYS_PER_STEP:
+        best = min((best / step, best, best * step), key=error)
+        step = math.sqrt(step)
+    return error(best) <= _AS_WELL * free
 
 
 def _passes(low: float, high: float, given: float, effect: str) -> bool:

@@ -7,35 +7,18 @@ their numbers for it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
-import numpy as np
-
-from agent.explain.choosing.candidate import Candidate
+from agent.explain.choosing.candidate import Candidate, Known, Together
 from agent.explain.choosing.search import Library
 from agent.explain.rows.evidence import solve
 from agent.explain.rows.scene import Scene
-from agent.identify.result import Floats
 from agent.physics.effects import SLIDING, YIELDING
 
 _REPORTED = frozenset({"measurement-delay", "torque-saturation"})
 _HOLDS_THE_ARM = frozenset({"cable-force", "gravity-imbalance", "local-fault"})
 _RUBS = frozenset({"rubbing"})  # friction of a place: the laws of a load ask for theirs themselves
 _MOVED = 0.02  # of what is added: less changes no law that is made of it
-
-
-@dataclass(frozen=True)
-class Known:
-    """What an effect adds with the numbers found, on any scene."""
-
-    candidate: Candidate
-    coefficients: Floats
-
-    def __call__(self, scene: Scene) -> Floats:
-        """Return its torque at full rate, shape (N,)."""
-        columns = self.candidate.form.columns(scene, self.candidate.point)
-        return np.asarray(columns @ self.coefficients)
 
 
 def known_beside(library: Library, terms: Sequence[Candidate]) -> tuple[Known, ...]:
@@ -64,18 +47,14 @@ def sliding_beside(library: Library, terms: Sequence[Candidate]) -> tuple[Known,
     return tuple(k for k in _known(library, terms) if k.candidate.form.effect in SLIDING)
 
 
-def held_beside(library: Library, terms: Sequence[Candidate]) -> Callable[[Scene], Floats] | None:
+def held_beside(library: Library, terms: Sequence[Candidate]) -> Together | None:
     """Return the torque of the terms that the arm is held against; None without such terms."""
-    holding = [
+    holding = tuple(
         k
         for k in _known(library, terms)
         if k.candidate.form.effect in _HOLDS_THE_ARM and k.candidate.form.name not in _RUBS
-    ]
-
-    def held_nm(scene: Scene) -> Floats:
-        return np.asarray(np.sum([known(scene) for known in holding], axis=0))
-
-    return held_nm if holding else None
+    )
+    return Together(holding) if holding else None
 
 
 def grown(scene: Scene, now: Scene) -> bool:

@@ -20,7 +20,11 @@ from agent.explain.choosing.search import Library
 from agent.explain.choosing.shares import above_noise, unseen_nm2
 from agent.explain.numbers.factor import factor_column, one_factor
 from agent.explain.numbers.model import Model
-from agent.explain.numbers.plain_refits import earlier_moves, plain_moves
+from agent.explain.numbers.plain_refits import (
+    earlier_moves,
+    moves_through_reversals,
+    plain_moves,
+)
 from agent.explain.numbers.refuted import (
     Case,
     are_refuted,
@@ -101,7 +105,9 @@ def wrong_numbers(
     if factor is not None:
         return (_constant(library, factor, floor_nm),)
     earlier = earlier_moves(library, twin) if terms else ()  # without a law nothing is bent
-    case = Case(library, twin, model, beside, plain_moves(library, twin), earlier, floor_nm)
+    turning = moves_through_reversals(library, twin) if terms else {}
+    by_itself = plain_moves(library, twin)
+    case = Case(library, twin, model, beside, by_itself, earlier, turning, floor_nm)
     groups = {effect: names for effect, names in _GROUPS.items() if effect not in taken_for}
     judged = {e: tuple(n for n in names if n not in varied) for e, names in groups.items()}
     refuted = {e: names for e, names in judged.items() if is_wrong(case, names, material)}

@@ -1,0 +1,74 @@
+"""Laws that copy what is not theirs: a fall that is a step, presliding before the joint turns.
+
+Friction falls with speed as a film builds up, over a range of speeds. With an exponent as high as
+the search goes all of the fall is at one speed, as where oil begins to churn there: no joint that
+had a Stribeck law was fitted so.
+
+Friction yields after a reversal. Just before one the joint is as slow; what a law of slow speeds
+leaves there a spring that has long slipped may take, through the filter, which knows no direction.
+And until the first start or reversal that was recorded nobody knows how far friction has yielded: a
+law that is at work nowhere but there has guessed it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.explain.choosing.candidate import Candidate
+from agent.explain.choosing.choice import Choice
+from agent.explain.choosing.search import Library
+
+_AS_HIGH = 0.98  # of the highest exponent
+_SEEN = 0.1  # of what it removes: less of it after reversals shows no friction that yields
+
+
+def misfits(library: Library, choice: Choice) -> set[tuple[str, str]]:
+    """Return effect and form of the terms whose laws are not what they were found by.
+
+    Parameters
+    ----------
+    library : Library
+    choice : Choice
+        Settled.
+    """
+    return {
+        (term.form.effect, term.form.name)
+        for term in choice.candidates
+        if _is_a_step(library, term) or _is_not_after_reversals(library, choice, term)
+    }
+
+
+def _is_a_step(library: Library, term: Candidate) -> bool:
+    if term.form.effect != "stribeck" or term.form.limits is None:
+        return False
+    place = term.form.nonlinear.index("exponent")
+    return term.point[place] >= _AS_HIGH * term.form.limits(library.scene)[place][1]
+
+
+def _is_not_after_reversals(library: Library, choice: Choice, term: Candidate) -> bool:
+    """Return whether hardly any of what presliding removes comes after a start or reversal."""
+    if term.form.effect != "presliding-hysteresis":
+        return False
+    terms = choice.candidates
+    without = library.residual([other for other in terms if other is not term])
+    removed = without**2 - library.residual(terms) ** 2
+    after = _after_a_turn(library)[library.weighing.rows]
+    return float(np.sum(removed[after])) < _SEEN * float(np.sum(removed))
+
+
+def _after_a_turn(library: Library) -> NDArray[np.bool_]:
+    """Return which rows are nearer to the last start or reversal than to the next one, shape (n,).
+
+    Until the first that was recorded no row is; after the last one all are.
+    """
+    table = library.scene.table
+    since, time = table.rows["since_s"], table.rows["time_s"]
+    out = np.zeros(since.shape[0], dtype=np.bool_)
+    for piece in table.pieces:
+        at = np.arange(piece.rows.start, piece.rows.stop)
+        turns = at[1:][np.diff(since[at]) < 0.0]
+        following = np.searchsorted(turns, at, side="right")
+        ahead = np.append(time[turns], np.inf)[following] - time[at]
+        out[at] = (following > 0) & (since[at] <= ahead)
+    return out

@@ -1,0 +1,71 @@
+"""A step is no Stribeck friction, and what lies before a reversal no presliding."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from agent.explain.choosing.choice import choose
+from agent.explain.choosing.misfits import misfits
+from agent.explain.choosing.search import Library
+from agent.explain.forms import reversal, speed
+from agent.explain.forms.form import Form, Point
+from agent.explain.rows.evidence import weigh
+from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.table import tabulate
+from agent.identify.result import Floats
+from tests.science.explain_joint import TWIN, Conditions, Missing, record, stair
+from trajectories import SetPoints
+
+SPEEDS = (2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
+(FALL,) = (form for form in speed.FORMS if form.effect == "stribeck")
+CHAIN = next(form for form in reversal.FORMS if form.name == "Maxwell slip")
+
+
+def step(points: SetPoints, _at: Conditions) -> Floats:
+    slow = np.abs(points.velocity_rad_s) < 24.0
+    return np.asarray(-0.2 * slow * np.sign(points.velocity_rad_s))
+
+
+def fall(points: SetPoints, _at: Conditions) -> Floats:
+    velocity = points.velocity_rad_s
+    return np.asarray(0.3 * np.exp(-((velocity / 6.0) ** 2)) * np.sign(velocity))
+
+
+def slower(points: SetPoints, _at: Conditions) -> Floats:
+    """Return a brake that lets go just before the joint turns: whatever it is, no presliding."""
+    velocity = points.velocity_rad_s
+    stopping = (velocity * points.acceleration_rad_s2 < 0.0) & (np.abs(velocity) < 4.0)
+    return np.asarray(-0.4 * stopping * np.sign(velocity))
+
+
+def faster(points: SetPoints, _at: Conditions) -> Floats:
+    velocity = points.velocity_rad_s
+    starting = (velocity * points.acceleration_rad_s2 > 0.0) & (np.abs(velocity) < 20.0)
+    return np.asarray(-0.4 * starting * np.sign(velocity))
+
+
+@pytest.mark.parametrize(
+    ("missing", "form", "point", "refused"),
+    [
+        (step, FALL, (24.0, 4.0), True),
+        (fall, FALL, (6.0, 2.0), False),
+        (slower, CHAIN, (0.3, 5.0), True),
+        (faster, CHAIN, (0.3, 5.0), False),
+    ],
+)
+def test_a_law_that_copies_what_is_not_its_own_is_refused(
+    missing: Missing, form: Form, point: Point, refused: bool
+) -> None:
+    table = tabulate(TWIN, [record(stair(SPEEDS), missing, Conditions(), 3)])
+    moved, left = refit(table)
+    theta = np.array([TWIN.inertia_kg_m2, TWIN.viscous_nm_s_per_rad, TWIN.coulomb_nm, 0.0, 0.0])
+    scene = Scene(table, theta + moved, np.where(table.used, left, 0.0), given=theta)
+    library = Library.of(scene, weigh(table, left), ())
+    law = library.candidate(form, point)
+    chosen = replace(choose(library), terms=())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(type(chosen), "candidates", (law,))
+        assert misfits(library, chosen) == ({(form.effect, form.name)} if refused else set())
