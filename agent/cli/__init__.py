@@ -1,4 +1,9 @@
-"""Typer commands: parse, call, print. No logic of their own."""
+"""Typer commands: parse, call, print. No logic of their own.
+
+``stribeck WORD`` is `WORD.py` where it is more than a call; what does not fit into one file is
+beside it under the same beginning (`prove_score.py`). `app*.py` name the options of each command
+and import it when it is called.
+"""
 
 from __future__ import annotations
 
@@ -27,12 +32,14 @@ def _run() -> None:
     """Load the commands and run the one that is asked for."""
     import logging
 
+    from agent.cli.alphabet import say_in_any_alphabet
     from agent.cli.interrupts import ignore_by_handler
     from agent.cli.threads import keep_to_one_thread
 
     ignore_by_handler()
     keep_to_one_thread()
     _talk_somewhere()
+    say_in_any_alphabet()
     from agent.cli.app import app
     from agent.cli.arguments import repeated
 

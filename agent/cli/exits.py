@@ -67,7 +67,10 @@ def sentence(error: BaseException) -> str:
         return f"{where}: {error.strerror}."
     if isinstance(error, UnicodeEncodeError) and _is_no_text(error):
         return f"{error.object!r} is no text in this system's encoding. Give the file another name."
-    return str(error)
+    said = str(error)
+    if isinstance(error, TrajectoryError) and said:  # written as part of one, and without a file
+        return f"{said[0].upper()}{said[1:].removesuffix('.')}."
+    return said
 
 
 def refused_by_the_system(error: BaseException) -> bool:

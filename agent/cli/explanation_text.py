@@ -19,6 +19,7 @@ from agent.report.explanation_words import (
     heading,
     next_command,
     not_judged,
+    paragraphs,
     percent,
     set_up_beside,
     share,
@@ -44,7 +45,9 @@ def explanation_text(explanation: Explanation, *, axis: int | str = "", next_fil
         Where that experiment's trajectory was written. Commands and file names are never broken.
     """
     words = verdict_words(explanation)
-    lines = [f"{words.status}.", *_wrapped(explanation.sentence or words.meaning)]
+    lines = [f"{words.status}."]
+    for said in paragraphs(explanation) or (words.meaning,):
+        lines += _wrapped(said)
     if not decidable(explanation):
         lines += ["", "Why not:", *_items(explanation.reasons)]
         lines += ["", "What to do:", *_items(what_to_do(explanation))]

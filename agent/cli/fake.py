@@ -121,6 +121,8 @@ def _specification(joint: Path | None) -> FakeSpecification:
     except OSError as error:
         why = why_unreadable(error)
         raise InputError(f"The joint's description {joint} cannot be read: {why}.") from error
+    except UnicodeDecodeError as error:
+        raise InputError(f"The joint's description {joint} is no UTF-8 text.") from error
     except (ValueError, RecursionError) as error:
         raise InputError(f"The joint's description {joint} cannot be used: {error}.") from error
 

@@ -9,7 +9,8 @@ from agent.fleet.explanations import agreements, answers, in_words, questions
 from agent.fleet.lake import Lake
 from agent.fleet.roster import roster_of
 from agent.fleet.verdicts import by_risk, present_stands, verdicts, verdicts_of
-from agent.report.fleet import AgreementRow, FleetPage, JointRow
+from agent.report.fleet import FleetPage
+from agent.report.fleet_rows import AgreementRow, JointRow
 
 
 def page_of(lake: Lake, detector: str) -> FleetPage:

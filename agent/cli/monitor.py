@@ -18,13 +18,13 @@ from agent.cli.talk import progress_bar, talker
 from agent.conclude.cycles import Unreadable, cache_folder, cycles_of, nothing_usable
 from agent.conclude.monitor_document import to_json
 from agent.errors import InputError
-from agent.monitor.cycle import Cycle, Joint
-from agent.monitor.detectors import DEFAULT, detector
-from agent.monitor.events import Event, parse_events
-from agent.monitor.history import histories
-from agent.monitor.kinship import Pool
-from agent.monitor.series import Detector
-from agent.monitor.verdict import Finding, judge
+from agent.monitor.detection.detectors import DEFAULT, detector
+from agent.monitor.detection.series import Detector
+from agent.monitor.history.cycle import Cycle, Joint
+from agent.monitor.history.events import Event, parse_events
+from agent.monitor.history.history import histories
+from agent.monitor.verdict.kinship import Pool
+from agent.monitor.verdict.verdict import Finding, judge
 from agent.record.atomic import make_folder, publish
 from agent.record.events_file import read_events
 from agent.record.reading import find

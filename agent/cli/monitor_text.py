@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from agent.conclude.cycles import Unreadable
-from agent.monitor.comparison import Effect
-from agent.monitor.cycle import Joint
-from agent.monitor.finding import NOT_DECIDABLE, Finding
-from agent.monitor.series import State
+from agent.monitor.detection.series import State
+from agent.monitor.history.cycle import Joint
+from agent.monitor.verdict.comparison import Effect
+from agent.monitor.verdict.finding import NOT_DECIDABLE, Finding
 from agent.numbers import scale_for
 
 if TYPE_CHECKING:  # it brings the explain engine, which few alarms are asked of

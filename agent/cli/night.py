@@ -7,18 +7,17 @@ import json
 import os
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
 
 import typer
 
-from agent.cell import Cell, read_cell
+from agent.cli.night_asked import Asked, asked_for
 from agent.cli.night_cell import CellAttempts
+from agent.cli.notify import sinks_of, told
 from agent.cli.talk import stop_on_signal, talker
 from agent.errors import AgentError, InputError
 from agent.night import news
 from agent.night.clock import MachineClock, stamp
-from agent.night.description import NightDescription, night_path, read_night
 from agent.night.night import Night
 from agent.night.telling import Sink
 from agent.record.atomic import make_folder, storage_error
@@ -27,43 +26,10 @@ from agent.record.events_file import Event, read_events
 from agent.record.lock import try_lock
 
 
-@dataclass(frozen=True)
-class Asked:
-    """A cell and its night, read and checked against each other."""
-
-    path: Path
-    cell: Cell
-    description: NightDescription
-    night_file: Path
-
-    @property
-    def folder(self) -> Path:
-        """Return where the cell's recordings go."""
-        return self.path.parent / self.cell.recording.folder
-
-
-def asked_for(cell_path: Path, night_file: Path | None) -> Asked:
-    """Read a cell and its night.
-
-    Raises
-    ------
-    agent.errors.InputError
-        One cannot be read, or the night speaks of an axis that the cell does not have.
-    """
-    cell = read_cell(cell_path)
-    file = night_file or night_path(cell_path)
-    description = read_night(file)
-    for axis in description.axis:
-        cell.axis_numbered(axis.number)
-    return Asked(cell_path, cell, description, file)
-
-
 def run_night(cell_path: Path, night_file: Path | None, url: str | None, *, once: bool) -> None:
     """Watch over the nights until Ctrl-C or SIGTERM; or do what tonight's open windows ask for."""
     asked = asked_for(cell_path, night_file)
     make_folder(asked.folder)
-    from agent.cli.notify import sinks_of
-
     sinks = sinks_of(asked)  # a secret that is missing is known now, not in the night
     with ExitStack() as stack:
         stack.enter_context(_alone(asked))
@@ -123,7 +89,6 @@ def _alone(asked: Asked) -> Iterator[None]:
 
 def noting(asked: Asked, url: str | None, sinks: tuple[Sink, ...]) -> Callable[[Event], None]:
     """Return what records an event and tells it; whatever fails of that is said on stderr."""
-    from agent.cli.notify import told
 
     def note(event: Event) -> None:
         event = news.judged(event, _earlier(asked.folder))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import json
 import math
+import os
 import signal
 import subprocess
 import sys
@@ -129,6 +130,7 @@ class CellAttempts:
                 stdin=subprocess.DEVNULL,
                 stdout=sink,
                 stderr=sink,
+                env={**os.environ, "PYTHONIOENCODING": "utf-8"},  # read as that, on Windows too
                 # Ctrl-C here reaches it through us alone, once
                 start_new_session=True,
                 creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),  # Windows

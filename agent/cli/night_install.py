@@ -9,7 +9,7 @@ from pathlib import Path
 
 import typer
 
-from agent.cli.night import asked_for
+from agent.cli.night_asked import asked_for
 from agent.cli.talk import talker
 from agent.errors import InputError
 from agent.night.units import Units, units

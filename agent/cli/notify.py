@@ -7,7 +7,7 @@ from pathlib import Path
 import typer
 
 from agent.cli.exits import BAD_NEWS
-from agent.cli.night import Asked, asked_for
+from agent.cli.night_asked import Asked, asked_for
 from agent.cli.talk import talker
 from agent.errors import InputError
 from agent.night.clock import MachineClock, stamp

@@ -15,7 +15,7 @@ from agent.conclude.outcome import conclude, signals_of
 from agent.errors import InputError
 from agent.identify.signals.preprocess import read_motion
 from agent.identify.uncertainty import student_975
-from agent.monitor.ordinary import Comparison, OrdinaryFriction, compare, ordinary_friction
+from agent.monitor.ordinary.ordinary import Comparison, OrdinaryFriction, compare, ordinary_friction
 from agent.numbers import parameter_label, parameter_unit, scale_for, written
 from agent.record.reading import read_all
 from agent.record.recording import Recording

@@ -17,11 +17,13 @@ from agent.cli.talk import progress_bar, talker
 from agent.conclude.cycles import cache_folder, cycles_of, nothing_usable
 from agent.errors import InputError
 from agent.identify.thermal.cooling import Cooling, estimate_cooling
-from agent.monitor.baseline import FEWEST_ASKED, Baseline, baseline_of, features_table
-from agent.monitor.compensation import PRIORS, Law
-from agent.monitor.cooling import NextCycle, Warmth, next_comparable, warmth
-from agent.monitor.history import JointHistory, histories
-from agent.monitor.rate import Rate, RatePlan, Site, Wish, plan_rate
+from agent.monitor.baseline.baseline import FEWEST_ASKED, Baseline, baseline_of
+from agent.monitor.compensation.compensation import PRIORS, Law
+from agent.monitor.history.history import JointHistory, histories
+from agent.monitor.history.table import features_table
+from agent.monitor.schedule.cooling import NextCycle, Warmth, next_comparable, warmth
+from agent.monitor.schedule.rate import Rate, RatePlan, Site, Wish, plan_rate
+from agent.numbers import signed
 from agent.record.reading import find, read_all
 
 SCHEMA = "stribeck.schedule/1"
@@ -33,7 +35,7 @@ _USUAL_SCATTER = 0.01
 class ScheduleRequest:
     """What the command line asks for; None is taken from the history, else from what is usual.
 
-    `wish` has the values of `agent.monitor.rate.Wish`, in its order.
+    `wish` has the values of `agent.monitor.schedule.rate.Wish`, in its order.
     """
 
     swing_degc: float
@@ -221,7 +223,7 @@ def schedule_text(found: Schedule) -> str:
     site = plan.site
     lines += [
         "",
-        f"Friction changes by {100.0 * site.slope_per_k:+.2f} % a degree (known to "
+        f"Friction changes by {signed(100.0 * site.slope_per_k, '+.2f')} % a degree (known to "
         f"±{196.0 * site.slope_deviation_per_k:.2f}) and by {100.0 * site.scatter:.2f} % from "
         f"cycle to cycle; the gearbox swings by ±{site.swing_degc:g} °C.",
         *(f"  {source}" for source in found.sources),

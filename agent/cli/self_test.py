@@ -16,17 +16,23 @@ from agent.cli.self_test_text import AxisTest, axis_json, axis_text
 from agent.cli.talk import progress_bar, talker
 from agent.conclude.cycles import cache_folder, cycle_from, cycles_of, nothing_usable
 from agent.errors import InputError
-from agent.monitor.baseline import features_table
-from agent.monitor.change_time import change_time
-from agent.monitor.cycle import Cycle
-from agent.monitor.detectors import detector as named
-from agent.monitor.features import features_of
-from agent.monitor.history import JointHistory, histories
-from agent.monitor.injection import SHAPES, FrictionRise, added_torque_nm, responses, rise_of
-from agent.monitor.injection_replay import self_test
-from agent.monitor.injection_result import Healthy, SelfTest
-from agent.monitor.series import Detector, State
-from agent.monitor.verdict import Track, judge
+from agent.monitor.change.change_time import change_time
+from agent.monitor.detection.detectors import detector as named
+from agent.monitor.detection.series import Detector, State
+from agent.monitor.history.cycle import Cycle
+from agent.monitor.history.features import features_of
+from agent.monitor.history.history import JointHistory, histories
+from agent.monitor.history.table import features_table
+from agent.monitor.self_test.injection import (
+    SHAPES,
+    FrictionRise,
+    added_torque_nm,
+    responses,
+    rise_of,
+)
+from agent.monitor.self_test.replay import self_test
+from agent.monitor.self_test.result import Healthy, SelfTest
+from agent.monitor.verdict.verdict import Track, judge
 from agent.record.reading import find, read
 from agent.record.recording import Recording
 

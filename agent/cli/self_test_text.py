@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from agent.monitor.history import JointHistory
-from agent.monitor.injection import SHAPES
-from agent.monitor.injection_result import Catch, SelfTest
+from agent.monitor.history.history import JointHistory
+from agent.monitor.self_test.injection import SHAPES
+from agent.monitor.self_test.result import Catch, SelfTest
 
 
 @dataclass(frozen=True)

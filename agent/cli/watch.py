@@ -15,9 +15,10 @@ from agent.cli.talk import talker
 from agent.conclude.outcome import conclude, signals_of
 from agent.errors import InputError
 from agent.identify.signals.preprocess import read_motion
-from agent.monitor.observer_band import FEWEST_HEALTHY, HealthyBand, Watch, learn_band
-from agent.monitor.observer_band import watch as watch_one
-from agent.monitor.observer_learning import model_of
+from agent.monitor.observer.band import FEWEST_HEALTHY, HealthyBand, Watch, learn_band
+from agent.monitor.observer.band import watch as watch_one
+from agent.monitor.observer.learning import model_of
+from agent.numbers import signed
 from agent.record.reading import read_all
 from agent.record.recording import Recording
 
@@ -155,7 +156,7 @@ def _text(band: HealthyBand, recordings: Sequence[Recording], found: Sequence[Wa
             lines.append(f"{name:<24} not decidable: {'; '.join(w.reasons)}")
             continue
         cells = [
-            f"{rise:>+8.3f} {f'{ends[0]:+.3f} to {ends[1]:+.3f}':>18}"
+            f"{signed(rise, '+.3f'):>8} {' to '.join(signed(end, '+.3f') for end in ends):>18}"
             for rise, ends in zip(w.seen.rises_nm, w.bands_nm, strict=True)
         ]
         white = "yes" if w.seen.whiteness.statistic <= w.whiteness_threshold else "no"

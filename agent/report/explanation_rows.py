@@ -32,6 +32,8 @@ from agent.report.explanation_words import (
 )
 from agent.report.rows import ParameterRow
 
+_CHOSEN = "chosen, not measured"  # where the law's numbers are said to hold
+
 
 @dataclass(frozen=True)
 class AlternativeRow:
@@ -117,7 +119,8 @@ def parameter_rows(parameters: Mapping[str, Parameter]) -> tuple[ParameterRow, .
             continue
         scale = quantity_scale(name, [parameter.value])
         value, interval, _ = written(parameter, scale.factor)
-        rows.append(ParameterRow(label, value, interval, scale.unit, True, ""))
+        chosen = _CHOSEN if name.startswith("reference_") else ""
+        rows.append(ParameterRow(label, value, interval, scale.unit, True, chosen))
     return tuple(rows)
 
 

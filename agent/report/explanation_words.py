@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -13,6 +14,8 @@ from agent.numbers import NO_NUMBER, fixed, scale_for, significant
 from agent.report.advice import next_steps
 
 Tone = Literal["good", "open", "stop"]
+
+_NEXT_SENTENCE = re.compile(r"(?<=\.) (?=[A-Z0-9±])")
 
 BIASED_SIGMAS = 2.0
 """A move of more than this many standard deviations is a bias that the missing physics caused."""
@@ -146,6 +149,22 @@ def verdict_words(explanation: Explanation) -> VerdictWords:
     if explanation.verdict == "explained" and gained is not None and gained[0] <= 0.0:
         return replace(words, meaning=_NOT_WORTH)
     return words
+
+
+def paragraphs(explanation: Explanation) -> tuple[str, ...]:
+    """Return the whole answer: each finding told, and then what they are worth together.
+
+    The first paragraph is a single sentence, to be read from afar. Not decidable is one paragraph.
+    """
+    rest, said = explanation.sentence, []
+    for finding in explanation.findings if decidable(explanation) else ():
+        if finding.sentence and rest.startswith(finding.sentence):
+            said.append(finding.sentence)
+            rest = rest.removeprefix(finding.sentence).lstrip()
+    said += [rest] if rest else []
+    if not said or not decidable(explanation):
+        return tuple(said)
+    return (*_NEXT_SENTENCE.split(said[0], maxsplit=1), *said[1:])
 
 
 def proven(explanation: Explanation) -> bool:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent.identify.result import Floats
-from agent.monitor.series import Judgement, State, Trace
+from agent.monitor.detection.series import Judgement, State, Trace
 from agent.report.canvas import (
     INK,
     MEASURED,

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from agent.report.fleet import JointRow
+    from agent.report.fleet_rows import JointRow
 
 _ROW_IN = 0.21
 _MARKS = {"H1": ("^", PREDICTED), "H0": ("D", PREDICTED), "NF": ("o", POSITION)}

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from agent.monitor.comparison import Comparison
+from agent.monitor.verdict.comparison import Comparison
 from agent.numbers import scale_for
 from agent.report.canvas import (
     INK,

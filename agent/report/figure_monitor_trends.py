@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from agent.identify.result import Floats
-from agent.monitor.first_cycles import TRACE
-from agent.monitor.series import FEATURES, State
-from agent.monitor.verdict import Finding, Track
+from agent.monitor.baseline.first_cycles import TRACE
+from agent.monitor.detection.series import FEATURES, State
+from agent.monitor.verdict.verdict import Finding, Track
 from agent.numbers import scale_for
 from agent.report.canvas import (
     COMMAND_PALE,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent.identify.result import Floats
-from agent.monitor.rate import YEAR_DAYS, Rate, RatePlan
+from agent.monitor.schedule.rate import YEAR_DAYS, Rate, RatePlan
 from agent.report.canvas import (
     INK,
     MEASURED,

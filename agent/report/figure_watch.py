@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from agent.monitor.observer_band import HealthyBand, Watch
+from agent.monitor.observer.band import HealthyBand, Watch
 from agent.report.canvas import (
     INK,
     MEASURED,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,71 +11,10 @@ from agent.record.atomic import publish
 from agent.report.canvas import data_uri
 from agent.report.estimate import Picture
 from agent.report.figure_fleet import figure_individuals, figure_rises
+from agent.report.fleet_rows import STATES, AgreementRow, JointRow
 from agent.report.page import render
 
-_STATES: Mapping[str, tuple[str, str, str]] = {
-    "H1": ("▲", "high", "stop"),
-    "H0": ("◆", "increased", "stop"),
-    "NF": ("●", "healthy", "good"),
-    "not-decidable": ("○", "not decidable", "open"),
-    "": ("✕", "not judged", "open"),
-}
 _SHOWN, _LISTED = 40, 100
-
-
-@dataclass(frozen=True)
-class JointRow:
-    """One joint of the ranking.
-
-    Parameters
-    ----------
-    site, robot, axis, model : str, str, int, str
-    state : str
-        ``NF``, ``H0``, ``H1``, ``not-decidable``; empty where it could not be judged.
-    sentence : str
-        Why.
-    last_cycle : str
-        ISO 8601; empty for none.
-    rise_percent : tuple of float or None
-        Low-speed friction against the baseline at equal temperature: value, lower and upper end.
-    coulomb_nm, viscous_nm_s_per_rad : float or None
-        Of the last cycle.
-    """
-
-    site: str
-    robot: str
-    axis: int
-    model: str
-    state: str
-    sentence: str
-    last_cycle: str = ""
-    rise_percent: tuple[float, float, float] | None = None
-    coulomb_nm: float | None = None
-    viscous_nm_s_per_rad: float | None = None
-
-    @property
-    def label(self) -> str:
-        """Return the joint in few words."""
-        return f"{self.robot}, axis {self.axis}"
-
-    @property
-    def sign(self) -> tuple[str, str, str]:
-        """Return shape, word and colour class of the state."""
-        return _STATES[self.state]
-
-    @property
-    def alarm(self) -> bool:
-        """Return whether friction is increased."""
-        return self.state in ("H0", "H1")
-
-
-@dataclass(frozen=True)
-class AgreementRow:
-    """What the robots of one model say of one axis's twin: the sentence, and effects by count."""
-
-    sentence: str
-    joints: int
-    effects: tuple[tuple[str, int], ...]
 
 
 @dataclass(frozen=True)
@@ -113,7 +52,7 @@ def fleet_html(page: FleetPage) -> str:
         page=page,
         sentence=in_words(page),
         kind=_kind(page.joints),
-        counts=[(*_STATES[s], n) for s, n in _counted(page.joints)],
+        counts=[(*STATES[s], n) for s, n in _counted(page.joints)],
         urgent=urgent[:_LISTED],
         left_out=max(len(urgent) - _LISTED, 0),
         healthy=[j for j in page.joints if j.state == "NF"][:_LISTED],

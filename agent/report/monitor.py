@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from agent.identify.result import Parameter
-from agent.monitor.comparison import Comparison, Effect
-from agent.monitor.cycle import Joint
-from agent.monitor.series import FEATURES
-from agent.monitor.verdict import NOT_DECIDABLE, Finding, Track
-from agent.monitor.verdict_words import in_percent
+from agent.monitor.detection.series import FEATURES
+from agent.monitor.history.cycle import Joint
+from agent.monitor.verdict.comparison import Comparison, Effect
+from agent.monitor.verdict.verdict import NOT_DECIDABLE, Finding, Track
+from agent.monitor.verdict.words import in_percent
 from agent.numbers import scale_for, significant, units_unbroken, written
 from agent.report.canvas import data_uri
 from agent.report.estimate import Picture

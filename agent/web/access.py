@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
-from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 from fastapi import Request
 from starlette.datastructures import FormData
 
 from agent.web.guard import host_name
+from agent.web.page import Page
 from agent.web.roles import Role
 from agent.web.sessions import Session
-
-if TYPE_CHECKING:
-    from agent.web.application import Page
 
 PLAIN_COOKIE = "stribeck_session"
 SECURE_COOKIE = "__Host-stribeck_session"

@@ -212,6 +212,7 @@ class Launch:
                 stdin=subprocess.PIPE,
                 stdout=out,
                 stderr=talk,
+                env={**os.environ, "PYTHONIOENCODING": "utf-8"},  # read as that, on Windows too
                 start_new_session=True,  # Ctrl-C at the server reaches it by the page's own way
             )
         return AttendedRun(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import anyio
 from fastapi import APIRouter, Depends, Request, Response
@@ -16,15 +16,13 @@ from agent.night.description import night_path, read_night
 from agent.night.windows import windows_between
 from agent.web.access import need, page_of
 from agent.web.locks import holder
+from agent.web.page import Page
 from agent.web.rendering import render
 from agent.web.roles import Role
 from agent.web.sessions import Session
 from agent.web.shelf import Shelved
 from agent.web.verdicts import Finding, finding
 from drivers.clock import wall_time_utc
-
-if TYPE_CHECKING:
-    from agent.web.application import Page
 
 router = APIRouter()
 AHEAD_DAYS = 8

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import anyio
 from fastapi import APIRouter, Depends, Form, Request, Response
@@ -13,6 +13,7 @@ from starlette.responses import RedirectResponse
 
 from agent.record.events_file import Event, append_event
 from agent.web.access import TurnedAwayError, need, page_of
+from agent.web.page import Page
 from agent.web.rendering import render
 from agent.web.roles import Role
 from agent.web.routes_run import axis_numbered
@@ -20,9 +21,6 @@ from agent.web.sessions import Session
 from agent.web.shelf import Shelved
 from agent.web.verdicts import finding
 from drivers.clock import wall_time_utc
-
-if TYPE_CHECKING:
-    from agent.web.application import Page
 
 router = APIRouter()
 

@@ -89,7 +89,7 @@ CAUSES: Mapping[str, tuple[str, str]] = MappingProxyType(
         ),
     }
 )
-"""A cause, and what to do about it; by the ids of `agent.monitor.reasons`."""
+"""A cause, and what to do about it; by the ids of `agent.monitor.verdict.reasons`."""
 
 ADVICE: Mapping[str, tuple[str, str]] = MappingProxyType(
     {

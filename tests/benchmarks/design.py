@@ -74,7 +74,7 @@ def _spreads(stairs: dict[str, Trajectory], runs: dict[str, list[dict[str, float
         print(f"  {parameter}, true {truth:g}")
         for name, stair in stairs.items():
             given = sum(math.isfinite(run[parameter]) for run in runs[name])
-            error = _rms(runs[name], parameter)
+            error = rms(runs[name], parameter)
             hoped = expect(stair, belief(), noise()).half_widths[parameter] / NORMAL_975
             print(f"    {name:<20} {error:10.3g}  ({given:4d}; {hoped:.3g})")
 
@@ -92,13 +92,14 @@ def _each(runs: dict[str, list[dict[str, float]]]) -> None:
     """Print every parameter's root mean square error over that of the designed stair of 20 s."""
     print("\neach parameter's rms error over that of the designed stair of 20 s")
     for parameter in (*LAW, *BODY):
-        errors = {name: _rms(run, parameter) for name, run in runs.items()}
+        errors = {name: rms(run, parameter) for name, run in runs.items()}
         own = errors["designed, 20 s"]
         shares = [f"{name}: {error / own:.2f}" for name, error in errors.items()]
         print(f"  {parameter:<24} {'; '.join(shares)}")
 
 
-def _rms(run: list[dict[str, float]], parameter: str) -> float:
+def rms(run: list[dict[str, float]], parameter: str) -> float:
+    """Return a parameter's root mean square error; infinite where it is mostly not identified."""
     error = np.array([one[parameter] for one in run]) - getattr(Truth(), parameter)
     there = np.isfinite(error)
     return float(np.sqrt(np.mean(error[there] ** 2))) if np.mean(there) >= _FEWEST else math.inf

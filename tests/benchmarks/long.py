@@ -17,7 +17,7 @@ import numpy as np
 from agent.identify.estimate import estimate
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.preprocess import read_motion
-from agent.monitor.ordinary import ordinary_friction
+from agent.monitor.ordinary.ordinary import ordinary_friction
 
 GEAR, RATE_HZ, MOVE_S = 100.0, 1000.0, 2.0
 SLOWEST, FASTEST, NOISE_NM, NOISE_RAD_S, COUNTS = 5.0, 80.0, 0.02, 0.02, 1 << 16

@@ -22,9 +22,9 @@ from pathlib import Path
 import numpy as np
 
 from agent.identify.result import Floats
-from agent.monitor.cusum import Cusum
-from agent.monitor.detectors import DETECTORS
-from agent.monitor.tuning import Target
+from agent.monitor.detection.cusum import Cusum
+from agent.monitor.detection.detectors import DETECTORS
+from agent.monitor.detection.tuning import Target
 from tests.benchmarks.monitor_change import CASES, TIED, campaign
 from tests.benchmarks.monitor_delay import (
     FIRST,

@@ -21,10 +21,10 @@ from pathlib import Path
 import numpy as np
 
 from agent.identify.result import Floats
-from agent.monitor.cusum import Cusum
-from agent.monitor.detectors import DETECTORS
-from agent.monitor.series import Detector, FeatureSeries, State
-from agent.monitor.thesis import Thesis
+from agent.monitor.detection.cusum import Cusum
+from agent.monitor.detection.detectors import DETECTORS
+from agent.monitor.detection.series import Detector, FeatureSeries, State
+from agent.monitor.detection.thesis import Thesis
 from tests.science.monitor_fleet import correlated
 from tests.science.monitor_joint import SPEEDS, Joint, series_of
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agent.monitor.change_time import change_time
-from agent.monitor.outlook import outlook
+from agent.monitor.change.change_time import change_time
+from agent.monitor.change.outlook import outlook
 from tests.benchmarks.monitor_delay import DAY_S, LEVEL, series_of
 
 HEALTHY, NIGHTS, NOISE, LIMIT = 60, 200, 0.01, 0.3

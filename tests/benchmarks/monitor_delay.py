@@ -16,11 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.identify.result import Floats
-from agent.monitor.cusum import DECIDING, Cusum
-from agent.monitor.growth import grown
-from agent.monitor.run_length import brook_evans
-from agent.monitor.series import FeatureSeries, State
-from agent.monitor.tuning import YEAR_S, Target
+from agent.monitor.baseline.growth import grown
+from agent.monitor.detection.cusum import DECIDING, Cusum
+from agent.monitor.detection.run_length import brook_evans
+from agent.monitor.detection.series import FeatureSeries, State
+from agent.monitor.detection.tuning import YEAR_S, Target
 from tests.benchmarks.monitor_reference import delay_of
 from tests.science.monitor_fleet import correlated
 

@@ -25,12 +25,12 @@ from typing import Any
 import numpy as np
 
 from agent.identify.result import Floats
-from agent.monitor.baseline import Baseline, baseline_of, compensated, series_of
-from agent.monitor.decision import Marks
-from agent.monitor.detectors import DEFAULT, DETECTORS, detector
-from agent.monitor.first_cycles import running_in, watch_of
-from agent.monitor.growth import watched
-from agent.monitor.series import FeatureSeries, Judgement, State
+from agent.monitor.baseline.baseline import Baseline, baseline_of, compensated, series_of
+from agent.monitor.baseline.first_cycles import running_in, watch_of
+from agent.monitor.baseline.growth import watched
+from agent.monitor.detection.decision import Marks
+from agent.monitor.detection.detectors import DEFAULT, DETECTORS, detector
+from agent.monitor.detection.series import FeatureSeries, Judgement, State
 from tests.science.monitor_fleet import Life, Nights, episodes, live, low_speed_share
 
 LIFE = Life()

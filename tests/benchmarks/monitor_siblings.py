@@ -23,17 +23,18 @@ from typing import Any
 import numpy as np
 
 from agent.identify.result import Floats
-from agent.monitor.baseline import Features, baseline_of
-from agent.monitor.compensation import Conditions
-from agent.monitor.cusum import DECIDING, Cusum
-from agent.monitor.detectors import detector
-from agent.monitor.first_cycles import watch_of
-from agent.monitor.growth import grown, watched
-from agent.monitor.kind import Kind
-from agent.monitor.run_length import brook_evans
-from agent.monitor.series import FeatureSeries, Judgement, State
-from agent.monitor.siblings import kinds_of
-from agent.monitor.tuning import YEAR_S, Target
+from agent.monitor.baseline.baseline import baseline_of
+from agent.monitor.baseline.first_cycles import watch_of
+from agent.monitor.baseline.growth import grown, watched
+from agent.monitor.baseline.siblings import kinds_of
+from agent.monitor.compensation.compensation import Conditions
+from agent.monitor.compensation.kind import Kind
+from agent.monitor.detection.cusum import DECIDING, Cusum
+from agent.monitor.detection.detectors import detector
+from agent.monitor.detection.run_length import brook_evans
+from agent.monitor.detection.series import FeatureSeries, Judgement, State
+from agent.monitor.detection.tuning import YEAR_S, Target
+from agent.monitor.history.table import Features
 from tests.benchmarks.monitor_delay import (
     DAY_S,
     FIRST,

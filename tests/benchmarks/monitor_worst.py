@@ -20,11 +20,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.identify.result import Floats
-from agent.monitor.cusum import DECIDING, Cusum
-from agent.monitor.growth import grown
-from agent.monitor.run_length import brook_evans, siegmund
-from agent.monitor.standing import standing
-from agent.monitor.tuning import Target
+from agent.monitor.baseline.growth import grown
+from agent.monitor.detection.cusum import DECIDING, Cusum
+from agent.monitor.detection.run_length import brook_evans, siegmund
+from agent.monitor.detection.standing import standing
+from agent.monitor.detection.tuning import Target
 from tests.benchmarks.monitor_delay import (
     FIRST,
     LEVEL,

@@ -20,10 +20,10 @@ from agent.identify.result import Estimate
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.preprocess import Motion, read_motion
 from agent.identify.uncertainty import student_975
-from agent.monitor import swinging
-from agent.monitor.observer_band import HealthyBand, learn_band, watch
-from agent.monitor.observer_learning import model_of
-from agent.monitor.ordinary import ordinary_friction
+from agent.monitor.observer.band import HealthyBand, learn_band, watch
+from agent.monitor.observer.learning import model_of
+from agent.monitor.ordinary import swinging
+from agent.monitor.ordinary.ordinary import ordinary_friction
 from fakes.history import CycleRun, HistoryPlan, Wear, cycles, ordinary_runs
 
 HEALTHY, ONSET, NIGHTS = 12, 24, 44

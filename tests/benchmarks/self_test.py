@@ -18,16 +18,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from agent.identify.result import Floats
-from agent.monitor.baseline import Features, baseline_of
-from agent.monitor.compensation import Conditions
-from agent.monitor.detectors import detector
-from agent.monitor.features import SpeedGrid
-from agent.monitor.first_cycles import watch_of
-from agent.monitor.growth import LAG, watched
-from agent.monitor.injection import LOW_SPEED, rise_of
-from agent.monitor.injection_replay import self_test
-from agent.monitor.injection_result import Healthy
-from agent.monitor.series import FEATURES, State
+from agent.monitor.baseline.baseline import baseline_of
+from agent.monitor.baseline.first_cycles import watch_of
+from agent.monitor.baseline.growth import LAG, watched
+from agent.monitor.compensation.compensation import Conditions
+from agent.monitor.detection.detectors import detector
+from agent.monitor.detection.series import FEATURES, State
+from agent.monitor.history.features import SpeedGrid
+from agent.monitor.history.table import Features
+from agent.monitor.self_test.injection import LOW_SPEED, rise_of
+from agent.monitor.self_test.replay import self_test
+from agent.monitor.self_test.result import Healthy
 
 GRID = SpeedGrid(np.array([3.0, 7.0, 14.0, 25.0, 40.0, 60.0, 85.0, 115.0, 155.0, 200.0]), 66.0)
 HEALTHY, WITHIN, FIRST = 40, 20, 7

@@ -132,3 +132,23 @@ def test_what_python_can_does_not_say_is_why_the_bus_is_ours(plugged: Plugged) -
     assert half is not None
     assert (half.dlc, len(half.data)) == (2, 1)
     bus.shutdown()
+
+
+def test_frames_that_wait_are_taken_with_one_call_and_halves_are_put_together() -> None:
+    """Python-can's own asks the system for each byte by itself: five times the processor time."""
+    with SlcanBus(channel="loop://", bitrate=1_000_000, sleep_after_open=0.0) as bus:
+        taken, read = [], bus.serialPortOrig.read
+
+        def counted(size: int) -> bytes:
+            taken.append(size)
+            return bytes(read(size))
+
+        bus.serialPortOrig.read = counted
+        frames = b"".join(b"t1852%04X\r" % number for number in range(12))
+        bus.serialPortOrig.write(frames[:-4])
+        heard = [bus.recv(0.0) for _ in range(11)]
+        assert taken == [len(frames) - 4]
+        bus.serialPortOrig.write(frames[-4:])
+        heard.append(bus.recv(0.0))
+    data = [bytes(message.data) for message in heard if message is not None]
+    assert data == [number.to_bytes(2, "big") for number in range(12)]

@@ -15,7 +15,8 @@ from typer.testing import CliRunner
 
 from agent.cell import read_cell
 from agent.cli.app import app
-from agent.cli.night import _alone, asked_for
+from agent.cli.night import _alone
+from agent.cli.night_asked import asked_for
 from agent.cli.night_cell import CellAttempts
 from agent.cli.night_child import what_became
 from agent.cli.talk import talker

@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from agent.cli.app import app
+from agent.cli.exits import sentence
 from agent.cli.plan import run_plan
 from agent.cli.run import dry_run_axis, read_trajectory
 from agent.conclude.outcome import conclude
@@ -120,11 +121,15 @@ def test_what_cannot_be_planned_writes_nothing(
     tmp_path: Path,
 ) -> None:
     cell_file.write_text(cell_file.read_text(encoding="utf-8").replace(*edit), encoding="utf-8")
-    with pytest.raises(error, match=says):
+    with pytest.raises(error, match=says) as why:
         run_plan(
             cell_file, 1, seconds, tmp_path / "plan", noise_nm=0.02, dwell_s=0.5, as_json=False
         )
     assert not (tmp_path / "plan").exists()
+    told = sentence(why.value)
+    if error is TrajectoryError:  # a file's mistakes are a list
+        assert told[0] == told[0].upper()
+        assert told.endswith(".")
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from agent.monitor.cycle import Cycle, CycleCurve, Joint
+from agent.monitor.history.cycle import Cycle, CycleCurve, Joint
 
 JOINT = Joint("cell7", 2, 224.0)
 SPEEDS = np.array([2.0, 4.0, 7.0, 12.0, 20.0, 32.0, 48.0, 70.0, 100.0, 140.0])

@@ -7,11 +7,12 @@ import sys
 
 import can
 import pytest
+import serial  # type: ignore[import-untyped]  # pyserial has no types
 
 from agent.cell import REPLAY
 from drivers.can.frames import CanBusConfig
 from drivers.can.opening import open_bus
-from drivers.errors import BusError
+from drivers.errors import BusError, words_of
 from tests.conftest import REPOSITORY
 
 ANSWERS = {"yes", "no", "not known"}
@@ -54,3 +55,29 @@ def test_an_adapter_that_is_not_there_says_so_in_one_sentence(name: str) -> None
     assert error.do
     if OF_ANOTHER_PLATFORM.search(error.what):
         assert here == "no"
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (  # pyserial's on Windows, and on Linux
+            serial.SerialException(
+                "could not open port 'COM9': FileNotFoundError(2, 'The system cannot find the file "
+                "specified.', None, 2)"
+            ),
+            "could not open port 'COM9': The system cannot find the file specified",
+        ),
+        (
+            serial.SerialException(
+                2, "could not open port COM9: [Errno 2] No such file or directory: 'COM9'"
+            ),
+            "could not open port COM9: No such file or directory: 'COM9'",
+        ),
+        (ConnectionRefusedError(111, "Connection refused"), "Connection refused"),
+        (TimeoutError(), "TimeoutError"),
+    ],
+)
+def test_what_a_library_says_is_told_without_numbers_and_pythons_words(
+    error: Exception, words: str
+) -> None:
+    assert words_of(error) == words

@@ -6,6 +6,7 @@ import math
 
 import pytest
 
+from agent.explain.forms import speed
 from agent.explain.forms.warmth import FORMS
 from agent.explain.numbers.intervals import only_together
 from agent.explain.numbers.profile import _crossing
@@ -68,3 +69,16 @@ def test_what_only_a_product_carries_has_no_interval_that_holds_zero(
     told = only_together(viscosity, {size: Parameter(0.07, (low, 1.2)), "decay_k": decay})
     assert told[size].identified is identified
     assert told[size].value == 0.07
+
+
+@pytest.mark.parametrize(("low", "identified"), [(-0.7, False), (0.05, True)])
+def test_friction_under_a_load_without_a_scale_has_no_coefficient(
+    low: float, identified: bool
+) -> None:
+    """Without a weight it had been told as 0.15 (-0.70 to 1.00), 35 to 76 % off."""
+    load = next(form for form in speed.FORMS if form.name == "proportional")
+    numbers = {"load_coefficient": Parameter(0.15, (low, 1.0))}
+    numbers |= {name: Parameter(0.5, (0.0, 1.2)) for name in load.nonlinear}
+    told = only_together(load, numbers)
+    assert told["load_coefficient"].identified is identified
+    assert all(told[name].identified for name in load.nonlinear)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
-from agent.monitor.thesis import Thesis
+from agent.monitor.detection.thesis import Thesis
 from agent.report.figure_case_study import figure_case_study
 from tests.benchmarks.monitor_case_study import COURSES, CYCLES, curves, history
 from tests.science.monitor_joint import SPEEDS

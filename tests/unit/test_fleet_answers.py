@@ -19,7 +19,8 @@ from agent.fleet.verdicts import by_risk
 from agent.physics.twin import Twin, format_twin
 from agent.record.writing import write
 from agent.report.figure_fleet import figure_rises
-from agent.report.fleet import AgreementRow, FleetPage, JointRow, fleet_html
+from agent.report.fleet import FleetPage, fleet_html
+from agent.report.fleet_rows import AgreementRow, JointRow
 from tests.benchmarks.fleet import AXES, GEAR, ROBOTS, cycles
 
 STATES = ("H1", "H0", "not-decidable", "NF", "")

@@ -16,7 +16,7 @@ from agent.identify.signals.preprocess import read_motion
 from agent.identify.signals.sampling import Stretch
 from agent.identify.signals.windows import find_windows
 from agent.identify.uncertainty import block_jackknife
-from agent.monitor.swinging import _spectrum, swinging_of
+from agent.monitor.ordinary.swinging import _spectrum, swinging_of
 
 ROWS = 160_000
 
@@ -72,7 +72,7 @@ def test_the_work_on_thousands_of_moves_grows_with_them_not_with_their_square(
         searched.append(thinned.usable.size)
         return _spectrum(thinned)
 
-    monkeypatch.setattr("agent.monitor.swinging._spectrum", spectrum)
+    monkeypatch.setattr("agent.monitor.ordinary.swinging._spectrum", spectrum)
     assert swinging_of([motion]) is not None
     assert max(searched) < 15_000
 

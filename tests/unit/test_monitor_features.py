@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agent.identify.result import Estimate, Quality
-from agent.monitor.cycle import Cycle, CycleCurve, cycle_of
-from agent.monitor.features import SpeedGrid, features_of, grid_of
-from agent.monitor.series import FEATURES
+from agent.monitor.detection.series import FEATURES
+from agent.monitor.history.cycle import Cycle, CycleCurve, cycle_of
+from agent.monitor.history.features import SpeedGrid, features_of, grid_of
 from tests.unit.monitor_joint import SPEEDS, months
 from tests.unit.report_examples import METADATA, friction_curve
 

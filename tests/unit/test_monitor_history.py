@@ -12,11 +12,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from agent.monitor.cycle import Cycle, CycleCurve, Joint
-from agent.monitor.detectors import detector
-from agent.monitor.events import Event, parse_events
-from agent.monitor.history import JointHistory, histories
-from agent.monitor.verdict import NOT_DECIDABLE, judge
+from agent.monitor.detection.detectors import detector
+from agent.monitor.history.cycle import Cycle, CycleCurve, Joint
+from agent.monitor.history.events import Event, parse_events
+from agent.monitor.history.history import JointHistory, histories
+from agent.monitor.verdict.verdict import NOT_DECIDABLE, judge
 from tests.unit.monitor_joint import DAY_S, JOINT, SPEEDS, START_S, months
 
 

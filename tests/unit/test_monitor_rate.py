@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from agent.identify.thermal.cooling import estimate_cooling
-from agent.monitor.cooling import COLD, COMPARABLE, UNKNOWN, WARM, next_comparable, warmth
-from agent.monitor.rate import Site, Wish, _ramp_cycles, plan_rate
-from agent.monitor.run_length import threshold_for
+from agent.monitor.detection.run_length import threshold_for
+from agent.monitor.schedule.cooling import COLD, COMPARABLE, UNKNOWN, WARM, next_comparable, warmth
+from agent.monitor.schedule.rate import Site, Wish, _ramp_cycles, plan_rate
 
 SITE = Site(10.0, -0.009, 0.0005, 0.01)
 

@@ -119,7 +119,9 @@ def test_what_is_not_a_number_is_not_written_as_one() -> None:
 
 
 def test_number_and_unit_stay_on_one_line() -> None:
-    sentence = units_unbroken("friction is 0.604 ± 0.005 N m and 10.7 mN m s/rad at 14 rad/s")
+    sentence = units_unbroken(
+        "friction is 0.604 ± 0.005 N m and 10.7 mN m s/rad at 14 rad/s, 2.0 ms late"
+    )
     assert sentence.split(" ") == [
         "friction",
         "is",
@@ -127,5 +129,7 @@ def test_number_and_unit_stay_on_one_line() -> None:
         "and",
         "10.7\u00a0mN\u00a0m\u00a0s/rad",
         "at",
-        "14\u00a0rad/s",
+        "14\u00a0rad/s,",
+        "2.0\u00a0ms",
+        "late",
     ]

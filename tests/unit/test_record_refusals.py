@@ -104,6 +104,11 @@ COLUMNS: dict[str, tuple[Change, str]] = {
         "column gearbox_temperature_degc is 298.2 in the median, which no joint bears as degrees "
         "Celsius; it looks like kelvin. Take 273.15 off, or leave the column out.",
     ),
+    "a temperature sensor that is not there": (
+        having(gearbox_temperature_degc=pa.array([-3276.8] * 149 + [np.nan])),
+        "column gearbox_temperature_degc is -3277 in the median, which no joint bears as degrees "
+        "Celsius; it looks like a sensor that is not there. Leave the column out.",
+    ),
     "an optional column is text": (
         having(gearbox_temperature_degc=pa.array(["cold"] * 150)),
         "column gearbox_temperature_degc must hold numbers (gearbox temperature in degrees "
@@ -206,7 +211,10 @@ def test_a_column_that_occurs_twice(tmp_path: Path) -> None:
         (b"not json", "the metadata is not UTF-8 JSON"),
         (b"\xff", "the metadata is not UTF-8 JSON"),
         (b"[]", "the metadata must be a JSON object, got []."),
-        (b"{}", "the metadata lacks schema, robot, axis, gear_ratio."),
+        (
+            b"{}",
+            'the metadata lacks schema, robot, axis, gear_ratio. schema is "stribeck.recording',
+        ),
         (b'{"schema": "stribeck.recording/2"}', "is not one that this version reads"),
         (
             rb'{"schema": "stribeck.recording/1", "robot": "r\u001b", "axis": 1, "gear_ratio": 1}',

@@ -26,6 +26,7 @@ from agent.report.explanation_words import (
     EFFECTS,
     decidable,
     next_command,
+    paragraphs,
     set_up_beside,
     tells_apart,
     trajectory_hint,
@@ -85,6 +86,20 @@ def test_sentence_and_verdict_in_words_come_first_and_no_id_is_shown(case: Case)
     for ident in {"tied", "partly-explained", "no-mismatch", *EFFECTS} - {"backlash"}:
         if "-" in ident or ident == "tied":
             assert f" {ident} " not in text
+
+
+def test_the_first_sentence_is_read_from_afar_and_every_other_finding_begins_a_line() -> None:
+    made = explanation(examples.explained)
+    told = ("A leaves 2 N m. 5 % swing.", "B.")
+    found = tuple(dataclasses.replace(made.findings[0], sentence=each) for each in told)
+    whole = f"{told[0]} {told[1]} On unseen data it holds. Not told from C."
+    made = dataclasses.replace(made, sentence=whole, findings=found)
+    assert paragraphs(made) == (
+        "A leaves 2 N m.",
+        "5 % swing.",
+        "B.",
+        "On unseen data it holds. Not told from C.",
+    )
 
 
 @pytest.mark.parametrize(("low", "holds"), [(1.0, True), (-0.7, False)])

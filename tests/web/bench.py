@@ -17,9 +17,10 @@ from agent.cli.fake_cell import fake_cell_text
 from agent.record.recording import Metadata, Recording
 from agent.record.verdict_file import Verdict, estimate_path, write_verdict
 from agent.record.writing import write
-from agent.web.application import Page, create_page
+from agent.web.application import create_page
 from agent.web.attended import Launch
 from agent.web.looking import Looking
+from agent.web.page import Page
 from agent.web.passwords import Argon2
 from agent.web.roles import Role
 from agent.web.settings import PageSettings

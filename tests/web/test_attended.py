@@ -156,7 +156,10 @@ def ended(bench: Bench, run: AttendedRun) -> None:
     wait_until(over)
 
 
-def test_a_cycle_is_started_watched_and_stopped_by_anybody(bench: Bench) -> None:
+def test_a_cycle_is_started_watched_and_stopped_by_anybody(
+    bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PYTHONIOENCODING", "cp1252")  # what a pipe has on a western Windows
     run = started(bench)
     state = state_of(run)
     assert (state["stage"], state["steps"]) == ("stair", 10)
@@ -168,7 +171,7 @@ def test_a_cycle_is_started_watched_and_stopped_by_anybody(bench: Bench) -> None
     ended(bench, run)
     assert run.ended is not None
     assert run.ended.code == 5
-    assert "at rest (measured)" in nobody.get("/stopped").text
+    assert "at rest (measured), at 26 °C" in nobody.get("/stopped").text
     assert "at rest (measured)" in bench.browser(Role.VIEWER).get("/run").text
     assert nobody.get("/status").json() == {"active": False}
     trail = [(e.who, e.what) for e in bench.page.audit.newest(2)]

@@ -13,10 +13,10 @@ from agent.cli.fake_cell import fake_cell_text
 from agent.conclude.facts import SAID as DECIDED
 from agent.conclude.facts import facts_of
 from agent.cycle.preconditions import preconditions
-from agent.monitor.detectors import detector
-from agent.monitor.history import histories
-from agent.monitor.reasons import WORDS as CAUSE_WORDS
-from agent.monitor.verdict import Finding, judge
+from agent.monitor.detection.detectors import detector
+from agent.monitor.history.history import histories
+from agent.monitor.verdict.reasons import WORDS as CAUSE_WORDS
+from agent.monitor.verdict.verdict import Finding, judge
 from agent.record.verdict_file import Verdict
 from agent.report.advice import advised, next_steps
 from agent.web import saying

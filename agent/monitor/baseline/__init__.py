@@ -1,0 +1,1 @@
+"""What healthy cycles teach: the baseline, how it grows, and who has none yet."""

@@ -1,0 +1,1 @@
+"""When a feature changed, how, and what is ahead if nothing changes."""

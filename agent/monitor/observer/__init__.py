@@ -1,0 +1,1 @@
+"""An observer on ordinary motion that asks for a dedicated cycle."""
