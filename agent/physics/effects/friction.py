@@ -84,8 +84,9 @@ def _load(p: Numbers, motion: Motion, base: Base) -> Floats:
     numbers = dict(p)
     inertia = numbers.pop("arm_inertia_kg_m2") + base.payload_inertia_kg_m2
     load = inertia * motion.acceleration_rad_s2 + base.held_nm(motion)
-    # Dry friction behind the gear is a torque that the gear has to transmit, too.
+    # Friction behind the gear is a torque that the gear has to transmit, too.
     load = load + numbers.pop("arm_coulomb_nm") * motion.direction
+    load = load + numbers.pop("arm_viscous_nm_s_per_rad") * motion.velocity_rad_s
     return LoadDependent(**numbers).torque_nm(motion.velocity_rad_s, load, motion.direction)
 
 
@@ -254,6 +255,9 @@ CARDS = (
                     ),
                     "arm_coulomb_nm": not_negative(
                         0.0, "dry friction behind the gear, seen by the motor: part of the load"
+                    ),
+                    "arm_viscous_nm_s_per_rad": not_negative(
+                        0.0, "viscous friction behind the gear: part of the load"
                     ),
                 },
                 _load,
