@@ -149,6 +149,11 @@ def fixed(value: float, decimals: int) -> str:
     return text.replace("-", "−")
 
 
+def signed(value: float, form: str) -> str:
+    """Write `value` by a format such as ``+.1f``, with a true minus sign."""
+    return f"{value:{form}}".replace("-", "−")
+
+
 def significant(value: float, digits: int = 4) -> str:
     """Write `value` with that many significant digits, never in powers of ten."""
     if not math.isfinite(value):
@@ -192,7 +197,7 @@ def written(parameter: Quantity, factor: float = 1.0) -> tuple[str, str, str]:
 
 def units_unbroken(sentence: str) -> str:
     """Keep each number, its ``±`` and its unit on one line of a sentence."""
-    unit = r"[mµ]?N m s/rad|[mµ]?N m|rad/s|kg|°C|Hz|%|s\b"
+    unit = r"[mµ]?N m s/rad|[mµ]?N m|rad/s|kg|°C|Hz|%|[mµ]?s\b"
     glued = re.sub(rf"(?<=\d) (?={unit})|(?<=±) | (?=±)", "\u00a0", sentence)
     return re.sub(r"(?<=N) (?=m\b)|(?<=N m|N\u00a0m) (?=s/rad)", "\u00a0", glued)
 

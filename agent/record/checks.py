@@ -26,6 +26,7 @@ _LOOKS_LIKE: Mapping[str, re.Pattern[str]] = {
     }.items()
 }
 _HOTTEST_DEGC = 200.0  # windings end at 180; a room has 290 K
+_COLDEST_DEGC = -100.0  # what transmitters send for a sensor that is not there: -200, -273, -3276.8
 _NOT_MEASURED = re.compile(
     r"command|target|setpoint|demand|simulated|(^|_)arm(_|$)|temperature|limit"
 )
@@ -112,7 +113,7 @@ def _check_time(time_s: Column, where: str) -> None:
 
 
 def _check_celsius(degc: Column, name: str, where: str) -> None:
-    """Refuse a temperature that no joint survives: most likely it is in kelvin."""
+    """Refuse a temperature that no joint survives: it is in kelvin, or nobody measured it."""
     known = degc[np.isfinite(degc)]
     usual = float(np.median(known)) if known.size else 0.0
     if usual > _HOTTEST_DEGC:
@@ -120,6 +121,12 @@ def _check_celsius(degc: Column, name: str, where: str) -> None:
             f"{where}: column {name} is {usual:.4g} in the median, which no joint bears as degrees "
             "Celsius; it looks like kelvin.",
             "Take 273.15 off, or leave the column out.",
+        )
+    if usual < _COLDEST_DEGC:
+        raise InputError(
+            f"{where}: column {name} is {usual:.4g} in the median, which no joint bears as degrees "
+            "Celsius; it looks like a sensor that is not there.",
+            "Leave the column out.",
         )
 
 

@@ -1,9 +1,9 @@
 """What people wrote down of joints in ``events.toml``, as events of the catalogue.
 
-`agent.monitor.events` says what its entries mean for a baseline, and refuses what it cannot judge
-by; here each entry is kept as it was written, so that swaps and oil changes can be asked for in one
-place, wherever somebody noted them. The file may be edited: its rows are made anew when it has
-changed.
+`agent.monitor.history.events` says what its entries mean for a baseline, and refuses what it cannot
+judge by; here each entry is kept as it was written, so that swaps and oil changes can be asked for
+in one place, wherever somebody noted them. The file may be edited: its rows are made anew when it
+has changed.
 """
 
 from __future__ import annotations

@@ -126,7 +126,8 @@ class Metadata:
         if missing:
             raise InputError(
                 f"{where}: the metadata lacks {', '.join(missing)}.",
-                "gear_ratio is motor turns per arm turn; robot and axis name the joint.",
+                f'schema is "{SCHEMA}"; gear_ratio is motor turns per arm turn; robot and axis '
+                "name the joint.",
             )
         known = {k: v for k, v in document.items() if k in _KNOWN and v is not None}
         if isinstance(known.get("trajectory"), str):

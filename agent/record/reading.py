@@ -120,8 +120,8 @@ def _load_csv(path: Path, where: str) -> tuple[pa.Table, bytes]:
     side = side_file(path)
     if not side.is_file():
         raise InputError(
-            f"{where}: needs its side file {side.name} with the metadata (robot, axis, gear "
-            "ratio), which is not there."
+            f"{where}: needs its side file {side.name} with the metadata (schema, robot, axis, "
+            "gear_ratio), which is not there."
         )
     return table, side.read_bytes()
 
