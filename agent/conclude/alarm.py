@@ -20,8 +20,8 @@ from agent.explain.answer.names import NAMES
 from agent.explain.answer.result import Explanation
 from agent.explain.answer.result import Finding as Effect
 from agent.identify.estimate import twin_from_estimate
-from agent.monitor.cycle import Cycle
-from agent.monitor.verdict import Finding
+from agent.monitor.history.cycle import Cycle
+from agent.monitor.verdict.verdict import Finding
 from agent.physics.twin import Twin
 from agent.record.reading import read
 from agent.record.recording import Recording

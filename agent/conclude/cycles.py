@@ -25,7 +25,7 @@ from agent.conclude.outcome import signals_of
 from agent.errors import InputError, StorageError
 from agent.identify.estimate import estimate
 from agent.identify.result import Estimate
-from agent.monitor.cycle import Cycle, cycle_of
+from agent.monitor.history.cycle import Cycle, cycle_of
 from agent.record.atomic import publish
 from agent.record.reading import read, side_file
 from agent.record.recording import Recording

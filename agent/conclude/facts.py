@@ -10,9 +10,9 @@ import math
 from typing import Any
 
 from agent.identify.result import Parameter
-from agent.monitor.comparison import Comparison, Effect
-from agent.monitor.verdict import NOT_DECIDABLE, Finding
-from agent.monitor.verdict_words import day, moved
+from agent.monitor.verdict.comparison import Comparison, Effect
+from agent.monitor.verdict.verdict import NOT_DECIDABLE, Finding
+from agent.monitor.verdict.words import day, moved
 
 NO_CYCLE, TOO_FEW, UNABLE = "no-cycle", "too-few", "detector-unable"
 BASELINE, AS_BEFORE, MOVED = "baseline-complete", "as-before", "moved"

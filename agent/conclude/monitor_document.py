@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from agent.conclude.cycles import Unreadable
 from agent.identify.result import Floats
-from agent.monitor.change_time import ChangeTime
-from agent.monitor.compensation import Law
-from agent.monitor.cycle import Joint
-from agent.monitor.outlook import Outlook
-from agent.monitor.verdict import Finding, Track
+from agent.monitor.change.change_time import ChangeTime
+from agent.monitor.change.outlook import Outlook
+from agent.monitor.compensation.compensation import Law
+from agent.monitor.history.cycle import Joint
+from agent.monitor.verdict.verdict import Finding, Track
 
 if TYPE_CHECKING:  # it brings the explain engine, which few alarms are asked of
     from agent.conclude.alarm import AlarmExplanation

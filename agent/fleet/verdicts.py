@@ -94,7 +94,7 @@ def monitor_all(
     agent.errors.InputError
         `events.toml` or `fleet.toml` cannot be used, or there is no such detector.
     """
-    from agent.monitor.detectors import detector as detector_of
+    from agent.monitor.detection.detectors import detector as detector_of
 
     try:
         detector_of(detector)
@@ -170,11 +170,11 @@ def judge_one(joint: Joint) -> dict[str, Any]:
     the one with the latest cycle is the one that is there.
     """
     from agent.conclude.monitor_document import to_json
-    from agent.monitor.cycle import Cycle
-    from agent.monitor.detectors import detector
-    from agent.monitor.events import parse_events
-    from agent.monitor.history import histories
-    from agent.monitor.verdict import judge
+    from agent.monitor.detection.detectors import detector
+    from agent.monitor.history.cycle import Cycle
+    from agent.monitor.history.events import parse_events
+    from agent.monitor.history.history import histories
+    from agent.monitor.verdict.verdict import judge
 
     cycles = [Cycle.from_json(json.loads(c)) for c in joint.cycles]
     events = parse_events(tomllib.loads(joint.events)) if joint.events else ()
@@ -226,7 +226,7 @@ def by_risk(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 def _events(lake: Lake) -> str:
     if EVENTS not in lake.files_here():
         return ""
-    from agent.monitor.events import parse_events
+    from agent.monitor.history.events import parse_events
 
     where = f"{lake.url}/{EVENTS}"
     try:

@@ -13,12 +13,12 @@ from pathlib import Path
 from agent.errors import InputError
 from agent.night.clock import MachineClock
 from agent.night.description import Email
-from agent.night.telling import UndeliveredError, subject, trust
+from agent.night.telling import ByDescription, UndeliveredError, subject, trust
 from agent.record.events_file import Event
 
 
 @dataclass(frozen=True)
-class MailSink:
+class MailSink(ByDescription):
     """One mail server, and to whom it shall pass the mails on.
 
     Parameters
@@ -50,20 +50,6 @@ class MailSink:
     def name(self) -> str:
         """Return server and receivers."""
         return f"e-mail to {', '.join(self.described.to)} by {self.described.host}"
-
-    @property
-    def tries(self) -> int:
-        """Return how often at most a message is tried."""
-        return self.described.tries
-
-    @property
-    def every(self) -> bool:
-        """Return whether it also gets what is no news."""
-        return self.described.every
-
-    def wants(self, event: Event) -> bool:
-        """Return whether it wants to know of events of this kind."""
-        return event.kind in self.described.tell
 
     def deliver(self, event: Event) -> None:
         """Send the mail; see `agent.night.telling.Sink`."""

@@ -32,7 +32,7 @@ from agent.night.sparkplug import (
     milliseconds,
     payload,
 )
-from agent.night.telling import UndeliveredError, trust
+from agent.night.telling import ByDescription, UndeliveredError, trust
 from agent.record.atomic import publish
 from agent.record.events_file import Event
 
@@ -51,7 +51,7 @@ _BAD_LOGIN = (4, 5, 134, 135)  # MQTT 3.1.1 and 5: bad user or password, not aut
 
 
 @dataclass(frozen=True)
-class MqttSink:
+class MqttSink(ByDescription):
     """One broker.
 
     Parameters
@@ -98,20 +98,6 @@ class MqttSink:
         """Return the node's name, as topics have it."""
         plain = "".join("_" if c in "/+#" or c.isspace() else c for c in self.robot)
         return self.described.node or plain
-
-    @property
-    def tries(self) -> int:
-        """Return how often at most a message is tried."""
-        return self.described.tries
-
-    @property
-    def every(self) -> bool:
-        """Return whether it also gets what is no news."""
-        return self.described.every
-
-    def wants(self, event: Event) -> bool:
-        """Return whether it wants to know of events of this kind."""
-        return event.kind in self.described.tell
 
     def topic(self, kind: str, axis: int | None = None) -> str:
         """Return the topic of a message: NBIRTH, NDEATH, DBIRTH or DDATA."""

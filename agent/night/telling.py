@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Protocol
 
 from agent.night import news
+from agent.night.description import Told
 from agent.record.events_file import Event
 
 PAUSE_S = 2.0
@@ -66,6 +67,32 @@ class Sink(Protocol):
             It has not arrived, as far as anybody can tell.
         """
         ...
+
+
+@dataclass(frozen=True)
+class ByDescription:
+    """What every sink takes from its description in the night's file.
+
+    Parameters
+    ----------
+    described : Told
+    """
+
+    described: Told
+
+    @property
+    def tries(self) -> int:
+        """Return how often at most a message is tried."""
+        return self.described.tries
+
+    @property
+    def every(self) -> bool:
+        """Return whether it also gets what is no news."""
+        return self.described.every
+
+    def wants(self, event: Event) -> bool:
+        """Return whether it wants to know of events of this kind."""
+        return event.kind in self.described.tell
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass
 from urllib.parse import urlsplit
 
 from agent.night.description import Webhook
-from agent.night.telling import UndeliveredError
+from agent.night.telling import ByDescription, UndeliveredError
 from agent.record.events_file import Event
 
 SCHEMA = "stribeck.event/1"
@@ -45,7 +45,7 @@ def signature(secret: str, at_s: int, body: bytes) -> str:
 
 
 @dataclass(frozen=True)
-class WebhookSink:
+class WebhookSink(ByDescription):
     """One receiver.
 
     Parameters
@@ -66,20 +66,6 @@ class WebhookSink:
         """Return host and port; the path may hold a token."""
         parts = urlsplit(self.described.url)
         return f"webhook {parts.hostname}" + (f":{parts.port}" if parts.port else "")
-
-    @property
-    def tries(self) -> int:
-        """Return how often at most a message is tried."""
-        return self.described.tries
-
-    @property
-    def every(self) -> bool:
-        """Return whether it also gets what is no news."""
-        return self.described.every
-
-    def wants(self, event: Event) -> bool:
-        """Return whether it wants to know of events of this kind."""
-        return event.kind in self.described.tell
 
     def deliver(self, event: Event) -> None:
         """Post the event; see `agent.night.telling.Sink`."""
