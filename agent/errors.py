@@ -8,8 +8,8 @@
     |-- RefusedError      exit 5   nothing has moved, and nothing will: the reasons are listed
     `-- StoppedError      exit 5   the joint was stopped by the agent; the recording so far is kept
 
-Device and bus errors are `drivers.errors.DriverError` (exit 4). `agent.cli.exits` holds the one
-table from errors to exit codes.
+Device and bus errors are `drivers.errors.DriverError` (exit 4). `agent.cli.terminal.exits` holds
+the one table from errors to exit codes.
 """
 
 from __future__ import annotations

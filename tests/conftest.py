@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from agent.cli.interrupts import ignore_by_handler
+from agent.cli.terminal.interrupts import ignore_by_handler
 from tests.starvation import pytest_runtest_protocol
 
 __all__ = ["pytest_runtest_protocol"]

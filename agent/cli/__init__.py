@@ -1,8 +1,8 @@
 """Typer commands: parse, call, print. No logic of their own.
 
-``stribeck WORD`` is `WORD.py` where it is more than a call; what does not fit into one file is
-beside it under the same beginning (`prove_score.py`). `app*.py` name the options of each command
-and import it when it is called.
+A room holds the commands of one story. Its `commands.py` names their options and imports what
+does the work when it is called, so that `--help` is instant; ``stribeck WORD`` is `WORD.py`, and
+what does not fit into one file is beside it. `terminal` is what all of them share.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ def _run() -> None:
     """Load the commands and run the one that is asked for."""
     import logging
 
-    from agent.cli.alphabet import say_in_any_alphabet
-    from agent.cli.interrupts import ignore_by_handler
-    from agent.cli.threads import keep_to_one_thread
+    from agent.cli.terminal.alphabet import say_in_any_alphabet
+    from agent.cli.terminal.interrupts import ignore_by_handler
+    from agent.cli.terminal.threads import keep_to_one_thread
 
     ignore_by_handler()
     keep_to_one_thread()
     _talk_somewhere()
     say_in_any_alphabet()
     from agent.cli.app import app
-    from agent.cli.arguments import repeated
+    from agent.cli.terminal.arguments import repeated
 
     if "--debug" in sys.argv:
         logging.basicConfig(level=logging.DEBUG)
@@ -63,7 +63,7 @@ def _talk_somewhere() -> None:
 
 def _said(error: Exception) -> int:
     """Say what went wrong in a sentence and return the exit code."""
-    from agent.cli.exits import OUR_FAULT, exit_code, sentence
+    from agent.cli.terminal.exits import OUR_FAULT, exit_code, sentence
 
     code = exit_code(error)
     if code == OUR_FAULT:

@@ -7,17 +7,18 @@ from typing import Annotated
 
 import typer
 
-from agent.cli.app_cycle import add_commands as add_cycle_commands
-from agent.cli.app_devices import add_commands as add_device_commands
-from agent.cli.app_explain import add_commands as add_explain_commands
-from agent.cli.app_history import add_commands as add_history_commands
-from agent.cli.app_identify import add_commands as add_identify_commands
-from agent.cli.app_monitor import add_commands as add_monitor_command
-from agent.cli.app_night import add_commands as add_night_commands
-from agent.cli.app_page import add_commands as add_page_commands
-from agent.cli.app_record import add_commands as add_record_commands
-from agent.cli.app_stop import add_commands as add_stop_command
-from agent.cli.fleet import fleet_app
+from agent.cli.cycle.commands import add_commands as add_cycle_commands
+from agent.cli.cycle.stop_command import add_commands as add_stop_command
+from agent.cli.devices.commands import add_commands as add_device_commands
+from agent.cli.explain.commands import add_commands as add_explain_commands
+from agent.cli.fleet.commands import fleet_app
+from agent.cli.history.commands import add_commands as add_history_commands
+from agent.cli.history.monitor_command import add_commands as add_monitor_command
+from agent.cli.identify.commands import add_commands as add_identify_commands
+from agent.cli.night.commands import add_commands as add_night_commands
+from agent.cli.page.commands import add_commands as add_page_commands
+from agent.cli.prove.commands import add_command as add_prove_command
+from agent.cli.record.commands import add_commands as add_record_commands
 
 app = typer.Typer(
     name="stribeck",
@@ -42,7 +43,7 @@ def demo(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the simulated robot.")] = 1,
 ) -> None:
     """Show the whole story on a simulated robot joint on a virtual CAN bus; no hardware."""
-    from agent.cli.demo import run_demo
+    from agent.cli.demo.demo import run_demo
 
     run_demo(out, seed)
 
@@ -50,6 +51,7 @@ def demo(
 add_cycle_commands(app)
 add_identify_commands(app)
 add_explain_commands(app)
+add_prove_command(app)
 add_device_commands(app)
 add_history_commands(app)
 add_monitor_command(app)

@@ -40,19 +40,26 @@ def check_recordings(
         only some recordings have.
     """
     everything = (*recordings, *unseen)
-    _one_axis(everything)
+    one_axis(everything)
     _twin_of(twin, where, everything[0])
     _nothing_twice(recordings, unseen)
     _one_simulation(everything)
 
 
-def _one_axis(recordings: Sequence[Recording]) -> None:
+def one_axis(recordings: Sequence[Recording]) -> None:
+    """Refuse recordings of different axes or gears.
+
+    Raises
+    ------
+    agent.errors.InputError
+        Naming two of them.
+    """
     first = recordings[0]
     for other in recordings[1:]:
         if _axis_of(first) != _axis_of(other):
             raise InputError(
                 f"{first.source} is {_axis_of(first)}, but {other.source} is {_axis_of(other)}.",
-                "Explain the recordings of one axis at a time.",
+                "Take the recordings of one axis at a time.",
             )
 
 

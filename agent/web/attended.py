@@ -2,7 +2,7 @@
 
 Nothing of the child ever waits for the page: its words go to files, its samples to the recording
 that it would write anyway. The page holds its standard input open; when the page dies the child
-notices and stops (`agent.cli.serve_run`).
+notices and stops (`agent.cli.page.run`).
 """
 
 from __future__ import annotations

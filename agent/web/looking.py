@@ -1,7 +1,7 @@
 """What the devices say before a start: asked by a child, because the page touches no bus.
 
 The child looks while somebody has a start page open, and for ten seconds longer
-(`agent.cli.serve_look`). What it saw is shown; whether a cycle may run is the cycle's to judge.
+(`agent.cli.page.look`). What it saw is shown; whether a cycle may run is the cycle's to judge.
 """
 
 from __future__ import annotations

@@ -4,6 +4,6 @@ They keep their linear algebra to one thread, as the commands do (decision 0027)
 choice a search for ripple took four to nine times the processor time on two cores.
 """
 
-from agent.cli.threads import keep_to_one_thread
+from agent.cli.terminal.threads import keep_to_one_thread
 
 keep_to_one_thread()

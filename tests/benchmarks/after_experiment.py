@@ -23,9 +23,9 @@ from typing import Any
 
 import numpy as np
 
-from agent.cli.prove_case import answer
-from agent.cli.prove_score import Score, score
-from agent.cli.prove_share import share_of
+from agent.cli.prove.case import answer
+from agent.cli.prove.score import Score, score
+from agent.cli.prove.share import share_of
 from fakes.conceal import (
     EFFECTS,
     FIRST_SCORED_SEED,

@@ -18,8 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
-from agent.cli.prove_case import answer, make
-from agent.cli.prove_score import Score, score
+from agent.cli.prove.case import answer, make
+from agent.cli.prove.score import Score, score
 from fakes.conceal import EFFECTS, Order
 from fakes.conceal.design import Design
 

@@ -20,7 +20,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from agent.cli.threads import keep_to_one_thread
+from agent.cli.terminal.threads import keep_to_one_thread
 
 keep_to_one_thread()
 
@@ -77,8 +77,8 @@ def watch_trials() -> Watch:
 
 def measure(number: int, first: int) -> None:
     """Make and explain one case, and print its line."""
-    from agent.cli.prove_case import Sealed, answer, make
-    from agent.cli.prove_plan import plan
+    from agent.cli.prove.case import Sealed, answer, make
+    from agent.cli.prove.plan import plan
 
     order = plan(ALL, first)[number].order
     what = "+".join(order.effects) or "nothing"

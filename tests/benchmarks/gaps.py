@@ -14,10 +14,10 @@ import tempfile
 from pathlib import Path
 from typing import Literal
 
-from agent.cli.prove_case import Sealed, answer, make
-from agent.cli.prove_numbers import Measured
-from agent.cli.prove_score import score
-from agent.cli.prove_share import share_of
+from agent.cli.prove.case import Sealed, answer, make
+from agent.cli.prove.numbers import Measured
+from agent.cli.prove.score import score
+from agent.cli.prove.share import share_of
 from fakes.conceal import FIRST_SCORED_SEED, Order, open_label
 
 Design = Literal["rich", "poor"]

@@ -12,9 +12,9 @@ import tempfile
 from pathlib import Path
 from typing import Literal, get_args
 
-from agent.cli.prove_case import Sealed, answer, make
-from agent.cli.prove_score import Score, score
-from agent.cli.prove_share import share_of
+from agent.cli.prove.case import Sealed, answer, make
+from agent.cli.prove.score import Score, score
+from agent.cli.prove.share import share_of
 from fakes.conceal import FIRST_SCORED_SEED, Order, open_label
 
 _JOINTS = 300

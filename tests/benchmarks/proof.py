@@ -24,10 +24,10 @@ from typing import Any
 
 import numpy as np
 
-from agent.cli.prove_case import Sealed, answer, make
-from agent.cli.prove_plan import Asked, plan
-from agent.cli.prove_score import score
-from agent.cli.simulate import read_twin
+from agent.cli.explain.simulate import read_twin
+from agent.cli.prove.case import Sealed, answer, make
+from agent.cli.prove.plan import Asked, plan
+from agent.cli.prove.score import score
 from agent.conclude.explanation import runs_of
 from agent.explain.choosing.candidate import basis_of
 from agent.explain.choosing.search import Library

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from agent.cell import parse_cell
-from agent.cli.fake_cell import fake_cell_text
+from agent.cli.devices.fake_cell import fake_cell_text
 from agent.wire import CycleRequest, drive_cycle
 from drivers.clock import SteppedClock
 from fakes.can_drive import FakeDrive

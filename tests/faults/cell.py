@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from can.interfaces import virtual
 
-from agent.cli.exits import exit_code
+from agent.cli.terminal.exits import exit_code
 from agent.cycle import runner
 from agent.errors import AgentError
 from agent.record.reading import read

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pyarrow.parquet as pq
 
-from agent.cli.exits import exit_code
+from agent.cli.terminal.exits import exit_code
 from agent.errors import AgentError
 from drivers.errors import DriverError
 from fakes.modbus_server import Misbehaviour

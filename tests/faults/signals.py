@@ -13,7 +13,7 @@ from pathlib import Path
 
 import can
 
-from agent.cli.fake_cell import fake_cell_text
+from agent.cli.devices.fake_cell import fake_cell_text
 from agent.cycle.precedence import PRIORITY, before_others
 from agent.record.recover import recover
 from drivers.can.frames import CanBusConfig

@@ -15,11 +15,11 @@ from typer.testing import CliRunner
 
 from agent.cell import read_cell
 from agent.cli.app import app
-from agent.cli.night import _alone
-from agent.cli.night_asked import asked_for
-from agent.cli.night_cell import CellAttempts
-from agent.cli.night_child import what_became
-from agent.cli.talk import talker
+from agent.cli.night.asked import asked_for
+from agent.cli.night.cell import CellAttempts
+from agent.cli.night.child import what_became
+from agent.cli.night.night import _alone
+from agent.cli.terminal.talk import talker
 from agent.errors import InputError, RefusedError, StoppedError
 from agent.night.clock import MachineClock
 from agent.night.description import night_path, read_night

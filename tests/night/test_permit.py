@@ -18,9 +18,9 @@ import pytest
 import tomli_w
 from typer.testing import CliRunner
 
-from agent.cli import night_child
 from agent.cli.app import app
-from agent.cli.night_cell import CellAttempts
+from agent.cli.night import child as night_child
+from agent.cli.night.cell import CellAttempts
 from agent.night.description import night_path
 from agent.night.windows import Window
 from agent.record.catalogue import Catalogue
@@ -86,7 +86,7 @@ def cell_of(
 
     with rig(tmp_path, edit=with_release) as bench:
         bench.clock.attach(plc.step_to)
-        monkeypatch.setattr("agent.cli.run.clock_for", lambda _cell: bench.clock)
+        monkeypatch.setattr("agent.cli.cycle.run.clock_for", lambda _cell: bench.clock)
         monkeypatch.setattr(CellAttempts, "_run", in_this_process)
         path = tmp_path / "cell.toml"
         path.write_text(tomli_w.dumps(description))

@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from agent.cli import night_verdict
-from agent.cli.night_verdict import against_baseline, history_of, state_of
+from agent.cli.history import verdict as night_verdict
+from agent.cli.history.verdict import against_baseline, history_of, state_of
 from agent.errors import InputError
 from agent.record.catalogue import Catalogue
 from agent.record.retention import Limits, plan_retention

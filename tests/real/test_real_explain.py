@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agent.cli.estimate import run_twin
-from agent.cli.simulate import read_twin
+from agent.cli.explain.simulate import read_twin
+from agent.cli.identify.estimate import run_twin
 from agent.conclude.explanation import explained
 from agent.explain.answer.result import Explanation, Finding
 from agent.record.reading import read_all

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from agent.cli.flexible_fit import flexible_of
+from agent.cli.identify.flexible_fit import flexible_of
 from agent.record.reading import read
 
 pytestmark = pytest.mark.real

@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from agent.cli.thermal import thermal_of
+from agent.cli.identify.thermal import thermal_of
 from agent.errors import InputError
 from agent.identify.thermal.trend import TIE, temperature_or_time
 from agent.record.reading import read_all

@@ -16,7 +16,7 @@ import sqlalchemy as sa
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from agent.cli.catalogue_keep import keep
+from agent.cli.record.keep import keep
 from agent.conclude.outcome import conclude
 from agent.errors import InputError, StorageError
 from agent.record.catalogue import Catalogue

@@ -18,8 +18,8 @@ import pytest
 import tomli_w
 
 from agent.cell import Cell, parse_cell
-from agent.cli.fake_cell import fake_cell_text
-from agent.cli.stop import stop
+from agent.cli.cycle.stop import stop
+from agent.cli.devices.fake_cell import fake_cell_text
 from agent.cycle.axis_lock import FOLDER_VARIABLE, holders, lock_folder, owned
 from agent.errors import InputError, RefusedError, StoppedError, StorageError
 from agent.wire import CycleRequest, drive_cycle

@@ -13,7 +13,7 @@ import can
 import pytest
 
 from agent.cell import parse_cell
-from agent.cli.fake_cell import fake_cell_text
+from agent.cli.devices.fake_cell import fake_cell_text
 from agent.cycle.axis_lock import LOOK_PATIENCE_S, holders, looked_at, owned
 from agent.cycle.plan import plan_cycle
 from agent.wire_look import Seen, look

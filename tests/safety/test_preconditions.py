@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from agent.cell import Cell, parse_cell
 from agent.cli.app import app
-from agent.cli.fake_cell import fake_cell_text
+from agent.cli.devices.fake_cell import fake_cell_text
 from agent.cycle.axis_lock import lock_names, owned
 from agent.cycle.plan import plan_cycle
 from agent.cycle.preconditions import Judged, preconditions

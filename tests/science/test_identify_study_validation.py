@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from agent.cli.study import run_study, study_of
+from agent.cli.identify.study import run_study, study_of
 from agent.conclude.outcome import conclude
 from agent.record.reading import read
 from agent.record.recording import Metadata, Recording

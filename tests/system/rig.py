@@ -14,7 +14,7 @@ import can
 import tomli_w
 
 from agent.cell import Cell, parse_cell
-from agent.cli.fake_cell import fake_cell_text
+from agent.cli.devices.fake_cell import fake_cell_text
 from agent.cycle.ending import CycleResult
 from agent.wire import CycleRequest, drive_cycle
 from drivers.can.frames import CanBusConfig

@@ -11,7 +11,7 @@ import pytest
 import typer
 
 from agent.cli.app import app
-from agent.cli.exits import BAD_NEWS, DONE, OUR_FAULT
+from agent.cli.terminal.exits import BAD_NEWS, DONE, OUR_FAULT
 from tests.system import explain_recordings as made
 from tests.system.processes import called
 
@@ -156,7 +156,7 @@ def test_what_nobody_foresaw_is_called_our_fault(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     """So a test above that asks for another code can fail."""
-    monkeypatch.setattr("agent.cli.run.run_axis", lambda *_, **__: 1 / 0)
+    monkeypatch.setattr("agent.cli.cycle.run.run_axis", lambda *_, **__: 1 / 0)
     done = called("run", tmp_path, "--axis", "1")
     assert done.returncode == OUR_FAULT
     assert "fault of stribeck's own (ZeroDivisionError" in done.stderr

@@ -125,7 +125,7 @@ def test_ctrl_c_before_a_command_runs_is_no_traceback(monkeypatch: pytest.Monkey
     def pressed() -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("agent.cli.threads.keep_to_one_thread", pressed)
+    monkeypatch.setattr("agent.cli.terminal.threads.keep_to_one_thread", pressed)
     done = called("estimate", "anything")
     assert (done.returncode, done.stdout, done.stderr) == (INTERRUPTED, "", "")
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from agent.cell import parse_cell
-from agent.cli.fake_cell import fake_cell_text
+from agent.cli.devices.fake_cell import fake_cell_text
 from agent.cycle.contour import contour_of, creep_rad_s, creeping
 from agent.cycle.ending import CycleResult
 from agent.cycle.heaviness import heaviness

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from agent.acquisition import Acquisition
-from agent.cli.recover import run_recover
+from agent.cli.cycle.recover import run_recover
 from agent.conclude.outcome import conclude
 from agent.errors import RefusedError, StoppedError
 from agent.given_back import said_in

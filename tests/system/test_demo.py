@@ -11,10 +11,10 @@ import pytest
 import tomli_w
 from typer.testing import CliRunner
 
-from agent.cli import demo
 from agent.cli.app import app
-from agent.cli.demo_concealed import Secret, opened, secrets_of, simulation_of
-from agent.cli.fake_cell import fake_cell_text
+from agent.cli.demo import demo
+from agent.cli.demo.concealed import Secret, opened, secrets_of, simulation_of
+from agent.cli.devices.fake_cell import fake_cell_text
 from agent.physics.twin import parse_twin
 from fakes.specification import FakeSpecification
 

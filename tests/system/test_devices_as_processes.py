@@ -15,7 +15,7 @@ import numpy as np
 import tomli_w
 
 from agent.cell import parse_cell
-from agent.cli.fake_cell import fake_cell_text
+from agent.cli.devices.fake_cell import fake_cell_text
 from agent.record.reading import read
 from agent.wire import CycleRequest, drive_cycle
 from drivers.clock import MonotonicClock

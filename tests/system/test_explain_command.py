@@ -14,9 +14,9 @@ import pytest
 import tomli_w
 
 from agent.cell import read_cell
-from agent.cli.explain import limits_of, run_explain
-from agent.cli.fake_cell import fake_cell_text
-from agent.cli.simulate import read_twin, run_simulate
+from agent.cli.devices.fake_cell import fake_cell_text
+from agent.cli.explain.explain import limits_of, run_explain
+from agent.cli.explain.simulate import read_twin, run_simulate
 from agent.conclude.comparable import check_recordings
 from agent.conclude.explanation import explained
 from agent.errors import InputError

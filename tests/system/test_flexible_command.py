@@ -17,10 +17,10 @@ from typer.testing import CliRunner, Result
 
 from agent.cell import Axis, parse_cell
 from agent.cli.app import app
-from agent.cli.fake_cell import fake_cell_text
-from agent.cli.flexible_fit import choose, flexible_of
-from agent.cli.flexible_periods import source_of
-from agent.cli.flexible_text import flexible_text
+from agent.cli.devices.fake_cell import fake_cell_text
+from agent.cli.identify.flexible_fit import choose, flexible_of
+from agent.cli.identify.flexible_periods import source_of
+from agent.cli.identify.flexible_text import flexible_text
 from agent.cycle.plan import NAMED, triangle_of
 from agent.errors import InputError
 from agent.identify.flexible.fit import Options, fit_flexible
@@ -255,7 +255,7 @@ def test_what_makes_no_sense_is_refused(tmp_path: Path) -> None:
     one, other = saved(tmp_path, short), saved(tmp_path, short, axis=2)
     with pytest.raises(InputError, match="one of two-mass, three-mass, auto"):
         flexible(one, "--kind", "rubber")
-    with pytest.raises(InputError, match="not all of one axis"):
+    with pytest.raises(InputError, match=r"axis 1 .* is .* axis 2"):
         flexible(one, "--validation", other)
 
 

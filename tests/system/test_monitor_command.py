@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from agent.cli import main
-from agent.cli.monitor import MonitorRequest, events_for
+from agent.cli.history.monitor import MonitorRequest, events_for
 from agent.conclude import cycles as kept_cycles
 from agent.record.events_file import Event, append_event
 from agent.record.recording import Metadata, Recording

@@ -10,9 +10,9 @@ import pytest
 from typer.testing import CliRunner
 
 from agent.cli.app import app
-from agent.cli.exits import sentence
-from agent.cli.plan import run_plan
-from agent.cli.run import dry_run_axis, read_trajectory
+from agent.cli.cycle.plan import run_plan
+from agent.cli.cycle.run import dry_run_axis, read_trajectory
+from agent.cli.terminal.exits import sentence
 from agent.conclude.outcome import conclude
 from agent.errors import InputError, RefusedError
 from agent.record.reading import read

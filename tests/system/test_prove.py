@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from agent.cli import prove
-from agent.cli.prove_case import Sealed, make
-from agent.cli.prove_plan import NULL, POOR, Asked
+from agent.cli.prove import prove
+from agent.cli.prove.case import Sealed, make
+from agent.cli.prove.plan import NULL, POOR, Asked
 from agent.errors import InputError
 from fakes.conceal import EFFECTS, OUTSIDERS, Order
 

@@ -13,7 +13,7 @@ import tomli_w
 
 from agent.acquisition import Acquisition
 from agent.cell import Cell, parse_cell, read_cell
-from agent.cli.run import run_axis
+from agent.cli.cycle.run import run_axis
 from agent.conclude.outcome import conclude
 from agent.cycle.ending import CycleResult
 from agent.cycle.stage import Stage
@@ -229,7 +229,7 @@ def test_the_command_plays_a_recording_that_the_cell_names(
     def enough(recordings: list[Recording]) -> None:
         raise InputError(f"{len(recordings[0])} samples")
 
-    monkeypatch.setattr("agent.cli.run.conclude", enough)  # what follows is as after any cycle
+    monkeypatch.setattr("agent.cli.cycle.run.conclude", enough)  # then it is as after any cycle
     (tmp_path / "source.parquet").write_bytes(driven.recording.read_bytes())
     bus = {"interface": "replay", "channel": "source.parquet", "options": {"real_time": False}}
     path = tmp_path / "cell.toml"

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agent.cli.ripple import run_ripple
+from agent.cli.identify.ripple import run_ripple
 from agent.errors import InputError
 from agent.record.recording import Metadata, Recording
 from agent.record.writing import write

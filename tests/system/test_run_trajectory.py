@@ -12,8 +12,8 @@ from typer.testing import CliRunner
 
 from agent.cell import read_cell
 from agent.cli.app import app
-from agent.cli.fake_cell import fake_cell_text
-from agent.cli.run import asked_for
+from agent.cli.cycle.run import asked_for
+from agent.cli.devices.fake_cell import fake_cell_text
 from agent.cycle.plan import triangle_of
 from agent.errors import InputError
 from agent.record.reading import read
@@ -34,7 +34,7 @@ def cell_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
     bus, clock = open_bus("virtual", channel), SteppedClock()
     drive = FakeDrive(bus, node_id=1, specification=FakeSpecification())
     clock.attach(drive.step_to)
-    monkeypatch.setattr("agent.cli.run.clock_for", lambda _cell: clock)
+    monkeypatch.setattr("agent.cli.cycle.run.clock_for", lambda _cell: clock)
     yield path
     bus.shutdown()
 

@@ -12,8 +12,8 @@ from pathlib import Path
 import httpx
 import pytest
 
-from agent.cli.fake_cell import fake_cell_text
-from agent.cli.serve import run_serve
+from agent.cli.devices.fake_cell import fake_cell_text
+from agent.cli.page.serve import run_serve
 from agent.errors import InputError, StorageError
 from agent.web.settings import PageSettings
 from fakes.specification import FakeSpecification

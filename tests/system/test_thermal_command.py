@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agent.cli.thermal import run_thermal, thermal_of
-from agent.cli.thermal_history import history_of
+from agent.cli.identify.thermal import run_thermal, thermal_of
+from agent.cli.identify.thermal_history import history_of
 from agent.errors import InputError
 from agent.identify.thermal.cooling import estimate_cooling
 from agent.physics.thermal import THESIS_OILS

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from agent.cli.exits import exit_code
-from agent.cli.user import verify_audit
+from agent.cli.page.user import verify_audit
+from agent.cli.terminal.exits import exit_code
 from agent.errors import InputError
 from agent.record.audit import HEAD, NAME, AuditTrail, verify
 

@@ -20,8 +20,8 @@ import typer
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agent.cli.bus import run_bus
-from agent.cli.fake_cell import fake_cell_text
+from agent.cli.devices.bus import run_bus
+from agent.cli.devices.fake_cell import fake_cell_text
 from drivers.can.frames import CanBusConfig
 from drivers.can.listening import listen, listen_by
 from drivers.can.reader_process import ReaderProcess

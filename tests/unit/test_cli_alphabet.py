@@ -8,7 +8,7 @@ import sys
 import pytest
 import typer
 
-from agent.cli.alphabet import say_in_any_alphabet
+from agent.cli.terminal.alphabet import say_in_any_alphabet
 
 
 def test_what_the_systems_encoding_lacks_is_said_by_the_nearest_letters(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from agent.cli.arguments import repeated
+from agent.cli.terminal.arguments import repeated
 
 
 def test_every_value_up_to_the_next_option_is_held_out() -> None:

@@ -10,7 +10,7 @@ CHILD = "import signal; print(signal.getsignal(signal.SIGINT) == signal.SIG_IGN)
 PARENT = f"""
 import os, signal, subprocess, sys
 signal.signal(signal.SIGINT, signal.SIG_IGN)  # what a shell does to its background
-from agent.cli.interrupts import ignore_by_handler
+from agent.cli.terminal.interrupts import ignore_by_handler
 {{}}
 os.kill(os.getpid(), signal.SIGINT)
 subprocess.run([sys.executable, "-c", {CHILD!r}], check=True)
@@ -31,7 +31,8 @@ def test_a_cycle_hears_the_stop_that_its_page_in_the_background_is_deaf_to() -> 
 
 def test_where_ctrl_c_is_heard_nothing_changes() -> None:
     code = (
-        "import signal; from agent.cli.interrupts import ignore_by_handler; ignore_by_handler(); "
+        "import signal; from agent.cli.terminal.interrupts import ignore_by_handler; "
+        "ignore_by_handler(); "
         "assert signal.getsignal(signal.SIGINT) is signal.default_int_handler"
     )
     before = signal.signal(signal.SIGINT, signal.default_int_handler)

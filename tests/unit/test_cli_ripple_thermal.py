@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agent.cli.ripple import run_ripple
-from agent.cli.thermal import run_thermal
+from agent.cli.identify.ripple import run_ripple
+from agent.cli.identify.thermal import run_thermal
 from agent.errors import InputError
 from agent.record.recording import Metadata, Recording
 from agent.record.writing import write

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from agent.cli.threads import LINEAR_ALGEBRA
+from agent.cli.terminal.threads import LINEAR_ALGEBRA
 from tests.system.processes import called
 
 

@@ -18,8 +18,8 @@ from unittest.mock import Mock
 
 import pytest
 
-from agent.cli import night_cell
-from agent.cli.fake import FakeRequest, run_fake
+from agent.cli.devices.fake import FakeRequest, run_fake
+from agent.cli.night import cell as night_cell
 from agent.cycle.axis_lock import FOLDER_VARIABLE, user_name
 from agent.record.lock import try_lock
 from agent.web import locks
@@ -57,7 +57,7 @@ GUARDED = {
     "drivers/can_reader/ring.py": {"os.memfd_create"},
     # behind `sys.platform`
     "drivers/clock.py": {"time.CLOCK_BOOTTIME", "time.CLOCK_MONOTONIC", "time.clock_gettime"},
-    "agent/cli/serve_run.py": {"signal.pthread_kill"},
+    "agent/cli/page/run.py": {"signal.pthread_kill"},
     "agent/cycle/precedence.py": {
         *("os.SCHED_BATCH", "os.SCHED_FIFO", "os.SCHED_OTHER", "os.SCHED_RESET_ON_FORK"),
         *("os.SCHED_RR", "os.sched_getparam", "os.sched_getscheduler", "os.sched_param"),

@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from agent.cli.prove_misses import is_miss, miss_lines
-from agent.cli.prove_numbers import located, measured, overlap
-from agent.cli.prove_plan import ALIKE, FULL, NULL, POOR, QUOTA, RICH, plan
-from agent.cli.prove_score import Score, score
-from agent.cli.prove_share import Share, quantile_text, share_of
-from agent.cli.prove_summary import summary_of
-from agent.cli.prove_table import table_text
+from agent.cli.prove.misses import is_miss, miss_lines
+from agent.cli.prove.numbers import located, measured, overlap
+from agent.cli.prove.plan import ALIKE, FULL, NULL, POOR, QUOTA, RICH, plan
+from agent.cli.prove.score import Score, score
+from agent.cli.prove.share import Share, quantile_text, share_of
+from agent.cli.prove.summary import summary_of
+from agent.cli.prove.table import table_text
 from agent.errors import InputError
 from fakes.conceal import EFFECTS, FIRST_SCORED_SEED, LOOK_ALIKES, SNRS
 

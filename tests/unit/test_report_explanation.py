@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agent.cli.explanation_text import WIDTH, explanation_text
+from agent.cli.explain.text import WIDTH, explanation_text
 from agent.explain.answer.names import OWN_NUMBER
 from agent.explain.answer.result import Cell, Explanation, Fit, Floor, NextExperiment, Region
 from agent.explain.answer.sentences import finding_sentence

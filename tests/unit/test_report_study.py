@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from agent.cli.study import run_study, study_of, to_json
+from agent.cli.identify.study import run_study, study_of, to_json
 from agent.conclude.outcome import conclude
 from agent.errors import InputError
 from agent.record.reading import read

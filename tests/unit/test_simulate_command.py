@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from agent.cli.simulate import run_simulate, simulated
+from agent.cli.explain.simulate import run_simulate, simulated
 from agent.errors import InputError
 from agent.physics.twin import Effect, Twin, format_twin
 from agent.record.metadata import Metadata

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from agent.cli.estimate import run_twin
-from agent.cli.explain import run_explain
-from agent.cli.twin_file import check_twin_place
+from agent.cli.explain.explain import run_explain
+from agent.cli.identify.estimate import run_twin
+from agent.cli.identify.twin_file import check_twin_place
 from agent.errors import StorageError
 from agent.physics.twin import Twin, format_twin
 

@@ -13,7 +13,7 @@ from typing import Any
 import httpx
 import numpy as np
 
-from agent.cli.fake_cell import fake_cell_text
+from agent.cli.devices.fake_cell import fake_cell_text
 from agent.record.recording import Metadata, Recording
 from agent.record.verdict_file import Verdict, estimate_path, write_verdict
 from agent.record.writing import write

@@ -15,7 +15,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from agent.cli.serve_run import PROGRESS_BYTES, progress_file
+from agent.cli.page.run import PROGRESS_BYTES, progress_file
 from agent.record.recording import Metadata
 from agent.record.stream import StreamWriter
 from agent.web.application import STOP_PATIENCE_S, _lifespan
@@ -257,7 +257,7 @@ def test_a_server_that_ends_stops_its_cycle_and_waits_for_rest(bench: Bench) -> 
 
 LIFELINE = """
 import signal, sys, threading
-from agent.cli.serve_run import _hold_lifeline
+from agent.cli.page.run import _hold_lifeline
 asked = threading.Event()
 threading.Thread(target=_hold_lifeline, daemon=True).start()
 print("early", flush=True)

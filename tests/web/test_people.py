@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 import typer
 
-from agent.cli import user
+from agent.cli.page import user
 from agent.errors import InputError
 from agent.record.audit import verify
 from agent.web.application import first_token

@@ -165,8 +165,8 @@ def test_a_real_cycle_has_what_the_page_reads_and_is_judged_by_its_history(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The bench's document has the keys that the page reads, where a real estimate has them."""
-    from agent.cli.catalogue_keep import keep
-    from agent.cli.serve_run import judge_by_history
+    from agent.cli.page.run import judge_by_history
+    from agent.cli.record.keep import keep
     from agent.conclude.outcome import conclude
     from agent.record.reading import read
     from tests.system.rig import rig

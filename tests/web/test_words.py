@@ -7,8 +7,8 @@ import string
 from importlib.resources import files
 
 from agent.cell import parse_cell
-from agent.cli.fake_cell import fake_cell_text
-from agent.cli.talk import STAGES as TALKED
+from agent.cli.devices.fake_cell import fake_cell_text
+from agent.cli.terminal.talk import STAGES as TALKED
 from agent.cycle.preconditions import Judged, preconditions
 from agent.web.cycles import CYCLES
 from agent.web.roles import Role

@@ -1,0 +1,1 @@
+"""`stribeck demo`: the whole story on a simulated joint."""

@@ -1,0 +1,1 @@
+"""Commands about devices: simulated ones, register maps, EDS files, what a bus carries."""

@@ -1,0 +1,1 @@
+"""Commands about the recordings of many robots."""

@@ -1,0 +1,1 @@
+"""Commands about months: monitor, watch, ordinary, schedule, self-test, made-up histories."""

@@ -1,0 +1,1 @@
+"""Commands that estimate from recordings: friction, twin, ripple, heat, flexible joint, gap."""

@@ -1,0 +1,1 @@
+"""Commands of the night: its plan, its cycles, its telling."""

@@ -1,0 +1,1 @@
+"""`stribeck prove`: concealed cases made, explained and scored."""

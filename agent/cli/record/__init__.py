@@ -1,0 +1,1 @@
+"""Commands about kept recordings: catalogue, verify, import, export."""

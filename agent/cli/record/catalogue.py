@@ -1,0 +1,177 @@
+"""`stribeck catalogue` and `stribeck verify`: what a folder holds, and whether it still does."""
+
+from __future__ import annotations
+
+import datetime
+import json
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import typer
+
+from agent.cli.terminal.exits import BAD_NEWS
+from agent.cli.terminal.talk import talker
+from agent.errors import InputError
+from agent.night.description import KINDS
+from agent.record.catalogue import Catalogue, RecordingRow, VerdictRow
+from agent.record.catalogue_rows import in_utc
+from agent.record.catalogue_schema import catalogue_url, shown
+from agent.record.events_file import Event
+from agent.record.reading import find
+from agent.record.retention import MEGABYTE, Limits, apply_retention, plan_retention
+from agent.record.verify import verify
+from drivers.clock import wall_time_utc
+
+
+def run_add(patterns: Sequence[str], folder: Path | None, url: str | None) -> None:
+    """Seal recordings and take them into the catalogue; print their content hashes."""
+    from agent.cli.record.keep import take
+
+    for path in find(patterns):
+        row = take(path, url, folder)
+        typer.echo(f"{row.sha256}  {path}")
+
+
+def run_list(
+    folder: Path, robot: str | None, axis: int | None, newest: int | None, url: str | None,
+    *, as_json: bool,
+) -> None:  # fmt: skip
+    """Print recordings with their newest verdict, oldest first."""
+    _insist(folder)
+    with Catalogue(folder, url) as catalogue:
+        rows = catalogue.recordings(robot=robot, axis=axis, newest=newest)
+        verdicts = {v.recording_sha256: v for v in catalogue.verdicts(robot=robot, axis=axis)}
+    if as_json:
+        document = [
+            {**asdict(row), "verdict": asdict(v) if (v := verdicts.get(row.sha256)) else None}
+            for row in rows
+        ]
+        typer.echo(json.dumps(document, indent=2))
+        return
+    for row in rows:
+        typer.echo(_line(row, verdicts.get(row.sha256)))
+    if not rows:
+        talker().print("No recording is in the catalogue; `stribeck catalogue rebuild` looks anew.")
+
+
+def _line(row: RecordingRow, verdict: VerdictRow | None) -> str:
+    warmth = row.gearbox_temperature_degc
+    degrees = "" if warmth is None else f", {warmth:.1f} degC"
+    says = "no verdict" if verdict is None else ("ALARM: " if verdict.alarm else "")
+    says += "" if verdict is None else verdict.sentence
+    return (
+        f"{row.sha256[:12]}  {row.started_at or 'undated':<24}  {row.robot} axis {row.axis}  "
+        f"{row.duration_s:.1f} s{degrees}  {row.path}\n              {says}"
+    )
+
+
+def run_rebuild(folder: Path, url: str | None) -> None:
+    """Make the catalogue again from the folder's files.
+
+    Raises
+    ------
+    agent.errors.InputError
+        Where a file could not be taken; everything else was, first.
+    """
+    _insist(folder)
+    with Catalogue(folder, url) as catalogue:
+        built = catalogue.rebuild()
+    typer.echo(
+        f"{built.recordings} recordings, {built.estimates} estimates, {built.verdicts} verdicts, "
+        f"{built.events} events."
+    )
+    for problem in built.problems:
+        talker().print(problem)
+    if built.problems:
+        raise InputError(f"{len(built.problems)} files could not be taken (see above).")
+
+
+def run_upgrade(folder: Path, url: str | None) -> None:
+    """Bring the catalogue to this version's tables, and say from where to where."""
+    _insist(folder)
+    with Catalogue(folder, url) as catalogue:
+        before, now = catalogue.upgraded
+    name = shown(catalogue_url(folder, url))
+    typer.echo(f"{name}: {'made' if before is None else f'was at {before}'}, is at {now}.")
+
+
+def run_note(
+    folder: Path, kind: str, text: str, robot: str, axis: int | None, at: str, by: str,
+    url: str | None,
+) -> None:  # fmt: skip
+    """Append an event of a person to the folder's events.
+
+    Raises
+    ------
+    agent.errors.InputError
+        No time, no word, or a word that the night uses for its own.
+    """
+    _insist(folder)
+    when = in_utc(at) if at else wall_time_utc()
+    try:
+        datetime.datetime.fromisoformat(when)
+    except ValueError as error:
+        raise InputError(f"--at {at!r} is no time in ISO 8601.") from error
+    if not kind.isidentifier() or kind in (*KINDS, "begun", "night"):
+        raise InputError(f"{kind!r} cannot be the kind of a note.", "Say swap, oil, or a word.")
+    with Catalogue(folder, url) as catalogue:
+        row = catalogue.record_event(Event(when, kind, text, robot, axis, by=by))
+    typer.echo(f"{catalogue.folder / row.path}: line {row.line}")
+
+
+def run_retain(
+    folder: Path, days: float | None, megabytes: float | None, url: str | None, *, apply: bool
+) -> None:
+    """Say what would go and why the rest stays; remove it only where that was asked for.
+
+    Raises
+    ------
+    agent.errors.InputError
+        Neither limit was given.
+    """
+    if days is None and megabytes is None:
+        raise InputError("Nothing was asked for.", "Give --days, --max-mb or both.")
+    _insist(folder)
+    with Catalogue(folder, url) as catalogue:
+        built = catalogue.rebuild()  # files are the truth, above all before one is removed
+        if built.problems:
+            for problem in built.problems:
+                talker().print(problem)
+            raise InputError("Nothing is removed while files cannot be read (see above).")
+        fates = plan_retention(catalogue, Limits(days, megabytes), wall_time_utc())
+        for fate in fates:
+            word = ("removed" if apply else "would go") if fate.goes else "stays"
+            typer.echo(f"{word:<8}  {fate.recording.path}: {fate.why}")
+        going = [f for f in fates if f.goes]
+        freed = sum(f.recording.size_bytes for f in going)
+        if apply:
+            freed = apply_retention(catalogue, fates)
+    more = "" if apply or not going else " This was a dry run; --apply removes them."
+    talker().print(
+        f"{len(going)} of {len(fates)} recordings, {freed / MEGABYTE:.1f} MB "
+        f"{'removed' if apply else 'would go'}.{more}"
+    )
+
+
+def run_verify(folder: Path, *, recompute: bool, as_json: bool) -> None:
+    """Check every recording and verdict below a folder; exit 1 where one does not hold."""
+    from agent.cli.record import keep as catalogue_keep
+
+    checked = verify(folder, catalogue_keep.recompute if recompute else None)
+    wrong = [c for c in checked if not c.holds]
+    unsealed = [c for c in checked if c.holds and not c.sealed]
+    if as_json:
+        typer.echo(json.dumps([{**asdict(c), "path": str(c.path)} for c in checked], indent=2))
+    else:
+        for item in checked:
+            typer.echo(f"{'ok    ' if item.holds else 'BROKEN'}  {item.sentence}")
+    note = f" {len(unsealed)} were never sealed: `stribeck catalogue add`." if unsealed else ""
+    talker().print(f"{len(checked)} checked, {len(wrong)} do not hold.{note}")
+    if wrong:
+        raise typer.Exit(BAD_NEWS)
+
+
+def _insist(folder: Path) -> None:
+    if not folder.is_dir():
+        raise InputError(f"{folder}: is no folder.")

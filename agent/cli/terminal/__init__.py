@@ -1,0 +1,1 @@
+"""What every command shares: talk, exit codes, interrupts, threads, pictures."""
