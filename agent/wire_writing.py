@@ -23,7 +23,7 @@ from agent.given_back import KEY as GIVEN_BACK
 from agent.record.atomic import publish
 from agent.record.recording import Metadata
 from agent.record.rows import Kind
-from agent.record.stream import StreamWriter
+from agent.record.streams.stream import StreamWriter
 from agent.replayed import KEY as REPLAY
 from agent.wire_drive import watched_configs
 from agent.wire_replay import Replay
@@ -209,7 +209,7 @@ class RunWriter:
         self._proof: WatchdogProof | None = None
 
     def wait_for_disk(self) -> None:
-        """Let the disk take its time from now on (`agent.record.stream`)."""
+        """Let the disk take its time from now on (`agent.record.streams.stream`)."""
         self._stream.wait_for_disk()
 
     def note(self, proof: WatchdogProof) -> None:

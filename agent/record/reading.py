@@ -36,7 +36,8 @@ def read(path: str | Path) -> Recording:
         One sentence with the file and, where there is one, the column and the row (the first row
         of data is row 1).
     """
-    from agent.record import arrow, checks
+    from agent.record import checks
+    from agent.record.formats import arrow
 
     path = Path(path)
     where = str(path)
@@ -103,16 +104,16 @@ def _load(path: Path, where: str) -> tuple[pa.Table, bytes | None]:
     if suffix == CSV:
         return _load_csv(path, where)
     if suffix == STREAM:
-        from agent.record import stream_file
+        from agent.record.streams import stream_file
 
         return stream_file.read_stream(path).table, None
-    from agent.record import parquet_file
+    from agent.record.formats import parquet_file
 
     return parquet_file.read_table(path, where), None
 
 
 def _load_csv(path: Path, where: str) -> tuple[pa.Table, bytes]:
-    from agent.record import csv_file
+    from agent.record.formats import csv_file
 
     if path.stat().st_size == 0:
         raise InputError(f"{where}: is empty (0 bytes).")

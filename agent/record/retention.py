@@ -14,7 +14,7 @@ from pathlib import Path
 
 from agent.errors import InputError
 from agent.record.atomic import storage_error
-from agent.record.catalogue import Catalogue, RecordingRow
+from agent.record.catalogue.catalogue import Catalogue, RecordingRow
 from agent.record.reading import natural_key
 from agent.record.seal import files_of, seal_path, unprotect
 from agent.record.verdict_file import SUFFIX, Verdict, read_verdict

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from agent.errors import InputError
-from agent.record.catalogue_files import recordings_below
+from agent.record.catalogue.files import recordings_below
 from agent.record.reading import natural_key, read
 from agent.record.seal import SUFFIX, broken, content, read_sums, seal_path
 from agent.record.verdict_file import SUFFIX as VERDICT

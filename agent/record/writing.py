@@ -33,7 +33,7 @@ def write(recording: Recording, path: str | Path, *, overwrite: bool = False) ->
     ValueError
         Another suffix, or columns that the format cannot hold.
     """
-    from agent.record import arrow
+    from agent.record.formats import arrow
 
     path = Path(path)
     if path.suffix.lower() not in (PARQUET, CSV):
@@ -42,7 +42,7 @@ def write(recording: Recording, path: str | Path, *, overwrite: bool = False) ->
     if path.suffix.lower() == PARQUET:
         write_table(table, path, overwrite=overwrite)
         return path
-    from agent.record import csv_file
+    from agent.record.formats import csv_file
 
     # the side file first: metadata without columns is no recording, columns without it would be
     publish(
@@ -58,7 +58,7 @@ def write(recording: Recording, path: str | Path, *, overwrite: bool = False) ->
 
 def write_table(table: pa.Table, path: Path, *, overwrite: bool = False) -> None:
     """Write an Arrow table, metadata in its schema, as Parquet: whole or not at all."""
-    from agent.record import parquet_file
+    from agent.record.formats import parquet_file
 
     try:
         content = parquet_file.to_bytes(table)

@@ -7,9 +7,9 @@ from samples beyond what a picture needs; the estimate comes finished.
 from __future__ import annotations
 
 from agent.report.estimate import estimate_html, write_estimate_report
-from agent.report.figure_curve import figure_friction_curve
-from agent.report.figure_cycle import figure_cycle
-from agent.report.figure_prediction import figure_prediction
+from agent.report.figures.curve import figure_friction_curve
+from agent.report.figures.cycle import figure_cycle
+from agent.report.figures.prediction import figure_prediction
 from agent.report.views import EstimateViews, RecordingView
 
 __all__ = [

@@ -12,10 +12,10 @@ from agent.numbers import units_unbroken
 from agent.record.atomic import publish
 from agent.report import provenance, rows
 from agent.report.advice import next_steps
-from agent.report.canvas import data_uri
-from agent.report.figure_curve import figure_friction_curve, friction_curve_in_words
-from agent.report.figure_cycle import cycle_in_words, figure_cycle
-from agent.report.figure_prediction import figure_prediction, prediction_in_words
+from agent.report.figures.canvas import data_uri
+from agent.report.figures.curve import figure_friction_curve, friction_curve_in_words
+from agent.report.figures.cycle import cycle_in_words, figure_cycle
+from agent.report.figures.prediction import figure_prediction, prediction_in_words
 from agent.report.laws import model_label
 from agent.report.page import render
 from agent.report.views import EstimateViews, RecordingView

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from agent.record.atomic import publish
-from agent.report.canvas import data_uri
 from agent.report.estimate import Picture
-from agent.report.figure_fleet import figure_individuals, figure_rises
+from agent.report.figures.canvas import data_uri
+from agent.report.figures.fleet import figure_individuals, figure_rises
 from agent.report.fleet_rows import STATES, AgreementRow, JointRow
 from agent.report.page import render
 

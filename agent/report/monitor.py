@@ -13,10 +13,10 @@ from agent.monitor.verdict.comparison import Comparison, Effect
 from agent.monitor.verdict.verdict import NOT_DECIDABLE, Finding, Track
 from agent.monitor.verdict.words import in_percent
 from agent.numbers import scale_for, significant, units_unbroken, written
-from agent.report.canvas import data_uri
 from agent.report.estimate import Picture
-from agent.report.figure_monitor_curves import HEALTHY, curves_in_words, figure_monitor_curves
-from agent.report.figure_monitor_trends import figure_monitor_trends, trends_in_words
+from agent.report.figures.canvas import data_uri
+from agent.report.figures.monitor_curves import HEALTHY, curves_in_words, figure_monitor_curves
+from agent.report.figures.monitor_trends import figure_monitor_trends, trends_in_words
 from agent.report.page import render
 
 STATUS = {

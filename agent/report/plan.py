@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from agent.report.canvas import data_uri
-from agent.report.figure_plan import figure_plan, plan_figure_in_words
+from agent.report.figures.canvas import data_uri
+from agent.report.figures.plan import figure_plan, plan_figure_in_words
 from agent.report.page import render
 from trajectories import Expectation, Trajectory
 

@@ -13,9 +13,9 @@ from agent.identify.rigid.residuals import Correlation
 from agent.identify.rigid.thresholding import AccelerationSweep, SpeedStudy
 from agent.numbers import parameter_label, parameter_unit, scale_for, significant, written
 from agent.record.atomic import publish
-from agent.report.canvas import data_uri
 from agent.report.estimate import Picture
-from agent.report.figure_study import (
+from agent.report.figures.canvas import data_uri
+from agent.report.figures.study import (
     correlation_in_words,
     figure_correlation,
     figure_speed_study,

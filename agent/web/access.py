@@ -26,7 +26,7 @@ class TurnedAwayError(Exception):
     status : int
         HTTP's word for it: 401 log in first, 403 not for you, 404 not there, 409 not now, ...
     key : str
-        What the page says, in `agent.web.words`.
+        What the page says, in `agent.web.words.language`.
     detail : str
         The engine's own sentence (English), where it has one.
     locked : bool

@@ -11,14 +11,7 @@ from fastapi import FastAPI
 from fastapi.staticfiles import StaticFiles
 
 from agent.record.audit import AuditTrail
-from agent.web import (
-    failures,
-    routes_cell,
-    routes_history,
-    routes_people,
-    routes_results,
-    routes_run,
-)
+from agent.web import failures
 from agent.web.attended import Attendant, Launch
 from agent.web.guard import Guard
 from agent.web.limits import Attempts
@@ -27,6 +20,7 @@ from agent.web.looking import Looking
 from agent.web.page import Page
 from agent.web.passwords import Argon2, Hasher
 from agent.web.roles import Role
+from agent.web.routes import cell, history, people, results, run
 from agent.web.sessions import Sessions
 from agent.web.settings import PageSettings
 from agent.web.shelf import Shelf
@@ -83,7 +77,7 @@ def create_page(
     app.state.page = page
     app.add_middleware(Guard, hosts=settings.allowed_hosts, secure=settings.secure)
     failures.install(app)
-    for module in (routes_people, routes_cell, routes_run, routes_results, routes_history):
+    for module in (people, cell, run, results, history):
         app.include_router(module.router)
     static = importlib.resources.files("agent.web") / "static"
     app.mount("/static", StaticFiles(directory=str(static)), name="static")

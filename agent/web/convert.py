@@ -13,7 +13,7 @@ from pathlib import Path
 
 def to_csv(recording: Path, out: Path) -> None:
     """Write the recording's columns as CSV; its metadata stand in the Parquet file."""
-    from agent.record import csv_file, parquet_file
+    from agent.record.formats import csv_file, parquet_file
 
     out.write_bytes(csv_file.to_bytes(parquet_file.read_table(recording, str(recording))))
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from agent.record.reading import read
 from agent.record.recording import Recording
-from agent.report.canvas import styled
+from agent.report.figures.canvas import styled
 from agent.web.against import curve_of
 from agent.web.shelf import Shelf, Shelved
 

@@ -12,10 +12,10 @@ from fastapi import Request
 from fastapi.responses import HTMLResponse
 
 from agent.errors import AgentError
-from agent.web import saying
 from agent.web.access import page_of, session_of
 from agent.web.roles import Role
-from agent.web.words import LANGUAGES, fine, language_of, number, say
+from agent.web.words import saying
+from agent.web.words.language import LANGUAGES, fine, language_of, number, say
 
 if TYPE_CHECKING:
     import jinja2

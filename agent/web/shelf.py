@@ -17,8 +17,8 @@ from typing import Any, TypeVar
 from agent.errors import InputError
 from agent.record.events_file import Event, read_events
 from agent.record.events_toml import read_written
+from agent.record.formats.parquet_footer import ForeignFooterError, key_values
 from agent.record.metadata import KEY, Metadata
-from agent.record.parquet_footer import ForeignFooterError, key_values
 from agent.record.verdict_file import Verdict, estimate_path, read_verdict, verdict_path
 
 REPORT_SUFFIX = ".report.html"

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from agent.record.plain_arrow import ForeignStreamError, columns_of, next_message, rows_of
+from agent.record.formats.plain_arrow import ForeignStreamError, columns_of, next_message, rows_of
 
 POINT_PERIOD_S = 0.05
 """A screen gets twenty points a second."""

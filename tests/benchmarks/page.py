@@ -29,8 +29,8 @@ import numpy as np
 import pyarrow.parquet as pq
 
 from agent.acquisition import Acquisition, total
+from agent.record.formats.parquet_footer import key_values
 from agent.record.metadata import KEY, Metadata
-from agent.record.parquet_footer import key_values
 from tests.system.processes import be_patient, free_udp_port, started, stribeck
 
 PASSWORD = "four plain words here"

@@ -17,7 +17,7 @@ import pytest
 
 from agent.explain.answer.result import Cell
 from agent.report import estimate_html
-from agent.report.explanation import explanation_page
+from agent.report.explanation.page import explanation_page
 from tests.unit import explanation_examples as explanations
 from tests.unit import report_examples as estimates
 

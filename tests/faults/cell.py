@@ -21,7 +21,7 @@ from agent.cli.terminal.exits import exit_code
 from agent.cycle import runner
 from agent.errors import AgentError
 from agent.record.reading import read
-from agent.record.stream import FLUSH_PERIOD_S, StreamWriter
+from agent.record.streams.stream import FLUSH_PERIOD_S, StreamWriter
 from drivers.can.frames import CanBusConfig
 from drivers.can.opening import open_bus as sound
 from drivers.cia402.axis import Cia402Axis

@@ -15,7 +15,7 @@ import can
 
 from agent.cli.devices.fake_cell import fake_cell_text
 from agent.cycle.precedence import PRIORITY, before_others
-from agent.record.recover import recover
+from agent.record.streams.recover import recover
 from drivers.can.frames import CanBusConfig
 from drivers.clock import MonotonicClock
 from fakes.can_drive import FakeDrive

@@ -24,7 +24,7 @@ from agent.errors import InputError, RefusedError, StoppedError
 from agent.night.clock import MachineClock
 from agent.night.description import night_path, read_night
 from agent.night.windows import Window
-from agent.record.catalogue import Catalogue
+from agent.record.catalogue.catalogue import Catalogue
 from agent.record.events_file import read_events
 from agent.record.verdict_file import read_verdict
 from drivers.errors import BusError

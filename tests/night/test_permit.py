@@ -23,7 +23,7 @@ from agent.cli.night import child as night_child
 from agent.cli.night.cell import CellAttempts
 from agent.night.description import night_path
 from agent.night.windows import Window
-from agent.record.catalogue import Catalogue
+from agent.record.catalogue.catalogue import Catalogue
 from agent.record.events_file import read_events
 from agent.record.verdict_file import read_verdict
 from fakes.modbus_server import TcpServer

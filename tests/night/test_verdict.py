@@ -13,7 +13,7 @@ import pytest
 from agent.cli.history import verdict as night_verdict
 from agent.cli.history.verdict import against_baseline, history_of, state_of
 from agent.errors import InputError
-from agent.record.catalogue import Catalogue
+from agent.record.catalogue.catalogue import Catalogue
 from agent.record.retention import Limits, plan_retention
 from agent.record.seal import content
 from agent.record.verdict_file import read_verdict, verdict_path

@@ -19,9 +19,9 @@ from hypothesis import strategies as st
 from agent.cli.record.keep import keep
 from agent.conclude.outcome import conclude
 from agent.errors import InputError, StorageError
-from agent.record.catalogue import Catalogue
-from agent.record.catalogue_schema import open_engine, upgrade
-from agent.record.catalogue_tables import HEAD, METADATA, TABLES
+from agent.record.catalogue.catalogue import Catalogue
+from agent.record.catalogue.schema import open_engine, upgrade
+from agent.record.catalogue.tables import HEAD, METADATA, TABLES
 from agent.record.events_file import Event, append_event
 from agent.record.reading import read
 from agent.record.seal import seal
@@ -295,7 +295,7 @@ def test_the_same_recording_may_be_taken_twice(tmp_path: Path, url: str | None) 
 
 def test_opening_an_up_to_date_catalogue_does_not_load_alembic(tmp_path: Path) -> None:
     code = (
-        "import sys, pathlib; from agent.record.catalogue import Catalogue; "
+        "import sys, pathlib; from agent.record.catalogue.catalogue import Catalogue; "
         f"Catalogue(pathlib.Path({str(tmp_path)!r})).close(); print('alembic' in sys.modules)"
     )
     loaded = [

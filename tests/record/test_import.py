@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 
 from agent.cli.app import app
 from agent.errors import InputError
-from agent.record.import_mapping import load_mapping, parse_mapping, shipped
-from agent.record.import_studio import Joint, import_csv
+from agent.record.importing.mapping import load_mapping, parse_mapping, shipped
+from agent.record.importing.studio import Joint, import_csv
 from agent.record.reading import read
 from agent.record.recording import Recording
 

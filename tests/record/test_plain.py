@@ -15,8 +15,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from agent.record.parquet_footer import ForeignFooterError, key_values
-from agent.record.plain_arrow import ForeignStreamError, columns_of, next_message, rows_of
+from agent.record.formats.parquet_footer import ForeignFooterError, key_values
+from agent.record.formats.plain_arrow import ForeignStreamError, columns_of, next_message, rows_of
 
 FORMS: dict[pa.DataType, st.SearchStrategy[Any]] = {
     pa.float64(): st.floats(allow_nan=False),

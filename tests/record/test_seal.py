@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 from agent.cli.app import app
 from agent.errors import InputError
-from agent.record.catalogue import Catalogue
+from agent.record.catalogue.catalogue import Catalogue
 from agent.record.reading import read
 from agent.record.retention import Limits, apply_retention, over_limit, plan_retention
 from agent.record.seal import SUFFIX, broken, content, seal, seal_path

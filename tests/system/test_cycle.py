@@ -255,7 +255,7 @@ def test_a_full_disk_stops_the_joint(tmp_path: Path, monkeypatch: pytest.MonkeyP
     full = Path("/dev/full")
     if not full.exists():
         pytest.skip("needs /dev/full")
-    from agent.record.stream import StreamWriter
+    from agent.record.streams.stream import StreamWriter
 
     sink = os.open(full, os.O_WRONLY)  # the writer closes it
     with rig(tmp_path, edit=brisk) as bench:

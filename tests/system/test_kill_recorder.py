@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from agent.record.reading import read
-from agent.record.recover import recover
-from agent.record.stream import FLUSH_PERIOD_S
+from agent.record.streams.recover import recover
+from agent.record.streams.stream import FLUSH_PERIOD_S
 from drivers.clock import MonotonicClock
 
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -25,7 +25,7 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 CHILD = """
 import mmap, struct, sys
 from pathlib import Path
-from agent.record.stream import StreamWriter
+from agent.record.streams.stream import StreamWriter
 from drivers.clock import MonotonicClock
 from tests.unit.record_samples import STREAM_COLUMNS, metadata, row
 

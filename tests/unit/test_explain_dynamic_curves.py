@@ -12,8 +12,8 @@ from agent.explain.rows.lines import lines_of
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, tabulate
 from agent.identify.result import Floats
-from agent.report.figure_explanation_curve import abscissa_of, caption_of
-from agent.report.figure_explanation_spectrum import figure_spectrum, spectrum_in_words
+from agent.report.explanation.figure_curve import abscissa_of, caption_of
+from agent.report.explanation.figure_spectrum import figure_spectrum, spectrum_in_words
 from tests.science.explain_joint import TWIN, Conditions, record, stair
 from trajectories import SetPoints
 

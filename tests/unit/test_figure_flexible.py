@@ -15,8 +15,8 @@ from agent.identify.flexible.result import FlexibleFit
 from agent.identify.flexible.simulation import FlexibleJoint
 from agent.identify.result import Parameter
 from agent.identify.signals.arrays import Signals
-from agent.report.figure_flexible import figure_flexible, flexible_in_words
-from agent.report.flexible_view import (
+from agent.report.figures.flexible import figure_flexible, flexible_in_words
+from agent.report.figures.flexible_view import (
     Response,
     Stretch,
     measured_response,

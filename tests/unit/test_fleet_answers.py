@@ -18,7 +18,7 @@ from agent.fleet.roster import roster_of
 from agent.fleet.verdicts import by_risk
 from agent.physics.twin import Twin, format_twin
 from agent.record.writing import write
-from agent.report.figure_fleet import figure_rises
+from agent.report.figures.fleet import figure_rises
 from agent.report.fleet import FleetPage, fleet_html
 from agent.report.fleet_rows import AgreementRow, JointRow
 from tests.benchmarks.fleet import AXES, GEAR, ROBOTS, cycles

@@ -11,12 +11,13 @@ from typing import Any
 import pytest
 
 from agent.errors import StorageError
-from agent.record import atomic, open_stream
-from agent.record.background import PENDING_MAX
+from agent.record import atomic
 from agent.record.reading import read
-from agent.record.recover import recover
 from agent.record.rows import CAPACITY_ROWS
-from agent.record.stream import FLUSH_PERIOD_S, HAND_OVER_PERIOD_S, StreamWriter
+from agent.record.streams import open_stream
+from agent.record.streams.background import PENDING_MAX
+from agent.record.streams.recover import recover
+from agent.record.streams.stream import FLUSH_PERIOD_S, HAND_OVER_PERIOD_S, StreamWriter
 from drivers.clock import MonotonicClock
 from tests.unit.record_samples import STREAM_COLUMNS, metadata, row
 

@@ -11,7 +11,7 @@ import pytest
 
 from agent.errors import InputError
 from agent.record.reading import find, natural_key, read, read_all
-from agent.record.stream import StreamWriter
+from agent.record.streams.stream import StreamWriter
 from agent.record.writing import write
 from tests.unit.record_samples import STREAM_COLUMNS, metadata, recording, row
 

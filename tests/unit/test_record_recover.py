@@ -17,12 +17,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from agent.errors import InputError, StorageError
-from agent.record import recover as module
 from agent.record.metadata import Metadata
 from agent.record.reading import read
-from agent.record.recover import recover
-from agent.record.stream import StreamWriter
-from agent.record.stream_file import END_OF_STREAM, read_stream
+from agent.record.streams import recover as module
+from agent.record.streams.recover import recover
+from agent.record.streams.stream import StreamWriter
+from agent.record.streams.stream_file import END_OF_STREAM, read_stream
 from tests.unit.record_samples import STREAM_COLUMNS, metadata, row
 
 

@@ -18,12 +18,13 @@ import pyarrow.parquet as pq
 import pytest
 
 from agent.errors import StorageError
-from agent.record import atomic, finishing, open_stream, rows
+from agent.record import atomic, rows
 from agent.record.reading import read
-from agent.record.recover import recover
 from agent.record.rows import CAPACITY_ROWS
-from agent.record.stream import FLUSH_PERIOD_S, StreamWriter
-from agent.record.stream_file import read_stream
+from agent.record.streams import finishing, open_stream
+from agent.record.streams.recover import recover
+from agent.record.streams.stream import FLUSH_PERIOD_S, StreamWriter
+from agent.record.streams.stream_file import read_stream
 from agent.record.writing import write_table
 from tests.unit.record_samples import STREAM_COLUMNS, metadata, row
 
@@ -60,7 +61,7 @@ def test_rows_become_a_recording(tmp_path: Path) -> None:
 
 def test_beginning_a_recording_does_not_load_pandas_while_a_device_waits(tmp_path: Path) -> None:
     code = (
-        "import sys; from agent.record.stream import StreamWriter; "
+        "import sys; from agent.record.streams.stream import StreamWriter; "
         "from tests.unit.record_samples import STREAM_COLUMNS, metadata, row; "
         "StreamWriter(sys.argv[1], 'run', metadata(), STREAM_COLUMNS).append(row(0)); "
         "assert 'pandas' not in sys.modules"

@@ -19,9 +19,9 @@ from agent.errors import InputError, StorageError
 from agent.record import atomic
 from agent.record.atomic import publish, storage_error
 from agent.record.reading import read
-from agent.record.recover import recover
-from agent.record.stream import StreamWriter
-from agent.record.stream_file import read_stream
+from agent.record.streams.recover import recover
+from agent.record.streams.stream import StreamWriter
+from agent.record.streams.stream_file import read_stream
 from agent.record.writing import write
 from tests.unit.record_samples import STREAM_COLUMNS, metadata, recording, row
 

@@ -17,12 +17,12 @@ from agent.explain.answer.result import Cell, Explanation, Fit, Floor, NextExper
 from agent.explain.answer.sentences import finding_sentence
 from agent.identify.result import Parameter
 from agent.physics.effects import LIBRARY
-from agent.report import explanation_pictures
-from agent.report.explanation import explanation_page, write_explanation_page
-from agent.report.explanation_places import region_in_words, variable
-from agent.report.explanation_quantities import quantity_label, quantity_scale
-from agent.report.explanation_rows import finding_row, parameter_rows
-from agent.report.explanation_words import (
+from agent.report.explanation import pictures as explanation_pictures
+from agent.report.explanation.page import explanation_page, write_explanation_page
+from agent.report.explanation.places import region_in_words, variable
+from agent.report.explanation.quantities import quantity_label, quantity_scale
+from agent.report.explanation.rows import finding_row, parameter_rows
+from agent.report.explanation.words import (
     EFFECTS,
     decidable,
     next_command,

@@ -12,24 +12,24 @@ import pytest
 
 from agent.explain.answer.result import Cell, Explanation, Fit, Region
 from agent.identify.result import Parameter
-from agent.report.canvas import data_uri
-from agent.report.explanation_map import heat_map
-from agent.report.explanation_pictures import RECORDINGS_DRAWN
-from agent.report.figure_explanation_curve import figure_finding
-from agent.report.figure_explanation_cycle import (
+from agent.report.explanation.figure_curve import figure_finding
+from agent.report.explanation.figure_cycle import (
     figure_residual,
     lines_of,
     located_mask,
     reach_of,
 )
-from agent.report.figure_explanation_left import left_over
-from agent.report.figure_explanation_moved import figure_moved
-from agent.report.figure_explanation_proof import (
+from agent.report.explanation.figure_left import left_over
+from agent.report.explanation.figure_moved import figure_moved
+from agent.report.explanation.figure_proof import (
     error_rows,
     extended_interval,
     figure_errors,
     gain_rows,
 )
+from agent.report.explanation.map import heat_map
+from agent.report.explanation.pictures import RECORDINGS_DRAWN
+from agent.report.figures.canvas import data_uri
 from tests.unit import explanation_examples as examples
 
 

@@ -16,10 +16,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from agent.identify.result import FrictionCurve
-from agent.report import canvas, thinning
-from agent.report.figure_curve import figure_friction_curve, slow_limit_rad_s
-from agent.report.figure_cycle import figure_cycle
-from agent.report.figure_prediction import figure_prediction, medians_by_velocity
+from agent.report.figures import canvas, thinning
+from agent.report.figures.curve import figure_friction_curve, slow_limit_rad_s
+from agent.report.figures.cycle import figure_cycle
+from agent.report.figures.prediction import figure_prediction, medians_by_velocity
 from agent.report.views import EstimateViews, RecordingView
 from tests.unit import report_examples as examples
 

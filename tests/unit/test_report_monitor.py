@@ -14,7 +14,7 @@ from agent.monitor.detection.detectors import detector
 from agent.monitor.history.history import histories
 from agent.monitor.verdict.verdict import Finding, judge
 from agent.report import monitor as page
-from agent.report.figure_monitor_trends import figure_monitor_trends
+from agent.report.figures.monitor_trends import figure_monitor_trends
 from tests.unit.monitor_joint import Truth, months
 
 

@@ -8,7 +8,7 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
-from agent.report.figure_plan import figure_plan, plan_figure_in_words
+from agent.report.figures.plan import figure_plan, plan_figure_in_words
 from agent.report.plan import plan_html
 from trajectories import Expectation, stair_paired
 

@@ -15,7 +15,7 @@ from agent.errors import InputError
 from agent.record.reading import read
 from agent.record.recording import Metadata, Recording
 from agent.record.writing import write
-from agent.report.figure_study import (
+from agent.report.figures.study import (
     correlation_in_words,
     figure_correlation,
     figure_speed_study,

@@ -17,7 +17,7 @@ import pytest
 
 from agent.cli.page.run import PROGRESS_BYTES, progress_file
 from agent.record.recording import Metadata
-from agent.record.stream import StreamWriter
+from agent.record.streams.stream import StreamWriter
 from agent.web.application import STOP_PATIENCE_S, _lifespan
 from agent.web.attended import AttendedRun
 from agent.web.live import Live, plan_of, state_of

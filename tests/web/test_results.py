@@ -19,7 +19,7 @@ from agent.record.events_file import read_events
 from agent.record.verdict_file import read_verdict, verdict_path
 from agent.web.against import Curve, against, curve_of
 from agent.web.roles import Role
-from agent.web.routes_cell import next_run
+from agent.web.routes.cell import next_run
 from agent.web.verdicts import finding
 from tests.web.bench import Bench, estimate_document
 

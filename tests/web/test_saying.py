@@ -19,8 +19,8 @@ from agent.monitor.verdict.reasons import WORDS as CAUSE_WORDS
 from agent.monitor.verdict.verdict import Finding, judge
 from agent.record.verdict_file import Verdict
 from agent.report.advice import advised, next_steps
-from agent.web import saying
-from agent.web.words_verdict import ADVICE, CAUSES, REFUSED, SAID
+from agent.web.words import saying
+from agent.web.words.verdict import ADVICE, CAUSES, REFUSED, SAID
 from fakes.specification import FakeSpecification
 from tests.unit.monitor_joint import Truth, months
 from tests.web.bench import Bench

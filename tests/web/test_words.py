@@ -12,9 +12,9 @@ from agent.cli.terminal.talk import STAGES as TALKED
 from agent.cycle.preconditions import Judged, preconditions
 from agent.web.cycles import CYCLES
 from agent.web.roles import Role
-from agent.web.routes_history import KINDS
-from agent.web.routes_run import STAGES
-from agent.web.words import LANGUAGES, WORDS, fine, language_of, number, say
+from agent.web.routes.history import KINDS
+from agent.web.routes.run import STAGES
+from agent.web.words.language import LANGUAGES, WORDS, fine, language_of, number, say
 from fakes.specification import FakeSpecification
 from trajectories.limits import UNITS
 

@@ -10,7 +10,7 @@ import typer
 from agent.cli.terminal.talk import talker
 from agent.errors import InputError
 from agent.given_back import not_yet
-from agent.record.recover import recover
+from agent.record.streams.recover import recover
 
 
 def run_recover(places: Sequence[Path]) -> None:

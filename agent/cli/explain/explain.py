@@ -94,7 +94,7 @@ def write_explanation(
     out: Path, found: Explanation, twin: Twin, recordings: Sequence[Recording]
 ) -> None:
     """Write everything into a folder; what was there under these names is replaced."""
-    from agent.report.explanation import write_explanation_page
+    from agent.report.explanation.page import write_explanation_page
 
     make_folder(out)
     files = {

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Sequence
 
 from agent.explain.answer.result import Explanation, Finding, NextExperiment
 from agent.numbers import NO_NUMBER
-from agent.report.explanation_errors import error_rows, improvement_in_words
-from agent.report.explanation_places import region_in_words
-from agent.report.explanation_rows import parameter_rows
-from agent.report.explanation_words import (
+from agent.report.explanation.errors import error_rows, improvement_in_words
+from agent.report.explanation.places import region_in_words
+from agent.report.explanation.rows import parameter_rows
+from agent.report.explanation.words import (
     carried,
     decidable,
     duration,

@@ -76,7 +76,7 @@ def run_schedule(
     except ValueError as error:
         raise InputError(f"No schedule can be made of that: {error}.") from error
     if picture is not None:
-        from agent.report.figure_rate import figure_rate
+        from agent.report.figures.rate import figure_rate
 
         write_picture(picture, figure_rate(found.plan))
     typer.echo(json.dumps(_document(found), indent=2) if as_json else schedule_text(found))

@@ -9,7 +9,7 @@ from agent.cli.history.monitor import MonitorRequest, monitor
 from agent.conclude.facts import facts_of
 from agent.errors import AgentError, InputError
 from agent.monitor.verdict.verdict import NOT_DECIDABLE, Finding
-from agent.record.catalogue import Catalogue
+from agent.record.catalogue.catalogue import Catalogue
 from agent.record.seal import content
 from agent.record.verdict_file import Verdict, write_verdict
 

@@ -55,7 +55,7 @@ def run_watch(
     for why in band.set_aside:
         talker().print(f"Set aside: {why}")
     if picture is not None and any(w.bands_nm for w in found):
-        from agent.report.figure_watch import figure_watch
+        from agent.report.figures.watch import figure_watch
 
         write_picture(picture, figure_watch(band, found))
     if as_json:

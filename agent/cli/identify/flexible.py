@@ -58,8 +58,8 @@ def _draw(found: Flexible, path: Path) -> None:
     if not (swings(found.fit) and can_predict(found.fit)):
         talker().print("No picture is drawn: no flexible joint was identified.")
         return
-    from agent.report.figure_flexible import figure_flexible
-    from agent.report.flexible_view import measured_response, telling_stretch
+    from agent.report.figures.flexible import figure_flexible
+    from agent.report.figures.flexible_view import measured_response, telling_stretch
 
     first = found.sources[0]
     periodic = [s for s in found.sources if s.means and s.period_s == first.period_s]

@@ -49,7 +49,7 @@ def run_reversals(patterns: Sequence[str], picture: Path | None, *, as_json: boo
     one_axis(recordings)
     found = identify_reversals([signals_of(r) for r in recordings])
     if picture is not None and found.decidable:
-        from agent.report.figure_reversals import figure_reversals
+        from agent.report.figures.reversals import figure_reversals
 
         write_picture(picture, figure_reversals(found))
     typer.echo(json.dumps(found.to_json(), indent=2) if as_json else reversals_text(found))

@@ -50,7 +50,7 @@ def run_ripple(
             [signals_of(r) for r in off], [signals_of(r) for r in on], highest_order
         )
     if picture is not None and found.decidable:
-        from agent.report.figure_ripple import figure_ripple
+        from agent.report.figures.ripple import figure_ripple
 
         write_picture(picture, figure_ripple(found, changes))
     if as_json:

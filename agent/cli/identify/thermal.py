@@ -88,7 +88,7 @@ def run_thermal(
     one_axis(recordings)
     found = thermal_of(recordings, until_degc, oil)
     if picture is not None:
-        from agent.report.figure_thermal import figure_thermal
+        from agent.report.figures.thermal import figure_thermal
 
         drawn = figure_thermal(*found.curve, found.cooling, found.surface, found.points, found.oils)
         write_picture(picture, drawn)

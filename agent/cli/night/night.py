@@ -21,7 +21,7 @@ from agent.night.clock import MachineClock, stamp
 from agent.night.night import Night
 from agent.night.telling import Sink
 from agent.record.atomic import make_folder, storage_error
-from agent.record.catalogue import Catalogue
+from agent.record.catalogue.catalogue import Catalogue
 from agent.record.events_file import Event, read_events
 from agent.record.lock import try_lock
 

@@ -14,9 +14,9 @@ from agent.cli.terminal.exits import BAD_NEWS
 from agent.cli.terminal.talk import talker
 from agent.errors import InputError
 from agent.night.description import KINDS
-from agent.record.catalogue import Catalogue, RecordingRow, VerdictRow
-from agent.record.catalogue_rows import in_utc
-from agent.record.catalogue_schema import catalogue_url, shown
+from agent.record.catalogue.catalogue import Catalogue, RecordingRow, VerdictRow
+from agent.record.catalogue.rows import in_utc
+from agent.record.catalogue.schema import catalogue_url, shown
 from agent.record.events_file import Event
 from agent.record.reading import find
 from agent.record.retention import MEGABYTE, Limits, apply_retention, plan_retention

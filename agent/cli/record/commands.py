@@ -149,7 +149,7 @@ def import_(
 ) -> None:
     """Read a drive studio's CSV through a mapping; bad lines are named, nothing is guessed."""
     from agent.cli.record.export import parameters_of, run_import
-    from agent.record.import_studio import Joint
+    from agent.record.importing.studio import Joint
 
     parameters = parameters_of(set_ or [])
     joint = Joint(robot, axis, gear_ratio, parameters, time_zone, payload_kg, notes)

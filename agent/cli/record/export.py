@@ -11,8 +11,8 @@ import typer
 from agent.cli.terminal.talk import talker
 from agent.errors import InputError
 from agent.record.export import SUFFIXES, Format, export
-from agent.record.import_mapping import load_mapping
-from agent.record.import_studio import Joint, import_csv
+from agent.record.importing.mapping import load_mapping
+from agent.record.importing.studio import Joint, import_csv
 from agent.record.reading import PARQUET, read
 from agent.record.writing import write
 

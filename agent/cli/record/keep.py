@@ -15,7 +15,7 @@ from agent.record.verify import Recomputed
 from drivers.clock import wall_time_utc
 
 if TYPE_CHECKING:
-    from agent.record.catalogue import RecordingRow
+    from agent.record.catalogue.catalogue import RecordingRow
 
 NUMBERS = (
     "coulomb_nm",
@@ -37,7 +37,9 @@ def keep(recording: Path, conclusion: Conclusion, url: str | None = None) -> Ver
     agent.errors.InputError, agent.errors.StorageError
         The recording cannot be sealed, or the verdict not be written.
     """
-    from agent.record.catalogue import Catalogue  # SQLAlchemy: 0.4 s, once all has been recorded
+    from agent.record.catalogue.catalogue import (
+        Catalogue,  # SQLAlchemy: 0.4 s, once all has been recorded
+    )
 
     sealed = seal(recording)
     verdict = verdict_of(recording, conclusion, sealed)
@@ -52,7 +54,7 @@ def keep(recording: Path, conclusion: Conclusion, url: str | None = None) -> Ver
 
 def take(recording: Path, url: str | None = None, folder: Path | None = None) -> RecordingRow:
     """Seal a recording that somebody has brought, and take it into the catalogue."""
-    from agent.record.catalogue import Catalogue  # as above
+    from agent.record.catalogue.catalogue import Catalogue  # as above
 
     read(recording)  # what is no recording gets no seal
     seal(recording)
@@ -62,7 +64,7 @@ def take(recording: Path, url: str | None = None, folder: Path | None = None) ->
 
 def verdict_of(recording: Path, conclusion: Conclusion, sealed: Seal) -> Verdict:
     """Return the verdict on one recording by itself; a baseline's comes from the monitor."""
-    from agent.record.catalogue_rows import in_utc  # as above
+    from agent.record.catalogue.rows import in_utc  # as above
 
     metadata = conclusion.recordings[0].metadata
     estimate = conclusion.estimate

@@ -1,0 +1,1 @@
+"""How rows become bytes of a file and come back: Arrow, Parquet, CSV."""

@@ -1,0 +1,1 @@
+"""A recording while it grows, and what becomes of it."""

@@ -1,0 +1,233 @@
+"""The offline page of an explanation: one HTML file that needs neither network nor script."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from agent.explain.answer.result import Explanation, NextExperiment
+from agent.numbers import units_unbroken
+from agent.record.atomic import publish
+from agent.report import provenance
+from agent.report.estimate import Picture
+from agent.report.explanation import errors, rows
+from agent.report.explanation.figure_curve import caption_of
+from agent.report.explanation.figure_heard import CAPTION as HEARD
+from agent.report.explanation.map import heat_map
+from agent.report.explanation.pictures import (
+    finding_picture,
+    heard_picture,
+    left_over_pictures,
+    moved_picture,
+    proof_picture,
+    spectrum_pictures,
+    trace_pictures,
+    unshaded,
+)
+from agent.report.explanation.words import (
+    decidable,
+    duration,
+    effect_label,
+    found_title,
+    heading,
+    next_command,
+    not_judged,
+    paragraphs,
+    set_up_beside,
+    share,
+    tells_apart,
+    trajectory_hint,
+    unexplained_in_words,
+    verdict_words,
+    what_to_do,
+)
+from agent.report.page import render
+
+_IN_NUMBERS = (
+    *("tiles", "findings", "errors", "proof_picture", "proof_facts", "opened", "folded"),
+    *("spectra", "left_over", "unshaded", "map", "moved", "moved_picture", "floor"),
+)
+
+
+@dataclass(frozen=True)
+class FindingView:
+    """One finding: what is written, and its pictures."""
+
+    row: rows.FindingRow
+    picture: Picture | None
+    caption: str
+    heard: Picture | None = None
+    heard_caption: str = HEARD
+
+
+@dataclass(frozen=True)
+class NextView:
+    """The next experiment: what it is, how long it takes, how it is run."""
+
+    sentence: str
+    set_up: str
+    tells_apart: str
+    lasts: str
+    hint: str
+    command: str
+
+
+def write_explanation_page(
+    path: Path,
+    explanation: Explanation,
+    *,
+    title: str = "",
+    robot: str = "",
+    axis: int | str = "",
+    next_file: str = "",
+    metadata: Mapping[str, object] | None = None,
+) -> Path:
+    """Write the page, whole or not at all. See `explanation_page`.
+
+    Raises
+    ------
+    agent.errors.StorageError
+        If the file cannot be written.
+    """
+    html = explanation_page(
+        explanation, title=title, robot=robot, axis=axis, next_file=next_file, metadata=metadata
+    )
+    publish({path: html.encode("utf-8")}, overwrite=True)
+    return path
+
+
+def explanation_page(
+    explanation: Explanation,
+    *,
+    title: str = "",
+    robot: str = "",
+    axis: int | str = "",
+    next_file: str = "",
+    metadata: Mapping[str, object] | None = None,
+) -> str:
+    """Return the page as text; the same input gives the same text.
+
+    Parameters
+    ----------
+    explanation : Explanation
+        What is shown; every text in it is untrusted and escaped.
+    title, robot : str
+        As the user calls them.
+    axis : int or str
+        As the cell numbers it.
+    next_file : str
+        Where the next experiment's trajectory was written, as the user will name it.
+    metadata : mapping, optional
+        The recordings' metadata (contract section 2).
+    """
+    names = (*explanation.recordings, *explanation.held_out)
+    return render(
+        "explanation.html.j2",
+        title=title or "Where simulation and recordings differ",
+        robot=robot,
+        axis=str(axis),
+        explanation=explanation,
+        verdict=verdict_words(explanation),
+        paragraphs=[units_unbroken(said) for said in paragraphs(explanation)],
+        steps=what_to_do(explanation),
+        reasons=[units_unbroken(reason) for reason in explanation.reasons],
+        rivals=_rivals(explanation),
+        following=_next(explanation.next_experiment, str(axis), next_file),
+        further=[
+            _next(e, str(axis), "")
+            for e in explanation.further_experiments
+            if e != explanation.next_experiment
+        ],
+        found_title=found_title(explanation),
+        unexplained=unexplained_in_words(explanation),
+        judged_on=errors.judged_on(explanation),
+        unexplained_where=rows.places(explanation.unexplained_where, names),
+        carried=_carried(explanation),
+        not_judged=[(heading("; ".join(labels)), why) for why, labels in not_judged(explanation)],
+        aliases=[" / ".join(effect_label(e) for e in group) for group in explanation.aliases],
+        recordings=_recordings(explanation),
+        about=provenance.metadata_rows(metadata or {}),
+        **_in_numbers(explanation),
+    )
+
+
+def _in_numbers(explanation: Explanation) -> Mapping[str, Any]:
+    """Return every picture and table of the page; all empty where nothing could be decided."""
+    unit, stages = errors.error_rows(explanation)
+    if not decidable(explanation):
+        empty: dict[str, Any] = dict.fromkeys(_IN_NUMBERS, ())
+        return empty | {"decidable": False, "error_unit": unit, "undrawn": 0}
+    opened, folded, undrawn = trace_pictures(explanation)
+    return {
+        "decidable": True,
+        "tiles": errors.tiles(explanation),
+        "findings": _findings(explanation),
+        "errors": stages,
+        "error_unit": unit,
+        "proof_picture": proof_picture(explanation),
+        "proof_facts": errors.proof_facts(explanation),
+        "opened": opened,
+        "folded": folded,
+        "undrawn": undrawn,
+        "spectra": spectrum_pictures(explanation),
+        "left_over": left_over_pictures(explanation),
+        "unshaded": unshaded(explanation),
+        "map": heat_map(explanation.cells),
+        "moved": [rows.moved_row(m) for m in explanation.moved],
+        "moved_picture": moved_picture(explanation),
+        "floor": errors.floor_rows(explanation),
+    }
+
+
+def _findings(explanation: Explanation) -> list[FindingView]:
+    """Return the findings; what a picture shows is said beside the first of its kind."""
+    out: list[FindingView] = []
+    for finding in explanation.findings:
+        caption = "" if finding.curve is None else caption_of(finding.curve)
+        if caption in [view.caption for view in out]:
+            caption = ""
+        row = rows.finding_row(finding, explanation)
+        heard = heard_picture(finding)
+        out.append(FindingView(row, finding_picture(finding), caption, heard))
+    return out
+
+
+def _next(experiment: NextExperiment | None, axis: str, file: str) -> NextView | None:
+    if experiment is None:
+        return None
+    return NextView(
+        sentence=units_unbroken(experiment.sentence),
+        set_up=units_unbroken(set_up_beside(experiment)),
+        tells_apart=tells_apart(experiment),
+        lasts=duration(experiment.seconds),
+        hint=trajectory_hint(experiment, file),
+        command=next_command(experiment, axis, file),
+    )
+
+
+def _rivals(explanation: Explanation) -> list[tuple[str, str]]:
+    """Return probability and name of each cause that a tie is between, the likeliest first."""
+    if explanation.verdict != "tied":
+        return []
+    causes: dict[str, float] = {}
+    for finding in explanation.findings:
+        if finding.alternatives:
+            causes[finding.effect] = finding.probability
+            causes.update((other.effect, other.probability) for other in finding.alternatives)
+    ranked = sorted(causes.items(), key=lambda cause: -cause[1])
+    return [(share(probability), effect_label(effect)) for effect, probability in ranked]
+
+
+def _carried(explanation: Explanation) -> Sequence[str]:
+    """Return what the extended twin includes beside rigid body, Coulomb and viscous friction."""
+    twin = explanation.twin
+    return [] if twin is None else [effect_label(effect.id) for effect in twin.effects]
+
+
+def _recordings(explanation: Explanation) -> list[tuple[str, str, str]]:
+    """Return number, name and use of every recording, as regions and pictures count them."""
+    used = [(name, "fit") for name in explanation.recordings]
+    used += [(name, "hold-out: not seen by the fit") for name in explanation.held_out]
+    return [(str(k), name, role) for k, (name, role) in enumerate(used, start=1)]

@@ -1,0 +1,146 @@
+"""An explanation's findings and moves, row by row: what is written in which cell."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from agent.explain.answer.names import OWN_NUMBER
+from agent.explain.answer.result import Explanation, Finding, Moved, Region
+from agent.explain.answer.sentences import shared
+from agent.identify.result import Parameter
+from agent.numbers import (
+    NO_NUMBER,
+    Scale,
+    parameter_label,
+    parameter_unit,
+    scale_for,
+    significant,
+    units_unbroken,
+    written,
+)
+from agent.report.explanation.errors import error_scale, in_scale
+from agent.report.explanation.places import region_in_words
+from agent.report.explanation.quantities import quantity_label, quantity_scale
+from agent.report.explanation.words import (
+    carried,
+    effect_label,
+    heading,
+    is_biased,
+    share,
+)
+from agent.report.rows import ParameterRow
+
+_CHOSEN = "chosen, not measured"  # where the law's numbers are said to hold
+
+
+@dataclass(frozen=True)
+class AlternativeRow:
+    """What it could be instead."""
+
+    label: str
+    probability: str
+    told_apart_by: str
+
+
+@dataclass(frozen=True)
+class FindingRow:
+    """One finding in words; its picture stands beside it."""
+
+    rank: int
+    label: str
+    energy_share: str
+    shared: str
+    probability: str
+    form: str
+    sentence: str
+    where: tuple[str, ...]
+    without: str
+    parameters: tuple[ParameterRow, ...]
+    alternatives: tuple[AlternativeRow, ...]
+
+
+@dataclass(frozen=True)
+class MovedRow:
+    """How one number of the simulation moved."""
+
+    label: str
+    unit: str
+    given: str
+    refitted: str
+    extended: str
+    sigmas: str
+    biased: bool
+
+
+def finding_row(finding: Finding, explanation: Explanation) -> FindingRow:
+    """Return one finding in words."""
+    names = (*explanation.recordings, *explanation.held_out)
+    without = finding.holdout_rmse_without_nm
+    return FindingRow(
+        rank=finding.rank,
+        label=heading(effect_label(finding.effect)),
+        energy_share=carried(finding.energy_share),
+        shared=shared(
+            finding.form,
+            beside_numbers=any(f.form == OWN_NUMBER for f in explanation.findings),
+        ),
+        probability=share(finding.probability),
+        form=finding.form,
+        sentence=units_unbroken(finding.sentence),
+        where=places(finding.where, names),
+        without=units_unbroken(in_scale(without, error_scale(explanation)))
+        if math.isfinite(without)
+        else "",
+        parameters=parameter_rows(finding.parameters),
+        alternatives=tuple(
+            AlternativeRow(
+                heading(effect_label(other.effect)), share(other.probability), other.told_apart_by
+            )
+            for other in finding.alternatives
+        ),
+    )
+
+
+def places(regions: Sequence[Region], recordings: Sequence[str]) -> tuple[str, ...]:
+    """Return where a mismatch lives, as it stands on the page."""
+    return tuple(units_unbroken(heading(region_in_words(region, recordings))) for region in regions)
+
+
+def parameter_rows(parameters: Mapping[str, Parameter]) -> tuple[ParameterRow, ...]:
+    """Return parameters as written, each in the unit that its size asks for."""
+    rows = []
+    for name, parameter in parameters.items():
+        label = quantity_label(name)
+        if not parameter.identified or not math.isfinite(parameter.value):
+            reason = parameter.reason or "the data do not carry it"
+            rows.append(ParameterRow(label, "", "", "", False, reason))
+            continue
+        scale = quantity_scale(name, [parameter.value])
+        value, interval, _ = written(parameter, scale.factor)
+        chosen = _CHOSEN if name.startswith("reference_") else ""
+        rows.append(ParameterRow(label, value, interval, scale.unit, True, chosen))
+    return tuple(rows)
+
+
+def moved_row(moved: Moved) -> MovedRow:
+    """Return how one number of the simulation moved, as written."""
+    known = [p.value for p in (moved.refitted, moved.extended) if p.identified]
+    scale = scale_for(parameter_unit(moved.parameter), [moved.given, *known])
+    return MovedRow(
+        label=parameter_label(moved.parameter),
+        unit=scale.unit,
+        given=significant(moved.given * scale.factor),
+        refitted=_with_interval(moved.refitted, scale),
+        extended=_with_interval(moved.extended, scale),
+        sigmas=significant(abs(moved.sigmas), 2),
+        biased=is_biased(moved),
+    )
+
+
+def _with_interval(parameter: Parameter, scale: Scale) -> str:
+    if not parameter.identified or not math.isfinite(parameter.value):
+        return f"not identified{': ' * bool(parameter.reason)}{parameter.reason}"
+    value, interval, _ = written(parameter, scale.factor)
+    return f"{value} ({interval})" if interval else value or NO_NUMBER

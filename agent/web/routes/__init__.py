@@ -1,0 +1,1 @@
+"""What the page answers to, by story."""

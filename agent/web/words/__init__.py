@@ -1,0 +1,1 @@
+"""What the page says, by what it says it of."""
