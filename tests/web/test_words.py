@@ -52,8 +52,8 @@ def _said_in_full() -> set[str]:
     found: set[str] = set()
     for file in (files("agent.web") / "templates").iterdir():
         found |= set(re.findall(r"""\bt\(["']([a-z_]+)["'][,)]""", file.read_text("utf-8")))
-    for file in files("agent.web").iterdir():
-        if file.name.endswith(".py") and not file.name.startswith("words"):
+    for file in (*files("agent.web").iterdir(), *files("agent.web.routes").iterdir()):
+        if file.name.endswith(".py"):
             text = file.read_text("utf-8")
             found |= set(re.findall(r'TurnedAwayError\(\s*\d+, "([a-z_]+)"', text))
             found |= set(re.findall(r'_problem\(request, \d+, "([a-z_]+)"', text))
