@@ -23,6 +23,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -48,6 +49,15 @@ def words_of(error: BaseException) -> str:
     """
     words = _PRINTED.sub(r"\2", _NUMBER.sub("", str(error))).strip().rstrip(".")
     return words or type(error).__name__
+
+
+def terminal_errors() -> tuple[type[Exception], ...]:
+    """Return the error of a terminal's settings; it is no OSError, and pyserial lets it through."""
+    if sys.platform == "win32":
+        return ()
+    import termios
+
+    return (termios.error,)
 
 
 class DriverError(Exception):

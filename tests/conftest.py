@@ -57,7 +57,7 @@ def no_thread_left_behind() -> Iterator[None]:
     yield
     leaked = [t for t in threading.enumerate() if t not in before and not _lasting(t)]
     for thread in leaked:
-        thread.join(timeout=1.0)
+        thread.join(timeout=10.0)
     leaked = [t for t in leaked if t.is_alive()]
     assert not leaked, f"threads left behind: {[t.name for t in leaked]}"
 

@@ -146,10 +146,10 @@ def _running(command: Sequence[str], folder: Path, end: signal.Signals) -> Itera
         yield
     finally:
         process.send_signal(end)
-        process.wait(timeout=20.0)
+        process.wait(timeout=60.0)
 
 
-def _await(ready: object, patience_s: float = 20.0) -> None:
+def _await(ready: object, patience_s: float = 90.0) -> None:
     assert callable(ready)
     pause = threading.Event()
     for _ in range(int(patience_s / 0.02)):

@@ -13,6 +13,7 @@ import hashlib
 import json
 import os
 import re
+import sys
 import tempfile
 import threading
 from collections.abc import Iterable, Iterator
@@ -26,7 +27,6 @@ from agent.record.lock import try_lock
 from drivers.clock import wall_time_utc
 
 FOLDER_VARIABLE = "STRIBECK_LOCK_FOLDER"
-_SHARED = (Path("/run/lock"), Path("/var/lock"))
 _WHAT_IT_SAYS = 4096  # bytes, at most
 LOOK_PATIENCE_S = 5.0
 """How long whoever wants an axis waits for somebody who only looks at it."""
@@ -38,10 +38,20 @@ def lock_folder() -> Path:
     chosen = os.environ.get(FOLDER_VARIABLE)
     if chosen:
         return Path(chosen)
-    for folder in _SHARED:
+    for folder in _shared():
         if os.access(folder, os.W_OK):
             return folder
     return Path(tempfile.gettempdir())
+
+
+def _shared() -> tuple[Path, ...]:
+    """Return folders into which every user may write; macOS's and Windows' temporary are a user's.
+
+    Two users' programs would not see each other's locks there, and both would own one axis.
+    """
+    if sys.platform == "win32":
+        return (Path(os.environ.get("PUBLIC", r"C:\Users\Public")),)
+    return (Path("/run/lock"), Path("/var/lock"), Path("/tmp"))
 
 
 def lock_names(cell: Cell, axis: Axis) -> tuple[str, ...]:

@@ -62,6 +62,8 @@ def _is_ordinary() -> bool:
 
 def _give_all_threads(policy: str, priority: int) -> None:
     """Set the policy of every thread of this process, where that is allowed."""
+    if sys.platform != "linux":
+        return
     for thread in Path("/proc/self/task").iterdir():
         # not allowed, or the thread has just ended: what is so is read back by `scheduling`
         with contextlib.suppress(OSError):

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from agent.errors import InputError, StorageError
-from agent.record.atomic import sync_folder
+from agent.record.atomic import sync, sync_folder
 
 UNFINISHED = "unfinished"
 
@@ -66,7 +66,7 @@ class Store:
                 with part.open("wb") as file:
                     file.write(content)
                     file.flush()
-                    os.fsync(file.fileno())
+                    sync(file.fileno())
                 part.replace(final)
             finally:
                 part.unlink(missing_ok=True)

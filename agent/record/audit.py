@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from agent.errors import InputError
-from agent.record.atomic import publish, storage_error, write_all
+from agent.record.atomic import publish, storage_error, sync, write_all
 from agent.record.lock import try_lock
 from drivers.clock import Clock, MonotonicClock, wall_time_utc
 
@@ -88,7 +88,7 @@ class AuditTrail:
                 }
                 sealed = {**entry, "hash": _seal(entry)}
                 write_all(descriptor, f"{_canonical(sealed)}\n".encode())
-                os.fsync(descriptor)
+                sync(descriptor)
                 self._keep(Head(head.entries + 1, sealed["hash"]))
         except OSError as error:
             raise storage_error(error, f"{self.path} cannot be written") from error

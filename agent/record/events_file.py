@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from agent.errors import InputError
-from agent.record.atomic import storage_error, sync_folder, write_all
+from agent.record.atomic import storage_error, sync, sync_folder, write_all
 from agent.record.lock import try_lock
 
 NAME = "events.jsonl"
@@ -78,7 +78,7 @@ def append_event(folder: Path, event: Event) -> int:
             said = _everything(descriptor)
             torn = b"\n" if said and not said.endswith(b"\n") else b""
             write_all(descriptor, torn + event.dumps().encode() + b"\n")
-            os.fsync(descriptor)
+            sync(descriptor)
             if not said:
                 sync_folder(folder)
             return (said + torn).count(b"\n") + 1

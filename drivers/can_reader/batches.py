@@ -23,6 +23,7 @@ RENEW = 1024
 SO_RCVBUFFORCE = 33
 SO_TIMESTAMPNS = 35
 SO_RXQ_OVFL = 40
+_DO_NOT_WAIT = 0x40  # MSG_DONTWAIT, which not every platform's does
 
 _VECTOR = struct.Struct("<QQ")  # struct iovec: base, bytes
 _CALL = struct.Struct("<QI4xQQQQi4xI4x")  # struct mmsghdr
@@ -100,7 +101,7 @@ class BatchReceiver:
             ring.set_word(Word.FULL, ring.word(Word.FULL) + 1)
             return 0
         call = ctypes.c_void_p(self._address + start * CALL_BYTES)
-        count = int(self._call(self._descriptor, call, most, socket.MSG_DONTWAIT, None))
+        count = int(self._call(self._descriptor, call, most, _DO_NOT_WAIT, None))
         if count <= 0:
             code = ctypes.get_errno()
             if code not in (errno.EAGAIN, errno.EINTR):

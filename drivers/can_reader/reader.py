@@ -66,6 +66,8 @@ def read_until_let_go(socket_fd: int, ring: FrameRing, lifeline_fd: int, clock: 
     OSError
         When the socket fails.
     """
+    if sys.platform != "linux":
+        raise NotImplementedError("several frames with one call are Linux's own")
     receiver = BatchReceiver(socket_fd, ring)
     poller = select.poll()
     poller.register(socket_fd, select.POLLIN)
@@ -106,6 +108,8 @@ def main() -> int:
 
 def _die_with_the_owner() -> None:
     """Ask the kernel to end this process with its owner, even while somebody has stopped it."""
+    if sys.platform != "linux":
+        return
     if ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0):
         raise OSError(ctypes.get_errno(), "prctl(PR_SET_PDEATHSIG)")
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 import mmap
 import os
 import struct
+import sys
 from typing import Final, Self
 
 STAMP_BYTES = 56  # two control messages: struct timespec (32), drop counter (24)
@@ -72,7 +73,9 @@ class FrameRing:
 
     @classmethod
     def make(cls, capacity: int = CAPACITY) -> tuple[Self, int]:
-        """Return a new ring and the descriptor to hand to the other process."""
+        """Return a new ring and the descriptor to hand to the other process; on Linux alone."""
+        if sys.platform != "linux":
+            raise NotImplementedError("memory without a name is Linux's own")
         descriptor = os.memfd_create("stribeck-frames")
         try:
             os.ftruncate(descriptor, _size(capacity))

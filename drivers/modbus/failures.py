@@ -17,17 +17,14 @@ import struct
 from pymodbus import exceptions
 from pymodbus.exceptions import ModbusException
 
-from drivers.errors import AnswerError, BusError, DriverError, NodeMissingError, words_of
-
-
-def _terminal_errors() -> tuple[type[Exception], ...]:
-    """Return the error of the terminal's settings, which is no OSError; Windows has none."""
-    try:
-        import termios
-    except ImportError:
-        return ()
-    return (termios.error,)
-
+from drivers.errors import (
+    AnswerError,
+    BusError,
+    DriverError,
+    NodeMissingError,
+    terminal_errors,
+    words_of,
+)
 
 LIBRARY_ERRORS: dict[type[Exception], type[DriverError]] = {
     exceptions.ConnectionException: BusError,
@@ -48,7 +45,7 @@ FAILURES: tuple[type[Exception], ...] = (
 )
 """What a request may raise; the last three come from decoding a broken frame."""
 
-CONNECTING_FAILURES: tuple[type[Exception], ...] = (OSError, ValueError, *_terminal_errors())
+CONNECTING_FAILURES: tuple[type[Exception], ...] = (OSError, ValueError, *terminal_errors())
 """What opening a socket or a serial line may raise; pyserial lets termios' own error through."""
 
 EXCEPTION_WORDS = {

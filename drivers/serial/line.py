@@ -12,7 +12,13 @@ from typing import Literal
 import serial  # type: ignore[import-untyped]  # pyserial has no types
 
 from drivers.clock import Clock
-from drivers.errors import AnswerError, BusError, NodeMissingError, words_of
+from drivers.errors import (
+    AnswerError,
+    BusError,
+    NodeMissingError,
+    terminal_errors,
+    words_of,
+)
 
 LONGEST_LINE = 256
 END = b"\r"
@@ -143,14 +149,5 @@ class SerialLine:
         return max(deadline_s - self._clock.now(), 1e-3)
 
 
-def _terminal_errors() -> tuple[type[Exception], ...]:
-    """Return the error of the terminal's settings, which is no OSError; Windows has none."""
-    try:
-        import termios
-    except ImportError:
-        return ()
-    return (termios.error,)
-
-
-OPENING_FAILURES: tuple[type[Exception], ...] = (OSError, ValueError, *_terminal_errors())
+OPENING_FAILURES: tuple[type[Exception], ...] = (OSError, ValueError, *terminal_errors())
 """What opening a port may raise: `SerialException` is an OSError, a wrong rate a ValueError."""

@@ -38,6 +38,7 @@ SCREENSHOTS = os.environ.get("STRIBECK_SCREENSHOTS")
 WIDTHS = {"phone": (390, 844), "tablet": (1024, 768), "desktop": (1440, 900)}
 PASSWORD = "four plain words here"
 LONG_MS = 60_000
+expect.set_options(timeout=LONG_MS)  # five seconds is what playwright itself waits for a fact
 
 pytestmark = [
     pytest.mark.skipif(CHROMIUM is None, reason="no chromium here: the page is not looked at"),
@@ -165,7 +166,7 @@ def test_from_the_start_to_the_result_while_the_server_is_frozen_for_a_while(
     expect(page.locator("#lost")).to_be_hidden()
     os.kill(site.server.pid, signal.SIGSTOP)
     try:
-        expect(page.locator("#lost")).to_be_visible(timeout=10_000)
+        expect(page.locator("#lost")).to_be_visible(timeout=LONG_MS)
     finally:
         os.kill(site.server.pid, signal.SIGCONT)
     expect(page.locator("#lost")).to_be_hidden(timeout=LONG_MS)
@@ -308,7 +309,7 @@ def test_a_page_that_is_killed_takes_its_cycle_to_rest(site: Site, maria: Browse
     moving(page)
     os.kill(site.server.pid, signal.SIGKILL)
     site.server.wait()
-    expect(page.locator("#lost")).to_be_visible(timeout=10_000)
+    expect(page.locator("#lost")).to_be_visible(timeout=LONG_MS)
     page.keyboard.press("Escape")
     expect(page.locator("#stop-said")).to_contain_text("THE STOP DID NOT GET THROUGH")
     deadline_s = time.monotonic() + 60.0

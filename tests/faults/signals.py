@@ -29,7 +29,7 @@ STATED_S = 1.5
 
 REST_RAD_S = 0.5
 QUIET_S = 0.5
-STARTS_WITHIN_S = 60.0
+STARTS_WITHIN_S = 300.0
 
 
 @dataclass(frozen=True)

@@ -115,7 +115,7 @@ def listening(port: int) -> Iterator[list[tuple[str, bytes, int, bool]]]:
     client.connect("127.0.0.1", port)
     client.loop_start()
     client.subscribe("#", qos=1)
-    assert subscribed.wait(10.0)
+    assert subscribed.wait(60.0)
     try:
         yield got
     finally:
@@ -146,7 +146,7 @@ def published(port: int, folder: Path, event: Event) -> list[tuple[str, dict[str
 
 def _await(ready: Any) -> None:
     pause = threading.Event()
-    for _ in range(500):
+    for _ in range(6000):
         if ready():
             return
         pause.wait(0.01)

@@ -23,7 +23,7 @@ FRAME = struct.pack("<IB3x8s", 0x185, 8, b"12345678")
 def pair() -> Iterator[tuple[socket.socket, socket.socket]]:
     receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     receiver.bind(("127.0.0.1", 0))
-    receiver.settimeout(5.0)
+    receiver.settimeout(60.0)
     receiver.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)
     sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     sender.connect(receiver.getsockname())
@@ -43,7 +43,7 @@ def overflow(receiver: socket.socket, sender: socket.socket) -> int:
         while receiver.recv(16):
             kept += 1
     except BlockingIOError:
-        receiver.settimeout(5.0)
+        receiver.settimeout(60.0)
     sender.send(FRAME)
     return kept
 
@@ -91,5 +91,5 @@ def test_the_kernel_takes_the_end_of_the_opening_thread_for_the_owners(
     thread.start()
     thread.join()
     (reader,) = opened
-    assert reader.process.wait(5.0) == -9
+    assert reader.process.wait(60.0) == -9
     reader.close()

@@ -32,7 +32,7 @@ def test_read_returns_what_there_is_at_its_time_out_and_raises_nothing() -> None
         os.write(descriptor, b"ab")
         began = time.monotonic()
         assert port.read(10) == b"ab"
-        assert 0.04 <= time.monotonic() - began < 0.5
+        assert time.monotonic() - began >= 0.04
         port.close()
 
 

@@ -8,6 +8,7 @@ import re
 import signal
 import subprocess
 import sys
+import tempfile
 import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -92,7 +93,7 @@ def test_stop_asks_the_process_that_holds_the_lock_and_waits_until_it_lets_go(
         stop(path, 1, dry_run=False, as_json=True)
         (ended,) = json.loads(capsys.readouterr().out)["ended"]
         assert ended["pid"] == holder.pid
-        assert holder.wait(timeout=10.0) != 0
+        assert holder.wait(timeout=60.0) != 0
 
 
 def test_a_process_that_only_stands_in_the_lock_is_not_asked(tmp_path: Path) -> None:
@@ -175,3 +176,20 @@ def test_a_folder_that_cannot_be_used_is_said(tmp_path: Path) -> None:
 def test_the_folder_is_the_machines_own(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(FOLDER_VARIABLE)
     assert lock_folder().is_dir()
+
+
+@pytest.mark.parametrize("platform", ["darwin", "win32"])
+def test_two_users_programs_look_for_locks_in_one_folder(
+    platform: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each user has a folder for temporary files of their own on macOS and Windows."""
+    shared = {"darwin": Path("/tmp"), "win32": tmp_path}[platform]
+    may_write = os.access
+    monkeypatch.setattr(
+        os, "access", lambda path, mode: Path(path) == shared and may_write(path, mode)
+    )
+    monkeypatch.setattr(sys, "platform", platform)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "of-one-user"))
+    monkeypatch.setenv("PUBLIC", str(tmp_path))
+    monkeypatch.delenv(FOLDER_VARIABLE)
+    assert lock_folder() == shared

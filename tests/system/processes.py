@@ -23,10 +23,11 @@ from drivers.clock import MonotonicClock
 _command_line = functools.cache(typer.main.get_command)  # 60 ms each time that it is built
 STRIBECK = (sys.executable, "-m", "agent.cli")
 MULTICAST_GROUP = "239.74.163.2"
+PATIENCE_S = 900.0  # for what hangs; beside twenty busy programs a command took a minute
 
 
 def stribeck(
-    *arguments: str | Path, cwd: Path | None = None, timeout_s: float = 60.0
+    *arguments: str | Path, cwd: Path | None = None, timeout_s: float = PATIENCE_S
 ) -> subprocess.CompletedProcess[str]:
     """Run a command to its end."""
     return subprocess.run(
@@ -96,7 +97,7 @@ def started(
             env={**os.environ, "PYTHONUNBUFFERED": "1"},
         )
     try:
-        deadline = time.monotonic() + 90.0  # a start alone took 30 s beside twelve busy programs
+        deadline = time.monotonic() + PATIENCE_S
         while ready and ready not in log.read_text(errors="replace"):
             assert process.poll() is None, log.read_text(errors="replace")
             assert time.monotonic() < deadline, f"not ready: {log.read_text(errors='replace')}"
@@ -105,7 +106,7 @@ def started(
     finally:
         process.terminate()
         try:
-            process.wait(timeout=10.0)
+            process.wait(timeout=30.0)
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()

@@ -70,7 +70,7 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("explained")
     twin = made.twin(folder / "twin.toml")
     runs = [made.save(folder / f"run{k}.parquet", STRIBECK, k) for k in range(2)]
-    done = stribeck("explain", twin, *runs, "--out", folder / "out", "--json", timeout_s=120.0)
+    done = stribeck("explain", twin, *runs, "--out", folder / "out", "--json")
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout) == json.loads((folder / "out/explanation.json").read_text())
     return folder

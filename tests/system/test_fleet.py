@@ -26,7 +26,7 @@ from agent.record.writing import write
 from drivers.clock import MonotonicClock
 from fakes.history import HistoryPlan, Wear, cycles
 from tests.conftest import REPOSITORY
-from tests.system.processes import STRIBECK, called, stribeck
+from tests.system.processes import PATIENCE_S, STRIBECK, called, stribeck
 
 NIGHTS = 18
 
@@ -74,7 +74,7 @@ def estimated(plant: Plant) -> tuple[Plant, dict[str, Any]]:
     command = [*STRIBECK, "fleet", "estimate", plant.lake.url, "--json"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         kill_one(psutil.Process(process.pid), after_cpu_s=2.5)
-        out, _ = process.communicate(timeout=300.0)
+        out, _ = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 0
     return plant, json.loads(out)
 
@@ -118,7 +118,7 @@ def test_the_answer_is_the_one_of_one_machine_bit_for_bit(
 def test_the_worn_joint_is_found_named_and_first(estimated: tuple[Plant, dict[str, Any]]) -> None:
     plant, _ = estimated
     command = ("fleet", "monitor", plant.lake.url, "--workers", "1", "--json")
-    judged = document_of(stribeck(*command, timeout_s=300.0), expect=1)
+    judged = document_of(stribeck(*command), expect=1)
     assert (judged["judged"], judged["already"], judged["unusable"]) == (2, 0, [])
     worn, healthy = judged["joints"]
     assert (worn["robot"], worn["alarm"]) == ("worn", True)
@@ -149,7 +149,7 @@ def test_what_ends_its_worker_is_known_and_takes_nobody_along() -> None:
         [sys.executable, "-m", "tests.system.fleet_poison"],
         capture_output=True,
         text=True,
-        timeout=300.0,
+        timeout=PATIENCE_S,
         cwd=REPOSITORY,
         check=False,
     )

@@ -63,7 +63,7 @@ class Bench:
         self.bus.send(ask)
         answer = self.listen(
             lambda m: m.arbitration_id == 0x580 + NODE and bytes(m.data[:4]) == b"\x43\x6c\x60\x00",
-            5.0,
+            60.0,
         )
         assert answer is not None, "the drive does not answer"
         counts: int = struct.unpack_from("<i", answer.data, 4)[0]
@@ -111,10 +111,10 @@ def test_run_drives_the_fake_and_finds_its_friction(bench: Bench) -> None:
 def test_a_killed_run_stops_the_joint_and_loses_half_a_second_at_most(bench: Bench) -> None:
     out = bench.folder / "out"
     with started(["run", bench.cell, "--axis", "1", "--out", out], bench.folder / "run.log") as run:
-        proven = bench.listen(lambda m: m.arbitration_id == EMCY, timeout_s=30.0)
+        proven = bench.listen(lambda m: m.arbitration_id == EMCY, timeout_s=120.0)
         assert proven is not None, "the drive's watchdog was not proven before motion"
         first = bench.listen(
-            lambda m: m.arbitration_id == RPDO1 and m.data[0] == SHUTDOWN, timeout_s=30.0
+            lambda m: m.arbitration_id == RPDO1 and m.data[0] == SHUTDOWN, timeout_s=120.0
         )
         assert first is not None, (bench.folder / "run.log").read_text()
         began = first.timestamp
@@ -125,7 +125,7 @@ def test_a_killed_run_stops_the_joint_and_loses_half_a_second_at_most(bench: Ben
                 last = message.timestamp
         os.kill(run.pid, signal.SIGKILL)
         run.wait()
-        emergency = bench.listen(lambda m: m.arbitration_id == EMCY, timeout_s=5.0)
+        emergency = bench.listen(lambda m: m.arbitration_id == EMCY, timeout_s=60.0)
     assert emergency is not None, "the drive did not notice that the agent is gone"
     assert struct.unpack_from("<H", emergency.data)[0] == 0x8130
     assert bench.listen(lambda _m: False, timeout_s=1.0) is None
@@ -151,18 +151,18 @@ def test_a_hanging_run_stops_the_joint(bench: Bench) -> None:
                 m.arbitration_id == TPDO2
                 and abs(struct.unpack_from("<i", m.data)[0]) > 3.0 * COUNTS_PER_RAD
             ),
-            timeout_s=30.0,
+            timeout_s=120.0,
         )
         assert moving is not None, (bench.folder / "run.log").read_text()
         os.kill(run.pid, signal.SIGSTOP)
         try:
-            emergency = bench.listen(lambda m: m.arbitration_id == EMCY, timeout_s=5.0)
+            emergency = bench.listen(lambda m: m.arbitration_id == EMCY, timeout_s=60.0)
             assert emergency is not None, "the drive did not notice that the agent hangs"
             assert bench.listen(lambda _m: False, timeout_s=1.0) is None
             assert bench.velocity_rad_s() == pytest.approx(0.0, abs=0.5)
         finally:
             os.kill(run.pid, signal.SIGCONT)
-        assert run.wait(timeout=30.0) in (4, 5)
+        assert run.wait(timeout=120.0) in (4, 5)
 
 
 def test_stop_from_another_terminal_does_what_ctrl_c_does(bench: Bench) -> None:
@@ -181,7 +181,7 @@ def test_stop_from_another_terminal_does_what_ctrl_c_does(bench: Bench) -> None:
                 m.arbitration_id == TPDO2
                 and abs(struct.unpack_from("<i", m.data)[0]) > 3.0 * COUNTS_PER_RAD
             ),
-            timeout_s=30.0,
+            timeout_s=120.0,
         )
         assert moving is not None
         dry = stribeck("stop", *axis, "--dry-run")
@@ -189,7 +189,7 @@ def test_stop_from_another_terminal_does_what_ctrl_c_does(bench: Bench) -> None:
         assert run.poll() is None
         stopped = stribeck("stop", *axis, "--json")
         assert stopped.returncode == 0, stopped.stderr
-        assert run.wait(timeout=20.0) == 5
+        assert run.wait(timeout=120.0) == 5
     said = (bench.folder / "run.log").read_text()
     assert "the operator asked for it" in said
     assert "The joint is at rest (measured)." in said

@@ -15,6 +15,7 @@ from typing import Any
 import can
 import pytest
 
+import fakes.plc
 from agent.errors import InputError, RefusedError, StoppedError
 from agent.record.reading import read
 from agent.wire import CycleRequest, drive_cycle
@@ -37,6 +38,7 @@ from tests.system.rig import Rig, rig
 REST_RAD_S = 0.5
 IN_THE_STAIR_S = 5.0
 AGE_MAX_S = 0.3
+PATIENCE_S = 60.0
 STOPPED_WITHIN_S = 1.0
 """Hearing of it (0.3 s), braking from 80 rad/s at 500 rad/s2 (0.16 s), ringing (0.2 s), room."""
 
@@ -166,29 +168,59 @@ def test_without_the_permit_the_drive_is_not_even_opened(
         assert not made.speeds or max(abs(v) for _, v in made.speeds) < REST_RAD_S
 
 
-def test_the_alive_count_is_the_control_ticks_and_not_the_threads() -> None:
-    """In real time the thread goes on talking when nobody asks for the permit any more."""
+@dataclass
+class Talk:
+    """A release that talks to a PLC in real time, by a thread of its own."""
+
+    plc: FakePlc
+    server: TcpServer
+    release: ModbusRelease
+
+    def until(self, true: Callable[[], object]) -> None:
+        """Wait for a fact; a machine may take its time."""
+        clock = MonotonicClock()
+        end_s = clock.now() + PATIENCE_S
+        while not true():
+            assert clock.now() < end_s
+            clock.sleep_until(clock.now() + 0.002)
+
+    def go_on(self) -> None:
+        """Wait until they have said at least one whole exchange to each other."""
+        begun = self.server.requests
+        self.until(lambda: self.server.requests >= begun + 6)  # an exchange is two requests
+
+
+@contextmanager
+def talking(monkeypatch: pytest.MonkeyPatch) -> Iterator[Talk]:
+    """Yield both; neither loses its patience on a machine that stands still."""
+    monkeypatch.setattr(fakes.plc, "AGENT_TIMEOUT_S", PATIENCE_S)
     clock, plc = MonotonicClock(), FakePlc()
     server = TcpServer(plc.registers)
     with served(server, between=lambda: plc.step_to(clock.now())):
         device = MappedDevice(
             ModbusConnection(TcpEndpoint("127.0.0.1", server.port), clock), load_map("cell-release")
         )
-        release = ModbusRelease(device, clock, period_s=0.01, timeout_s=0.2, age_max_s=1.0)
+        release = ModbusRelease(
+            device, clock, period_s=0.01, timeout_s=PATIENCE_S, age_max_s=PATIENCE_S
+        )
         release.open()
-        release.request()
-        end_s = clock.now() + 2.0
-        while not release.permit().granted:
-            assert clock.now() < end_s
-            clock.sleep_until(clock.now() + 0.005)
-        clock.sleep_until(clock.now() + 0.1)
-        count, requests = plc.registers.get(3, 1), server.requests
-        clock.sleep_until(clock.now() + 0.1)
-        assert server.requests > requests
-        assert plc.registers.get(3, 1) == count
-        release.done(well=True)
+        yield Talk(plc, server, release)
         release.close()
-    assert plc.registers.get(3, 0, 3)[0::2] == (0, 1)
+
+
+def test_the_alive_count_is_the_control_ticks_and_not_the_threads(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """In real time the thread goes on talking when nobody asks for the permit any more."""
+    with talking(monkeypatch) as talk:
+        talk.release.request()
+        talk.until(lambda: talk.release.permit().granted)
+        talk.go_on()
+        count = talk.plc.registers.get(3, 1)
+        talk.go_on()
+        assert talk.plc.registers.get(3, 1) == count
+        talk.release.done(well=True)
+    assert talk.plc.registers.get(3, 0, 3)[0::2] == (0, 1)
 
 
 def test_a_contact_that_was_open_between_two_looks_is_no_permit_any_more() -> None:
@@ -213,31 +245,23 @@ def test_a_contact_that_was_open_between_two_looks_is_no_permit_any_more() -> No
     bus.shutdown()
 
 
-def test_a_permit_that_was_taken_back_between_two_ticks_is_gone() -> None:
+def test_a_permit_that_was_taken_back_between_two_ticks_is_gone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """And one that was there before it was asked for is no answer."""
-    clock, plc = MonotonicClock(), FakePlc()
-    server = TcpServer(plc.registers)
-    plc.registers.put(4, 0, 1)
-    with served(server, between=lambda: plc.step_to(clock.now())):
-        device = MappedDevice(
-            ModbusConnection(TcpEndpoint("127.0.0.1", server.port), clock), load_map("cell-release")
+    with talking(monkeypatch) as talk:
+        talk.plc.registers.put(4, 0, 1)
+        assert not talk.release.permit().granted
+        talk.release.request()
+        talk.until(lambda: talk.release.permit().granted)
+        for closed in (False, True):
+            talk.plc.guard_closed = closed
+            talk.until(lambda closed=closed: talk.plc.registers.get(4, 0) == (closed,))
+            talk.go_on()
+        assert talk.release.permit().reason == (
+            "the cell's PLC has taken its permit back for a moment"
         )
-        release = ModbusRelease(device, clock, period_s=0.01, timeout_s=0.2, age_max_s=1.0)
-        release.open()
-        assert not release.permit().granted
-        release.request()
-        end_s = clock.now() + 2.0
-        while not release.permit().granted:
-            assert clock.now() < end_s
-            clock.sleep_until(clock.now() + 0.005)
-        plc.guard_closed = False
-        clock.sleep_until(clock.now() + 0.15)
-        plc.guard_closed = True
-        clock.sleep_until(clock.now() + 0.15)
-        assert plc.registers.get(4, 0) == (1,)
-        assert release.permit().reason == "the cell's PLC has taken its permit back for a moment"
-        release.done(well=False)
-        release.close()
+        talk.release.done(well=False)
 
 
 def test_a_plc_sees_that_the_agent_hangs(tmp_path: Path) -> None:

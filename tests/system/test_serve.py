@@ -43,13 +43,13 @@ def test_it_serves_over_tls_and_ends_when_asked(cell: Path, tmp_path: Path) -> N
         port = re.search(r"https://127\.0\.0\.1:(\d+)/", log.read_text())
         assert port is not None
         trust = ssl.create_default_context(cafile=str(certificate))
-        answer = httpx.get(f"https://localhost:{port[1]}/welcome", verify=trust)
+        answer = httpx.get(f"https://localhost:{port[1]}/welcome", verify=trust, timeout=60.0)
         assert answer.status_code == 200
         assert "strict-transport-security" in answer.headers
         with pytest.raises(httpx.HTTPError):
-            httpx.get(f"http://localhost:{port[1]}/welcome")
+            httpx.get(f"http://localhost:{port[1]}/welcome", timeout=60.0)
         server.send_signal(signal.SIGTERM)
-        assert server.wait(20.0) in (0, -signal.SIGTERM)
+        assert server.wait(60.0) in (0, -signal.SIGTERM)
     assert "Traceback" not in log.read_text()
 
 

@@ -20,6 +20,7 @@ from drivers.clock import Clock, MonotonicClock, SteppedClock
 from drivers.errors import BusError, BusOverflowError, WorkerDiedError
 
 _CHANNELS = itertools.count()
+PATIENCE_S = 60.0  # a bound for what must come; nobody waits for it to pass
 
 
 class Bench:
@@ -65,7 +66,7 @@ def test_a_frame_reaches_the_inbox_that_asked_for_it_with_both_stamps(bench: Ben
     other = bench.owner.subscribe((0x285,))
     before_s = bench.clock.now()
     bench.say(0x185, b"\x01\x02")
-    assert bench.owner.wait(inbox, before_s + 1.0)
+    assert bench.owner.wait(inbox, before_s + PATIENCE_S)
     frame = inbox.frames.popleft()
     assert (frame.cob_id, frame.data) == (0x185, b"\x01\x02")
     assert before_s <= frame.stamp_s <= bench.clock.now()
@@ -77,13 +78,13 @@ def test_waiting_ends_at_the_deadline(bench: Bench) -> None:
     inbox = bench.owner.subscribe((0x185,))
     deadline_s = bench.clock.now() + 0.02
     assert not bench.owner.wait(inbox, deadline_s)
-    assert deadline_s <= bench.clock.now() < deadline_s + 0.5
+    assert deadline_s <= bench.clock.now() < deadline_s + PATIENCE_S
 
 
 def test_silence_is_known_up_to_a_time_that_follows_the_clock(bench: Bench) -> None:
     inbox = bench.owner.subscribe((0x185,))
     asked_s = bench.clock.now()
-    deadline_s = asked_s + 5.0
+    deadline_s = asked_s + PATIENCE_S
     while bench.owner.heard_until_s < asked_s + 0.05:
         assert bench.clock.now() < deadline_s
         bench.clock.sleep_until(bench.clock.now() + 0.005)
@@ -169,11 +170,11 @@ def test_a_dead_owner_thread_is_told_at_the_next_check(
     real_time.say(0x111)  # wakes the thread from its present wait
     thread = real_time.owner._thread
     assert thread is not None
-    thread.join(1.0)
+    thread.join(PATIENCE_S)
     with pytest.raises(WorkerDiedError, match="cable fell out"):
         real_time.owner.check()
     with pytest.raises(WorkerDiedError):
-        real_time.owner.wait(inbox, real_time.clock.now() + 10.0)
+        real_time.owner.wait(inbox, real_time.clock.now() + PATIENCE_S)
 
 
 def test_closing_twice_is_closing_once_and_nothing_is_sent_afterwards(bench: Bench) -> None:

