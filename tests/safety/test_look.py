@@ -13,13 +13,8 @@ import can
 import pytest
 
 from agent.cell import parse_cell
-<<<<<<< HEAD
 from agent.cli.devices.fake_cell import fake_cell_text
-from agent.cycle.axis_lock import LOOK_PATIENCE_S, holders, looked_at, owned
-=======
-from agent.cli.fake_cell import fake_cell_text
 from agent.cycle.axis_lock import holders, looked_at, owned
->>>>>>> 71407da (Guard what a platform lacks by sys.platform, see it in a Python without what macOS has not, lay locks where every user looks, and let tests wait for facts)
 from agent.cycle.plan import plan_cycle
 from agent.wire_look import Seen, look
 from fakes import faults

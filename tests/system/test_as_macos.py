@@ -17,7 +17,7 @@ from tests.conftest import REPOSITORY
 CHILD = """
 import json, os, socket, sys
 from pathlib import Path
-from agent.cli.fake_cell import fake_cell_text
+from agent.cli.devices.fake_cell import fake_cell_text
 from agent.record.reading import read
 from fakes.specification import FakeSpecification
 from tests.system.processes import called

@@ -17,13 +17,8 @@ import pytest
 
 from agent.cli.page.run import PROGRESS_BYTES, progress_file
 from agent.record.recording import Metadata
-<<<<<<< HEAD
 from agent.record.streams.stream import StreamWriter
-from agent.web.application import STOP_PATIENCE_S, _lifespan
-=======
-from agent.record.stream import StreamWriter
 from agent.web.application import _lifespan
->>>>>>> 71407da (Guard what a platform lacks by sys.platform, see it in a Python without what macOS has not, lay locks where every user looks, and let tests wait for facts)
 from agent.web.attended import AttendedRun
 from agent.web.live import Live, plan_of, state_of
 from agent.web.locks import holder
