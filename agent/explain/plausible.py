@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -99,7 +99,7 @@ def far_off(wrong: Sequence[WrongNumber], twin: Twin) -> str:
     if not far:
         return _other_torque(wrong)
     told = " and ".join(f"{factor:.3g} times the {said}" for said, factor in far.items())
-    likely = _in_another_unit(far.get("inertia", math.nan), twin.gear_ratio)
+    likely = _in_another_unit(far, twin.gear_ratio)
     return (
         f"the recordings ask for {told} that the simulation has{likely}: before anything else make "
         "sure that the twin is of this joint and gear, and that positions, velocities and torques "
@@ -151,10 +151,18 @@ def turned_gravity(wrong: Sequence[WrongNumber], twin: Twin) -> str:
     )
 
 
-def _in_another_unit(factor: float, gear_ratio: float) -> str:
-    """Return what an inertia that is off by a factor looks like: degrees, the arm's side; or ""."""
-    if math.isclose(factor, gear_ratio, rel_tol=_LIKE):
-        return " (as if positions and velocities were the arm's, and not the motor's)"
-    if math.isclose(factor, math.pi / 180.0, rel_tol=_LIKE):
-        return " (as if positions and velocities were in degrees)"
-    return ""
+def _in_another_unit(far: Mapping[str, float], gear_ratio: float) -> str:
+    """Return what numbers that are off by a factor look like: a unit, the arm's side; or "".
+
+    The inertia tells where it is known; where speeds change too seldom to show it, viscous friction
+    does.
+    """
+    told = "inertia" if "inertia" in far else "viscous friction"
+    factor = far.get(told, math.nan)
+    # Of an angle that is counted so many times too large, and of time in thousandths of a second.
+    looks = (
+        (gear_ratio, "positions and velocities were the arm's, and not the motor's"),
+        (math.pi / 180.0, "positions and velocities were in degrees"),
+        (1e6 if told == "inertia" else 1e3, "time were in milliseconds"),
+    )
+    return next((f" (as if {s})" for f, s in looks if math.isclose(factor, f, rel_tol=_LIKE)), "")

@@ -6,7 +6,9 @@ holds, another thing swings. It stays in the model, so that the numbers beside i
 has no name: a gear that is not soft is not exchanged for it.
 
 Nor has a weak swing beside a stronger effect a name where its own numbers do not exclude that there
-is none: what is left of the stronger one's shape looks like it.
+is none: what is left of the stronger one's shape looks like it. Nor one above the compared band of
+which no number is known: there it is one column, an inertia that grows with frequency, which a
+drive's filter or torque that was sampled too seldom looks like.
 """
 
 from __future__ import annotations
@@ -67,7 +69,7 @@ def beside_the_joint(scene: Scene, findings: Sequence[Finding]) -> tuple[Finding
 
 
 def not_needed(scene: Scene, findings: Sequence[Finding]) -> tuple[Finding, ...]:
-    """Return the swings beside a stronger effect whose own numbers do not exclude that none is.
+    """Return the swings beside a stronger effect whose numbers exclude neither none nor a filter.
 
     Parameters
     ----------
@@ -79,7 +81,8 @@ def not_needed(scene: Scene, findings: Sequence[Finding]) -> tuple[Finding, ...]
     return tuple(
         f
         for f in findings
-        if f.energy_share < strongest and any(_swing(f, scene)) and _may_be_none(f)
+        if f.energy_share < strongest
+        and any(_may_be_none(f) or _out_of_reach(f, own, scene) for own in _swing(f, scene))
     )
 
 
@@ -114,11 +117,20 @@ def swing_sentence(swing: Finding, scene: Scene) -> str:
     """
     own = next(_swing(swing, scene))
     if not _too_light(own, scene):
-        return (
+        gear = (
             f"a soft gear that lets {percent(own.inertia_share)} of the joint's inertia swing at "
             f"{short(own.frequency_hz)} Hz would explain {percent(swing.energy_share)} of the "
-            "mismatch beside what is named, but within the intervals of its numbers there need be "
-            "none; faster starts and reversals would decide it"
+            "mismatch beside what is named, but "
+        )
+        if _out_of_reach(swing, own, scene):
+            return (
+                f"{gear}that is above the {short(scene.table.cutoff_hz)} Hz that are compared, and "
+                "none of its numbers is known: a filter in the drive, or torque that was sampled "
+                "too seldom, looks alike; a faster recording would decide it"
+            )
+        return (
+            f"{gear}within the intervals of its numbers there need be none; faster starts and "
+            "reversals would decide it"
         )
     return (
         f"what swings at {short(own.frequency_hz)} Hz ({percent(swing.energy_share)} of the "
@@ -146,6 +158,11 @@ def _swing(finding: Finding, scene: Scene) -> Iterator[Swing]:
 def _may_be_none(swing: Finding) -> bool:
     stiffness = swing.parameters.get("stiffness_nm_per_rad")
     return stiffness is not None and not stiffness.identified and stiffness.reason == NOT_NEEDED
+
+
+def _out_of_reach(finding: Finding, swing: Swing, scene: Scene) -> bool:
+    known = any(number.identified for number in finding.parameters.values())
+    return swing.frequency_hz > scene.table.cutoff_hz and not known
 
 
 def _too_light(swing: Swing, scene: Scene) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from agent.identify.result import Floats
+from agent.identify.result import Floats, RigidBodyFit
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.frames import objections_of_frames
 from agent.identify.signals.preprocess import Motion, read_motion
@@ -21,6 +21,7 @@ _FACTOR = 0.1
 _WRAPS = 0.5
 _FASTEST_RAD_S = 2000.0  # 19 000 rpm: motors of joints turn at 10 000 at most
 _MOST_TURNS = 5.0  # of an arm behind a gear
+_COASTS_S = 60.0  # joints, drives and bare motors stop by their friction within seconds
 _IN_DEGREES = "as if its motion were in degrees, and not in radians"
 _LEAST_NM = 1e-15  # no drive's torque is as fine: what moves less, stands still
 
@@ -150,6 +151,26 @@ def unlikely_units(motions: Sequence[Motion]) -> list[str]:
         elif motion.signals.gear_ratio > 1.0 and turns > _MOST_TURNS:
             said.append(f"{name}: the arm would turn {turns:.0f} times, {_IN_DEGREES}")
     return said
+
+
+def coasts_too_long(motions: Sequence[Motion], body: RigidBodyFit | None) -> list[str]:
+    """Return that a joint would coast for minutes, and what it may be; empty where it would not.
+
+    From its fastest speed Coulomb friction alone stops it within ``J v / F_C``. Time in another
+    unit has no other sign: with a thousandth of the speed and a millionth of the acceleration
+    friction stays as it is, and the inertia makes up for it.
+    """
+    needed = None if body is None else [body.parameters[n] for n in ("inertia_kg_m2", "coulomb_nm")]
+    if needed is None or not all(p.identified and p.value > 0.0 for p in needed):
+        return []
+    speeds = [np.abs(v).max(initial=0.0) for motion in motions for v in motion.velocity_rad_s]
+    coasts_s = needed[0].value * float(max(speeds, default=0.0)) / needed[1].value
+    if coasts_s < _COASTS_S:
+        return []
+    return [
+        f"by its inertia and friction the joint would coast for {coasts_s / 60.0:.3g} min, as if "
+        "its time were in milliseconds, and not in seconds"
+    ]
 
 
 def no_joint_records(recordings: Sequence[Signals]) -> str:

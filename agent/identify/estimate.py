@@ -117,7 +117,7 @@ def identify(
             position=position_error(body, motions, unseen),
         )
     notes = [note for motion in motions for note in motion.notes]
-    notes += diagnosis.unlikely_units(motions)
+    notes += [*diagnosis.unlikely_units(motions), *diagnosis.coasts_too_long(motions, body)]
     notes += [] if curve is None else list(curve.notes)
     notes += regression.notes
     notes += [NOTE] if body is not None and is_bent(models) else []

@@ -73,3 +73,22 @@ def test_a_weak_swing_that_need_not_be_there_has_no_name_beside_a_stronger_effec
     assert not_needed(scene, [offset, sure]) == ()
     assert not_needed(scene, [unsure]) == ()  # alone, it is the best account of what is missing
     assert "there need be none" in swing_sentence(unsure, scene)
+
+
+def test_a_weak_swing_above_the_band_without_a_number_has_no_name() -> None:
+    """A real axis, every twentieth row kept: a gear of 13 Hz in a band of 5, beside asymmetry."""
+    scene = joint(0.0)
+    within, above = (
+        replace(swinging(4e-3, factor * scene.table.cutoff_hz), energy_share=0.03)
+        for factor in (0.8, 2.6)
+    )
+    unknown = {n: Parameter.not_identified("", p.value) for n, p in above.parameters.items()}
+    alike = replace(above, parameters=unknown)
+    stiffness = unknown["stiffness_nm_per_rad"].value / 10.0
+    slower = {"stiffness_nm_per_rad": Parameter.not_identified("", stiffness)}
+    other = replace(above, effect="direction-asymmetry", energy_share=0.92, parameters={})
+    assert not_needed(scene, [other, above]) == ()
+    assert not_needed(scene, [other, within]) == ()
+    assert not_needed(scene, [other, replace(alike, parameters={**unknown, **slower})]) == ()
+    assert not_needed(scene, [other, alike]) == (alike,)
+    assert "Hz that are compared" in swing_sentence(alike, scene)

@@ -250,6 +250,14 @@ def test_a_motor_that_would_turn_too_fast_may_be_in_degrees() -> None:
         assert "in degrees" in said[0]
 
 
+def test_a_joint_that_would_coast_for_minutes_may_be_in_milliseconds() -> None:
+    """A bench of others came out with a million times its inertia, and nothing was said."""
+    seconds = record(HEAVY, stair((5.0, 20.0, 60.0), rate_hz=100.0))
+    thousandth = replace(seconds, time_s=1e3 * seconds.time_s, velocity_rad_s=None)
+    assert not [note for note in estimate([seconds]).notes if "coast" in note]
+    assert [note for note in estimate([thousandth]).notes if "in milliseconds" in note]
+
+
 @pytest.mark.parametrize("coulomb_nm", [0.3, 2.0])
 def test_a_cold_joint_and_slow_speeds_are_in_the_same_unit(coulomb_nm: float) -> None:
     usual = record(HEAVY, stair((5.0, 20.0, 60.0), rate_hz=100.0))

@@ -90,6 +90,7 @@ def test_what_a_drive_reports_passes(run: Run) -> None:
         (20.0, "20 times the inertia"),
         (0.0173, "in degrees"),
         (100.0, "as if positions and veloc"),
+        (0.97e6, "as if time were in milliseconds"),
     ],
 )
 def test_only_numbers_far_from_the_twins_ask_whether_it_is_this_joint(
@@ -101,6 +102,14 @@ def test_only_numbers_far_from_the_twins_ask_whether_it_is_this_joint(
     )
     said = far_off((number,), TWIN)
     assert says in said if says else said == ""
+
+
+def test_milliseconds_show_in_viscous_friction_where_no_change_of_speed_does() -> None:
+    extra = 951.0 * TWIN.viscous_nm_s_per_rad
+    parameters = {"viscous_extra_nm_s_per_rad": Parameter(extra, (extra, extra))}
+    assert "time were in milliseconds" in far_off(
+        (WrongNumber("wrong-number", 1.0, parameters),), TWIN
+    )
 
 
 @pytest.mark.parametrize(("factor", "says"), [(0.93, ""), (0.0072, "percent of the rated one")])
