@@ -28,7 +28,7 @@ def test_a_single_row_far_from_both_neighbours_is_left_out_and_told() -> None:
     for hit in (replace(SIGNALS, torque_nm=torque), replace(SIGNALS, position_rad=position)):
         found = estimate([hit])
         assert found.rigid_body is not None, found.reasons
-        assert found.notes[0].startswith("simulated: 1 row far from both neighbours (at ")
+        assert found.notes[0].startswith("simulated: 1 row out of line with the rows beside (at ")
         assert found.quality.masked == 1
         for name, parameter in found.rigid_body.parameters.items():
             own = clean.parameters[name]

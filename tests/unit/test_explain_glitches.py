@@ -53,6 +53,36 @@ def test_a_row_that_stands_alone_is_left_out_and_a_step_is_not(run: Run) -> None
         assert bool(said) is bool(rows)
 
 
+def test_a_recording_cut_in_motion_ends_as_it_moves(run: Run) -> None:
+    """The last row was the one before once more: a soft gear was 55 % of Stribeck friction."""
+    signals = run.signals
+    position, velocity = signals.position_rad, signals.velocity_rad_s
+    assert position is not None
+    assert velocity is not None
+    cut = int(np.argmax(np.abs(velocity) > 40.0)) + 200
+    fair = replace(
+        signals,
+        time_s=signals.time_s[:cut],
+        valid=signals.valid[:cut],
+        position_rad=position[:cut],
+        velocity_rad_s=velocity[:cut],
+        torque_nm=signals.torque_nm[:cut],
+    )
+    repeated = position[:cut].copy()
+    repeated[-1] = repeated[-2]
+    unfinished = velocity[:cut].copy()
+    unfinished[-1] = 0.0
+    cases = (
+        (fair, 0),
+        (replace(fair, velocity_rad_s=None, position_rad=repeated), 1),
+        (replace(fair, velocity_rad_s=unfinished), 1),
+    )
+    for given, count in cases:
+        (kept,), said = without_glitches([replace(run, signals=given)])
+        assert int(np.count_nonzero(~kept.signals.valid[-3:])) == count
+        assert len(said) == count
+
+
 def test_a_moment_that_holds_most_of_what_is_left_is_told_and_left_out(run: Run) -> None:
     hit = _with_torque(run, slice(3000, 3020), 2.0)
     table = tabulate(TWIN, [run, hit])

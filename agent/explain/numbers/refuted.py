@@ -68,7 +68,10 @@ def is_wrong(case: Case, names: Sequence[str], material: float) -> bool:
     library, base = case.library, case.columns(held)
     alone = errors_of(library, base) - errors_of(library, library.base)
     loss = loss_of(case, names)
-    if min(float(alone.sum()), float(loss.sum())) < material or not lasting(loss):
+    # Without the effects a number need not move as far, and what it is worth goes with the square.
+    if float(alone.sum()) < _SAME_MOVE**2 * material or float(loss.sum()) < material:
+        return False
+    if not lasting(loss):
         return False
     return _agrees(case, names) and are_refuted(case, names)
 

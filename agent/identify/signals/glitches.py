@@ -1,4 +1,4 @@
-"""Single rows that no drive can have meant: one sample far from both its neighbours."""
+"""Single rows that no drive can have meant: out of line with the rows beside, or at an end."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ _ONE_IN = 0.999
 _BETWEEN = 0.25  # of the departure, at most, lies between the neighbours: else it is a step
 _LEAST = 0.1  # of the signal's range
 _FEWEST = 200  # rows
+_LAST_ROWS = 3  # of either end: so many may be a logger's that was stopped, or a difference's
 
 
 def without_glitches(signals: Signals) -> tuple[Signals, str]:
@@ -40,7 +41,7 @@ def without_glitches(signals: Signals) -> tuple[Signals, str]:
     times = ", ".join(f"{t:.6g}" for t in signals.time_s[alone][:3])
     rows = "1 row" if alone.sum() == 1 else f"{alone.sum()} rows"
     said = (
-        f"{signals.name}: {rows} far from both neighbours (at {times} s) "
+        f"{signals.name}: {rows} out of line with the rows beside (at {times} s) "
         f"{'was' if alone.sum() == 1 else 'were'} left out"
     )
     return replace(signals, valid=signals.valid & ~alone), said
@@ -52,9 +53,12 @@ def _alone(signals: Signals) -> NDArray[np.bool_]:
     rows = np.flatnonzero(signals.valid)
     if rows.shape[0] < _FEWEST:
         return out
+    time_s = signals.time_s[rows]
     for values in (signals.torque_nm, signals.velocity_rad_s):
         if values is not None:
-            out[rows[1:-1][_spikes(values[rows], _least(values[rows]))]] = True
+            least = _least(values[rows])
+            out[rows[1:-1][_spikes(values[rows], least)]] = True
+            out[rows[_broken_ends(values[rows], time_s, least)]] = True
     if signals.position_rad is not None:
         position = signals.position_rad[rows]
         steps = np.abs(np.diff(position))
@@ -62,6 +66,7 @@ def _alone(signals: Signals) -> NDArray[np.bool_]:
         out[rows[1:-1][_spikes(position, driven)]] = True
         for end in (0, -1):
             out[rows[end]] |= driven > 0.0 and bool(steps[end] > _BEYOND * driven)
+        out[rows[_broken_ends(position, time_s, 0.0)]] = True
     return out
 
 
@@ -72,6 +77,26 @@ def _spikes(values: Floats, least: float) -> NDArray[np.bool_]:
     between = np.abs(values[2:] - values[:-2])
     far = (usual > 0.0) & (departs > _BEYOND * usual) & (between < _BETWEEN * departs)
     return np.asarray(far)
+
+
+def _broken_ends(values: Floats, time_s: Floats, least: float) -> list[int]:
+    """Return which first and last rows do not carry on what the rows beside them do.
+
+    The last row of a logger may be the one before, or zero, and a difference has none: as motion it
+    is a stop within one sample, which a filter carries far into the recording. What is usual is
+    asked where no row is missing.
+    """
+    steps_s = np.diff(time_s)
+    even = steps_s < 1.5 * float(np.median(steps_s))
+    departs = np.where(even[1:] & even[:-1], np.abs(np.diff(values, 2)), 0.0)
+    # From the line through two a row is twice as far as from the mean of both its neighbours.
+    most = _BEYOND * max(_usual(departs), 2.0 * least)
+    if not most > 0.0:
+        return []
+    first = np.flatnonzero(departs[:_LAST_ROWS] > most)
+    last = np.flatnonzero(departs[: -_LAST_ROWS - 1 : -1] > most)
+    before, behind = (int(end.max(initial=-1)) + 1 for end in (first, last))
+    return [*range(before), *range(-behind, 0)]
 
 
 def _usual(values: Floats) -> float:
