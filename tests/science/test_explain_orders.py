@@ -20,6 +20,7 @@ from agent.explain.forms.quantities import as_in_twin
 from agent.explain.numbers.resting import at_own_numbers, settled_beside
 from agent.explain.numbers.short_stroke import without_gravity
 from agent.explain.rows.evidence import weigh
+from agent.explain.rows.orders import orders_of
 from agent.explain.rows.run import Run
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, Table, tabulate
@@ -183,3 +184,11 @@ def test_a_wobbling_gear_bears_the_cable_that_was_found_beside_it() -> None:
     pull = library.scene.held_nm
     assert pull is not None
     assert np.polyfit(library.scene.arm_rad, pull, 1)[0] == pytest.approx(0.8, rel=0.02)
+
+
+def test_an_axis_in_metres_has_waves_in_a_twentieth_of_a_turn() -> None:
+    """A screw's wave every 26 mm had been six local faults: orders ended at 64 a turn."""
+    position_rad = np.abs(np.linspace(-0.25, 0.25, 4000))
+    torque_nm = 0.4 * np.sin(237.0 * position_rad + 0.7)
+    found = orders_of(position_rad, torque_nm, np.ones_like(torque_nm), 1e4, 1.0, 1)
+    assert found == pytest.approx((237.0,), rel=0.02)

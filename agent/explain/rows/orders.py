@@ -8,7 +8,7 @@ import numpy as np
 
 from agent.identify.result import Floats
 
-_HIGHEST = 64.0  # per motor turn
+_HIGHEST = 64.0  # per motor turn; in less than a turn as many waves, as an axis may be in metres
 _BINS_PER_WAVE = 4.0
 _FEWEST_WAVES = 3.0  # in the range that was driven: fewer are a trend
 
@@ -35,8 +35,10 @@ def orders_of(
         At most so many.
     """
     turns = float(np.ptp(position_rad)) / (2.0 * math.pi)
-    highest = min(_HIGHEST, highest)
-    if turns <= 0.0 or highest * turns < _FEWEST_WAVES:
+    if turns <= 0.0:
+        return ()
+    highest = min(_HIGHEST / min(turns, 1.0), highest)
+    if highest * turns < _FEWEST_WAVES:
         return ()
     out: list[float] = []
     for _ in range(count):
