@@ -35,7 +35,7 @@ from drivers.errors import (
 from fakes.modbus_controller import READY_TIMEOUT_S, SAMPLE_PERIOD_S, FakeController
 from fakes.modbus_server import Misbehaviour, RtuServer, TcpServer
 from fakes.specification import FakeSpecification
-from tests.contract.modbus_rig import pty_pair, served
+from tests.contract.modbus_rig import pty_pair, served, unhurried
 from trajectories import triangle
 
 ALIVE_TIMEOUT_S = 0.3
@@ -115,6 +115,7 @@ def bench(
             server = RtuServer(fake.registers, descriptor)
             axis["job"] |= {"rtu": path, "baudrate": 115_200, "parity": "N"}
         stack.enter_context(served(server))
+        stack.enter_context(unhurried(server))
         yield Bench(folder, parse_cell(tomli_w.dumps(description)), clock, fake, server)
 
 

@@ -32,7 +32,7 @@ from drivers.ports import Permit
 from fakes.modbus_server import Misbehaviour, TcpServer
 from fakes.plc import AGENT_TIMEOUT_S, FakeContact, FakePlc
 from fakes.process import open_bus
-from tests.contract.modbus_rig import served
+from tests.contract.modbus_rig import served, unhurried
 from tests.system.rig import Rig, rig
 
 REST_RAD_S = 0.5
@@ -71,6 +71,7 @@ def cell(tmp_path: Path, kind: str) -> Iterator[Cell]:
             release = FakePlc()
             server = TcpServer(release.registers)
             stack.enter_context(served(server))
+            stack.enter_context(unhurried(server))
             section = {"kind": "modbus", "tcp": f"127.0.0.1:{server.port}", "timeout_s": 0.2}
 
         def with_release(description: dict[str, Any]) -> None:

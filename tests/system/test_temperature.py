@@ -22,7 +22,7 @@ from fakes.can_rtd import FakeRtd
 from fakes.modbus_probe import MAP, FakeTransmitter
 from fakes.modbus_server import Misbehaviour, TcpServer
 from fakes.process import open_bus
-from tests.contract.modbus_rig import served
+from tests.contract.modbus_rig import served, unhurried
 from tests.system.rig import Rig, rig
 
 REST_RAD_S = 0.5
@@ -63,7 +63,7 @@ def cell(tmp_path: Path) -> Iterator[Cell]:
             "age_max_s": AGE_MAX_S,
         }
 
-    with served(server), rig(tmp_path / "out", edit=beside_the_drive) as bench:
+    with served(server), unhurried(server), rig(tmp_path / "out", edit=beside_the_drive) as bench:
         made.append(bench)
         yield Cell(bench, fake, server)
 
