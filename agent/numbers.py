@@ -164,6 +164,25 @@ def significant(value: float, digits: int = 4) -> str:
     return fixed(value, decimals)
 
 
+def signed_interval(change: Quantity, scale: Scale) -> str:
+    """Write a change with its interval and both signs: ``+0.095 N m (+0.086 to +0.104)``.
+
+    Parameters
+    ----------
+    change : Quantity
+        With an interval.
+    scale : Scale
+        What it is written in; one for all that stand in a column.
+    """
+    value, interval, _ = written(change, scale.factor)
+    ends = " to ".join(_signed(end) for end in interval.split(" to "))
+    return f"{_signed(value)} {scale.unit} ({ends})"
+
+
+def _signed(number: str) -> str:
+    return number if number.startswith("−") else f"+{number}"
+
+
 def written(parameter: Quantity, factor: float = 1.0) -> tuple[str, str, str]:
     """Write value, interval and half-width of an identified parameter by the digits rule.
 

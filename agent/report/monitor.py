@@ -12,7 +12,13 @@ from agent.monitor.history.cycle import Joint
 from agent.monitor.verdict.comparison import Comparison, Effect
 from agent.monitor.verdict.verdict import NOT_DECIDABLE, Finding, Track
 from agent.monitor.verdict.words import in_percent
-from agent.numbers import scale_for, significant, units_unbroken, written
+from agent.numbers import (
+    Scale,
+    scale_for,
+    signed_interval,
+    significant,
+    units_unbroken,
+)
 from agent.report.estimate import Picture
 from agent.report.figures.canvas import data_uri
 from agent.report.figures.monitor_curves import HEALTHY, curves_in_words, figure_monitor_curves
@@ -120,7 +126,10 @@ def _view(finding: Finding, name: str, explained: tuple[str, str] | None) -> Joi
         before=before,
         effects=()
         if found is None
-        else [_effect(key, found.effects[key]) for key in ("low", "high", "whole")],
+        else [
+            _effect(key, found.effects[key], scale_for("N m", found.changes_nm))
+            for key in ("low", "high", "whole")
+        ],
         curves=None
         if found is None or grid is None
         else Picture(
@@ -182,29 +191,17 @@ def _facts(finding: Finding) -> list[tuple[str, str]]:
     return rows
 
 
-def _effect(key: str, effect: Effect) -> tuple[str, str, str, str]:
+def _effect(key: str, effect: Effect, scale: Scale) -> tuple[str, str, str, str]:
     """Return range, change in per cent and in torque, and the healthy torque, as written."""
     names = {"low": "low speed", "high": "high speed", "whole": "all speeds"}
     span = f"{names[key]} ({effect.from_rad_s:.3g} to {effect.to_rad_s:.3g} rad/s)"
     healthy = scale_for("N m", [effect.healthy_nm])
     return (
         span,
-        _interval(Parameter(effect.percent, effect.ci95_percent), "%"),
-        _interval(Parameter(effect.change_nm, effect.ci95_nm), "N m"),
+        signed_interval(Parameter(effect.percent, effect.ci95_percent), Scale(1.0, "%")),
+        signed_interval(Parameter(effect.change_nm, effect.ci95_nm), scale),
         f"{significant(healthy.factor * effect.healthy_nm, 3)} {healthy.unit}",
     )
-
-
-def _interval(change: Parameter, unit: str) -> str:
-    """Return a change with its interval, digits by the interval, its sign always said."""
-    scale = scale_for(unit, [change.value, *(change.ci95 or ())])
-    value, interval, _ = written(change, scale.factor)
-    ends = " to ".join(_signed(end) for end in interval.split(" to "))
-    return f"{_signed(value)} {scale.unit} ({ends})"
-
-
-def _signed(number: str) -> str:
-    return number if number.startswith("−") else f"+{number}"
 
 
 def _laws(track: Track) -> list[tuple[str, str, str, str, str]]:

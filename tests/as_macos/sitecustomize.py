@@ -14,6 +14,7 @@ import fcntl
 import importlib
 import importlib.util
 import os
+import selectors
 import socket
 import sys
 import sysconfig
@@ -106,6 +107,15 @@ def take_away() -> None:
         set_option(self, level, option, *value)
 
     socket.socket.setsockopt = setsockopt  # type: ignore[method-assign,assignment]  # on purpose
+    selectors.DefaultSelector = selectors.PollSelector  # type: ignore[misc]  # kqueue's stand-in
+    look = os.stat
+
+    def stat(path: Any, **how: Any) -> os.stat_result:
+        if isinstance(path, (str, os.PathLike)) and str(path).startswith("/proc"):
+            raise FileNotFoundError(errno.ENOENT, "No such file or directory", str(path))
+        return look(path, **how)
+
+    os.stat = stat
     control = fcntl.fcntl
 
     def to_the_disk(descriptor: int, command: int, argument: int = 0) -> Any:

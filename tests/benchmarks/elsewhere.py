@@ -55,7 +55,7 @@ def main() -> int:
     parser.add_argument("tests", nargs="*", help="these instead of all")
     chosen = parser.parse_args().tests or TESTS
     path = os.pathsep.join([str(PLACE), str(REPOSITORY)])
-    command = [sys.executable, "-m", "pytest", "-q", "--numprocesses", "0", *chosen]
+    command = [sys.executable, "-m", "pytest", "-q", "--numprocesses", "2", *chosen]
     return subprocess.run(
         command, cwd=REPOSITORY, env={**os.environ, "PYTHONPATH": path}, check=False
     ).returncode

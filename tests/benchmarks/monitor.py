@@ -11,6 +11,8 @@ Parts, each a table:
   worst hundredth of all (`monitor_worst`).
 - ``ramps``: the rise at which slow wear is found, what a growing baseline swallows of it, and what
   that same reference does.
+- ``early``: the rise at which wear from the first night on is found by who is told more than the
+  product (`monitor_early`); two CPU minutes.
 - ``change``: error of the change time, coverage of its interval and of the outlook's.
 """
 
@@ -34,12 +36,14 @@ from tests.benchmarks.monitor_delay import (
     healthy_years,
     measure,
 )
+from tests.benchmarks.monitor_early import early
 from tests.benchmarks.monitor_fleet import outcomes, table
 from tests.benchmarks.monitor_reference import line_for, log_odds
 from tests.benchmarks.monitor_worst import measure_worst
 
 # Apart from those that were looked at while designing.
 CHANGE_SEED, RAMP_SEED = 700_000, 40_000
+PARTS = ("fleet", "rate", "delay", "worst", "ramps", "early", "change")
 RISE, NOISES = 0.03, (0.01, 0.02, 0.03)
 NIGHTS = (40, 60, 90, 130, 230, 365)
 YEAR = tuple(np.random.default_rng(0).permutation(np.arange(FIRST, FIRST + 365)).tolist())
@@ -156,7 +160,7 @@ def main() -> None:
     parser.add_argument("--product", action="store_true", help="without the other detectors")
     parser.add_argument("--joints", type=int, default=300, help="of each row of the delays")
     parser.add_argument("--histories", type=int, default=800, help="of each row of the worst")
-    parser.add_argument("--part", choices=("fleet", "rate", "delay", "worst", "ramps", "change"))
+    parser.add_argument("--part", choices=PARTS)
     asked = parser.parse_args()
     if asked.part in (None, "fleet"):
         words = () if asked.product else tuple(DETECTORS)
@@ -170,6 +174,8 @@ def main() -> None:
         worst(asked.joints, asked.histories)
     if asked.part in (None, "ramps"):
         ramps(40)
+    if asked.part in (None, "early"):
+        early(60)
     if asked.part in (None, "change"):
         change(500)
 

@@ -217,7 +217,10 @@ def test_a_bus_that_does_not_open_says_so_in_one_error(config: CanBusConfig, wor
     ("interface", "wrong", "right"),
     [
         ("udp_multicast", "hop_limt", "hop_limit"),
-        ("socketcan", "recieve_own_messages", "receive_own_messages"),
+        pytest.param(
+            *("socketcan", "recieve_own_messages", "receive_own_messages"),
+            marks=pytest.mark.skipif(sys.platform != "linux", reason="SocketCAN is Linux's own"),
+        ),
         ("slcan", "sleep_after_opening", "sleep_after_open"),
         ("virtual", "queue", "rx_queue_size"),
     ],

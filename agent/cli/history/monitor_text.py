@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from agent.conclude.cycles import Unreadable
+from agent.identify.result import Parameter
 from agent.monitor.detection.series import State
 from agent.monitor.history.cycle import Joint
 from agent.monitor.verdict.comparison import Effect
 from agent.monitor.verdict.finding import NOT_DECIDABLE, Finding
-from agent.numbers import scale_for
+from agent.numbers import Scale, scale_for, signed_interval
 
 if TYPE_CHECKING:  # it brings the explain engine, which few alarms are asked of
     from agent.conclude.alarm import AlarmExplanation
@@ -42,7 +43,8 @@ def _joint(finding: Finding, asked: AlarmExplanation | None) -> str:
     lines += [] if asked is None else [f"  {asked.sentence}"]
     lines += [f"  {sentence}" for sentence in finding.timing]
     if finding.comparison is not None:
-        lines += [_effect(name, e) for name, e in finding.comparison.effects.items()]
+        scale = scale_for("N m", finding.comparison.changes_nm)
+        lines += [_effect(name, e, scale) for name, e in finding.comparison.effects.items()]
     if finding.next_steps:
         lines += ["  What to do next:", *(f"    - {step}" for step in finding.next_steps)]
     track = finding.current
@@ -59,14 +61,12 @@ def _joint(finding: Finding, asked: AlarmExplanation | None) -> str:
     return "\n".join(lines)
 
 
-def _effect(name: str, effect: Effect) -> str:
-    """Return a change in torque and per cent, as one line."""
-    scale = scale_for("N m", [effect.change_nm, *effect.ci95_nm])
-    low, high = (scale.factor * end for end in effect.ci95_nm)
-    torque = f"{scale.factor * effect.change_nm:+#.3g} {scale.unit} ({low:+#.3g} to {high:+#.3g})"
+def _effect(name: str, effect: Effect, scale: Scale) -> str:
+    """Return a change in torque, as one line."""
+    torque = signed_interval(Parameter(effect.change_nm, effect.ci95_nm), scale)
     span = f"{effect.from_rad_s:.3g} to {effect.to_rad_s:.3g} rad/s"
     which = "all speeds" if name == "whole" else f"{name} speed"
-    return f"    {which:<11} {span:<22} {torque}".replace("-", "−")
+    return f"    {which:<11} {span:<22} {torque}"
 
 
 def _listed(sentences: Sequence[str]) -> list[str]:

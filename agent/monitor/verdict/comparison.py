@@ -110,6 +110,11 @@ class Comparison:
         """Return now less healthy, shape (m,)."""
         return self.now_nm - self.healthy_nm
 
+    @property
+    def changes_nm(self) -> list[float]:
+        """Return the effects' changes and the ends of their intervals: one unit is for all."""
+        return [n for e in self.effects.values() for n in (e.change_nm, *e.ci95_nm)]
+
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
         reach = _NORMAL_975 * self.healthy_deviation_nm
