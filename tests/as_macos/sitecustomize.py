@@ -107,7 +107,7 @@ def take_away() -> None:
         set_option(self, level, option, *value)
 
     socket.socket.setsockopt = setsockopt  # type: ignore[method-assign,assignment]  # on purpose
-    selectors.DefaultSelector = selectors.PollSelector  # type: ignore[misc]  # kqueue's stand-in
+    selectors.DefaultSelector = selectors.PollSelector  # type: ignore[assignment,misc]  # kqueue's stand-in
     look = os.stat
 
     def stat(path: Any, **how: Any) -> os.stat_result:
