@@ -1,10 +1,11 @@
-"""A strong order's side lobes are higher than a weak order's peak, and yet no orders."""
+"""A strong order's side lobes are no orders, nor is what a cable and a bump have of few waves."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from agent.explain.forms.orders import strong_orders
+from agent.explain.rows.orders import orders_of
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, tabulate
 from agent.identify.result import Floats
@@ -24,3 +25,18 @@ def test_a_weak_order_comes_second_beside_a_strong_one() -> None:
     theta = np.array([getattr(TWIN, name) for name in BASE]) + delta
     scene = Scene(table, theta, np.where(table.used, left, 0.0))
     assert strong_orders(scene, "torque")[:2] == (3.0, 5.0)
+
+
+def test_what_few_waves_copy_repeats_nowhere() -> None:
+    turns = np.random.default_rng(3).uniform(0.0, 40.0, 20000)
+    angle, along = 2.0 * np.pi * turns, turns / 20.0 - 1.0
+    cable = along**3 - 0.6 * along  # without the line that gravity and an offset take
+    bump = np.exp(-0.5 * ((along + 0.3) / 0.05) ** 2)
+
+    def strongest(torque_nm: Floats) -> tuple[float, ...]:
+        return orders_of(angle, torque_nm, np.ones_like(angle), 8.0, 100.0, 1)
+
+    for copied in (cable, bump, cable + bump):
+        assert strongest(copied) == ()
+    gear_stage = np.cos(angle / 8.0)  # five waves along the stroke
+    np.testing.assert_allclose(strongest(gear_stage + 0.5 * cable), 0.125, rtol=0.02)

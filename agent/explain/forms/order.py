@@ -10,7 +10,7 @@ import numpy as np
 
 from agent.explain.forms.form import Form, Grid, Point, stack
 from agent.explain.forms.hidden_arm import HiddenArm, inertia_of
-from agent.explain.forms.orders import Weighting, half_a_line, strong_orders
+from agent.explain.forms.orders import Weighting, half_a_line, least_order, strong_orders
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
 
@@ -113,9 +113,12 @@ def _kinematic(scene: Scene, point: Point) -> Floats:
     return _second_derivatives(scene, order) + _geared(scene, order, _ARM_SHARE, friction)
 
 
+def _order_limits(scene: Scene) -> Sequence[tuple[float, float]]:
+    return ((least_order(scene), math.inf),)
+
+
 def _stiff_limits(scene: Scene) -> Sequence[tuple[float, float]]:
-    del scene
-    return (0.0, math.inf), _FRICTIONS
+    return (*_order_limits(scene), _FRICTIONS)
 
 
 def _stiff_step(scene: Scene) -> Point:
@@ -152,7 +155,7 @@ def _wobble_step(scene: Scene) -> Point:
 def _spring_limits(scene: Scene) -> Sequence[tuple[float, float]]:
     """Return how far order, spring and arm are followed: stiffer is rigid in the band."""
     cutoff = scene.table.cutoff_hz
-    return (0.0, math.inf), (0.2 * cutoff, 8.0 * cutoff), _DAMPINGS, _ARM_SHARES
+    return (*_order_limits(scene), (0.2 * cutoff, 8.0 * cutoff), _DAMPINGS, _ARM_SHARES)
 
 
 def _spring_step(scene: Scene) -> Point:
@@ -256,6 +259,7 @@ FORMS: tuple[Form, ...] = (
         _orders("torque"),
         needs=_POSITION,
         step=half_a_line,
+        limits=_order_limits,
         from_residual=True,
     ),
     Form(
@@ -267,6 +271,7 @@ FORMS: tuple[Form, ...] = (
         _orders("torque"),
         needs=_POSITION,
         step=half_a_line,
+        limits=_order_limits,
         to_twin=_ripple_two_twin,
         from_residual=True,
     ),

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from agent.explain.rows.orders import orders_of
+from agent.explain.rows.orders import FEWEST_WAVES, orders_of
 from agent.explain.rows.scene import Scene
 
 Weighting = Literal["torque", "friction", "inertia"]
@@ -37,7 +37,15 @@ def strong_orders(scene: Scene, weighting: Weighting) -> tuple[float, ...]:
         "inertia": (velocity / scene.fastest) ** 2,
     }[weighting]
     highest = 0.5 * table.cutoff_hz * 2.0 * math.pi / scene.slowest
-    return orders_of(position, residual, weight, highest, table.gear_ratio, _PEAKS)
+    repeating = weighting != "friction"  # along the path friction varies as it likes
+    return orders_of(
+        position, residual, weight, highest, table.gear_ratio, _PEAKS, repeating=repeating
+    )
+
+
+def least_order(scene: Scene) -> float:
+    """Return the order per motor turn of the fewest waves along the stroke that are no trend."""
+    return FEWEST_WAVES * 2.0 * half_a_line(scene)[0]
 
 
 def half_a_line(scene: Scene) -> tuple[float]:

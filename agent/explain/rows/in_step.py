@@ -82,7 +82,9 @@ def _waves(table: Table, rows: NDArray[np.bool_], left_nm: Floats) -> Floats:
     speed = np.abs(velocity)
     weight = (velocity / max(float(np.quantile(speed, 0.99)), 1e-12)) ** 2
     fastest = 0.5 * table.cutoff_hz * 2.0 * np.pi / max(float(np.quantile(speed, 0.01)), 1e-12)
-    orders = orders_of(position, left_nm, weight, fastest, table.gear_ratio, _ORDERS)
+    orders = orders_of(
+        position, left_nm, weight, fastest, table.gear_ratio, _ORDERS, repeating=False
+    )
     full = table.full
     out = []
     for order in orders:

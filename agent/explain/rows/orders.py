@@ -1,16 +1,25 @@
-"""Which orders per motor turn stand out in a torque: a scan over the motor's angle."""
+"""Which orders per motor turn stand out in a torque: a scan over the motor's angle.
+
+What has a few waves along the stroke need not repeat: a cable that stiffens, or a bump, looks like
+three to eight of them. What repeats is told for each part of the stroke from all the others.
+"""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
+from numpy.polynomial.legendre import legvander
 
 from agent.identify.result import Floats
 
 _HIGHEST = 64.0  # per motor turn; in less than a turn as many waves, as an axis may be in metres
 _BINS_PER_WAVE = 4.0
-_FEWEST_WAVES = 3.0  # in the range that was driven: fewer are a trend
+FEWEST_WAVES = 3.0  # in the range that was driven: fewer are a trend
+_MANY_WAVES = 10.0  # no trend and no bump has a line as narrow as that
+_MOST_PARTS = 6  # of the stroke
+_TREND = 6  # the polynomial along the stroke beside which they are told: three waves as well
+_TOLD = 0.75  # of what a wave explains, told from the other parts: half of its size may be off
 
 
 def orders_of(
@@ -20,6 +29,8 @@ def orders_of(
     highest: float,
     gear_ratio: float,
     count: int,
+    *,
+    repeating: bool = True,
 ) -> tuple[float, ...]:
     """Return the orders per motor turn at which a torque has most energy, strongest first.
 
@@ -33,30 +44,61 @@ def orders_of(
     gear_ratio : float
     count : int
         At most so many.
+    repeating : bool
+        Whether an order of few waves along the stroke must explain each of its parts with what the
+        others tell, beside a trend: three quarters of what it explains when fitted to all of them.
     """
     turns = float(np.ptp(position_rad)) / (2.0 * math.pi)
     if turns <= 0.0:
         return ()
     highest = min(_HIGHEST / min(turns, 1.0), highest)
-    if highest * turns < _FEWEST_WAVES:
+    if highest * turns < FEWEST_WAVES:
         return ()
     out: list[float] = []
     for _ in range(count):
         order, power = _spectrum(position_rad, torque_nm * weight, weight**2, turns, highest)
-        power[order * turns < _FEWEST_WAVES] = 0.0
+        power[order * turns < FEWEST_WAVES] = 0.0
         best = int(np.argmax(power))
         if power[best] <= 0.0:
             break
-        out.append(snapped(_peak(order, power, best), 1.0 / turns, gear_ratio))
+        found = snapped(_peak(order, power, best), 1.0 / turns, gear_ratio)
+        if not repeating or _repeats(position_rad, torque_nm, weight, found, found * turns):
+            out.append(found)
         # A strong order's side lobes are higher than the peaks of weaker ones: it is taken out.
-        torque_nm = _without(torque_nm, out[-1] * position_rad, weight)
+        torque_nm = _without(torque_nm, found * position_rad, weight)
     return tuple(dict.fromkeys(out))
+
+
+def _repeats(
+    position_rad: Floats, torque_nm: Floats, weight: Floats, order: float, waves: float
+) -> bool:
+    """Return whether a wave is the same all along the stroke, where it has few periods there."""
+    if waves >= _MANY_WAVES:
+        return True
+    along = (position_rad - position_rad.min()) / np.ptp(position_rad)
+    parts = min(int(waves), _MOST_PARTS)
+    part = np.minimum((parts * along).astype(np.int64), parts - 1)
+    columns = np.column_stack((_wave(order * position_rad, weight), torque_nm))
+    trend = np.linalg.qr(legvander(2.0 * along - 1.0, _TREND) * weight[:, np.newaxis])[0]
+    own = columns - trend @ (trend.T @ columns)
+    products = np.stack([own[part == k].T @ own[part == k] for k in range(parts)])
+    whole = products.sum(axis=0)
+    told = 0.0
+    for each in products:
+        others = whole - each
+        size = np.linalg.lstsq(others[:2, :2], others[:2, 2])[0]
+        told += float(2.0 * size @ each[:2, 2] - size @ each[:2, :2] @ size)
+    return told > _TOLD * float(whole[2, :2] @ np.linalg.lstsq(whole[:2, :2], whole[:2, 2])[0])
 
 
 def _without(residual_nm: Floats, angle_rad: Floats, weight: Floats) -> Floats:
     """Return a residual, shape (n,), less the weighted wave at an angle that fits it best."""
-    wave = np.stack((weight * np.cos(angle_rad), weight * np.sin(angle_rad)), axis=-1)
+    wave = _wave(angle_rad, weight)
     return np.asarray(residual_nm - wave @ np.linalg.solve(wave.T @ wave, wave.T @ residual_nm))
+
+
+def _wave(angle_rad: Floats, weight: Floats) -> Floats:
+    return np.stack((weight * np.cos(angle_rad), weight * np.sin(angle_rad)), axis=-1)
 
 
 def _spectrum(
