@@ -19,7 +19,7 @@ from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.entry import Asked, allowed, entered, least_on_all_rows
 from agent.explain.choosing.heard import heard
 from agent.explain.choosing.materiality import worth
-from agent.explain.choosing.preferred import named_by_width, preferred
+from agent.explain.choosing.preferred import named_by_reach, named_by_width, preferred
 from agent.explain.choosing.rivals import Term, with_rivals
 from agent.explain.choosing.same_wave import told_apart
 from agent.explain.choosing.search import Library
@@ -131,9 +131,11 @@ def settled(library: Library, chosen: list[Term]) -> tuple[list[Term], Floats]:
         if heard(library.scene, chosen[i].scored.form):
             # Nothing else gives blows: no other effect stands in its place.
             ranked = [s for s in ranked if heard(library.scene, s.form)]
-        best = preferred(library, ranked, float(library.errors(others).sum()))
+        without = float(library.errors(others).sum())
+        best = preferred(library, ranked, without)
         if best is not None:
             best = named_by_width(library, ranked, best)
+            best = named_by_reach(library, ranked, best, without)
             alike = told_apart(library, others, ranked)
             if best.form.effect in alike:
                 first = next(iter(alike))

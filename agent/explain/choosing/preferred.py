@@ -11,10 +11,14 @@ from agent.explain.choosing.candidate import Scored
 from agent.explain.choosing.rivals import DECISIVE, log_density_gap
 from agent.explain.choosing.search import Library
 from agent.explain.rows.evidence import effective_size
+from agent.physics.friction import boundary_share
 
 _SAME = 0.1  # of log density: columns that copy each other differ by no more
 _ONE_SPOT = ("position-dependent-friction", "tight spot"), ("local-fault", "rubbing")
 _AS_WIDE = 0.05  # of its width: a spot that is found as wide under both names, and there
+_BEND = "viscous-nonlinear"
+_NOT_OVER = 0.1  # of a fall, still there at the fastest speed
+_AS_GOOD = 0.05  # of the gain: what a bend may miss of such a fall's, whose form is not the joint's
 _AS_MUCH = 0.01  # of the gain: what a special case misses of it is small, however significant
 
 
@@ -78,3 +82,29 @@ def named_by_width(library: Library, ranked: Sequence[Scored], best: Scored) -> 
     ends = [s.form.limits(library.scene)[1] for s in (spot, fault) if s.form.limits is not None]
     narrowest, widest = ends[0][0], ends[1][1]
     return fault if best.candidate.point[1] < math.sqrt(narrowest * widest) else spot
+
+
+def named_by_reach(
+    library: Library, ranked: Sequence[Scored], best: Scored, without: float
+) -> Scored:
+    """Return the best, or a bend over all speeds in place of a fall that no driven speed ends.
+
+    Friction falls with speed as a film builds up, at a speed that carries. Where a tenth of a
+    Stribeck law's fall is still to come at the fastest speed, that was not seen; the law is a curve
+    with a free exponent beside Coulomb and viscous friction, and copies any that bends.
+
+    Parameters
+    ----------
+    library : Library
+    ranked : sequence of Scored
+    best : Scored
+        One of them.
+    without : float
+        Squared error on unseen data without any of them.
+    """
+    if best.form.effect != "stribeck":
+        return best
+    if float(boundary_share(library.scene.fastest, *best.candidate.point)) < _NOT_OVER:
+        return best
+    bend = next((s for s in ranked if s.form.effect == _BEND), best)
+    return bend if bend.error - best.error < _AS_GOOD * (without - best.error) else best
