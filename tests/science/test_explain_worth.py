@@ -27,8 +27,8 @@ from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, tabulate
 from agent.identify.result import Floats
 from agent.physics.twin import Effect, Twin
-from tests.science.explain_joint import NOISE_NM, TWIN, Conditions, record, stair
-from trajectories import SetPoints
+from tests.science.explain_joint import GEAR_RATIO, NOISE_NM, TWIN, Conditions, record, stair
+from trajectories import SetPoints, stair_paired
 
 SPEEDS = (4.0, 8.0, 16.0, 30.0)
 
@@ -55,6 +55,39 @@ def driven(first_nm: float, other_nm: float = 0.0, order: float = 3.0) -> Librar
         return np.asarray(first_nm * np.cos(angle) + other_nm * np.sin(order * angle))
 
     return bare(record(stair(SPEEDS), missing, Conditions(), seed=3))
+
+
+def test_a_share_is_not_of_gravity_that_is_carried_on_to_another_place() -> None:
+    """Learnt on four short strokes and held against the fifth, it is off by more than an offset."""
+    twin = replace(TWIN, gravity_sin_nm=1.5)
+
+    def missing(points: SetPoints, _at: Conditions) -> Floats:
+        angle = points.position_rad
+        return np.asarray(1.5 * np.sin(angle / GEAR_RATIO) + 0.3 + 0.05 * np.cos(angle))
+
+    def at(place_rad: float, seed: int) -> Run:
+        there = stair_paired(
+            place_rad,
+            place_rad + 40.0,
+            speeds_rad_s=SPEEDS,
+            duration_s=16.0,
+            acceleration_rad_s2=200.0,
+            jerk_rad_s3=5000.0,
+            dwell_min_s=0.1,
+        )
+        return record(there, missing, Conditions(), seed, name=str(seed))
+
+    places = (-70.0, -40.0, -20.0, 0.0, 30.0)
+    library = bare(*(at(place, seed) for seed, place in enumerate(places)), twin=twin)
+    form = next(f for f in FORMS if f.effect == "torque-offset")
+    offset, wave = library.candidate(form, ()), ripple(library, 1.0)
+    of_offset, of_wave = shares_of(library, [offset, wave], 0.2 * NOISE_NM)
+    own = offset.columns[:, 0]
+    left = 0.3 * (own - library.base @ np.linalg.lstsq(library.base, own)[0])
+    slides = library.scene.table.sliding[library.weighing.rows]
+    energy = float(np.mean((left / library.weighing.weight)[slides] ** 2))
+    truth = energy / (energy + 0.5 * 0.05**2)
+    assert (of_offset, of_wave) == pytest.approx((truth, 1.0 - truth), abs=0.05)
 
 
 def test_a_gain_close_above_the_least_must_be_sure_and_a_large_one_may_come_from_one_block() -> (

@@ -1,8 +1,10 @@
-"""Which share of the mismatch an effect carries, on data that its fit had not seen.
+"""Which share of the mismatch an effect carries.
 
 In N m squared while the joint slides, every row alike where the first recording was made: what the
 refitted twin would leave less if the joint had all effects but this one, over what it leaves above
-the noise.
+the noise. With the numbers of all recordings, the twin's and the effects', as the answer says them:
+gravity or an offset that is learnt on some places and carried on to the next makes an error of its
+own, which no effect has.
 """
 
 from __future__ import annotations
@@ -59,12 +61,15 @@ def shares_of(library: Library, terms: Sequence[Candidate], floor_nm: float) -> 
     floor_nm : float
         The noise; 0 where it is not known.
     """
-    plain = unseen_nm2(library, library.base)
-    full = unseen_nm2(library, library.model(terms))
+    plain = _sliding_nm2(library, _refitted(library, library.target))
+    model = library.model(terms)
+    numbers = solve(model.T @ model, model.T @ library.target)
+    full = _sliding_nm2(library, library.target - model @ numbers)
     above = above_noise(plain, full, floor_nm)
     out = []
     for index in range(len(terms)):
-        without = _taken_away_nm2(library, terms, _own_columns(library, terms, index))
+        gone = _own_columns(library, terms, index) @ numbers[library.base.shape[1] :]
+        without = _sliding_nm2(library, _refitted(library, library.target - gone))
         out.append(min(max((plain - without) / above, 0.0), 1.0) if above > 0.0 else 0.0)
     return tuple(out)
 
@@ -79,28 +84,10 @@ def _own_columns(library: Library, terms: Sequence[Candidate], index: int) -> Fl
     return np.concatenate(gone, axis=1)
 
 
-def _taken_away_nm2(library: Library, terms: Sequence[Candidate], own: Floats) -> float:
-    """Return the mean square that the twin's numbers leave of unseen rows without a part, N m^2.
-
-    Parameters
-    ----------
-    library : Library
-    terms : sequence of Candidate
-    own : ndarray, shape (m, k)
-        The terms' columns as far as they go; with the numbers that the other folds give all terms.
-    """
-    weighing, target, base = library.weighing, library.target, library.base
-    model = library.model(terms)
-    lengths = np.diff(np.append(weighing.starts, target.shape[0]))
-    left = np.empty(target.shape[0])
-    for k in np.unique(weighing.fold):
-        test = np.repeat(weighing.fold == k, lengths)
-        seen = model[~test]
-        numbers = solve(seen.T @ seen, seen.T @ target[~test])
-        without = target - own @ numbers[base.shape[1] :]
-        twin = base[~test]
-        left[test] = (without - base @ solve(twin.T @ twin, twin.T @ without[~test]))[test]
-    return _sliding_nm2(library, left)
+def _refitted(library: Library, target: Floats) -> Floats:
+    """Return what the twin's own numbers, fitted to a weighted target, leave of it, shape (m,)."""
+    base = library.base
+    return np.asarray(target - base @ solve(base.T @ base, base.T @ target))
 
 
 def without_term(library: Library, terms: Sequence[Candidate], index: int) -> list[Candidate]:
