@@ -9,6 +9,8 @@ Nor has a weak swing beside a stronger effect a name where its own numbers do no
 is none: what is left of the stronger one's shape looks like it. Nor one above the compared band of
 which no number is known: there it is one column, an inertia that grows with frequency, which a
 drive's filter or torque that was sampled too seldom looks like.
+is none: what is left of the stronger one's shape looks like it. A swing whose inertia is known to a
+third is there: that is six standard errors, which no search among many shapes finds by chance.
 """
 
 from __future__ import annotations
@@ -27,6 +29,7 @@ from agent.explain.verdict import MUCH_LEFT
 _SWINGS = "joint-flexibility"
 _GRAVITY_M_S2 = 9.81
 _STEEL_KG_M3 = 7850.0
+_KNOWN = 1.0 / 3.0  # of the inertia that swings: half an interval
 _SMALL = 0.25  # of the joint's inertia: the arm behind a gear is more of it, or the motor is huge
 
 
@@ -157,7 +160,12 @@ def _swing(finding: Finding, scene: Scene) -> Iterator[Swing]:
 
 def _may_be_none(swing: Finding) -> bool:
     stiffness = swing.parameters.get("stiffness_nm_per_rad")
-    return stiffness is not None and not stiffness.identified and stiffness.reason == NOT_NEEDED
+    if stiffness is None or stiffness.identified or stiffness.reason != NOT_NEEDED:
+        return False
+    inertia = swing.parameters["arm_inertia_kg_m2"]
+    if not inertia.identified or inertia.ci95 is None:
+        return True
+    return inertia.ci95[1] - inertia.ci95[0] > 2.0 * _KNOWN * inertia.value
 
 
 def _out_of_reach(finding: Finding, swing: Swing, scene: Scene) -> bool:

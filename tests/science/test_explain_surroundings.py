@@ -72,6 +72,10 @@ def test_a_weak_swing_that_need_not_be_there_has_no_name_beside_a_stronger_effec
     assert not_needed(scene, [offset, unsure]) == (unsure,)
     assert not_needed(scene, [offset, sure]) == ()
     assert not_needed(scene, [unsure]) == ()  # alone, it is the best account of what is missing
+    for half, there in ((2e-3, False), (1e-3, True)):
+        inertia = Parameter(4e-3, (4e-3 - half, 4e-3 + half))
+        sized = replace(unsure, parameters={**unsure.parameters, "arm_inertia_kg_m2": inertia})
+        assert (not_needed(scene, [offset, sized]) == ()) is there
     assert "there need be none" in swing_sentence(unsure, scene)
 
 
