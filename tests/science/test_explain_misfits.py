@@ -1,4 +1,4 @@
-"""A step is no Stribeck friction, and what lies before a reversal no presliding."""
+"""A step is no Stribeck friction, what lies before a reversal no presliding, a bolt no soft gear."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from agent.explain.choosing.choice import choose
 from agent.explain.choosing.misfits import misfits
 from agent.explain.choosing.search import Library
-from agent.explain.forms import reversal, speed
+from agent.explain.forms import arm, reversal, speed
 from agent.explain.forms.form import Form, Point
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.scene import Scene, refit
@@ -21,6 +21,7 @@ from trajectories import SetPoints
 
 SPEEDS = (2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 (FALL,) = (form for form in speed.FORMS if form.effect == "stribeck")
+RUBBING = next(form for form in arm.FORMS if "friction_reach_rad" in form.nonlinear)
 CHAIN = next(form for form in reversal.FORMS if form.name == "Maxwell slip")
 
 
@@ -59,13 +60,35 @@ def faster(points: SetPoints, _at: Conditions) -> Floats:
 def test_a_law_that_copies_what_is_not_its_own_is_refused(
     missing: Missing, form: Form, point: Point, refused: bool
 ) -> None:
+    library = library_of(missing)
+    assert refused_of(library, form, point) == ({(form.effect, form.name)} if refused else set())
+
+
+@pytest.mark.parametrize(("of_the_stiffest", "refused"), [(1.0, True), (0.5, False)])
+def test_a_spring_that_is_rigid_in_the_band_is_no_soft_gear(
+    of_the_stiffest: float, refused: bool
+) -> None:
+    """What it has left is an arm whose friction yields before it slips."""
+    library = library_of(faster)
+    assert RUBBING.limits is not None
+    stiffest = RUBBING.limits(library.scene)[0][1]
+    found = refused_of(library, RUBBING, (of_the_stiffest * stiffest, 0.1, 1.0, 0.2))
+    assert found == ({(RUBBING.effect, RUBBING.name)} if refused else set())
+
+
+def library_of(missing: Missing) -> Library:
+    """Return a recording of a joint without candidates."""
     table = tabulate(TWIN, [record(stair(SPEEDS), missing, Conditions(), 3)])
     moved, left = refit(table)
     theta = np.array([TWIN.inertia_kg_m2, TWIN.viscous_nm_s_per_rad, TWIN.coulomb_nm, 0.0, 0.0])
     scene = Scene(table, theta + moved, np.where(table.used, left, 0.0), given=theta)
-    library = Library.of(scene, weigh(table, left), ())
+    return Library.of(scene, weigh(table, left), ())
+
+
+def refused_of(library: Library, form: Form, point: Point) -> set[tuple[str, str]]:
+    """Return what is refused of a model of one law."""
     law = library.candidate(form, point)
     chosen = replace(choose(library), terms=())
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(type(chosen), "candidates", (law,))
-        assert misfits(library, chosen) == ({(form.effect, form.name)} if refused else set())
+        return misfits(library, chosen)

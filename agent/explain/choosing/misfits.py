@@ -1,5 +1,8 @@
 """Laws that copy what is not theirs: a fall that is a step, presliding before the joint turns.
 
+And a soft gear that is not soft: a spring as stiff as the search goes is rigid in the band. What
+such a form has left is an arm whose friction yields before it slips, which is presliding.
+
 Friction falls with speed as a film builds up, over a range of speeds. With an exponent as high as
 the search goes all of the fall is at one speed, as where oil begins to churn there: no joint that
 had a Stribeck law was fitted so.
@@ -20,6 +23,7 @@ from agent.explain.choosing.choice import Choice
 from agent.explain.choosing.search import Library
 
 _AS_HIGH = 0.98  # of the highest exponent
+_AS_STIFF = 0.98  # of the stiffest spring, by its frequency
 _SEEN = 0.1  # of what it removes: less of it after reversals shows no friction that yields
 
 
@@ -35,7 +39,9 @@ def misfits(library: Library, choice: Choice) -> set[tuple[str, str]]:
     return {
         (term.form.effect, term.form.name)
         for term in choice.candidates
-        if _is_a_step(library, term) or _is_not_after_reversals(library, choice, term)
+        if _is_a_step(library, term)
+        or _is_rigid(library, term)
+        or _is_not_after_reversals(library, choice, term)
     }
 
 
@@ -44,6 +50,16 @@ def _is_a_step(library: Library, term: Candidate) -> bool:
         return False
     place = term.form.nonlinear.index("exponent")
     return term.point[place] >= _AS_HIGH * term.form.limits(library.scene)[place][1]
+
+
+def _is_rigid(library: Library, term: Candidate) -> bool:
+    """Return whether a soft gear's spring does not give way, and its arm's friction does."""
+    if term.form.effect != "joint-flexibility" or "friction_reach_rad" not in term.form.nonlinear:
+        return False
+    if term.form.limits is None:
+        return False
+    place = term.form.nonlinear.index("antiresonance_hz")
+    return term.point[place] >= _AS_STIFF * term.form.limits(library.scene)[place][1]
 
 
 def _is_not_after_reversals(library: Library, choice: Choice, term: Candidate) -> bool:
