@@ -9,8 +9,9 @@ Nor has a weak swing beside a stronger effect a name where its own numbers do no
 is none: what is left of the stronger one's shape looks like it. Nor one above the compared band of
 which no number is known: there it is one column, an inertia that grows with frequency, which a
 drive's filter or torque that was sampled too seldom looks like.
-is none: what is left of the stronger one's shape looks like it. A swing whose inertia is known to a
-third is there: that is six standard errors, which no search among many shapes finds by chance.
+
+A swing beside it whose inertia is known to a third is there: that is six standard errors, which no
+search among many shapes finds by chance.
 """
 
 from __future__ import annotations

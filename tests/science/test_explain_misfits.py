@@ -1,4 +1,4 @@
-"""A step is no Stribeck friction, what lies before a reversal no presliding, a bolt no soft gear."""
+"""A step is no Stribeck fall, what lies before a reversal no presliding, a bolt no soft gear."""
 
 from __future__ import annotations
 
