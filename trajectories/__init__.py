@@ -2,8 +2,9 @@
 
 from trajectories.arm import arm_deg, motor_rad
 from trajectories.checks import TrajectoryError
-from trajectories.design import DesignedStair, DesignRequest, design_stair
+from trajectories.design import DesignedStair, design_stair
 from trajectories.design_information import Belief, Expectation, TorqueNoise, expect
+from trajectories.design_request import DesignRequest
 from trajectories.document import SCHEMA
 from trajectories.extrema import TorqueModel
 from trajectories.limits import AxisLimits, Excess, Margin, check, margins

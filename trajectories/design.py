@@ -2,127 +2,54 @@
 
 Robot downtime is what a check costs. `design_stair` chooses the speeds, how long each is held, in
 which order, and in how many strokes, so that the estimates of the friction law and of the rigid
-body are as certain as the time allows (criterion: `trajectories.design_search`; what a given
+body are as certain as the time allows (criterion: `trajectories.design_problem`; what a given
 motion is worth: `trajectories.design_information`).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-import numpy as np
-
-from trajectories.checks import (
-    ParameterValue,
-    TrajectoryError,
-    finite,
-    not_negative,
-    positive,
-)
-from trajectories.design_information import Belief, Expectation, TorqueNoise, expect
-from trajectories.design_layout import Layout, Room
-from trajectories.design_search import GRID_RATIO, Problem, fits, search
-from trajectories.extrema import TorqueModel
-from trajectories.limits import AxisLimits, check, margins
+from trajectories.checks import ParameterValue, TrajectoryError
+from trajectories.design_information import Expectation, expect
+from trajectories.design_layout import Layout, Room, Strokes
+from trajectories.design_needed import plain_stair, problem_of, what_is_needed
+from trajectories.design_order import search
+from trajectories.design_request import DesignRequest, window, within_limits
+from trajectories.limits import check, margins
 from trajectories.segment import Segment
-from trajectories.speeds import crossing
 from trajectories.trajectory import Trajectory
 
 NAME = "stair-designed"
-_SPARE = 3  # speeds beyond the law's parameters, so that the fit can contradict the law
-_SPEEDS_MAX = 16
 _SHRINKS = 8
 _MORE = 1.05  # a little more than what a stop overran
-_LONG_S = 3600.0
-_FAR = 1e4
-
-
-@dataclass(frozen=True)
-class DesignRequest:
-    """What a stair may use, and what is thought of the joint.
-
-    Parameters
-    ----------
-    from_rad, to_rad : float
-        Ends of the stroke that may be used, motor side.
-    duration_s : float
-        The time budget, rests included.
-    speed_min_rad_s, speed_max_rad_s : float
-        Between them the speeds are chosen, the first below the second.
-    acceleration_rad_s2, jerk_rad_s3 : float
-        Bounds of the ramps.
-    limits : AxisLimits
-        Never exceeded, stopping distance included.
-    belief, noise : Belief, TorqueNoise
-        The joint and the torque signal as they are thought to be.
-    torque_model : TorqueModel, optional
-        For the torque limit.
-    dwell_min_s, settle_s, rest_s : float
-        No speed is held for less; lost at the start of every dwell, while the drive's loop and a
-        soft arm settle; standstill between strokes.
-    """
-
-    from_rad: float
-    to_rad: float
-    duration_s: float
-    speed_min_rad_s: float
-    speed_max_rad_s: float
-    acceleration_rad_s2: float
-    jerk_rad_s3: float
-    limits: AxisLimits
-    belief: Belief
-    noise: TorqueNoise
-    torque_model: TorqueModel | None = None
-    dwell_min_s: float = 0.5
-    settle_s: float = 0.2
-    rest_s: float = 0.1
-
-    def __post_init__(self) -> None:
-        for name in ("from_rad", "to_rad"):
-            finite(name, getattr(self, name))
-        for name in (
-            "duration_s",
-            "speed_min_rad_s",
-            "speed_max_rad_s",
-            "acceleration_rad_s2",
-            "jerk_rad_s3",
-            "dwell_min_s",
-        ):
-            positive(name, getattr(self, name))
-        for name in ("settle_s", "rest_s"):
-            not_negative(name, getattr(self, name))
-        if self.from_rad == self.to_rad:
-            raise TrajectoryError(f"a stair needs two positions, got {self.from_rad:g} rad twice")
-        if self.dwell_min_s <= self.settle_s:
-            raise TrajectoryError(
-                f"dwell_min_s must be longer than settle_s, got {self.dwell_min_s:g} and "
-                f"{self.settle_s:g} s"
-            )
-        if self.speed_min_rad_s >= self.speed_max_rad_s:
-            raise TrajectoryError(
-                f"speed_min_rad_s must lie below speed_max_rad_s, got {self.speed_min_rad_s:g} "
-                f"and {self.speed_max_rad_s:g}"
-            )
-
-    @property
-    def speeds_min(self) -> int:
-        """The fewest different speeds: three more than the friction law has parameters."""
-        return len(self.belief.friction_names) + _SPARE
 
 
 @dataclass(frozen=True)
 class DesignedStair:
     """The stair and what it is expected to tell.
 
-    `criterion` is half the mean log-determinant of the scaled information: one more means that
-    the product of all intervals is smaller by the factor e.
+    Parameters
+    ----------
+    trajectory : Trajectory
+    expectation : Expectation
+        What one run of it tells.
+    criterion : float
+        Half the mean log-determinant of the scaled information: one more means that the product
+        of all intervals is smaller by the factor e.
+    plain_s : float, optional
+        Duration of the stair of ten rising speeds (thesis 4.1.1) beside which no number was to be
+        worse; None where the axis has none.
+    plain : Expectation, optional
+        What one run of that stair tells.
     """
 
     trajectory: Trajectory
     expectation: Expectation
     criterion: float
+    plain_s: float | None = None
+    plain: Expectation | None = None
 
 
 def design_stair(request: DesignRequest) -> DesignedStair:
@@ -133,15 +60,21 @@ def design_stair(request: DesignRequest) -> DesignedStair:
     TrajectoryError
         No stair fits; the message says what would be needed.
     """
-    request = _within_limits(request)
-    low, high = _window(request)
-    sentence = ""
+    request = within_limits(request)
+    low, high = window(request)
+    sentence, order = "", None
     for _ in range(_SHRINKS):
-        trajectory, criterion = _best(request, low, high)
+        trajectory, criterion, order = _best(request, low, high, order)
         excesses = check(trajectory, request.limits, request.torque_model)
         if not excesses:
-            seen = expect(trajectory, request.belief, request.noise, settle_s=request.settle_s)
-            return DesignedStair(trajectory, seen, criterion)
+            plain = plain_stair(request, high - low, request.duration_s)
+            return DesignedStair(
+                trajectory,
+                _seen(request, trajectory),
+                criterion,
+                None if plain is None else plain.duration_s,
+                None if plain is None else _seen(request, plain),
+            )
         # Only a stop from speed, which no ramp shows, can still lead out of the position limits.
         sentence = excesses[0].sentence
         for m in margins(trajectory, request.limits):
@@ -152,65 +85,34 @@ def design_stair(request: DesignRequest) -> DesignedStair:
     raise TrajectoryError(f"no stair fits the axis's limits: {sentence}")
 
 
-def _within_limits(request: DesignRequest) -> DesignRequest:
-    """Lower speed, acceleration and jerk to what the axis may do, its torque included."""
-    limits, model = request.limits, request.torque_model
-    fastest = min(request.speed_max_rad_s, limits.velocity_max_rad_s)
-    acceleration = min(request.acceleration_rad_s2, limits.acceleration_max_rad_s2)
-    if fastest <= request.speed_min_rad_s:
-        raise TrajectoryError(
-            f"the slowest speed asked for, {request.speed_min_rad_s:g} rad/s, is not below the "
-            f"axis's limit of {fastest:g} rad/s: a stair needs slower speeds"
-        )
-    if model is not None:
-        sliding_nm = model.magnitude_nm(fastest, 0.0)
-        left_nm = limits.torque_max_nm - sliding_nm
-        if left_nm <= 0.0:
-            raise TrajectoryError(
-                f"{fastest:g} rad/s alone needs {sliding_nm:.2f} N m, and the axis may use "
-                f"{limits.torque_max_nm:g} N m: a lower top speed would be needed"
-            )
-        if model.inertia_kg_m2 > 0.0:
-            acceleration = min(acceleration, left_nm / model.inertia_kg_m2)
-    return replace(
-        request,
-        speed_max_rad_s=fastest,
-        acceleration_rad_s2=acceleration,
-        jerk_rad_s3=min(request.jerk_rad_s3, limits.jerk_max_rad_s3),
-    )
+def _seen(request: DesignRequest, trajectory: Trajectory) -> Expectation:
+    return expect(trajectory, request.belief, request.noise, settle_s=request.settle_s)
 
 
-def _window(request: DesignRequest) -> tuple[float, float]:
-    """Return the positions that may be used: those asked for, inside the limits."""
-    limits = request.limits
-    low = max(min(request.from_rad, request.to_rad), limits.position_min_rad)
-    high = min(max(request.from_rad, request.to_rad), limits.position_max_rad)
-    if low >= high:
-        raise TrajectoryError(
-            f"the stroke from {request.from_rad:g} to {request.to_rad:g} rad lies outside the "
-            f"position limits of {limits.position_min_rad:g} and {limits.position_max_rad:g} rad"
-        )
-    return low, high
+def _best(
+    request: DesignRequest, low: float, high: float, order: Strokes | None
+) -> tuple[Trajectory, float, Strokes]:
+    """Return the best stair between two positions, its criterion, and the order it stands on.
 
-
-def _best(request: DesignRequest, low: float, high: float) -> tuple[Trajectory, float]:
-    """Return the best stair between two positions, and its criterion."""
-    problem = _problem(request, high - low, request.duration_s)
-    found = None if problem is None else search(problem)
-    layout = None if problem is None or found is None else problem.layout(found[0])
-    if problem is None or found is None or layout is None:
-        raise TrajectoryError(_what_is_needed(request, high - low))
+    An order that is given was the best in a little more room: it is kept where it still fits.
+    """
+    problem = problem_of(request, high - low, request.duration_s)
+    if problem is None:
+        raise TrajectoryError(what_is_needed(request, high - low))
+    found = order if order is not None and problem.has(order) else search(problem)
+    layout = None if found is None else problem.layout(found)
+    if found is None or layout is None:
+        raise TrajectoryError(what_is_needed(request, high - low))
     direction = math.copysign(1.0, request.to_rad - request.from_rad)
     # Centred: where strokes are shorter than the window, they keep clear of both ends.
-    middle = 0.5 * (low + high)
-    start_rad = middle - 0.5 * direction * max(layout.distances_rad(problem.room))
+    start_rad = layout.start_rad(problem.room, 0.5 * (low + high), direction)
     trajectory = Trajectory(
         NAME,
         _parameters(request, layout, problem.room),
         start_rad,
         _repeated(layout.segments(problem.room, direction), request),
     )
-    return trajectory, found[1]
+    return trajectory, problem.worth(found), found
 
 
 def _repeated(segments: tuple[Segment, ...], request: DesignRequest) -> tuple[Segment, ...]:
@@ -220,75 +122,6 @@ def _repeated(segments: tuple[Segment, ...], request: DesignRequest) -> tuple[Se
     once_s = sum(s.duration_s for s in segments) - rest_s
     times = max(1, math.floor((request.duration_s - rest_s) / once_s * (1.0 + 1e-9)))
     return pause + segments[len(pause) :] * times
-
-
-def _problem(request: DesignRequest, stroke_rad: float, duration_s: float) -> Problem | None:
-    """Return the search's problem; None where there are too few speeds to choose from."""
-    room = Room(
-        stroke_rad,
-        duration_s,
-        request.acceleration_rad_s2,
-        request.jerk_rad_s3,
-        request.dwell_min_s,
-        request.rest_s,
-    )
-    slowest, fastest = request.speed_min_rad_s, request.speed_max_rad_s
-    if room.stroke_for_rad(fastest) > stroke_rad:
-        fastest = crossing(lambda v: room.stroke_for_rad(v) - stroke_rad, 0.0, fastest)
-    if fastest <= slowest:
-        return None
-    count = 1 + math.floor(math.log(fastest / slowest) / math.log(GRID_RATIO))
-    if count < request.speeds_min:
-        return None
-    direction = math.copysign(1.0, request.to_rad - request.from_rad)
-    centre = 0.5 * (request.from_rad + request.to_rad)
-    return Problem(
-        room=room,
-        grid_rad_s=np.geomspace(slowest, fastest, count),
-        belief=request.belief,
-        noise=request.noise,
-        start_rad=centre - 0.5 * direction * stroke_rad,
-        direction=direction,
-        settle_s=request.settle_s,
-        speeds_min=request.speeds_min,
-        speeds_max=max(_SPEEDS_MAX, request.speeds_min),
-    )
-
-
-def _what_is_needed(request: DesignRequest, stroke_rad: float) -> str:
-    """Say which time, or else which stroke, a stair would need."""
-
-    def lacking(stroke_rad: float, duration_s: float) -> float:
-        problem = _problem(request, stroke_rad, duration_s)
-        return -1.0 if problem is None or not fits(problem) else 1.0
-
-    what = (
-        f"a stair of {request.speeds_min} speeds from {request.speed_min_rad_s:g} rad/s on, each "
-        f"held for at least {request.dwell_min_s:g} s in both directions,"
-    )
-    if lacking(stroke_rad, _LONG_S) > 0.0:
-        needed_s = _just_enough(lambda t: lacking(stroke_rad, t), request.duration_s, _LONG_S)
-        enough_s = math.ceil(10.0 * needed_s) / 10.0
-        return f"{what} needs at least {enough_s:.1f} s on this axis, got {request.duration_s:g} s"
-    far_rad = stroke_rad
-    while lacking(far_rad, _LONG_S) < 0.0:
-        far_rad *= 2.0
-        if far_rad > _FAR * stroke_rad:
-            return (
-                f"{what} needs speeds of up to {GRID_RATIO ** (request.speeds_min - 1):.2g} times "
-                f"the slowest, got up to {request.speed_max_rad_s:g} rad/s"
-            )
-    needed_rad = _just_enough(lambda x: lacking(x, _LONG_S), stroke_rad, far_rad)
-    enough_rad = math.ceil(100.0 * needed_rad) / 100.0
-    return f"{what} needs a stroke of at least {enough_rad:.2f} rad (motor), got {stroke_rad:.2f}"
-
-
-def _just_enough(lacking: Callable[[float], float], low: float, high: float) -> float:
-    """Return the least of what suffices, to a hundredth of it."""
-    while high > low * 1.01:
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if lacking(middle) > 0.0 else (middle, high)
-    return high
 
 
 def _parameters(request: DesignRequest, layout: Layout, room: Room) -> dict[str, ParameterValue]:

@@ -1,9 +1,11 @@
-"""How speeds become strokes: climb through some on the way up, through the others on the way down.
+"""How speeds become strokes, and what a stroke passes.
 
 A stroke starts and ends at rest, and is driven back mirrored in time, so that every speed is held
 in both directions over the same positions. Since a stroke must come down again anyway, dwells on
-its falling side cost no further ramp; they put slow speeds, which take long, at both ends of the
-stroke, where gravity's sine, cosine and constant differ most.
+its falling side cost no further ramp: `dealt` climbs through some speeds on the way up, through
+the others on the way down. That puts slow speeds, which take long, at both ends of the stroke;
+gravity's cosine and an offset differ most between the ends and the middle, which a stroke passes
+slowly only in another order (`trajectories.design_order`).
 """
 
 from __future__ import annotations
@@ -18,6 +20,8 @@ from numpy.typing import NDArray
 from trajectories.segment import Segment, ramp_times_s
 
 Floats = NDArray[np.float64]
+Strokes = tuple[tuple[tuple[int, float], ...], ...]
+"""For every stroke the numbers of its speeds in a grid, each with its share of the time."""
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 _NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
@@ -90,12 +94,12 @@ class Layout:
 
     @property
     def speeds_rad_s(self) -> Floats:
-        """Every speed once, in the order of the strokes, shape (n,)."""
+        """The speeds in the order in which they are held, shape (n,)."""
         return np.array([v for s in self.strokes for v in s.speeds_rad_s])
 
     @property
     def dwells_s(self) -> Floats:
-        """Dwell of each speed in one direction, shape (n,)."""
+        """Dwell of each in one direction, shape (n,)."""
         return np.array([d for s in self.strokes for d in s.dwells_s])
 
     def distances_rad(self, room: Room) -> list[float]:
@@ -103,36 +107,35 @@ class Layout:
         tables = [s.table(room) for s in self.strokes]
         return [float(np.sum(0.5 * (t[:, 0] + t[:, 1]) * t[:, 2])) for t in tables]
 
+    def start_rad(self, room: Room, centre_rad: float, direction: float) -> float:
+        """Return where all strokes start, so that the longest is centred."""
+        return centre_rad - 0.5 * direction * max(self.distances_rad(room))
+
     def body_gram(
-        self, room: Room, start_rad: float, direction: float, gear_ratio: float
+        self, room: Room, centre_rad: float, direction: float, gear_ratio: float
     ) -> Floats:
         """Return ``integral r r' dt`` over out and back, shape (4, 4).
 
         With ``r = [a, sin(q/N), cos(q/N), 1]``. Because the way back mirrors the way out in time,
         products of these with the velocity or its sign cancel: friction is orthogonal to them.
         """
-        gram = np.zeros((4, 4))
-        for stroke in self.strokes:
-            v0, v1, time_s, jerk_s = stroke.table(room).T
-            # The exact mean square of the trapezoid of acceleration, on a straight ramp.
-            held_s = time_s - jerk_s
-            square = ((v1 - v0) / held_s) ** 2 * (time_s - 4.0 / 3.0 * jerk_s) / time_s
-            acceleration = direction * np.sign(v1 - v0) * np.sqrt(square)
-            ends = np.cumsum(0.5 * (v0 + v1) * time_s)
-            u = _NODES[:, np.newaxis] * time_s
-            way = ends - 0.5 * (v0 + v1) * time_s + u * (v0 + 0.5 * (v1 - v0) * u / time_s)
-            arm = (start_rad + direction * way) / gear_ratio
-            rows = np.stack(
-                (
-                    np.broadcast_to(acceleration, arm.shape),
-                    np.sin(arm),
-                    np.cos(arm),
-                    np.ones_like(arm),
-                )
-            ).reshape(4, -1)
-            weight = 2.0 * (_WEIGHTS[:, np.newaxis] * time_s).ravel()
-            gram += (rows * weight) @ rows.T
-        return gram
+        tables = [s.table(room) for s in self.strokes]
+        moved = [0.5 * (t[:, 0] + t[:, 1]) * t[:, 2] for t in tables]
+        start_rad = centre_rad - 0.5 * direction * max(float(m.sum()) for m in moved)
+        begin = np.concatenate([np.cumsum(m) - m for m in moved])
+        v0, v1, time_s, jerk_s = np.concatenate(tables).T
+        # The exact mean square of the trapezoid of acceleration, on a straight ramp.
+        held_s = time_s - jerk_s
+        square = ((v1 - v0) / held_s) ** 2 * (time_s - 4.0 / 3.0 * jerk_s) / time_s
+        u = _NODES[:, np.newaxis] * time_s
+        arm = start_rad + direction * (begin + u * (v0 + 0.5 * (v1 - v0) * u / time_s))
+        arm /= gear_ratio
+        rows = np.empty((4, *arm.shape))
+        rows[0] = direction * np.sign(v1 - v0) * np.sqrt(square)
+        rows[1], rows[2], rows[3] = np.sin(arm), np.cos(arm), 1.0
+        weight = 2.0 * _WEIGHTS[:, np.newaxis] * time_s
+        flat = rows.reshape(4, -1)
+        return np.asarray((flat * weight.ravel()) @ flat.T, dtype=np.float64)
 
     def segments(self, room: Room, direction: float) -> tuple[Segment, ...]:
         """Return the whole stair, rests included."""
@@ -144,42 +147,23 @@ class Layout:
         return tuple(out)
 
 
-def lay_out(
-    speeds_rad_s: Sequence[float], shares: Sequence[float], strokes: int, room: Room, mixed: bool
-) -> Layout | None:
-    """Return the stair that holds these speeds in proportion to their shares of the time.
+def held_in(groups: Sequence[Sequence[tuple[float, float]]], room: Room) -> Layout | None:
+    """Return the stair that holds these strokes' speeds in this order.
 
     The common unit of dwell is as long as the time allows, in a stroke that would become too long
     as long as the stroke allows.
 
     Parameters
     ----------
-    speeds_rad_s, shares : sequence of float
-        Rising speeds, and how long each is held, in proportion.
-    strokes : int
-        How many.
+    groups : sequence of sequence of tuple of float
+        For every stroke its speeds, each with its share of the time.
     room : Room
         What may be used.
-    mixed : bool
-        Deal the speeds out in turn, fastest first, so that every stroke is fast; else slow and
-        fast speeds have strokes of their own.
 
     Returns
     -------
     Layout or None
         None where ramps, shortest dwells or the stroke leave no such stair.
-    """
-    return held_in(_grouped(list(zip(speeds_rad_s, shares, strict=True)), strokes, mixed), room)
-
-
-def held_in(groups: Sequence[Sequence[tuple[float, float]]], room: Room) -> Layout | None:
-    """Return the stair that holds these strokes' speeds in this order, as `lay_out` does.
-
-    Parameters
-    ----------
-    groups : sequence of sequence of tuple of float
-        For every stroke its speeds, each with its share of the time.
-    room : Room
     """
     if any(not group for group in groups):
         return None
@@ -218,19 +202,27 @@ def _common_unit(most_s: Sequence[float], shares: Sequence[float], time_s: float
     return unit_s
 
 
-def _grouped(
-    held: list[tuple[float, float]], strokes: int, mixed: bool
-) -> list[list[tuple[float, float]]]:
-    """Deal speeds out to strokes; within a stroke, every other one on the way down."""
+def dealt(held: Sequence[tuple[int, float]], strokes: int, mixed: bool) -> Strokes:
+    """Deal rising speeds out to strokes; within a stroke, every other one on the way down.
+
+    Parameters
+    ----------
+    held : sequence of tuple
+        Rising numbers of speeds, each with its share of the time.
+    strokes : int
+        How many.
+    mixed : bool
+        Deal the speeds out in turn, fastest first, so that every stroke is fast; else slow and
+        fast speeds have strokes of their own.
+    """
     if mixed:
         groups = [held[-1 - k :: -strokes][::-1] for k in range(strokes)]
     else:
         cuts = np.linspace(0, len(held), strokes + 1).round().astype(int)
         groups = [held[a:b] for a, b in pairwise(cuts)]
-    return [_up_and_down(group, odd=bool(k % 2)) for k, group in enumerate(groups)]
+    return tuple(_up_and_down(group, odd=bool(k % 2)) for k, group in enumerate(groups))
 
 
-def _up_and_down(group: list[tuple[float, float]], *, odd: bool) -> list[tuple[float, float]]:
+def _up_and_down(group: Sequence[tuple[int, float]], *, odd: bool) -> tuple[tuple[int, float], ...]:
     """Put every other speed on the way down, the fastest in between."""
-    up, down = group[odd::2], group[1 - odd :: 2]
-    return [*up, *reversed(down)]
+    return (*group[odd::2], *reversed(group[1 - odd :: 2]))

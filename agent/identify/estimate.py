@@ -22,7 +22,7 @@ from agent.identify.result import (
     RigidBodyFit,
 )
 from agent.identify.rigid.alike import mixed_units
-from agent.identify.rigid.beside_law import NOTE, is_bent, reaching_over_law
+from agent.identify.rigid.beside_law import NOTE, beside_law, is_bent
 from agent.identify.rigid.body import (
     validate,
     weights,
@@ -108,7 +108,7 @@ def identify(
     if reasons:
         return _undecided(motions, windows, reasons)
     if body is not None:
-        body = reaching_over_law(body, regression.rows, models)
+        body = beside_law(body, regression.rows, models, chosen_hz)
     unseen = None if validation is None or body is None else _motion_of(validation)
     validated = None
     if unseen is not None and body is not None:

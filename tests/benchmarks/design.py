@@ -1,4 +1,4 @@
-"""What a stair is worth: ``python -m tests.benchmarks.design [cycles]``.
+"""What a stair is worth: ``python -m tests.benchmarks.design [cycles] [first]``.
 
 Simulated cycles of the thesis's two stairs (40 s) and of designed ones (20 s, 10 s, and what a
 paired stair's friction takes), estimated by the product; the spread of every parameter about the
@@ -35,7 +35,7 @@ NAMES = (*LAW, "exponent", *BODY)
 _FEWEST = 0.5
 
 
-def main(cycles: int) -> None:
+def main(cycles: int, first: int) -> None:
     """Run all cycles and print the tables."""
     stairs = {
         "thesis 4.1.1, 40 s": thesis_stair(),
@@ -44,26 +44,23 @@ def main(cycles: int) -> None:
         "designed, 20 s": designed(20.0).trajectory,
         "designed, 10 s": designed(10.0).trajectory,
     }
+    healthy, later = range(first, first + cycles), range(first + cycles, first + 2 * cycles)
     with ProcessPoolExecutor(2) as pool:
         runs = {
-            name: list(pool.map(partial(found, stair, Truth()), range(cycles), chunksize=10))
+            name: list(pool.map(partial(found, stair, Truth()), healthy, chunksize=10))
             for name, stair in stairs.items()
         }
         risen = Truth(coulomb_nm=Truth().coulomb_nm + RISE_NM)
         after = {
-            name: list(
-                pool.map(
-                    partial(found, stairs[name], risen), range(cycles, 2 * cycles), chunksize=10
-                )
-            )
+            name: list(pool.map(partial(found, stairs[name], risen), later, chunksize=10))
             for name in ("designed, 20 s", "designed, 10 s")
         }
-    print(f"{cycles} simulated cycles each\n")
+    print(f"{cycles} simulated cycles each, seeds from {first} on\n")
     _spreads(stairs, runs)
     _volumes(runs)
     _each(runs)
-    for name, later in after.items():
-        _rise(name, stairs[name], runs[name], later)
+    for name, found_later in after.items():
+        _rise(name, stairs[name], runs[name], found_later)
 
 
 def _spreads(stairs: dict[str, Trajectory], runs: dict[str, list[dict[str, float]]]) -> None:
@@ -140,4 +137,5 @@ def _rise(
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else CYCLES)
+    given = [int(one) for one in sys.argv[1:]]
+    main(*given, *(CYCLES, 0)[len(given) :])

@@ -11,7 +11,8 @@ import typer
 
 from agent.cell import Axis, Cell, read_cell
 from agent.cli.cycle.plan_aliases import aliases_document, planned_aliases
-from agent.cli.cycle.plan_outlook import Outlook, basis, can_see, cannot_see, outlook_of, rows
+from agent.cli.cycle.plan_outlook import Outlook, outlook_of
+from agent.cli.cycle.plan_words import basis, can_see, cannot_see, rows
 from agent.cycle.plan import stair_of
 from agent.record.atomic import make_folder, publish
 from trajectories import summarise
@@ -161,6 +162,8 @@ def _document(outlook: Outlook) -> dict[str, Any]:
         "visible_rise_nm": seen.visible_rise_nm,
         "visible_rise_at_one_speed_nm": seen.visible_rise_at_one_speed_nm,
         "stribeck_range_rad_s": outlook.stribeck_range_rad_s,
+        "plain_stair_s": outlook.design.plain_s,
+        "intervals_over_plain": outlook.beside_plain,
         "can_see": can_see(outlook),
         "cannot_see": cannot_see(outlook),
         "basis": basis(outlook),

@@ -1,4 +1,4 @@
-"""What a designed stair can and cannot see, from a cell's rough idea of the joint; in words."""
+"""What a designed stair is expected to tell, from a cell's rough idea of the joint."""
 
 from __future__ import annotations
 
@@ -11,14 +11,6 @@ from numpy.typing import NDArray
 from agent.cell import Axis, Cell
 from agent.cell_axis import Expected
 from agent.errors import InputError
-from agent.numbers import (
-    decimals_for,
-    fixed,
-    parameter_label,
-    parameter_unit,
-    scale_for,
-    significant,
-)
 from agent.physics.friction import STRIBECK
 from agent.physics.sensitivity import sensitivity
 from trajectories import (
@@ -38,8 +30,8 @@ CORRELATION_S = 0.02
 """Over which torque noise that a drive's control loop has coloured forgets itself."""
 
 _STATIC_EXTRA_SHARE = 0.25  # of Coulomb friction
-_STRIBECK_RAD_S = (6.0, 3.0, 12.0)  # nominal, then the range that the design must bear
-_EXPONENTS = (1.3, 1.0, 1.8)
+STRIBECK_RAD_S = (6.0, 3.0, 12.0)  # nominal, then the range that the design must bear
+EXPONENTS = (1.3, 1.0, 1.8)
 _SETTLING = 0.4  # of the shortest dwell
 _SEEN = 0.5  # an interval wider than half of the value to either side tells little
 _SCAN = 60
@@ -77,6 +69,18 @@ class Outlook:
     def half_widths(self) -> dict[str, float]:
         """Half of the expected 95 % intervals, by parameter."""
         return dict(self.design.expectation.half_widths)
+
+    @property
+    def beside_plain(self) -> dict[str, float]:
+        """Expected intervals over those of a plain stair that takes longer, where both have one."""
+        plain = self.design.plain
+        theirs = {} if plain is None else dict(plain.half_widths)
+        widths = self.half_widths
+        return {
+            name: widths[name] / half
+            for name, half in theirs.items()
+            if math.isfinite(half) and math.isfinite(widths[name])
+        }
 
     def sees(self, name: str) -> bool:
         """Tell whether the expected interval stays within half of the value to either side.
@@ -125,8 +129,8 @@ def outlook_of(
         "coulomb_nm": expected.coulomb_nm,
         "viscous_nm_s_per_rad": expected.viscous_nm_s_per_rad,
         "static_extra_nm": _STATIC_EXTRA_SHARE * expected.coulomb_nm,
-        "stribeck_velocity_rad_s": _STRIBECK_RAD_S[0],
-        "exponent": _EXPONENTS[0],
+        "stribeck_velocity_rad_s": STRIBECK_RAD_S[0],
+        "exponent": EXPONENTS[0],
     }
     noise = TorqueNoise(noise_nm, noise_nm, CORRELATION_S, cell.recording.sample_rate_hz)
     belief = _belief_of(expected, friction, axis.gear_ratio)
@@ -142,8 +146,8 @@ def _belief_of(expected: Expected, friction: dict[str, float], gear_ratio: float
     """Return what is believed of the joint: the design must bear every Stribeck curve of it."""
     prior = [friction] + [
         {**friction, "stribeck_velocity_rad_s": v, "exponent": d}
-        for v in _STRIBECK_RAD_S
-        for d in _EXPONENTS[1:]
+        for v in STRIBECK_RAD_S
+        for d in EXPONENTS[1:]
     ]
     gravity_nm = expected.gravity_peak_nm
     return Belief(
@@ -196,92 +200,3 @@ def _stribeck_range(
         if best is None or velocity / begin >= best[1] / best[0]:
             best = (begin, velocity)
     return best
-
-
-def rows(outlook: Outlook) -> list[tuple[str, str, str]]:
-    """Return parameter, assumed value and expected half-interval, with their units.
-
-    Infinite intervals are written as what they are: not seen.
-    """
-    out = []
-    for name, half in outlook.half_widths.items():
-        value = outlook.nominal[name]
-        if not math.isfinite(half):
-            out.append((parameter_label(name), _amount(name, value), "not seen"))
-            continue
-        scale = scale_for(parameter_unit(name), (value or half,))
-        places = decimals_for(half * scale.factor)
-        assumed = f"{fixed(value * scale.factor, places)} {scale.unit}".strip()
-        width = f"± {fixed(half * scale.factor, places)} {scale.unit}".strip()
-        out.append((parameter_label(name), assumed, width))
-    return out
-
-
-def can_see(outlook: Outlook) -> list[str]:
-    """Return what this plan tells, a sentence each."""
-    seen, speeds = outlook.design.expectation, outlook.design.expectation.speed_rad_s
-    share = 100.0 * seen.visible_rise_nm / outlook.nominal["coulomb_nm"]
-    out = [
-        f"The friction curve at {speeds.size} speeds from {significant(float(speeds.min()), 3)} to "
-        f"{significant(float(speeds.max()), 3)} rad/s, both directions over the same positions.",
-        f"A rise of friction of {_amount('_nm', seen.visible_rise_nm)} at all speeds "
-        f"({significant(share, 2)} % of Coulomb), or of "
-        f"{_amount('_nm', seen.visible_rise_at_one_speed_nm)} at any one speed, between two such "
-        "runs at one temperature (four of five such rises, one false alarm in twenty).",
-    ]
-    found = outlook.stribeck_range_rad_s
-    if found is not None:
-        out.append(
-            f"A Stribeck velocity between {significant(found[0], 2)} and "
-            f"{significant(found[1], 2)} rad/s, to within half of its value."
-        )
-    return out
-
-
-def cannot_see(outlook: Outlook) -> list[str]:
-    """Return what this plan does not tell, a sentence each."""
-    out = []
-    if outlook.stribeck_range_rad_s is None:
-        out.append(
-            "The Stribeck velocity, to within half of its value: more time or slower speeds would."
-        )
-    for name in outlook.half_widths:
-        if outlook.sees(name) or (
-            name.startswith("stribeck_") and not outlook.stribeck_range_rad_s
-        ):
-            continue
-        if math.isfinite(outlook.half_widths[name]):
-            out.append(f"{parameter_label(name)}, to within half of its value: more time would.")
-        else:
-            out.append(f"{parameter_label(name)}: this stroke and these speeds do not carry it.")
-    slowest = float(outlook.design.expectation.speed_rad_s.min())
-    out.append(
-        f"Friction below {significant(slowest, 3)} rad/s, presliding and backlash: they need slow "
-        "reversals of small amplitude."
-    )
-    shortest_s = min(w.end_s - w.start_s for w in outlook.trajectory.steady_windows())
-    out.append(
-        f"A speed at which a soft arm goes on ringing (the shortest dwell is {shortest_s:.2f} s): "
-        "such dwells are left out of the estimate; a longer --dwell-s keeps them."
-    )
-    out.append(
-        "The gearbox temperature's part in a change of friction: compare runs at one temperature."
-    )
-    return out
-
-
-def basis(outlook: Outlook) -> str:
-    """Say what the numbers stand on."""
-    noise = outlook.request.noise
-    return (
-        f"Reckoned with torque noise of {_amount('_nm', noise.white_nm)} white and "
-        f"{_amount('_nm', noise.coloured_nm)} coloured ({1e3 * noise.correlation_s:.0f} ms), "
-        f"sampled at {noise.sample_rate_hz:g} Hz; Stribeck velocities from "
-        f"{min(_STRIBECK_RAD_S):g} to {max(_STRIBECK_RAD_S):g} rad/s and exponents from "
-        f"{min(_EXPONENTS):g} to {max(_EXPONENTS):g}; a rigid joint without ripple."
-    )
-
-
-def _amount(name: str, value: float) -> str:
-    scale = scale_for(parameter_unit(name), (value,))
-    return f"{significant(scale.factor * value, 3)} {scale.unit}".strip()

@@ -2,12 +2,14 @@
 
 The rigid body's friction is Coulomb's and viscous: a straight line through the curve. Where the
 steady speeds show that friction is bent, the line is no part of it, and at every ramp and reversal
-the rest is shared out among inertia, gravity and offset. By how much is known: the law is.
+the rest is shared out among inertia, gravity and offset. By how much is known: the law is. Those
+three are then what they are beside the law; Coulomb and viscous friction stay the line's, which is
+what a twin of straight friction needs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,20 +17,22 @@ import numpy as np
 from agent.identify.result import Floats, FrictionModelFit, Parameter, RigidBodyFit
 from agent.identify.rigid.body import weights
 from agent.identify.rigid.rows import Rows
+from agent.identify.signals.lowpass import lowpass
 from agent.physics.friction import COULOMB_VISCOUS, LAWS
 from agent.physics.rigid_body import PARAMETERS
 
-_COULOMB, _VISCOUS = (PARAMETERS.index(n) for n in COULOMB_VISCOUS.linear)
+_LINE = tuple(PARAMETERS.index(n) for n in COULOMB_VISCOUS.linear)
 NOTE = (
-    "friction is bent, which the rigid body's straight line is not: its intervals reach as far as "
-    "that moves its numbers; for Coulomb and viscous friction take the law's"
+    "friction is bent, which the rigid body's straight line is not: inertia, gravity and offset are "
+    "those beside the friction law, and all intervals hold what they are without it; for Coulomb "
+    "and viscous friction take the law's"
 )
 
 
-def reaching_over_law(
-    body: RigidBodyFit, rows: Rows, models: Sequence[FrictionModelFit]
+def beside_law(
+    body: RigidBodyFit, rows: Rows, models: Sequence[FrictionModelFit], cutoff_hz: float
 ) -> RigidBodyFit:
-    """Return the rigid body with intervals that hold what it would be beside the selected law.
+    """Return the rigid body beside the selected law, with intervals that hold it without, too.
 
     Parameters
     ----------
@@ -38,6 +42,8 @@ def reaching_over_law(
         What it was fitted to, N of them.
     models : sequence of FrictionModelFit
         Of the friction curve; without one that is bent and selected nothing changes.
+    cutoff_hz : float
+        Of the low-pass that the rows passed.
     """
     selected = next((m for m in models if m.selected), None)
     if selected is None or not is_bent(models):
@@ -45,14 +51,11 @@ def reaching_over_law(
     values = {name: p.value for name, p in selected.parameters.items()}
     if not np.isfinite(list(values.values())).all():
         return body
-    direction, velocity = rows.columns[:, _COULOMB], rows.columns[:, _VISCOUS]
-    line = values["coulomb_nm"] + values["viscous_nm_s_per_rad"] * np.abs(velocity)
-    bend = direction * (LAWS[selected.model].torque(np.abs(velocity), values) - line)
     kept = [i for i, name in enumerate(PARAMETERS) if body.parameters[name].identified]
-    moved = _moved(body, rows, kept, bend)
+    moved = _moved(body, rows, kept, _bend(rows, selected.model, values, cutoff_hz))
     parameters = dict(body.parameters)
     for i, by in zip(kept, moved.tolist(), strict=True):
-        parameters[PARAMETERS[i]] = _reaching(parameters[PARAMETERS[i]], -by)
+        parameters[PARAMETERS[i]] = _put(parameters[PARAMETERS[i]], -by, i in _LINE)
     return replace(body, parameters=parameters)
 
 
@@ -74,9 +77,21 @@ def _moved(body: RigidBodyFit, rows: Rows, kept: Sequence[int], bend_nm: Floats)
     return np.asarray(moved[: len(kept)], dtype=np.float64)
 
 
-def _reaching(parameter: Parameter, by: float) -> Parameter:
-    """Return a parameter whose interval holds it where it is and moved."""
+def _bend(rows: Rows, model: str, values: Mapping[str, float], cutoff_hz: float) -> Floats:
+    """Return what a law differs from its own straight line, shape (N,), filtered as all are."""
+    out = []
+    for stretch in rows.unfiltered:
+        speed = np.abs(stretch.velocity_rad_s)
+        line = values["coulomb_nm"] + values["viscous_nm_s_per_rad"] * speed
+        bend = stretch.direction * (LAWS[model].torque(speed, values) - line)
+        out.append(lowpass(bend, stretch.period_s, cutoff_hz)[stretch.usable])
+    return np.concatenate(out)
+
+
+def _put(parameter: Parameter, by: float, stays: bool) -> Parameter:
+    """Return a parameter where it is moved to, and an interval that holds it at both places."""
     if parameter.ci95 is None:
         return parameter
     low, high = parameter.ci95
-    return replace(parameter, ci95=(low + min(by, 0.0), high + max(by, 0.0)))
+    value = parameter.value if stays else parameter.value + by
+    return replace(parameter, value=value, ci95=(low + min(by, 0.0), high + max(by, 0.0)))
