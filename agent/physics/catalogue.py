@@ -18,18 +18,15 @@ from agent.physics.flexibility import ThreeMass, TwoMass
 from agent.physics.friction_drift import LinearDrift, RunIn
 from agent.physics.friction_dynamic import BlimanSorine, Dahl, LuGre
 from agent.physics.friction_extended import ExtendedFriction
-from agent.physics.friction_static import (
+from agent.physics.friction_oil import (
     CrossShear,
-    DirectionDependent,
     EyringShear,
-    LoadDependent,
     NonlinearViscous,
-    PositionDependent,
-    StaticFriction,
     TemperatureCoulomb,
     TemperatureViscous,
-    TightSpot,
 )
+from agent.physics.friction_place import PositionDependent, TightSpot
+from agent.physics.friction_static import DirectionDependent, LoadDependent, StaticFriction
 from agent.physics.law import Law
 from agent.physics.periodic import KinematicError, ResolverError, TorqueRipple
 from agent.physics.presliding import MaxwellSlip, YieldingSpring

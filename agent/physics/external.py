@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.physics.friction_dynamic import Dahl
-from agent.physics.friction_static import bump_share
+from agent.physics.friction_place import bump_share
 from agent.physics.law import Law, require
 
 Floats = NDArray[np.float64]

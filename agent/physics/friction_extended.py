@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.physics.friction import boundary_share
-from agent.physics.friction_static import thinning_share
+from agent.physics.friction_oil import thinning_share
 from agent.physics.law import Law, require
 
 Floats = NDArray[np.float64]

@@ -10,14 +10,9 @@ from hypothesis import strategies as st
 from agent.physics.friction import STRIBECK
 from agent.physics.friction_dynamic import BlimanSorine, Dahl, LuGre
 from agent.physics.friction_extended import ExtendedFriction
-from agent.physics.friction_static import (
-    DirectionDependent,
-    LoadDependent,
-    NonlinearViscous,
-    PositionDependent,
-    StaticFriction,
-    TemperatureViscous,
-)
+from agent.physics.friction_oil import NonlinearViscous, TemperatureViscous
+from agent.physics.friction_place import PositionDependent
+from agent.physics.friction_static import DirectionDependent, LoadDependent, StaticFriction
 
 SPEEDS = np.linspace(-100.0, 100.0, 201)
 LUGRE = LuGre(0.6, 0.01, 0.2, 0.5, 600.0, 1.0)

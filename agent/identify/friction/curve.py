@@ -26,6 +26,7 @@ from agent.identify.friction.curve_point import (
 from agent.identify.friction.pass_blocks import TimedPass
 from agent.identify.friction.pass_noise import PassNoise, Spread, noise_of
 from agent.identify.friction.passes import Pass, PositionTorque, take_pass, with_correlation
+from agent.identify.friction.warming import Warming, temperature_of, uneven_warmth, warming_of
 from agent.identify.result import Floats, FrictionCurve
 from agent.identify.signals.preprocess import Motion
 from agent.identify.signals.windows import SteadyWindow
@@ -35,7 +36,6 @@ from agent.physics.rigid_body import gravity_columns
 _SAME_SPEED = 0.035  # two passes of one step of the stair may differ by this much
 _ENOUGH_MEETING = 3  # speeds whose passes meet, to learn gravity and offset from
 _BEYOND = 0.02  # of the learned positions' range: a pass may reach that far out of it
-_WARMER_DEGC = 1.0  # oil thins by 2 to 5 % a kelvin, more than a law's numbers are wide
 _FROM_MEETING = (
     "no forward and backward pass cover the same positions; gravity and offset there come from the "
     "speeds whose passes do"
@@ -72,7 +72,8 @@ class CurveFit:
 
     `standard_error_nm`, shape (n,), belongs to the curve's points; `dof`, shape (n,), are its
     degrees of freedom. `noise` is how the points err together, where the passes tell;
-    `shared_gravity` says that some stand on gravity from elsewhere, whose error they share.
+    `shared_gravity` says that some stand on gravity from elsewhere, whose error they share;
+    `warming` is how warm the oil may have been, where that was recorded.
     """
 
     curve: FrictionCurve
@@ -82,6 +83,7 @@ class CurveFit:
     notes: tuple[str, ...]
     noise: PassNoise | None = None
     shared_gravity: bool = False
+    warming: Warming | None = None
 
 
 def friction_curve(
@@ -134,42 +136,14 @@ def friction_curve(
     if not points:
         return None
     notes = [f"at {_speeds(speeds)} {note}" for note, speeds in told.items()]
-    temperature = np.array([_temperature(groups[i]) for i in kept])
-    notes += _warming(temperature)
+    temperature = np.array([temperature_of(groups[i]) for i in kept])
+    notes += uneven_warmth(temperature)
     fit = _assemble(points, notes, with_position=passes[0].position_rad is not None)
     shared = _FROM_MEETING in told or _FROM_BODY in told
     curve = replace(fit.curve, temperature_degc=temperature)
-    fit = replace(fit, curve=curve, shared_gravity=shared)
+    warming = warming_of(motions, found, [by_speed[i] for i in kept], temperature)
+    fit = replace(fit, curve=curve, shared_gravity=shared, warming=warming)
     return fit if noise is None else replace(fit, noise=noise.of(kept, fit.standard_error_nm))
-
-
-def _temperature(group: Sequence[Pass]) -> float:
-    """Return a speed's mean temperature, degC; NaN where none was recorded."""
-    known = [p for p in group if np.isfinite(p.temperature_degc)]
-    if not known:
-        return float("nan")
-    sizes = [p.torque_nm.size for p in known]
-    return float(np.average([p.temperature_degc for p in known], weights=sizes))
-
-
-def _warming(temperature_degc: Floats) -> list[str]:
-    """Return a note where slow and fast speeds, shape (n,) with rising speed, differ in warmth.
-
-    Warm oil is thinner, which bends the curve as if friction itself bent.
-    """
-    known = temperature_degc[np.isfinite(temperature_degc)]
-    if known.size < _ENOUGH_MEETING:
-        return []
-    third = max(known.size // 3, 1)
-    slow, fast = float(np.mean(known[:third])), float(np.mean(known[-third:]))
-    if abs(fast - slow) < _WARMER_DEGC:
-        return []
-    return [
-        f"the slow speeds were passed at {slow:.1f} degC and the fast ones at {fast:.1f}: oil that "
-        "thins meanwhile bends the curve, and no interval of the friction law holds that. Warm the "
-        "gearbox up before, or pass the speeds up and down again; stribeck thermal tells speed and "
-        "temperature apart from recordings at several temperatures"
-    ]
 
 
 def _noise(

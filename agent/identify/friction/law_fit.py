@@ -14,6 +14,7 @@ import numpy as np
 from agent.identify.friction import separable
 from agent.identify.friction.curve import CurveFit
 from agent.identify.friction.intervals import intervals, numbers_of, variance_of
+from agent.identify.friction.warming import beside_warming
 from agent.identify.friction.weights import Weights, misfit, weights
 from agent.identify.result import Floats, FrictionModelFit, Parameter
 from agent.identify.uncertainty import student_975
@@ -59,10 +60,13 @@ def fit_law(law: FrictionLaw, curve_fit: CurveFit) -> LawFit:
     own = _weights(law, curve_fit)
     found = _fit(law, curve_fit, own)
     exponent = found.fit.parameters.get("exponent")
-    enough = curve_fit.curve.velocity_rad_s.shape[0] > len(law.parameters)
+    speed = curve_fit.curve.velocity_rad_s
+    enough = speed.shape[0] > len(law.parameters)
     if exponent is not None and not (enough and exponent.identified):
-        return _over_exponents(law, curve_fit, own)
-    return found
+        found = _over_exponents(law, curve_fit, own)
+    if curve_fit.warming is None:
+        return found
+    return replace(found, fit=beside_warming(found.fit, law, speed, own.root, curve_fit.warming))
 
 
 def _weights(law: FrictionLaw, curve_fit: CurveFit) -> Weights:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from agent.identify.result import Floats
 from agent.physics.friction import boundary_share
-from agent.physics.friction_static import thinning_share
+from agent.physics.friction_oil import thinning_share
 
 _SAME_DEGC, _WIDEST_DEGC = 0.75, 1.0
 _STARTS = (0.3, 0.55, 0.8)

@@ -23,8 +23,8 @@ from agent.physics.rigid_body import PARAMETERS
 
 _LINE = tuple(PARAMETERS.index(n) for n in COULOMB_VISCOUS.linear)
 NOTE = (
-    "friction is bent, which the rigid body's straight line is not: inertia, gravity and offset are "
-    "those beside the friction law, and all intervals hold what they are without it; for Coulomb "
+    "friction is bent, which the rigid body's straight line is not: inertia, gravity and offset "
+    "are those beside the friction law, and all intervals hold what they are without; for Coulomb "
     "and viscous friction take the law's"
 )
 

@@ -18,15 +18,14 @@ from agent.physics.effects.card import (
 from agent.physics.effects.motion import Base, Motion
 from agent.physics.friction import STRIBECK
 from agent.physics.friction_extended import ExtendedFriction
-from agent.physics.friction_static import (
+from agent.physics.friction_oil import (
     CrossShear,
-    DirectionDependent,
     EyringShear,
-    LoadDependent,
     NonlinearViscous,
     TemperatureCoulomb,
     TemperatureViscous,
 )
+from agent.physics.friction_static import DirectionDependent, LoadDependent
 from agent.physics.law import Law
 
 _STRIBECK_LAW = Law(

@@ -16,7 +16,7 @@ from agent.physics.effects.card import (
     positive,
 )
 from agent.physics.effects.motion import Base, Motion
-from agent.physics.friction_static import PositionDependent, TightSpot
+from agent.physics.friction_place import PositionDependent, TightSpot
 from agent.physics.presliding import MaxwellSlip, YieldingSpring, across_gaps
 
 _FORGOTTEN = 10.0  # of the travel that draws a spring out: e^-10 of what was before is left

@@ -16,7 +16,7 @@ from agent.physics.effects.card import (
 )
 from agent.physics.effects.motion import Base, Motion
 from agent.physics.external import CableForce, LocalFault
-from agent.physics.friction_static import TightSpot
+from agent.physics.friction_place import TightSpot
 from agent.physics.law import Law
 from agent.physics.rigid_body import gravity_columns
 

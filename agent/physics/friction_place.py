@@ -1,0 +1,82 @@
+"""Friction that changes with the place of the arm: along a turn, or at one spot.
+
+Torques oppose motion with the sign of the velocity (motor side) and are zero at rest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.physics.law import Law, require
+from agent.physics.periodic import wave
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PositionDependent:
+    """A friction level that is modulated along the position; its sign follows velocity."""
+
+    law: ClassVar[Law] = Law(
+        "position-dependent",
+        "[c cos(n q) + s sin(n q)] sign(v)",
+        {
+            "cos_nm": "c, in phase with position zero",
+            "sin_nm": "s, a quarter of a period later",
+            "order": "n, periods per turn of the angle q that is handed in",
+        },
+        "Armstrong-Helouvry, Control of Machines with Friction (1991), chapter 4",
+        "one order; the modulation must stay below the Coulomb level, or friction would drive",
+    )
+    cos_nm: float
+    sin_nm: float
+    order: float
+
+    def __post_init__(self) -> None:
+        """Refuse what has no period."""
+        require(self.law, self, positive="order")
+
+    def torque_nm(
+        self, angle_rad: Floats, velocity_rad_s: Floats, direction: Floats | None = None
+    ) -> Floats:
+        """Return the modulation of friction, shape (n,)."""
+        sign = np.sign(velocity_rad_s) if direction is None else direction
+        return wave(self.cos_nm, self.sin_nm, self.order, angle_rad) * sign
+
+
+@dataclass(frozen=True)
+class TightSpot:
+    """More (or less) friction near one place of the arm."""
+
+    law: ClassVar[Law] = Law(
+        "tight-spot",
+        "h exp(-((q - q0)/w)^2/2) sign(v), q the arm's angle",
+        {
+            "height_nm": "h, what the friction level has more at the place's middle",
+            "center_arm_rad": "q0, its place",
+            "width_arm_rad": "w, half of its width at 61 % of its height",
+        },
+        "Armstrong-Helouvry, Control of Machines with Friction (1991), chapter 4, as one bump",
+        "one place; a dent deeper than the Coulomb level would drive",
+    )
+    height_nm: float
+    center_arm_rad: float
+    width_arm_rad: float
+
+    def __post_init__(self) -> None:
+        """Refuse a place without a width."""
+        require(self.law, self, positive="width_arm_rad")
+
+    def torque_nm(self, arm_rad: Floats, direction: Floats) -> Floats:
+        """Return the bump of friction, shape (n,)."""
+        share = bump_share(arm_rad, self.center_arm_rad, self.width_arm_rad)
+        return self.height_nm * share * direction
+
+
+def bump_share(arm_rad: Floats, center_arm_rad: float, width_arm_rad: float) -> Floats:
+    """Return the bell ``exp(-((q - q0)/w)^2/2)``, from 1 at the place to 0 far from it."""
+    return np.asarray(np.exp(-0.5 * ((arm_rad - center_arm_rad) / width_arm_rad) ** 2))
