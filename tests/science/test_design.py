@@ -116,6 +116,11 @@ def test_more_time_is_worth_more_and_no_speed_is_wasted_on_a_plain_spacing() -> 
     worth = expect(plain, belief(), noise())
     for name in LAW:
         assert ours.expectation.half_widths[name] < worth.half_widths[name], name
+    assert ours.plain is not None
+    assert ours.plain_s == pytest.approx(2 * ours.trajectory.duration_s)
+    for name, half in ours.expectation.half_widths.items():
+        # No number is left behind: gravity's, too, which tell where time is spent.
+        assert half < 1.05 * ours.plain.half_widths[name], name
 
 
 def test_a_torque_limit_makes_the_ramps_gentler() -> None:

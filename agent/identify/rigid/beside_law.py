@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from agent.identify.friction.law_fit import fit_percent
 from agent.identify.result import Floats, FrictionModelFit, Parameter, RigidBodyFit
 from agent.identify.rigid.body import weights
 from agent.identify.rigid.rows import Rows
@@ -56,7 +57,13 @@ def beside_law(
     parameters = dict(body.parameters)
     for i, by in zip(kept, moved.tolist(), strict=True):
         parameters[PARAMETERS[i]] = _put(parameters[PARAMETERS[i]], -by, i in _LINE)
-    return replace(body, parameters=parameters)
+    beside = replace(body, parameters=parameters)
+    predicted = rows.columns @ weights(beside)
+    return replace(
+        beside,
+        rmse_nm=float(np.sqrt(np.mean((rows.torque_nm - predicted) ** 2))),
+        fit_percent=fit_percent(rows.torque_nm, predicted),
+    )
 
 
 def is_bent(models: Sequence[FrictionModelFit]) -> bool:
