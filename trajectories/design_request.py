@@ -50,7 +50,7 @@ class DesignRequest:
     torque_model: TorqueModel | None = None
     dwell_min_s: float = 0.5
     settle_s: float = 0.2
-    rest_s: float = 0.1
+    rest_s: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("from_rad", "to_rad"):
