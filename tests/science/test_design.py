@@ -53,7 +53,7 @@ def spread(trajectory: Trajectory) -> tuple[dict[str, float], dict[str, float]]:
 
 def test_half_of_the_time_reaches_the_covariance_of_the_thesis_stair() -> None:
     stair = designed(20.0).trajectory
-    assert stair.duration_s <= 0.5 * thesis_stair().duration_s
+    assert stair.duration_s <= 0.5 * thesis_stair().duration_s * (1 + 1e-9)
     ours, shares = spread(stair)
     theirs, _ = spread(thesis_stair())
     assert min(shares.values()) == 1.0, shares
