@@ -20,6 +20,7 @@ _BEGINNINGS, _STEPS = 3, 2500
 _HOT, _COLD = 1.0, 0.003  # of the criterion
 _FAR = 4.0  # places in the grid that a speed moves by at most, while hot
 _LONGER = 0.4, 0.03  # of a logarithm: how much a share changes by, while hot and in the end
+_HOPELESS = 0.2  # of a logarithm, what all numbers together may lack
 _OWN = 0.1  # of the dwells that change places, the share that may get a stroke of their own
 
 
@@ -34,7 +35,8 @@ def search(problem: Problem) -> Strokes | None:
     rng = np.random.default_rng(0)
     for _ in range(_BEGINNINGS):
         best = max(best, _annealed(problem, start[0], rng), key=lambda pair: pair[1])
-    return best[0]
+    # What cannot be held in so little time is not worth what it costs the others.
+    return best[0] if problem.lack(best[0]) < _HOPELESS else start[0]
 
 
 def _annealed(

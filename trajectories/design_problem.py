@@ -111,6 +111,10 @@ class Problem:
         value = 0.5 * float(of_friction + np.linalg.slogdet(body)[1])
         return value - _HELD * self._lack(friction, body) if held else value
 
+    def lack(self, strokes: Strokes) -> float:
+        """Return by how much numbers err more than in the plain stair: a sum of logarithms."""
+        return (self.worth(strokes) - self.worth(strokes, held=True)) / _HELD
+
     def _friction(self, columns: Floats, seen_s: Floats) -> Floats:
         """Return the friction law's information with its prior, shape (members, p, p)."""
         information = friction_information(columns, 0.5 * self.noise.density_nm2_s / seen_s)
@@ -124,7 +128,7 @@ class Problem:
         return np.asarray(out, dtype=np.float64)
 
     def _lack(self, friction: Floats, body: Floats) -> float:
-        """Return by how much numbers err more than in the plain stair: a sum of logarithms."""
+        """Return what `lack` does, of information."""
         theirs = self._plain_errors
         if theirs is None:
             return 0.0
