@@ -114,6 +114,7 @@ def line(kind: str, registers: Registers) -> Iterator[Line]:
             server = RtuServer(registers, descriptor)
             endpoint = SerialEndpoint(path, baudrate=115_200, parity="N")
         stack.enter_context(served(server))
+        stack.enter_context(unhurried(server))
         asks = ModbusConnection(endpoint, clock)
         stack.callback(asks.close)
         yield Line(registers, server, endpoint, asks, clock)

@@ -36,9 +36,12 @@ from fakes.modbus_probe import MAP, FakeTransmitter
 from fakes.modbus_server import Misbehaviour, RtuServer, TcpServer
 from fakes.process import open_bus
 from fakes.serial_probe import FakeAdam
-from tests.contract.modbus_rig import pty_pair, served
+from tests.contract.modbus_rig import pty_pair, served, unhurried
 
 PERIOD_S, TIMEOUT_S = 0.02, 0.3
+ADAM_TIMEOUT_S = 1.0  # a thread answers, which a busy machine may hold up
+
+pytestmark = pytest.mark.real_time
 
 
 @dataclass
@@ -75,6 +78,7 @@ def modbus_bench(kind: str, degc: list[float]) -> Iterator[Bench]:
             server = RtuServer(fake.registers, descriptor)
             endpoint = SerialEndpoint(path, baudrate=115_200, parity="N")
         stack.enter_context(served(server))
+        stack.enter_context(unhurried(server))
         device = MappedDevice(ModbusConnection(endpoint, clock), parse_map(MAP))
         probe = ModbusProbe(device, "gearbox", clock, period_s=PERIOD_S, timeout_s=TIMEOUT_S)
         stack.callback(probe.close)
@@ -99,7 +103,7 @@ def adam_bench(degc: list[float], *, checksum: bool = True) -> Iterator[Bench]:
             channel=2,
             checksum=checksum,
             period_s=PERIOD_S,
-            timeout_s=TIMEOUT_S,
+            timeout_s=ADAM_TIMEOUT_S,
         )
         stack.callback(probe.close)
 
@@ -234,7 +238,7 @@ def test_what_is_wrong_on_an_ascii_line_is_said(kind: str, error: type[DriverErr
         fake.misbehaviour = kind
         line = SerialLine(SerialConfig(path), clock)
         probe = AdamProbe(
-            line, clock, address=1, channel=0, checksum=True, period_s=1.0, timeout_s=TIMEOUT_S
+            line, clock, address=1, channel=0, checksum=True, period_s=1.0, timeout_s=ADAM_TIMEOUT_S
         )
         with served(fake), pytest.raises(error):
             probe.open()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import threading
+from pathlib import Path
 
 import pytest
 
@@ -13,10 +14,12 @@ from tests.web.bench import Bench
 from tests.web.test_attended import ended, wait_until
 
 CHILD = """
-import json, pathlib, sys
+import json, pathlib, sys, time
 out = pathlib.Path(sys.argv[sys.argv.index("--out") + 1])
 told = {"look": 0, "untold": "The cell's PLC answers.", "conditions": [
     ["identity", True, ""], ["drive healthy", False, "The drive is in <fault>: 0x8611."]]}
+while not pathlib.Path(sys.argv[1]).exists():
+    time.sleep(0.005)
 fresh = out.with_suffix(".new")
 fresh.write_text(json.dumps(told))
 fresh.replace(out)
@@ -25,9 +28,16 @@ while sys.stdin.buffer.read(1):
 """
 
 
+def may_tell(bench: Bench) -> Path:
+    """Return the file that lets the child tell what it has seen."""
+    return bench.recordings / "may-tell"
+
+
 def looks(bench: Bench, *command: str) -> Looking:
     state, cell = bench.page.settings.state, bench.page.settings.cell_path
-    bench.page.looking = Looking(state, cell, bench.clock, command or (sys.executable, "-c", CHILD))
+    bench.page.looking = Looking(
+        state, cell, bench.clock, command or (sys.executable, "-c", CHILD, str(may_tell(bench)))
+    )
     return bench.page.looking
 
 
@@ -35,6 +45,7 @@ def test_what_was_seen_is_in_the_list_and_refuses_nothing_by_itself(bench: Bench
     looking, browser = looks(bench), bench.browser(Role.TECHNICIAN)
     first = browser.get("/axes/1/start").text
     assert "nothing is known of them yet" in first
+    may_tell(bench).touch()
     wait_until(lambda: looking.ask(1))
     text = browser.get("/axes/1/preconditions", **{"accept-language": "en"}).text
     assert "Refused now: 1 reason(s)." in text
@@ -56,6 +67,7 @@ def test_what_was_seen_is_in_the_list_and_refuses_nothing_by_itself(bench: Bench
 
 
 def test_an_old_look_is_none_and_one_that_has_ended_is_begun_anew(bench: Bench) -> None:
+    may_tell(bench).touch()
     looking = looks(bench)
     wait_until(lambda: looking.ask(1))
     assert looking.ask(1) == Look(
