@@ -20,7 +20,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from agent.cell import Axis, Cell
+from agent.cell.cell import Axis, Cell
 from agent.cycle.preflight import Condition
 from agent.errors import StorageError
 from agent.record.lock import try_lock

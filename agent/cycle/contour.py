@@ -7,7 +7,7 @@ not far above its own friction, and at a speed at which little can happen.
 
 from __future__ import annotations
 
-from agent.cell import Axis
+from agent.cell.cell import Axis
 from trajectories import Segment, Trajectory, TrajectoryError
 
 CREEP_ARM_RAD_S = 0.1
@@ -41,7 +41,7 @@ def contour_of(axis: Axis) -> Trajectory:
 
     Parameters
     ----------
-    axis : agent.cell.Axis
+    axis : agent.cell.axis.Axis
         Its stair's arm positions, its limits, its gear ratio.
 
     Raises
@@ -78,7 +78,7 @@ def creeping(axis: Axis, torque_nm: float | None = None) -> Axis:
 
     Parameters
     ----------
-    axis : agent.cell.Axis
+    axis : agent.cell.axis.Axis
         As the cell describes it.
     torque_nm : float, optional
         The torque limit; by itself `TORQUE_MARGIN` times the friction and gravity that the cell

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from agent.cell import Axis, Cell
+from agent.cell.cell import Axis, Cell
 from agent.cycle.gate import GateLimits
 from trajectories import (
     Trajectory,
@@ -82,7 +82,7 @@ def stair_of(axis: Axis, *, reverse: bool = False) -> Trajectory:
 
     Parameters
     ----------
-    axis : agent.cell.Axis
+    axis : agent.cell.axis.Axis
         Its stair and its gear ratio.
     reverse : bool
         Whether to return the validation run: the same passes in reverse order.
@@ -119,7 +119,7 @@ def triangle_of(axis: Axis) -> Trajectory:
 
     Parameters
     ----------
-    axis : agent.cell.Axis
+    axis : agent.cell.axis.Axis
         Its stair, its limits and its gear ratio.
 
     Raises

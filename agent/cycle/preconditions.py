@@ -10,7 +10,7 @@ import enum
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from agent.cell import Axis, Cell
+from agent.cell.cell import Axis, Cell
 from agent.cycle.preflight import Condition
 
 

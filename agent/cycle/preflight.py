@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from agent.cell import Axis, Cell
+from agent.cell.cell import Axis, Cell
 from agent.cycle.gate import temperature_refusals
 from agent.cycle.plan import CyclePlan
 from agent.errors import RefusedError

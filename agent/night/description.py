@@ -16,7 +16,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from agent.cell_devices import Part, Positive
+from agent.cell.devices import Part, Positive
 from agent.errors import InputError
 from drivers.described import validated
 from drivers.errors import why_unreadable

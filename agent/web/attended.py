@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from agent.cell import Axis, Cell
+from agent.cell.cell import Axis, Cell
 from agent.cycle.stage import Stage
 from agent.record.reading import STREAM
 from agent.web.cycles import Cycle

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
-from agent.cell import Axis, Cell
+from agent.cell.cell import Axis, Cell
 from agent.cycle.plan import NAMED, CyclePlan, plan_cycle
 from agent.cycle.preconditions import Judged, preconditions
 from agent.cycle.preflight import Condition, before_the_bus

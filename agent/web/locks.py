@@ -8,7 +8,7 @@ import re
 import signal
 import sys
 
-from agent.cell import Axis, Cell
+from agent.cell.cell import Axis, Cell
 from agent.cycle.axis_lock import Holder, holders, lock_folder, lock_names, owned
 from agent.errors import StorageError
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fastapi import FastAPI
 
-from agent.cell import Cell, read_cell
+from agent.cell.cell import Cell, read_cell
 from agent.cycle.axis_lock import Holder
 from agent.errors import AgentError
 from agent.record.audit import AuditTrail

@@ -14,9 +14,9 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from agent.cell import parse_cell
+from agent.cell.cell import parse_cell
 from agent.cli.devices.fake_cell import fake_cell_text
-from agent.wire import CycleRequest, drive_cycle
+from agent.wire.wire import CycleRequest, drive_cycle
 from drivers.clock import SteppedClock
 from fakes.can_drive import FakeDrive
 from fakes.process import open_bus

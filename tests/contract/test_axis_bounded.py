@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from agent.cell_bus import Drive
+from agent.cell.bus import Drive
 from drivers.cia402.settings import MAY_LACK
 from drivers.errors import SdoError
 from drivers.ports import Command, Goal, Move

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from agent.acquisition import Acquisition
 from agent.errors import AgentError
 from agent.record.streams.recover import recover
-from agent.wire_drive import bus_config, drive_config
+from agent.wire.drive import bus_config, drive_config
 from drivers.can.owner import CanBusOwner
 from drivers.cia402.handing_back import restore
 from drivers.errors import DriverError

@@ -13,7 +13,7 @@ import pytest
 import tomli_w
 from typer.testing import CliRunner
 
-from agent.cell import read_cell
+from agent.cell.cell import read_cell
 from agent.cli.app import app
 from agent.cli.night.asked import asked_for
 from agent.cli.night.cell import CellAttempts

@@ -18,19 +18,19 @@ from typing import Any
 import pytest
 import tomli_w
 
-from agent.cell import Cell, parse_cell
+from agent.cell.cell import Cell, parse_cell
 from agent.cli.cycle.stop import stop
 from agent.cli.devices.fake_cell import fake_cell_text
 from agent.cycle.axis_lock import FOLDER_VARIABLE, holders, lock_folder, owned
 from agent.errors import InputError, RefusedError, StoppedError, StorageError
-from agent.wire import CycleRequest, drive_cycle
+from agent.wire.wire import CycleRequest, drive_cycle
 from drivers.clock import MonotonicClock, SteppedClock
 from fakes.specification import FakeSpecification
 
 HOLDER = """
 import sys
 from pathlib import Path
-from agent.cell import parse_cell
+from agent.cell.cell import parse_cell
 from agent.cycle.axis_lock import owned
 
 cell = parse_cell(Path(sys.argv[1]).read_text())

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import tomli_w
 
-from agent.cell import parse_cell
+from agent.cell.cell import parse_cell
 from agent.errors import InputError
 from agent.record.reading import read
 from drivers.errors import ConfigurationError

@@ -12,11 +12,11 @@ from typing import Any
 import can
 import pytest
 
-from agent.cell import parse_cell
+from agent.cell.cell import parse_cell
 from agent.cli.devices.fake_cell import fake_cell_text
 from agent.cycle.axis_lock import holders, looked_at, owned
 from agent.cycle.plan import plan_cycle
-from agent.wire_look import Seen, look
+from agent.wire.look import Seen, look
 from fakes import faults
 from fakes.modbus_server import TcpServer
 from fakes.plc import GUARD_OPEN, INPUT, FakePlc

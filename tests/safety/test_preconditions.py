@@ -12,7 +12,7 @@ import pytest
 import tomli_w
 from typer.testing import CliRunner
 
-from agent.cell import Cell, parse_cell
+from agent.cell.cell import Cell, parse_cell
 from agent.cli.app import app
 from agent.cli.devices.fake_cell import fake_cell_text
 from agent.cycle.axis_lock import lock_names, owned

@@ -18,7 +18,7 @@ from agent.explain.answer.result import Explanation
 from agent.physics.twin import Effect, Twin
 from agent.record.reading import read
 from agent.record.recording import Recording
-from agent.wire import CycleRequest, drive_cycle
+from agent.wire.wire import CycleRequest, drive_cycle
 from fakes.friction import FrictionParameters
 from fakes.imperfections import Imperfections
 from fakes.joint import JointParameters

@@ -13,10 +13,10 @@ from typing import Any
 import can
 import tomli_w
 
-from agent.cell import Cell, parse_cell
+from agent.cell.cell import Cell, parse_cell
 from agent.cli.devices.fake_cell import fake_cell_text
 from agent.cycle.ending import CycleResult
-from agent.wire import CycleRequest, drive_cycle
+from agent.wire.wire import CycleRequest, drive_cycle
 from drivers.can.frames import CanBusConfig
 from drivers.clock import SteppedClock
 from fakes.can_drive import FakeDrive

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agent.cell import parse_cell
+from agent.cell.cell import parse_cell
 from agent.cli.devices.fake_cell import fake_cell_text
 from agent.cycle.contour import contour_of, creep_rad_s, creeping
 from agent.cycle.ending import CycleResult
 from agent.cycle.heaviness import heaviness
 from agent.errors import StoppedError
 from agent.record.reading import read
-from agent.wire import CycleRequest, drive_cycle
+from agent.wire.wire import CycleRequest, drive_cycle
 from fakes.imperfections import Imperfections
 from fakes.specification import FakeSpecification
 from tests.system.rig import Rig, rig

@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 import tomli_w
 
-from agent.cell import parse_cell
+from agent.cell.cell import parse_cell
 from agent.cli.devices.fake_cell import fake_cell_text
 from agent.record.reading import read
-from agent.wire import CycleRequest, drive_cycle
+from agent.wire.wire import CycleRequest, drive_cycle
 from drivers.clock import MonotonicClock
 from fakes.specification import FakeSpecification
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import tomli_w
 
-from agent.cell import read_cell
+from agent.cell.cell import read_cell
 from agent.cli.devices.fake_cell import fake_cell_text
 from agent.cli.explain.explain import limits_of, run_explain
 from agent.cli.explain.simulate import read_twin, run_simulate

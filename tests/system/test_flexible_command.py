@@ -15,7 +15,7 @@ import pytest
 import tomli_w
 from typer.testing import CliRunner, Result
 
-from agent.cell import Axis, parse_cell
+from agent.cell.cell import Axis, parse_cell
 from agent.cli.app import app
 from agent.cli.devices.fake_cell import fake_cell_text
 from agent.cli.identify.flexible_fit import choose, flexible_of
@@ -30,7 +30,7 @@ from agent.identify.signals.arrays import Signals
 from agent.record.reading import read
 from agent.record.recording import Metadata, Recording
 from agent.record.writing import write
-from agent.wire import CycleRequest, drive_cycle
+from agent.wire.wire import CycleRequest, drive_cycle
 from fakes.specification import FakeSpecification
 from tests.science.flexible_plant import (
     PLAIN,

@@ -16,14 +16,14 @@ import numpy as np
 import pytest
 import tomli_w
 
-from agent.cell import Cell, parse_cell
+from agent.cell.cell import Cell, parse_cell
 from agent.cli.devices.fake_cell import fake_cell_text
 from agent.cycle.ending import CycleResult
 from agent.cycle.plan import stair_of
 from agent.errors import InputError, RefusedError, StoppedError
 from agent.record.reading import read
-from agent.wire import CycleRequest, drive_cycle
-from agent.wire_devices import job_controller
+from agent.wire.devices import job_controller
+from agent.wire.wire import CycleRequest, drive_cycle
 from drivers.clock import SteppedClock
 from drivers.errors import (
     ConfigurationError,

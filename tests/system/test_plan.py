@@ -16,7 +16,7 @@ from agent.cli.terminal.exits import sentence
 from agent.conclude.outcome import conclude
 from agent.errors import InputError, RefusedError
 from agent.record.reading import read
-from agent.wire import CycleRequest, drive_cycle
+from agent.wire.wire import CycleRequest, drive_cycle
 from fakes.specification import FakeSpecification
 from tests.system.rig import Rig, rig
 from trajectories import Trajectory, TrajectoryError, point_to_point

@@ -18,7 +18,7 @@ import pytest
 import fakes.plc
 from agent.errors import InputError, RefusedError, StoppedError
 from agent.record.reading import read
-from agent.wire import CycleRequest, drive_cycle
+from agent.wire.wire import CycleRequest, drive_cycle
 from drivers.can.frames import CanBusConfig
 from drivers.can.owner import CanBusOwner
 from drivers.cia401.contact import CanContact

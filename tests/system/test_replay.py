@@ -12,7 +12,7 @@ import pytest
 import tomli_w
 
 from agent.acquisition import Acquisition
-from agent.cell import Cell, parse_cell, read_cell
+from agent.cell.cell import Cell, parse_cell, read_cell
 from agent.cli.cycle.run import run_axis
 from agent.conclude.outcome import conclude
 from agent.cycle.ending import CycleResult
@@ -22,7 +22,7 @@ from agent.record.reading import read
 from agent.record.recording import Recording
 from agent.record.writing import write
 from agent.replayed import Replayed
-from agent.wire import CycleRequest, drive_cycle
+from agent.wire.wire import CycleRequest, drive_cycle
 from drivers.clock import SteppedClock
 from drivers.errors import RecordingEndedError
 from tests.system.rig import rig

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from agent.cell import read_cell
+from agent.cell.cell import read_cell
 from agent.cli.app import app
 from agent.cli.cycle.run import asked_for
 from agent.cli.devices.fake_cell import fake_cell_text

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 import tomli_w
 
-from agent.cell import Cell, parse_cell
+from agent.cell.cell import Cell, parse_cell
 from agent.cli.devices.fake_cell import fake_cell_text
 from agent.cycle.ending import CycleResult
 from agent.errors import StoppedError
 from agent.record.reading import read
-from agent.wire import CycleRequest, drive_cycle
+from agent.wire.wire import CycleRequest, drive_cycle
 from drivers.clock import MonotonicClock
 from drivers.errors import DriverError
 from fakes.process import run_process

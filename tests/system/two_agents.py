@@ -11,9 +11,9 @@ import threading
 from dataclasses import dataclass
 from pathlib import Path
 
-from agent.cell import Cell
+from agent.cell.cell import Cell
 from agent.errors import AgentError
-from agent.wire import CycleRequest, drive_cycle
+from agent.wire.wire import CycleRequest, drive_cycle
 from drivers.clock import SteppedClock
 from drivers.errors import DriverError
 

@@ -9,7 +9,7 @@ import can
 import pytest
 import serial  # type: ignore[import-untyped]  # pyserial has no types
 
-from agent.cell import REPLAY
+from agent.cell.cell import REPLAY
 from drivers.can.frames import CanBusConfig
 from drivers.can.opening import open_bus
 from drivers.errors import BusError, words_of

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from agent.cell import parse_cell, read_cell
+from agent.cell.cell import parse_cell, read_cell
 from agent.errors import InputError
 
 EXAMPLE = files("agent.examples").joinpath("cell.toml").read_text(encoding="utf-8")

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from agent.cell import parse_cell, read_cell
-from agent.cell_devices import Cia404Temperature, ModbusTemperature
+from agent.cell.cell import parse_cell, read_cell
+from agent.cell.devices import Cia404Temperature, ModbusTemperature
 from agent.errors import InputError
 from drivers.modbus.map_file import load_map, shipped_maps
 

@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 import tomli_w
 
-from agent.cell import parse_cell
+from agent.cell.cell import parse_cell
 from agent.cycle.plan import plan_cycle
 from agent.errors import InputError
-from agent.wire_drive import CATCHING_UP, LONGEST_BRAKING_S, drive_config, ramping_with
+from agent.wire.drive import CATCHING_UP, LONGEST_BRAKING_S, drive_config, ramping_with
 from drivers.cia402.config import Cia402Config
 from drivers.profiles.drive_profile import (
     DRIVES,

@@ -303,8 +303,8 @@ def test_looking_who_holds_an_axis_does_not_hold_it(
     assert holder(cell, axis) == ""
     assert not any((lock_folder() / f"stribeck.{n}.lock").exists() for n in lock_names(cell, axis))
     code = (
-        "import sys; from agent.cell import read_cell; from agent.cycle.axis_lock import owned;"
-        "from pathlib import Path; cell = read_cell(Path(sys.argv[1]))\n"
+        "import sys; from pathlib import Path; from agent.cell.cell import read_cell\n"
+        "from agent.cycle.axis_lock import owned; cell = read_cell(Path(sys.argv[1]))\n"
         "with owned(cell, cell.axis[0]) as free: print(free.holds, flush=True); sys.stdin.read()"
     )
     with subprocess.Popen(
@@ -324,7 +324,7 @@ def test_looking_who_holds_an_axis_does_not_hold_it(
 
 def test_the_stop_reaches_a_cycle_that_another_program_has_started(bench: Bench) -> None:
     code = (
-        "import sys, signal; from pathlib import Path; from agent.cell import read_cell\n"
+        "import sys, signal; from pathlib import Path; from agent.cell.cell import read_cell\n"
         "from agent.cycle.axis_lock import owned; cell = read_cell(Path(sys.argv[1]))\n"
         "with owned(cell, cell.axis[0]):\n"
         "    print('held', flush=True)\n"

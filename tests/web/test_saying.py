@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from agent.cell import parse_cell
+from agent.cell.cell import parse_cell
 from agent.cli.devices.fake_cell import fake_cell_text
 from agent.conclude.facts import SAID as DECIDED
 from agent.conclude.facts import facts_of

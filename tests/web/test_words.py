@@ -6,7 +6,7 @@ import re
 import string
 from importlib.resources import files
 
-from agent.cell import parse_cell
+from agent.cell.cell import parse_cell
 from agent.cli.devices.fake_cell import fake_cell_text
 from agent.cli.terminal.talk import STAGES as TALKED
 from agent.cycle.preconditions import Judged, preconditions

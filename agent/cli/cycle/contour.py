@@ -8,7 +8,7 @@ from pathlib import Path
 
 import typer
 
-from agent.cell import Axis, Cell, read_cell
+from agent.cell.cell import Axis, Cell, read_cell
 from agent.cli.cycle.run import show_dry_run
 from agent.cli.terminal.talk import progress_bar, stop_on_signal, talker
 from agent.cycle.contour import contour_of, creep_rad_s, creeping
@@ -16,8 +16,8 @@ from agent.cycle.heaviness import heaviness
 from agent.errors import AgentError, InputError, StoppedError
 from agent.given_back import said_in
 from agent.record.reading import read
-from agent.wire import CycleRequest, drive_cycle
-from agent.wire_replay import clock_for
+from agent.wire.replay import clock_for
+from agent.wire.wire import CycleRequest, drive_cycle
 
 
 def dry_run_contour(cell_path: Path, number: int, torque_nm: float | None) -> None:

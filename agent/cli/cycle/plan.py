@@ -9,7 +9,7 @@ from typing import Any
 
 import typer
 
-from agent.cell import Axis, Cell, read_cell
+from agent.cell.cell import Axis, Cell, read_cell
 from agent.cli.cycle.plan_aliases import aliases_document, planned_aliases
 from agent.cli.cycle.plan_outlook import Outlook, outlook_of
 from agent.cli.cycle.plan_words import basis, can_see, cannot_see, rows

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
-from agent.cell import Axis, Cell
+from agent.cell.cell import Axis, Cell
 from agent.errors import InputError
 from trajectories import Trajectory
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.cell import Axis, Cell
-from agent.cell_axis import Expected
+from agent.cell.axis import Expected
+from agent.cell.cell import Axis, Cell
 from agent.errors import InputError
 from agent.physics.friction import STRIBECK
 from agent.physics.sensitivity import sensitivity

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import typer
 
-from agent.cell import Axis, Cell, read_cell
+from agent.cell.cell import Axis, Cell, read_cell
 from agent.cli.identify.summary import summary
 from agent.cli.record.keep import keep
 from agent.cli.terminal.talk import progress_bar, stop_on_signal, talker
@@ -23,8 +23,8 @@ from agent.errors import InputError, RefusedError
 from agent.given_back import said_in
 from agent.record.reading import read
 from agent.replayed import Replayed
-from agent.wire import CycleRequest, drive_cycle
-from agent.wire_replay import clock_for
+from agent.wire.replay import clock_for
+from agent.wire.wire import CycleRequest, drive_cycle
 from drivers.errors import why_unreadable
 from drivers.ports import SyncAccount
 from trajectories import Trajectory, TrajectoryError, summarise
@@ -88,7 +88,7 @@ def asked_for(axis: Axis, what: Path | None) -> Trajectory | None:
 
     Parameters
     ----------
-    axis : agent.cell.Axis
+    axis : agent.cell.axis.Axis
         A named trajectory is made from its numbers.
     what : pathlib.Path, optional
         A file, or one of `agent.cycle.plan.NAMED`; None asks for the cell's stair.

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import typer
 
-from agent.cell import read_cell
+from agent.cell.cell import read_cell
 from agent.cli.terminal.talk import talker
 from agent.cycle.axis_lock import Holder, holders, is_held, lock_folder, lock_names, word_left
 from agent.errors import InputError, StoppedError

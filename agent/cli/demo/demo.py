@@ -8,7 +8,7 @@ from pathlib import Path
 
 import typer
 
-from agent.cell import Axis, Cell, parse_cell
+from agent.cell.cell import Axis, Cell, parse_cell
 from agent.cli.demo.concealed import opened, secrets_of, simulation_of
 from agent.cli.devices.fake_cell import fake_cell_text
 from agent.cli.explain.explain import run_explain
@@ -18,7 +18,7 @@ from agent.conclude.outcome import conclude
 from agent.physics.twin import format_twin
 from agent.record.atomic import make_folder, publish
 from agent.record.reading import read
-from agent.wire import CycleRequest, drive_cycle
+from agent.wire.wire import CycleRequest, drive_cycle
 from drivers.clock import SteppedClock
 from fakes.can_drive import FakeDrive
 from fakes.process import open_bus

@@ -9,11 +9,11 @@ from typing import Any
 
 import typer
 
-from agent.cell import Bus, read_cell
+from agent.cell.cell import Bus, read_cell
 from agent.cli.terminal.exits import BAD_NEWS
 from agent.cli.terminal.talk import talker
 from agent.errors import InputError
-from agent.wire_drive import bus_config
+from agent.wire.drive import bus_config
 from drivers.can.listening import Heard, listen
 from drivers.can.traffic import BUSIEST_OVER_S, Stream, who_says
 from drivers.clock import Clock, MonotonicClock

@@ -11,7 +11,7 @@ import typer
 
 from agent.cli.terminal.exits import BAD_NEWS
 from agent.cli.terminal.talk import talker
-from agent.wire_devices import MapCheck, check_map, register_map_named
+from agent.wire.devices import MapCheck, check_map, register_map_named
 from drivers.modbus.connection import Endpoint, SerialEndpoint, TcpEndpoint
 from drivers.modbus.plausibility import Finding, RegisterVerdict
 

@@ -74,7 +74,7 @@ def limits_of(cell_path: Path, twin: Twin) -> AxisLimits:
     agent.errors.InputError
         The cell has no such axis, or one with another gear.
     """
-    from agent.cell import read_cell
+    from agent.cell.cell import read_cell
 
     axis = read_cell(cell_path).axis_numbered(twin.axis)
     if not math.isclose(axis.gear_ratio, twin.gear_ratio, rel_tol=1e-6):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from agent.cell import Cell, read_cell
+from agent.cell.cell import Cell, read_cell
 from agent.night.description import NightDescription, night_path, read_night
 
 

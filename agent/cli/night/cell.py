@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from agent.cell import Cell
-from agent.cell_devices import Cia404Temperature
+from agent.cell.cell import Cell
+from agent.cell.devices import Cia404Temperature
 from agent.cycle.plan import plan_cycle
 from agent.errors import AgentError, InputError
 from agent.night.attempt import Outcome
@@ -27,7 +27,7 @@ from agent.record.reading import PARQUET, STREAM
 from agent.record.retention import over_limit
 from agent.record.seal import content
 from agent.record.verdict_file import Verdict, read_verdict, verdict_path
-from agent.wire_devices import permit_wait_s, temperature_probe
+from agent.wire.devices import permit_wait_s, temperature_probe
 from drivers.clock import MonotonicClock
 from drivers.errors import DriverError
 

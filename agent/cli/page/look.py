@@ -15,12 +15,12 @@ import sys
 import threading
 from pathlib import Path
 
-from agent.cell import read_cell
+from agent.cell.cell import read_cell
 from agent.cycle.axis_lock import looked_at
 from agent.cycle.plan import plan_cycle
 from agent.errors import AgentError
 from agent.record.atomic import publish
-from agent.wire_look import Seen, look
+from agent.wire.look import Seen, look
 from drivers.clock import MonotonicClock
 from drivers.errors import DriverError
 from trajectories import TrajectoryError
@@ -31,7 +31,7 @@ WANTED_S = 10.0
 
 
 def serve_look(cell_path: Path, number: int, out: Path) -> None:
-    """Look at an axis until standard input ends or says nothing more; see `agent.wire_look`."""
+    """Look at an axis until standard input ends or says nothing more; see `agent.wire.look`."""
     cell = read_cell(cell_path)
     axis = cell.axis_numbered(number)
     wanted = _Wanted()

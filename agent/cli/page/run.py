@@ -17,7 +17,7 @@ import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from agent.cell import read_cell
+from agent.cell.cell import read_cell
 from agent.cli.cycle.run import run_axis
 from agent.cli.terminal.talk import talker
 from agent.record.verdict_file import SUFFIX as VERDICT

@@ -6,7 +6,7 @@ import socket
 from dataclasses import replace
 from pathlib import Path
 
-from agent.cell import read_cell
+from agent.cell.cell import read_cell
 from agent.cli.terminal.talk import talker
 from agent.errors import StorageError
 from agent.web.settings import PageSettings

@@ -10,7 +10,7 @@ from typing import Annotated
 import anyio
 from fastapi import APIRouter, Depends, Request, Response
 
-from agent.cell import Axis
+from agent.cell.cell import Axis
 from agent.errors import AgentError
 from agent.night.description import night_path, read_night
 from agent.night.windows import windows_between

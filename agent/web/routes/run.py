@@ -11,7 +11,7 @@ from fastapi import APIRouter, Depends, Form, Header, Query, Request, Response
 from fastapi.responses import JSONResponse, StreamingResponse
 from starlette.responses import RedirectResponse
 
-from agent.cell import Axis, Cell
+from agent.cell.cell import Axis, Cell
 from agent.cycle.stage import Stage
 from agent.errors import AgentError, InputError
 from agent.record.atomic import storage_error

@@ -11,8 +11,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from agent.cell_bus import Drive, Finite
-from agent.cell_devices import (
+from agent.cell.bus import Drive, Finite
+from agent.cell.devices import (
     Cia404Temperature,
     ContactRelease,
     Job,

@@ -1,6 +1,6 @@
 """The composition root's other half: register maps, probes, controllers and releases.
 
-Like `agent.wire`, it turns descriptions into drivers' objects, and nothing is built on import.
+Like `agent.wire.wire`, it turns descriptions into drivers' objects, and nothing is built on import.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from agent.cell import Axis, Cell
-from agent.cell_devices import (
+from agent.cell.cell import Axis, Cell
+from agent.cell.devices import (
     AdamTemperature,
     Cia404Temperature,
     ContactRelease,
@@ -79,7 +79,7 @@ def with_probe(axis: AxisPort, described: Axis, owner: CanBusOwner, clock: Clock
     ----------
     axis : drivers.ports.Axis
         The drive.
-    described : agent.cell.Axis
+    described : agent.cell.axis.Axis
         Its part of the cell.
     owner : CanBusOwner
         The drive's bus, on which a temperature node may be.

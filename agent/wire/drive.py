@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from agent.cell import REPLAY, Axis, Bus, Cell, Drive
+from agent.cell.cell import REPLAY, Axis, Bus, Cell, Drive
 from agent.cycle.plan import CyclePlan
 from agent.errors import InputError
 from drivers.can.owner import CanBusConfig

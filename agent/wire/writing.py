@@ -13,7 +13,7 @@ from pathlib import Path
 
 from agent.acquisition import KEY as ACQUISITION
 from agent.acquisition import Acquisition
-from agent.cell import Axis
+from agent.cell.cell import Axis
 from agent.cycle.job import job_columns
 from agent.cycle.plan import CyclePlan
 from agent.cycle.precedence import scheduling
@@ -25,9 +25,9 @@ from agent.record.recording import Metadata
 from agent.record.rows import Kind
 from agent.record.streams.stream import StreamWriter
 from agent.replayed import KEY as REPLAY
-from agent.wire_drive import watched_configs
-from agent.wire_replay import Replay
-from agent.wire_request import CycleRequest
+from agent.wire.drive import watched_configs
+from agent.wire.replay import Replay
+from agent.wire.request import CycleRequest
 from drivers.cia402.config import ExpectedUnits
 from drivers.cia402.scaling import Scaling
 from drivers.clock import wall_time_utc

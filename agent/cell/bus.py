@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, ValidationInfo, model_validator
 
-from agent.cell_devices import Part, Positive, beside_the_cell
+from agent.cell.devices import Part, Positive, beside_the_cell
 from drivers.profiles.drive_profile import load_profile
 
 REPLAY = "replay"

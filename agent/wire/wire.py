@@ -20,11 +20,11 @@ from agent.cycle.preflight import before_the_bus, insist
 from agent.cycle.runner import CycleRunner, Progress
 from agent.errors import AgentError, InputError
 from agent.record.atomic import storage_error
-from agent.wire_devices import cell_release, job_controller, permit_wait_s, with_probe
-from agent.wire_drive import bus_config, drive_config, ramping_with, watched_configs
-from agent.wire_replay import open_replay
-from agent.wire_request import CycleRequest
-from agent.wire_writing import Journal, LastUnits, RunWriter
+from agent.wire.devices import cell_release, job_controller, permit_wait_s, with_probe
+from agent.wire.drive import bus_config, drive_config, ramping_with, watched_configs
+from agent.wire.replay import open_replay
+from agent.wire.request import CycleRequest
+from agent.wire.writing import Journal, LastUnits, RunWriter
 from drivers.can.owner import CanBusOwner
 from drivers.cia402.axis import Cia402Axis
 from drivers.cia402.handing_back import restore

@@ -1,7 +1,7 @@
 """CELL.toml: one robot cell, its bus and its axes, as a frozen and validated description.
 
 Units are in the names. Unknown keys are refused, and every mistake is reported at once. Its parts
-are beside this module: `agent.cell_bus`, `agent.cell_axis`, `agent.cell_devices`.
+are beside this module: `agent.cell.bus`, `agent.cell.axis`, `agent.cell.devices`.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from agent.cell_axis import Axis, claimed_beside
-from agent.cell_bus import REPLAY, Bus, Drive
-from agent.cell_devices import ContactRelease, Part, Release, shared_places
+from agent.cell.axis import Axis, claimed_beside
+from agent.cell.bus import REPLAY, Bus, Drive
+from agent.cell.devices import ContactRelease, Part, Release, shared_places
 from agent.errors import InputError
 from drivers.described import validated
 from drivers.errors import why_unreadable

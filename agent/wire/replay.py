@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from agent.acquisition import Acquisition
-from agent.cell import Axis, Cell
+from agent.cell.cell import Axis, Cell
 from agent.cycle.stage import Stage
 from agent.errors import InputError
 from agent.record.reading import read

@@ -13,13 +13,13 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
-from agent.cell import Axis, Cell
-from agent.cell_devices import Cia404Temperature, ContactRelease
+from agent.cell.cell import Axis, Cell
+from agent.cell.devices import Cia404Temperature, ContactRelease
 from agent.cycle.plan import CyclePlan
 from agent.cycle.preflight import Condition, at_standstill
 from agent.errors import InputError
-from agent.wire_devices import cell_release, mapped_device, temperature_probe
-from agent.wire_drive import bus_config, drive_config
+from agent.wire.devices import cell_release, mapped_device, temperature_probe
+from agent.wire.drive import bus_config, drive_config
 from drivers.can.owner import CanBusOwner
 from drivers.cia402 import objects
 from drivers.cia402.config import Cia402Config

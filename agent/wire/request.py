@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from agent.cell import Axis, Cell
+from agent.cell.cell import Axis, Cell
 from trajectories import Trajectory
 
 

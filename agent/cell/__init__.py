@@ -1,0 +1,1 @@
+"""CELL.toml: one robot cell as it is described, frozen and validated."""
