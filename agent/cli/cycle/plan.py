@@ -90,7 +90,7 @@ def plan_in_words(outlook: Outlook, axis: Axis) -> str:
         outlook.trajectory, axis.motor_limits, axis.torque_model, gear_ratio=axis.gear_ratio
     )
     lines = [f"{outlook.robot}, axis {outlook.axis}: plan, nothing moves.", *motion.lines()]
-    lines += ["", "Speeds in the order in which they are held, motor side (then all mirrored):"]
+    lines += ["", "Speeds in the order in which they are held, a stroke a line (then mirrored):"]
     lines += [f"  {stroke}" for stroke in _strokes(outlook)]
     lines += ["", "Expected 95 % intervals, if the joint is as assumed:"]
     lines += [f"  {label:<40} {value:>18}  {width}" for label, value, width in rows(outlook)]
