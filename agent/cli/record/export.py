@@ -28,8 +28,9 @@ def run_export(recording: str, kind: str, out: Path | None) -> None:
     known: dict[str, Format] = {name: name for name in get_args(Format)}
     if kind not in known:
         raise InputError(f"There is no format {kind!r}; expected {' or '.join(known)}.")
+    what = read(recording)
     path = out or Path(recording).with_suffix(SUFFIXES[kind])
-    typer.echo(str(export(read(recording), path, known[kind])))
+    typer.echo(str(export(what, path, known[kind])))
 
 
 def run_import(file: Path, mapping: str, joint: Joint, out: Path | None) -> None:
