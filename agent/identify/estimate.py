@@ -22,7 +22,7 @@ from agent.identify.result import (
     RigidBodyFit,
 )
 from agent.identify.rigid.alike import mixed_units
-from agent.identify.rigid.beside_law import NOTE, beside_law, is_bent
+from agent.identify.rigid.beside_law import NOTE, beside_law
 from agent.identify.rigid.body import (
     validate,
     weights,
@@ -107,8 +107,7 @@ def identify(
     reasons = _undecidable(curve, models, regression, windows)
     if reasons:
         return _undecided(motions, windows, reasons)
-    if body is not None:
-        body = beside_law(body, regression.rows, models, chosen_hz)
+    body = beside_law(regression, models)
     unseen = None if validation is None or body is None else _motion_of(validation)
     validated = None
     if unseen is not None and body is not None:
@@ -120,7 +119,7 @@ def identify(
     notes += [*diagnosis.unlikely_units(motions), *diagnosis.coasts_too_long(motions, body)]
     notes += [] if curve is None else list(curve.notes)
     notes += regression.notes
-    notes += [NOTE] if body is not None and is_bent(models) else []
+    notes += [NOTE] if body is not None and body.straight_line else []
     del regression  # its rows are as large as the recordings
     if not models:
         notes.append(f"no friction curve: {diagnosis.no_curve(windows)}")
@@ -156,7 +155,7 @@ def twin_from_estimate(result: Estimate, *, robot: str, axis: int, gear_ratio: f
 
     What was not identified is zero in the twin, and listed under `not_identified`. A twin has no
     constant torque, and no friction that pushes: where the data show none, its numbers are those
-    of a fit without.
+    of a fit without. Where friction is bent, its friction is the best straight line.
 
     Raises
     ------
@@ -165,15 +164,16 @@ def twin_from_estimate(result: Estimate, *, robot: str, axis: int, gear_ratio: f
     """
     if not result.decidable:
         raise ValueError(f"no twin can be made: {'; '.join(result.reasons)}")
-    source = dict(result.rigid_body.parameters) if result.rigid_body is not None else {}
+    body = result.rigid_body
+    source = {} if body is None else dict(body.parameters)
+    source |= {} if body is None else {n: Parameter(v, None) for n, v in body.straight_line.items()}
     friction_names = ("coulomb_nm", "viscous_nm_s_per_rad")
     if not all(name in source and source[name].identified for name in friction_names):
         plain = next((m for m in result.friction_models if m.model == "coulomb-viscous"), None)
         source |= dict(plain.parameters) if plain is not None else {}
     names = (*friction_names, "inertia_kg_m2", "gravity_sin_nm", "gravity_cos_nm")
-    body = result.rigid_body
     bare = {} if body is None else body.as_twin
-    pushes = body is not None and bare and body.parameters[friction_names[1]].identified
+    pushes = bare and source[friction_names[1]].identified
     missing = [
         n
         for n in names

@@ -123,7 +123,9 @@ class RigidBodyFit:
     `as_twin` are the values of a fit without what a twin cannot hold, a constant torque or friction
     that pushes, where it is no more than chance; empty where nothing is. `spring_took_part` and
     `torque_late_s`, by how much the torque comes later than the motion (0 where that does not
-    show), are what stood beside the parameters in the fit.
+    show), are what stood beside the parameters in the fit. `straight_line` are Coulomb and viscous
+    friction of the straight line that predicts where friction is bent, and the parameters are the
+    friction law's; empty elsewhere. `rmse_nm` and `fit_percent` are of what predicts.
     """
 
     parameters: Mapping[str, Parameter]
@@ -133,6 +135,7 @@ class RigidBodyFit:
     as_twin: Mapping[str, float] = field(default_factory=dict)
     spring_took_part: bool = False
     torque_late_s: float = 0.0
+    straight_line: Mapping[str, float] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
         """Return the contract's form."""

@@ -74,28 +74,35 @@ def stair(
     directions: Sequence[int] = (1, -1),
     dwell_s: float = 0.0,
 ) -> Motion:
-    """Pass every speed in every direction, half-cosine ramps between, round one middle."""
+    """Pass every speed in every direction, half-cosine ramps between, round one middle.
+
+    The acceleration is that of the ramps, and no difference of their samples, which is smaller.
+    """
     pieces: list[Floats] = []
+    slopes: list[Floats] = []
     previous = 0.0
     ramp_n = max(int(ramp_s * rate_hz), 2)
-    shape = 0.5 - 0.5 * np.cos(np.pi * np.arange(ramp_n) / ramp_n)
+    phase = np.pi * np.arange(ramp_n) / ramp_n
+    shape, steep = 0.5 - 0.5 * np.cos(phase), 0.5 * np.pi * rate_hz / ramp_n * np.sin(phase)
     for speed in speeds:
         for direction in directions:
             level = direction * speed
-            pieces.append(previous + (level - previous) * shape)
-            seconds = min(stroke_rad / speed, longest_s)
-            pieces.append(np.full(int(seconds * rate_hz), level))
+            held = int(min(stroke_rad / speed, longest_s) * rate_hz)
+            pieces += [previous + (level - previous) * shape, np.full(held, level)]
+            slopes += [(level - previous) * steep, np.zeros(held)]
             previous = level
             if dwell_s:
-                pieces.append(previous * (1.0 - shape))
-                pieces.append(np.zeros(int(dwell_s * rate_hz)))
+                rest = np.zeros(int(dwell_s * rate_hz))
+                pieces += [previous * (1.0 - shape), rest]
+                slopes += [-previous * steep, rest]
                 previous = 0.0
     pieces.append(previous * (1.0 - shape))
+    slopes.append(-previous * steep)
     velocity = np.concatenate(pieces)
     time_s = np.arange(velocity.size) / rate_hz
     step = np.concatenate(([0.0], (velocity[1:] + velocity[:-1]) / (2.0 * rate_hz)))
     position = start_rad + np.cumsum(step)
-    return Motion(time_s, position, velocity, np.gradient(velocity, time_s))
+    return Motion(time_s, position, velocity, np.concatenate(slopes))
 
 
 def coloured(rng: np.random.Generator, n: int, sigma: float, memory: float = 0.95) -> Floats:

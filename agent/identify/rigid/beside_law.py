@@ -1,10 +1,11 @@
-"""What a friction law that is no straight line does to the rigid body's numbers.
+"""What the rigid body is beside a friction law that is no straight line.
 
 The rigid body's friction is Coulomb's and viscous: a straight line through the curve. Where the
-steady speeds show that friction is bent, the line is no part of it, and at every ramp and reversal
-the rest is shared out among inertia, gravity and offset. By how much is known: the law is. Those
-three are then what they are beside the law; Coulomb and viscous friction stay the line's, which is
-what a twin of straight friction needs.
+steady speeds show that friction is bent, the line is no part of it, and what it leaves at every
+ramp and reversal is shared out among inertia, gravity and offset, and taken for noise. So what the
+law differs from its own straight line is taken off the torque, and the rigid body is fitted to the
+rest: inertia, gravity and offset, with their intervals, are those. Coulomb and viscous friction are
+the law's. The straight line remains for what has no other friction: a twin, and a prediction.
 """
 
 from __future__ import annotations
@@ -16,48 +17,50 @@ import numpy as np
 
 from agent.identify.friction.law_fit import fit_percent
 from agent.identify.result import Floats, FrictionModelFit, Parameter, RigidBodyFit
-from agent.identify.rigid.body import weights
+from agent.identify.rigid.body import fit_rigid_body, weights
+from agent.identify.rigid.regression import Regression, over_both
 from agent.identify.rigid.rows import Rows
 from agent.identify.signals.lowpass import lowpass
-from agent.physics.friction import COULOMB_VISCOUS, LAWS
-from agent.physics.rigid_body import PARAMETERS
+from agent.physics.friction import COULOMB_VISCOUS, FEENY_MOON, LAWS
 
-_LINE = tuple(PARAMETERS.index(n) for n in COULOMB_VISCOUS.linear)
+_LINE = COULOMB_VISCOUS.linear
 NOTE = (
-    "friction is bent, which the rigid body's straight line is not: inertia, gravity and offset "
-    "are those beside the friction law, and all intervals hold what they are without; for Coulomb "
-    "and viscous friction take the law's"
+    "friction is bent: inertia, gravity and offset are those beside the friction law, Coulomb and "
+    "viscous friction are the law's; fit and residual of the rigid body are those of the best "
+    "straight line"
 )
 
 
-def beside_law(
-    body: RigidBodyFit, rows: Rows, models: Sequence[FrictionModelFit], cutoff_hz: float
-) -> RigidBodyFit:
-    """Return the rigid body beside the selected law, with intervals that hold it without, too.
+def beside_law(regression: Regression, models: Sequence[FrictionModelFit]) -> RigidBodyFit | None:
+    """Return the rigid body beside the selected law.
 
     Parameters
     ----------
-    body : RigidBodyFit
-        Fitted with friction as a straight line.
-    rows : Rows
-        What it was fitted to, N of them.
+    regression : Regression
+        With friction as a straight line.
     models : sequence of FrictionModelFit
         Of the friction curve; without one that is bent and selected nothing changes.
-    cutoff_hz : float
-        Of the low-pass that the rows passed.
     """
+    line, rows = regression.body, regression.rows
     selected = next((m for m in models if m.selected), None)
-    if selected is None or not is_bent(models):
-        return body
+    if line is None or selected is None or not is_bent(models):
+        return line
     values = {name: p.value for name, p in selected.parameters.items()}
     if not np.isfinite(list(values.values())).all():
-        return body
-    kept = [i for i, name in enumerate(PARAMETERS) if body.parameters[name].identified]
-    moved = _moved(body, rows, kept, _bend(rows, selected.model, values, cutoff_hz))
-    parameters = dict(body.parameters)
-    for i, by in zip(kept, moved.tolist(), strict=True):
-        parameters[PARAMETERS[i]] = _put(parameters[PARAMETERS[i]], -by, i in _LINE)
-    beside = replace(body, parameters=parameters)
+        return line
+    beside = _fit(rows, selected.model, values, regression.cutoff_hz)
+    if beside is not None and regression.reaches_over is not None:
+        other = _fit(regression.reaches_over, selected.model, values, regression.cutoff_hz)
+        beside = beside if other is None else over_both(beside, other)
+    if beside is None:
+        return line
+    straight = {n: p.value for n, p in line.parameters.items() if n in _LINE and p.identified}
+    beside = replace(
+        beside,
+        parameters=dict(beside.parameters) | _friction(selected, straight),
+        straight_line=straight,
+        as_twin=_as_twin(line, beside, straight),
+    )
     predicted = rows.columns @ weights(beside)
     return replace(
         beside,
@@ -71,34 +74,53 @@ def is_bent(models: Sequence[FrictionModelFit]) -> bool:
     return any(m.selected and m.model != COULOMB_VISCOUS.name for m in models)
 
 
-def _moved(body: RigidBodyFit, rows: Rows, kept: Sequence[int], bend_nm: Floats) -> Floats:
-    """Return by how much a torque, shape (N,), moves the kept parameters, shape (p,)."""
-    columns = rows.some(kept)
-    if body.spring_took_part:
-        columns = np.column_stack((columns, rows.snap_rad_s4))
-    if body.torque_late_s != 0.0:
-        late = np.gradient(rows.columns @ weights(body), rows.time_s)
-        columns = np.column_stack((columns, late))
-    scale = np.sqrt(np.einsum("ij,ij->j", columns, columns))
-    moved = np.linalg.lstsq(columns / scale, bend_nm)[0] / scale
-    return np.asarray(moved[: len(kept)], dtype=np.float64)
+def _fit(
+    rows: Rows, model: str, values: Mapping[str, float], cutoff_hz: float
+) -> RigidBodyFit | None:
+    """Fit the rigid body to what a law's bend leaves of the torque."""
+    bend_nm = _bend(rows, model, values, cutoff_hz)
+    return fit_rigid_body(replace(rows, torque_nm=rows.torque_nm - bend_nm))
 
 
 def _bend(rows: Rows, model: str, values: Mapping[str, float], cutoff_hz: float) -> Floats:
     """Return what a law differs from its own straight line, shape (N,), filtered as all are."""
+    level_nm = values["coulomb_nm"]
+    if model == FEENY_MOON.name:
+        level_nm *= values["mu"]
     out = []
     for stretch in rows.unfiltered:
         speed = np.abs(stretch.velocity_rad_s)
-        line = values["coulomb_nm"] + values["viscous_nm_s_per_rad"] * speed
+        line = level_nm + values["viscous_nm_s_per_rad"] * speed
         bend = stretch.direction * (LAWS[model].torque(speed, values) - line)
         out.append(lowpass(bend, stretch.period_s, cutoff_hz)[stretch.usable])
     return np.concatenate(out)
 
 
-def _put(parameter: Parameter, by: float, stays: bool) -> Parameter:
-    """Return a parameter where it is moved to, and an interval that holds it at both places."""
-    if parameter.ci95 is None:
-        return parameter
-    low, high = parameter.ci95
-    value = parameter.value if stays else parameter.value + by
-    return replace(parameter, value=value, ci95=(low + min(by, 0.0), high + max(by, 0.0)))
+def _friction(law: FrictionModelFit, straight: Mapping[str, float]) -> dict[str, Parameter]:
+    """Return the law's Coulomb and viscous friction, for those that the straight line has."""
+    coulomb = law.parameters["coulomb_nm"]
+    if law.model == FEENY_MOON.name:
+        coulomb = _product(coulomb, law.parameters["mu"])
+    own = {_LINE[0]: coulomb, _LINE[1]: law.parameters[_LINE[1]]}
+    return {name: own[name] for name in straight}
+
+
+def _product(level: Parameter, share: Parameter) -> Parameter:
+    """Return the level after Feeny and Moon's fall, in an interval that no pair of ends leaves."""
+    value = level.value * share.value
+    if level.ci95 is None or share.ci95 is None:
+        why = level.reason if level.ci95 is None else share.reason
+        return Parameter.not_identified(why, value)
+    return Parameter(value, (level.ci95[0] * share.ci95[0], level.ci95[1] * share.ci95[1]))
+
+
+def _as_twin(
+    line: RigidBodyFit, beside: RigidBodyFit, straight: Mapping[str, float]
+) -> dict[str, float]:
+    """Return what a twin takes: friction as a straight line, all else as it is beside the law."""
+    if not line.as_twin and not beside.as_twin:
+        return {}
+    found = {n: p.value for n, p in beside.parameters.items() if p.identified}
+    friction = {n: v for n, v in line.as_twin.items() if n in _LINE} or dict(straight)
+    others = {n: v for n, v in (beside.as_twin or found).items() if n not in _LINE}
+    return others | friction

@@ -104,9 +104,10 @@ def _as_twin(
 
 
 def weights(fit: RigidBodyFit) -> Floats:
-    """Return the fitted parameters, shape (6,), with zero where one was not identified."""
-    values = [fit.parameters[name] for name in PARAMETERS]
-    return np.array([p.value if p.identified else 0.0 for p in values])
+    """Return what predicts, shape (6,), with zero where a parameter was not identified."""
+    found = {name: p.value for name, p in fit.parameters.items() if p.identified}
+    found |= fit.straight_line
+    return np.array([found.get(name, 0.0) for name in PARAMETERS])
 
 
 def validate(fit: RigidBodyFit, rows: Rows, name: str) -> Validation:

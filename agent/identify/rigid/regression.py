@@ -22,12 +22,17 @@ _POOR_FIT_PERCENT = 85.0  # less is more than what noise and a spring usually le
 
 @dataclass(frozen=True)
 class Regression:
-    """The rigid body's fit, the rows and the cutoff that it was made with."""
+    """The rigid body's fit, the rows and the cutoff that it was made with.
+
+    `reaches_over` are further rows, over whose fit the intervals reach, too; None where there are
+    none.
+    """
 
     cutoff_hz: float
     rows: Rows
     body: RigidBodyFit | None
     notes: tuple[str, ...]
+    reaches_over: Rows | None = None
 
 
 def regress(motions: Sequence[Motion], asked_hz: float | None) -> Regression:
@@ -75,17 +80,18 @@ def regress(motions: Sequence[Motion], asked_hz: float | None) -> Regression:
             "bend its numbers further than their intervals reach (ask `stribeck explain`)"
         )
     notes.append(f"signals and regressors were low-passed alike at {chosen_hz:.3g} Hz")
-    return Regression(chosen_hz, rows, body, tuple(notes))
+    return Regression(chosen_hz, rows, body, tuple(notes), fitted.reaches_over)
 
 
 @dataclass(frozen=True)
 class _Fitted:
-    """A fit, its rows and cutoff, and whether that was halved."""
+    """A fit, its rows and cutoff, whether that was halved, and over whose fit it reaches, too."""
 
     cutoff_hz: float
     rows: Rows
     body: RigidBodyFit | None
     halved: bool
+    reaches_over: Rows | None = None
 
 
 def _below_resonance(
@@ -125,7 +131,10 @@ def _where_friction_is_whole(
     if moved > 1.0 or (plain.halved and not faster.halved):
         why = "it creeps before it slips, or a simulator smooths the sign"
         return faster, [f"{below} ({why}): slower rows took no part in the rigid body's fit"]
-    return replace(plain, body=_over_both(body, fit) if moved > _FELT else body), []
+    if moved <= _FELT:
+        return plain, []
+    same = faster.rows if faster.cutoff_hz == plain.cutoff_hz else None
+    return replace(plain, body=over_both(body, fit), reaches_over=same), []
 
 
 def _moved(slow: Parameter, fast: Parameter) -> float:
@@ -135,7 +144,7 @@ def _moved(slow: Parameter, fast: Parameter) -> float:
     return abs(fast.value - slow.value) / ((slow.ci95[1] - slow.ci95[0]) / 2.0)
 
 
-def _over_both(body: RigidBodyFit, other: RigidBodyFit) -> RigidBodyFit:
+def over_both(body: RigidBodyFit, other: RigidBodyFit) -> RigidBodyFit:
     """Return a fit whose intervals reach over those of another one, too."""
     parameters = dict(body.parameters)
     for name, own in body.parameters.items():

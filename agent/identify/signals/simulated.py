@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.lowpass import lowpass
 from agent.identify.signals.preprocess import direction_of, read_motion, shared_cutoff
+from agent.physics.derivative import slope
 from agent.physics.effects.motion import Motion, path_rad
 from agent.physics.twin import Twin
 
@@ -139,10 +140,10 @@ def _acceleration(
     """
     pad = min(velocity.shape[0] - 1, int(np.ceil(3.0 / (cutoff_hz * period_s))))
     sloped, mirrored = (
-        np.gradient(
-            lowpass(np.pad(velocity, pad, "reflect", reflect_type=kind), period_s, cutoff_hz)
+        slope(
+            lowpass(np.pad(velocity, pad, "reflect", reflect_type=kind), period_s, cutoff_hz),
+            period_s,
         )[pad : pad + velocity.shape[0]]
-        / period_s
         for kind in ("odd", "even")
     )
     seen_nm = max(quiet_nm, _SEEN * inertia_kg_m2 * float(np.ptp(sloped)))
