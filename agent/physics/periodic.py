@@ -64,8 +64,8 @@ class KinematicError:
             "arm_inertia_kg_m2": "Ja, seen by the motor",
         },
         "Lagrange's equation of an inertia behind q + e(q); Tuttle & Seering, IEEE TRA 12 (1996)",
-        "a stiff gear, without the resonance that the wobble excites; n e far below 1; l is what"
-        " the gear carries beside Ja: the weight and the arm's friction",
+        "a stiff gear, or one spring through which the wobble shakes the arm; n e far below 1; l is"
+        " what the gear carries beside Ja: the weight and the arm's friction",
     )
     cos_rad: float
     sin_rad: float
@@ -88,6 +88,7 @@ class KinematicError:
         velocity_rad_s: Floats,
         acceleration_rad_s2: Floats,
         load_nm: Floats | float = 0.0,
+        shaken_nm: Floats | None = None,
     ) -> Floats:
         """Return what the wobble adds to the torque ``Ja a + l`` of a true gear, shape (n,).
 
@@ -97,12 +98,30 @@ class KinematicError:
             Of the motor.
         load_nm : ndarray, shape (n,), optional
             What the gear carries beside the inertia, seen by the motor: weight, the arm's friction.
+        shaken_nm : ndarray, shape (n,), optional
+            What the gear's spring bears of the arm that is shaken by e(q); all of it, ``Ja`` times
+            the second derivative of e by time, where the gear is stiff.
         """
         ratio = 1.0 + self._error(position_rad, 1)
+        if shaken_nm is not None:
+            borne = self.arm_inertia_kg_m2 * acceleration_rad_s2 + load_nm
+            return np.asarray(ratio * shaken_nm + (ratio - 1.0) * borne)
         bend = self._error(position_rad, 2) * velocity_rad_s**2
         wobbling = ratio * (ratio * acceleration_rad_s2 + bend)
         shaken = self.arm_inertia_kg_m2 * (wobbling - acceleration_rad_s2)
         return np.asarray(shaken + (ratio - 1.0) * load_nm)
+
+    def shaking(
+        self, position_rad: Floats, velocity_rad_s: Floats, acceleration_rad_s2: Floats
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return e(q) and its first two derivatives by time along a motion, each shape (n,)."""
+        slope = self._error(position_rad, 1)
+        bend = self._error(position_rad, 2) * velocity_rad_s**2
+        return (
+            self._error(position_rad, 0),
+            np.asarray(slope * velocity_rad_s),
+            np.asarray(slope * acceleration_rad_s2 + bend),
+        )
 
     def _error(self, position_rad: Floats, derivative: int) -> Floats:
         return wave(self.cos_rad, self.sin_rad, self.order_per_motor_rev, position_rad, derivative)

@@ -248,6 +248,20 @@ def test_kinematic_error_grows_with_the_square_of_speed() -> None:
     assert amplitude[1] == pytest.approx(9.0 * amplitude[0])
 
 
+def test_a_wobble_shakes_the_arm_through_the_gears_spring() -> None:
+    inertia, angle, speed, order, hertz, damping = 0.01, 1e-4, 20.0, 2.0, 10.0, 0.2
+    numbers = {"cos_rad": angle, "sin_rad": 0.0, "order_per_motor_rev": order}
+    numbers |= {"arm_inertia_kg_m2": inertia, "antiresonance_hz": hertz, "damping_ratio": damping}
+    wobble = Twin("r", 1, 100.0, 0.0, 0.0, 0.0, effects=(Effect("kinematic-error", numbers),))
+    time = np.arange(0.0, 8.0, 2e-3)
+    motion = speed * time, np.full(time.shape, speed), np.zeros(time.shape)
+    added = wobble.predict_torque(*motion, time_s=time)[time > 4.0]
+    turns = order * speed / (2.0 * np.pi * hertz)  # of the wave over the arm's own swing
+    follows = (1.0 + 2j * damping * turns) / (1.0 - turns**2 + 2j * damping * turns)
+    wave = -inertia * angle * (order * speed) ** 2 * follows * np.exp(1j * order * motion[0])
+    assert added == pytest.approx(wave.real[time > 4.0], abs=2e-3 * np.abs(wave[0]))
+
+
 def test_a_wobbling_gear_bears_weight_and_friction_by_the_ratio_of_the_moment() -> None:
     numbers = {"cos_rad": 0.0, "sin_rad": 0.02, "order_per_motor_rev": 2.0}
     numbers |= {"arm_inertia_kg_m2": 0.0, "arm_coulomb_nm": 0.15}

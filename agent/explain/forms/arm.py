@@ -36,6 +36,8 @@ _MOST_WOUND_UP = 0.1  # rad of the arm, under its weight: belts and soft gears g
 _LEAST_OF_TWIST = 0.12  # of what the contact gives way by: a narrower gap is a soft gear
 _ALL_FRICTION = 1.2  # the arm's share of what the refitted twin has, which may be a little low
 
+_RUBBING = ("antiresonance_hz", "damping_ratio", "friction_share", "friction_reach_rad")
+
 Limits = Sequence[tuple[float, float]]
 
 
@@ -118,7 +120,9 @@ def _rubbing_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping
         "arm_coulomb_nm": max(values["friction_share"], 0.0) * _slowing(scene) * inertia,
         "arm_yield_rad": values["friction_reach_rad"],
     }
-    return best_entry(scene, "joint-flexibility", [{**spring, **friction}, spring])
+    point = tuple(values[name] for name in _RUBBING)
+    says = inertia * _rubbing(scene, point)[:, 0]
+    return best_entry(scene, "joint-flexibility", [{**spring, **friction}, spring], says)
 
 
 def _spring_entry(inertia: float, frequency_hz: float, damping: float) -> dict[str, float]:
@@ -282,7 +286,7 @@ FORMS: tuple[Form, ...] = (
         "one spring, and an arm with friction",
         ("arm_inertia_kg_m2",),
         _rubbing,
-        ("antiresonance_hz", "damping_ratio", "friction_share", "friction_reach_rad"),
+        _RUBBING,
         _rubbing_grid,
         (1,),
         at_edges=True,

@@ -18,7 +18,7 @@ _POSITION = ("position_rad",)
 _GEAR_DAMPING = 0.2  # of the arm's swing on the gear, friction counted in: where the search begins
 _DAMPINGS = (0.02, 0.5)
 _SPRING = ("antiresonance_hz", "damping_ratio", "arm_inertia_share")
-_ORDER = "order_per_motor_rev"
+ORDER = "order_per_motor_rev"
 _RUBS = "arm_friction_share"  # of the dry friction: bearing and seal of the arm
 _AS_PRODUCT = (
     "known only times the arm's inertia, taken as a share of the joint's: the less of it is the "
@@ -32,7 +32,7 @@ _FRICTIONS = (0.0, 1.0)
 
 def goes_by_order(form: Form) -> bool:
     """Return whether a form is a wave behind a stiff gear, at any order that `at_order` says."""
-    return form.nonlinear in ((_ORDER,), (_ORDER, _RUBS))
+    return form.nonlinear in ((ORDER,), (ORDER, _RUBS))
 
 
 def at_order(form: Form, order: float) -> Point:
@@ -77,6 +77,11 @@ def _second_derivatives(scene: Scene, order: float) -> Floats:
     cos, sin = scene.wave(order).T
     a, v2 = scene.full("acceleration_rad_s2"), scene.full("velocity_rad_s") ** 2
     return stack(-order * sin * a - order**2 * cos * v2, order * cos * a - order**2 * sin * v2)
+
+
+def waves_of(scene: Scene, order: float) -> Floats:
+    """Return waves of torque and of acceleration at an order, whatever makes them, (N, 4)."""
+    return np.concatenate((scene.wave(order), _second_derivatives(scene, order)), axis=1)
 
 
 def _slopes(scene: Scene, order: float) -> Floats:
@@ -178,16 +183,10 @@ def _kinematic_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mappi
 
 
 def _wobble_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
-    """Return the wobble of a stiff gear, as the twin has it, that comes nearest in the band."""
-    order, found = values["order_per_motor_rev"], dict(values)
-    table, share, friction = scene.table, values["arm_inertia_share"], values[_RUBS]
-    geared = _geared(scene, order, share, friction)
-    stiff = table.band(_second_derivatives(scene, order) + geared)[table.used]
-    point = (order, *(values[name] for name in _SPRING), friction)
-    soft = table.band(_wobble(scene, point))[table.used]
-    torque = soft @ np.array([values["cos_kg_m2_rad"], values["sin_kg_m2_rad"]])
-    found["cos_kg_m2_rad"], found["sin_kg_m2_rad"] = np.linalg.lstsq(stiff, torque)[0].tolist()
-    return _kinematic_twin(scene, found)
+    """Return the same with the spring through which the arm is shaken."""
+    (stiff,) = _kinematic_twin(scene, values)
+    spring = {name: values[name] for name in ("antiresonance_hz", "damping_ratio")}
+    return ({**stiff, **spring},)
 
 
 def _whole_orders(scene: Scene) -> Sequence[Point]:
@@ -280,7 +279,7 @@ FORMS: tuple[Form, ...] = (
         "one order",
         ("cos_kg_m2_rad", "sin_kg_m2_rad"),
         _kinematic,
-        (_ORDER, _RUBS),
+        (ORDER, _RUBS),
         _wobbling_orders,
         needs=_POSITION,
         step=_stiff_step,

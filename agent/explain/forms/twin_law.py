@@ -19,13 +19,20 @@ from agent.identify.result import Floats
 from agent.physics.twin import Effect, Twin
 
 _WORTH = 0.99  # of the squared residual: a law that leaves more is no better than none
+_ALIKE = 0.25  # of a form's square: a law that misses no more has half of its amplitude and more
 _FAR, _CLOSELY = math.log(4.0), 0.02  # of a number's logarithm
 
 
 def best_entry(
-    scene: Scene, effect: str, entries: Sequence[Mapping[str, float]]
+    scene: Scene,
+    effect: str,
+    entries: Sequence[Mapping[str, float]],
+    torque_nm: Floats | None = None,
 ) -> Sequence[Mapping[str, Any]]:
     """Return the entry with which the twin predicts best, or nothing where none helps it.
+
+    Beside effects of the same frequencies one law alone may help nothing, as a soft gear does that
+    a wobble shakes: an entry that comes near to what the form says stands then as well.
 
     Parameters
     ----------
@@ -34,12 +41,21 @@ def best_entry(
         Id of contract section 4.
     entries : sequence of mapping of str to float
         Parameter tables of the twin's law.
+    torque_nm : ndarray, shape (N,), optional
+        What the form says, at full rate, where it is one path that the law can follow.
     """
-    whole = _left(scene, None)
-    lefts = [_left(scene, _as_twin(scene, effect, entry)) for entry in entries]
-    if not lefts or not min(lefts) < _WORTH * whole:
+    laws = [_as_twin(scene, effect, entry) for entry in entries]
+    lefts = [_left(scene, law) for law in laws]
+    if lefts and min(lefts) < _WORTH * _left(scene, None):
+        return (dict(entries[int(np.argmin(lefts))]),)
+    if torque_nm is None:
         return ()
-    return (dict(entries[int(np.argmin(lefts))]),)
+    beside = _beside_numbers(scene)
+    wanted = beside(torque_nm)
+    missed = [float(np.sum((wanted - beside(law)) ** 2)) for law in laws]
+    if not missed or not min(missed) < _ALIKE * float(wanted @ wanted):
+        return ()
+    return (dict(entries[int(np.argmin(missed))]),)
 
 
 def nearest(
@@ -65,16 +81,7 @@ def nearest(
     """
     from scipy.optimize import minimize_scalar
 
-    table = scene.table
-    rows, carried = table.used, table.carried
-    base = table.base[np.ix_(rows, carried)]
-    unit = np.linalg.qr(base / np.sqrt(np.mean(base**2, axis=0)))[0]
-
-    def beside(torque: Floats) -> Floats:
-        seen = known_part(torque, table.pieces)[rows]
-        seen = np.where(np.isfinite(seen), seen, 0.0)
-        return np.asarray(seen - unit @ (unit.T @ seen))
-
+    beside = _beside_numbers(scene)
     wanted = beside(torque_nm)
 
     def left(times: float) -> float:
@@ -85,6 +92,21 @@ def nearest(
         left, bounds=(-_FAR, _FAR), method="bounded", options={"xatol": _CLOSELY}
     )
     return entry_of(around * math.exp(float(found.x)))
+
+
+def _beside_numbers(scene: Scene) -> Callable[[Floats], Floats]:
+    """Return what takes a torque at full rate to what the twin's own numbers leave of it, (m,)."""
+    table = scene.table
+    rows, carried = table.used, table.carried
+    base = table.base[np.ix_(rows, carried)]
+    unit = np.linalg.qr(base / np.sqrt(np.mean(base**2, axis=0)))[0]
+
+    def beside(torque: Floats) -> Floats:
+        seen = known_part(torque, table.pieces)[rows]
+        seen = np.where(np.isfinite(seen), seen, 0.0)
+        return np.asarray(seen - unit @ (unit.T @ seen))
+
+    return beside
 
 
 def _as_twin(scene: Scene, effect: str, entry: Mapping[str, float]) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from agent.physics.effects.card import (
@@ -14,6 +15,7 @@ from agent.physics.effects.card import (
     not_negative,
     positive,
 )
+from agent.physics.effects.carried import shaken_nm
 from agent.physics.effects.motion import Base, Motion
 from agent.physics.periodic import KinematicError, TorqueRipple
 
@@ -28,8 +30,13 @@ def _wobble(order_per_motor_rev: float, p: Numbers, motion: Motion, base: Base) 
     inertia = p["arm_inertia_kg_m2"]
     law = KinematicError(p["cos_rad"], p["sin_rad"], order_per_motor_rev, inertia)
     load = base.held_nm(motion) + p["arm_coulomb_nm"] * motion.direction
-    position = motion.need("position_rad")
-    return law.torque_nm(position, motion.velocity_rad_s, motion.acceleration_rad_s2, load)
+    moved = motion.need("position_rad"), motion.velocity_rad_s, motion.acceleration_rad_s2
+    if not p["antiresonance_hz"] or not inertia:
+        return law.torque_nm(*moved, load)
+    spring = 2.0 * math.pi * p["antiresonance_hz"]
+    wobbles = law.shaking(*moved)
+    shaken = shaken_nm(motion.need("time_s"), *wobbles, inertia, spring, p["damping_ratio"])
+    return law.torque_nm(*moved, load, shaken)
 
 
 def _per_motor_turn(
@@ -60,6 +67,10 @@ _ARM = {
     "arm_coulomb_nm": not_negative(
         0.0, "the arm's part of the twin's Coulomb level, in the load l"
     ),
+    "antiresonance_hz": not_negative(
+        0.0, "of the arm on the gear's spring, the motor held, as the wobble shakes it (0: stiff)"
+    ),
+    "damping_ratio": not_negative(0.0, "of that swing"),
 }
 
 CARDS = (
