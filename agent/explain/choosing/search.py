@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,7 @@ from agent.explain.choosing.descent import descended, movable
 from agent.explain.choosing.heard import heard
 from agent.explain.forms.form import Form, Point
 from agent.explain.forms.refinement import climbed
+from agent.explain.forms.signal import later_by_numbers
 from agent.explain.rows.evidence import Weighing, heldout, moments, solve
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE
@@ -112,7 +114,24 @@ class Library:
 
     def model(self, terms: Sequence[Candidate]) -> Floats:
         """Return the columns of the base model and some terms, shape (m, p)."""
-        return np.concatenate([self.base, *(t.columns for t in terms)], axis=1)
+        return np.concatenate([self.base_beside(terms), *(t.columns for t in terms)], axis=1)
+
+    def base_beside(self, terms: Sequence[Candidate]) -> Floats:
+        """Return the columns of the twin's own numbers, as late as the torque if a term says so."""
+        return self.late_base if any(t.form.effect == DELAY for t in terms) else self.base
+
+    @cached_property
+    def late_base(self) -> Floats:
+        """Return the weighted columns of the twin's own numbers in a late torque, shape (m, p).
+
+        A column on time beside the same one later has the noise of an acceleration twice, and least
+        squares take a delay between both.
+        """
+        if not self.scene.late_s:
+            return self.base
+        table = self.scene.table
+        raw = table.where_speed_changes(later_by_numbers(self.scene)[:, table.carried])
+        return self.base + self.weighing.weighted(table.band(raw))
 
     def errors(self, terms: Sequence[Candidate]) -> Floats:
         """Return the squared error of every block under fits to the other folds, shape (b,)."""

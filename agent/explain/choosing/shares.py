@@ -66,9 +66,12 @@ def shares_of(library: Library, terms: Sequence[Candidate], floor_nm: float) -> 
     numbers = solve(model.T @ model, model.T @ library.target)
     full = _sliding_nm2(library, library.target - model @ numbers)
     above = above_noise(plain, full, floor_nm)
+    own, later = library.base.shape[1], library.base_beside(terms) - library.base
     out = []
-    for index in range(len(terms)):
-        gone = _own_columns(library, terms, index) @ numbers[library.base.shape[1] :]
+    for index, term in enumerate(terms):
+        gone = _own_columns(library, terms, index) @ numbers[own:]
+        if term.form.effect == DELAY:
+            gone = gone + later @ numbers[:own]
         without = _sliding_nm2(library, _refitted(library, library.target - gone))
         out.append(min(max((plain - without) / above, 0.0), 1.0) if above > 0.0 else 0.0)
     return tuple(out)

@@ -37,7 +37,7 @@ def together(library: Library, candidates: Sequence[Candidate]) -> list[Candidat
         [candidate.point for candidate in candidates],
         numbers,
         lambda law, point: library.columns(forms[law], point),
-        library.base,
+        library.base_beside(candidates),
         library.target,
         lambda law, own: forms[law].allows(own),
         _ROUNDS,

@@ -46,7 +46,10 @@ def as_in_twin(form: Form, scene: Scene, own: Mapping[str, Parameter]) -> Mappin
         return {key: Parameter.not_identified(_NO_LAW, p.value) for key, p in own.items()}
     if len(tables) != 1:
         return own
-    moved = {key: _moved(form, scene, values, key, p) for key, p in own.items()}
+    # A trial point that stands for a coefficient has no interval beside the coefficient's.
+    trial = () if form.point_of is None else form.nonlinear
+    free = {key: p for key, p in own.items() if key not in trial}
+    moved = {key: _moved(form, scene, values, key, p) for key, p in free.items()}
     out: dict[str, Parameter] = {}
     for name, value in tables[0].items():
         if isinstance(value, bool) or not isinstance(value, (int, float)):
@@ -56,7 +59,7 @@ def as_in_twin(form: Form, scene: Scene, own: Mapping[str, Parameter]) -> Mappin
         elif form.as_product:
             out[name] = Parameter.not_identified(form.as_product, float(value))
         else:
-            out[name] = _converted(own, moved, name, float(value))
+            out[name] = _converted(free, moved, name, float(value))
     return out
 
 

@@ -41,14 +41,36 @@ def _delay(scene: Scene, point: Point) -> Floats:
     delay found. Dry friction turns
     round within a little travel, as it does in every joint: a jump would reach through the filter
     to where friction has long settled, and make all delays too long.
+
+    Where all is known to be late already, that is the trial, and the torque is the twin's as given:
+    what its numbers are moved by is late by itself (`later_by_numbers`).
     """
+    if scene.late_s:
+        own = _own_nm(scene, scene.as_given)
+        return stack(_later_less_itself(scene, own, scene.late_s) / scene.late_s)
     trial_s = math.copysign(max(abs(point[0]), _SHORTEST_DELAY_S), point[0])
-    predicted = turning_round(scene)
-    out = np.zeros(predicted.shape[0])
+    return stack(_later_less_itself(scene, turning_round(scene), trial_s) / trial_s)
+
+
+def later_by_numbers(scene: Scene) -> Floats:
+    """Return what the twin's structure has more where all is late, by its numbers, shape (N, 5)."""
+    nothing = _own_nm(scene, np.zeros(len(BASE)))
+    units = (_own_nm(scene, unit) - nothing for unit in np.eye(len(BASE)))
+    return stack(*(_later_less_itself(scene, unit, scene.late_s) for unit in units))
+
+
+def _own_nm(scene: Scene, theta: Floats) -> Floats:
+    """Return the torque of the twin's own structure with some numbers, shape (N,)."""
+    alone = replace(scene, theta=theta, held=None, beside=(), sliding=(), late_s=0.0)
+    return turning_round(alone)
+
+
+def _later_less_itself(scene: Scene, torque_nm: Floats, by_s: float) -> Floats:
+    out = np.empty_like(torque_nm)
     for at, _ in scene.each_piece():
-        time, torque = scene.full("time_s")[at], predicted[at]
-        out[at] = (np.interp(time - trial_s, time, torque) - torque) / trial_s
-    return stack(out)
+        time, torque = scene.full("time_s")[at], torque_nm[at]
+        out[at] = np.interp(time - by_s, time, torque) - torque
+    return out
 
 
 def turning_round(scene: Scene) -> Floats:
@@ -61,6 +83,9 @@ def _delay_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[s
     delay_s = values["torque_delay_s"]
     if abs(delay_s) < turn_s(scene.table):
         return ({"torque_delay_s": delay_s},)
+    if scene.late_s:
+        ratio = scene.late_s / values["trial_s"]
+        return ({"torque_delay_s": delay_s * (ratio if _is_one_thing(ratio) else 1.0)},)
     return ({"torque_delay_s": delay_s * _of_all_over_column(scene, delay_s)},)
 
 
@@ -92,7 +117,12 @@ def _of_all_over_column(scene: Scene, delay_s: float) -> float:
         model = weighing.weighted(np.column_stack((table.band(np.column_stack(columns)), base)))
         column_s = float(solve(model.T @ model, model.T @ target)[0])
     ratio = late_s / column_s if column_s else 1.0
-    return ratio if 1.0 / _MOST_NOISE < ratio < _MOST_NOISE else 1.0
+    return ratio if _is_one_thing(ratio) else 1.0
+
+
+def _is_one_thing(ratio: float) -> bool:
+    """Return whether two delays may be of the same lateness."""
+    return 1.0 / _MOST_NOISE < ratio < _MOST_NOISE
 
 
 def turn_s(table: Table) -> float:
@@ -100,11 +130,13 @@ def turn_s(table: Table) -> float:
     return 1.0 / (2.0 * math.pi * table.cutoff_hz)
 
 
-def nearest_delay(left: Callable[[float], float], around_s: float) -> float:
+def nearest_delay(
+    left: Callable[[float], float], around_s: float, reach_s: float = REACH_S
+) -> float:
     """Return the delay, not far from another, that leaves least."""
     from scipy.optimize import minimize_scalar
 
-    ends = around_s - REACH_S, around_s + REACH_S
+    ends = around_s - reach_s, around_s + reach_s
     found = minimize_scalar(left, bounds=ends, method="bounded", options={"xatol": CLOSELY_S})
     return float(found.x)
 

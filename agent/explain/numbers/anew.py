@@ -18,12 +18,11 @@ from agent.explain.choosing.materiality import CLOSE, FAR
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.numbers.in_step import chosen_in_step
-from agent.explain.numbers.renewed import left_nm, with_new_grids
+from agent.explain.numbers.renewed import left_nm, retaken, with_new_grids
 from agent.explain.numbers.resting import (
     is_possible,
     moved_far,
     numbers_beside,
-    retaken,
     taken_at,
 )
 from agent.explain.numbers.whole import held_beside
@@ -33,6 +32,7 @@ from agent.explain.rows.scene import Scene
 from agent.explain.rows.usual import usual_blocks
 
 _ROUNDS = 2
+_FAR_OFF = 4.0  # times the squared error: what leaves so much more finds no better one beside it
 
 
 def chosen_anew(library: Library) -> tuple[Library, Choice]:
@@ -78,20 +78,31 @@ def _without_time(library: Library, found: Library, choice: Choice) -> tuple[Lib
         return found, choice
     if not _more_than_noise(found, choice.candidates, FAR):
         return found, choice
+
+    def left(terms: Sequence[Candidate]) -> float:
+        return float(library.errors([library.candidate(c.form, c.point) for c in terms]).sum())
+
     others = tuple(c for c in library.candidates if not c.form.catch_all)
-    again, pair = _chosen(replace(library, candidates=others))
-    left = [
-        float(library.errors([library.candidate(c.form, c.point) for c in terms]).sum())
-        for terms in (choice.candidates, pair.candidates)
-    ]
-    if left[1] >= left[0]:
+    first = _first(replace(library, candidates=others))
+    if left(first.candidates) > _FAR_OFF * left(choice.candidates):
+        return found, choice
+    again, pair = _further(replace(library, candidates=others), first)
+    if left(pair.candidates) >= left(choice.candidates):
         return found, choice
     kept = (again.candidate(c.form, c.point) for c in of_time)
     return replace(again, candidates=(*again.candidates, *kept)), pair
 
 
 def _chosen(library: Library) -> tuple[Library, Choice]:
-    first = choose(library, rivals=False, begun=_asked_about(library))
+    return _further(library, _first(library))
+
+
+def _first(library: Library) -> Choice:
+    return choose(library, rivals=False, begun=_asked_about(library))
+
+
+def _further(library: Library, first: Choice) -> tuple[Library, Choice]:
+    """Return what is found in step with a first choice, and beside it."""
     library, choice = chosen_in_step(library, first)
     for _ in range(_ROUNDS):
         if not choice.terms or not _worth_it(library, choice.candidates):

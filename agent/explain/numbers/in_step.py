@@ -7,23 +7,29 @@ every other law is taken as late as it is, and all are chosen anew beside it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.choice import Choice, choose
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import DELAY, Library
-from agent.explain.forms.signal import CLOSELY_S, nearest_delay, turn_s, turning_round
-from agent.explain.numbers.renewed import left_nm, with_new_grids
+from agent.explain.forms.order import ORDER, waves_of
+from agent.explain.forms.orders import strong_orders
+from agent.explain.forms.signal import CLOSELY_S, REACH_S, nearest_delay, turn_s, turning_round
+from agent.explain.numbers.polish import polished
+from agent.explain.numbers.renewed import left_nm, retaken, with_new_grids
 from agent.explain.rows.evidence import solve, weigh
 from agent.explain.rows.table import BASE, without_edges
 from agent.identify.result import Floats
 
 _ROUNDS = 3
+_ORDERS = 3
 _SETTLED = 0.03  # of a delay: moved by less, it leaves every law where it is
 
 
@@ -50,7 +56,8 @@ def chosen_in_step(library: Library, choice: Choice) -> tuple[Library, Choice]:
         # every number that is moved after it.
         if abs(float(delay.scored.coefficients[0])) < turn_s(library.scene.table):
             break
-        late_s, theta = _found_late(found, best, delay)
+        others = [term for term in best.terms if term is not delay]
+        late_s, theta = _found_late(found, others, float(delay.scored.coefficients[0]))
         if abs(late_s - found.scene.late_s) < max(_SETTLED * abs(late_s), CLOSELY_S):
             break
         moved = _moved(found, late_s, theta)
@@ -63,6 +70,48 @@ def chosen_in_step(library: Library, choice: Choice) -> tuple[Library, Choice]:
     return found, best
 
 
+def late_beside(library: Library, choice: Choice) -> tuple[Library, Choice]:
+    """Return a model that is as late as it asks for itself, all of it.
+
+    The delay in step was found beside the effects as they stood before they were settled; a gap or
+    a wobble that has moved since asks for another one.
+
+    Parameters
+    ----------
+    library : Library
+    choice : Choice
+        Settled.
+
+    Returns
+    -------
+    library, choice
+        The same where nothing is late, or hardly, or being in step leaves no less on unseen data.
+        Else a library with this delay from now on; its candidates stay as they were made.
+    """
+    delay, before = _delay(choice), library.scene
+    if delay is None:
+        return library, choice
+    near_s = float(delay.scored.coefficients[0])
+    if abs(near_s) < turn_s(before.table):
+        return library, choice
+    others = [term for term in choice.terms if term is not delay]
+    late_s, _ = _found_late(library, others, near_s)
+    if abs(late_s) < turn_s(before.table) or abs(late_s - before.late_s) < CLOSELY_S:
+        return library, choice
+    again = replace(library, scene=replace(before, late_s=late_s), known={})
+    own = again.candidate(delay.scored.form, (late_s,))
+    terms = tuple(
+        replace(delay, scored=replace(delay.scored, candidate=own))
+        if term is delay
+        else retaken(again, term, before)
+        for term in choice.terms
+    )
+    moved = polished(again, replace(choice, terms=terms))
+    if float(moved.full.sum()) > float(choice.full.sum()):
+        return library, choice
+    return again, moved
+
+
 def _delay(choice: Choice) -> Term | None:
     return next((term for term in choice.terms if term.scored.form.effect == DELAY), None)
 
@@ -71,11 +120,21 @@ def _left_share(choice: Choice) -> float:
     return float(choice.full.sum()) / float(choice.plain.sum())
 
 
-def _found_late(library: Library, choice: Choice, delay: Term) -> tuple[float, Floats]:
+def _found_late(library: Library, terms: Sequence[Term], near_s: float) -> tuple[float, Floats]:
     """Return the delay that fits best, and the twin's numbers, shape (5,), beside it.
 
     The delay's column is made of numbers that an undelayed fit has bent. Here all columns are late,
-    so that one number is searched for and nothing leans on a first guess.
+    so that one number is searched for and nothing leans on a first guess. Nor on the waves that
+    were found beside it: one that was fitted out of step with the torque holds the delay where it
+    is, so that every order has waves of torque and acceleration beside, in whatever phase.
+
+    Parameters
+    ----------
+    library : Library
+    terms : sequence of Term
+        The model but for the delay.
+    near_s : float
+        As it was found, by as much as `REACH_S` from the delay.
     """
     scene = library.scene
     carried = np.flatnonzero(scene.table.carried)
@@ -83,8 +142,9 @@ def _found_late(library: Library, choice: Choice, delay: Term) -> tuple[float, F
         turning_round(replace(scene, theta=unit, held=None, beside=(), late_s=0.0))
         for unit in np.eye(len(BASE))[carried]
     ]
-    others = (term.candidate for term in choice.terms if term is not delay)
-    raw = np.column_stack([*parts, *(c.form.columns(scene, c.point) for c in others)])
+    others = [term.candidate for term in terms]
+    own = [c.form.columns(scene, c.point) for c in others]
+    raw = np.column_stack([*parts, *own, *_waves(library, others)])
     table, weighing = scene.table, library.weighing
     target = weighing.weighted(table.target_nm + table.base @ scene.as_given)
 
@@ -95,14 +155,31 @@ def _found_late(library: Library, choice: Choice, delay: Term) -> tuple[float, F
         left = target[apart] - columns @ theta
         return float(left @ left), theta
 
-    late_s = float(delay.scored.coefficients[0])
+    def seen_at(late_s: float) -> NDArray[np.bool_]:
+        return without_edges(table, table.creep_rad_s, late_s).used[weighing.rows]
+
+    # A wave of the band fits again a turn later: each valley is looked into, the deepest followed.
+    apart, step_s = seen_at(near_s), turn_s(table)
+    steps = math.floor(REACH_S / step_s)
+    valleys = [near_s + k * step_s for k in range(-steps, steps + 1)]
+    late_s = min(valleys, key=partial(_error, fit, apart))
+    apart = seen_at(late_s)
+    late_s = nearest_delay(partial(_error, fit, apart), late_s, min(step_s, REACH_S))
     theta = scene.as_given.copy()
-    for _ in range(2):
-        # The second time without what the first delay says of where the torque turns round.
-        apart = without_edges(table, table.creep_rad_s, late_s).used[weighing.rows]
-        late_s = nearest_delay(partial(_error, fit, apart), late_s)
-        theta[carried] = fit(late_s, apart)[1][: carried.size]
+    theta[carried] = fit(late_s, apart)[1][: carried.size]
     return late_s, theta
+
+
+def _waves(library: Library, others: Sequence[Candidate]) -> list[Floats]:
+    """Return waves of the orders that stand out beside a model but for its delay, (N, 4) each."""
+    scene = library.scene
+    if not scene.has("position_rad"):
+        return []
+    beside = replace(scene, residual_nm=scene.on_time(left_nm(library, others)))
+    orders = strong_orders(beside, "inertia")[:_ORDERS]
+    there = (dict(zip(c.form.nonlinear, c.point, strict=True)).get(ORDER) for c in others)
+    wanted = dict.fromkeys((*(order for order in there if order is not None), *orders))
+    return [waves_of(scene, order) for order in wanted]
 
 
 def _error(

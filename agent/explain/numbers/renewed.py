@@ -8,7 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from agent.explain.choosing.candidate import Candidate
+from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
+from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 
 
@@ -35,3 +37,10 @@ def with_new_grids(library: Library, terms: Sequence[Candidate]) -> Library:
     # Candidates of one form stand side by side.
     ordered = sorted((*library.candidates, *new), key=lambda c: (c.form.effect, c.form.name))
     return replace(library, candidates=tuple(ordered))
+
+
+def retaken(library: Library, term: Term, before: Scene) -> Term:
+    """Return a term of another scene with its columns as the library has them now."""
+    form = term.scored.form
+    own = library.candidate(form, form.carried_over(before, library.scene, term.candidate.point))
+    return replace(term, scored=replace(term.scored, candidate=own))

@@ -17,10 +17,11 @@ from agent.explain.choosing.choice import Choice, settled
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form, Point
+from agent.explain.numbers.in_step import late_beside
 from agent.explain.numbers.polish import polished
+from agent.explain.numbers.renewed import retaken
 from agent.explain.numbers.whole import grown, held_beside, known_beside, sliding_beside
 from agent.explain.rows.evidence import solve
-from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 
 _ROUNDS = 2
@@ -78,7 +79,7 @@ def settled_beside(library: Library, choice: Choice) -> tuple[Library, Choice]:
         # Where one law takes over what another stands for, that one goes below zero.
         if is_possible(library, together.candidates) or not is_possible(library, choice.candidates):
             choice = together
-    return at_own_numbers(library, choice)
+    return at_own_numbers(*late_beside(library, choice))
 
 
 def at_own_numbers(library: Library, choice: Choice) -> tuple[Library, Choice]:
@@ -161,10 +162,3 @@ def taken_at(library: Library, theta: Floats) -> Library:
         for c in library.candidates
     )
     return replace(moved, candidates=tuple(moved.candidate(*point) for point in points))
-
-
-def retaken(library: Library, term: Term, before: Scene) -> Term:
-    """Return a term of another scene with its columns as the library has them now."""
-    form = term.scored.form
-    own = library.candidate(form, form.carried_over(before, library.scene, term.candidate.point))
-    return replace(term, scored=replace(term.scored, candidate=own))

@@ -107,6 +107,7 @@ def wrong_numbers(
     earlier = earlier_moves(library, twin) if terms else ()  # without a law nothing is bent
     turning = moves_through_reversals(library, twin) if terms else {}
     by_itself = plain_moves(library, twin)
+    library = replace(library, base=library.base_beside(terms))
     case = Case(library, twin, model, beside, by_itself, earlier, turning, floor_nm)
     groups = {effect: names for effect, names in _GROUPS.items() if effect not in taken_for}
     judged = {e: tuple(n for n in names if n not in varied) for e, names in groups.items()}
