@@ -14,6 +14,7 @@ from agent.numbers import Scale, parameter_label, parameter_unit, scale_for
 
 _LABELS: Mapping[str, str] = MappingProxyType(
     {
+        "antiresonance_hz": "Swing of the arm on the gear's spring, motor held",
         "arm_coulomb_nm": "Coulomb friction of the arm, motor side",
         "arm_inertia_kg_m2": "Inertia of the arm, motor side",
         "arm_viscous_nm_s_per_rad": "Viscous friction of the arm, motor side",
@@ -30,6 +31,7 @@ _LABELS: Mapping[str, str] = MappingProxyType(
         "coulomb_nm_per_run": "Coulomb friction, growth from run to run",
         "cubic_stiffness_nm_per_rad3": "Stiffness that grows with twist",
         "damping_nm_s_per_rad": "Damping",
+        "damping_ratio": "Damping of the swing, over critical damping",
         "decay_k": "Warming that leaves 1/e of it",
         "exponent": "Exponent",
         "factor": "Torque factor (real over reported)",
