@@ -22,8 +22,8 @@ def scene(late_s: float) -> Scene:
     """Return a rigid joint whose refitted numbers are not those that its twin was given."""
     time = np.arange(0.0, 24.0, 4e-3)
     swings = ((45.0, 0.7), (15.0, 3.1), (3.0, 40.0))
-    velocity = sum(size * np.sin(rate * time) for size, rate in swings)
-    position = -sum(size / rate * np.cos(rate * time) for size, rate in swings)
+    velocity = np.sum([size * np.sin(rate * time) for size, rate in swings], axis=0)
+    position = -np.sum([size / rate * np.cos(rate * time) for size, rate in swings], axis=0)
     torque = 0.018 * np.gradient(velocity, 4e-3) + 0.5 * np.sign(velocity) + 0.01 * velocity
     torque += 0.01 * np.random.default_rng(1).standard_normal(time.shape)
     columns = {"time_s": time, "position_rad": position, "velocity_rad_s": velocity}
