@@ -5,7 +5,8 @@ steady speeds show that friction is bent, the line is no part of it, and what it
 ramp and reversal is shared out among inertia, gravity and offset, and taken for noise. So what the
 law differs from its own straight line is taken off the torque, and the rigid body is fitted to the
 rest: inertia, gravity and offset, with their intervals, are those. Coulomb and viscous friction are
-the law's. The straight line remains for what has no other friction: a twin, and a prediction.
+the law's where it contradicts the line. The straight line remains for what has no other friction: a
+twin, and a prediction.
 """
 
 from __future__ import annotations
@@ -26,8 +27,8 @@ from agent.physics.friction import COULOMB_VISCOUS, FEENY_MOON, LAWS
 _LINE = COULOMB_VISCOUS.linear
 NOTE = (
     "friction is bent: inertia, gravity and offset are those beside the friction law, Coulomb and "
-    "viscous friction are the law's; fit and residual of the rigid body are those of the best "
-    "straight line"
+    "viscous friction are the law's where it contradicts a straight line; fit and residual of the "
+    "rigid body are those of the best straight line"
 )
 
 
@@ -57,7 +58,7 @@ def beside_law(regression: Regression, models: Sequence[FrictionModelFit]) -> Ri
     straight = {n: p.value for n, p in line.parameters.items() if n in _LINE and p.identified}
     beside = replace(
         beside,
-        parameters=dict(beside.parameters) | _friction(selected, straight),
+        parameters=dict(beside.parameters) | _friction(selected, line, straight),
         straight_line=straight,
         as_twin=_as_twin(line, beside, straight),
     )
@@ -96,13 +97,31 @@ def _bend(rows: Rows, model: str, values: Mapping[str, float], cutoff_hz: float)
     return np.concatenate(out)
 
 
-def _friction(law: FrictionModelFit, straight: Mapping[str, float]) -> dict[str, Parameter]:
-    """Return the law's Coulomb and viscous friction, for those that the straight line has."""
+def _friction(
+    law: FrictionModelFit, line: RigidBodyFit, straight: Mapping[str, float]
+) -> dict[str, Parameter]:
+    """Return the law's Coulomb and viscous friction, for those that the straight line has.
+
+    Where the law is too uncertain to contradict the line, the line is the better number, and where
+    it is Feeny and Moon's, whose own level is that at rest: a fall that is seen and not there, over
+    all speeds, leaves the level after it anywhere.
+    """
     coulomb = law.parameters["coulomb_nm"]
     if law.model == FEENY_MOON.name:
         coulomb = _product(coulomb, law.parameters["mu"])
     own = {_LINE[0]: coulomb, _LINE[1]: law.parameters[_LINE[1]]}
-    return {name: own[name] for name in straight}
+    stays = law.model == FEENY_MOON.name
+    return {name: _either(own[name], line.parameters[name], stays) for name in straight}
+
+
+def _either(of_law: Parameter, of_line: Parameter, stays: bool) -> Parameter:
+    """Return a law's number, or the line's in an interval of both where the law allows it."""
+    if of_law.ci95 is None or of_line.ci95 is None:
+        return of_law
+    (low, high), other = of_law.ci95, of_line.ci95
+    if not (stays or low <= of_line.value <= high):
+        return of_law
+    return replace(of_line, ci95=(min(low, other[0]), max(high, other[1])))
 
 
 def _product(level: Parameter, share: Parameter) -> Parameter:
