@@ -9,6 +9,7 @@ from agent.explain.numbers.loads import without_unknown_loads
 from agent.explain.rows.cleaner import by_the_quieter
 from agent.explain.rows.full_rate import choose_band
 from agent.explain.rows.glitches import without_glitches
+from agent.explain.rows.half_sample import in_step_with, said_of
 from agent.explain.rows.run import Run, stood_in, without_gearbox_temperature
 from agent.explain.rows.scene import refit
 from agent.explain.rows.stamps import put_right
@@ -30,8 +31,8 @@ class Asked:
     by_motor : bool
         Whether the motor's temperature stands in for the gearbox's.
     apart, bettered : tuple of str
-        Which hold-outs were left out; which rows stood alone, which stamps were put right, and
-        whether the motion was taken from the position alone.
+        Which hold-outs were left out; which rows stood alone, which stamps were put right,
+        whether the motion was taken from the position alone, and whether it was half a sample off.
     """
 
     runs: tuple[Run, ...]
@@ -41,7 +42,9 @@ class Asked:
     bettered: tuple[str, ...]
 
 
-def tabulated(twin: Twin, runs: Sequence[Run], holdout: Sequence[Run]) -> tuple[Asked, Table]:
+def tabulated(
+    twin: Twin, runs: Sequence[Run], holdout: Sequence[Run], late_s: float = 0.0
+) -> tuple[Asked, Table]:
     """Return what is asked about, and the table of the recordings to learn from, creep and all.
 
     The band follows from what the inertia makes of the motion's noise. A simulation's, off by a
@@ -54,18 +57,20 @@ def tabulated(twin: Twin, runs: Sequence[Run], holdout: Sequence[Run]) -> tuple[
         As given.
     runs, holdout : sequence of Run
         As they were recorded.
+    late_s : float
+        By what half a sample the torque is known to be later than the motion.
 
     Raises
     ------
     ValueError
         The recordings cannot be compared.
     """
-    asked = as_asked(twin, runs, holdout, twin.inertia_kg_m2)
+    asked = as_asked(twin, runs, holdout, twin.inertia_kg_m2, late_s)
     table = tabulate(twin, asked.runs)
     shown = _shown_inertia_kg_m2(table, twin)
     if 1.0 / _FAR < twin.inertia_kg_m2 / shown < _FAR:
         return asked, table
-    asked = as_asked(twin, runs, holdout, shown)
+    asked = as_asked(twin, runs, holdout, shown, late_s)
     band_hz = choose_band([read_motion(run.signals) for run in asked.runs], shown)
     return asked, tabulate(twin, asked.runs, band_hz)
 
@@ -83,7 +88,11 @@ def _shown_inertia_kg_m2(table: Table, twin: Twin) -> float:
 
 
 def as_asked(
-    twin: Twin, runs: Sequence[Run], holdout: Sequence[Run], inertia_kg_m2: float
+    twin: Twin,
+    runs: Sequence[Run],
+    holdout: Sequence[Run],
+    inertia_kg_m2: float,
+    late_s: float = 0.0,
 ) -> Asked:
     """Return recordings put right: no glitches, right stamps, the quieter motion, known loads.
 
@@ -95,15 +104,20 @@ def as_asked(
         As they were recorded.
     inertia_kg_m2 : float
         By which the motion's noise is judged.
+    late_s : float
+        By what half a sample the torque is known to be later than the motion.
     """
     everything, glitched = without_glitches((*runs, *holdout))
     everything, stamped = put_right(everything)
     everything, quieter = by_the_quieter(everything, inertia_kg_m2)
+    stepped = (said_of(late_s),) if late_s else ()
+    if late_s:
+        everything = in_step_with(everything, late_s)
     runs, holdout = everything[: len(runs)], everything[len(runs) :]
     by_motor = without_gearbox_temperature((*runs, *holdout))
     if by_motor:
         runs, holdout = stood_in(runs), stood_in(holdout)
     holdout, apart = without_unknown_loads(twin, runs, holdout)
     return Asked(
-        tuple(runs), tuple(holdout), by_motor, tuple(apart), (*glitched, *stamped, *quieter)
+        tuple(runs), tuple(holdout), by_motor, tuple(apart), (*glitched, *stamped, *quieter, *stepped)
     )

@@ -34,8 +34,9 @@ from agent.explain.numbers.loads import differs_unsaid, said_of
 from agent.explain.numbers.model import fit_model
 from agent.explain.plausible import contradiction
 from agent.explain.rows.creep import without_creep
+from agent.explain.rows.half_sample import half_a_sample_s
 from agent.explain.rows.run import Run
-from agent.explain.rows.table import BASE, Table, TooShortError
+from agent.explain.rows.table import BASE, TooShortError
 from agent.explain.study import Study
 from agent.explain.told import Told
 from agent.explain.traces import traces_of
@@ -97,34 +98,52 @@ def _is_better(answer: Explanation, other: Explanation) -> bool:
 
 
 def _asked_once(
-    twin: Twin, runs: Sequence[Run], holdout: Sequence[Run], limits: AxisLimits | None
+    twin: Twin,
+    runs: Sequence[Run],
+    holdout: Sequence[Run],
+    limits: AxisLimits | None,
+    late_s: float = 0.0,
 ) -> tuple[Explanation, Moments | None]:
-    """Return an explanation, and the moments of the recordings that hold most of what is left."""
+    """Return an explanation, and the moments of the recordings that hold most of what is left.
+
+    A torque that turns out to be half a sample late is put in step, and everything asked again.
+    """
     names = tuple(run.name for run in runs), tuple(run.name for run in holdout)
     refusal = contradiction((*runs, *holdout)) if runs else "no recording was given"
     if refusal:
         return _nothing(f"not decidable: {refusal}", *names), None
     try:
-        asked, table = tabulated(twin, runs, holdout)
+        asked, table = tabulated(twin, runs, holdout, late_s)
         table = without_creep(table)
     except ValueError as error:
         return _nothing(f"not decidable: {error}", *names), None
     refusal = undecidable(table, twin)
     if refusal:
         return _nothing(refusal, *names), None
-    return _explained(twin, table, asked, limits, *names)
+    found, given = studied(twin, table)
+    if not late_s:
+        late_s = _late_by_holding_s(found, (*asked.runs, *asked.holdout))
+        if late_s:
+            return _asked_once(twin, runs, holdout, limits, late_s)
+    return _explained(found, given, asked, limits, *names)
+
+
+def _late_by_holding_s(found: Study, runs: Sequence[Run]) -> float:
+    """Return by what half a sample the torque was found to be late; 0 where it is not."""
+    terms = zip(found.model.terms, found.model.parameters, strict=True)
+    numbers = (own for term, own in terms if term.scored.form.effect == "measurement-delay")
+    return sum(half_a_sample_s(own["torque_delay_s"], runs) for own in numbers)
 
 
 def _explained(
-    twin: Twin,
-    table: Table,
+    found: Study,
+    given: Given,
     asked: Asked,
     limits: AxisLimits | None,
     recordings: tuple[str, ...],
     held_out: tuple[str, ...],
 ) -> tuple[Explanation, Moments | None]:
     """Return the explanation of recordings that carry an answer, and moments that may hide one."""
-    found, given = studied(twin, table)
     told = Told.of(found, given)
     if told.verdict == "unexplained":
         told = told.without_names(given)
@@ -148,7 +167,7 @@ def _explained(
         told, given, proven, traces, menu, recordings, held_out, by_motor=asked.by_motor
     )
     carried = (
-        *said_of(asked.runs, twin, given.loads),
+        *said_of(asked.runs, given.twin, given.loads),
         *further(told.found, asked.runs, asked.holdout),
     )
     moment = None
