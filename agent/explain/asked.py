@@ -119,5 +119,9 @@ def as_asked(
         runs, holdout = stood_in(runs), stood_in(holdout)
     holdout, apart = without_unknown_loads(twin, runs, holdout)
     return Asked(
-        tuple(runs), tuple(holdout), by_motor, tuple(apart), (*glitched, *stamped, *quieter, *stepped)
+        tuple(runs),
+        tuple(holdout),
+        by_motor,
+        tuple(apart),
+        (*glitched, *stamped, *quieter, *stepped),
     )

@@ -1,4 +1,4 @@
-"""A torque held over each sample is half a sample beside the motion: put in step, and no finding."""
+"""A torque held over each sample is half a sample off the motion: put in step, and no finding."""
 
 from __future__ import annotations
 
@@ -78,7 +78,8 @@ def test_the_motion_moves_and_the_torque_stays() -> None:
     run = recorded(0.0, 0.0, 1)
     (moved,) = in_step_with([run], 0.5 * PERIOD_S)
     before, after = run.signals.position_rad, moved.signals.position_rad
-    assert before is not None and after is not None
+    assert before is not None
+    assert after is not None
     between = 0.5 * (before[1:] + before[:-1])
     assert np.max(np.abs(after[1:] - between)) < 1e-2 * np.max(np.abs(np.diff(before)))
     assert moved.signals.torque_nm is run.signals.torque_nm
