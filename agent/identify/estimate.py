@@ -29,6 +29,7 @@ from agent.identify.rigid.body import (
 )
 from agent.identify.rigid.forward import position_error
 from agent.identify.rigid.regression import Regression, regress, rows_of
+from agent.identify.rigid.twin_numbers import with_twin_numbers
 from agent.identify.sentence import verdict
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.glitches import without_glitches
@@ -107,7 +108,7 @@ def identify(
     reasons = _undecidable(curve, models, regression, windows)
     if reasons:
         return _undecided(motions, windows, reasons)
-    body = beside_law(regression, models)
+    body = with_twin_numbers(beside_law(regression, models), regression.rows, models)
     unseen = None if validation is None or body is None else _motion_of(validation)
     validated = None
     if unseen is not None and body is not None:

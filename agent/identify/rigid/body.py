@@ -20,7 +20,9 @@ from agent.identify.rigid.linear import time_blocks
 from agent.identify.rigid.rows import Rows
 from agent.physics.rigid_body import PARAMETERS
 
-_BLOCKS = 40
+BLOCKS = 40
+"""Of time, that intervals are made of."""
+
 _FEWEST_BLOCKS = 12
 _OFFSET = "torque_offset_nm"
 _VISCOUS = "viscous_nm_s_per_rad"
@@ -49,7 +51,7 @@ def fit_rigid_body(rows: Rows, *, spring: bool = True) -> RigidBodyFit | None:
     reasons = left_out(rows)
     kept = [i for i, name in enumerate(PARAMETERS) if name not in reasons]
     columns = rows.some(kept)
-    blocks = time_blocks(rows.time_s, _BLOCKS)
+    blocks = time_blocks(rows.time_s, BLOCKS)
     if int(blocks[-1]) + 1 < _FEWEST_BLOCKS or not kept:
         return None
     fit = fit_beside(rows, kept, blocks, spring=spring)

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from agent.identify.result import Floats
 from agent.identify.signals.preprocess import Motion
 from agent.identify.signals.windows import SteadyWindow
 
@@ -21,6 +22,8 @@ _CREEP_GAP = 0.5  # of the shorter window
 _DRIFT = 0.15  # of the step to the next window: a level drifts less
 _RETURN = 0.05  # levels that are the same
 _RETURN_GAP = 6.0  # of the longer window: a stop and a new start take longer
+_REST = 0.05  # of the speed before: slower is a stop,
+_RESTS = 3  # and no single sample
 _SHARE = 0.15  # of the windows
 _FEWEST = 5
 _MOSTLY = 0.5  # of all change of velocity from window to window: more is a ramp
@@ -43,12 +46,14 @@ def never_settles(motion: Motion, windows: Sequence[SteadyWindow]) -> bool:
     ends = np.array([stretch.index[-1] for stretch in motion.timing.stretches])
     piece = np.searchsorted(ends, [w.start for w in windows])
     speed = np.array([w.velocity_rad_s for w in windows])
-    drift = _drifts(motion, windows)
+    drift, velocity = _drifts(motion, windows), motion.own_velocity_rad_s()
     restless, crept = 0, 0.0
     for k, window in enumerate(windows):
         for later in range(k + 1, min(k + 3, len(windows))):
             same_way = window.velocity_rad_s * windows[later].velocity_rad_s > 0.0
             if not same_way or piece[later] != piece[k]:
+                break
+            if _stops(velocity[window.stop : windows[later].start], window.velocity_rad_s):
                 break
             if _belong_together(window, windows[later], max(drift[k], drift[later])):
                 restless += 1
@@ -68,6 +73,15 @@ def _drifts(motion: Motion, windows: Sequence[SteadyWindow]) -> list[float]:
         third = max(inside.shape[0] // 3, 1)
         out.append(abs(float(np.nanmean(inside[-third:]) - np.nanmean(inside[:third]))))
     return out
+
+
+def _stops(between: Floats, speed_rad_s: float) -> bool:
+    """Tell whether a joint comes to rest between two windows: what hunts stays near its speed.
+
+    One move of pick-and-place after the other, each at the same speed, is no hunting.
+    """
+    slow = np.abs(between) < _REST * abs(speed_rad_s)
+    return bool(np.count_nonzero(slow) >= _RESTS)
 
 
 def _belong_together(first: SteadyWindow, later: SteadyWindow, drift_rad_s: float) -> bool:
