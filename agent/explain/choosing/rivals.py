@@ -9,12 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.explain.choosing.candidate import Candidate, Scored, basis_of
+from agent.explain.choosing.materiality import noise_energy
 from agent.explain.choosing.search import Library
 from agent.explain.rows.evidence import effective_size
 from agent.identify.result import Floats
 
 DECISIVE = 3.0
 """Of log density: a rival that is further behind is out."""
+
+_PLAINLY = 6.0  # of log density: three of a loss's own standard errors
+_MISFIT = 3.0  # times what the chosen law's own form leaves above the noise
+_NOISE_KNOWN = 0.05  # of its energy
 
 _PER_SHARE = 60.0  # of log density: a twentieth of the gain missed is decisive
 _PER_SHARE_OF_WARMTH = 30.0  # or a tenth: no thermometer is where the oil rubs, and each one lags
@@ -72,6 +77,8 @@ def with_rivals(
     residual = library.residual([*others, best.candidate])
     size = effective_size(library.scene.table, library.weighing, residual)
     without = library.errors(others)
+    noise = noise_energy(library, [*others, best.candidate])
+    tuned = any(term.form.nonlinear for term in others)  # to the chosen one, not to its rival
     first_of: dict[str, Scored] = {}
     for scored in ranked:
         first_of.setdefault(scored.form.effect, scored)
@@ -79,7 +86,6 @@ def with_rivals(
     for effect, scored in first_of.items():
         if effect == best.form.effect or best.form.effect in scored.form.contains:
             continue
-        # No law's form is so exact that a rival's missing a few percent of the gain refutes it.
         own, other = best, scored
         if best.form.effect in alike and effect in alike:
             own, other = alike[best.form.effect], alike[effect]
@@ -87,7 +93,10 @@ def with_rivals(
         missed = lost / max(float(without.sum() - own.blocks.sum()), 1e-300)
         by_warmth = {effect, best.form.effect} == _WARMTH_OR_TIME
         per_share = _PER_SHARE_OF_WARMTH if by_warmth else _PER_SHARE
-        behind = min(behind_of(library, own, other, size), per_share * missed)
+        behind = behind_of(library, own, other, size)
+        if tuned or by_warmth or behind < _PLAINLY or not _is_misshapen(own, other, noise):
+            # No law's form is so exact that missing a few percent of the gain refutes a rival.
+            behind = min(behind, per_share * missed)
         entries.append((scored, behind))
     weights = [math.exp(-max(behind, 0.0)) for _, behind in entries]
     total = 1.0 + sum(weights)
@@ -98,6 +107,16 @@ def with_rivals(
     ]
     rivals.sort(key=lambda r: -r.probability)
     return Term(best, chance, 1.0 / total, tuple(rivals))
+
+
+def _is_misshapen(best: Scored, rival: Scored, noise: float) -> bool:
+    """Return whether a rival leaves far more above the noise than the chosen law's form does.
+
+    How inexact the laws' forms are in a joint shows in what the chosen one leaves. Where that is
+    next to nothing, a rival that plainly leaves something has another curve than the joint.
+    """
+    left, other = (float(s.blocks.sum()) - noise for s in (best, rival))
+    return noise > 0.0 and other > _MISFIT * (max(left, 0.0) + _NOISE_KNOWN * noise)
 
 
 def log_density_gap(library: Library, best: Floats, other: Floats, size: float) -> float:
