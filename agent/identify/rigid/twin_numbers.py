@@ -73,7 +73,7 @@ def with_twin_numbers(
 def _firmer_line(
     own: Mapping[str, Parameter], models: Sequence[FrictionModelFit]
 ) -> Mapping[str, Parameter]:
-    """Return the steady speeds' straight law where it is better known than the body's, and agrees."""
+    """Return the steady speeds' straight law where it is better known, and agrees."""
     law = next((m for m in models if m.selected and m.model == COULOMB_VISCOUS.name), None)
     if law is None:
         return {}
