@@ -30,8 +30,9 @@ def test_what_a_rival_may_miss_is_what_the_laws_own_form_leaves(
     assert 0.8 * noise < 0.05 * (library.errors([]).sum() - best.error)
 
     def leaves(scored: Scored, above: float) -> Scored:
-        even = np.full(best.blocks.shape, (1.0 + above) * noise / best.blocks.shape[0])
-        return replace(scored, blocks=even * (1.0 + 1e-3 * np.cos(np.arange(even.shape[0]))))
+        count = best.blocks.size
+        even = (1.0 + above) * noise / count * (1.0 + 1e-3 * np.cos(np.arange(count)))
+        return replace(scored, blocks=np.asarray(even))
 
     own = leaves(best, left)
     form = replace(other.candidate.form, effect="local-fault")
