@@ -103,10 +103,12 @@ def _asked_once(
     holdout: Sequence[Run],
     limits: AxisLimits | None,
     late_s: float = 0.0,
+    creep_rad_s: float | None = None,
 ) -> tuple[Explanation, Moments | None]:
     """Return an explanation, and the moments of the recordings that hold most of what is left.
 
-    A torque that turns out to be half a sample late is put in step, and everything asked again.
+    A torque that turns out to be half a sample late is put in step, and everything asked again:
+    with the creep that was seen, as a small mismatch beside it may hide that.
     """
     names = tuple(run.name for run in runs), tuple(run.name for run in holdout)
     refusal = contradiction((*runs, *holdout)) if runs else "no recording was given"
@@ -114,7 +116,7 @@ def _asked_once(
         return _nothing(f"not decidable: {refusal}", *names), None
     try:
         asked, table = tabulated(twin, runs, holdout, late_s)
-        table = without_creep(table)
+        table = without_creep(table, creep_rad_s)
     except ValueError as error:
         return _nothing(f"not decidable: {error}", *names), None
     refusal = undecidable(table, twin)
@@ -124,7 +126,8 @@ def _asked_once(
     if not late_s:
         late_s = _late_by_holding_s(found, (*asked.runs, *asked.holdout))
         if late_s:
-            return _asked_once(twin, runs, holdout, limits, late_s)
+            creep_rad_s = found.table.creep_rad_s or None
+            return _asked_once(twin, runs, holdout, limits, late_s, creep_rad_s)
     return _explained(found, given, asked, limits, *names)
 
 

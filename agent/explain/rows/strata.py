@@ -28,6 +28,7 @@ STANDING_S = 0.1
 _BLOCK_S = 2.0
 _MOST_BLOCKS = 240
 _EDGE_ARM_RAD = 2e-4
+_AT_ONE_SPEED = 0.5  # of the speed below which it may rest; a turn goes through twice that speed
 _UNKNOWN_SHARE = 0.05
 _MEMORY = 1.0  # of the cutoff's period: so far an edge's misfit reaches through the filter
 _STEADY_SHARE = 0.03  # of the 99 % acceleration
@@ -98,7 +99,9 @@ def strata_of(
     for piece in pieces:
         memory = round(_MEMORY / (piece.cutoff_hz * piece.period_s))
         sign = full["direction"][piece.full]
-        standing[piece.full] = lasting(sign == 0.0, STANDING_S / piece.period_s)
+        standing[piece.full] = np.maximum(
+            lasting(sign == 0.0, STANDING_S / piece.period_s), _resting(full, piece, reach)
+        )
         near = (sign == 0.0) | (travel[piece.full] < reach)
         near |= np.abs(full["velocity_rad_s"][piece.full]) < creep_rad_s
         near |= _later(near, round(late_s / piece.period_s))
@@ -121,6 +124,25 @@ def strata_of(
     stratum = np.where(size > _STEADY_SHARE * hard, ACCELERATING, STEADY)
     stratum = np.where(edges, EDGE, stratum)
     return np.asarray(used), stratum.astype(np.int64)
+
+
+def _resting(full: Mapping[str, Floats], piece: Piece, reach_rad: float) -> Floats:
+    """Return 1 where a joint rests between two moves though its velocity is not nothing, (n,).
+
+    It creeps: so slowly that in the time of a standstill it gets no farther than friction yields,
+    at one speed, and in no pass. Friction is then what the rest needs. A joint that turns round
+    slowly goes through these speeds evenly.
+    """
+    slow_rad_s = reach_rad / STANDING_S
+    speed = np.abs(full["velocity_rad_s"][piece.full])
+    slow = (speed < slow_rad_s) & (full["held_rad_s"][piece.full] == 0.0)
+    out = lasting(slow, STANDING_S / piece.period_s)
+    change = np.abs(full["acceleration_rad_s2"][piece.full]) * piece.period_s
+    edges = np.flatnonzero(np.diff(out, prepend=0.0, append=0.0))
+    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+        if (end - begin) * float(np.median(change[begin:end])) > _AT_ONE_SPEED * slow_rad_s:
+            out[begin:end] = 0.0
+    return out
 
 
 def _later(flag: NDArray[np.bool_], samples: int) -> NDArray[np.bool_]:
