@@ -136,9 +136,27 @@ def test_a_joint_that_crawls_under_the_torque_that_holds_it_stands() -> None:
     noisy = columns | {
         "torque_nm": columns["torque_nm"] + 0.01 * np.random.default_rng(1).normal(size=TIME.size)
     }
-    table = tabulate(TWIN, [Run.from_columns(noisy, 100.0, name="dwells")])
+    table = tabulate(replace(TWIN, gear_ratio=1.0), [Run.from_columns(noisy, 1.0, name="dwells")])
     found = without_creep(table)
     assert np.count_nonzero(np.abs(table.rows["velocity_rad_s"][table.used]) < 2.0 * crawl) > 20
     assert crawl < found.creep_rad_s < 0.01 * FASTEST
     left = found.measured_nm[found.used] - found.given_nm[found.used]
     assert np.sqrt(np.mean(left**2)) < 0.012
+
+
+def test_behind_a_gear_what_creeps_at_one_speed_rests_and_what_turns_slowly_does_not() -> None:
+    """A hold under friction that is smooth in the speed, and a turn that goes through as slowly."""
+    since = TIME % 4.0
+    move = np.where(since < 3.5, np.sin(np.pi * since / 3.5) ** 2, 0.0)
+    creeping = np.where(TIME % 8.0 < 4.0, 1.0, -1.0) * (10.0 * move + 0.07)
+    turning = 0.5 * np.cos(2.0 * np.pi * TIME / 6.0)
+    for velocity, rests in ((creeping, True), (turning, False)):
+        columns = {
+            "time_s": TIME,
+            "position_rad": np.cumsum(velocity) * 4e-3,
+            "velocity_rad_s": velocity,
+            "torque_nm": 0.018 * np.gradient(velocity, 4e-3) + 0.5 * np.tanh(velocity / 0.05),
+        }
+        table = tabulate(TWIN, [Run.from_columns(columns, 100.0, name="pass")])
+        slow = np.abs(table.rows["velocity_rad_s"][table.used]) < 0.15
+        assert (int(np.count_nonzero(slow)) < 10) == rests

@@ -29,6 +29,7 @@ _BLOCK_S = 2.0
 _MOST_BLOCKS = 240
 _EDGE_ARM_RAD = 2e-4
 _AT_ONE_SPEED = 0.5  # of the speed below which it may rest; a turn goes through twice that speed
+_SLIDES = 10.0  # times an edge's travel: by then contacts of most joints have slipped
 _UNKNOWN_SHARE = 0.05
 _MEMORY = 1.0  # of the cutoff's period: so far an edge's misfit reaches through the filter
 _STEADY_SHARE = 0.03  # of the 99 % acceleration
@@ -129,18 +130,21 @@ def strata_of(
 def _resting(full: Mapping[str, Floats], piece: Piece, reach_rad: float) -> Floats:
     """Return 1 where a joint rests between two moves though its velocity is not nothing, (n,).
 
-    It creeps: so slowly that in the time of a standstill it gets no farther than friction yields,
-    at one speed, and in no pass. Friction is then what the rest needs. A joint that turns round
-    slowly goes through these speeds evenly.
+    It creeps at one speed, so slowly that in the time of a standstill it gets no farther than
+    friction yields; and a pass would slide. Friction is then what the rest needs. A joint that
+    turns round slowly goes through these speeds evenly.
     """
     slow_rad_s = reach_rad / STANDING_S
     speed = np.abs(full["velocity_rad_s"][piece.full])
-    slow = (speed < slow_rad_s) & (full["held_rad_s"][piece.full] == 0.0)
-    out = lasting(slow, STANDING_S / piece.period_s)
+    held = full["held_rad_s"][piece.full] != 0.0
     change = np.abs(full["acceleration_rad_s2"][piece.full]) * piece.period_s
+    out = lasting(speed < slow_rad_s, STANDING_S / piece.period_s)
     edges = np.flatnonzero(np.diff(out, prepend=0.0, append=0.0))
     for begin, end in zip(edges[::2], edges[1::2], strict=True):
-        if (end - begin) * float(np.median(change[begin:end])) > _AT_ONE_SPEED * slow_rad_s:
+        turns = (end - begin) * float(np.median(change[begin:end])) > _AT_ONE_SPEED * slow_rad_s
+        passed_rad = float(np.sum(speed[begin:end])) * piece.period_s
+        slides = held[begin:end].any() and passed_rad > _SLIDES * reach_rad
+        if turns or slides:
             out[begin:end] = 0.0
     return out
 
