@@ -183,12 +183,61 @@ def test_decimal_commas_and_umlauts_come_through(
         ("offset = 1.0", "ofset = 1.0", "ofset: unknown key"),
         ("skip = 2", "skip = 2\nnames = '('", "is no regular expression"),
         ('from = "Zeit"', "", "give either from"),
+        ('from = "Zeit"', 'from = "Zeit"\nside = "arm"', 'side is "motor" or "arm", of a motor'),
+        ('unit = "°"', 'unit = "unix s"', "unix s is a unit of time_s alone"),
+        ("skip = 2", "names = false\nunits = true", "a file without a line of names"),
     ],
 )
 def test_each_mistake_in_a_mapping_is_named(old: str, new: str, says: str) -> None:
     with pytest.raises(InputError) as error:
         parse_mapping(GERMAN.replace(old, new, 1), "mapping.toml")
     assert says in str(error.value)
+
+
+RTDE = "timestamp actual_q_0 actual_qd_0 actual_current_0 actual_q_5 actual_qd_5 actual_current_5"
+
+
+def test_one_joint_of_six_on_the_arm_s_side_becomes_the_motor_s(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    rows = (f"{183523.2 + i / 500:.3f} 9 9 9  0.{i:03d} 0.5 -0.25 NORMAL\n" for i in range(150))
+    path.write_text(f"{RTDE} safety\n" + "".join(rows), encoding="utf-8")
+    joint = Joint("ur", 5, 101.0, {"torque_constant_nm_per_a": 0.1})
+    found = import_csv(path, load_mapping("ur-rtde"), joint)
+    np.testing.assert_allclose(found["time_s"], np.arange(150) / 500, atol=1e-9)
+    np.testing.assert_allclose(found["position_rad"], 101.0 * np.arange(150) / 1000)
+    assert found["velocity_rad_s"][0] == pytest.approx(50.5)
+    assert found["torque_nm"][0] == pytest.approx(-0.025)  # the current is the motor's
+    assert found["safety"][7] == "NORMAL"  # what is no number is kept as it is
+    assert "actual_q_0" in found
+
+
+def test_stamps_of_a_wall_clock_say_when_a_recording_began(tmp_path: Path) -> None:
+    path = tmp_path / "joint_states.csv"
+    names = "field.header.stamp,field.name0,field.position0,field.velocity0,field.effort0"
+    stamps = range(1620115200500000000, 1620115202000000000, 10**7)
+    rows = (f"{stamp},shoulder,0.1,{i % 3},50.5" for i, stamp in enumerate(stamps))
+    path.write_text("\n".join((names, *rows)), encoding="utf-8")
+    found = import_csv(path, load_mapping("ros-joint-states"), Joint("ros", 0, 101.0, {}))
+    assert found.metadata.started_at == "2021-05-04T08:00:00Z"
+    assert found["time_s"][1] == pytest.approx(0.01, abs=1e-6)
+    assert found["torque_nm"][0] == pytest.approx(0.5)
+    dates = """
+schema = "stribeck.import/1"
+lines = { names = false }
+column = [
+  { position = 1, to = "time_s", unit = "ISO 8601" },
+  { position = 2, to = "position_rad", unit = "mm" },
+  { position = 3, to = "torque_nm", unit = "kN" },
+]
+"""
+    path.write_text(
+        "".join(f"2024-05-04 12:00:{i / 100:06.3f};{i};0.02\n" for i in range(120)), "utf-8"
+    )
+    joint = Joint("axis", 1, 1.0, {}, "Europe/Berlin")
+    found = import_csv(path, parse_mapping(dates, "dates"), joint)
+    assert found.metadata.started_at == "2024-05-04T10:00:00Z"
+    assert found["time_s"][-1] == pytest.approx(1.19, abs=1e-6)
+    assert (found["position_rad"][10], found["torque_nm"][0]) == (0.01, 20.0)
 
 
 def test_every_shipped_mapping_is_one() -> None:

@@ -7,7 +7,7 @@ import math
 import re
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -19,17 +19,37 @@ from drivers.errors import why_unreadable
 SCHEMA = "stribeck.import/1"
 _SUFFIX = ".toml"
 
+DATE = "ISO 8601"
+WALL_CLOCKS: Mapping[str, float] = {
+    "unix s": 1.0,
+    "unix ms": 1e-3,
+    "unix ns": 1e-9,
+    DATE: 1.0,
+}
+"""Units of time that also say when it was: seconds since 1970 in one of them."""
+
 UNITS: Mapping[str, float] = {
+    **WALL_CLOCKS,
     "s": 1.0,
     "ms": 1e-3,
     "us": 1e-6,
     "µs": 1e-6,
+    "ns": 1e-9,
     "rad": 1.0,
+    "mrad": 1e-3,
     "deg": math.pi / 180.0,
     "°": math.pi / 180.0,
     "rev": 2.0 * math.pi,
+    "m": 1.0,
+    "mm": 1e-3,
+    "um": 1e-6,
+    "µm": 1e-6,
     "rad/s": 1.0,
     "deg/s": math.pi / 180.0,
+    "°/s": math.pi / 180.0,
+    "m/s": 1.0,
+    "mm/s": 1e-3,
+    "m/min": 1.0 / 60.0,
     "rpm": 2.0 * math.pi / 60.0,
     "1/min": 2.0 * math.pi / 60.0,
     "rev/s": 2.0 * math.pi,
@@ -37,19 +57,35 @@ UNITS: Mapping[str, float] = {
     "Nm": 1.0,
     "mN m": 1e-3,
     "mNm": 1e-3,
+    "N": 1.0,
+    "kN": 1e3,
     "%": 1e-2,
     "per mille": 1e-3,
     "A": 1.0,
     "mA": 1e-3,
+    "V": 1.0,
     "degC": 1.0,
     "°C": 1.0,
     "inc": 1.0,
     "counts": 1.0,
     "1": 1.0,
 }
-"""What one of a unit is in SI; of per cent, currents and counts the mapping's `scale` says more."""
+"""What one of a unit is in SI; of per cent, currents and counts the mapping's `scale` says more.
 
-NEEDS_SCALE = ("%", "per mille", "A", "mA", "inc", "counts")
+Of a linear axis 1 rad stands for 1 m, and 1 N m for 1 N.
+"""
+
+_ACROSS_THE_GEAR: Mapping[str, int] = {
+    "position_rad": 1,
+    "velocity_rad_s": 1,
+    "position_command_rad": 1,
+    "velocity_command_rad_s": 1,
+    "torque_nm": -1,
+    "torque_simulated_nm": -1,
+}
+NEEDS_SCALE = ("%", "per mille", "A", "mA", "V", "inc", "counts")
+SIDES = ("motor", "arm")
+AXIS = "{axis}"
 
 
 @dataclass(frozen=True)
@@ -57,7 +93,8 @@ class ColumnMapping:
     """One column of the file: where it is found, what it becomes.
 
     SI value = number x unit x scale + offset. `scale` may be the name of a parameter that is said
-    when a file is imported.
+    when a file is imported. What is told on the arm's side is brought to the motor's by the gear.
+    ``{axis}`` in a name stands for the number of the axis that is imported.
     """
 
     to: str
@@ -66,6 +103,15 @@ class ColumnMapping:
     position: int = 0
     scale: float | str = 1.0
     offset: float = 0.0
+    side: str = "motor"
+
+    def of_axis(self, axis: int) -> ColumnMapping:
+        """Return the column of one axis, whose number its name may hold."""
+        return replace(self, name=self.name.replace(AXIS, str(axis)))
+
+    def across(self, gear_ratio: float) -> float:
+        """Return what the column's numbers are multiplied by to be the motor's."""
+        return gear_ratio ** _ACROSS_THE_GEAR[self.to] if self.side == "arm" else 1.0
 
     @property
     def shown(self) -> str:
@@ -84,6 +130,7 @@ class ImportMapping:
     columns: tuple[ColumnMapping, ...]
     skip_lines: int = 0
     names_line: str = ""
+    unnamed: bool = False
     units_line: bool = False
     header: Mapping[str, str] = field(default_factory=dict)
 
@@ -143,7 +190,7 @@ def parse_mapping(text: str, where: str) -> ImportMapping:
 
 _KEYS = {"schema", "name", "delimiter", "decimal", "encoding", "lines", "header", "column"}
 _LINES = {"skip", "names", "units"}
-_COLUMN = {"from", "position", "to", "unit", "scale", "offset"}
+_COLUMN = {"from", "position", "to", "unit", "scale", "offset", "side"}
 
 
 def _mapping(data: Mapping[str, Any], problems: list[str]) -> ImportMapping | None:
@@ -168,7 +215,11 @@ def _mapping(data: Mapping[str, Any], problems: list[str]) -> ImportMapping | No
         codecs.lookup(encoding)
     except LookupError:
         problems.append(f"encoding {encoding!r} is not known")
-    for place, pattern in (("lines.names", lines.get("names", "")), *header.items()):
+    unnamed = lines.get("names", "") is False
+    names_line = "" if unnamed else lines.get("names", "")
+    if unnamed and lines.get("units", False):
+        problems.append("lines.units: a file without a line of names has none of units")
+    for place, pattern in (("lines.names", names_line), *header.items()):
         problems += _bad_pattern(place, pattern)
     skip = lines.get("skip", 0)
     if not isinstance(skip, int) or isinstance(skip, bool) or skip < 0:
@@ -183,7 +234,8 @@ def _mapping(data: Mapping[str, Any], problems: list[str]) -> ImportMapping | No
         encoding=encoding,
         columns=tuple(c for c in found if c is not None),
         skip_lines=skip if isinstance(skip, int) else 0,
-        names_line=str(lines.get("names", "")),
+        names_line=str(names_line),
+        unnamed=unnamed,
         units_line=bool(lines.get("units", False)),
         header={str(k): str(v) for k, v in header.items()},
     )
@@ -214,10 +266,17 @@ def _column(number: int, said: object, problems: list[str]) -> ColumnMapping | N
         problems.append(f"{where}: give either from (its name) or position (1 is the first)")
     if not isinstance(scale, int | float | str) or not isinstance(offset, int | float):
         problems.append(f"{where}: scale is a number or a parameter's name, offset a number")
+    if (unit in WALL_CLOCKS) > (to == "time_s"):
+        problems.append(f"{where}: {unit} is a unit of time_s alone")
+    if said.get("side", "motor") not in SIDES or ("side" in said and to not in _ACROSS_THE_GEAR):
+        problems.append(
+            f'{where}: side is "motor" or "arm", of a motor angle, a velocity or a torque'
+        )
     if unit in NEEDS_SCALE and "scale" not in said:
         problems.append(f"{where}: {unit} is no SI unit: say by scale what one of it is")
     if len(problems) > before:
         return None
     factor = scale if isinstance(scale, str) else float(scale)
     name = str(said.get("from", "")).strip()
-    return ColumnMapping(str(to), str(unit), name, int(position), factor, float(offset))
+    side = str(said.get("side", "motor"))
+    return ColumnMapping(str(to), str(unit), name, int(position), factor, float(offset), side)

@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-import csv
 import datetime
 import hashlib
-import math
 import re
 import zoneinfo
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from agent.errors import InputError
 from agent.record.checks import check
-from agent.record.importing.mapping import UNITS, ColumnMapping, ImportMapping
+from agent.record.importing.mapping import (
+    DATE,
+    UNITS,
+    WALL_CLOCKS,
+    ColumnMapping,
+    ImportMapping,
+)
+from agent.record.importing.table import StudioTable, read_lines
 from agent.record.recording import Column, Metadata, Recording
-
-_SHOWN = 5  # bad lines that are named; the others are counted
-_LONGEST_HEADER = 200
-_GAPS = ("", "nan", "n/a", "-")
 
 
 @dataclass(frozen=True)
@@ -68,143 +68,55 @@ def import_csv(path: Path, mapping: ImportMapping, joint: Joint) -> Recording:
         The file cannot be read, a needed column or parameter is missing, a unit is another than
         the mapping's, or lines are bad: each with its number.
     """
-    lines = _lines(path, mapping.encoding)
-    names_at = _names_at(lines, mapping, path)
-    names = _cells(lines[names_at], mapping)
-    first = names_at + 1
-    units: list[str] = []
-    if mapping.units_line:
-        units = _cells(lines[first], mapping) if first < len(lines) else []
-        first += 1
-    chosen = _chosen(names, units, mapping, path, first)
-    table = _numbers(lines, first, len(names), mapping, path)
-    columns = _columns(table, names, units, chosen, joint, path)
-    _insist_on_time(columns["time_s"], first, path)
+    table = read_lines(path, mapping)
+    chosen = _chosen(table, mapping, joint, path)
+    dates = [i for i, column in chosen.items() if column.unit == DATE]
+    cells = table.columns(chosen, dates, joint.time_zone, path)
+    columns = _columns(cells, table, chosen, joint, path)
+    began_s = _began(columns, chosen)
+    columns["time_s"] = columns["time_s"] - columns["time_s"][:1].sum()
+    _insist_on_time(columns["time_s"], table.first, path)
     check(columns, str(path))
-    return Recording(columns, _metadata(lines[:names_at], mapping, joint, path), str(path))
-
-
-def _lines(path: Path, encoding: str) -> list[str]:
-    try:
-        text = path.read_bytes().decode(encoding)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror or error}).") from error
-    except UnicodeDecodeError as error:
-        number = path.read_bytes()[: error.start].count(b"\n") + 1
-        raise InputError(
-            f"{path}: line {number} is not text in {encoding}.", "Say its encoding in the mapping."
-        ) from error
-    lines = text.splitlines()
-    while lines and not lines[-1].strip():
-        lines.pop()
-    if not lines:
-        raise InputError(f"{path}: is empty.")
-    return lines
-
-
-def _names_at(lines: Sequence[str], mapping: ImportMapping, path: Path) -> int:
-    """Return the index of the line that names the columns."""
-    if not mapping.names_line:
-        if mapping.skip_lines >= len(lines):
-            raise InputError(
-                f"{path}: has {len(lines)} lines, and the names should follow "
-                f"{mapping.skip_lines} others."
-            )
-        return mapping.skip_lines
-    pattern = re.compile(mapping.names_line)
-    for index in range(mapping.skip_lines, min(len(lines), _LONGEST_HEADER)):
-        if pattern.search(lines[index]):
-            return index
-    raise InputError(
-        f"{path}: none of the first {min(len(lines), _LONGEST_HEADER)} lines names the columns as "
-        f"{mapping.name} does (expected {mapping.names_line!r})."
-    )
-
-
-def _cells(line: str, mapping: ImportMapping) -> list[str]:
-    row = next(csv.reader([line], delimiter=mapping.delimiter), [])
-    return [cell.strip() for cell in row]
+    return Recording(columns, _metadata(table.header, mapping, joint, began_s, path), str(path))
 
 
 def _chosen(
-    names: Sequence[str],
-    units: Sequence[str],
-    mapping: ImportMapping,
-    path: Path,
-    first: int,
+    table: StudioTable, mapping: ImportMapping, joint: Joint, path: Path
 ) -> dict[int, ColumnMapping]:
     """Return which column of the file becomes which of ours; the mapping's first match counts."""
     chosen: dict[int, ColumnMapping] = {}
     taken: set[str] = set()
-    for column in mapping.columns:
-        if column.to in taken:
+    columns = [column.of_axis(joint.axis) for column in mapping.columns]
+    for column in columns:
+        index = _place(table.names, column)
+        if column.to in taken or index is None:
             continue
-        if column.position:
-            index = column.position - 1 if column.position <= len(names) else None
-        else:
-            index = next((i for i, name in enumerate(names) if name == column.name), None)
-        if index is None:
-            continue
-        found = units[index] if index < len(units) else ""
-        if mapping.units_line and found != column.unit:
+        if mapping.units_line and table.unit(index) != column.unit:
             raise InputError(
-                f"{path}: line {first}: {column.shown} is in {found!r}, the mapping expects "
-                f"{column.unit!r}.",
+                f"{path}: line {table.first}: {column.shown} is in {table.unit(index)!r}, the "
+                f"mapping expects {column.unit!r}.",
                 "Change the unit in a mapping of your own.",
             )
         chosen[index] = column
         taken.add(column.to)
     for needed in ("time_s", "torque_nm"):
         if needed not in taken:
-            wanted = " or ".join(c.shown for c in mapping.columns if c.to == needed)
-            have = ", ".join(name for name in names if name) or "no names"
+            wanted = " or ".join(c.shown for c in columns if c.to == needed)
+            have = ", ".join(name for name in table.names if name) or "no names"
             raise InputError(f"{path}: needs {wanted} for {needed}; the file has {have}.")
     return chosen
 
 
-def _numbers(
-    lines: Sequence[str], first: int, width: int, mapping: ImportMapping, path: Path
-) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Return the samples, shape (n, width); refuse with the numbers of all lines that are none."""
-    bad: list[str] = []
-    rows: list[list[float]] = []
-    reader = csv.reader(lines[first:], delimiter=mapping.delimiter)
-    for number, cells in enumerate(reader, first + 1):
-        if len(cells) == width + 1 and not cells[-1].strip():
-            cells.pop()  # some studios end each line with the delimiter
-        if len(cells) != width:
-            bad.append(f"line {number} has {len(cells)} cells, not {width}")
-            continue
-        try:
-            rows.append([_number(cell, mapping.decimal) for cell in cells])
-        except ValueError as error:
-            bad.append(f"line {number} holds {error}")
-    if bad:
-        more = f" and {len(bad) - _SHOWN} more" if len(bad) > _SHOWN else ""
-        raise InputError(
-            f"{path}: {len(bad)} of {len(lines) - first} lines are bad: "
-            f"{'; '.join(bad[:_SHOWN])}{more}."
-        )
-    return np.array(rows, dtype=np.float64).reshape(-1, width)
-
-
-def _number(cell: str, decimal: str) -> float:
-    """Return a cell's number, a gap as NaN; ValueError with what it is otherwise."""
-    text = cell.strip()
-    if text.lower() in _GAPS:
-        return math.nan
-    other = "," if decimal == "." else "."
-    plain = text.replace(decimal, ".")
-    if other in text or not re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", plain):
-        hint = f" (the decimal mark is {decimal!r})" if other in text else ""
-        raise ValueError(f"{text[:40]!r}, which is no number{hint}")
-    return float(plain)
+def _place(names: Sequence[str], column: ColumnMapping) -> int | None:
+    """Return where in the file a column stands; None where it does not."""
+    if column.position:
+        return column.position - 1 if column.position <= len(names) else None
+    return next((i for i, name in enumerate(names) if name == column.name), None)
 
 
 def _columns(
-    table: np.ndarray[Any, np.dtype[np.float64]],
-    names: Sequence[str],
-    units: Sequence[str],
+    cells: Sequence[Column],
+    table: StudioTable,
     chosen: Mapping[int, ColumnMapping],
     joint: Joint,
     path: Path,
@@ -212,14 +124,20 @@ def _columns(
     """Return our columns in SI, then the file's others under their own names and units."""
     columns: dict[str, Column] = {}
     for index, column in chosen.items():
-        values = table[:, index] * UNITS[column.unit] * _scale(column, joint, path) + column.offset
-        columns[column.to] = values
-    columns["time_s"] = columns["time_s"] - columns["time_s"][:1].sum()
-    for index, name in enumerate(names):
+        factor = _scale(column, joint, path) * column.across(joint.gear_ratio)
+        columns[column.to] = cells[index] * UNITS[column.unit] * factor + column.offset
+    for index, name in enumerate(table.names):
         if index not in chosen and name:
-            unit = f" [{units[index]}]" if index < len(units) and units[index] else ""
-            columns.setdefault(f"{name}{unit}", table[:, index])
+            unit = f" [{table.unit(index)}]" if table.unit(index) else ""
+            columns.setdefault(f"{name}{unit}", cells[index])
     return columns
+
+
+def _began(columns: Mapping[str, Column], chosen: Mapping[int, ColumnMapping]) -> float | None:
+    """Return when the first sample was taken, seconds since 1970, where the stamps tell it."""
+    told = any(c.to == "time_s" and c.unit in WALL_CLOCKS for c in chosen.values())
+    first = columns["time_s"][:1]
+    return float(first[0]) if told and first.size and np.isfinite(first[0]) else None
 
 
 def _scale(column: ColumnMapping, joint: Joint, path: Path) -> float:
@@ -244,13 +162,21 @@ def _insist_on_time(time_s: Column, first: int, path: Path) -> None:
         )
 
 
-def _metadata(header: Sequence[str], mapping: ImportMapping, joint: Joint, path: Path) -> Metadata:
+def _metadata(
+    header: Sequence[str],
+    mapping: ImportMapping,
+    joint: Joint,
+    began_s: float | None,
+    path: Path,
+) -> Metadata:
     found = {}
     for key, pattern in mapping.header.items():
         match = next((m for line in header if (m := re.search(pattern, line))), None)
         if match is not None:
             found[key] = match[1].strip()
     started_at = _in_utc(found.pop("started_at", ""), joint.time_zone, path)
+    if began_s is not None:
+        started_at = _utc(datetime.datetime.fromtimestamp(began_s, datetime.UTC))
     parameters = {name: joint.parameters[name] for name in sorted(joint.parameters)}
     try:
         return Metadata(
@@ -286,4 +212,8 @@ def _in_utc(text: str, zone: str, path: Path) -> str:
         raise InputError(f"The time zone {zone!r} is not known.") from error
     except ValueError as error:
         raise InputError(f"{path}: {text!r} is no date and time.") from error
-    return aware.astimezone(datetime.UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
+    return _utc(aware.astimezone(datetime.UTC))
+
+
+def _utc(moment: datetime.datetime) -> str:
+    return moment.isoformat(timespec="seconds").replace("+00:00", "Z")
