@@ -11,7 +11,7 @@ from agent.identify.estimate import estimate
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.preprocess import read_motion
 from agent.identify.signals.windows import find_windows
-from tests.science.identify_plant import Joint, record, stair
+from tests.science.identify_plant import Joint, Motion, record, stair
 from tests.science.information import MOTION, steady_samples
 
 JOINT = Joint()
@@ -63,3 +63,23 @@ def test_few_windows_tell_nothing_and_lose_their_heads() -> None:
     windows = find_windows(read_motion(record(JOINT, short)))
     assert len(windows) == 4
     assert all(w.stop - w.start < 0.9 * 1.75 * 250.0 for w in windows)
+
+
+def test_a_sum_of_sines_has_no_level_to_settle_at_and_tells_the_rigid_body() -> None:
+    time_s = np.arange(0.0, 30.0, 0.004)
+    found = []
+    for phases in np.random.default_rng(8).uniform(0.0, 6.0, (2, 5)):
+        waves = (0.1 + 0.1 * np.arange(5))[:, None] * 2.0 * np.pi
+        turns = waves * time_s + phases[:, None]
+        velocity = (25.0 * np.sin(turns)).sum(axis=0)
+        motion = Motion(
+            time_s=time_s,
+            position_rad=-(25.0 / waves * np.cos(turns)).sum(axis=0),
+            velocity_rad_s=velocity,
+            acceleration_rad_s2=(25.0 * waves * np.cos(turns)).sum(axis=0),
+        )
+        found.append(record(JOINT, motion, noise_nm=0.01, seed=len(found)))
+    body = estimate(found).rigid_body
+    assert body is not None
+    for name, true in (("inertia_kg_m2", JOINT.inertia_kg_m2), ("coulomb_nm", JOINT.coulomb_nm)):
+        assert body.parameters[name].value == pytest.approx(true, rel=0.03)

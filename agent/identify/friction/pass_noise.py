@@ -200,8 +200,8 @@ def _gains(blocks: Blocks, memory_s: Floats, share: Floats) -> tuple[Floats, Flo
     much of what is new in a block is taken for slow, and the variance of what is new.
     """
     begins = np.diff(blocks.recording, prepend=-1) != 0
-    left = np.exp(-np.diff(blocks.time_s, prepend=0.0)[:, np.newaxis] / memory_s)
-    left[begins] = 0.0
+    since_s = np.where(begins, np.inf, np.diff(blocks.time_s, prepend=0.0))
+    left = np.exp(-since_s[:, np.newaxis] / memory_s)
     kept = left**2
     renewed = (1.0 - kept) * share
     white = (1.0 - share) * blocks.thinness[:, np.newaxis]

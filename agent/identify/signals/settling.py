@@ -4,7 +4,8 @@ A velocity that creeps, or hunts about its set-point, is steady for moments too.
 each other and drift towards each other, or come back to a level that they have just left. A stair's
 windows do neither: they are level, however small the step to the next one is, or a stop or a
 reversal lies between them. A triangle or
-ramp creeps all the way: it is no stair, and is not judged as one.
+ramp creeps all the way: it is no stair, and is not judged as one. Nor is a sum of sines, as robots'
+rigid bodies are identified with: from one turn to the next it has no level that it could settle at.
 """
 
 from __future__ import annotations
@@ -26,6 +27,9 @@ _REST = 0.05  # of the speed before: slower is a stop,
 _RESTS = 3  # and no single sample
 _SHARE = 0.15  # of the windows
 _FEWEST = 5
+_SLOW = 0.02  # of the fastest: slower, the joint stands or turns round
+_NEAR = 0.25  # of a pass's median velocity: what settles is as near to its level
+_LEVEL = 0.5  # of the motion: a loop that hunts or creeps is near a level always, a sine for a third
 _MOSTLY = 0.5  # of all change of velocity from window to window: more is a ramp
 
 
@@ -41,7 +45,7 @@ def never_settles(motion: Motion, windows: Sequence[SteadyWindow]) -> bool:
     windows : sequence of SteadyWindow
         Its windows, in order of time.
     """
-    if len(windows) < _FEWEST:
+    if len(windows) < _FEWEST or not _has_levels(motion):
         return False
     ends = np.array([stretch.index[-1] for stretch in motion.timing.stretches])
     piece = np.searchsorted(ends, [w.start for w in windows])
@@ -62,6 +66,21 @@ def never_settles(motion: Motion, windows: Sequence[SteadyWindow]) -> bool:
     if crept > _MOSTLY * float(np.abs(np.diff(speed)).sum()):
         return False
     return restless >= _SHARE * len(windows)
+
+
+def _has_levels(motion: Motion) -> bool:
+    """Tell whether most of a motion is near the level of its pass, from standstill to standstill."""
+    near = moving = 0
+    velocities = [v for v in motion.velocity_rad_s if v.size]
+    fastest = max((float(np.quantile(np.abs(v), 0.98)) for v in velocities), default=0.0)
+    for velocity in velocities:
+        way = np.where(np.abs(velocity) > _SLOW * fastest, np.sign(velocity), 0.0)
+        for one in np.split(velocity, np.flatnonzero(np.diff(way)) + 1):
+            level = float(np.median(one))
+            if abs(level) > _SLOW * fastest:
+                moving += one.size
+                near += int(np.count_nonzero(np.abs(one - level) < _NEAR * abs(level)))
+    return near > _LEVEL * moving
 
 
 def _drifts(motion: Motion, windows: Sequence[SteadyWindow]) -> list[float]:
