@@ -67,7 +67,7 @@ def test_few_windows_tell_nothing_and_lose_their_heads() -> None:
 
 def test_a_sum_of_sines_has_no_level_to_settle_at_and_tells_the_rigid_body() -> None:
     time_s = np.arange(0.0, 30.0, 0.004)
-    found = []
+    found: list[Signals] = []
     for phases in np.random.default_rng(8).uniform(0.0, 6.0, (2, 5)):
         waves = (0.1 + 0.1 * np.arange(5))[:, None] * 2.0 * np.pi
         turns = waves * time_s + phases[:, None]
