@@ -190,7 +190,15 @@ def _wobble_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[
 
 
 def _whole_orders(scene: Scene) -> Sequence[Point]:
-    return tuple((o,) for o in strong_orders(scene, "inertia") if o == round(o) and o >= 1.0)
+    """Return the whole orders in whose line over the stroke a strong one lies.
+
+    Passes are at different speeds and places, and a peak is anywhere in its line; one beside the
+    whole order left the wobble without the rival that has the same column.
+    """
+    width = 2.0 * half_a_line(scene)[0]
+    near = [(o, float(round(o))) for o in strong_orders(scene, "inertia")]
+    whole = (n for o, n in near if n >= 1.0 and abs(o - n) < width)
+    return tuple((n,) for n in dict.fromkeys(whole))
 
 
 def _resolver(scene: Scene, point: Point) -> Floats:
