@@ -192,3 +192,13 @@ def test_an_axis_in_metres_has_waves_in_a_twentieth_of_a_turn() -> None:
     torque_nm = 0.4 * np.sin(237.0 * position_rad + 0.7)
     found = orders_of(position_rad, torque_nm, np.ones_like(torque_nm), 1e4, 1.0, 1)
     assert found == pytest.approx((237.0,), rel=0.02)
+
+
+def test_a_peak_beside_a_whole_order_in_its_line_is_a_resolver_s_too(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scene = Scene.__new__(Scene)  # only what is found in it counts
+    monkeypatch.setattr(forms_order, "strong_orders", lambda *_: (2.034, 3.4, 1.98, 0.4))
+    monkeypatch.setattr(forms_order, "half_a_line", lambda _: (0.033,))
+    resolver = next(f for f in forms_order.FORMS if f.name == "whole order of the motor")
+    assert list(resolver.grid(scene)) == [(2.0,)]
