@@ -29,7 +29,9 @@ _SHARE = 0.15  # of the windows
 _FEWEST = 5
 _SLOW = 0.02  # of the fastest: slower, the joint stands or turns round
 _NEAR = 0.25  # of a pass's median velocity: what settles is as near to its level
-_LEVEL = 0.5  # of the motion: a loop that hunts or creeps is near a level always, a sine for a third
+_LEVEL = (
+    0.5  # of the motion: a loop that hunts or creeps is near a level always, a sine for a third
+)
 _MOSTLY = 0.5  # of all change of velocity from window to window: more is a ramp
 
 
