@@ -71,7 +71,7 @@ def never_settles(motion: Motion, windows: Sequence[SteadyWindow]) -> bool:
 
 
 def _has_levels(motion: Motion) -> bool:
-    """Tell whether most of a motion is near the level of its pass, from standstill to standstill."""
+    """Tell whether most of a motion is near the level of its pass, from stop to stop."""
     near = moving = 0
     velocities = [v for v in motion.velocity_rad_s if v.size]
     fastest = max((float(np.quantile(np.abs(v), 0.98)) for v in velocities), default=0.0)
