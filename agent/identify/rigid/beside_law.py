@@ -6,7 +6,8 @@ ramp and reversal is shared out among inertia, gravity and offset, and taken for
 law differs from its own straight line is taken off the torque, and the rigid body is fitted to the
 rest: inertia, gravity and offset, with their intervals, are those. Coulomb and viscous friction are
 the law's where it contradicts the line. The straight line remains for what has no other friction: a
-twin, and a prediction.
+twin, and a prediction. Beside a spring the intervals stay as wide as the line's: of a spring only
+the first term takes part, and what it lacks bends the inertia by more than scatters.
 """
 
 from __future__ import annotations
@@ -55,6 +56,8 @@ def beside_law(regression: Regression, models: Sequence[FrictionModelFit]) -> Ri
         beside = beside if other is None else over_both(beside, other)
     if beside is None:
         return line
+    if beside.spring_took_part:
+        beside = replace(beside, parameters=_no_narrower(beside.parameters, line.parameters))
     straight = {n: p.value for n, p in line.parameters.items() if n in _LINE and p.identified}
     beside = replace(
         beside,
@@ -95,6 +98,21 @@ def _bend(rows: Rows, model: str, values: Mapping[str, float], cutoff_hz: float)
         bend = stretch.direction * (LAWS[model].torque(speed, values) - line)
         out.append(lowpass(bend, stretch.period_s, cutoff_hz)[stretch.usable])
     return np.concatenate(out)
+
+
+def _no_narrower(
+    own: Mapping[str, Parameter], other: Mapping[str, Parameter]
+) -> dict[str, Parameter]:
+    """Return parameters whose intervals are at least as wide as other ones', about their values."""
+    out = dict(own)
+    for name, parameter in own.items():
+        ends = other[name].ci95
+        if parameter.ci95 is None or ends is None:
+            continue
+        half, (low, high) = 0.5 * (ends[1] - ends[0]), parameter.ci95
+        wider = (min(low, parameter.value - half), max(high, parameter.value + half))
+        out[name] = replace(parameter, ci95=wider)
+    return out
 
 
 def _friction(
