@@ -40,11 +40,11 @@ TESTS = (
     "tests/system/test_temperature.py",
     "tests/system/test_verify_map.py",
     "tests/system/test_watched_axes.py",
-    "tests/unit/test_can_interfaces.py",
-    "tests/unit/test_can_owner.py",
-    "tests/unit/test_clock.py",
+    "tests/unit/drivers/test_can_interfaces.py",
+    "tests/unit/drivers/test_can_owner.py",
+    "tests/unit/drivers/test_clock.py",
     "tests/unit/test_platforms.py",
-    "tests/unit/test_record_recover.py",
+    "tests/unit/record/test_recover.py",
     "tests/web/test_attended.py",
 )
 

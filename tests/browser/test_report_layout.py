@@ -18,8 +18,8 @@ import pytest
 from agent.explain.answer.result import Cell
 from agent.report import estimate_html
 from agent.report.explanation.page import explanation_page
-from tests.unit import explanation_examples as explanations
-from tests.unit import report_examples as estimates
+from tests.unit.report import estimate_examples as estimates
+from tests.unit.report import explanation_examples as explanations
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 BROWSER = next((found for name in NAMES if (found := shutil.which(name))), None)

@@ -28,7 +28,7 @@ from agent.record.seal import seal
 from agent.record.verdict_file import Verdict, write_verdict
 from agent.record.writing import write
 from tests.servers import postgresql
-from tests.unit.record_samples import metadata, recording
+from tests.unit.record.samples import metadata, recording
 
 
 @pytest.fixture(scope="module")

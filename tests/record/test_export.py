@@ -16,7 +16,7 @@ from agent.record.export import export, unit_of
 from agent.record.reading import read
 from agent.record.recording import Recording
 from agent.record.writing import write
-from tests.unit.record_samples import metadata, recording
+from tests.unit.record.samples import metadata, recording
 
 
 def full() -> Recording:

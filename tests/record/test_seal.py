@@ -24,7 +24,7 @@ from agent.record.verdict_file import read_verdict, verdict_path, write_verdict
 from agent.record.verify import Recomputed, verify
 from agent.record.writing import write
 from tests.record.test_catalogue import made, verdict_on
-from tests.unit.record_samples import recording
+from tests.unit.record.samples import recording
 
 NOW = "2026-04-01T00:00:00.000Z"
 

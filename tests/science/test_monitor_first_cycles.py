@@ -23,7 +23,7 @@ from agent.monitor.verdict.finding import Finding
 from agent.monitor.verdict.verdict import judge
 from agent.report.monitor import monitor_html
 from tests.science.monitor_fleet import Life, correlated, live, low_speed_share
-from tests.unit.monitor_joint import Truth, cycle, months
+from tests.unit.monitor.joint import Truth, cycle, months
 
 DAY_S = 86_400.0
 

@@ -26,7 +26,7 @@ from agent.monitor.verdict.verdict import judge
 from tests.benchmarks.monitor_siblings import KIND, OTHER, flat_kind, like, siblings
 from tests.science.monitor_fleet import Life, Nights, live, low_speed_share
 from tests.science.monitor_joint import GRID
-from tests.unit.monitor_joint import JOINT, Truth, months
+from tests.unit.monitor.joint import JOINT, Truth, months
 
 SEEDS = range(4)
 

@@ -12,7 +12,7 @@ from agent.monitor.detection.detectors import detector
 from agent.monitor.history.cycle import CycleCurve
 from agent.monitor.history.history import histories
 from agent.monitor.verdict.verdict import NOT_DECIDABLE, Finding, judge
-from tests.unit.monitor_joint import SPEEDS, START_S, Truth, friction_nm, months
+from tests.unit.monitor.joint import SPEEDS, START_S, Truth, friction_nm, months
 
 BASELINE = 40
 

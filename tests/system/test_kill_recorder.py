@@ -27,7 +27,7 @@ import mmap, struct, sys
 from pathlib import Path
 from agent.record.streams.stream import StreamWriter
 from drivers.clock import MonotonicClock
-from tests.unit.record_samples import STREAM_COLUMNS, metadata, row
+from tests.unit.record.samples import STREAM_COLUMNS, metadata, row
 
 clock = MonotonicClock()
 with open(sys.argv[2], "r+b") as file:

@@ -22,7 +22,7 @@ from agent.report.advice import advised, next_steps
 from agent.web.words import saying
 from agent.web.words.verdict import ADVICE, CAUSES, REFUSED, SAID
 from fakes.specification import FakeSpecification
-from tests.unit.monitor_joint import Truth, months
+from tests.unit.monitor.joint import Truth, months
 from tests.web.bench import Bench
 
 
