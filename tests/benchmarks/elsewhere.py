@@ -5,7 +5,7 @@
 `tests/as_macos` takes it from every process; then the tests run that drive cycles on python-can's
 virtual and udp_multicast, over slcan and RTU on ptys and over Modbus TCP, with their temperatures,
 releases, locks, recordings and kills. What only Linux has skips itself there. The kernel under it
-is Linux's all the same.
+is Linux's all the same; on a Mac itself they run as they are.
 """
 
 from __future__ import annotations
@@ -54,7 +54,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("tests", nargs="*", help="these instead of all")
     chosen = parser.parse_args().tests or TESTS
-    path = os.pathsep.join([str(PLACE), str(REPOSITORY)])
+    path = os.pathsep.join(
+        map(str, (REPOSITORY,) if sys.platform == "darwin" else (PLACE, REPOSITORY))
+    )
     command = [sys.executable, "-m", "pytest", "-q", "--numprocesses", "2", *chosen]
     return subprocess.run(
         command, cwd=REPOSITORY, env={**os.environ, "PYTHONPATH": path}, check=False
