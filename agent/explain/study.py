@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from agent.explain.answer.result import Cell, Floor
 from agent.explain.choosing.afloat import afloat
+from agent.explain.choosing.band import only_in_a_band
 from agent.explain.choosing.choice import Choice, choose
 from agent.explain.choosing.heard import heard
 from agent.explain.choosing.materiality import least_gain, noise_energy, worth
@@ -193,6 +194,7 @@ def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
         library, choice = settled_beside(*chosen_anew(library))
         choice = _material(library, choice, twin)
         refused = afloat(library, choice) | misfits(library, choice)
+        refused |= only_in_a_band(library, choice)
         if not refused:
             model = fit_model(library, twin, choice.terms)
             try:

@@ -11,12 +11,18 @@ from agent.explain.choosing.candidate import Scored
 from agent.explain.choosing.rivals import DECISIVE, log_density_gap
 from agent.explain.choosing.search import Library
 from agent.explain.rows.evidence import effective_size
+from agent.explain.rows.table import BASE
 from agent.physics.friction import boundary_share
+
+LIKE_A_WEIGHT = ("torque-offset", "direction-asymmetry", "cable-force")
+"""What gravity, nearly a constant or a line on a short stroke, is taken for there."""
 
 _SAME = 0.1  # of log density: columns that copy each other differ by no more
 _ONE_SPOT = ("position-dependent-friction", "tight spot"), ("local-fault", "rubbing")
 _AS_WIDE = 0.05  # of its width: a spot that is found as wide under both names, and there
 _BEND = "viscous-nonlinear"
+_WEIGHT = "gravity-imbalance"
+_GRAVITY = [BASE.index("gravity_sin_nm"), BASE.index("gravity_cos_nm")]
 _NOT_OVER = 0.1  # of a fall, still there at the fastest speed
 _AS_GOOD = 0.05  # of the gain: what a bend may miss of such a fall's, whose form is not the joint's
 _AS_MUCH = 0.01  # of the gain: what a special case misses of it is small, however significant
@@ -24,6 +30,9 @@ _AS_MUCH = 0.01  # of the gain: what a special case misses of it is small, howev
 
 def preferred(library: Library, ranked: Sequence[Scored], without: float) -> Scored | None:
     """Return the simplest candidate that is not clearly worse than the best on unseen data.
+
+    A weight comes after what looks like it where the twin has none: an axis that stands upright has
+    cables and offsets as any other, and neither its arm nor a payload pulls at it.
 
     Parameters
     ----------
@@ -36,14 +45,17 @@ def preferred(library: Library, ranked: Sequence[Scored], without: float) -> Sco
         return None
     best = ranked[0]
     size = effective_size(library.scene.table, library.weighing, library.residual([best.candidate]))
+    upright = not np.any(library.scene.as_given[_GRAVITY])
     close = []
     for scored in ranked:
         loss = scored.blocks - best.blocks
         error = float(np.std(loss)) * math.sqrt(loss.shape[0])
         behind = log_density_gap(library, best.blocks, scored.blocks, size)
         missed = float(loss.sum()) / max(without - best.error, 1e-300)
+        pulls = upright and best.form.effect == _WEIGHT and scored.form.effect in LIKE_A_WEIGHT
         special = (behind < DECISIVE and scored.form.refined_by(best.form)) or (
-            scored.form.effect in best.form.contains and (behind < DECISIVE or missed < _AS_MUCH)
+            (pulls or scored.form.effect in best.form.contains)
+            and (behind < DECISIVE or missed < _AS_MUCH)
         )
         if behind < _SAME or special or (float(loss.sum()) <= error and behind < 2.0 * DECISIVE):
             close.append(scored)
@@ -53,7 +65,13 @@ def preferred(library: Library, ranked: Sequence[Scored], without: float) -> Sco
         of_effect.setdefault(scored.form.effect, scored.error)
     return min(
         close,
-        key=lambda s: (s.form.catch_all, s.form.size, of_effect[s.form.effect], s.error),
+        key=lambda s: (
+            s.form.catch_all,
+            upright and s.form.effect == _WEIGHT,
+            s.form.size,
+            of_effect[s.form.effect],
+            s.error,
+        ),
         default=best,
     )
 

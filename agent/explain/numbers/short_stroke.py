@@ -16,6 +16,7 @@ from agent.explain.choosing.aliases import ALIKE
 from agent.explain.choosing.candidate import Candidate, basis_of, gain_of
 from agent.explain.choosing.choice import Choice
 from agent.explain.choosing.materiality import least_gain
+from agent.explain.choosing.preferred import LIKE_A_WEIGHT
 from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form, Point, stack
 from agent.explain.numbers.factor import one_factor_does
@@ -28,7 +29,7 @@ from agent.physics.twin import Twin
 
 _ALIKE = 0.98  # of the energy beside the other numbers: on a stroke of radians a cosine is none
 _MISSED = 0.05  # of what gravity gains: a look-alike that misses more is none
-_OTHERS = ("torque-offset", "direction-asymmetry", "cable-force")
+_SURELY = 3.0  # standard errors, as between any two laws: what misses so much more is none either
 
 
 def _payload(scene: Scene, point: Point) -> Floats:
@@ -59,7 +60,7 @@ def gravity_in_question(scene: Scene, weighing: Weighing, forms: Sequence[Form])
     forms : sequence of Form
         All that these recordings can show.
     """
-    library = Library.of(scene, weighing, [f for f in forms if f.effect in _OTHERS])
+    library = Library.of(scene, weighing, [f for f in forms if f.effect in LIKE_A_WEIGHT])
     gravity = _gravity_at(library)
     if not gravity:
         return False
@@ -75,7 +76,7 @@ def gravity_in_question(scene: Scene, weighing: Weighing, forms: Sequence[Form])
     for candidate in hidden:
         loss = _errors(library, np.concatenate((rest, candidate.columns), axis=1)) - free
         chance = float(np.std(loss)) * float(np.sqrt(loss.shape[0]))
-        if float(loss.sum()) <= min(chance, _MISSED * gained):
+        if float(loss.sum()) <= min(_SURELY * chance, _MISSED * gained):
             return True
     return False
 
@@ -94,7 +95,7 @@ def in_question(library: Library) -> bool:
 def in_its_place(choice: Choice) -> bool:
     """Return whether something was found of what gravity may be taken for, or gravity itself."""
     effects = {term.scored.form.effect for term in choice.terms}
-    return bool(effects & {*_OTHERS, PAYLOAD.effect})
+    return bool(effects & {*LIKE_A_WEIGHT, PAYLOAD.effect})
 
 
 def gravity_look_alikes(library: Library, twin: Twin, model: Model) -> tuple[str, ...]:
@@ -121,7 +122,7 @@ def gravity_look_alikes(library: Library, twin: Twin, model: Model) -> tuple[str
     for candidate in library.candidates:
         effect = candidate.form.effect
         # One column each: a form with more would copy more, and not for its own sake.
-        if effect not in _OTHERS or effect in out or len(candidate.form.linear) > 1:
+        if effect not in LIKE_A_WEIGHT or effect in out or len(candidate.form.linear) > 1:
             continue
         own = candidate.columns - basis @ (basis.T @ candidate.columns)
         own = basis_of(own, like=candidate.columns)
