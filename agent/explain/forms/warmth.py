@@ -15,6 +15,7 @@ from agent.identify.result import Floats
 
 _HOUR_S = 3600.0
 _GEAR_T, _MOTOR_T = "gearbox_temperature_degc", "motor_temperature_degc"
+_THINS_FASTEST_K = 10.0  # as VG 150 does at 0 degC (ASTM D341); friction thins more slowly than oil
 _STEEPEST_PER_K = 0.01  # five times a ferrite magnet's 0.2 %: steeper is no torque constant
 _COULOMB_K, _VISCOUS_T = "coulomb_nm_per_k", "viscous_thermal_nm_s_per_rad"
 
@@ -32,7 +33,15 @@ def _viscosity(scene: Scene, point: Point) -> Floats:
 def _viscosity_grid(scene: Scene) -> Sequence[Point]:
     lower, upper = scene.span("gearbox_temperature_degc")
     span = max(upper - lower, 1.0)
-    return tuple((k,) for k in log_grid(max(6.0, 0.2 * span), max(150.0, 5.0 * span), 8))
+    return tuple(
+        (k,) for k in log_grid(max(_THINS_FASTEST_K, 0.2 * span), max(150.0, 5.0 * span), 8)
+    )
+
+
+def _viscosity_limits(scene: Scene) -> Sequence[tuple[float, float]]:
+    """Return by how much warmer oil may be that is thinner by a factor of e."""
+    del scene
+    return ((_THINS_FASTEST_K, math.inf),)
 
 
 def _viscosity_and_coulomb(scene: Scene, point: Point) -> Floats:
@@ -135,6 +144,7 @@ FORMS: tuple[Form, ...] = (
         _viscosity_grid,
         (1,),
         needs=(_GEAR_T,),
+        limits=_viscosity_limits,
         to_twin=_viscosity_twin,
     ),
     Form(
@@ -146,6 +156,7 @@ FORMS: tuple[Form, ...] = (
         _viscosity_grid,
         (1, 0),
         needs=(_GEAR_T,),
+        limits=_viscosity_limits,
         to_twin=_viscosity_twin,
     ),
     Form(
