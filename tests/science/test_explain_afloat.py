@@ -1,4 +1,4 @@
-"""A gap that removes the noise of held speeds is none; one that shows where speed changes stays."""
+"""A law that removes the noise of held speeds is none; one that shows where speed changes stays."""
 
 from __future__ import annotations
 
@@ -16,10 +16,11 @@ from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import tabulate
 from agent.identify.result import Floats
 from tests.science.explain_joint import TWIN, Conditions, record, stair
-from tests.science.test_explain_dynamic import GAP, seen
+from tests.science.test_explain_dynamic import GAP, SOFT, seen
 from trajectories import SetPoints
 
 GAPS = tuple(form for form in arm.FORMS if form.effect == "backlash")
+SPRINGS = tuple(form for form in arm.FORMS if form.effect == "joint-flexibility")
 
 
 def nothing(points: SetPoints, at: Conditions) -> Floats:
@@ -46,6 +47,25 @@ def test_an_arm_that_floats_while_speeds_are_held_is_no_gap() -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(type(chosen), "candidates", (floating,))
         assert afloat(library, chosen) == {("backlash", "gap")}
+
+
+def test_a_spring_that_is_a_low_pass_of_noise_is_no_soft_gear() -> None:
+    """Damped, it lets a quarter of the inertia follow slow motion only: the noise is fast."""
+    library = noisy_rigid_joint()
+    damped = library.candidate(SPRINGS[0], (15.0, 0.8))
+    library = replace(library, candidates=(damped,))
+    chosen = replace(choose(library, rivals=False), terms=())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(type(chosen), "candidates", (damped,))
+        assert afloat(library, chosen) == {("joint-flexibility", damped.form.name)}
+
+
+def test_a_soft_gear_that_is_there_stays() -> None:
+    scene = seen(SOFT)
+    library = Library.of(scene, weigh(scene.table, scene.residual_nm), SPRINGS[:1])
+    choice = choose(library, rivals=False)
+    assert [t.scored.form.effect for t in choice.terms] == ["joint-flexibility"]
+    assert afloat(library, choice) == set()
 
 
 def test_a_gap_that_is_there_stays() -> None:

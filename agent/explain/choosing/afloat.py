@@ -1,9 +1,11 @@
-"""A gap whose arm floats while speeds are held: what it removes there is noise, and no clearance.
+"""Laws of motion that remove noise: what they are worth while speeds are held is no physics.
 
-An arm without friction behind a gap is not felt while nothing accelerates. The measured velocity's
-noise, differentiated and multiplied by that arm's inertia, then goes out of the prediction, and a
-joint without play is predicted better for it, on unseen data, too. Play shows where the load on
-the gear changes sides.
+The measured velocity's noise, differentiated and multiplied by the inertia, is in what the twin
+predicts. A gap whose arm floats while nothing accelerates takes the arm's part of it out again. So
+does a soft gear far below the joint's own, damped until it is a low-pass: the less of the inertia
+follows fast motion, the less of the noise is in the prediction. So does a delay, which turns the
+noise's phase. A joint without any of them is predicted better for it, on unseen data, too. What is
+there shows where the speed changes: play where the load on the gear changes sides.
 """
 
 from __future__ import annotations
@@ -12,14 +14,19 @@ import numpy as np
 
 from agent.explain.choosing.choice import Choice
 from agent.explain.choosing.heard import BACKLASH, heard
+from agent.explain.choosing.materiality import least_gain
 from agent.explain.choosing.search import Library
 from agent.explain.rows.strata import STEADY
 
 _MOSTLY = 0.5  # of what it removes; of play that is there it is a tenth at most
+_LOW_PASSES = frozenset({"joint-flexibility", "measurement-delay"})
 
 
 def afloat(library: Library, choice: Choice) -> set[tuple[str, str]]:
-    """Return effect and form of the gaps that remove next to nothing where the speed changes.
+    """Return effect and form of laws that remove next to nothing where the speed changes.
+
+    Of gaps; and of soft gears and delays whose rest is not worth a name: a wave may shake an arm
+    behind a spring that is there at any speed. Of these all forms, as each would remove as much.
 
     Parameters
     ----------
@@ -31,10 +38,17 @@ def afloat(library: Library, choice: Choice) -> set[tuple[str, str]]:
     terms = choice.candidates
     out = set()
     for term in terms:
-        if term.form.effect != BACKLASH or heard(library.scene, term.form):
+        effect = term.form.effect
+        is_gap = effect == BACKLASH and not heard(library.scene, term.form)
+        if not is_gap and effect not in _LOW_PASSES:
             continue
         without = library.residual([other for other in terms if other is not term])
         removed = without**2 - library.residual(terms) ** 2
-        if float(np.sum(removed[held])) > _MOSTLY * float(np.sum(removed)) > 0.0:
-            out.add((term.form.effect, term.form.name))
+        if not float(np.sum(removed[held])) > _MOSTLY * float(np.sum(removed)) > 0.0:
+            continue
+        if is_gap:
+            out.add((effect, term.form.name))
+        elif float(np.sum(removed[~held])) < least_gain(library, choice.plain, terms):
+            forms = (candidate.form for candidate in library.candidates)
+            out |= {(form.effect, form.name) for form in forms if form.effect == effect}
     return out
