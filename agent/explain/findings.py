@@ -20,6 +20,7 @@ from agent.explain.forms.hidden_arm import inertia_of
 from agent.explain.forms.quantities import as_in_twin
 from agent.explain.location.dynamic_curves import excerpt, over_frequency
 from agent.explain.location.regions import AXIS, axis_values, curve_of, regions_of
+from agent.explain.numbers.model import beside_others
 from agent.explain.numbers.short_stroke import gravity_look_alikes
 from agent.explain.numbers.wrong import WrongNumber
 from agent.explain.rows.evidence import effective_size
@@ -110,7 +111,7 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
             order=order,
         )
     where = regions_of(scene, weighing.rows, form.effect, form.name, added, own, order)
-    parameters = as_in_twin(form, scene, own)
+    parameters = as_in_twin(form, beside_others(library, model, index), own)
     scale = float(np.sqrt(np.mean(1.0 / weighing.weight**2)))
     blows = scene.blows if heard(scene, form) else None
     sentence = sentences.finding_sentence(

@@ -136,16 +136,16 @@ def carried_arm(
     gravity_cos: float,
     gear_ratio: float,
     substeps: int,
-    acceleration: float = 0.0,
-    velocity: float = math.nan,
-    dry: float = 0.0,
-    dry_travel: float = 1.0,
-    film: float = 0.0,
-    viscous: float = 0.0,
+    acceleration: float,
+    velocity: float,
+    dry: Floats,
+    dry_travel: float,
+    film: float,
+    viscous: float,
 ) -> Floats:
     """Return the torque, shape (n,), with which the motor carries an arm behind a spring.
 
-    The arm's own friction is `dry`; before it slips it gives way like a spring, over `dry_travel`.
+    The arm's own friction is `dry`, shape (n,); before it slips it gives way like a spring, over `dry_travel`.
     And `viscous`, which grows with its speed.
     A `film` drags the arm along, whether its teeth touch or not.
 
@@ -163,10 +163,10 @@ def carried_arm(
     angle = position_rad[0] / gear_ratio
     weight = gravity_sin * math.sin(angle) + gravity_cos * math.cos(angle)
     drawn = 0.0
-    if dry != 0.0 and velocity_rad_s[0] != 0.0:
+    if dry[0] != 0.0 and velocity_rad_s[0] != 0.0:
         drawn = math.copysign(1.0, velocity_rad_s[0])
     speed = velocity_rad_s[0] if math.isnan(velocity) else velocity
-    hang = weight + dry * drawn + viscous * speed + inertia * acceleration
+    hang = weight + dry[0] * drawn + viscous * speed + inertia * acceleration
     arm = position_rad[0] - _hung(hang, stiffness, cubic, half_gap)
     push, torque = acceleration, hang
     out[0] = hang
@@ -192,7 +192,7 @@ def carried_arm(
             torque = _borne(twist, ahead, stiffness, cubic, damping, half_gap, film)
             sine, cosine = _turned(sin0, cos0, (arm - began) * per_ratio)
             weight = gravity_sin * sine + gravity_cos * cosine
-            push = (torque - weight - dry * drawn - viscous * half) * per_inertia
+            push = (torque - weight - dry[k] * drawn - viscous * half) * per_inertia
             speed = half + 0.5 * h * push
         out[k] = torque
     return out

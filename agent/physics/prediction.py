@@ -88,6 +88,7 @@ def predict_parts(twin: Twin, motion: Motion, smooth: Smooth | None = None) -> d
             more = along_the_way(np.sum(sliding, axis=0), motion.direction) if sliding else None
             base = replace(base, sliding_more_nm=more)
         parts[entry.label] = _added_nm(entry, motion, base)
+    base = replace(base, aged_more_nm=_aged_nm(added, motion, base))
     flexible, gap = (_numbers_of_one(entries, name) for name in CARRIED)
     parts |= carried_parts_nm(flexible, gap, motion, base)
     _refuse_driving_friction(entries, parts, motion)
@@ -141,6 +142,22 @@ def _added_nm(entry: _Entry, motion: Motion, base: Base) -> Floats:
         return entry.form.added_nm(entry.numbers, motion, base)
     except ValueError as error:
         raise ValueError(f"{entry.label}: {error}") from error
+
+
+def _aged_nm(added: Sequence[_Entry], motion: Motion, base: Base) -> Floats | None:
+    """Return what age adds to the level of dry friction, shape (n,); None where it is not known."""
+    ages = [entry for entry in added if entry.id == "friction-drift"]
+    if not ages:
+        return None
+    dry = (
+        {n: 0.0 if n.startswith("viscous") else value for n, value in entry.numbers.items()}
+        for entry in ages
+    )
+    more = [
+        _added_nm(replace(entry, numbers=own), motion, base)
+        for entry, own in zip(ages, dry, strict=True)
+    ]
+    return along_the_way(np.sum(more, axis=0), motion.direction)
 
 
 def _base(twin: Twin, entries: Sequence[_Entry], motion: Motion) -> Base:

@@ -17,6 +17,7 @@ import numpy as np
 
 from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.entry import Asked, allowed, entered, least_on_all_rows
+from agent.explain.choosing.exchanged import exchanged
 from agent.explain.choosing.heard import heard
 from agent.explain.choosing.materiality import worth
 from agent.explain.choosing.preferred import named_by_reach, named_by_width, preferred
@@ -24,7 +25,7 @@ from agent.explain.choosing.rivals import Term, with_rivals
 from agent.explain.choosing.same_wave import told_apart
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.together import newcomer_beside_moved
-from agent.explain.choosing.valleys import deepest
+from agent.explain.choosing.valleys import deepest, in_their_valleys
 from agent.explain.forms.form import Form
 from agent.explain.rows.usual import usual_blocks
 from agent.identify.result import Floats
@@ -69,8 +70,17 @@ def choose(library: Library, *, rivals: bool = True, begun: Sequence[Term] = ())
         been.append(_forms(chosen))
         terms = [t.candidate for t in chosen]
         least = least_on_all_rows(library, terms, plain, current)
-        ranked = allowed(library.rank(terms, least=least), chosen)
+        all_ranked = library.rank(terms, least=least)
+        all_ranked = in_their_valleys(library, terms, all_ranked, current, Asked.of(library, plain, terms))
+        ranked = allowed(all_ranked, chosen)
         best = preferred(library, ranked, float(current.sum()))
+        least_left = float(current.sum()) if best is None else best.error
+        asked = Asked.of(library, plain, terms)
+        better = exchanged(library, chosen, current, all_ranked, least_left, asked)
+        if better is not None:
+            chosen = better
+            current = library.errors([t.candidate for t in chosen])
+            continue
         if best is None:
             break
         moved, best = newcomer_beside_moved(library, chosen, ranked, best)

@@ -12,7 +12,7 @@ from agent.explain.forms.crossings import likeliest_arms, likely_gaps
 from agent.explain.forms.downhill import downhill
 from agent.explain.forms.form import Form, Point, Proportional, stack
 from agent.explain.forms.hidden_arm import HiddenArm, inertia_of, mean_extra_rad_s2
-from agent.explain.forms.twin_law import best_entry
+from agent.explain.forms.twin_law import best_entry, coulomb_nm
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
 from agent.physics.twin import TwinError
@@ -229,12 +229,20 @@ def _gap(scene: Scene, point: Point) -> Floats:
     half_gap, inertia_share, friction_share, hz, damping, film, oil_share = point
     oil = max(oil_share, 0.0) * _oiled(scene) / inertia_share
     friction = max(friction_share, 0.0) * _slowing(scene) / inertia_share
-    reach = _ARM_REACHES[0] * scene.table.gear_ratio
+    reach = _gap_yields_rad(scene)
     paths = [
         HiddenArm(hz, damping, friction, reach, width * half_gap, inertia_share, film, oil)
         for width in _GAP_WIDTHS
     ]
     return stack(mean_extra_rad_s2(paths, scene))
+
+
+def _gap_yields_rad(scene: Scene) -> float:
+    """Return how far the friction of an arm in a gap gives way: as far as the joint's was found to.
+
+    Or little, where that was not found.
+    """
+    return max(_ARM_REACHES[0] * scene.table.gear_ratio, scene.yields_rad)
 
 
 def _gap_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
@@ -244,8 +252,8 @@ def _gap_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str
     spring = _spring_entry(inertia, values["contact_hz"], values["damping_ratio"])
     gap = {
         "half_gap_rad": values["half_gap_rad"],
-        "arm_coulomb_nm": max(values["arm_friction_share"] * float(scene.theta[2]), 0.0),
-        "arm_yield_rad": _ARM_REACHES[0] * scene.table.gear_ratio,
+        "arm_coulomb_nm": max(values["arm_friction_share"], 0.0) * coulomb_nm(scene),
+        "arm_yield_rad": _gap_yields_rad(scene),
         "film_damping_nm_s_per_rad": values["film_per_s"] * inertia,
         "arm_viscous_nm_s_per_rad": max(values["arm_viscous_share"] * float(scene.theta[1]), 0.0),
     }

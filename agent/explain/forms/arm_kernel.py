@@ -16,19 +16,19 @@ from agent.identify.result import Floats
 
 _LANES = 8
 _ARM, _TWIST, _DRAWN, _PUSH = 0, _LANES, 2 * _LANES, 3 * _LANES
-_MOTOR, _SLOPE, _WEIGHT, _DT, _PULL = (k * _LANES for k in range(4, 9))
+_MOTOR, _SLOPE, _WEIGHT, _DT, _PULL, _DRY = (k * _LANES for k in range(4, 10))
 
 
 @njit(cache=True, nogil=True)
 def shaft_rad_s2(
     velocity: Floats,
     weight: Floats,
+    friction: Floats,
     starts: NDArray[np.int64],
     stops: NDArray[np.int64],
     period_s: Floats,
     omega: float,
     damping: float,
-    friction: float,
     reach: float,
     half_gap: float,
     film: float,
@@ -42,19 +42,19 @@ def shaft_rad_s2(
 
     Parameters
     ----------
-    velocity, weight : ndarray, shape (N,)
-        The motor's speed, rad/s, and the arm's weight over its inertia, rad/s2.
+    velocity, weight, friction : ndarray, shape (N,)
+        The motor's speed, rad/s, and the arm's weight and dry friction over its inertia, rad/s2.
     starts, stops : ndarray of int, shape (p,)
         Where the stretches begin and end.
     period_s : ndarray, shape (p,)
         Between two samples of each.
-    omega, damping, friction, reach, half_gap, film : float
+    omega, damping, reach, half_gap, film : float
         Of `HiddenArm`, the swing in rad/s.
     steps : int
         Of the integration, between two samples.
     out : ndarray, shape (N,)
     """
-    state = np.zeros(9 * _LANES)
+    state = np.zeros(10 * _LANES)
     at, stop = np.zeros(_LANES, dtype=np.int64), np.zeros(_LANES, dtype=np.int64)
     following = 0
     while True:
@@ -64,8 +64,8 @@ def shaft_rad_s2(
                 if following < starts.shape[0]:
                     at[lane], stop[lane] = starts[following], stops[following]
                     state[_DT + lane] = period_s[following] / steps
-                    first = velocity[at[lane]], weight[at[lane]]
-                    _begin(state, lane, *first, omega, friction, half_gap)
+                    first = velocity[at[lane]], weight[at[lane]], friction[at[lane]]
+                    _begin(state, lane, *first, omega, half_gap)
                     following += 1
         if not np.any(at < stop):
             break
@@ -77,8 +77,8 @@ def shaft_rad_s2(
                     last = i + 1 == stop[lane]
                     state[_MOTOR + lane] = velocity[i]
                     state[_SLOPE + lane] = 0.0 if last else (velocity[i + 1] - velocity[i]) / steps
-                    state[_WEIGHT + lane] = weight[i]
-            _sample(state, omega, damping, friction, reach, half_gap, film, steps)
+                    state[_WEIGHT + lane], state[_DRY + lane] = weight[i], friction[i]
+            _sample(state, omega, damping, reach, half_gap, film, steps)
             for lane in range(_LANES):
                 if at[lane] < stop[lane]:
                     out[at[lane]] = state[_PULL + lane]
@@ -91,17 +91,18 @@ def less_stiff(
     weight: Floats,
     stiff: Floats,
     direction: Floats,
-    friction: float,
+    friction: Floats,
     share: float,
     out: Floats,
 ) -> None:
     """Add to `out` a share of a shaft's torque less that of a stiff gear, over the arm's inertia.
 
     All arrays have shape (N,): the shaft's torque and the arm's weight over the arm's inertia, the
-    acceleration of an arm behind a stiff gear, the direction of motion.
+    acceleration of an arm behind a stiff gear, the direction of motion, and the arm's dry friction
+    over its inertia.
     """
     for i in range(shaft.shape[0]):
-        out[i] += share * (shaft[i] - weight[i] - stiff[i] - friction * direction[i])
+        out[i] += share * (shaft[i] - weight[i] - stiff[i] - friction[i] * direction[i])
 
 
 @njit(cache=True, nogil=True)
@@ -110,8 +111,8 @@ def _begin(
     lane: int,
     velocity: float,
     weight: float,
-    omega: float,
     friction: float,
+    omega: float,
     half_gap: float,
 ) -> None:
     """Let an arm follow the motor at first."""
@@ -131,7 +132,6 @@ def _sample(
     state: Floats,
     omega: float,
     damping: float,
-    friction: float,
     reach: float,
     half_gap: float,
     film: float,
@@ -152,7 +152,7 @@ def _sample(
             pulls = half_gap > 0.0 and pull * twist < 0.0
             pull = (0.0 if pulls or pressed <= 0.0 else pull) + film * ahead
             state[_PULL + lane] = pull if j == 0 else state[_PULL + lane]
-            push = pull - state[_WEIGHT + lane] - friction * drawn
+            push = pull - state[_WEIGHT + lane] - state[_DRY + lane] * drawn
             arm += dt * push
             further = drawn + dt * arm / reach
             further = -1.0 if further < -1.0 else further

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.explain.rows.blows import Blows
+from agent.explain.rows.pieces import thinned
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
 
@@ -36,7 +37,7 @@ _FILM_PER_S = 40.0  # drags an arm through a gap that takes some tens of millise
 _COARSER = 2
 _HEARD_GAPS = 24
 _LONGEST_S = 1.0 / 120.0  # of a step: teeth are apart for some hundredths of a second
-_MOTION = ("acceleration_rad_s2", "velocity_rad_s", "direction")  # as the table's base has it
+_MOTION = ("acceleration_rad_s2", "velocity_rad_s")  # as the table's base has it
 
 
 def likely_gaps(
@@ -172,7 +173,8 @@ def _likeness(scene: Scene) -> Callable[[Floats], Floats]:
 class _Steps:
     """One stretch as its crossings are followed.
 
-    Columns, each shape (m,): acceleration, velocity, direction, weight, residual.
+    Columns, each shape (m,): acceleration, velocity, direction times what age has made of the dry
+    friction, weight, residual.
     """
 
     period_s: float
@@ -187,15 +189,16 @@ def _steps(scene: Scene) -> list[_Steps]:
     """
     table = scene.table
     base, weight = table.base, scene.weight_rows()
+    dry = base[:, 2] * thinned(scene.worn_share, table.pieces)
     residual = np.where(table.used, scene.residual_nm, 0.0)
     motion = [table.full[name] for name in _MOTION]
+    motion.append(table.full["direction"] * scene.worn_share)
     out = []
     for piece in table.pieces:
         at, rows = piece.full, piece.rows
         stride = max(1, round(_LONGEST_S / piece.period_s))
         if stride >= piece.stride:
-            columns = [base[rows, k] for k in range(3)]
-            each = (*columns, weight[rows], residual[rows])
+            each = (base[rows, 0], base[rows, 1], dry[rows], weight[rows], residual[rows])
             out.append(_Steps(piece.period_s * piece.stride, each))
             continue
         fine = np.arange(0, at.stop - at.start, stride)

@@ -33,7 +33,7 @@ class HiddenArm:
     damping_ratio : float
         Of that swing.
     friction_rad_s2 : float
-        The arm's dry friction over its inertia.
+        The arm's dry friction over its inertia; time and use change it as they do the joint's.
     reach_rad : float
         How far that friction gives way, like a spring, before it slips, seen from the motor.
     half_gap_rad : float
@@ -81,6 +81,7 @@ class HiddenArm:
         omega = 2.0 * math.pi * self.frequency_hz
         # Stiffer friction would ask for smaller steps, and the band would not show the difference.
         reach = max(self.reach_rad, self.friction_rad_s2 / (_HARDEST * omega**2), 1e-12)
+        friction = self.dry_rad_s2(scene)
         fastest_hz = math.sqrt(omega**2 + self.friction_rad_s2 / reach) / (2.0 * math.pi)
         steps_per_s = _STEPS_PER_SWING * fastest_hz * max(self.damping_ratio, 1.0)
         steps_per_s = max(steps_per_s, _STEPS_PER_DRAG * self.film_per_s)
@@ -95,12 +96,12 @@ class HiddenArm:
             shaft_rad_s2(
                 np.ascontiguousarray(velocity_rad_s),
                 np.ascontiguousarray(pull),
+                friction,
                 bounds[alike, 0].copy(),
                 bounds[alike, 1].copy(),
                 periods[alike],
                 omega,
                 self.damping_ratio,
-                self.friction_rad_s2,
                 reach,
                 self.half_gap_rad,
                 self.film_per_s,
@@ -108,6 +109,10 @@ class HiddenArm:
                 out,
             )
         return out
+
+    def dry_rad_s2(self, scene: Scene) -> Floats:
+        """Return the arm's dry friction over its inertia, shape (N,)."""
+        return np.asarray(self.friction_rad_s2 * scene.worn_share)
 
 
 def mean_extra_rad_s2(arms: Sequence[HiddenArm], scene: Scene) -> Floats:
@@ -134,8 +139,8 @@ def mean_extra_rad_s2(arms: Sequence[HiddenArm], scene: Scene) -> Floats:
     out = np.zeros_like(velocity)
     for arm in arms:
         shaft = arm.shaft_rad_s2(scene, velocity, pull)
-        friction, share = arm.friction_rad_s2, 1.0 / len(arms)
-        less_stiff(shaft, pull, stiff_rad_s2, scene.direction, friction, share, out)
+        friction = arm.dry_rad_s2(scene)
+        less_stiff(shaft, pull, stiff_rad_s2, scene.direction, friction, 1.0 / len(arms), out)
     return out
 
 

@@ -15,7 +15,7 @@ from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
 from agent.physics.presliding import MaxwellSlip, across_gaps
 
-_EFFECT = "presliding-hysteresis"
+_EFFECT, _DAHL = "presliding-hysteresis", "Dahl"
 
 
 def _presliding_grid(scene: Scene) -> Sequence[Point]:
@@ -44,6 +44,22 @@ def hysteresis(scene: Scene, reach_rad: float) -> Floats:
             velocity, np.exp(-np.abs(velocity) * np.gradient(time) / reach_rad), start
         ),
     )
+
+
+def reach_rad(form: Form, point: Point) -> float:
+    """Return over which travel friction yields: that of one spring which loses as much, rad.
+
+    Parameters
+    ----------
+    form : Form
+        One of this file's.
+    point : tuple of float
+    """
+    if form.name == _DAHL:
+        return point[0]
+    stiffness, level = MaxwellSlip(point[0], max(point[1], 1.0)).elements()
+    yields = stiffness > 0.0
+    return float(np.sum(level[yields] ** 2 / stiffness[yields]) / np.sum(level))
 
 
 def _remembered(scene: Scene, state: Callable[[Floats, Floats, float], Floats]) -> Floats:
@@ -121,7 +137,7 @@ def _slipping_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mappin
 FORMS: tuple[Form, ...] = (
     Form(
         "presliding-hysteresis",
-        "Dahl",
+        _DAHL,
         ("height_nm",),
         _presliding,
         ("reach_rad",),

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from agent.explain.rows.pieces import known_part
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.twin_effects import effects_nm
 from agent.identify.result import Floats
+from agent.physics.effects import along_the_way
 from agent.physics.twin import Effect, Twin
 
 _WORTH = 0.99  # of the squared residual: a law that leaves more is no better than none
@@ -112,26 +114,67 @@ def _beside_numbers(scene: Scene) -> Callable[[Floats], Floats]:
 def _as_twin(scene: Scene, effect: str, entry: Mapping[str, float]) -> Floats:
     """Return what the twin's law says at full rate, shape (N,)."""
     table = scene.table
-    inertia, viscous, coulomb = (max(float(x), 0.0) for x in scene.theta[:3])
-    twin = Twin(
+    own, twin = (Effect(effect, dict(entry)),), _plain(scene, coulomb_nm(scene))
+    with_it, without = ((*ageing, *own), ageing) if (ageing := _ageing(scene)) else (own, ())
+    out = effects_nm(replace(twin, effects=with_it), table.runs, table.pieces, table.full)
+    if without:
+        out -= effects_nm(replace(twin, effects=without), table.runs, table.pieces, table.full)
+    return out
+
+
+def coulomb_nm(scene: Scene) -> float:
+    """Return the twin's own Coulomb level, N m, where its law says what time and use add to it.
+
+    A running-in is what is still to come in the form, and what has come since the start in the law.
+    """
+    coulomb = max(float(scene.theta[2]), 0.0)
+    if not scene.ageing:
+        return coulomb
+    table = scene.table
+    level = coulomb * scene.worn_share
+    law = effects_nm(
+        replace(_plain(scene, coulomb), effects=_ageing(scene)),
+        table.runs,
+        table.pieces,
+        table.full,
+    )
+    own = level - along_the_way(law, scene.direction)
+    return max(float(np.median(own[scene.direction != 0.0])), 0.0)
+
+
+def _plain(scene: Scene, coulomb: float) -> Twin:
+    inertia, viscous = (max(float(x), 0.0) for x in scene.theta[:2])
+    return Twin(
         robot="scene",
         axis=1,
-        gear_ratio=table.gear_ratio,
+        gear_ratio=scene.table.gear_ratio,
         inertia_kg_m2=inertia,
         coulomb_nm=coulomb,
         viscous_nm_s_per_rad=viscous,
         gravity_sin_nm=float(scene.theta[3]),
         gravity_cos_nm=float(scene.theta[4]),
-        effects=(Effect(effect, dict(entry)),),
     )
-    return effects_nm(twin, table.runs, table.pieces, table.full)
+
+
+def _ageing(scene: Scene) -> tuple[Effect, ...]:
+    """Return the twin's effects of what time and use were found to make of the dry friction."""
+    found = []
+    for known in scene.ageing:
+        form = known.candidate.form
+        values = {n: float(c) for n, c in zip(form.linear, known.coefficients, strict=True)}
+        values |= {n: float(c) for n, c in zip(form.nonlinear, known.candidate.point, strict=True)}
+        found += [Effect(form.effect, dict(t)) for t in form.to_twin(scene, values)]
+    return tuple(found)
 
 
 def _left(scene: Scene, torque_nm: Floats | None) -> float:
-    """Return the squared residual that is left beside a torque, the twin's numbers refitted."""
+    """Return the squared residual that is left beside a torque, the twin's numbers refitted.
+
+    And beside a model's other terms: of what they explain a weaker effect is next to nothing.
+    """
     table = scene.table
-    if torque_nm is None:
-        return float(np.sum(refit(table)[1][table.used] ** 2))
-    known = table.band(torque_nm)
+    known = np.zeros_like(table.target_nm) if scene.others_nm is None else scene.others_nm
+    if torque_nm is not None:
+        known = known + table.band(torque_nm)
     rest = refit(table, known)[1][table.used]
     return float(np.sum(rest**2)) if np.isfinite(rest).all() else np.inf

@@ -25,7 +25,7 @@ from agent.explain.numbers.resting import (
     numbers_beside,
     taken_at,
 )
-from agent.explain.numbers.whole import held_beside
+from agent.explain.numbers.whole import ageing_beside, grown, held_beside, yields_beside
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.floor import noise_floor
 from agent.explain.rows.scene import Scene
@@ -141,8 +141,13 @@ def _worth_it(library: Library, terms: Sequence[Candidate]) -> bool:
 
 def _as_beside(library: Library, terms: Sequence[Candidate]) -> Scene:
     """Return the scene with the twin's numbers, and what holds the arm, as beside some terms."""
-    theta = numbers_beside(library, terms)
-    return replace(library.scene, theta=theta, held=held_beside(library, terms))
+    return replace(
+        library.scene,
+        theta=numbers_beside(library, terms),
+        held=held_beside(library, terms),
+        ageing=ageing_beside(library, terms),
+        yields_rad=yields_beside(terms),
+    )
 
 
 def _more_than_noise(library: Library, terms: Sequence[Candidate], times: float = CLOSE) -> bool:
@@ -155,7 +160,7 @@ def _more_than_noise(library: Library, terms: Sequence[Candidate], times: float 
 def _beside(library: Library, terms: Sequence[Candidate]) -> Library:
     """Return a library whose weights, loads and grids are those beside some terms."""
     left, scene = left_nm(library, terms), library.scene
-    held = held_beside(library, terms)
+    beside = _as_beside(library, terms)
     weighing = weigh(scene.table, left)
     ratio = (weighing.weight / library.weighing.weight)[:, np.newaxis]
     known = {
@@ -170,9 +175,8 @@ def _beside(library: Library, terms: Sequence[Candidate]) -> Library:
         tuple(known[c.form, c.point] for c in library.candidates),
         known,
     )
-    theta = numbers_beside(library, terms)
-    heard = scene.blows is None and _as_beside(library, terms).blows is not None
-    if held is not None or heard or moved_far(library, theta):
-        scene = replace(renewed.scene, held=held)
-        renewed = taken_at(replace(renewed, scene=scene), theta)
+    heard = scene.blows is None and beside.blows is not None
+    if beside.held is not None or heard or moved_far(library, beside.theta) or grown(scene, beside):
+        own = replace(beside, theta=renewed.scene.theta, residual_nm=left)
+        renewed = taken_at(replace(renewed, scene=own), beside.theta)
     return with_new_grids(renewed, terms)

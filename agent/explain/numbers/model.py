@@ -16,6 +16,7 @@ from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.rows.pieces import known_part
 from agent.explain.rows.saturation import saturation_evidence
+from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, Table
 from agent.explain.rows.twin_effects import effects_nm
 from agent.identify.result import Floats, Parameter
@@ -105,11 +106,12 @@ def extended_twin(library: Library, twin: Twin, model: Model) -> Twin:
     """
     scene = library.scene
     entries = list(twin.effects)
-    for term, numbers in zip(model.terms, model.parameters, strict=True):
+    for index, (term, numbers) in enumerate(zip(model.terms, model.parameters, strict=True)):
         values = {name: p.value for name, p in numbers.items()}
+        beside = beside_others(library, model, index)
         entries += [
             Effect(term.scored.form.effect, dict(table))
-            for table in term.scored.form.to_twin(scene, values)
+            for table in term.scored.form.to_twin(beside, values)
         ]
     entries += _limit(scene.table, entries)
     moved = _moved(twin, {name: p.value for name, p in model.base.items()})
@@ -124,6 +126,16 @@ def extended_twin(library: Library, twin: Twin, model: Model) -> Twin:
             {name: getattr(extended, name) + d for name, d in zip(BASE, delta, strict=True)},
         )
     return extended
+
+
+def beside_others(library: Library, model: Model, index: int) -> Scene:
+    """Return the scene with what all terms of a model but one add."""
+    weighing, others = library.weighing, np.zeros(library.scene.table.used.shape[0])
+    for i, (term, place) in enumerate(zip(model.terms, model.slices(), strict=True)):
+        if i != index:
+            added = term.candidate.columns @ model.coefficients[place]
+            others[weighing.rows] += added / weighing.weight
+    return replace(library.scene, others_nm=others)
 
 
 def _limit(table: Table, entries: Sequence[Effect]) -> list[Effect]:

@@ -20,7 +20,14 @@ from agent.explain.forms.form import Form, Point
 from agent.explain.numbers.in_step import late_beside
 from agent.explain.numbers.polish import polished
 from agent.explain.numbers.renewed import retaken
-from agent.explain.numbers.whole import grown, held_beside, known_beside, sliding_beside
+from agent.explain.numbers.whole import (
+    ageing_beside,
+    grown,
+    held_beside,
+    known_beside,
+    sliding_beside,
+    yields_beside,
+)
 from agent.explain.rows.evidence import solve
 from agent.identify.result import Floats
 
@@ -67,6 +74,8 @@ def settled_beside(library: Library, choice: Choice) -> tuple[Library, Choice]:
             held=held,
             beside=known_beside(library, choice.candidates),
             sliding=sliding_beside(library, choice.candidates),
+            ageing=ageing_beside(library, choice.candidates),
+            yields_rad=yields_beside(choice.candidates),
         )
         if moved_far(library, theta) or grown(library.scene, scene):
             library = taken_at(replace(library, scene=scene), theta)

@@ -9,14 +9,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from dataclasses import replace
+
+import numpy as np
+
 from agent.explain.choosing.candidate import Candidate, Known, Together
 from agent.explain.choosing.search import Library
+from agent.explain.forms.reversal import reach_rad
 from agent.explain.rows.evidence import solve
 from agent.explain.rows.scene import Scene
+from agent.identify.result import Floats
 from agent.physics.effects import SLIDING, YIELDING
 
 _REPORTED = frozenset({"measurement-delay", "torque-saturation"})
 _HOLDS_THE_ARM = frozenset({"cable-force", "gravity-imbalance", "local-fault"})
+_AGES = "friction-drift"
 _RUBS = frozenset({"rubbing"})  # friction of a place: the laws of a load ask for theirs themselves
 _MOVED = 0.02  # of what is added: less changes no law that is made of it
 
@@ -47,6 +54,25 @@ def sliding_beside(library: Library, terms: Sequence[Candidate]) -> tuple[Known,
     return tuple(k for k in _known(library, terms) if k.candidate.form.effect in SLIDING)
 
 
+def ageing_beside(library: Library, terms: Sequence[Candidate]) -> tuple[Known, ...]:
+    """Return the terms by which time or use change the dry friction, their dry part alone."""
+    if not any(term.form.effect == _AGES for term in terms):
+        return ()
+    ageing = (k for k in _known(library, terms) if k.candidate.form.effect == _AGES)
+    return tuple(replace(k, coefficients=k.coefficients * _is_dry(k)) for k in ageing)
+
+
+def _is_dry(known: Known) -> Floats:
+    names = known.candidate.form.linear
+    return np.array([float(not name.startswith("viscous")) for name in names])
+
+
+def yields_beside(terms: Sequence[Candidate]) -> float:
+    """Return over which travel some terms say that friction yields, rad; 0 where none says it."""
+    found = (reach_rad(term.form, term.point) for term in terms if term.form.effect == YIELDING)
+    return next(found, 0.0)
+
+
 def held_beside(library: Library, terms: Sequence[Candidate]) -> Together | None:
     """Return the torque of the terms that the arm is held against; None without such terms."""
     holding = tuple(
@@ -61,9 +87,12 @@ def grown(scene: Scene, now: Scene) -> bool:
     """Return whether effects add another torque than the laws of the whole were taken at."""
     if bool(scene.beside) != bool(now.beside) or bool(scene.sliding) != bool(now.sliding):
         return True
+    if bool(scene.ageing) != bool(now.ageing) or scene.yields_rad != now.yields_rad:
+        return True
     if (scene.held is None) != (now.held is None):
         return True
     pairs = [(scene.beside_nm, now.beside_nm)] if now.beside else []
     pairs += [(scene.weight_nm, now.weight_nm)] if now.held is not None else []
     pairs += [(scene.level_share, now.level_share)] if now.sliding else []
+    pairs += [(scene.worn_share, now.worn_share)] if now.ageing else []
     return any(float((b - a) @ (b - a)) > _MOVED**2 * float(a @ a) for a, b in pairs)

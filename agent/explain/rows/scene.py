@@ -43,6 +43,13 @@ class Scene:
     sliding : tuple of callable
         Effects that sliding friction has beside Coulomb's, as far as they were found: scene to
         torque at full rate, shape (N,). What yields before it slips is all of it.
+    ageing : tuple of callable
+        Effects by which time or use change the dry friction, as far as they were found: scene to
+        torque at full rate, shape (N,). The arm's part of that friction changes alike.
+    yields_rad : float
+        How far friction was found to give way before it slips; 0 where it was not.
+    others_nm : ndarray, shape (n,), optional
+        What a model's other terms add at the rows, where one of them is held against the rest.
     late_s : float
         By how much the torque is later than the motion, as far as that was found; below zero
         where the motion is the late one.
@@ -57,6 +64,9 @@ class Scene:
     held: Callable[[Scene], Floats] | None = field(default=None, kw_only=True)
     beside: tuple[Callable[[Scene], Floats], ...] = field(default=(), kw_only=True)
     sliding: tuple[Callable[[Scene], Floats], ...] = field(default=(), kw_only=True)
+    ageing: tuple[Callable[[Scene], Floats], ...] = field(default=(), kw_only=True)
+    yields_rad: float = field(default=0.0, kw_only=True)
+    others_nm: Floats | None = field(default=None, kw_only=True)
     late_s: float = field(default=0.0, kw_only=True)
     waves: dict[float, tuple[Floats, Floats]] = field(
         default_factory=dict, kw_only=True, compare=False, repr=False
@@ -140,10 +150,18 @@ class Scene:
     @cached_property
     def level_share(self) -> Floats:
         """Return all of sliding friction over Coulomb's, shape (N,); 1 where no more was found."""
+        return self._over_coulomb(self.sliding)
+
+    @cached_property
+    def worn_share(self) -> Floats:
+        """Return what time and use have made of the dry friction over Coulomb's, shape (N,)."""
+        return self._over_coulomb(self.ageing)
+
+    def _over_coulomb(self, effects: Sequence[Callable[[Scene], Floats]]) -> Floats:
         coulomb = float(self.theta[2])
-        if not self.sliding or not coulomb > 0.0:
+        if not effects or not coulomb > 0.0:
             return np.ones_like(self.direction)
-        more = np.sum([torque_nm(self) for torque_nm in self.sliding], axis=0)
+        more = np.sum([torque_nm(self) for torque_nm in effects], axis=0)
         return np.maximum(1.0 + along_the_way(more, self.direction) / coulomb, LEAST_LEVEL)
 
     def load_nm(self, arm_share: float = 1.0) -> Floats:

@@ -55,7 +55,7 @@ class Carrier:
         stiff = self.arm_inertia_kg_m2 * motion.acceleration_rad_s2 + base.weight_nm(motion)
         # The twin's friction is motor's and arm's together: only what the spring does to the arm's
         # part is extra.
-        stiff = stiff + self.arm_coulomb_nm * motion.direction
+        stiff = stiff + self.arm_coulomb_nm * base.worn_share(motion) * motion.direction
         stiff = stiff + self.arm_viscous_nm_s_per_rad * motion.velocity_rad_s
         return np.asarray(self.shaft_nm(motion, base) - stiff)
 
@@ -93,7 +93,7 @@ class Carrier:
             base.gear_ratio,
             math.ceil(_STEPS_PER_RAD * self._rate_per_s(motion, base) * longest_s),
             *start,
-            self.arm_coulomb_nm,
+            self.arm_coulomb_nm * base.worn_share(motion)[known],
             self.arm_yield_rad,
             self.film_damping_nm_s_per_rad,
             self.arm_viscous_nm_s_per_rad,
@@ -207,7 +207,7 @@ def shaken_nm(
         math.ceil(_STEPS_PER_RAD * rate_per_s * longest_s),
         float(acceleration_rad_s2[known][0]),
         float(velocity_rad_s[known][0]),
-        0.0,
+        np.zeros(known.stop - known.start),
         _YIELD_RAD,
         0.0,
         0.0,

@@ -158,8 +158,9 @@ class Base:
     Coulomb level and gravity are those that the twin ends up with: `wrong-number` and
     `gravity-imbalance` are counted in, because a spring or a bristle cannot tell them apart; what a
     stated payload adds to the arm's inertia stands beside the twin's own. `sliding_more_nm`, shape
-    (n,), is what other effects add to the level of sliding friction along the motion, and
-    `held_more_nm`, shape (n,), what they hold the arm with beside its weight.
+    (n,), is what other effects add to the level of sliding friction along the motion, `aged_more_nm`,
+    shape (n,), what time and use add to that of dry friction, and `held_more_nm`, shape (n,), what
+    they hold the arm with beside its weight.
     """
 
     gear_ratio: float
@@ -171,6 +172,7 @@ class Base:
     payload_inertia_kg_m2: float = 0.0
     sliding_more_nm: Floats | None = None
     held_more_nm: Floats | None = None
+    aged_more_nm: Floats | None = None
 
     def arm_rad(self, motion: Motion) -> Floats:
         """Return the arm's angle, shape (n,), as a stiff gear has it."""
@@ -194,6 +196,12 @@ class Base:
         if self.sliding_more_nm is None:
             return level
         return np.maximum(level + self.sliding_more_nm, LEAST_LEVEL * level)
+
+    def worn_share(self, motion: Motion) -> Floats:
+        """Return what time and use have made of dry friction over Coulomb's, shape (n,)."""
+        if self.aged_more_nm is None or not self.coulomb_nm > 0.0:
+            return np.ones_like(motion.velocity_rad_s)
+        return np.maximum(1.0 + self.aged_more_nm / self.coulomb_nm, LEAST_LEVEL)
 
     def dry_level_nm(self, velocity_rad_s: Floats) -> Floats:
         """Return the level of dry friction at a speed, shape (n,): Coulomb and Stribeck."""
