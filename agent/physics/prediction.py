@@ -88,7 +88,8 @@ def predict_parts(twin: Twin, motion: Motion, smooth: Smooth | None = None) -> d
             more = along_the_way(np.sum(sliding, axis=0), motion.direction) if sliding else None
             base = replace(base, sliding_more_nm=more)
         parts[entry.label] = _added_nm(entry, motion, base)
-    base = replace(base, aged_more_nm=_aged_nm(added, motion, base))
+    yields = any(e.id == YIELDING for e in entries)
+    base = replace(base, aged_more_nm=_aged_nm(added, motion, base), yields=yields)
     flexible, gap = (_numbers_of_one(entries, name) for name in CARRIED)
     parts |= carried_parts_nm(flexible, gap, motion, base)
     _refuse_driving_friction(entries, parts, motion)

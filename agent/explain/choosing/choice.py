@@ -10,7 +10,7 @@ axes stand before time and recording. What predicts as well by another effect is
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +25,7 @@ from agent.explain.choosing.rivals import Term, with_rivals
 from agent.explain.choosing.same_wave import told_apart
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.together import newcomer_beside_moved
-from agent.explain.choosing.valleys import deepest, in_their_valleys
+from agent.explain.choosing.valleys import deepest
 from agent.explain.forms.form import Form
 from agent.explain.rows.usual import usual_blocks
 from agent.identify.result import Floats
@@ -51,7 +51,13 @@ class Choice:
         return tuple(term.candidate for term in self.terms)
 
 
-def choose(library: Library, *, rivals: bool = True, begun: Sequence[Term] = ()) -> Choice:
+def choose(
+    library: Library,
+    *,
+    rivals: bool = True,
+    begun: Sequence[Term] = (),
+    until: Callable[[Library, Form], bool] | None = None,
+) -> Choice:
     """Choose the effects that a library's target consists of.
 
     Parameters
@@ -61,6 +67,8 @@ def choose(library: Library, *, rivals: bool = True, begun: Sequence[Term] = ())
         Whether to look for what could stand in each term's place as well.
     begun : sequence of Term
         What is in the model already, of this library.
+    until : callable, optional
+        (library, form that has entered) to whether all else is to be looked for in another library.
     """
     plain = library.errors([])
     chosen = list(begun)
@@ -71,7 +79,6 @@ def choose(library: Library, *, rivals: bool = True, begun: Sequence[Term] = ())
         terms = [t.candidate for t in chosen]
         least = least_on_all_rows(library, terms, plain, current)
         all_ranked = library.rank(terms, least=least)
-        all_ranked = in_their_valleys(library, terms, all_ranked, current, Asked.of(library, plain, terms))
         ranked = allowed(all_ranked, chosen)
         best = preferred(library, ranked, float(current.sum()))
         least_left = float(current.sum()) if best is None else best.error
@@ -93,6 +100,8 @@ def choose(library: Library, *, rivals: bool = True, begun: Sequence[Term] = ())
         chosen = [*moved, Term(best, accident)]  # they stay where they were beside one refused
         current = best.blocks
         chosen, current = _pruned(library, chosen, asked)
+        if until is not None and until(library, best.form):
+            break
     if rivals:
         chosen, current = settled(library, chosen)
     return Choice(tuple(chosen), plain, current, settled=rivals)

@@ -21,7 +21,6 @@ from agent.explain.rows.scene import Scene
 
 _ROUNDS = 2
 _FOLLOWED = 3  # points
-_PROMISING = 0.5  # of the best newcomer's gain, before it was followed
 _DEEPER = 1e-3  # of what is left: a round that gains less is the last
 
 
@@ -79,36 +78,3 @@ def scene_beside(library: Library, terms: Sequence[Candidate]) -> Scene:
     at_rows = np.zeros(library.scene.table.used.shape[0])
     at_rows[library.weighing.rows] = library.residual(terms) / library.weighing.weight
     return replace(library.scene, residual_nm=library.scene.on_time(at_rows))
-
-
-def in_their_valleys(
-    library: Library,
-    terms: Sequence[Candidate],
-    ranked: Sequence[Scored],
-    current: Floats,
-    needed: tuple[float, float],
-) -> list[Scored]:
-    """Return the ranked forms, those of many valleys at their deepest where that decides.
-
-    Parameters
-    ----------
-    library : Library
-    terms : sequence of Candidate
-        The model so far.
-    ranked : sequence of Scored
-        Beside it, the best on unseen data first.
-    current : ndarray, shape (b,)
-        What the model leaves of unseen blocks, squared.
-    needed : tuple of float
-        What a term must remove to be worth its name, and what noise alone makes.
-    """
-    out = list(ranked)
-    without = float(current.sum())
-    if not out or without - needed[1] < needed[0]:
-        return out
-    least = _PROMISING * (without - out[0].error)
-    for index, scored in enumerate(out):
-        if scored.form.elsewhere is not None and without - scored.error > least:
-            out[index] = deepest(library, terms, scored, far=True)
-            break
-    return sorted(out, key=lambda s: s.error)

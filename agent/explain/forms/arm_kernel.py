@@ -90,7 +90,7 @@ def less_stiff(
     shaft: Floats,
     weight: Floats,
     stiff: Floats,
-    direction: Floats,
+    drawn: Floats,
     friction: Floats,
     share: float,
     out: Floats,
@@ -98,11 +98,11 @@ def less_stiff(
     """Add to `out` a share of a shaft's torque less that of a stiff gear, over the arm's inertia.
 
     All arrays have shape (N,): the shaft's torque and the arm's weight over the arm's inertia, the
-    acceleration of an arm behind a stiff gear, the direction of motion, and the arm's dry friction
-    over its inertia.
+    acceleration of an arm behind a stiff gear, how far its friction is drawn out there, and that
+    friction over its inertia.
     """
     for i in range(shaft.shape[0]):
-        out[i] += share * (shaft[i] - weight[i] - stiff[i] - friction[i] * direction[i])
+        out[i] += share * (shaft[i] - weight[i] - stiff[i] - friction[i] * drawn[i])
 
 
 @njit(cache=True, nogil=True)

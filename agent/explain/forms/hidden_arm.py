@@ -133,6 +133,8 @@ def mean_extra_rad_s2(arms: Sequence[HiddenArm], scene: Scene) -> Floats:
     loose = arms[0].half_gap_rad > 0.0
     velocity = scene.full("velocity_driving_rad_s" if loose else "velocity_raw_rad_s")
     stiff_rad_s2 = scene.stiff_along_the_way_rad_s2 if loose else scene.stiff_rad_s2
+    # An arm behind a stiff gear yields with the joint, as another term says where one says it.
+    drawn = scene.drawn if loose else scene.direction
     pull = scene.weight_nm / (arms[0].inertia_share * inertia_of(scene))
     if arms[0].oil_per_s:
         pull = pull + arms[0].oil_per_s * scene.full("velocity_rad_s")
@@ -140,7 +142,7 @@ def mean_extra_rad_s2(arms: Sequence[HiddenArm], scene: Scene) -> Floats:
     for arm in arms:
         shaft = arm.shaft_rad_s2(scene, velocity, pull)
         friction = arm.dry_rad_s2(scene)
-        less_stiff(shaft, pull, stiff_rad_s2, scene.direction, friction, 1.0 / len(arms), out)
+        less_stiff(shaft, pull, stiff_rad_s2, drawn, friction, 1.0 / len(arms), out)
     return out
 
 

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import groupby
 from typing import Any
 
 import numpy as np
 
 from agent.explain.forms.form import Form, Point, stack
 from agent.explain.forms.twin_law import best_entry, nearest
+from agent.explain.rows.remembered import remembered
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
-from agent.physics.presliding import MaxwellSlip, across_gaps
+from agent.physics.presliding import MaxwellSlip
 
 _EFFECT, _DAHL = "presliding-hysteresis", "Dahl"
 
@@ -38,8 +38,9 @@ def hysteresis(scene: Scene, reach_rad: float) -> Floats:
     """
     from agent.explain.forms.reversal_kernel import relaxed
 
-    return _remembered(
-        scene,
+    return remembered(
+        scene.table.full,
+        scene.table.pieces,
         lambda time, velocity, start: relaxed(
             velocity, np.exp(-np.abs(velocity) * np.gradient(time) / reach_rad), start
         ),
@@ -60,36 +61,6 @@ def reach_rad(form: Form, point: Point) -> float:
     stiffness, level = MaxwellSlip(point[0], max(point[1], 1.0)).elements()
     yields = stiffness > 0.0
     return float(np.sum(level[yields] ** 2 / stiffness[yields]) / np.sum(level))
-
-
-def _remembered(scene: Scene, state: Callable[[Floats, Floats, float], Floats]) -> Floats:
-    """Return a state along the motion of every recording, through its gaps, shape (N,).
-
-    Parameters
-    ----------
-    scene : Scene
-    state : callable
-        Time, velocity, both shape (n,), and how far the springs are drawn out at first to the
-        state, (n,).
-    """
-    out = np.zeros(scene.direction.shape[0])
-    located = scene.has("position_rad")
-    for _, run in groupby(scene.table.pieces, key=lambda piece: piece.run):
-        places = [piece.full for piece in run]
-        time, velocity, where = across_gaps(
-            [
-                (
-                    scene.full("time_s")[at],
-                    scene.full("velocity_rad_s")[at],
-                    scene.full("position_rad")[at] if located else None,
-                )
-                for at in places
-            ]
-        )
-        found = state(time, velocity, float(scene.direction[places[0]][0]))
-        for at, own in zip(places, where, strict=True):
-            out[at] = found[own]
-    return out
 
 
 def _presliding_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
@@ -116,8 +87,10 @@ def _slipping(scene: Scene, point: Point) -> Floats:
     from agent.physics.kernels import slipping
 
     stiffness, level = MaxwellSlip(point[0], max(point[1], 1.0)).elements()
-    out = _remembered(
-        scene, lambda time, velocity, start: slipping(time, velocity, stiffness, level, start)
+    out = remembered(
+        scene.table.full,
+        scene.table.pieces,
+        lambda time, velocity, start: slipping(time, velocity, stiffness, level, start),
     )
     return stack(scene.level_share * (out - scene.direction))
 

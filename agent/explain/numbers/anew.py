@@ -14,9 +14,11 @@ import numpy as np
 
 from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.choice import Choice, choose, settled
+from agent.explain.choosing.heard import BACKLASH
 from agent.explain.choosing.materiality import CLOSE, FAR
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
+from agent.explain.forms.form import Form
 from agent.explain.numbers.in_step import chosen_in_step
 from agent.explain.numbers.renewed import left_nm, retaken, with_new_grids
 from agent.explain.numbers.resting import (
@@ -25,13 +27,15 @@ from agent.explain.numbers.resting import (
     numbers_beside,
     taken_at,
 )
-from agent.explain.numbers.whole import ageing_beside, grown, held_beside, yields_beside
+from agent.explain.numbers.whole import AGES, ageing_beside, grown, held_beside, yields_beside
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.floor import noise_floor
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.usual import usual_blocks
+from agent.physics.effects import YIELDING
 
-_ROUNDS = 2
+_ROUNDS = 3
+_FRICTION_OF_ARMS = frozenset({AGES, YIELDING})
 _FAR_OFF = 4.0  # times the squared error: what leaves so much more finds no better one beside it
 
 
@@ -98,7 +102,14 @@ def _chosen(library: Library) -> tuple[Library, Choice]:
 
 
 def _first(library: Library) -> Choice:
-    return choose(library, rivals=False, begun=_asked_about(library))
+    return choose(library, rivals=False, begun=_asked_about(library), until=_changes_an_arm)
+
+
+def _changes_an_arm(library: Library, form: Form) -> bool:
+    """Return whether gaps have other columns beside a form: it says what their arms rub."""
+    return form.effect in _FRICTION_OF_ARMS and any(
+        c.form.effect == BACKLASH for c in library.candidates
+    )
 
 
 def _further(library: Library, first: Choice) -> tuple[Library, Choice]:
@@ -109,7 +120,7 @@ def _further(library: Library, first: Choice) -> tuple[Library, Choice]:
             break
         renewed = _beside(library, choice.candidates)
         begun = [retaken(renewed, term, library.scene) for term in choice.terms]
-        again = choose(renewed, rivals=False, begun=begun)
+        again = choose(renewed, rivals=False, begun=begun, until=_changes_an_arm)
         if _effects(again) == _effects(choice) and renewed.scene.held is library.scene.held:
             break
         library, choice = chosen_in_step(renewed, again)

@@ -8,7 +8,6 @@ their numbers for it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-
 from dataclasses import replace
 
 import numpy as np
@@ -21,9 +20,11 @@ from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 from agent.physics.effects import SLIDING, YIELDING
 
+AGES = "friction-drift"
+"""The effect by which time and use change the dry friction, the arm's as well."""
+
 _REPORTED = frozenset({"measurement-delay", "torque-saturation"})
 _HOLDS_THE_ARM = frozenset({"cable-force", "gravity-imbalance", "local-fault"})
-_AGES = "friction-drift"
 _RUBS = frozenset({"rubbing"})  # friction of a place: the laws of a load ask for theirs themselves
 _MOVED = 0.02  # of what is added: less changes no law that is made of it
 
@@ -56,9 +57,9 @@ def sliding_beside(library: Library, terms: Sequence[Candidate]) -> tuple[Known,
 
 def ageing_beside(library: Library, terms: Sequence[Candidate]) -> tuple[Known, ...]:
     """Return the terms by which time or use change the dry friction, their dry part alone."""
-    if not any(term.form.effect == _AGES for term in terms):
+    if not any(term.form.effect == AGES for term in terms):
         return ()
-    ageing = (k for k in _known(library, terms) if k.candidate.form.effect == _AGES)
+    ageing = (k for k in _known(library, terms) if k.candidate.form.effect == AGES)
     return tuple(replace(k, coefficients=k.coefficients * _is_dry(k)) for k in ageing)
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from agent.explain.rows.blows import Blows, blows_of
 from agent.explain.rows.lag import earlier
+from agent.explain.rows.remembered import remembered
 from agent.explain.rows.strata import travel_rad
 from agent.explain.rows.table import BASE, Table
 from agent.identify.result import Floats
@@ -146,6 +147,23 @@ class Scene:
         for at, period_s in self.each_piece():
             out[at] = slope(velocity[at], period_s)
         return out
+
+    @cached_property
+    def drawn(self) -> Floats:
+        """Return how far dry friction is drawn out where it yields, -1 to 1, shape (N,).
+
+        The direction of motion where it was not found to yield.
+        """
+        if not self.yields_rad > 0.0:
+            return self.direction
+        from agent.physics.kernels import slipping
+
+        stiffness, level = np.array([1.0 / self.yields_rad]), np.ones(1)
+        return remembered(
+            self.table.full,
+            self.table.pieces,
+            lambda time, velocity, start: slipping(time, velocity, stiffness, level, start),
+        )
 
     @cached_property
     def level_share(self) -> Floats:

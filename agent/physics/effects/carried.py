@@ -55,9 +55,21 @@ class Carrier:
         stiff = self.arm_inertia_kg_m2 * motion.acceleration_rad_s2 + base.weight_nm(motion)
         # The twin's friction is motor's and arm's together: only what the spring does to the arm's
         # part is extra.
-        stiff = stiff + self.arm_coulomb_nm * base.worn_share(motion) * motion.direction
+        dry = self._drawn(motion) if base.yields and self.half_gap_rad else motion.direction
+        stiff = stiff + self.arm_coulomb_nm * base.worn_share(motion) * dry
         stiff = stiff + self.arm_viscous_nm_s_per_rad * motion.velocity_rad_s
         return np.asarray(self.shaft_nm(motion, base) - stiff)
+
+    def _drawn(self, motion: Motion) -> Floats:
+        """Return how far the arm's friction is drawn out behind a stiff gear, -1 to 1, (n,)."""
+        from agent.physics.kernels import slipping
+
+        time, velocity = motion.need("time_s"), motion.velocity_rad_s
+        known, out = _known(time, velocity), np.full_like(velocity, np.nan)
+        stiffness, level = np.array([1.0 / self.arm_yield_rad]), np.ones(1)
+        start = float(motion.direction[known][0])
+        out[known] = slipping(time[known].copy(), velocity[known].copy(), stiffness, level, start)
+        return out
 
     def shaft_nm(self, motion: Motion, base: Base) -> Floats:
         """Return the torque with which the motor carries the arm, shape (n,), simulated."""

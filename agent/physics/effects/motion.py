@@ -160,7 +160,8 @@ class Base:
     stated payload adds to the arm's inertia stands beside the twin's own. `sliding_more_nm`, shape
     (n,), is what other effects add to the level of sliding friction along the motion, `aged_more_nm`,
     shape (n,), what time and use add to that of dry friction, and `held_more_nm`, shape (n,), what
-    they hold the arm with beside its weight.
+    they hold the arm with beside its weight. `yields` says that another effect has all of friction
+    yield before it slips, the arm's behind a stiff gear as well.
     """
 
     gear_ratio: float
@@ -173,6 +174,7 @@ class Base:
     sliding_more_nm: Floats | None = None
     held_more_nm: Floats | None = None
     aged_more_nm: Floats | None = None
+    yields: bool = False
 
     def arm_rad(self, motion: Motion) -> Floats:
         """Return the arm's angle, shape (n,), as a stiff gear has it."""

@@ -1,0 +1,46 @@
+"""A state with a memory along every recording, through its gaps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from itertools import groupby
+
+import numpy as np
+
+from agent.explain.rows.pieces import Piece
+from agent.identify.result import Floats
+from agent.physics.presliding import across_gaps
+
+State = Callable[[Floats, Floats, float], Floats]
+
+
+def remembered(full: Mapping[str, Floats], pieces: Sequence[Piece], state: State) -> Floats:
+    """Return a state along the motion of every recording, shape (N,).
+
+    Parameters
+    ----------
+    full : mapping of str to ndarray, shape (N,)
+        As the table has it; a position that is not known is NaN.
+    pieces : sequence of Piece
+    state : callable
+        Time, velocity, both shape (n,), and how far the springs are drawn out at first to the
+        state, (n,).
+    """
+    out = np.zeros(full["direction"].shape[0])
+    located = bool(np.isfinite(full["position_rad"]).all())
+    for _, run in groupby(pieces, key=lambda piece: piece.run):
+        places = [piece.full for piece in run]
+        time, velocity, where = across_gaps(
+            [
+                (
+                    full["time_s"][at],
+                    full["velocity_rad_s"][at],
+                    full["position_rad"][at] if located else None,
+                )
+                for at in places
+            ]
+        )
+        found = state(time, velocity, float(full["direction"][places[0]][0]))
+        for at, own in zip(places, where, strict=True):
+            out[at] = found[own]
+    return out
