@@ -145,7 +145,8 @@ def carried_arm(
 ) -> Floats:
     """Return the torque, shape (n,), with which the motor carries an arm behind a spring.
 
-    The arm's own friction is `dry`, shape (n,); before it slips it gives way like a spring, over `dry_travel`.
+    The arm's own friction is `dry`, shape (n,); before it slips it gives way like a spring, over
+    `dry_travel`.
     And `viscous`, which grows with its speed.
     A `film` drags the arm along, whether its teeth touch or not.
 

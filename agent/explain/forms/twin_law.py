@@ -17,7 +17,7 @@ from agent.explain.rows.pieces import known_part
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.twin_effects import effects_nm
 from agent.identify.result import Floats
-from agent.physics.effects import along_the_way
+from agent.physics.effects import CARRIED, YIELDING, along_the_way
 from agent.physics.twin import Effect, Twin
 
 _WORTH = 0.99  # of the squared residual: a law that leaves more is no better than none
@@ -112,11 +112,18 @@ def _beside_numbers(scene: Scene) -> Callable[[Floats], Floats]:
 
 
 def _as_twin(scene: Scene, effect: str, entry: Mapping[str, float]) -> Floats:
-    """Return what the twin's law says at full rate, shape (N,)."""
-    table = scene.table
-    own, twin = (Effect(effect, dict(entry)),), _plain(scene, coulomb_nm(scene))
-    with_it, without = ((*ageing, *own), ageing) if (ageing := _ageing(scene)) else (own, ())
-    out = effects_nm(replace(twin, effects=with_it), table.runs, table.pieces, table.full)
+    """Return what the twin's law says at full rate, shape (N,).
+
+    That of an arm beside what changes its friction.
+    """
+    coulomb = max(float(scene.theta[2]), 0.0)
+    without: tuple[Effect, ...] = ()
+    if effect in CARRIED:
+        coulomb = coulomb_nm(scene)
+        without = (*_ageing(scene), *_yielding(scene, coulomb))
+    table, twin = scene.table, _plain(scene, coulomb)
+    with_it = replace(twin, effects=(*without, Effect(effect, dict(entry))))
+    out = effects_nm(with_it, table.runs, table.pieces, table.full)
     if without:
         out -= effects_nm(replace(twin, effects=without), table.runs, table.pieces, table.full)
     return out
@@ -154,6 +161,13 @@ def _plain(scene: Scene, coulomb: float) -> Twin:
         gravity_sin_nm=float(scene.theta[3]),
         gravity_cos_nm=float(scene.theta[4]),
     )
+
+
+def _yielding(scene: Scene, coulomb: float) -> tuple[Effect, ...]:
+    """Return the twin's effect of friction that was found to yield: the arm's yields with it."""
+    if not (scene.yields_rad > 0.0 and coulomb > 0.0):
+        return ()
+    return (Effect(YIELDING, {"stiffness_nm_per_rad": coulomb / scene.yields_rad}),)
 
 
 def _ageing(scene: Scene) -> tuple[Effect, ...]:

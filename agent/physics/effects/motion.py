@@ -158,10 +158,10 @@ class Base:
     Coulomb level and gravity are those that the twin ends up with: `wrong-number` and
     `gravity-imbalance` are counted in, because a spring or a bristle cannot tell them apart; what a
     stated payload adds to the arm's inertia stands beside the twin's own. `sliding_more_nm`, shape
-    (n,), is what other effects add to the level of sliding friction along the motion, `aged_more_nm`,
-    shape (n,), what time and use add to that of dry friction, and `held_more_nm`, shape (n,), what
-    they hold the arm with beside its weight. `yields` says that another effect has all of friction
-    yield before it slips, the arm's behind a stiff gear as well.
+    (n,), is what other effects add to the level of sliding friction along the motion,
+    `aged_more_nm`, shape (n,), what time and use add to that of dry friction, and `held_more_nm`,
+    shape (n,), what they hold the arm with beside its weight. `yields` says that another effect has
+    all of friction yield before it slips, the arm's behind a stiff gear as well.
     """
 
     gear_ratio: float

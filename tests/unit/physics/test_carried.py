@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -219,3 +220,29 @@ def test_a_stiff_damped_gear_neither_leads_nor_lags(*, noisy: bool) -> None:
     jerk = np.real(-(w**2) * wave)[inside]
     lag_s = float(error @ jerk / (jerk @ jerk)) / inertia
     assert abs(lag_s) < 2e-6
+
+
+def test_an_arm_in_a_gap_rubs_what_time_has_made_of_the_joints_friction() -> None:
+    spring = {name: number for name, number in ARM.items() if not name.startswith("cubic")}
+    loose = {"half_gap_rad": GAP, **spring, "arm_yield_rad": 1e-3}
+    rubs, rubs_twice = (Effect("backlash", {**loose, "arm_coulomb_nm": x}) for x in (0.2, 0.4))
+    doubles = Effect("friction-drift", {"coulomb_nm_per_run": 0.3, "reference_run": 1.0})
+    joint, second_run = replace(twin(), coulomb_nm=0.3), replace(motion(), run=2.0)
+
+    def of_the_gap(*effects: Effect) -> Floats:
+        return replace(joint, effects=effects).predict_parts(second_run)["backlash"]
+
+    np.testing.assert_allclose(of_the_gap(rubs, doubles), of_the_gap(rubs_twice), atol=1e-12)
+    assert np.max(np.abs(of_the_gap(rubs) - of_the_gap(rubs_twice))) > 0.1
+
+
+def test_a_tight_gear_adds_nothing_beside_friction_that_yields() -> None:
+    stiff = {"arm_inertia_kg_m2": 1e-4, "stiffness_nm_per_rad": 3e3, "damping_nm_s_per_rad": 0.5}
+    rubs = {"arm_coulomb_nm": 0.2, "arm_yield_rad": 0.05}
+    tight = Effect("backlash", {"half_gap_rad": 1e-9, **stiff, **rubs})
+    yields = Effect("presliding-hysteresis", {"stiffness_nm_per_rad": 0.3 / 0.05})
+    joint = replace(twin(tight, yields), coulomb_nm=0.3)
+    added = joint.predict_parts(motion())["backlash"]
+    assert np.max(np.abs(added[5:-5])) < 0.02 * rubs["arm_coulomb_nm"]
+    alone = replace(joint, effects=(tight,)).predict_parts(motion())["backlash"]
+    assert np.max(np.abs(alone)) > rubs["arm_coulomb_nm"]
