@@ -56,7 +56,7 @@ def choose(
     *,
     rivals: bool = True,
     begun: Sequence[Term] = (),
-    until: Callable[[Library, Form], bool] | None = None,
+    until: Callable[[Library, Form, Sequence[Candidate]], bool] | None = None,
 ) -> Choice:
     """Choose the effects that a library's target consists of.
 
@@ -68,7 +68,8 @@ def choose(
     begun : sequence of Term
         What is in the model already, of this library.
     until : callable, optional
-        (library, form that has entered) to whether all else is to be looked for in another library.
+        (library, form that has entered, model) to whether all else is to be looked for in another
+        library.
     """
     plain = library.errors([])
     chosen = list(begun)
@@ -100,7 +101,7 @@ def choose(
         chosen = [*moved, Term(best, accident)]  # they stay where they were beside one refused
         current = best.blocks
         chosen, current = _pruned(library, chosen, asked)
-        if until is not None and until(library, best.form):
+        if until is not None and until(library, best.form, [t.candidate for t in chosen]):
             break
     if rivals:
         chosen, current = settled(library, chosen)

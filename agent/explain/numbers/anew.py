@@ -105,11 +105,15 @@ def _first(library: Library) -> Choice:
     return choose(library, rivals=False, begun=_asked_about(library), until=_changes_an_arm)
 
 
-def _changes_an_arm(library: Library, form: Form) -> bool:
-    """Return whether gaps have other columns beside a form: it says what their arms rub."""
-    return form.effect in _FRICTION_OF_ARMS and any(
-        c.form.effect == BACKLASH for c in library.candidates
-    )
+def _changes_an_arm(library: Library, form: Form, terms: Sequence[Candidate]) -> bool:
+    """Return whether gaps have other columns beside a form, which says what their arms rub.
+
+    As long as what a gap leaves may be there; else the search goes on as it is.
+    """
+    if form.effect not in _FRICTION_OF_ARMS:
+        return False
+    loose = any(c.form.effect == BACKLASH for c in library.candidates)
+    return loose and _more_than_noise(library, terms, FAR)
 
 
 def _further(library: Library, first: Choice) -> tuple[Library, Choice]:

@@ -314,7 +314,9 @@ _GAP = {
     ),
 }
 _ARM_FRICTION = {
-    "arm_coulomb_nm": not_negative(0.0, "Fa, the arm's part of the twin's Coulomb level"),
+    "arm_coulomb_nm": not_negative(
+        0.0, "Fa, the arm's part of the twin's Coulomb level; it drifts as that does"
+    ),
     "arm_yield_rad": positive(
         _YIELD_RAD, meaning="how far it gives way, seen from the motor, before it slips"
     ),

@@ -19,12 +19,13 @@ def test_every_stretch_has_the_torque_that_it_has_alone(half_gap: float, film: f
     velocity = 10.0 * np.sin(0.05 * np.arange(stops[-1])) + rng.standard_normal(stops[-1])
     weight = 30.0 * np.cos(0.01 * np.arange(stops[-1]))
     friction = 40.0 + 10.0 * np.sin(0.003 * np.arange(stops[-1]))
-    arm = velocity, weight, friction
     numbers = (2.0 * math.pi * 30.0, 0.2, 0.005, half_gap, film, 2)
     together, alone = np.full(stops[-1], np.nan), np.full(stops[-1], np.nan)
-    shaft_rad_s2(*arm, starts, stops, periods, *numbers, together)
+    shaft_rad_s2(velocity, weight, friction, starts, stops, periods, *numbers, together)
     for k in range(lengths.size):
         one = slice(k, k + 1)
-        shaft_rad_s2(*arm, starts[one], stops[one], periods[one], *numbers, alone)
+        shaft_rad_s2(
+            velocity, weight, friction, starts[one], stops[one], periods[one], *numbers, alone
+        )
     assert np.isfinite(together).all()
     np.testing.assert_array_equal(together, alone)
