@@ -198,8 +198,8 @@ def _steps(scene: Scene) -> list[_Steps]:
         at, rows = piece.full, piece.rows
         stride = max(1, round(_LONGEST_S / piece.period_s))
         if stride >= piece.stride:
-            each = (base[rows, 0], base[rows, 1], dry[rows], weight[rows], residual[rows])
-            out.append(_Steps(piece.period_s * piece.stride, each))
+            at_rows = (base[rows, 0], base[rows, 1], dry[rows], weight[rows], residual[rows])
+            out.append(_Steps(piece.period_s * piece.stride, at_rows))
             continue
         fine = np.arange(0, at.stop - at.start, stride)
         between = np.arange(rows.stop - rows.start) * piece.stride

@@ -172,13 +172,9 @@ def _yielding(scene: Scene, coulomb: float) -> tuple[Effect, ...]:
 
 def _ageing(scene: Scene) -> tuple[Effect, ...]:
     """Return the twin's effects of what time and use were found to make of the dry friction."""
-    found = []
-    for known in scene.ageing:
-        form = known.candidate.form
-        values = {n: float(c) for n, c in zip(form.linear, known.coefficients, strict=True)}
-        values |= {n: float(c) for n, c in zip(form.nonlinear, known.candidate.point, strict=True)}
-        found += [Effect(form.effect, dict(t)) for t in form.to_twin(scene, values)]
-    return tuple(found)
+    return tuple(
+        Effect(known.effect, dict(table)) for known in scene.ageing for table in known.tables(scene)
+    )
 
 
 def _left(scene: Scene, torque_nm: Floats | None) -> float:

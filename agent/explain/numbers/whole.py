@@ -15,9 +15,9 @@ import numpy as np
 from agent.explain.choosing.candidate import Candidate, Known, Together
 from agent.explain.choosing.search import Library
 from agent.explain.forms.reversal import reach_rad
+from agent.explain.rows.ageing import Ageing
 from agent.explain.rows.evidence import solve
 from agent.explain.rows.scene import Scene
-from agent.identify.result import Floats
 from agent.physics.effects import SLIDING, YIELDING
 
 AGES = "friction-drift"
@@ -55,17 +55,21 @@ def sliding_beside(library: Library, terms: Sequence[Candidate]) -> tuple[Known,
     return tuple(k for k in _known(library, terms) if k.candidate.form.effect in SLIDING)
 
 
-def ageing_beside(library: Library, terms: Sequence[Candidate]) -> tuple[Known, ...]:
+def ageing_beside(library: Library, terms: Sequence[Candidate]) -> tuple[Ageing, ...]:
     """Return the terms by which time or use change the dry friction, their dry part alone."""
     if not any(term.form.effect == AGES for term in terms):
         return ()
     ageing = (k for k in _known(library, terms) if k.candidate.form.effect == AGES)
-    return tuple(replace(k, coefficients=k.coefficients * _is_dry(k)) for k in ageing)
+    return tuple(_dry_part(known) for known in ageing)
 
 
-def _is_dry(known: Known) -> Floats:
-    names = known.candidate.form.linear
-    return np.array([float(not name.startswith("viscous")) for name in names])
+def _dry_part(known: Known) -> Ageing:
+    form = known.candidate.form
+    is_dry = np.array([float(not name.startswith("viscous")) for name in form.linear])
+    dry = replace(known, coefficients=known.coefficients * is_dry)
+    values = {n: float(c) for n, c in zip(form.linear, dry.coefficients, strict=True)}
+    values |= {n: float(c) for n, c in zip(form.nonlinear, known.candidate.point, strict=True)}
+    return Ageing(form.effect, dry, lambda scene: form.to_twin(scene, values))
 
 
 def yields_beside(terms: Sequence[Candidate]) -> float:

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.explain.rows.ageing import Ageing
 from agent.explain.rows.blows import Blows, blows_of
 from agent.explain.rows.lag import earlier
 from agent.explain.rows.remembered import remembered
@@ -44,9 +45,8 @@ class Scene:
     sliding : tuple of callable
         Effects that sliding friction has beside Coulomb's, as far as they were found: scene to
         torque at full rate, shape (N,). What yields before it slips is all of it.
-    ageing : tuple of callable
-        Effects by which time or use change the dry friction, as far as they were found: scene to
-        torque at full rate, shape (N,). The arm's part of that friction changes alike.
+    ageing : tuple of Ageing
+        The arm's part of the dry friction changes alike.
     yields_rad : float
         How far friction was found to give way before it slips; 0 where it was not.
     others_nm : ndarray, shape (n,), optional
@@ -65,7 +65,7 @@ class Scene:
     held: Callable[[Scene], Floats] | None = field(default=None, kw_only=True)
     beside: tuple[Callable[[Scene], Floats], ...] = field(default=(), kw_only=True)
     sliding: tuple[Callable[[Scene], Floats], ...] = field(default=(), kw_only=True)
-    ageing: tuple[Callable[[Scene], Floats], ...] = field(default=(), kw_only=True)
+    ageing: tuple[Ageing, ...] = field(default=(), kw_only=True)
     yields_rad: float = field(default=0.0, kw_only=True)
     others_nm: Floats | None = field(default=None, kw_only=True)
     late_s: float = field(default=0.0, kw_only=True)
