@@ -4,7 +4,7 @@ Order of operations, for every stretch on its own (thesis section 4.1.1):
 
 1. velocity is the drive's own, or the central difference of the position;
 2. direction is the thresholded sign (4.10) of a lightly low-passed velocity, with the threshold
-   at four standard deviations of the noise that is left in it;
+   at four standard deviations of the noise that is left in it (`direction`);
 3. torque, velocity, direction, gravity's sine and cosine and the constant pass the same zero-phase
    low-pass;
 4. acceleration is the slope of the filtered velocity, and so filtered alike; by five points, as
@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from agent.identify.result import Floats
 from agent.identify.signals.arrays import Signals
+from agent.identify.signals.direction import SIGN_BAND, direction_in_time
 from agent.identify.signals.lowpass import Cutoff, choose_cutoff, lowpass
 from agent.identify.signals.sampling import Stretch, Timing, find_stretches
 from agent.physics.derivative import slope
@@ -35,8 +36,6 @@ from agent.physics.rigid_body import PARAMETERS, regressor
 SPEED_CHANGE = 0.2  # of the fastest: less, inside every stretch, excites no inertia
 _ACCELERATION = PARAMETERS.index("inertia_kg_m2")
 _VELOCITY = PARAMETERS.index("viscous_nm_s_per_rad")
-_SIGN_BAND = 4.0  # the sign is taken from a velocity that keeps four times the cutoff
-_SIGN_SIGMAS = 4.0
 _UNKNOWN_SHARE = 0.05
 _SHORTEST_PERIODS = 2.0  # of the cutoff: shorter stretches are not filtered
 _EDGE = 1.5  # of the cutoff's period: so long the filter remembers a ramp beside the end
@@ -194,10 +193,12 @@ def _filter_stretch(
 ) -> FilteredStretch:
     """Build the regressor of one stretch and pass everything through the same filter."""
     signals = motion.signals
-    direction = direction_of(velocity, stretch.period_s, cutoff_hz, motion.velocity_noise_rad_s)
+    direction = direction_in_time(
+        velocity, stretch.period_s, cutoff_hz, motion.velocity_noise_rad_s
+    )
     unknown = direction == 0.0
     if slowest_rad_s > 0.0:
-        smooth = lowpass(velocity, stretch.period_s, _SIGN_BAND * cutoff_hz)
+        smooth = lowpass(velocity, stretch.period_s, SIGN_BAND * cutoff_hz)
         unknown |= np.abs(smooth) < slowest_rad_s
     position = signals.position_rad
     place = None if position is None else stretch.on_grid(signals, position)
@@ -248,26 +249,6 @@ def _filter_stretch(
 def _second_derivative(values: Floats, period_s: float) -> Floats:
     """Return the second derivative of evenly sampled values, shape (n,)."""
     return slope(slope(values, period_s), period_s)
-
-
-def direction_of(velocity: Floats, period_s: float, cutoff_hz: float, noise_rad_s: float) -> Floats:
-    """Return the thresholded sign of the velocity, -1, 0 or 1, shape (n,) (thesis 4.10).
-
-    Parameters
-    ----------
-    velocity : ndarray, shape (n,)
-        Unfiltered velocity, rad/s.
-    period_s, cutoff_hz : float
-        Sampling period, and cutoff of the filter to come.
-    noise_rad_s : float
-        Standard deviation of the unfiltered velocity's white noise.
-    """
-    band_hz = _SIGN_BAND * cutoff_hz
-    smooth = lowpass(velocity, period_s, band_hz)
-    left = noise_rad_s * np.sqrt(min(2.0 * band_hz * period_s, 1.0))
-    # Without noise, numerical dust around standstill must not look like motion.
-    threshold = max(_SIGN_SIGMAS * left, 1e-6 * float(np.max(np.abs(velocity), initial=0.0)))
-    return np.where(np.abs(smooth) > threshold, np.sign(smooth), 0.0)
 
 
 def _noise(velocities: Sequence[Floats]) -> float:

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify.signals.arrays import Signals
+from agent.identify.signals.direction import direction_of
 from agent.identify.signals.lowpass import lowpass
-from agent.identify.signals.preprocess import direction_of, read_motion, shared_cutoff
+from agent.identify.signals.preprocess import read_motion, shared_cutoff
 from agent.physics.derivative import slope
 from agent.physics.effects.motion import Motion, path_rad
 from agent.physics.twin import Twin

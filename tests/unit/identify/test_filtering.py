@@ -11,7 +11,8 @@ from scipy.signal import butter, sosfiltfilt
 
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.lowpass import ORDER, choose_cutoff, lowpass
-from agent.identify.signals.preprocess import direction_of, filter_motion, read_motion
+from agent.identify.signals.direction import direction_in_time, direction_of
+from agent.identify.signals.preprocess import filter_motion, read_motion
 from agent.identify.signals.sampling import find_stretches
 from agent.identify.signals.thinning import Part, Thinned
 from agent.physics.rigid_body import PARAMETERS
@@ -142,6 +143,22 @@ def test_direction_needs_more_than_noise() -> None:
     assert np.mean(direction[:450] == 0.0) > 0.99
     assert np.all(direction[550:950] == 1.0)
     assert np.all(direction[1050:] == -1.0)
+
+
+def test_a_turn_from_a_slow_speed_to_a_fast_one_is_not_drawn_towards_the_slow_one() -> None:
+    """One such sample of a stair of 20 s moved gravity by half of a standard error."""
+    period_s, rng = 0.004, np.random.default_rng(3)
+    time_s = period_s * np.arange(500)
+    # 2 rad/s backwards, 40 rad/s forwards, in a ramp that begins and ends softly.
+    ramp = np.clip((time_s - 1.0) / 0.08, 0.0, 1.0)
+    velocity = -2.0 + 42.0 * (3.0 * ramp**2 - 2.0 * ramp**3)
+    clean = direction_in_time(velocity + 0.01 * rng.standard_normal(500), period_s, 2.2, 0.01)
+    np.testing.assert_array_equal(clean, np.sign(velocity))
+    # Noise that hides where it turns leaves the samples there unknown, and no other one wrong.
+    noisy = direction_in_time(velocity + 2.0 * rng.standard_normal(500), period_s, 2.2, 2.0)
+    wrong = np.flatnonzero(noisy * velocity < 0.0)
+    assert np.all(np.abs(velocity[wrong]) < 2.0)
+    assert np.mean(noisy[300:] == 1.0) == 1.0
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.01, 0.5])
