@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.identify.result import Floats
+from agent.identify.signals.direction import direction_of
 from agent.identify.signals.lowpass import lowpass
-from agent.identify.signals.preprocess import Motion, direction_of
+from agent.identify.signals.preprocess import Motion
 from agent.identify.signals.sampling import Stretch
 from agent.identify.signals.windows import SteadyWindow, find_windows
 

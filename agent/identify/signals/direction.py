@@ -78,9 +78,10 @@ def _without_chance(direction: Floats, velocity: Floats, noise_rad_s: float) -> 
 def _turned(direction: Floats, velocity: Floats, reach: int, noise_rad_s: float) -> Floats:
     """Return directions that change where the angle is extreme, shape (n,).
 
-    Where the velocity's noise is less than it changes by in a sample, a sample's direction is that of
-    a parabola through its neighbours, unknown within one standard error. Else a change is moved where the angle between both places is more than that noise
-    makes it, and what was unknown stays so.
+    Where the velocity's noise is less than it changes by in a sample, samples about a turn have the
+    direction of a parabola through their neighbours, or none within one standard error of it. Else
+    a change is moved where the angle between both places is more than that noise makes it, and what
+    was unknown stays so.
 
     Parameters
     ----------
@@ -107,7 +108,7 @@ def _turned(direction: Floats, velocity: Floats, reach: int, noise_rad_s: float)
         at = int(begin + (top[0] + top[-1]) // 2)
         change = np.ptp(velocity[max(at - _BESIDE, 0) : at + _BESIDE]) / (2 * _BESIDE - 1)
         if _SIGMAS * noise_rad_s <= change:
-            own = slice(min(at, old) - 1, max(at, new) + 1)
+            own = slice(max(min(at, old) - 1, 0), max(at, new) + 1)
             out[own] = np.where(np.abs(fine[own]) > chance, np.sign(fine[own]), 0.0)
             continue
         near = min(max(at, old), new)

@@ -23,8 +23,9 @@ from agent.identify.result import Floats, FrictionCurve, Parameter, RigidBodyFit
 from agent.identify.rigid.carried import variance_inflation
 from agent.identify.rigid.linear import time_blocks
 from agent.identify.rigid.regression import regress
+from agent.identify.signals.direction import direction_of
 from agent.identify.signals.lowpass import lowpass
-from agent.identify.signals.preprocess import FilteredStretch, Motion, direction_of, filter_motion
+from agent.identify.signals.preprocess import FilteredStretch, Motion, filter_motion
 from agent.identify.signals.windows import find_windows
 from agent.identify.uncertainty import block_jackknife, student_975
 from agent.monitor.ordinary.excitation import MOVING, Excitation, excitation_of

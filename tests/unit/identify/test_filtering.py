@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from agent.identify.signals.arrays import Signals
-from agent.identify.signals.lowpass import ORDER, choose_cutoff, lowpass
 from agent.identify.signals.direction import direction_in_time, direction_of
+from agent.identify.signals.lowpass import ORDER, choose_cutoff, lowpass
 from agent.identify.signals.preprocess import filter_motion, read_motion
 from agent.identify.signals.sampling import find_stretches
 from agent.identify.signals.thinning import Part, Thinned
