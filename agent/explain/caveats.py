@@ -7,6 +7,7 @@ from agent.explain.choosing.by_use import clock_or_use
 from agent.explain.choosing.heard import BACKLASH
 from agent.explain.driven_range import hangs_free
 from agent.explain.plausible import far_off, turned_gravity
+from agent.explain.rows.table import Table
 from agent.explain.study import Study
 from agent.explain.verdict import far_from_given
 from agent.identify.signals.preprocess import left_out_of
@@ -63,6 +64,22 @@ def bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
         if index not in compared:
             out.append(f"{run.name} was left out: no stretch of it is long enough to be compared")
     return tuple(out)
+
+
+def creeps_held_out(unseen: Table, learnt: Table) -> str:
+    """Return up to which speed what was held out creeps, where the recordings to learn from do not.
+
+    Parameters
+    ----------
+    unseen, learnt : Table
+        As they were compared.
+    """
+    if not unseen.creep_rad_s > learnt.creep_rad_s:
+        return ""
+    return (
+        f"in what was held out friction is not fully there below {unseen.creep_rad_s:.2g} rad/s, "
+        "as where a joint creeps on between two moves; those samples were left out of the proof"
+    )
 
 
 def _effects(found: Study) -> set[str]:

@@ -23,7 +23,7 @@ from agent.explain.answer.result import (
 )
 from agent.explain.asked import Asked, tabulated
 from agent.explain.carrying import Given, studied
-from agent.explain.caveats import bear_in_mind
+from agent.explain.caveats import bear_in_mind, creeps_held_out
 from agent.explain.choosing.aliases import aliases
 from agent.explain.driven_range import further, noted_in
 from agent.explain.experiment.proposal import next_experiments
@@ -198,25 +198,26 @@ def _proof(
 ) -> tuple[Holdout, tuple[Trace, ...], tuple[str, ...]]:
     """Return what the findings are worth on unseen data, and every recording before and after.
 
-    And that what was held out is of another kind, where it is.
+    And that what was held out is of another kind, or creeps, where it does.
     """
     table = found.table
     refitted = proof.refitted_twin(table, found.twin)
     as_given = replace(found, twin=given.twin)
-    traces, apart = traces_of(as_given, refitted, table, held_out=False), ""
+    traces, apart, creeps = traces_of(as_given, refitted, table, held_out=False), "", ""
     if holdout:
         compared, unseen = proof.compare_runs(given.twin, refitted, found.extended, holdout, table)
         source = "recordings that it had not seen"
         traces = (*traces, *traces_of(as_given, refitted, unseen, held_out=True))
         learnt_nm = float(np.sqrt(np.mean(found.model.residual_nm**2)))
         apart = held_out_apart(compared, learnt_nm, found.floor.value_nm, table.runs, holdout)
+        creeps = creeps_held_out(unseen, table)
     else:
         library = found.library if named else replace(found.library, candidates=())
         compared, source = proof.compare_folds(library)
     rows_per_cutoff = 1.0 / (table.cutoff_hz * table.pieces[0].period_s * table.pieces[0].stride)
     placebo = proof.placebo(found.library)
     proven = proof.prove(compared, source, found.floor.value_nm, placebo, rows_per_cutoff)
-    return proven, traces, (apart,) if apart else ()
+    return proven, traces, tuple(said for said in (apart, creeps) if said)
 
 
 def _nothing(reason: str, recordings: tuple[str, ...], held_out: tuple[str, ...]) -> Explanation:

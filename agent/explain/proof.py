@@ -15,6 +15,7 @@ from agent.explain.choosing.choice import choose
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.shifts import shifted
 from agent.explain.numbers.model import predicted
+from agent.explain.rows.creep import creep_beside
 from agent.explain.rows.evidence import solve
 from agent.explain.rows.run import Run
 from agent.explain.rows.scene import refit
@@ -57,13 +58,17 @@ def compare_runs(
     table = tabulate(twin, runs, like.cutoff_hz, align_velocity=like.aligned)
     if like.creep_rad_s or like.torque_late_s:
         table = without_edges(table, like.creep_rad_s, like.torque_late_s)
-    rows = np.flatnonzero(table.sliding)
     if table.simulated:
         # A recorded simulation stands for the twin: what was learnt is added to it.
         base = table.given_nm - predicted(table, twin)
     else:
         base = np.zeros(table.measured_nm.shape[0])
     left = [table.measured_nm - base - predicted(table, t) for t in (twin, refitted, extended)]
+    # The joint may rest and creep here as in none of the recordings to learn from.
+    creeps = creep_beside(table, left[-1])
+    if creeps > table.creep_rad_s:
+        table = without_edges(table, creeps, like.torque_late_s)
+    rows = np.flatnonzero(table.sliding)
     good = rows[np.all([np.isfinite(x[rows]) for x in left], axis=0)]
     if good.size < _FEWEST:
         raise TooShortError(

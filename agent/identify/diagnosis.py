@@ -19,6 +19,7 @@ _MEMORY = 0.8
 _SATURATED = 0.2
 _FACTOR = 0.1
 _WRAPS = 0.5
+_WANDERS = 2.0  # times what it moves in a two-hundredth of the time
 _FASTEST_RAD_S = 2000.0  # 19 000 rpm: motors of joints turn at 10 000 at most
 _MOST_TURNS = 5.0  # of an arm behind a gear
 _COASTS_S = 60.0  # joints, drives and bare motors stop by their friction within seconds
@@ -181,10 +182,27 @@ def no_joint_records(recordings: Sequence[Signals]) -> str:
     """
     for signals in recordings:
         motion = read_motion(signals)
-        said = never_changes(motion) or in_another_unit(motion)
+        said = never_changes(motion) or not_measured(motion) or in_another_unit(motion)
         if said:
             return said
     return ""
+
+
+def not_measured(motion: Motion) -> str:
+    """Return that the velocity is zero all along while the position moves; nothing where it is not.
+
+    Some drivers fill a channel that they do not measure with zeros. A joint that is held trembles
+    about one place; a spell of its trembling is as much as the whole.
+    """
+    driven, covered = _driven_and_covered(motion)
+    if not covered.size or driven.any():
+        return ""
+    if not float(np.ptp(np.cumsum(covered))) > _WANDERS * float(np.abs(covered).max()):
+        return ""
+    return (
+        f"{motion.signals.name}: the velocity is zero all along while the position moves: leave "
+        "that column out, and it is taken from the position"
+    )
 
 
 def in_another_unit(motion: Motion) -> str:

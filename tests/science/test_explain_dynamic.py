@@ -20,6 +20,7 @@ from agent.explain.findings import findings_of
 from agent.explain.forms import arm as forms_arm
 from agent.explain.forms import reversal as forms_reversal
 from agent.explain.forms import signal as forms_signal
+from agent.explain.forms import stiffening as forms_stiffening
 from agent.explain.forms.crossings import likely_gaps
 from agent.explain.forms.hidden_arm import HiddenArm
 from agent.explain.forms.library import judgeable
@@ -41,6 +42,7 @@ GAP = Joint(half_gap=0.004)
 OILED = Joint(half_gap=0.1, film=0.12)
 SOFT = Joint(stiffness=25.0, damping=0.03)
 CREEPING = Joint(motor_reach=0.08)
+ARMS = (*forms_arm.FORMS, *forms_stiffening.FORMS)
 
 
 def scene_of(runs: list[Run]) -> Scene:
@@ -264,12 +266,39 @@ def test_an_arm_that_creeps_on_a_stiff_spring_stays_finite() -> None:
 
 def test_a_search_for_an_arm_stays_within_what_gears_are() -> None:
     scene = seen(GAP)
-    for form in forms_arm.FORMS:
+    for form in ARMS:
         assert form.limits is not None
         limits = form.limits(scene)
         for point in form.grid(scene):
             inside = [low <= x <= high for x, (low, high) in zip(point, limits, strict=True)]
             assert all(inside), (form.name, point)
+
+
+def test_a_stiffening_spring_is_the_twins_and_hangs_on_its_weight() -> None:
+    """A linear spring of the same swing is another column, and so is one without the weight."""
+    scene = seen(Joint())
+    inertia, hertz, damping, cube = 0.6 * float(scene.theta[0]), 9.0, 0.05, 40.0
+    stiffness = inertia * (2.0 * math.pi * hertz) ** 2
+    loaded = replace(scene, theta=np.append(scene.theta[:3], (0.0, 0.1 * stiffness)))
+    entry = {
+        "arm_inertia_kg_m2": inertia,
+        "stiffness_nm_per_rad": stiffness,
+        "damping_nm_s_per_rad": 2.0 * damping * inertia * 2.0 * math.pi * hertz,
+        "cubic_stiffness_nm_per_rad3": cube * stiffness,
+    }
+    laws = (Effect("joint-flexibility", entry),)
+    own, viscous, coulomb, sine, cosine = (float(x) for x in loaded.theta)
+    twin = Twin("plant", 1, GEAR, own, coulomb, viscous, sine, cosine, laws)
+    table, (form,) = loaded.table, forms_stiffening.FORMS
+    said = table.band(effects_nm(twin, table.runs, table.pieces, table.full))[table.used]
+
+    def missed(stiffening: float, share: float) -> float:
+        column = form.columns(loaded, (hertz, damping, stiffening, share))[:, 0]
+        return float(np.std(inertia * table.band(column)[table.used] - said) / np.std(said))
+
+    assert missed(cube, 0.6) < 0.05
+    assert missed(1e-9, 0.6) > 0.3
+    assert missed(cube, 60.0) > 0.1
 
 
 def test_gravity_only_shifts_the_twist_of_a_gear_without_a_gap() -> None:
@@ -310,7 +339,7 @@ def test_an_arm_keeps_its_friction_when_the_twins_numbers_move(name: str) -> Non
 
 def test_every_form_moves_when_each_of_its_numbers_does() -> None:
     scene = seen(GAP)
-    for form in (*forms_reversal.FORMS, *forms_signal.FORMS, *forms_arm.FORMS):
+    for form in (*forms_reversal.FORMS, *forms_signal.FORMS, *ARMS):
         points = list(form.grid(scene))
         for index in range(len(form.nonlinear)):
             values = sorted({p[index] for p in points})

@@ -47,7 +47,8 @@ def _swing_grid(scene: Scene) -> Sequence[Point]:
     return tuple((f, d) for f in frequencies for d in (0.03, 0.1, 0.3))
 
 
-def _swing_limits(scene: Scene) -> Limits:
+def swing_limits(scene: Scene) -> Limits:
+    """Return between which a swing's frequency, Hz, and its damping ratio are looked for."""
     return ((0.1, _STIFFEST * scene.table.cutoff_hz), (1e-3, _DAMPED))
 
 
@@ -73,7 +74,7 @@ def _rubbing_grid(scene: Scene) -> Sequence[Point]:
 
 def _rubbing_limits(scene: Scene) -> Limits:
     widest = 100.0 * _ARM_REACHES[-1] * scene.table.gear_ratio
-    return (*_swing_limits(scene), (0.0, _ALL_FRICTION), (1e-9, widest))
+    return (*swing_limits(scene), (0.0, _ALL_FRICTION), (1e-9, widest))
 
 
 def _rubbing(scene: Scene, point: Point) -> Floats:
@@ -107,15 +108,15 @@ def _same_gap(before: Scene, now: Scene, point: Point) -> Point:
 
 def _flexible_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
     inertia = values["arm_inertia_kg_m2"]
-    spring = _spring_entry(inertia, values["antiresonance_hz"], values["damping_ratio"])
-    _stiffer_than_weight(scene, spring)
+    spring = spring_entry(inertia, values["antiresonance_hz"], values["damping_ratio"])
+    stiffer_than_weight(scene, spring)
     return (spring,)
 
 
 def _rubbing_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
     inertia = values["arm_inertia_kg_m2"]
-    spring = _spring_entry(inertia, values["antiresonance_hz"], values["damping_ratio"])
-    _stiffer_than_weight(scene, spring)
+    spring = spring_entry(inertia, values["antiresonance_hz"], values["damping_ratio"])
+    stiffer_than_weight(scene, spring)
     friction = {
         "arm_coulomb_nm": max(values["friction_share"], 0.0) * _slowing(scene) * inertia,
         "arm_yield_rad": values["friction_reach_rad"],
@@ -125,7 +126,7 @@ def _rubbing_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping
     return best_entry(scene, "joint-flexibility", [{**spring, **friction}, spring], says)
 
 
-def _spring_entry(inertia: float, frequency_hz: float, damping: float) -> dict[str, float]:
+def spring_entry(inertia: float, frequency_hz: float, damping: float) -> dict[str, float]:
     """Return a spring's numbers as the twin names them."""
     omega = 2.0 * math.pi * frequency_hz
     return {
@@ -135,7 +136,7 @@ def _spring_entry(inertia: float, frequency_hz: float, damping: float) -> dict[s
     }
 
 
-def _stiffer_than_weight(scene: Scene, spring: Mapping[str, float]) -> None:
+def stiffer_than_weight(scene: Scene, spring: Mapping[str, float]) -> None:
     """Refuse a spring that the arm's weight would wind up by what no gear gives way.
 
     What swings so softly is another axis that its own drive holds, or a tool; the arm, with all of
@@ -152,7 +153,7 @@ def _wound_up_arm_rad(scene: Scene, stiffness_nm_per_rad: float) -> float:
     return weight_nm / max(stiffness_nm_per_rad, 1e-300) / scene.table.gear_ratio
 
 
-def _bears_the_weight(scene: Scene, point: Point, coefficients: Floats) -> bool:
+def bears_the_weight(scene: Scene, point: Point, coefficients: Floats) -> bool:
     """Return whether a spring is one that the arm's weight may hang on, its inertia (1,)."""
     stiffness = float(coefficients[0]) * (2.0 * math.pi * point[0]) ** 2
     return _wound_up_arm_rad(scene, stiffness) < _MOST_WOUND_UP
@@ -217,7 +218,7 @@ def _gap_step(scene: Scene) -> Point:
 def _gap_limits(scene: Scene) -> Limits:
     widest = 2.0 * _WIDEST_ARM_GAP * scene.table.gear_ratio
     shares = (0.01, 1.0), (0.0, _ALL_FRICTION)
-    return ((0.0, widest), *shares, *_swing_limits(scene), (0.0, _THICKEST), (0.0, _ALL_FRICTION))
+    return ((0.0, widest), *shares, *swing_limits(scene), (0.0, _THICKEST), (0.0, _ALL_FRICTION))
 
 
 def _gap(scene: Scene, point: Point) -> Floats:
@@ -249,7 +250,7 @@ def _gap_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str
     if scene.blows is None:
         _wider_than_twist(scene, values["half_gap_rad"], values["contact_hz"])
     inertia = values["arm_share"] * inertia_of(scene)
-    spring = _spring_entry(inertia, values["contact_hz"], values["damping_ratio"])
+    spring = spring_entry(inertia, values["contact_hz"], values["damping_ratio"])
     gap = {
         "half_gap_rad": values["half_gap_rad"],
         "arm_coulomb_nm": max(values["arm_friction_share"], 0.0) * coulomb_nm(scene),
@@ -286,8 +287,8 @@ FORMS: tuple[Form, ...] = (
         (1,),
         at_edges=True,
         to_twin=_flexible_twin,
-        borne=_bears_the_weight,
-        limits=_swing_limits,
+        borne=bears_the_weight,
+        limits=swing_limits,
     ),
     Form(
         "joint-flexibility",
@@ -299,7 +300,7 @@ FORMS: tuple[Form, ...] = (
         (1,),
         at_edges=True,
         to_twin=_rubbing_twin,
-        borne=_bears_the_weight,
+        borne=bears_the_weight,
         limits=_rubbing_limits,
         rests_on_numbers=True,
         same_beside=_same_friction,

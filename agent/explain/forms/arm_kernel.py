@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from agent.identify.result import Floats
 
 _LANES = 8
+_NEWTON = 20  # steps: from the linear twist down, ever closer
 _ARM, _TWIST, _DRAWN, _PUSH = 0, _LANES, 2 * _LANES, 3 * _LANES
 _MOTOR, _SLOPE, _WEIGHT, _DT, _PULL, _DRY = (k * _LANES for k in range(4, 10))
 
@@ -32,6 +33,7 @@ def shaft_rad_s2(
     reach: float,
     half_gap: float,
     film: float,
+    stiffening: float,
     steps: int,
     out: Floats,
 ) -> None:
@@ -48,7 +50,7 @@ def shaft_rad_s2(
         Where the stretches begin and end.
     period_s : ndarray, shape (p,)
         Between two samples of each.
-    omega, damping, reach, half_gap, film : float
+    omega, damping, reach, half_gap, film, stiffening : float
         Of `HiddenArm`, the swing in rad/s.
     steps : int
         Of the integration, between two samples.
@@ -65,7 +67,7 @@ def shaft_rad_s2(
                     at[lane], stop[lane] = starts[following], stops[following]
                     state[_DT + lane] = period_s[following] / steps
                     first = velocity[at[lane]], weight[at[lane]], friction[at[lane]]
-                    _begin(state, lane, *first, omega, half_gap)
+                    _begin(state, lane, *first, omega, half_gap, stiffening)
                     following += 1
         if not np.any(at < stop):
             break
@@ -78,7 +80,7 @@ def shaft_rad_s2(
                     state[_MOTOR + lane] = velocity[i]
                     state[_SLOPE + lane] = 0.0 if last else (velocity[i + 1] - velocity[i]) / steps
                     state[_WEIGHT + lane], state[_DRY + lane] = weight[i], friction[i]
-            _sample(state, omega, damping, reach, half_gap, film, steps)
+            _sample(state, omega, damping, reach, half_gap, film, stiffening, steps)
             for lane in range(_LANES):
                 if at[lane] < stop[lane]:
                     out[at[lane]] = state[_PULL + lane]
@@ -114,6 +116,7 @@ def _begin(
     friction: float,
     omega: float,
     half_gap: float,
+    stiffening: float,
 ) -> None:
     """Let an arm follow the motor at first."""
     drawn = 0.0
@@ -121,7 +124,11 @@ def _begin(
         drawn = 1.0
     elif velocity < 0.0:
         drawn = -1.0
-    twist = (weight + friction * drawn) / (omega * omega)
+    linear = (weight + friction * drawn) / (omega * omega)
+    twist = linear
+    for _ in range(_NEWTON if stiffening > 0.0 else 0):
+        bent = stiffening * twist * twist
+        twist -= (twist * (1.0 + bent) - linear) / (1.0 + 3.0 * bent)
     if twist != 0.0:
         twist += math.copysign(half_gap, twist)
     state[_ARM + lane], state[_TWIST + lane], state[_DRAWN + lane] = velocity, twist, drawn
@@ -135,6 +142,7 @@ def _sample(
     reach: float,
     half_gap: float,
     film: float,
+    stiffening: float,
     steps: int,
 ) -> None:
     """Move all lanes by one sample; nothing in here branches, so that they move together."""
@@ -145,7 +153,8 @@ def _sample(
             slope, dt = state[_SLOPE + lane], state[_DT + lane]
             motor = state[_MOTOR + lane] + slope * j
             pressed = abs(twist) - half_gap
-            pull = stiffness * math.copysign(pressed, twist)
+            harder = 1.0 + stiffening * pressed * pressed
+            pull = stiffness * harder * math.copysign(pressed, twist)
             # The arm's speed stands half a step behind its twist, which damping must not feel.
             ahead = motor - arm - 0.5 * dt * state[_PUSH + lane]
             pull += damper * ahead

@@ -19,6 +19,7 @@ from agent.identify.result import Floats
 
 _STEPS_PER_SWING = 16.0
 _STEPS_PER_DRAG = 4.0
+_LET_GO = 2.0  # loads: a spring that is let go swings to twice its own
 _HARDEST = 16.0  # gear's springs: friction that is harder before it slips is as good as rigid
 
 
@@ -45,6 +46,9 @@ class HiddenArm:
         along while they are apart.
     oil_per_s : float
         The arm's viscous friction over its inertia.
+    stiffening_per_rad2 : float
+        By which share of itself the spring is stiffer at a twist of 1 rad, seen from the motor; it
+        grows with the twist's square.
     """
 
     frequency_hz: float
@@ -55,6 +59,7 @@ class HiddenArm:
     inertia_share: float = 1.0
     film_per_s: float = 0.0
     oil_per_s: float = 0.0
+    stiffening_per_rad2: float = 0.0
 
     def extra_rad_s2(self, scene: Scene) -> Floats:
         """Return the shaft's torque less that of a stiff gear, over the arm's inertia, shape (N,).
@@ -86,6 +91,7 @@ class HiddenArm:
         steps_per_s = _STEPS_PER_SWING * fastest_hz * max(self.damping_ratio, 1.0)
         steps_per_s = max(steps_per_s, _STEPS_PER_DRAG * self.film_per_s)
         pull = np.zeros_like(velocity_rad_s) if pull_rad_s2 is None else pull_rad_s2
+        steps_per_s *= self._stiffened(scene, pull, omega)
         out = np.zeros(velocity_rad_s.shape[0])
         pieces = sorted(scene.each_piece(), key=lambda piece: piece[0].start - piece[0].stop)
         periods = np.array([period_s for _, period_s in pieces])
@@ -105,6 +111,7 @@ class HiddenArm:
                 reach,
                 self.half_gap_rad,
                 self.film_per_s,
+                self.stiffening_per_rad2,
                 int(several),
                 out,
             )
@@ -113,6 +120,16 @@ class HiddenArm:
     def dry_rad_s2(self, scene: Scene) -> Floats:
         """Return the arm's dry friction over its inertia, shape (N,)."""
         return np.asarray(self.friction_rad_s2 * scene.worn_share)
+
+    def _stiffened(self, scene: Scene, pull_rad_s2: Floats, omega: float) -> float:
+        """Return how many times faster a stiffening spring swings under twice its hardest load."""
+        if not self.stiffening_per_rad2:
+            return 1.0
+        hardest = float(np.max(np.abs(scene.stiff_rad_s2 + pull_rad_s2), initial=0.0))
+        linear = _LET_GO * (hardest + self.friction_rad_s2) / omega**2
+        # Where the cube bears all of the load, and where the linear spring does, it is no more.
+        twist = min(linear, float(np.cbrt(linear / self.stiffening_per_rad2)))
+        return math.sqrt(1.0 + 3.0 * self.stiffening_per_rad2 * twist**2)
 
 
 def mean_extra_rad_s2(arms: Sequence[HiddenArm], scene: Scene) -> Floats:

@@ -13,6 +13,7 @@ from agent.explain.forms import place as forms_place
 from agent.explain.forms import reversal as forms_reversal
 from agent.explain.forms import signal as forms_signal
 from agent.explain.forms import speed as forms_speed
+from agent.explain.forms import stiffening as forms_stiffening
 from agent.explain.forms import use as forms_use
 from agent.explain.forms import warmth as forms_warmth
 from agent.explain.forms.form import Form
@@ -32,6 +33,7 @@ FORMS: tuple[Form, ...] = (
     *forms_reversal.FORMS,
     *forms_signal.FORMS,
     *forms_arm.FORMS,
+    *forms_stiffening.FORMS,
 )
 
 _COLUMNS: Mapping[str, str] = {

@@ -8,6 +8,8 @@ are so many of these samples that they would be taken for one: for friction that
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -49,6 +51,20 @@ def without_creep(table: Table, creep_rad_s: float | None = None) -> Table:
     little = np.count_nonzero(slow) <= _MOST_ROWS * np.count_nonzero(driven)
     enough = np.count_nonzero(found.sliding) >= _LEAST_KEPT * np.count_nonzero(table.sliding)
     return found if little and enough else table
+
+
+def creep_beside(table: Table, left_nm: Floats) -> float:
+    """Return up to which speed friction is not fully there beside what is known, rad/s; or 0.
+
+    Parameters
+    ----------
+    table : Table
+    left_nm : ndarray, shape (n,)
+        What is left of the measured torque at its rows; not a number where it is not known.
+    """
+    known = np.isfinite(left_nm)
+    given = table.measured_nm - np.where(known, left_nm, 0.0)
+    return without_creep(replace(table, given_nm=given, used=table.used & known)).creep_rad_s
 
 
 def _resting(table: Table, speed_rad_s: float) -> NDArray[np.bool_]:

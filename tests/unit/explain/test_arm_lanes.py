@@ -10,8 +10,13 @@ import pytest
 from agent.explain.forms.arm_kernel import shaft_rad_s2
 
 
-@pytest.mark.parametrize(("half_gap", "film"), [(0.0, 0.0), (0.003, 0.0), (0.003, 40.0)])
-def test_every_stretch_has_the_torque_that_it_has_alone(half_gap: float, film: float) -> None:
+@pytest.mark.parametrize(
+    ("half_gap", "film", "stiffening"),
+    [(0.0, 0.0, 0.0), (0.003, 0.0, 0.0), (0.003, 40.0, 0.0), (0.0, 0.0, 900.0)],
+)
+def test_every_stretch_has_the_torque_that_it_has_alone(
+    half_gap: float, film: float, stiffening: float
+) -> None:
     rng = np.random.default_rng(0)
     lengths = np.array([400, 371, 5, 1, 222, 300, 40, 399, 120, 77, 310])  # more than lanes
     stops = np.cumsum(lengths)
@@ -19,7 +24,7 @@ def test_every_stretch_has_the_torque_that_it_has_alone(half_gap: float, film: f
     velocity = 10.0 * np.sin(0.05 * np.arange(stops[-1])) + rng.standard_normal(stops[-1])
     weight = 30.0 * np.cos(0.01 * np.arange(stops[-1]))
     friction = 40.0 + 10.0 * np.sin(0.003 * np.arange(stops[-1]))
-    numbers = (2.0 * math.pi * 30.0, 0.2, 0.005, half_gap, film, 2)
+    numbers = (2.0 * math.pi * 30.0, 0.2, 0.005, half_gap, film, stiffening, 2)
     together, alone = np.full(stops[-1], np.nan), np.full(stops[-1], np.nan)
     shaft_rad_s2(velocity, weight, friction, starts, stops, periods, *numbers, together)
     for k in range(lengths.size):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from agent.identify.diagnosis import no_joint_records
 from agent.identify.estimate import estimate
 from agent.identify.friction.surface import fit_surface
 from agent.identify.friction.surface_law import SurfacePoints
@@ -26,6 +27,14 @@ def test_a_gearbox_that_warms_up_while_speeds_rise_is_told_and_every_speed_has_i
     assert np.all(np.diff(warm.friction_curve.temperature_degc) > 0.0)
     steady = estimate([replace(signals, gearbox_temperature_degc=np.full(warming.size, 25.0))])
     assert not any("thins" in note for note in steady.notes)
+
+
+def test_a_velocity_that_a_driver_fills_with_zeros_is_no_standstill() -> None:
+    moved = record(Joint(), stair(rate_hz=125.0, longest_s=0.4))
+    zeros = replace(moved, velocity_rad_s=np.zeros(moved.time_s.size))
+    assert "leave that column out" in no_joint_records([zeros])
+    trembles = 1e-3 * np.random.default_rng(1).integers(-1, 2, moved.time_s.size)
+    assert not no_joint_records([replace(zeros, position_rad=trembles.astype(np.float64))])
 
 
 def told(joint: Joint, speeds: list[float], noise_nm: float) -> Estimate:
