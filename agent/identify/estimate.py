@@ -155,8 +155,9 @@ def twin_from_estimate(result: Estimate, *, robot: str, axis: int, gear_ratio: f
     """Return the plain twin (rigid body, gravity, Coulomb, viscous) of an estimate.
 
     What was not identified is zero in the twin, and listed under `not_identified`. A twin has no
-    constant torque, and no friction that pushes: where the data show none, its numbers are those
-    of a fit without. Where friction is bent, its friction is the best straight line.
+    constant torque, no inertia below zero and no friction that pushes: where the data show none,
+    its numbers are those of a fit without. Where friction is bent, its friction is the best
+    straight line.
 
     Raises
     ------
@@ -174,12 +175,8 @@ def twin_from_estimate(result: Estimate, *, robot: str, axis: int, gear_ratio: f
         source |= dict(plain.parameters) if plain is not None else {}
     names = (*friction_names, "inertia_kg_m2", "gravity_sin_nm", "gravity_cos_nm")
     bare = {} if body is None else body.as_twin
-    pushes = bare and source[friction_names[1]].identified
-    missing = [
-        n
-        for n in names
-        if n not in source or not source[n].identified or (pushes and n not in bare)
-    ]
+    left = {n for n in names if bare and body and body.parameters[n].identified} - set(bare)
+    missing = [n for n in names if n in left or n not in source or not source[n].identified]
     values = {n: 0.0 if n in missing else bare.get(n, float(source[n].value)) for n in names}
     return Twin(
         robot=robot,

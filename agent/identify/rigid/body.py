@@ -18,14 +18,17 @@ from agent.identify.rigid.beside import fit_beside
 from agent.identify.rigid.carried import left_out
 from agent.identify.rigid.linear import time_blocks
 from agent.identify.rigid.rows import Rows
+from agent.physics.friction import COULOMB_VISCOUS
 from agent.physics.rigid_body import PARAMETERS
 
 BLOCKS = 40
 """Of time, that intervals are made of."""
 
 _FEWEST_BLOCKS = 12
+NOT_NEGATIVE = ("inertia_kg_m2", *COULOMB_VISCOUS.linear)
+"""What no joint has less than none of."""
+
 _OFFSET = "torque_offset_nm"
-_VISCOUS = "viscous_nm_s_per_rad"
 
 
 def fit_rigid_body(rows: Rows, *, spring: bool = True) -> RigidBodyFit | None:
@@ -89,20 +92,31 @@ def _as_twin(
 
     A twin has no constant torque. Gravity of a fit that has one, on a stroke on which its cosine is
     nearly constant, is off by as much as the offset is, and neither is more than chance. Nor has it
-    friction that pushes: where viscous friction comes out negative by chance, Coulomb friction is
-    too high by as much. Nothing where the data show what a twin cannot hold, or nothing is so.
+    an inertia below zero, or friction that pushes: where one comes out negative by chance, the
+    others are off by as much. Nothing where the data show what a twin cannot hold, or nothing is so.
     """
-    without = []
-    offset, viscous = parameters[_OFFSET], parameters[_VISCOUS]
+    offset = parameters[_OFFSET]
+    without = {n for n in NOT_NEGATIVE if _is_below_by_chance(parameters[n])}
     if offset.ci95 is not None and offset.ci95[0] <= 0.0 <= offset.ci95[1]:
-        without.append(_OFFSET)
-    if viscous.ci95 is not None and viscous.value < 0.0 <= viscous.ci95[1]:
-        without.append(_VISCOUS)
+        without.add(_OFFSET)
     if not without:
         return {}
-    others = [i for i in kept if PARAMETERS[i] not in without]
-    theta = fit_beside(rows, others, blocks, spring=spring).theta
-    return {PARAMETERS[i]: float(value) for i, value in zip(others, theta, strict=True)}
+    while True:
+        others = [i for i in kept if PARAMETERS[i] not in without]
+        theta = fit_beside(rows, others, blocks, spring=spring).theta if others else []
+        found = {PARAMETERS[i]: float(value) for i, value in zip(others, theta, strict=True)}
+        below = {n for n in NOT_NEGATIVE if found.get(n, 0.0) < 0.0 <= _high(parameters[n])}
+        if not below:
+            return found
+        without |= below
+
+
+def _is_below_by_chance(parameter: Parameter) -> bool:
+    return parameter.identified and parameter.value < 0.0 <= _high(parameter)
+
+
+def _high(parameter: Parameter) -> float:
+    return -np.inf if parameter.ci95 is None else parameter.ci95[1]
 
 
 def weights(fit: RigidBodyFit) -> Floats:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from agent.identify.result import Floats, FrictionModelFit, Parameter, RigidBodyFit
 from agent.identify.rigid.beside import fit_beside
 from agent.identify.rigid.beside_law import is_bent
-from agent.identify.rigid.body import BLOCKS
+from agent.identify.rigid.body import BLOCKS, NOT_NEGATIVE
 from agent.identify.rigid.carried import GRAVITY
 from agent.identify.rigid.linear import time_blocks
 from agent.identify.rigid.rows import Rows
@@ -66,8 +66,8 @@ def with_twin_numbers(
     if kept:
         theta = fit_beside(rest, kept, blocks, spring=True).theta
         known |= {name: float(value) for name, value in zip(free, theta, strict=True)}
-    pushes = any(known.get(name, 0.0) < 0.0 for name in COULOMB_VISCOUS.linear)
-    return body if pushes else replace(body, as_twin=known)
+    cannot_be = any(known.get(name, 0.0) < 0.0 for name in NOT_NEGATIVE)
+    return body if cannot_be else replace(body, as_twin=known)
 
 
 def _firmer_line(

@@ -1,4 +1,4 @@
-"""A twin has no constant torque: where the data show none, its numbers come of a fit without."""
+"""A twin has no constant torque and no inertia below zero: its numbers come of a fit without."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ TRUE = {
 }
 
 
-def _rows(offset_nm: float) -> Rows:
+def _rows(offset_nm: float, *, inertia_kg_m2: float = 0.006, seed: int = 11) -> Rows:
     """Return a swing of 0.8 rad, over which gravity's cosine is nearly a constant."""
-    rng = np.random.default_rng(11)
+    true = TRUE | {"inertia_kg_m2": inertia_kg_m2}
+    rng = np.random.default_rng(seed)
     time_s = np.arange(0.0, 60.0, 0.01)
     angle_rad = 0.8 * np.sin(0.7 * time_s)
     velocity = 161.0 * 0.8 * 0.7 * np.cos(0.7 * time_s)
@@ -33,7 +34,7 @@ def _rows(offset_nm: float) -> Rows:
         "torque_offset_nm": np.ones_like(time_s),
     }
     of["inertia_kg_m2"] += rng.normal(0.0, 20.0, time_s.shape)  # speeds change beside the swing
-    torque = sum(TRUE[name] * of[name] for name in TRUE) + offset_nm
+    torque = sum(true[name] * of[name] for name in true) + offset_nm
     torque = torque + np.convolve(rng.normal(0.0, 0.15, time_s.shape), np.ones(20) / 20.0, "same")
     columns = np.column_stack([of[name] for name in PARAMETERS])
     return Rows(columns, np.asarray(torque), time_s, np.zeros_like(time_s), "", 1.6)
@@ -52,3 +53,15 @@ def test_an_offset_that_is_there_keeps_its_place() -> None:
     assert fit is not None
     assert fit.as_twin == {}
     assert fit.parameters["gravity_cos_nm"].value == pytest.approx(-0.9, abs=0.1)
+
+
+def test_an_inertia_that_chance_makes_negative_is_none_of_a_twins() -> None:
+    below = 0
+    for seed in range(6):
+        fit = fit_rigid_body(_rows(0.0, inertia_kg_m2=0.0, seed=seed))
+        assert fit is not None
+        numbers = fit.as_twin or {name: p.value for name, p in fit.parameters.items()}
+        assert numbers.get("inertia_kg_m2", 0.0) >= 0.0
+        assert numbers["coulomb_nm"] == pytest.approx(TRUE["coulomb_nm"], rel=0.05)
+        below += fit.parameters["inertia_kg_m2"].value < 0.0
+    assert 1 <= below <= 5
