@@ -93,7 +93,7 @@ def _as_twin(
     A twin has no constant torque. Gravity of a fit that has one, on a stroke on which its cosine is
     nearly constant, is off by as much as the offset is, and neither is more than chance. Nor has it
     an inertia below zero, or friction that pushes: where one comes out negative by chance, the
-    others are off by as much. Nothing where the data show what a twin cannot hold, or nothing is so.
+    others are off by as much. Nothing where the data show what a twin cannot hold, or none is so.
     """
     offset = parameters[_OFFSET]
     without = {n for n in NOT_NEGATIVE if _is_below_by_chance(parameters[n])}
@@ -103,7 +103,9 @@ def _as_twin(
         return {}
     while True:
         others = [i for i in kept if PARAMETERS[i] not in without]
-        theta = fit_beside(rows, others, blocks, spring=spring).theta if others else []
+        if not others:
+            return {}
+        theta = fit_beside(rows, others, blocks, spring=spring).theta
         found = {PARAMETERS[i]: float(value) for i, value in zip(others, theta, strict=True)}
         below = {n for n in NOT_NEGATIVE if found.get(n, 0.0) < 0.0 <= _high(parameters[n])}
         if not below:
