@@ -14,7 +14,7 @@ import numpy as np
 
 from agent.explain.choosing.choice import Choice
 from agent.explain.choosing.heard import BACKLASH, heard
-from agent.explain.choosing.materiality import least_gain
+from agent.explain.choosing.materiality import least_gain, noise_energy
 from agent.explain.choosing.search import Library
 from agent.explain.rows.strata import STEADY
 
@@ -25,8 +25,10 @@ _LOW_PASSES = frozenset({"joint-flexibility", "measurement-delay"})
 def afloat(library: Library, choice: Choice) -> set[tuple[str, str]]:
     """Return effect and form of laws that remove next to nothing where the speed changes.
 
-    Of gaps; and of soft gears and delays whose rest is not worth a name: a wave may shake an arm
-    behind a spring that is there at any speed. Of these all forms, as each would remove as much.
+    Of gaps; and of soft gears and delays whose rest is not worth a name, and that remove no more
+    than there is noise: a wave may shake an arm behind a spring at any speed, and a gear that rings
+    on while a speed is held shows how late the torque is. Of these all forms, as each would remove
+    as much.
 
     Parameters
     ----------
@@ -48,7 +50,10 @@ def afloat(library: Library, choice: Choice) -> set[tuple[str, str]]:
             continue
         if is_gap:
             out.add((effect, term.form.name))
-        elif float(np.sum(removed[~held])) < least_gain(library, choice.plain, terms):
+            continue
+        whole, changing = float(np.sum(removed)), float(np.sum(removed[~held]))
+        takes_noise = whole < noise_energy(library, terms)
+        if takes_noise and changing < least_gain(library, choice.plain, terms):
             forms = (candidate.form for candidate in library.candidates)
             out |= {(form.effect, form.name) for form in forms if form.effect == effect}
     return out
