@@ -2,8 +2,9 @@
 
 Gauss and Newton's steps, the motor's true motion eliminated (`arm_elimination`). At first the arm
 is driven by the smoothed motion, and steps are shortened until they gain; then the motion follows,
-too. Every reversal is left out by one step for the intervals, which so hold whatever the reversals
-differ in, and are no narrower than the noise of torque and encoders makes them.
+too, and half steps bring both to rest. Every reversal is left out by one step for the intervals,
+which so hold whatever the reversals differ in, and are no narrower than the noise of torque and
+encoders makes them.
 """
 
 from __future__ import annotations
@@ -20,10 +21,11 @@ from agent.identify.reversals.arm_record import ArmRecord
 from agent.identify.reversals.arm_simulation import MOTOR, SHAPE, Numbers
 from agent.identify.uncertainty import student_975
 
-_FIRST, _SECOND = 15, 12  # steps at most
+_FIRST, _SECOND = 15, 24  # steps at most
 _GAINED = 3e-3  # of the squares: less is not worth another step
 _STILL = 2.0  # standard errors: from here on what moves is when teeth touch and part
-_AGAIN = 4  # steps that are averaged then
+_HALF = 0.5  # of a step from then on: whole ones go to and fro about where they lead to
+_SETTLING, _AGAIN = 8, 4  # such steps, and the last of them that are averaged
 _LONGEST = 0.5  # of a logarithm, at once
 _FIRMER = 7  # times by ten, without a gain
 
@@ -89,6 +91,7 @@ def _fitted(records: list[ArmRecord], start: Numbers, *, gap: bool) -> ArmFit | 
     motions = [record.smooth_rad for record in records]
     at = _approached(records, motions, start, free)
     settled: list[Numbers] = []
+    near = False
     for _ in range(_SECOND):
         parts = _parts(records, motions, at, free)
         columns, rest = _joined(parts)
@@ -96,13 +99,15 @@ def _fitted(records: list[ArmRecord], start: Numbers, *, gap: bool) -> ArmFit | 
         if not np.isfinite(step).all():
             return None
         still = float(np.max(np.abs(step / error), where=asked, initial=0.0)) < _STILL
-        step = _bounded(step, free)
+        near = near or still
+        step = _bounded(_HALF * step if near else step, free)
         at = at.moved(_spread(step, free, at))
         settled = [*settled, at] if still else []
-        if len(settled) == _AGAIN:
+        if len(settled) == _SETTLING:
+            last = settled[-_AGAIN:]
             middle = Numbers(
-                np.mean([each.x for each in settled], axis=0),
-                np.mean([each.w for each in settled], axis=0),
+                np.mean([each.x for each in last], axis=0),
+                np.mean([each.w for each in last], axis=0),
             )
             return _finished(records, middle, free, parts)
         motions = [
