@@ -36,6 +36,7 @@ class Summary:
     steady_speed_min_rad_s: float | None
     steady_speed_max_rad_s: float | None
     shortest_dwell_s: float | None
+    gear_ratio: float | None
     margins: tuple[Margin, ...]
     excesses: tuple[Excess, ...]
 
@@ -44,21 +45,35 @@ class Summary:
         """What is left between the position limits and the farthest end of a stop."""
         return min((m.remaining for m in self.margins if m.quantity == "position"), default=None)
 
+    def arm_angle(self, angle_rad: float) -> float:
+        """Return a motor angle as degrees of the arm; as it is where no gear ratio was given."""
+        return angle_rad if self.gear_ratio is None else arm_deg(angle_rad, self.gear_ratio)
+
     def lines(self) -> tuple[str, ...]:
         """Return the dry run as sentences for a technician, one a line."""
         return (*self._motion_lines(), *self._limit_lines())
 
     def _motion_lines(self) -> list[str]:
+        start, end, low, high = (
+            _number(position, ".1f")
+            for position in (
+                self.start_position_rad,
+                self.end_position_rad,
+                self.position_min_rad,
+                self.position_max_rad,
+            )
+        )
+        ways = f"starts and ends at {start}" if start == end else f"from {start} to {end}"
         out = [
-            f"{self.name}: {self.duration_s:.2f} s, from {self.start_position_rad:.1f} to "
-            f"{self.end_position_rad:.1f} rad (motor)",
-            f"positions {self.position_min_rad:.1f} to {self.position_max_rad:.1f} rad (motor)",
+            f"{self.name}: {self.duration_s:.2f} s, {ways} rad (motor)",
+            f"positions {low} to {high} rad (motor)",
         ]
         if self.arm_min_deg is not None and self.arm_max_deg is not None:
-            out[-1] += f", {self.arm_min_deg:.2f} to {self.arm_max_deg:.2f} degrees (arm)"
+            arm = f"{_number(self.arm_min_deg, '.2f')} to {_number(self.arm_max_deg, '.2f')}"
+            out[-1] += f", {arm} degrees (arm)"
         out.append(
             f"peak speed {self.peak_speed_rad_s:.1f} rad/s, acceleration "
-            f"{self.peak_acceleration_rad_s2:.0f} rad/s^2, jerk {self.peak_jerk_rad_s3:.0f} rad/s^3"
+            f"{self.peak_acceleration_rad_s2:.0f} rad/s², jerk {self.peak_jerk_rad_s3:.0f} rad/s³"
         )
         if self.shortest_dwell_s is None:
             out.append("no steady velocity")
@@ -76,23 +91,44 @@ class Summary:
     def _limit_lines(self) -> list[str]:
         if not self.margins:
             return ["not checked against limits"]
-        out = [
-            f"{m.quantity}: {_three_digits(m.remaining)} {m.unit} left before the "
-            + ("lower limit " if m.is_lower else "limit ")
-            + f"of {m.limit:g} {m.unit}"
-            + (" (stopping distance included)" if m.quantity == "position" else "")
-            for m in self.margins
-            if not m.exceeded
-        ]
-        out += [f"REFUSED: {excess.sentence}" for excess in self.excesses]
+        kept = [margin for margin in self.margins if not margin.exceeded]
+        ends = [m for m in kept if m.quantity == "position"]
+        rest = [_left(m) for m in kept if m.quantity != "position"]
+        out = [self._window_left(ends)] if ends else []
+        out += [f"left: {', '.join(rest)}"] if rest else []
+        out += [f"REFUSED: {_superscript(excess.sentence)}" for excess in self.excesses]
         if not self.excesses:
             out.append("within all limits")
         return out
 
+    def _window_left(self, ends: list[Margin]) -> str:
+        """Say what is left before the window's ends: of the arm, where its gear is known."""
+        unit = "rad (motor)" if self.gear_ratio is None else "degrees (arm)"
+        pairs = [(self.arm_angle(m.remaining), self.arm_angle(m.limit)) for m in ends]
+        said = ", ".join(f"{_three_digits(left)} before {_number(end, 'g')}" for left, end in pairs)
+        return f"left of the window, stopping distance included: {said} {unit}"
+
+
+def _left(margin: Margin) -> str:
+    """Say what is left of a limit that has one side."""
+    unit = _superscript(margin.unit)
+    return f"{margin.quantity} {_three_digits(margin.remaining)} of {margin.limit:g} {unit}"
+
+
+def _number(value: float, form: str) -> str:
+    """Return a number by a format, with a true minus sign and no negative zero."""
+    text = f"{value:{form}}"
+    return text.lstrip("-") if not text.strip("-0.") else text.replace("-", "−")
+
+
+def _superscript(text: str) -> str:
+    """Return units as people write them: rad/s², rad/s³."""
+    return text.replace("^2", "²").replace("^3", "³")
+
 
 def _three_digits(value: float) -> str:
     """Return a number to three digits, and without a power of ten up to a million."""
-    return f"{float(f'{value:.3g}'):g}"
+    return _number(float(f"{value:.3g}"), "g")
 
 
 def summarise(
@@ -141,6 +177,7 @@ def summarise(
         steady_speed_min_rad_s=min(speeds, default=None),
         steady_speed_max_rad_s=max(speeds, default=None),
         shortest_dwell_s=min((w.end_s - w.start_s for w in windows), default=None),
+        gear_ratio=ratio,
         margins=() if limits is None else margins(trajectory, limits, torque_model),
         excesses=() if limits is None else check(trajectory, limits, torque_model),
     )

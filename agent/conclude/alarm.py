@@ -9,16 +9,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from agent.conclude.cycles import fingerprint_of
 from agent.conclude.explanation import explained
 from agent.conclude.outcome import conclude
 from agent.errors import InputError
+from agent.explain.answer.amounts import percent, torque
 from agent.explain.answer.names import NAMES
 from agent.explain.answer.result import Explanation
 from agent.explain.answer.result import Finding as Effect
+from agent.explain.answer.words import summary_of
 from agent.identify.estimate import twin_from_estimate
 from agent.monitor.history.cycle import Cycle
 from agent.monitor.verdict.verdict import Finding
@@ -29,7 +31,11 @@ from agent.record.recording import Recording
 HEALTHY, PRESENT = 8, 5
 """Cycles of each kind that are asked; one more of each is held out."""
 
+BESIDE = "Also left out by the plain simulation"
+"""What stands above all that healthy and present cycles show alike."""
+
 _DRIFT = "friction-drift"
+_TEMPERATURE = "temperature-dependent-friction"
 _NOTHING = "no-mismatch"
 
 
@@ -72,10 +78,63 @@ def explained_alarm(finding: Finding, paths: Sequence[Path]) -> AlarmExplanation
         twin = _twin(learned)
         recordings = (*learned, *now)
         found = explained(twin, Path("healthy cycles"), recordings, (h, p))
+        found = led_by_drift(found, len(learned))
     except (InputError, ValueError) as error:
         return AlarmExplanation(f"Explain could not be asked: {str(error).rstrip('.')}.")
     how_many = f"{len(learned)} healthy and {len(now)} present cycles together"
-    return AlarmExplanation(f"Asked of {how_many}, {said(found)}", found, twin, recordings)
+    answer = f"Asked of {how_many}, {said(found, len(learned))}"
+    return AlarmExplanation(answer, found, twin, recordings)
+
+
+def led_by_drift(found: Explanation, healthy: int) -> Explanation:
+    """Return an explanation that begins with what tells present cycles from healthy ones.
+
+    A plain twin leaves out more than the alarm is about, and some of that has a larger share: it
+    comes behind. Where time or use is not found, or may be something else, all stays as it was.
+
+    Parameters
+    ----------
+    found : Explanation
+    healthy : int
+        How many of its recordings, the first ones, are of healthy cycles.
+    """
+    drift = _certain_drift(found)
+    if drift is None:
+        return found
+    share = f"{NAMES[_DRIFT]} explains {percent(drift.energy_share)} of the mismatch."
+    change = _change(drift, found, healthy)
+    between = f"Between the healthy and the present cycles {change}; {share}"
+    sentence = between if change else drift.sentence
+    others = [f for f in found.findings if f is not drift]
+    findings = (replace(drift, sentence=sentence), *others)
+    ranked = tuple(replace(f, rank=rank) for rank, f in enumerate(findings, start=1))
+    led = replace(found, findings=ranked, beside=BESIDE)
+    return replace(led, sentence=summary_of(led))
+
+
+def _certain_drift(found: Explanation) -> Effect | None:
+    """Return that friction changes with time or use, where nothing else may be in its place."""
+    drift = [f for f in found.findings if f.effect == _DRIFT]
+    return drift[0] if drift and not drift[0].alternatives else None
+
+
+def _change(drift: Effect, found: Explanation, healthy: int) -> str:
+    """Return by how much present friction differs from healthy; empty where it was not measured.
+
+    Of what was measured of each recording, with temperature and all else that was found taken off;
+    every sample alike, so that speeds that are held longer count for more.
+    """
+    curve = drift.curve
+    if curve is None or curve.variable != "recording":
+        return ""
+    present = curve.bin_at > healthy - 0.5  # recordings are counted from 0
+    if present.all() or not present.any():
+        return ""
+    change_nm = float(curve.bin_nm[present].mean() - curve.bin_nm[~present].mean())
+    way = "risen" if change_nm > 0.0 else "fallen"
+    warmth = "" if _TEMPERATURE in found.not_judged else " at equal temperature"
+    by = f"{torque(abs(change_nm))}{warmth}, averaged over the time of a cycle"
+    return f"friction has {way} by {by}"
 
 
 def asked_cycles(finding: Finding) -> tuple[tuple[Cycle, ...], tuple[Cycle, ...]]:
@@ -96,15 +155,24 @@ def _by_warmth(cycle: Cycle) -> tuple[float, float]:
     return cycle.temperature_degc if known else 0.0, cycle.started_s
 
 
-def said(found: Explanation) -> str:
-    """Return whether time or use is needed to explain what a healthy joint's simulation lacks."""
+def said(found: Explanation, healthy: int) -> str:
+    """Return whether time or use is needed to explain what a healthy joint's simulation lacks.
+
+    Parameters
+    ----------
+    found : Explanation
+    healthy : int
+        How many of its recordings, the first ones, are of healthy cycles.
+    """
     drift = [f for f in found.findings if f.effect == _DRIFT]
     tied = [f for f in found.findings if any(a.effect == _DRIFT for a in f.alternatives)]
     others = _listed([f for f in found.findings if f.effect != _DRIFT])
-    beside = f" beside {others}" if others else ""
-    if drift and not drift[0].alternatives:
-        share = f"{100.0 * drift[0].energy_share:.0f} %"
-        return f"explain finds {NAMES[_DRIFT]} ({share} of what differs){beside}."
+    certain = _certain_drift(found)
+    if certain is not None:
+        change = _change(certain, found, healthy)
+        named = f"{NAMES[_DRIFT]} ({percent(certain.energy_share)} of the mismatch)"
+        first = f"explain finds {f'that between them {change}: ' * bool(change)}{named}."
+        return f"{first} {BESIDE}: {others}." if others else first
     if drift or tied:
         one = drift[0] if drift else tied[0]
         rivals = {one.effect, *(a.effect for a in one.alternatives)} - {_DRIFT}

@@ -7,11 +7,9 @@ judged, of the rest it says when it will be.
 from __future__ import annotations
 
 import enum
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from agent.cell.cell import Axis, Cell
-from agent.cycle.preflight import Condition
 
 
 class Judged(enum.Enum):
@@ -111,32 +109,3 @@ def preconditions(cell: Cell, axis: Axis) -> tuple[Precondition, ...]:
     if cell.bus.replays:  # nothing moves: there is neither a drive nor a cell to answer
         return (*_CELL, *_STANDSTILL)
     return (*_CELL, *release, *_DRIVE, *_STANDSTILL, _WATCHDOG)
-
-
-def listed(cell: Cell, axis: Axis, judged: Sequence[Condition]) -> tuple[str, ...]:
-    """Return the list as a dry run shows it, one precondition a line.
-
-    Parameters
-    ----------
-    cell, axis : Cell, Axis
-        The description.
-    judged : sequence of Condition
-        What could be judged so far.
-    """
-    known = {condition.name: condition for condition in judged}
-    lines = []
-    for precondition in preconditions(cell, axis):
-        condition = known.get(precondition.name)
-        if condition is None:
-            verdict = _later(cell, precondition)
-        else:
-            verdict = "holds" if condition.holds else f"REFUSED: {condition.reason}"
-        lines.append(f"{precondition.name} ({precondition.asks}): {verdict}")
-    return tuple(lines)
-
-
-def _later(cell: Cell, precondition: Precondition) -> str:
-    """Say when a precondition will be judged, or that a person has to answer for it."""
-    if precondition.judged is Judged.BY_CELL and cell.release is None:
-        return "NOT JUDGED, the cell has no [release]: a person must guarantee it"
-    return f"judged {precondition.judged.value}"

@@ -24,6 +24,8 @@ _FASTEST_RAD_S = 2000.0  # 19 000 rpm: motors of joints turn at 10 000 at most
 _MOST_TURNS = 5.0  # of an arm behind a gear
 _COASTS_S = 60.0  # joints, drives and bare motors stop by their friction within seconds
 _IN_DEGREES = "as if its motion were in degrees, and not in radians"
+ONE_WAY = "the joint moves in one direction only: friction cannot be told from gravity and offset"
+_LEAST = 1e-12  # rad, or rad/s: slower than any clock's hand
 _LEAST_NM = 1e-15  # no drive's torque is as fine: what moves less, stands still
 
 
@@ -92,6 +94,17 @@ def _of_torque(motion: Motion) -> list[str]:
     if share > _SATURATED:
         return [f"{name}: the torque is cut off at a limit during {100 * share:.0f} % of the time"]
     return []
+
+
+def stands_still(motion: Motion) -> str:
+    """Return that the joint moves less than any encoder sees; nothing where it moves."""
+    signals = motion.signals
+    position = signals.position_rad
+    where = np.zeros(1) if position is None else position[signals.valid]
+    fastest = max((float(np.abs(v).max(initial=0.0)) for v in motion.velocity_rad_s), default=0.0)
+    if fastest > _LEAST or float(np.ptp(where)) > _LEAST:
+        return ""
+    return f"{signals.name}: the joint does not move"
 
 
 def never_changes(motion: Motion) -> str:
@@ -182,7 +195,12 @@ def no_joint_records(recordings: Sequence[Signals]) -> str:
     """
     for signals in recordings:
         motion = read_motion(signals)
-        said = never_changes(motion) or not_measured(motion) or in_another_unit(motion)
+        said = (
+            never_changes(motion)
+            or not_measured(motion)
+            or stands_still(motion)
+            or in_another_unit(motion)
+        )
         if said:
             return said
     return ""
@@ -235,8 +253,10 @@ def _driven_and_covered(motion: Motion) -> tuple[Floats, Floats]:
 
 def _proportional(driven: Floats, covered: Floats) -> bool:
     """Return whether both slopes agree: a factor shows in both, a position that wraps in one."""
-    both = float(driven @ covered) ** 2
-    return abs(both / (float(driven @ driven) * float(covered @ covered)) - 1.0) <= _WRAPS
+    # Scaled first: squares of the smallest numbers are nothing.
+    one, other = driven / np.abs(driven).max(), covered / np.abs(covered).max()
+    both = float(one @ other) ** 2
+    return abs(both / (float(one @ one) * float(other @ other)) - 1.0) <= _WRAPS
 
 
 def _factor(driven: Floats, covered: Floats) -> float:

@@ -13,7 +13,7 @@ from agent.identify.detail import RecordingDetail, detail_of
 from agent.identify.friction.curve import CurveFit, friction_curve
 from agent.identify.friction.models import fit_friction_models
 from agent.identify.friction.passes import PositionTorque
-from agent.identify.objections import objections, too_few_speeds
+from agent.identify.objections import jumps, objections, too_few_speeds, too_slow
 from agent.identify.result import (
     Estimate,
     FrictionModelFit,
@@ -23,14 +23,11 @@ from agent.identify.result import (
 )
 from agent.identify.rigid.alike import mixed_units
 from agent.identify.rigid.beside_law import NOTE, beside_law
-from agent.identify.rigid.body import (
-    validate,
-    weights,
-)
+from agent.identify.rigid.body import validate, weights, without_negative_inertia
 from agent.identify.rigid.forward import position_error
 from agent.identify.rigid.regression import Regression, regress, rows_of
 from agent.identify.rigid.twin_numbers import with_twin_numbers
-from agent.identify.sentence import verdict
+from agent.identify.sentence import is_method, missing_samples, verdict
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.glitches import without_glitches
 from agent.identify.signals.preprocess import Motion, read_motion
@@ -105,10 +102,11 @@ def identify(
     known_kg_m2 = inertia.value if inertia is not None and inertia.identified else 0.0
     curve = friction_curve(motions, windows, _position_torque(body), known_kg_m2)
     models = () if curve is None else fit_friction_models(curve)
-    reasons = _undecidable(curve, models, regression, windows)
+    reasons = _undecidable(curve, models, regression, motions, windows)
     if reasons:
         return _undecided(motions, windows, reasons)
     body = with_twin_numbers(beside_law(regression, models), regression.rows, models)
+    body = None if body is None else without_negative_inertia(body)
     unseen = None if validation is None or body is None else _motion_of(validation)
     validated = None
     if unseen is not None and body is not None:
@@ -118,12 +116,11 @@ def identify(
         )
     notes = [note for motion in motions for note in motion.notes]
     notes += [*diagnosis.unlikely_units(motions), *diagnosis.coasts_too_long(motions, body)]
-    notes += [] if curve is None else list(curve.notes)
+    notes += [] if models else [f"no friction curve: {diagnosis.no_curve(windows)}"]
     notes += regression.notes
     notes += [NOTE] if body is not None and body.straight_line else []
+    notes += [] if curve is None else list(curve.notes)
     del regression  # its rows are as large as the recordings
-    if not models:
-        notes.append(f"no friction curve: {diagnosis.no_curve(windows)}")
     result = Estimate(
         recordings=tuple(s.name for s in signals),
         decidable=True,
@@ -134,7 +131,7 @@ def identify(
         rigid_body=body,
         validation=validated,
         sentence=verdict(models, body),
-        notes=tuple(notes),
+        notes=_in_order([*signals, *([] if validation is None else [validation])], notes),
     )
     details = tuple(
         detail_of(m, [w for w in windows if w.recording == i], chosen_hz, body)
@@ -142,6 +139,12 @@ def identify(
     )
     seen = None if unseen is None else detail_of(unseen, find_windows(unseen), chosen_hz, body)
     return Identification(result, details, seen, chosen_hz)
+
+
+def _in_order(signals: Sequence[Signals], notes: Sequence[str]) -> tuple[str, ...]:
+    """Return all notes: first what is missing, last how was computed."""
+    missing = [note for s in signals for note in missing_samples(s)]
+    return (*missing, *sorted(notes, key=is_method))
 
 
 def _motion_of(signals: Signals) -> Motion:
@@ -221,6 +224,7 @@ def _undecidable(
     curve: CurveFit | None,
     models: Sequence[FrictionModelFit],
     regression: Regression,
+    motions: Sequence[Motion],
     windows: Sequence[SteadyWindow],
 ) -> tuple[str, ...]:
     """Return why neither the curve nor the regression carries the friction.
@@ -238,8 +242,13 @@ def _undecidable(
         return backwards if np.all(curve.curve.friction_nm < 0.0) else ()
     body, moving = regression.body, regression.rows.torque_nm.shape[0]
     steady = sum(w.stop - w.start for w in windows) > _MOSTLY_STEADY * moving
+    if regression.rows.one_way:
+        return (diagnosis.ONE_WAY,)
     if body is None or steady:
         return (diagnosis.no_curve(windows),)
+    slow = tuple(too_slow(motion) for motion in motions if jumps(motion))
+    if slow:
+        return slow
     coulomb = body.parameters["coulomb_nm"]
     if not _is_firm(coulomb):
         return (
@@ -271,7 +280,7 @@ def _undecided(
         reasons=reasons,
         quality=_quality(motions),
         sentence=f"Not decidable, friction is not identified: {'; '.join(reasons)}.",
-        notes=tuple(note for motion in motions for note in motion.notes),
+        notes=_in_order([m.signals for m in motions], [n for m in motions for n in m.notes]),
     )
     details = tuple(
         detail_of(m, [w for w in windows if w.recording == i], None, None)

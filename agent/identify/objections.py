@@ -42,12 +42,17 @@ def objections(motion: Motion, windows: Sequence[SteadyWindow]) -> list[str]:
             "record with every speed held for longer, or with a better tuned loop"
         )
     # Passes of many samples carry their means however slow the clock is.
-    if not windows and _jumps(motion):
-        found.append(
-            f"{name}: sampled at {motion.timing.sample_rate_hz:.3g} Hz, too slow for this motion: "
-            "the speed changes between one sample and the next; record at 100 Hz or faster"
-        )
+    if not windows and jumps(motion):
+        found.append(too_slow(motion))
     return found
+
+
+def too_slow(motion: Motion) -> str:
+    """Say that the speed changes between samples, and what to record instead."""
+    return (
+        f"{motion.signals.name}: sampled at {motion.timing.sample_rate_hz:.3g} Hz, too slow for "
+        "this motion: the speed changes between one sample and the next; record at 100 Hz or faster"
+    )
 
 
 def too_few_speeds(speeds_rad_s: Sequence[float]) -> str:
@@ -59,7 +64,7 @@ def too_few_speeds(speeds_rad_s: Sequence[float]) -> str:
     )
 
 
-def _jumps(motion: Motion) -> bool:
+def jumps(motion: Motion) -> bool:
     """Tell whether most of the velocity's change happens between single samples."""
     if not 0.0 < motion.timing.sample_rate_hz < _SLOW_HZ or not motion.velocity_rad_s:
         return False

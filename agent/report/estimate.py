@@ -93,6 +93,7 @@ def estimate_html(
     """Return the page as text; the same input gives the same text. See `write_estimate_report`."""
     drawn = views.recordings[:RECORDINGS_DRAWN]
     decided = estimate.decidable
+    notes, methods = rows.notes_as_sentences(estimate)
     return render(
         "estimate.html.j2",
         title=title or "Friction estimate",
@@ -101,6 +102,8 @@ def estimate_html(
         estimate=estimate,
         decidable=decided,
         sentence=_sentence(estimate),
+        notes=notes,
+        methods=methods,
         next_steps=() if decided else next_steps(estimate.reasons),
         tiles=rows.tiles(estimate) if decided else (),
         groups=rows.parameter_groups(estimate) if decided else (),

@@ -10,8 +10,9 @@ from agent.identify.result import Parameter
 from agent.monitor.detection.series import FEATURES
 from agent.monitor.history.cycle import Joint
 from agent.monitor.verdict.comparison import Comparison, Effect
+from agent.monitor.verdict.reasons import Reasons
 from agent.monitor.verdict.verdict import NOT_DECIDABLE, Finding, Track
-from agent.monitor.verdict.words import in_percent
+from agent.monitor.verdict.words import in_percent, parts_of
 from agent.numbers import (
     Scale,
     scale_for,
@@ -27,8 +28,8 @@ from agent.report.page import render
 
 STATUS = {
     "NF": "No alarm",
-    "H0": "Friction has increased",
-    "H1": "Friction has increased a lot",
+    "H0": "Alarm: friction has increased",
+    "H1": "Urgent alarm: friction has increased a lot",
     NOT_DECIDABLE: "Not decidable yet",
 }
 _KINDS = {"NF": "decided", NOT_DECIDABLE: "open"}  # all else is an alarm
@@ -39,7 +40,6 @@ _UNITS = {
     "low_integral_w": "W",
 }
 _LISTED = 40
-_DRAWN = 0.005
 
 
 @dataclass(frozen=True)
@@ -103,23 +103,17 @@ def monitor_html(
 def _view(finding: Finding, name: str, explained: tuple[str, str] | None) -> JointView:
     history, reasons, found = finding.history, finding.reasons, finding.comparison
     grid, track = history.grid, finding.current
+    headline, numbers = parts_of(finding.sentence)
     before = HEALTHY if finding.since_first is None else f"the first {finding.compared_with}"
     return JointView(
         label=history.joint.label,
         id=name,
         status=STATUS[finding.status],
         kind=_KINDS.get(finding.status, "undecided"),
-        sentence=_without_status(finding.sentence),
-        why=()
-        if reasons is None
-        else [units_unbroken(s) for s in (reasons.sentence, *finding.timing)],
+        sentence=_without_status(headline),
+        why=[units_unbroken(s) for s in (numbers, *_reasons(finding)) if s],
         promise="" if track is None else units_unbroken(track.promise),
-        causes=()
-        if reasons is None
-        else [
-            (c.words, c.share, 100.0 * c.probability if c.probability > _DRAWN else 0.0)
-            for c in reasons.causes
-        ],
+        causes=() if reasons is None else _causes(reasons),
         explained=None if explained is None else (units_unbroken(explained[0]), explained[1]),
         next_steps=[units_unbroken(step) for step in finding.next_steps],
         facts=_facts(finding),
@@ -158,13 +152,24 @@ def _without_status(sentence: str) -> str:
         "No alarm, yet ",
         "No alarm, ",
         "Not decidable yet: ",
-        "Friction has increased a lot: ",
-        "Friction has increased: ",
     ):
         if sentence.startswith(start):
             rest = sentence.removeprefix(start)
             return units_unbroken(f"{rest[0].upper()}{rest[1:]}")
     return units_unbroken(sentence)
+
+
+def _reasons(finding: Finding) -> tuple[str, ...]:
+    """Return why an alarm is one, since when, and what is ahead; nothing without an alarm."""
+    return () if finding.reasons is None else (finding.reasons.sentence, *finding.timing)
+
+
+def _causes(reasons: Reasons) -> list[tuple[str, str, float]]:
+    """Return each cause with its share, written and drawn; those of next to nothing in one row."""
+    rows = [(c.words, c.share, 100.0 * c.probability) for c in reasons.causes if not c.slight]
+    slight = [c.short for c in reasons.causes if c.slight]
+    share = "under 1 % each" if len(slight) > 1 else "under 1 %"
+    return [*rows, ("; ".join(slight), share, 0.0)] if slight else rows
 
 
 def _facts(finding: Finding) -> list[tuple[str, str]]:

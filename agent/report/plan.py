@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from agent.numbers import units_unbroken
 from agent.report.figures.canvas import data_uri
 from agent.report.figures.plan import figure_plan, plan_figure_in_words
 from agent.report.page import render
@@ -19,6 +20,7 @@ def plan_html(
     robot: str,
     axis: int,
     gear_ratio: float,
+    in_short: tuple[str, str],
     rows: Sequence[tuple[str, str, str]],
     can_see: Sequence[str],
     cannot_see: Sequence[str],
@@ -34,6 +36,8 @@ def plan_html(
         Untrusted, escaped.
     axis : int
         As the cell numbers it.
+    in_short : tuple of str
+        What the plan is worth, and how it compares with a plain stair; the second may be empty.
     rows : sequence of (str, str, str)
         Parameter, assumed value, expected half-interval.
     can_see, cannot_see : sequence of str
@@ -50,8 +54,12 @@ def plan_html(
         wide_uri=data_uri(figure_plan(*drawn)),
         narrow_uri=data_uri(figure_plan(*drawn, narrow=True)),
         alt=plan_figure_in_words(trajectory, expectation),
-        rows=rows,
-        can_see=can_see,
-        cannot_see=cannot_see,
-        basis=basis,
+        worth=units_unbroken(in_short[0]),
+        beside=units_unbroken(in_short[1]),
+        rows=[
+            (label, units_unbroken(value), units_unbroken(width)) for label, value, width in rows
+        ],
+        can_see=[units_unbroken(one) for one in can_see],
+        cannot_see=[units_unbroken(one) for one in cannot_see],
+        basis=units_unbroken(basis),
     )

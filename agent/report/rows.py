@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from agent.identify.result import Estimate, FrictionCurve, FrictionModelFit, Parameter
 from agent.identify.rigid.forward import in_words
+from agent.identify.sentence import is_method, percent, percent_number
 from agent.numbers import (
     Scale,
     fixed,
@@ -16,6 +17,7 @@ from agent.numbers import (
     scale_for,
     scales_for,
     significant,
+    units_unbroken,
     written,
 )
 from agent.report.laws import model_label
@@ -111,10 +113,29 @@ def tiles(estimate: Estimate) -> tuple[Tile, ...]:
     if rigid is not None and math.isfinite(rigid.fit_percent):
         found.append(
             Tile(
-                "Torque explained", significant(rigid.fit_percent, 3), "%", "fit of the rigid body"
+                "Fit of the rigid body",
+                percent_number(rigid.fit_percent),
+                "%",
+                "of the torque in all motion",
             )
         )
     return tuple(found)
+
+
+def notes_as_sentences(estimate: Estimate) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return what to bear in mind, and how was computed, each note as a sentence."""
+    unseen = () if estimate.validation is None else (estimate.validation.recording,)
+    names = (*estimate.recordings, *unseen)
+    notes = [(note, _as_sentence(note, names)) for note in estimate.notes]
+    kept = tuple(sentence for note, sentence in notes if not is_method(note))
+    return kept, tuple(sentence for note, sentence in notes if is_method(note))
+
+
+def _as_sentence(note: str, recordings: Sequence[str]) -> str:
+    """Begin with a capital, unless it is a recording's name, and end with a full stop."""
+    named = any(note.startswith(f"{name}:") for name in recordings)
+    begun = note if named or not note else note[0].upper() + note[1:]
+    return units_unbroken(begun if begun.endswith((".", "?", "!")) else f"{begun}.")
 
 
 def model_rows(models: Sequence[FrictionModelFit]) -> tuple[ModelRow, ...]:
@@ -131,7 +152,7 @@ def model_rows(models: Sequence[FrictionModelFit]) -> tuple[ModelRow, ...]:
             bic=fixed(m.bic, 1),
             bic_above_best=fixed(m.bic - best, 1),
             rmse=significant(m.rmse_nm * scale.factor, 3),
-            fit_percent=fixed(m.fit_percent, 1),
+            fit_percent=percent_number(m.fit_percent),
             reason=m.reason,
             parameters=_group(model_label(m.model), "", m.parameters, scales),
         )
@@ -152,7 +173,7 @@ def rigid_rows(estimate: Estimate) -> tuple[tuple[str, str], ...]:
         error = scale_for("N m", [rigid.rmse_nm])
         rows += [
             ("Residual, rms", f"{significant(rigid.rmse_nm * error.factor, 3)} {error.unit}"),
-            ("Fit", f"{fixed(rigid.fit_percent, 1)} %"),
+            ("Fit", percent(rigid.fit_percent)),
             ("Condition number (4.11)", significant(rigid.condition_number, 3)),
         ]
     if validation is not None:
@@ -163,7 +184,7 @@ def rigid_rows(estimate: Estimate) -> tuple[tuple[str, str], ...]:
                 "Validation residual, rms",
                 f"{significant(validation.rmse_nm * error.factor, 3)} {error.unit}",
             ),
-            ("Validation fit", f"{fixed(validation.fit_percent, 1)} %"),
+            ("Validation fit", percent(validation.fit_percent)),
             (
                 "Validation torque error",
                 f"{fixed(validation.relative_torque_error_percent, 2)} %",

@@ -11,6 +11,7 @@ from agent.identify.result import Parameter, Validation
 from agent.identify.rigid.instrumental import InstrumentalFit
 from agent.identify.rigid.residuals import Correlation
 from agent.identify.rigid.thresholding import AccelerationSweep, SpeedStudy
+from agent.identify.sentence import percent
 from agent.numbers import parameter_label, parameter_unit, scale_for, significant, written
 from agent.record.atomic import publish
 from agent.report.estimate import Picture
@@ -53,6 +54,8 @@ class StudyPage:
         Where the recordings hold the commanded trajectory.
     validation : Validation or None
         How well a run is predicted that the fit has not seen; then it is judged.
+    trade_off : bool
+        Whether no choice of samples is the best one, so that the page approves of none.
     """
 
     sentence: str
@@ -63,6 +66,7 @@ class StudyPage:
     speeds: SpeedStudy | None = None
     instrumental: InstrumentalFit | None = None
     validation: Validation | None = None
+    trade_off: bool = False
 
 
 def validation_in_words(validation: Validation) -> str:
@@ -70,7 +74,7 @@ def validation_in_words(validation: Validation) -> str:
     scale = scale_for("N m", [validation.rmse_nm])
     return (
         f"On {validation.recording}, which the fit has not seen, the rigid body predicts the "
-        f"torque with {validation.fit_percent:.1f} % fit; "
+        f"torque with {percent(validation.fit_percent)} fit; "
         f"{significant(scale.factor * validation.rmse_nm, 3)} {scale.unit} rms is left, a relative "
         f"torque error of {validation.relative_torque_error_percent:.2f} %."
     )

@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 
 from agent.cell.cell import Cell, parse_cell
 from agent.cli.app import app
+from agent.cli.cycle.dry_run_text import judged_in_words
 from agent.cli.devices.fake_cell import fake_cell_text
 from agent.cycle.axis_lock import lock_names, owned
 from agent.cycle.plan import plan_cycle
@@ -144,6 +145,24 @@ def test_a_folder_that_takes_no_files_blocks(tmp_path: Path) -> None:
     assert [c.name for c in failed] == ["disk space"]
 
 
+def test_a_dry_run_says_every_reason_that_is_known_first() -> None:
+    data = description()
+    _uncommissioned(data)
+    cell = cell_of(data)
+    full = Condition("disk space", False, "the disk is full")
+    judged = (*before(cell, Path("/nowhere")), full)
+    refused = {f"  - {c.reason}" for c in judged if not c.holds}
+    head, *lines = judged_in_words(cell, cell.axis[0], judged)
+    assert head == "Would be refused now:"
+    assert set(lines[: len(refused)]) == refused
+    assert len(refused) > 1
+
+
+def _names(lines: list[str]) -> list[str]:
+    """Return the preconditions of one group: in a list, or a line each with what it asks."""
+    return [n for line in lines for n in line.strip().split("  ")[0].split(", ")]
+
+
 def test_a_dry_run_shows_the_list_and_leaves_nothing(tmp_path: Path) -> None:
     data = description()
     _uncommissioned(data)
@@ -152,10 +171,14 @@ def test_a_dry_run_shows_the_list_and_leaves_nothing(tmp_path: Path) -> None:
     arguments = ["run", str(file), "--axis", "1", "--dry-run"]
     result = CliRunner().invoke(app, arguments, catch_exceptions=False)
     assert result.exit_code == 0
-    lines = {line.strip().split(" (")[0]: line for line in result.stdout.splitlines()}
-    assert "REFUSED: axis 1 of simulated-joint is not commissioned" in lines["commissioned"]
-    assert lines["disk space"].endswith("holds")
-    assert "a person must guarantee it" in lines["operating mode"]
-    assert "judged at standstill under torque" in lines["watchdog proven"]
-    assert "would refuse now" in result.stdout
+    plan, refused, *groups = result.stdout.strip().split("\n\n")
+    assert plan.endswith("within all limits")
+    assert refused.startswith("Would be refused now: axis 1 of simulated-joint is not commissioned")
+    under = {name: head for head, *lines in map(str.splitlines, groups) for name in _names(lines)}
+    assert set(under) == {p.name for p in preconditions(cell_of(data), cell_of(data).axis[0])} - {
+        "commissioned"
+    }
+    assert under["disk space"] == "Holds now:"
+    assert "you must guarantee it" in under["operating mode"]
+    assert under["watchdog proven"].startswith("Judged at standstill under torque")
     assert list(tmp_path.iterdir()) == [file]

@@ -12,13 +12,17 @@ from scipy.signal import lfilter
 
 from agent.identify.flexible import search, starts
 from agent.identify.flexible.checks import why_not
+from agent.identify.flexible.excitation import lonely_minimum
 from agent.identify.flexible.fit import Options, fit_flexible
 from agent.identify.flexible.periods import average_periods
 from agent.identify.flexible.preparation import tracks_of
 from agent.identify.flexible.projection import Problem
+from agent.identify.flexible.result import Start
+from agent.identify.flexible.rivals import Lack
 from agent.identify.flexible.validation import validate
 from agent.identify.result import Floats
 from agent.identify.signals.arrays import Signals
+from agent.physics.friction import LAWS
 from tests.science.flexible_chain import NOISE_NM, SAMPLE_S, STRIBECK, THREE, Robot, run
 from tests.science.flexible_plant import PLAIN, drive, stair, there_and_back, triangle_wave
 from trajectories import triangle
@@ -120,6 +124,21 @@ def test_two_masses_are_no_description_of_three() -> None:
         for name in ("motor_inertia_kg_m2", "arm_inertia_kg_m2", "spring_nm_per_rad"):
             assert not fit.parameters[name].identified, f"{name}: of two masses instead of three"
         assert fit.parameters["antiresonance_hz"].identified, "where it swings is seen all the same"
+
+
+def test_a_minimum_that_one_start_of_many_found_is_not_believed() -> None:
+    problem = Problem((), "two-mass", LAWS["coulomb-viscous"], False)
+    nothing_left = Lack((), np.zeros(0))
+    found = Start("frequency-response", 0.1, "best")
+    lost = tuple(Start("random", 0.2, "unfinished") for _ in range(19))
+    again = Start("random", 0.1, "best")
+    (reason,) = lonely_minimum(problem, nothing_left, (found, *lost))
+    assert "only one of 20 starts" in reason
+    assert "record a triangle wave" in reason
+    assert lonely_minimum(problem, nothing_left, (found, again, *lost)) == []
+    assert lonely_minimum(problem, nothing_left, (found, *lost[:2])) == [], "too few were tried"
+    three = dataclasses.replace(problem, kind="three-mass")
+    assert lonely_minimum(three, nothing_left, (found, *lost)) == [], "it leaves nothing but noise"
 
 
 def test_a_third_mass_that_nothing_shows_is_not_given_because_it_was_asked_for() -> None:

@@ -397,6 +397,17 @@ def test_twin_of_an_estimate_reads_back() -> None:
         twin_from_estimate(nothing, robot="cell", axis=2, gear_ratio=224.0)
 
 
+def test_samples_without_a_number_are_told_first_and_the_method_last() -> None:
+    signals = record(JOINT, stair(rate_hz=250.0, longest_s=0.6))
+    torque = signals.torque_nm.copy()
+    torque[1000:1100] = np.nan
+    said = estimate([replace(signals, torque_nm=torque, valid=np.isfinite(torque))])
+    assert said.decidable
+    assert "in 100 of " in said.notes[0]
+    assert "torque is not a number" in said.notes[0]
+    assert said.notes[-1].startswith("signals and regressors were low-passed alike")
+
+
 @pytest.mark.parametrize(("wave_nm", "warned"), [(0.0, False), (1.0, True)])
 def test_numbers_of_a_body_that_is_not_rigid_are_given_with_a_warning(
     wave_nm: float, warned: bool
@@ -406,7 +417,7 @@ def test_numbers_of_a_body_that_is_not_rigid_are_given_with_a_warning(
     place = np.sin(signals.position_rad)
     said = estimate([replace(signals, torque_nm=signals.torque_nm + wave_nm * place)])
     assert said.rigid_body is not None
-    assert any("what it lacks may bend" in note for note in said.notes) is warned
+    assert any("further off than their intervals say" in note for note in said.notes) is warned
 
 
 @pytest.mark.parametrize("late", ["torque", "velocity"])
@@ -428,7 +439,7 @@ def test_a_filter_in_the_drive_does_not_bend_the_rigid_body(late: str) -> None:
         assert low - kink <= truth <= high + kink, (name, low / truth, high / truth)
         assert high < low + 0.02 * truth, (name, low / truth, high / truth)
     other = "motion" if late == "torque" else "torque"
-    assert any(f"later than the {other}" in note for note in fit.notes)
+    assert any(f"ms later than {other}; this was corrected" in note for note in fit.notes)
 
 
 def test_a_late_velocity_behind_a_soft_gear_bends_neither_inertia_nor_viscous_friction() -> None:

@@ -151,7 +151,7 @@ def test_wear_from_the_first_cycle_on_is_said_with_and_without_a_baseline(cycles
 def test_wear_that_begins_later_is_not_said_to_be_there_from_the_first_cycle_on() -> None:
     finding = said(months(2, 90, Truth(wear_nm=0.15, onset=45)))
     assert finding.alarm
-    assert finding.sentence.startswith("Friction has increased: ")
+    assert finding.sentence.startswith("Friction is up ")
     assert finding.since_first is None
 
 

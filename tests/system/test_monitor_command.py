@@ -101,7 +101,7 @@ def test_a_worn_joint_is_an_alarm_with_json_page_and_exit_code(
     assert len(segment["features"]["low_integral_w"]["at_reference"]) == HEALTHY + WORN
     assert "report.html" in said.err
     page = (out / "report.html").read_text()
-    assert "Friction has increased" in page
+    assert "Alarm: friction has increased" in page
     assert not re.search(r'(src|href)="(?!data:|#)', page)
 
 
@@ -145,7 +145,9 @@ def test_the_second_call_estimates_nothing_again(
         patch.setattr(kept_cycles, "estimate", None)
         assert stribeck(patch, [kept, "--baseline", HEALTHY]) == 1
     assert capsys.readouterr().out == first
-    assert "Most likely wear" in first
+    assert "ALARM: friction has increased" in first
+    assert ": most likely wear in the gearbox.\n" in first
+    assert first.count("ost likely") == 1
 
 
 def test_a_cache_that_is_spoiled_or_changed_bytes_are_estimated_anew(

@@ -64,6 +64,12 @@ def no_reversal() -> Columns:
     return columns_of(along(np.linspace(1.0, 100.0, 5000)))
 
 
+def one_way_with_a_torque_offset() -> Columns:
+    """Swinging between two speeds: nothing is steady, and the offset looks like friction."""
+    columns = columns_of(along(60.0 + 40.0 * np.sin(np.arange(6000) / 400.0)))
+    return columns | {"torque_nm": columns["torque_nm"].astype(np.float64) + 0.3}
+
+
 def saturated() -> Columns:
     columns = columns_of(stair())
     torque = np.asarray(columns["torque_nm"], dtype=np.float64)
@@ -94,6 +100,7 @@ CASES: tuple[tuple[Callable[[], Columns], str, str], ...] = (
     (two_speeds, "only two steady speeds (20 and 60 rad/s)", "record at least three"),
     (one_direction, "one direction only", "forward and backward"),
     (no_reversal, "one direction only", "forward and backward"),
+    (one_way_with_a_torque_offset, "one direction only", "forward and backward"),
     (saturated, "cut off at a limit", "record a gentler motion"),
     (saturated_behind_noise, "cut off at a limit", "record a gentler motion"),
     (creeping, "never settles", "held for longer"),
@@ -191,6 +198,25 @@ def test_a_torque_of_the_wrong_sign_is_no_fault_of_ours(tmp_path: Path) -> None:
     path = save(tmp_path, columns | {"torque_nm": -columns["torque_nm"].astype(np.float64)})
     assert "opposite signs" in called("estimate", path).stdout
     assert called("flexible", path).stdout.startswith("Not identified:")
+    assert "opposite signs" in called("reversals", path).stdout
+
+
+def test_a_torque_at_its_limit_tells_nothing_of_reversals(tmp_path: Path) -> None:
+    said = called("reversals", save(tmp_path, saturated())).stdout
+    assert "not identified: the torque is cut off at a limit" in said
+    assert "N m" not in said
+
+
+def test_long_passes_once_a_second_tell_friction_and_no_inertia(tmp_path: Path) -> None:
+    path = save(tmp_path, columns_of(along(levels(np.ones(200)), period_s=1.0)))
+    document = json.loads(called("estimate", path, "--json").stdout)
+    inertia = document["rigid_body"]["parameters"]["inertia_kg_m2"]
+    assert document["decidable"]
+    assert (inertia["value"], inertia["identified"]) == (None, False)
+    assert "between one sample and the next; record at 100 Hz or faster" in inertia["reason"]
+    twin = tmp_path / "twin.toml"
+    assert called("twin", path, "--out", twin).returncode == 0
+    assert 'not_identified = [\n    "inertia_kg_m2"' in twin.read_text(encoding="utf-8")
 
 
 def test_a_temperature_law_needs_temperatures_that_differ(tmp_path: Path) -> None:

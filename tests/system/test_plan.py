@@ -9,8 +9,11 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+from agent.cell.cell import read_cell
 from agent.cli.app import app
 from agent.cli.cycle.plan import run_plan
+from agent.cli.cycle.plan_outlook import Outlook, outlook_of
+from agent.cli.cycle.plan_words import in_short
 from agent.cli.cycle.run import dry_run_axis, read_trajectory
 from agent.cli.terminal.exits import sentence
 from agent.conclude.outcome import conclude
@@ -90,7 +93,9 @@ def test_the_plan_says_what_it_can_and_cannot_see(
 ) -> None:
     run_plan(cell_file, 1, SECONDS, tmp_path, noise_nm=0.02, dwell_s=0.5, as_json=False)
     said = capsys.readouterr().out
-    for part in ("within all limits", "± ", "This plan can see:", "A rise of friction of"):
+    verdict = said.splitlines()[1]
+    assert verdict.startswith("16 s, within all limits: shows a friction rise of ")
+    for part in ("± ", "starts and ends at −", "This plan can see:", "A rise of friction of"):
         assert part in said
     run_plan(cell_file, 1, SECONDS, tmp_path, noise_nm=0.2, dwell_s=0.5, as_json=True)
     loud: dict[str, Any] = json.loads(capsys.readouterr().out)
@@ -99,6 +104,25 @@ def test_the_plan_says_what_it_can_and_cannot_see(
     assert any("exponent" in one for one in loud["cannot_see"])
     assert loud["stribeck_range_rad_s"] is None
     Trajectory.from_json(loud["trajectory"])
+
+
+def test_a_plan_s_worth_beside_a_plain_stair_is_never_overstated(
+    cell_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cell = read_cell(cell_file)
+    outlook = outlook_of(cell, cell.axis[0], SECONDS, noise_nm=0.02, dwell_s=0.5)
+    for ratios, said in (
+        ({"coulomb_nm": 1.0, "exponent": 0.5}, " s in every number, 2.0 times as precise in "),
+        ({"coulomb_nm": 1.0, "exponent": 0.99}, " s in every number."),
+        ({"coulomb_nm": 1.25, "exponent": 0.5}, "Stribeck exponent, 0.80 times in Coulomb"),
+        ({"coulomb_nm": 1.25, "exponent": 0.001}, ": more than 10 times as precise in Stribeck"),
+    ):
+        monkeypatch.setattr(Outlook, "beside_plain", ratios)
+        assert said in in_short(outlook, fits=True)[1]
+    monkeypatch.setattr(Outlook, "beside_plain", {})
+    first, second = in_short(outlook, fits=False)
+    assert first.startswith("16 s, NOT within the axis's limits: ")
+    assert second == ""
 
 
 @pytest.mark.parametrize(

@@ -103,3 +103,29 @@ def test_what_cannot_be_told_is_said_without_a_number(tmp_path: Path, kind: str,
         "identified": False,
         "reason": document["reasons"][0],
     }
+
+
+def test_reversals_that_no_law_explains_get_no_number_of_one(tmp_path: Path) -> None:
+    signals = sampled(bristled("dahl"), 1)
+    assert signals.position_rad is not None
+    # A swing beside the joint, as strong as its friction and forty times the noise.
+    shaken = signals.torque_nm + 0.6 * np.sin(2.0 * np.pi * 1.3 * signals.time_s)
+    columns = {
+        "time_s": signals.time_s,
+        "position_rad": signals.position_rad,
+        "torque_nm": shaken,
+    }
+    name, picture = saved(tmp_path / "run.parquet", columns), tmp_path / "reversals.svg"
+    text = asked(name, "--picture", str(picture))
+    assert text.startswith("These reversals do not tell how friction turns: ")
+    assert "times the torque's noise" in text
+    assert "stribeck explain" in text
+    assert len(text.splitlines()) == 1
+    assert picture.exists()
+    document = json.loads(asked(name, "--json"))
+    assert not document["decidable"]
+    assert "no law explains these reversals" in document["reasons"][0]
+    numbers = [p for law in document["laws"] for p in law["parameters"].values()]
+    assert numbers
+    assert all(p["value"] is None and not p["identified"] and p["reason"] for p in numbers)
+    assert document["clearance"]["backlash_rad"]["value"] is None

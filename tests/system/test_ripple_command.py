@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import re
 from pathlib import Path
@@ -10,10 +11,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agent.cli.identify.ripple import run_ripple
+from agent.cli.identify.ripple import multiples, run_ripple
 from agent.errors import InputError
+from agent.identify.result import Parameter
+from agent.identify.ripple.identification import Ripple
+from agent.identify.ripple.line import RippleLine
 from agent.record.recording import Metadata, Recording
 from agent.record.writing import write
+from agent.report.figures.ripple import figure_ripple
 
 ORDER = 7.0
 
@@ -77,3 +82,38 @@ def test_a_recording_that_does_not_say_is_not_mixed_in(pair: list[str], tmp_path
     unsaid = turned(tmp_path / "unsaid.parquet", 3, 0.02, name="slow")
     with pytest.raises(InputError, match="whether anticogging was on"):
         run_ripple([*pair, unsaid], 40.0, None, as_json=False)
+
+
+@pytest.mark.parametrize(
+    ("orders", "family"),
+    [
+        ((7.0, 28.0, 14.02, 12.0, 36.0, 35.0), ([7.0, 14.02, 28.0, 35.0], 7.0)),
+        ((1.0, 2.0, 3.01, 1.4), ([1.0, 2.0, 3.01], 1.0)),
+        ((1.0, 28.0, 41.0, 57.0), ([], 0.0)),  # all are multiples of 1, and it says nothing
+        ((7.0, 14.0, 30.0), ([], 0.0)),
+        ((), ([], 0.0)),
+    ],
+)
+def test_orders_of_one_cause_are_told_as_multiples(
+    orders: tuple[float, ...], family: tuple[list[float], float]
+) -> None:
+    assert multiples([Parameter(o, (o - 0.03, o + 0.03)) for o in orders]) == family
+
+
+def test_names_of_orders_stand_clear_of_each_other() -> None:
+    def line(order: float, size_nm: float) -> RippleLine:
+        at, size = Parameter(order, None), Parameter(size_nm, (0.8 * size_nm, 1.2 * size_nm))
+        nothing = Parameter.not_identified("no position")
+        return RippleLine(at, at, size, nothing, "undecided", "", 0.0, (), ())
+
+    order = np.linspace(1.0, 200.0, 400)
+    lines = tuple(line(o, s) for o, s in ((7.0, 6e-3), (14.0, 2e-3), (12.0, 1.7e-3), (14.6, 1e-3)))
+    scanned = np.full(order.size, 1e-3)
+    found = Ripple(("a",), True, (), lines, order, scanned, scanned, 2)
+    for narrow in (False, True):
+        figure = figure_ripple(found, narrow=narrow)
+        figure.canvas.draw()
+        texts = figure.axes[0].texts
+        boxes = [text.get_window_extent() for text in texts]
+        assert {"7", "14"} <= {text.get_text() for text in texts}
+        assert not any(a.overlaps(b) for a, b in itertools.combinations(boxes, 2))

@@ -50,7 +50,8 @@ def test_what_was_seen_is_in_the_list_and_refuses_nothing_by_itself(bench: Bench
     text = browser.get("/axes/1/preconditions", **{"accept-language": "en"}).text
     assert "Refused now: 1 reason(s)." in text
     assert "The drive is in &lt;fault&gt;: 0x8611." in text
-    assert "Read from the device just now" in text
+    assert text.count("read just now, and is judged again after the start") == 1
+    assert text.index("Refused now") < text.index("Drive healthy") < text.index("<details")
     assert "The cell&#39;s PLC answers." in text
     german = browser.get("/axes/1/preconditions", **{"accept-language": "de"}).text
     assert '<span lang="de">Der Antrieb meldet einen Fehler' in german

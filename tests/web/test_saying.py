@@ -17,6 +17,7 @@ from agent.monitor.detection.detectors import detector
 from agent.monitor.history.history import histories
 from agent.monitor.verdict.reasons import WORDS as CAUSE_WORDS
 from agent.monitor.verdict.verdict import Finding, judge
+from agent.monitor.verdict.words import parts_of
 from agent.record.verdict_file import Verdict
 from agent.report.advice import advised, next_steps
 from agent.web.words import saying
@@ -60,7 +61,8 @@ def test_an_alarm_in_german_has_the_numbers_of_the_engine_s_own_sentence(worn: V
     assert "Verschleiß im Getriebe" in said.text
     shown = plain(numbers(said.text))
     assert len(shown) == 5  # two changes with their intervals' upper ends, and the temperature
-    assert shown == plain(numbers(worn.sentence))
+    _, its_numbers = parts_of(worn.sentence)
+    assert shown == plain(numbers(parts_of(its_numbers)[0]))
     assert "zwischen" in said.text
     assert saying.verdict("en", worn) == (worn.sentence, "en")
     assert "Fettprobe" in " ".join(s.text for s in saying.steps("de", worn))

@@ -12,10 +12,11 @@ import typer
 from agent.cell.cell import Axis, Cell, read_cell
 from agent.cli.cycle.plan_aliases import aliases_document, planned_aliases
 from agent.cli.cycle.plan_outlook import Outlook, outlook_of
-from agent.cli.cycle.plan_words import basis, can_see, cannot_see, rows
+from agent.cli.cycle.plan_words import basis, can_see, cannot_see, in_short, rows
 from agent.cycle.plan import stair_of
 from agent.record.atomic import make_folder, publish
 from trajectories import summarise
+from trajectories.summary import Summary
 
 SCHEMA = "stribeck.plan/1"
 
@@ -55,7 +56,7 @@ def run_plan(
         return
     outlook = outlook_of(cell, axis, seconds, noise_nm=noise_nm, dwell_s=dwell_s)
     trajectory_path, picture_path = out / "plan.json", out / "plan.html"
-    _write(outlook, trajectory_path, picture_path, axis.gear_ratio)
+    _write(outlook, trajectory_path, picture_path, axis)
     confused = planned_aliases(cell, axis, outlook.trajectory) if with_aliases else None
     if as_json:
         document = _document(outlook)
@@ -86,10 +87,10 @@ def _say_aliases(cell: Cell, axis: Axis, *, as_json: bool) -> None:
 
 def plan_in_words(outlook: Outlook, axis: Axis) -> str:
     """Return the plan as a technician reads it in a terminal."""
-    motion = summarise(
-        outlook.trajectory, axis.motor_limits, axis.torque_model, gear_ratio=axis.gear_ratio
-    )
-    lines = [f"{outlook.robot}, axis {outlook.axis}: plan, nothing moves.", *motion.lines()]
+    motion = _motion_of(outlook, axis)
+    lines = [f"{outlook.robot}, axis {outlook.axis}: plan, nothing moves."]
+    lines += [one for one in in_short(outlook, fits=not motion.excesses) if one]
+    lines += ["", *motion.lines()]
     lines += ["", "Speeds in the order in which they are held, a stroke a line (then mirrored):"]
     lines += [f"  {stroke}" for stroke in _strokes(outlook)]
     lines += ["", "Expected 95 % intervals, if the joint is as assumed:"]
@@ -98,6 +99,12 @@ def plan_in_words(outlook: Outlook, axis: Axis) -> str:
     lines += ["", "It cannot see:", *(f"  - {one}" for one in cannot_see(outlook))]
     lines += ["", basis(outlook)]
     return "\n".join(lines)
+
+
+def _motion_of(outlook: Outlook, axis: Axis) -> Summary:
+    return summarise(
+        outlook.trajectory, axis.motor_limits, axis.torque_model, gear_ratio=axis.gear_ratio
+    )
 
 
 def _strokes(outlook: Outlook) -> list[str]:
@@ -117,7 +124,7 @@ def _strokes(outlook: Outlook) -> list[str]:
     return out
 
 
-def _write(outlook: Outlook, trajectory: Path, picture: Path, gear_ratio: float) -> None:
+def _write(outlook: Outlook, trajectory: Path, picture: Path, axis: Axis) -> None:
     """Write both files, or none of them."""
     from agent.report.plan import plan_html
 
@@ -128,7 +135,8 @@ def _write(outlook: Outlook, trajectory: Path, picture: Path, gear_ratio: float)
         title=f"Plan of {outlook.trajectory.duration_s:.1f} s",
         robot=outlook.robot,
         axis=outlook.axis,
-        gear_ratio=gear_ratio,
+        gear_ratio=axis.gear_ratio,
+        in_short=in_short(outlook, fits=not _motion_of(outlook, axis).excesses),
         rows=rows(outlook),
         can_see=can_see(outlook),
         cannot_see=cannot_see(outlook),

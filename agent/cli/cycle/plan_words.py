@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from agent.cli.cycle.plan_outlook import EXPONENTS, STRIBECK_RAD_S, Outlook
 from agent.numbers import (
@@ -13,6 +14,10 @@ from agent.numbers import (
     scale_for,
     significant,
 )
+
+_AS_PRECISE = 1.005  # an interval as wide as another, as far as two decimals show
+_MORE_PRECISE = 0.95
+_MOST_TIMES = 10
 
 
 def rows(outlook: Outlook) -> list[tuple[str, str, str]]:
@@ -34,25 +39,98 @@ def rows(outlook: Outlook) -> list[tuple[str, str, str]]:
     return out
 
 
+def in_short(outlook: Outlook, *, fits: bool) -> tuple[str, str]:
+    """Return what a plan is worth: a sentence, and how it compares with a plain stair.
+
+    Parameters
+    ----------
+    outlook : Outlook
+    fits : bool
+        Whether it stays within the axis's limits.
+
+    Returns
+    -------
+    tuple of str
+        The second is empty where no plain stair fits the axis.
+    """
+    limits = "within all limits" if fits else "NOT within the axis's limits"
+    first = (
+        f"{outlook.trajectory.duration_s:.3g} s, {limits}: shows a friction rise of "
+        f"{_rise_percent(outlook)} % between two runs at one temperature."
+    )
+    beside = _beside_plain(outlook)
+    if beside is None:
+        return first, ""
+    best, worst = beside
+    plain = f"a plain stair of {outlook.design.plain_s or 0.0:.3g} s"
+    if worst.ratio <= _AS_PRECISE:
+        more = f", {_times(best)} as precise in {best.label}" if best.ratio < _MORE_PRECISE else ""
+        return first, f"As precise as {plain} in every number{more}."
+    return first, (
+        f"Beside {plain}: {_times(best)} as precise in {best.label}, "
+        f"{_times(worst)} in {worst.label}."
+    )
+
+
+@dataclass(frozen=True)
+class _Beside:
+    """One number's interval over that of a plain stair."""
+
+    label: str
+    ratio: float
+
+
+def _beside_plain(outlook: Outlook) -> tuple[_Beside, _Beside] | None:
+    """Return the numbers that gain most and least over a plain stair; None without one."""
+    ratios = outlook.beside_plain
+    if not ratios or outlook.design.plain_s is None:
+        return None
+    best, worst = min(ratios, key=ratios.__getitem__), max(ratios, key=ratios.__getitem__)
+    return _Beside(_in_text(best), ratios[best]), _Beside(_in_text(worst), ratios[worst])
+
+
+def _times(beside: _Beside) -> str:
+    """Say how many times as precise; a long plain stair has slow speeds only, and tells little."""
+    times = 1.0 / beside.ratio
+    return (
+        f"more than {_MOST_TIMES} times"
+        if times > _MOST_TIMES
+        else f"{significant(times, 2)} times"
+    )
+
+
+def _in_text(name: str) -> str:
+    """Return a parameter's name as it stands inside a sentence; people's names stay capital."""
+    label = parameter_label(name)
+    return label if label.startswith(("Coulomb", "Stribeck")) else f"{label[0].lower()}{label[1:]}"
+
+
+def _rise_percent(outlook: Outlook) -> str:
+    """Return the rise at all speeds that two runs show, in per cent of Coulomb friction."""
+    share = outlook.design.expectation.visible_rise_nm / outlook.nominal["coulomb_nm"]
+    return significant(100.0 * share, 2)
+
+
 def can_see(outlook: Outlook) -> list[str]:
     """Return what this plan tells, a sentence each."""
     seen, speeds = outlook.design.expectation, outlook.design.expectation.speed_rad_s
-    share = 100.0 * seen.visible_rise_nm / outlook.nominal["coulomb_nm"]
     out = [
         f"The friction curve at {speeds.size} speeds from {significant(float(speeds.min()), 3)} to "
         f"{significant(float(speeds.max()), 3)} rad/s, both directions over the same positions.",
         f"A rise of friction of {_amount('_nm', seen.visible_rise_nm)} at all speeds "
-        f"({significant(share, 2)} % of Coulomb), or of "
+        f"({_rise_percent(outlook)} % of Coulomb), or of "
         f"{_amount('_nm', seen.visible_rise_at_one_speed_nm)} at any one speed, between two such "
-        "runs at one temperature (four of five such rises, one false alarm in twenty).",
+        "runs at one temperature: four of five such rises are found, with one false alarm in "
+        "twenty.",
     ]
-    ratios = outlook.beside_plain
-    if ratios and outlook.design.plain_s is not None:
-        best, worst = min(ratios, key=ratios.__getitem__), max(ratios, key=ratios.__getitem__)
+    beside = _beside_plain(outlook)
+    if beside is not None:
+        best, worst = beside
         out.append(
-            f"Intervals of {fixed(ratios[best], 2)} times ({parameter_label(best)}) to "
-            f"{fixed(ratios[worst], 2)} times ({parameter_label(worst)}) those of ten rising "
-            f"speeds over the same stroke in {outlook.design.plain_s:.1f} s."
+            "Every number to an interval that is between "
+            f"{significant(best.ratio, 2)} times ({best.label}) and {fixed(worst.ratio, 2)} times "
+            f"({worst.label}) as wide as from a plain stair, ten rising speeds over the same "
+            f"stroke in {outlook.design.plain_s:.1f} s."
         )
     found = outlook.stribeck_range_rad_s
     if found is not None:

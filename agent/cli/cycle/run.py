@@ -10,13 +10,13 @@ from pathlib import Path
 import typer
 
 from agent.cell.cell import Axis, Cell, read_cell
+from agent.cli.cycle.dry_run_text import judged_in_words
 from agent.cli.identify.summary import summary
 from agent.cli.record.keep import keep
 from agent.cli.terminal.talk import progress_bar, stop_on_signal, talker
 from agent.conclude.outcome import conclude
 from agent.cycle.axis_lock import owned
 from agent.cycle.plan import NAMED, plan_cycle
-from agent.cycle.preconditions import listed
 from agent.cycle.preflight import before_the_bus
 from agent.cycle.runner import Progress
 from agent.errors import InputError, RefusedError
@@ -75,10 +75,7 @@ def show_dry_run(
     typer.echo("\n".join([f"{cell.robot}, axis {number}: dry run, nothing moves.", *plan.lines()]))
     with owned(cell, axis) as no_other_owner:
         judged = (*before_the_bus(cell, axis, cycle, folder), no_other_owner)
-        typer.echo("\nBefore anything moves, each of these must hold:")
-        typer.echo("\n".join(f"  {line}" for line in listed(cell, axis, judged)))
-    if not all(condition.holds for condition in judged):
-        typer.echo("\n`stribeck run` would refuse now.")
+        typer.echo("\n".join(["", *judged_in_words(cell, axis, judged)]))
     if plan.excesses:
         raise RefusedError("What would be driven does not fit the axis's limits.")
 

@@ -114,7 +114,6 @@ def write_explanation(
     write_explanation_page(
         out / "report.html",
         found,
-        title=f"{about.robot}, axis {about.axis}",
         robot=about.robot,
         axis=about.axis,
         next_file=next_file,

@@ -5,22 +5,25 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterable, Sequence
 
+from agent.explain.answer.names import effect_name
+from agent.explain.answer.parts import parts_of
 from agent.explain.answer.result import Explanation, Finding, NextExperiment
+from agent.explain.answer.words import after_colon
 from agent.numbers import NO_NUMBER
 from agent.report.explanation.errors import error_rows, improvement_in_words
+from agent.report.explanation.head import Head, head_of
 from agent.report.explanation.places import region_in_words
 from agent.report.explanation.rows import parameter_rows
 from agent.report.explanation.words import (
     carried,
     decidable,
-    duration,
-    effect_label,
     found_title,
     heading,
+    motion_needed,
     next_command,
     not_judged,
-    paragraphs,
     percent,
+    qualification,
     set_up_beside,
     share,
     tells_apart,
@@ -31,6 +34,7 @@ from agent.report.explanation.words import (
 )
 
 WIDTH = 80
+_NAME, _SHARE = 55, 14  # columns of a finding's name and of its share
 
 
 def explanation_text(explanation: Explanation, *, axis: int | str = "", next_file: str = "") -> str:
@@ -44,19 +48,18 @@ def explanation_text(explanation: Explanation, *, axis: int | str = "", next_fil
     next_file : str
         Where that experiment's trajectory was written. Commands and file names are never broken.
     """
-    words = verdict_words(explanation)
-    lines = [f"{words.status}."]
-    for said in paragraphs(explanation) or (words.meaning,):
-        lines += _wrapped(said)
+    head = head_of(explanation)
+    lines = [f"{verdict_words(explanation).status}.", *_head(head, explanation)]
     if not decidable(explanation):
         lines += ["", "Why not:", *_items(explanation.reasons)]
         lines += ["", "What to do:", *_items(what_to_do(explanation))]
         return "\n".join(lines)
     lines += ["", *_errors(explanation)]
     if explanation.findings:
-        lines += ["", f"{found_title(explanation):<60}{'share':>8}{'prob.':>9}"]
-        for finding in explanation.findings:
-            lines += _finding(finding, explanation)
+        lines += ["", f"{found_title(explanation):<{_NAME}}{'share':>{_SHARE}}{'prob.':>9}"]
+        for index, finding in enumerate(explanation.told):
+            lines += ["", f"{explanation.beside}:"] if explanation.beside and index == 1 else []
+            lines += _finding(finding, explanation, head)
     lines += _unexplained(explanation)
     if explanation.next_experiment is not None:
         lines += ["", *_next(explanation.next_experiment, str(axis), next_file)]
@@ -68,6 +71,17 @@ def explanation_text(explanation: Explanation, *, axis: int | str = "", next_fil
     if explanation.reasons:
         lines += ["", "Bear in mind:", *_items(explanation.reasons)]
     return "\n".join(lines)
+
+
+def _head(head: Head, explanation: Explanation) -> list[str]:
+    """Return the answer: the sentence, and a line each for what else there is to know."""
+    lines = [line for said in (head.first, head.worth) for line in _wrapped(said)]
+    if head.further and explanation.beside:
+        lines += _wrapped(f"{explanation.beside}:")
+    lines += _items(head.further)
+    for said in (*head.rest, qualification(explanation)):
+        lines += _wrapped(said)
+    return lines
 
 
 def _errors(explanation: Explanation) -> list[str]:
@@ -95,13 +109,16 @@ def _error(rmse: str, fit: str) -> str:
     return f"{rmse:>10}{f'({fit} %)' if known else '':>11}"
 
 
-def _finding(finding: Finding, explanation: Explanation) -> list[str]:
-    """Return one finding: a line of the table, where it lives, its numbers, its rivals."""
-    name = f"{finding.rank}. {heading(effect_label(finding.effect))}"
-    lines = [f"{name:<58}{carried(finding.energy_share):>10}{share(finding.probability):>9}"]
+def _finding(finding: Finding, explanation: Explanation, head: Head) -> list[str]:
+    """Return one finding: a line of the table, how much and where, its numbers, its rivals."""
+    first, *others = _wrapped(f"{finding.rank}. {heading(effect_name(finding.effect))}", "", _NAME)
+    worth = f"{carried(finding.energy_share):>{_SHARE}}{share(finding.probability):>9}"
+    lines = [f"{first:<{_NAME}}{worth}", *(f"   {other}" for other in others)]
     names = (*explanation.recordings, *explanation.held_out)
-    if finding.sentence not in explanation.sentence:
-        lines += _wrapped(finding.sentence, "   ")
+    parts = parts_of(finding)
+    if not head.says(parts.place or parts.lead):
+        lines += _wrapped(parts.place or parts.lead, "   ")
+    lines += _wrapped(parts.caveat, "   ")
     if finding.where:
         places = "; ".join(region_in_words(region, names) for region in finding.where)
         lines += _wrapped(f"where: {places}", "   ")
@@ -116,8 +133,8 @@ def _finding(finding: Finding, explanation: Explanation) -> list[str]:
             lines += _wrapped(f"{row.label}: not identified: {row.reason}", "   ")
     for other in finding.alternatives:
         lines += _wrapped(
-            f"or {effect_label(other.effect)} ({share(other.probability)}); told apart by: "
-            f"{other.told_apart_by}",
+            f"or {effect_name(other.effect)} ({share(other.probability)}); told apart by: "
+            f"{after_colon(other.told_apart_by)}",
             "   ",
         )
     return lines
@@ -137,18 +154,18 @@ def _unexplained(explanation: Explanation) -> list[str]:
 def _next(experiment: NextExperiment, axis: str, file: str) -> list[str]:
     lines = ["Next:", *_wrapped(experiment.sentence)]
     lines += _wrapped(set_up_beside(experiment))
-    lasts = duration(experiment.seconds)
-    needed = f"Motion needed: about {lasts}." if lasts != NO_NUMBER else ""
+    lasts = motion_needed(experiment)
+    needed = f"Motion needed: {lasts}." if lasts else ""
     lines += _wrapped(f"{tells_apart(experiment)} {needed}".strip())
     lines += _wrapped(trajectory_hint(experiment, file))
     command = next_command(experiment, axis, file)
     return lines + [f"  {command}"] * bool(command)
 
 
-def _wrapped(text: str, indent: str = "  ") -> list[str]:
+def _wrapped(text: str, indent: str = "  ", width: int = WIDTH) -> list[str]:
     return textwrap.wrap(
         text,
-        WIDTH,
+        width,
         initial_indent=indent,
         subsequent_indent=indent,
         break_on_hyphens=False,

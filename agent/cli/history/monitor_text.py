@@ -11,13 +11,19 @@ from agent.monitor.detection.series import State
 from agent.monitor.history.cycle import Joint
 from agent.monitor.verdict.comparison import Effect
 from agent.monitor.verdict.finding import NOT_DECIDABLE, Finding
+from agent.monitor.verdict.words import parts_of
 from agent.numbers import Scale, scale_for, signed_interval
 
 if TYPE_CHECKING:  # it brings the explain engine, which few alarms are asked of
     from agent.conclude.alarm import AlarmExplanation
 
 _MOST = 8
-_QUIET = {State.NO_FAULT.value: "no alarm (NF)", NOT_DECIDABLE: "not decidable yet"}
+_SAID = {
+    State.NO_FAULT.value: "no alarm",
+    State.INCREASED.value: "ALARM: friction has increased",
+    State.HIGH.value: "URGENT ALARM: friction has increased a lot",
+    NOT_DECIDABLE: "not decidable yet",
+}
 
 
 def monitor_text(
@@ -34,8 +40,8 @@ def monitor_text(
 
 def _joint(finding: Finding, asked: AlarmExplanation | None) -> str:
     history = finding.history
-    state = f"ALARM ({finding.status})" if finding.alarm else _QUIET[finding.status]
-    lines = [f"{history.joint.label}: {state}", f"  {finding.sentence}"]
+    lines = [f"{history.joint.label}: {_SAID[finding.status]}"]
+    lines += [f"  {sentence}" for sentence in parts_of(finding.sentence) if sentence]
     if finding.reasons is not None:
         lines += [
             f"  {said}" for said in (finding.reasons.sentence, finding.reasons.others) if said

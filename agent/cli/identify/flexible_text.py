@@ -132,8 +132,6 @@ def _starts(starts: Sequence[Start]) -> list[str]:
     rest = [start for group in groups[_SHOWN:] for start in group]
     if rest:
         lines.append(f"  {'more':>12}  {_starts_in(rest):<10} elsewhere, discarded")
-    if sum(s.outcome == "best" for s in starts) == 1 < len(starts):
-        lines.append("  No two starts ended in that minimum: do not rely on these parameters.")
     return lines
 
 

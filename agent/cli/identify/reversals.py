@@ -48,7 +48,7 @@ def run_reversals(patterns: Sequence[str], picture: Path | None, *, as_json: boo
     recordings = read_all(patterns)
     one_axis(recordings)
     found = identify_reversals([signals_of(r) for r in recordings])
-    if picture is not None and found.decidable:
+    if picture is not None and found.traces:
         from agent.report.figures.reversals import figure_reversals
 
         write_picture(picture, figure_reversals(found))
@@ -56,16 +56,28 @@ def run_reversals(patterns: Sequence[str], picture: Path | None, *, as_json: boo
 
 
 def reversals_text(found: ReversalFit) -> str:
-    """Return what a technician reads: the sentence, the laws beside each other, the numbers."""
-    if not found.decidable:
-        return found.sentence
-    lines = [found.sentence, "", f"Error at reversals left out ({found.reversals} reversals):"]
+    """Return what a technician reads: the sentence, the laws beside each other, the numbers.
+
+    Where no law tells, there are no numbers of one, and nothing is told of what was not asked.
+    """
+    lines = [found.sentence, *([] if found.reasons else _law_lines(found))]
+    lines += _clearance_lines(found) if found.decidable else []
+    lines += [f"Note: {note}." for note in found.notes]
+    return "\n".join(lines)
+
+
+def _law_lines(found: ReversalFit) -> list[str]:
+    lines = ["", f"Error at reversals left out ({found.reversals} reversals):"]
     lines += [_law(fit) for fit in found.laws]
     selected = found.selected
     if selected is not None:
         lines += ["", f"Parameters ({selected.law}, motor side):"]
         lines += [_row(name, p) for name, p in selected.parameters.items()]
-    lines += ["", f"Between motor and arm ({found.clearance.source.replace('-', ' ')}):"]
+    return lines
+
+
+def _clearance_lines(found: ReversalFit) -> list[str]:
+    lines = ["", f"Between motor and arm ({found.clearance.source.replace('-', ' ')}):"]
     named = found.clearance.named()
     if len({p.reason for p in named.values()}) == 1 and not any(
         p.identified for p in named.values()
@@ -76,8 +88,7 @@ def reversals_text(found: ReversalFit) -> str:
         for name, p in named.items()
         if p.identified or name == "backlash_rad" or found.clearance.source == "arm-encoder"
     ]
-    lines += [f"Note: {note}." for note in found.notes]
-    return "\n".join(lines)
+    return lines
 
 
 def _law(fit: PreslidingFit) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import typer
 
@@ -22,10 +21,13 @@ from agent.numbers import scale_for, written
 from agent.record.reading import read_all
 from agent.record.recording import Recording
 
-if TYPE_CHECKING:
-    pass
-
 _COMPARED = 10  # orders in the table of anticogging
+_FAMILY = 3  # orders: two are multiples of one another too easily
+_OFF = 0.02  # of the first: as far as slow passes of few turns set orders apart
+_STUTTER = (
+    "Stutter: by so much the motor runs ahead of an even turning and falls behind it, in turn, at "
+    "this order (17.5 mrad are 1 degree)."
+)
 
 
 def run_ripple(
@@ -102,10 +104,48 @@ def ripple_text(found: Ripple) -> str:
             f"({passes}):",
             *(_row(line) for line in found.lines),
         ]
+        family, base = multiples([line.order_per_motor_rev for line in found.lines])
+        if family:
+            named = ", ".join(_order(order) for order in family)
+            lines += ["", f"Multiples of {_order(base)}: {named}."]
+        if any(_moves(line) for line in found.lines):
+            lines += ["", _STUTTER]
         reasons = dict.fromkeys(line.reason for line in found.lines if line.reason)
         lines += ["", *(f"Which effect it is stays undecided: {r}." for r in reasons)]
     lines += [f"Note: {note}." for note in found.notes]
     return "\n".join(lines).rstrip()
+
+
+def multiples(orders: Sequence[Parameter]) -> tuple[list[float], float]:
+    """Return the orders that are whole multiples of one of them, rising, and of which.
+
+    At least three, and half of all multiples up to the last: of a low order nearly everything is a
+    multiple by chance. Empty and 0 where there are none.
+    """
+    best: tuple[list[float], float] = ([], 0.0)
+    for base in (order.value for order in orders):
+        family = sorted(o.value for o in orders if _is_multiple(o, base))
+        complete = 2 * len(family) >= round(max(family, default=0.0) / base)
+        if len(family) >= max(_FAMILY, len(best[0]) + 1) and complete:
+            best = family, base
+    return best
+
+
+def _is_multiple(order: Parameter, base: float) -> bool:
+    times = round(order.value / base)
+    low, high = order.ci95 if order.ci95 is not None else (order.value, order.value)
+    reach = max(0.5 * (high - low), _OFF * base)
+    return times >= 1 and abs(order.value - times * base) <= reach
+
+
+def _moves(line: RippleLine) -> bool:
+    """Tell whether the position stutters at this order beyond its noise."""
+    stutter = line.stutter_rad
+    return stutter.identified and stutter.ci95 is not None and stutter.ci95[0] > 0.0
+
+
+def _order(order: float) -> str:
+    return f"{round(order, 1):g}"
 
 
 def change_text(changes: Sequence[RippleChange], *, compared: bool) -> list[str]:
@@ -150,9 +190,6 @@ def _row(line: RippleLine) -> str:
     arm = line.order_per_arm_rev.value
     per_arm = "" if arm == line.order_per_motor_rev.value else f", {arm:.5g} per arm turn"
     kind = "" if line.kind == "undecided" else f"  {line.kind}"
-    stutter = line.stutter_rad
-    moves = ""
-    if stutter.identified and stutter.ci95 is not None and stutter.ci95[0] > 0.0:
-        moves = f"; the position stutters by {1e3 * stutter.value:.3g} mrad"
+    moves = f"; stutter {1e3 * line.stutter_rad.value:.3g} mrad" if _moves(line) else ""
     size = f"{value} {scale.unit} ({interval})"
     return f"  {order:>9} ±{half} per motor turn{per_arm}: {size}{kind}{moves}"

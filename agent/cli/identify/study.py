@@ -31,6 +31,8 @@ from agent.report.study import StudyPage, validation_in_words, write_study_page
 
 SCHEMA = "stribeck.study/1"
 _RUNS_FOR_SPEEDS = 3
+_GAINS = 0.95  # of the condition number with every sample: less of a fall is not worth a word
+_AS_GOOD = 1.2  # times the narrowest interval: no wider, and two choices are one
 
 
 def run_study(
@@ -103,7 +105,8 @@ def study_of(conclusion: Conclusion) -> StudyPage:
         correlation, findings = None, (f"The residual is not judged: {error}.",)
     commanded = all(has_command(motion.signals) for motion in motions)
     return StudyPage(
-        sentence=_sentence(sweep),
+        sentence=finding(sweep),
+        trade_off=pulls_apart(sweep),
         sweep=sweep,
         correlation=correlation,
         findings=findings,
@@ -174,14 +177,64 @@ def _speeds(motions: Sequence[Motion], cutoff_hz: float) -> SpeedStudy | None:
     return study_speeds(runs) if len(runs) >= _RUNS_FOR_SPEEDS else None
 
 
-def _sentence(sweep: AccelerationSweep) -> str:
-    """Say with which samples the regression mixes inertia and friction up least."""
+def _inertia_known(sweep: AccelerationSweep) -> Floats:
+    """Return the inertia's standard deviation over its value at each threshold, shape (k,)."""
+    place = sweep.parameters.index("inertia_kg_m2")
+    value, deviation = sweep.theta[:, place], sweep.standard_deviation[:, place]
+    shares = np.full(value.shape, np.inf)
+    known = np.isfinite(value) & np.isfinite(deviation) & (value != 0.0)
+    shares[known] = deviation[known] / np.abs(value[known])
+    return shares
+
+
+def _mixed_least(sweep: AccelerationSweep) -> int:
+    """Return where inertia and friction are mixed up least: every sample, unless others gain."""
     first, best = sweep.condition_number[0], sweep.best
-    least = sweep.condition_number[best]
-    mixed = "Inertia and friction are mixed up least"
-    if not least < 0.95 * first or not np.isfinite(first):
-        return f"{mixed} with every sample (condition number {first:.3g}; the lower, the better)."
-    return (
-        f"{mixed} where accelerations above {sweep.threshold_rad_s2[best]:.3g} rad/s² are left out "
-        f"(condition number {least:.3g}; with every sample {first:.3g}; the lower, the better)."
+    gains = np.isfinite(first) and sweep.condition_number[best] < _GAINS * first
+    return best if gains else 0
+
+
+def pulls_apart(sweep: AccelerationSweep) -> bool:
+    """Tell whether the samples that mix least are not those that know the inertia best."""
+    shares = _inertia_known(sweep)
+    return bool(shares[_mixed_least(sweep)] > _AS_GOOD * shares.min())
+
+
+def finding(sweep: AccelerationSweep) -> str:
+    """Say which samples mix up inertia and friction least, and which know the inertia best."""
+    step, first = _mixed_least(sweep), float(sweep.condition_number[0])
+    numbers = f"condition number {first:.3g}"
+    if step:
+        numbers = f"condition number {sweep.condition_number[step]:.3g}; with every sample "
+        numbers += f"{first:.3g}"
+    edge = ", the last step of this scan" if step and step == _last(sweep) else ""
+    least = (
+        f"Inertia and friction are mixed up least {_samples_at(sweep, step)}{edge} ({numbers}; the "
+        "lower, the better)"
     )
+    shares = _inertia_known(sweep)
+    if not np.isfinite(shares).any():
+        return f"{least}."
+    if not pulls_apart(sweep):
+        return f"{least}, and the inertia is known as well there as anywhere."
+    known = int(np.argmin(shares))
+    return (
+        f"No choice of samples is best for everything. {least}. There the inertia is known to "
+        f"{_percent(shares[step])} only; it is known best, to {_percent(shares[known])}, "
+        f"{_samples_at(sweep, known)} (standard deviations)."
+    )
+
+
+def _last(sweep: AccelerationSweep) -> int:
+    """Return the index of the lowest threshold that leaves enough samples."""
+    return int(np.flatnonzero(np.isfinite(sweep.theta[:, 0]))[-1])
+
+
+def _samples_at(sweep: AccelerationSweep, step: int) -> str:
+    if step == 0:
+        return "with every sample"
+    return f"without accelerations above {sweep.threshold_rad_s2[step]:.3g} rad/s²"
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.2g} %"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from agent.identify.result import Estimate, Parameter
+from agent.identify.sentence import percent
 from agent.numbers import parameter_label, parameter_unit, scale_for, significant, written
 
 
@@ -22,20 +23,20 @@ def summary(estimate: Estimate) -> str:
     if selected is not None:
         lines.append(
             f"\nFriction curve: {selected.model}, {_torque(selected.rmse_nm)} rms is left, "
-            f"fit {selected.fit_percent:.1f} %"
+            f"fit {percent(selected.fit_percent)}"
         )
         lines += _parameters(selected.parameters)
     body = estimate.rigid_body
     if body is not None:
         lines.append(
-            f"\nRigid body: {_torque(body.rmse_nm)} rms is left, fit {body.fit_percent:.1f} %, "
+            f"\nRigid body: {_torque(body.rmse_nm)} rms is left, fit {percent(body.fit_percent)}, "
             f"condition number {body.condition_number:.3g}"
         )
         lines += _parameters(body.parameters)
     if estimate.validation is not None:
         unseen = estimate.validation
         lines.append(
-            f"\nValidation on {unseen.recording}: fit {unseen.fit_percent:.1f} %, "
+            f"\nValidation on {unseen.recording}: fit {percent(unseen.fit_percent)}, "
             f"relative torque error {unseen.relative_torque_error_percent:.2f} %"
         )
     if estimate.notes:

@@ -1,4 +1,4 @@
-"""What each effect is called in a sentence, and which of them brake."""
+"""What each effect is called, in sentences, on pages and in terminals, and which of them brake."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ NAMES: Mapping[str, str] = MappingProxyType(
         "load-dependent-friction": "friction that grows with the load on the gear",
         "temperature-dependent-friction": "friction that changes with the gearbox temperature",
         "position-dependent-friction": "friction that changes along the position",
-        "presliding-hysteresis": "friction that yields like a spring before it slips",
+        "presliding-hysteresis": "friction that yields like a spring before it slips (presliding)",
         "friction-drift": "friction that changes with time or use",
         "torque-ripple": "torque ripple that repeats with the motor's angle",
-        "kinematic-error": "a gear whose ratio wobbles with the angle",
+        "kinematic-error": "a gear whose ratio wobbles with the angle (transmission error)",
         "torque-constant-error": "a torque constant that is not what the simulation says",
         "torque-offset": "a constant torque beside the reported one",
         "torque-saturation": "a drive that clips its torque",
@@ -27,11 +27,17 @@ NAMES: Mapping[str, str] = MappingProxyType(
         "gravity-imbalance": "a payload or imbalance that the simulation does not know",
         "cable-force": "a spring-like pull of hoses and cables",
         "joint-flexibility": "an arm that swings behind a soft gear",
-        "backlash": "clearance in the gear",
+        "backlash": "backlash in the gear",
         "local-fault": "a bump at one place of the position",
     }
 )
-"""What each effect of contract section 4 is called in a sentence."""
+"""What each effect of contract section 4 is called, in the middle of a sentence."""
+
+
+def effect_name(effect: str) -> str:
+    """Return what an effect is called; one that is not known keeps its own id's words."""
+    return NAMES.get(effect, effect.replace("-", " "))
+
 
 FOLLOWS_DIRECTION = frozenset(
     {
@@ -46,6 +52,9 @@ FOLLOWS_DIRECTION = frozenset(
     }
 )
 """Effects whose torque brakes: told in the direction of motion."""
+
+COSTS_NO_TORQUE = frozenset({"torque-saturation"})
+"""Effects that keep the motion back: the torque that it takes has no error."""
 
 OWN_NUMBER = "the twin's own number"
 """The form of a finding that is no missing physics."""

@@ -24,6 +24,7 @@ from agent.explain.answer.located import (
     Region,
     Ringing,
 )
+from agent.explain.answer.parts import weighed
 from agent.physics.twin import Twin
 
 __all__ = [
@@ -92,6 +93,9 @@ class Explanation:
         Names.
     band_hz : float
         Up to where torques were compared: errors, floor and shares are of that band.
+    beside : str
+        Heading of what was found beside the first finding, where that one alone is what was asked
+        about; empty where all of them stand in one list.
     """
 
     verdict: Verdict
@@ -117,6 +121,12 @@ class Explanation:
     traces: tuple[Trace, ...] = ()
     unexplained_curves: tuple[Curve, ...] = ()
     band_hz: float = math.nan
+    beside: str = ""
+
+    @property
+    def told(self) -> tuple[Finding, ...]:
+        """Return the findings, each with a sentence that says what its small share hides."""
+        return tuple(weighed(f, self.holdout, self.floor.value_nm) for f in self.findings)
 
     def to_json(self) -> dict[str, Any]:
         """Return the `stribeck.explanation/1` document."""
@@ -135,7 +145,7 @@ class Explanation:
             "refitted": self.refitted.to_json(),
             "extended": self.extended.to_json(),
             "holdout": None if self.holdout is None else self.holdout.to_json(),
-            "findings": [finding.to_json() for finding in self.findings],
+            "findings": [finding.to_json() for finding in self.told],
             "unexplained": {
                 "energy_share": number(self.unexplained_share),
                 "where": [region.to_json() for region in self.unexplained_where],

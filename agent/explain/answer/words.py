@@ -6,13 +6,15 @@ import math
 from collections.abc import Sequence
 
 from agent.explain.answer.amounts import percent, torque
-from agent.explain.answer.names import NAMES, OWN_NUMBER
+from agent.explain.answer.names import COSTS_NO_TORQUE, OWN_NUMBER, effect_name
+from agent.explain.answer.parts import weighed
 from agent.explain.answer.places import place_in_words
-from agent.explain.answer.result import Finding, Fit, Holdout, Region
+from agent.explain.answer.result import Explanation, Finding, Fit, Holdout, Region
 from agent.numbers import scale_for, significant
 
-_COSTS_NO_TORQUE = frozenset({"torque-saturation"})  # what keeps the motion back has no error
-_TOLD = 3  # findings in the summary
+TOLD = 3
+"""Findings in the summary: smaller ones are counted there."""
+
 _WORSE = 1.1  # times the error before: more is no law for what was not seen
 _LITTLE = 0.01  # of the mismatch: what has no name is in the unseen recordings alone
 _AS_NOISE = 1.1  # times the noise floor: up to there the band of the comparison holds nothing
@@ -45,11 +47,23 @@ def _unsure(holdout: Holdout) -> str:
     return f" (by {low} to {high} %)"
 
 
-def tie_sentence(finding: Finding) -> str:
+def tie_sentence(finding: Finding, *, to_decide: bool = True) -> str:
     """Return what a finding cannot be told apart from, and what decides."""
-    others = " or ".join(NAMES[a.effect] for a in finding.alternatives)
-    first = finding.alternatives[0].told_apart_by
-    return f"These recordings cannot tell {NAMES[finding.effect]} from {others}. To decide: {first}"
+    others = " or ".join(effect_name(a.effect) for a in finding.alternatives)
+    said = f"These recordings cannot tell {effect_name(finding.effect)} from {others}."
+    first = after_colon(finding.alternatives[0].told_apart_by)
+    return f"{said} To decide: {first}" if to_decide else said
+
+
+def after_colon(sentence: str) -> str:
+    """Return a sentence as it goes on behind a colon."""
+    return f"{sentence[:1].lower()}{sentence[1:]}"
+
+
+def smaller_sentence(count: int) -> str:
+    """Return how many findings the summary leaves to the list; nothing for none."""
+    more = count - TOLD
+    return f"{more} smaller finding{'s are' if more > 1 else ' is'} listed below." * (more > 0)
 
 
 def summary(
@@ -79,43 +93,97 @@ def summary(
         Of the simulation as it is.
     """
     if verdict == "no-mismatch":
-        rest = torque(refitted.rmse_nm)
-        if not math.isfinite(floor_nm):
-            return (
-                "Simulation and recordings agree as far as can be told: what is left, "
-                f"{rest} rms, follows nothing that was recorded, and how much noise there is could "
-                "not be measured."
-            )
-        if 0.0 < left_share < 1.0:  # beside the effects that the simulation has already
-            return (
-                f"Simulation and recordings agree but for {rest} rms, where noise is "
-                f"{torque(floor_nm)}: {100.0 * left_share:.0f} % of what it would miss without "
-                "its effects."
-            )
-        if refitted.rmse_nm > _AS_NOISE * floor_nm:
-            return (
-                f"Simulation and recordings agree as far as can be told: what is left, {rest} rms "
-                f"where noise is {torque(floor_nm)}, follows nothing that was recorded."
-            )
-        return f"Simulation and recordings agree: what is left, {rest} rms, is noise."
-    parts = [f.sentence for f in findings[:_TOLD]]
-    if len(findings) > _TOLD:
-        more = len(findings) - _TOLD
-        parts.append(f"{more} smaller finding{'s are' if more > 1 else ' is'} listed below.")
+        return _agreement(floor_nm, refitted, left_share)
+    parts = [weighed(f, holdout, floor_nm).sentence for f in findings[:TOLD]]
+    parts.append(smaller_sentence(len(findings)))
+    parts += _what_stays(verdict, findings, holdout, floor_nm, refitted, left, left_share, given)
+    tied = first_tie(findings)
+    parts.append("" if tied is None else tie_sentence(tied))
+    return " ".join(part for part in parts if part)
+
+
+def _agreement(floor_nm: float, refitted: Fit, left_share: float) -> str:
+    """Return that simulation and recordings agree, and how far that can be told."""
+    rest = torque(refitted.rmse_nm)
+    if not math.isfinite(floor_nm):
+        return (
+            "Simulation and recordings agree as far as can be told: what is left, "
+            f"{rest} rms, follows nothing that was recorded, and how much noise there is could "
+            "not be measured."
+        )
+    if 0.0 < left_share < 1.0:  # beside the effects that the simulation has already
+        return (
+            f"Simulation and recordings agree but for {rest} rms, where noise is "
+            f"{torque(floor_nm)}: {100.0 * left_share:.0f} % of what it would miss without "
+            "its effects."
+        )
+    if refitted.rmse_nm > _AS_NOISE * floor_nm:
+        return (
+            f"Simulation and recordings agree as far as can be told: what is left, {rest} rms "
+            f"where noise is {torque(floor_nm)}, follows nothing that was recorded."
+        )
+    return f"Simulation and recordings agree: what is left, {rest} rms, is noise."
+
+
+def summary_of(explanation: Explanation) -> str:
+    """Return the whole answer of an explanation anew, as of one whose findings were put in order.
+
+    Parameters
+    ----------
+    explanation : Explanation
+    """
+    return summary(*_answered(explanation))
+
+
+def what_stays(explanation: Explanation) -> tuple[str, ...]:
+    """Return what has no name, and what the findings are worth, each as it stands on a line."""
+    return _what_stays(*_answered(explanation))
+
+
+def _answered(
+    explanation: Explanation,
+) -> tuple[str, Sequence[Finding], Holdout | None, float, Fit, Sequence[Region], float, Fit]:
+    """Return what an explanation answers, in the order of `summary`'s parameters."""
+    return (
+        explanation.verdict,
+        explanation.findings,
+        explanation.holdout,
+        explanation.floor.value_nm,
+        explanation.refitted,
+        explanation.unexplained_where,
+        explanation.unexplained_share,
+        explanation.baseline,
+    )
+
+
+def first_tie(findings: Sequence[Finding]) -> Finding | None:
+    """Return the first finding that another effect may be in truth."""
+    return next((f for f in findings if f.alternatives), None)
+
+
+def _what_stays(
+    verdict: str,
+    findings: Sequence[Finding],
+    holdout: Holdout | None,
+    floor_nm: float,
+    refitted: Fit,
+    left: Sequence[Region],
+    left_share: float,
+    given: Fit,
+) -> tuple[str, ...]:
+    """Return what is said behind the findings, but for ties; parameters as of `summary`."""
+    parts = []
     only_unseen = bool(findings) and not left and left_share < _LITTLE
     if verdict in ("unexplained", "partly-explained") and not only_unseen:
         parts.append(_left_sentence(findings, floor_nm, refitted, left, left_share, given))
-    if holdout is not None and any(f.effect not in _COSTS_NO_TORQUE for f in findings):
+    if holdout is not None and any(f.effect not in COSTS_NO_TORQUE for f in findings):
         parts.append(proof_sentence(holdout, floor_nm))
         if verdict == "partly-explained" and only_unseen:
             parts.append(
                 f"That is {significant(holdout.floor_ratio, 2)} times the noise: these hold "
                 "something that the recordings to learn from do not show."
             )
-    tied = [f for f in findings if f.alternatives]
-    if tied:
-        parts.append(tie_sentence(tied[0]))
-    return " ".join(parts)
+    return tuple(parts)
 
 
 def _left_sentence(

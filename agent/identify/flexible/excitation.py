@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from agent.identify.flexible.attenuation import rigid_noise
 from agent.identify.flexible.intervals import physical
 from agent.identify.flexible.projection import Point, Problem
+from agent.identify.flexible.result import Start
 from agent.identify.flexible.rivals import PLAIN, Effect, Lack, Rival
 from agent.identify.flexible.spectra import PLACES
 from agent.identify.uncertainty import correlation_time
@@ -24,6 +26,7 @@ _SWINGING: tuple[Effect, ...] = ("mode", "stiffening", "arm-viscous", "arm-coulo
 _ADVICE = (
     "record a triangle wave of velocity with high jerk, ten periods or more, at 250 Hz or more"
 )
+_SEARCHED = 5  # random starts: of fewer none need come to the right end
 _SEEN = 0.9  # of the cutoff: nearer to it, the filter leaves of a resonance its flank alone
 
 
@@ -83,6 +86,22 @@ def wrong_minimum(problem: Problem, lack: Lack) -> list[str]:
     return [
         f"the search found no joint of three masses: most of what the best one leaves swings near "
         f"{_hertz(modes[0])} Hz; fit two masses, or record with higher jerk"
+    ]
+
+
+def lonely_minimum(problem: Problem, lack: Lack, starts: Sequence[Start]) -> list[str]:
+    """Return why a minimum that only one of many starts found says nothing.
+
+    Nearly every start finds that of two masses. Three masses are harder to find, and what leaves
+    nothing but noise is theirs, however few starts found it.
+    """
+    searched = sum(start.origin == "random" for start in starts) >= _SEARCHED
+    lonely = searched and sum(start.outcome == "best" for start in starts) == 1
+    if not lonely or (problem.kind == "three-mass" and not lack.rivals):
+        return []
+    return [
+        f"only one of {len(starts)} starts of the search ended in the lowest minimum: it may be a "
+        f"local one; {_ADVICE}"
     ]
 
 

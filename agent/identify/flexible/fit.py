@@ -20,6 +20,7 @@ from agent.identify.flexible.chain import Kind, chain_of
 from agent.identify.flexible.checks import why_not
 from agent.identify.flexible.excitation import (
     hardly_excited,
+    lonely_minimum,
     no_third_mass,
     not_excited,
     notes_of,
@@ -228,7 +229,7 @@ def _fitted(
     if options.cubic or (options.cubic is None and stiffens):
         problem, best = stiffened(problem, best, found.bounds)
         lack = lack_of(problem, best)
-    reasons = hardly_excited(best, rigid, lack)
+    reasons = hardly_excited(best, rigid, lack) or lonely_minimum(problem, lack, found.starts)
     if reasons:
         return refused(options, reasons)
     return _Minimum(problem, best, rigid_problem, rigid, found, lack).described(

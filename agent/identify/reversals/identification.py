@@ -14,6 +14,7 @@ from agent.identify.reversals.data import Data, columns_of, data_of
 from agent.identify.reversals.laws import LAWS, Range, range_of
 from agent.identify.reversals.parameters import parameters_of
 from agent.identify.reversals.result import (
+    LEFT_OUT,
     Clearance,
     PreslidingFit,
     ReversalFit,
@@ -22,9 +23,10 @@ from agent.identify.reversals.result import (
 )
 from agent.identify.reversals.search import Solution, solve
 from agent.identify.reversals.selection import not_better, objection, select
-from agent.identify.reversals.sentence import undecided, verdict
+from agent.identify.reversals.sentence import judged, undecided, verdict
 from agent.identify.reversals.turns import Motion, read_tracks
 from agent.identify.signals.arrays import Signals
+from agent.identify.signals.saturation import is_limited
 
 _NO_POSITION = (
     "not identified: position was not recorded. Friction around a reversal follows the travel "
@@ -64,7 +66,7 @@ def identify_reversals(recordings: Sequence[Signals]) -> ReversalFit:
     reason = _why_not(motion) if placed else _NO_POSITION
     if data is not None and not reason:
         impossible = no_joint_records(placed)
-        reason = f"not identified: {impossible}" if impossible else _silent(data)
+        reason = f"not identified: {impossible}" if impossible else _no_friction(placed, data)
     if reason or data is None:
         return ReversalFit(
             names, False, (reason,), motion.turns, math.nan, (), nothing(reason), undecided(reason)
@@ -90,8 +92,8 @@ def identify_reversals(recordings: Sequence[Signals]) -> ReversalFit:
     notes = _notes(winner, clearance)
     unplaced = [signals.name for signals in recordings if signals.position_rad is None]
     if unplaced:
-        notes += (f"left out, as position_rad was not recorded: {', '.join(unplaced)}",)
-    return ReversalFit(
+        notes += (f"{LEFT_OUT} position_rad was not recorded: {', '.join(unplaced)}",)
+    found = ReversalFit(
         names,
         True,
         (),
@@ -108,6 +110,7 @@ def identify_reversals(recordings: Sequence[Signals]) -> ReversalFit:
         notes,
         _traces(winner, data),
     )
+    return judged(found, data.noise_nm)
 
 
 def _left(winner: Solution, plain: Solution, noise_nm: float) -> float:
@@ -149,6 +152,30 @@ def _why_not(motion: Motion) -> str:
             f"least {_LEAST_REVERSALS}, better twenty, of several amplitudes"
         )
     return ""
+
+
+def _no_friction(placed: Sequence[Signals], data: Data) -> str:
+    """Return why the torque is not what the joint asks for; empty where it may be."""
+    limited = [signals.name for signals in placed if is_limited(signals)]
+    if limited:
+        return (
+            f"not identified: the torque is cut off at a limit in {', '.join(limited)}; reverse "
+            "more gently, or raise the limit"
+        )
+    if _pushes(data):
+        return (
+            "not identified: friction comes out negative: torque and velocity have opposite signs; "
+            "turn one of them"
+        )
+    return _silent(data)
+
+
+def _pushes(data: Data) -> bool:
+    """Return whether the torque is lower on the way forwards than backwards."""
+    velocity = data.common[:, 0]
+    middle = float(np.mean(data.torque_nm[velocity > 0.0])) if (velocity > 0.0).any() else 0.0
+    back = float(np.mean(data.torque_nm[velocity < 0.0])) if (velocity < 0.0).any() else 0.0
+    return middle - back < -_SILENT * data.noise_nm
 
 
 def _silent(data: Data) -> str:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from agent.identify.result import Floats, Parameter
 
 SCHEMA = "stribeck.reversals/1"
+LEFT_OUT = "left out, as"
+"""How a note begins that tells which recordings took no part."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +114,11 @@ class Trace:
 
 @dataclass(frozen=True)
 class ReversalFit:
-    """Everything that the reversals of one axis's recordings carry."""
+    """Everything that the reversals of one axis's recordings carry.
+
+    `reasons` say why nothing is decidable, or, where the arm's encoder tells the clearance all the
+    same, why no law is told.
+    """
 
     recordings: tuple[str, ...]
     decidable: bool
@@ -152,6 +158,30 @@ class ReversalFit:
             "clearance": self.clearance.to_json(),
             "notes": list(self.notes),
         }
+
+
+def without_law(found: ReversalFit, reason: str, sentence: str) -> ReversalFit:
+    """Return a result whose laws have errors and no numbers, with the reason.
+
+    A clearance by the arm's encoder stays, for no law of the torque has a part in it, and so does
+    the reason of one that is not identified anyway.
+    """
+    by_arm = found.clearance.source == "arm-encoder"
+    unknown = Parameter.not_identified(reason)
+    return replace(
+        found,
+        decidable=by_arm,
+        reasons=(reason,),
+        laws=tuple(
+            replace(fit, parameters=dict.fromkeys(fit.parameters, unknown)) for fit in found.laws
+        ),
+        clearance=nothing(reason)
+        if found.clearance.backlash_rad.identified and not by_arm
+        else found.clearance,
+        sentence=sentence,
+        # What notes say of laws is of no law's account any more.
+        notes=tuple(note for note in found.notes if note.startswith(LEFT_OUT)),
+    )
 
 
 def nothing(reason: str) -> Clearance:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from agent.identify.result import Parameter
-from agent.identify.reversals.result import Clearance, PreslidingFit
-from agent.numbers import Scale, parameter_unit, scale_for, significant, written
+from agent.identify.reversals.result import Clearance, PreslidingFit, ReversalFit, without_law
+from agent.identify.sentence import with_interval
+from agent.numbers import Scale, parameter_unit, scale_for, significant
 
 _NAMES = {"dahl": "Dahl", "bliman-sorine": "Bliman-Sorine", "lugre": "LuGre"}
 _MOSTLY = 0.5
+_MANY = 5.0  # times the noise: no friction that turns leaves so much
 _ANGLES = ((1.0, "rad"), (1e3, "mrad"), (1e6, "µrad"))
 
 
@@ -57,6 +59,44 @@ def verdict(fit: PreslidingFit, clearance: Clearance, finest_rad: float, left: f
     if gap.identified and fit.law != "backlash":
         return f"{first} The gear has {_quantity('backlash_rad', gap)} of clearance."
     return first
+
+
+def judged(found: ReversalFit, noise_nm: float) -> ReversalFit:
+    """Return a result without numbers of a law where no law tells what is in the torque.
+
+    That is so where many times the noise is left, and most of what friction leaves that turns at
+    once: the numbers are then the nearest law's, and not the joint's. What the arm's encoder shows
+    stands by itself.
+
+    Parameters
+    ----------
+    found : ReversalFit
+        As identified.
+    noise_nm : float
+        Standard deviation of the torque's noise, as the laws were fitted (`Data.noise_nm`).
+    """
+    selected = found.selected
+    if not found.decidable or selected is None or not noise_nm > 0.0:
+        return found
+    times = selected.rmse_nm / noise_nm
+    plain = found.law("coulomb").rmse_nm ** 2 - noise_nm**2
+    left = (selected.rmse_nm**2 - noise_nm**2) / plain if plain > 0.0 else 0.0
+    if not (times > _MANY and left > _MOSTLY):
+        return found
+    name = _NAMES.get(selected.law, selected.law.capitalize())
+    reason = (
+        f"not identified: no law explains these reversals, {times:.0f} times the torque's noise is "
+        "left"
+    )
+    sentence = (
+        f"These reversals do not tell how friction turns: the nearest law ({name}) leaves "
+        f"{times:.0f} times the torque's noise. Something else is in the torque there, such as a "
+        "spring, ripple or cables: ask `stribeck explain` what it is, or record slower swings of "
+        "several amplitudes."
+    )
+    if found.clearance.source == "arm-encoder":
+        sentence = f"{sentence} {_by_arm(found.clearance)}"
+    return without_law(found, reason, sentence)
 
 
 def undecided(reason: str) -> str:
@@ -108,9 +148,8 @@ def _by_arm(clearance: Clearance) -> str:
 
 
 def _quantity(name: str, parameter: Parameter) -> str:
-    """Return value, half of the interval and unit; without an interval, that it has none."""
+    """Return value, interval and unit; without an interval, that it has none."""
     scale = scale_of(name, parameter.value)
     if not parameter.identified or parameter.ci95 is None:
         return "a travel that is not well determined"
-    value, _, half = written(parameter, scale.factor)
-    return f"{value} ±{half} {scale.unit}" if half else f"{value} {scale.unit}"
+    return with_interval(parameter, scale)

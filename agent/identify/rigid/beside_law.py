@@ -27,9 +27,8 @@ from agent.physics.friction import COULOMB_VISCOUS, FEENY_MOON, LAWS
 
 _LINE = COULOMB_VISCOUS.linear
 NOTE = (
-    "friction is bent: inertia, gravity and offset are those beside the friction law, Coulomb and "
-    "viscous friction are the law's where it contradicts a straight line; fit and residual of the "
-    "rigid body are those of the best straight line"
+    "friction bends with speed: where the friction law differs from a straight line, Coulomb and "
+    "viscous friction are the law's; fit and residual of the rigid body are the line's"
 )
 
 

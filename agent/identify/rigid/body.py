@@ -8,6 +8,7 @@ coloured by ripple, control and the filter.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,6 +112,19 @@ def _as_twin(
         if not below:
             return found
         without |= below
+
+
+def without_negative_inertia(fit: RigidBodyFit) -> RigidBodyFit:
+    """Return a fit whose inertia has no number where it comes out below zero beyond chance."""
+    inertia = fit.parameters["inertia_kg_m2"]
+    if inertia.ci95 is None or inertia.ci95[1] >= 0.0:
+        return fit
+    refused = Parameter.not_identified(
+        "it comes out negative, which no mass has: torque and motion are not in step; record "
+        "faster, and both by one clock"
+    )
+    held = {name: value for name, value in fit.as_twin.items() if name != "inertia_kg_m2"}
+    return replace(fit, parameters=dict(fit.parameters) | {"inertia_kg_m2": refused}, as_twin=held)
 
 
 def _is_below_by_chance(parameter: Parameter) -> bool:

@@ -67,8 +67,13 @@ def _mixed_reason(name: str, rows: Rows) -> str:
             f"on a stroke of {degrees:.3g} degrees of the arm, gravity cannot be told from a "
             "constant torque"
         )
+    constant = (
+        "moving one way, a constant torque cannot be told from friction"
+        if rows.one_way
+        else "on this motion a constant torque cannot be told from gravity and friction together"
+    )
     return {
         "inertia_kg_m2": "the acceleration cannot be told from the other columns",
-        "torque_offset_nm": "moving one way, a constant torque cannot be told from friction",
+        "torque_offset_nm": constant,
         "viscous_nm_s_per_rad": "at one speed, viscous friction cannot be told from Coulomb",
     }[name]

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from agent.identify.objections import jumps
 from agent.identify.result import Parameter, RigidBodyFit
 from agent.identify.rigid.body import fit_rigid_body
 from agent.identify.rigid.fading import whole_from_rad_s
 from agent.identify.rigid.rows import Rows, collect_rows
+from agent.identify.sentence import LOW_PASSED
 from agent.identify.signals.preprocess import Motion, filter_motion, shared_cutoff
 
 _HALVINGS = 2
@@ -17,6 +19,7 @@ _SAME_INERTIA = 0.01
 _FELT = 0.5  # of half an interval: by less friction may move without a word
 _FRICTION = ("coulomb_nm", "viscous_nm_s_per_rad")
 _LATE_S = 1e-3  # less is half a sample's, or a step's, and is not worth a note
+_BETWEEN_SAMPLES = "the speed changes between one sample and the next; record at 100 Hz or faster"
 _POOR_FIT_PERCENT = 85.0  # less is more than what noise and a spring usually leave
 
 
@@ -63,23 +66,16 @@ def regress(motions: Sequence[Motion], asked_hz: float | None) -> Regression:
         faster = _below_resonance(motions, rows, chosen_hz, share, halvings, speed)
         fitted, notes = _where_friction_is_whole(fitted, faster, speed)
     chosen_hz, rows, body = fitted.cutoff_hz, fitted.rows, fitted.body
-    if fitted.halved:
-        notes.append(
-            "the inertia changes with frequency: the arm is flexible, and the cutoff was halved"
-        )
-    if body is not None and body.spring_took_part:
-        notes.append(
-            "the torque shows a spring between motor and arm; its first term took part in the "
-            "rigid body's fit"
-        )
-    if body is not None and abs(body.torque_late_s) > _LATE_S:
-        notes.append(_of_lateness(body.torque_late_s))
     if body is not None and body.fit_percent < _POOR_FIT_PERCENT:
         notes.append(
-            f"the rigid body explains {body.fit_percent:.0f} % of the torque: what it lacks may "
-            "bend its numbers further than their intervals reach (ask `stribeck explain`)"
+            f"the rigid body explains only {body.fit_percent:.0f} % of the torque: its numbers may "
+            "be further off than their intervals say; `stribeck explain` looks for what is missing"
         )
-    notes.append(f"signals and regressors were low-passed alike at {chosen_hz:.3g} Hz")
+    if fitted.halved or (body is not None and body.spring_took_part):
+        notes.append(_of_elasticity(chosen_hz))
+    if body is not None and abs(body.torque_late_s) > _LATE_S:
+        notes.append(_of_lateness(body.torque_late_s))
+    notes.append(f"{LOW_PASSED} {chosen_hz:.3g} Hz")
     return Regression(chosen_hz, rows, body, tuple(notes), fitted.reaches_over)
 
 
@@ -124,13 +120,15 @@ def _where_friction_is_whole(
     body, fit = plain.body, faster.body
     if body is None:
         return plain, []
-    below = f"below {speed_rad_s:.2g} rad/s the joint's dry friction is not whole"
+    below = f"below {speed_rad_s:.2g} rad/s friction has not built up fully"
     if fit is None or not all(fit.parameters[name].identified for name in _FRICTION):
-        return plain, [f"{below}, and too little is faster: Coulomb and viscous are bent"]
+        return plain, [
+            f"{below}, and too few samples are faster: Coulomb and viscous friction may be off"
+        ]
     moved = max(_moved(body.parameters[name], fit.parameters[name]) for name in _FRICTION)
     if moved > 1.0 or (plain.halved and not faster.halved):
-        why = "it creeps before it slips, or a simulator smooths the sign"
-        return faster, [f"{below} ({why}): slower rows took no part in the rigid body's fit"]
+        why = "the joint creeps before it slips, or a simulator smooths the sign"
+        return faster, [f"{below} ({why}): slower samples took no part in the rigid body's fit"]
     if moved <= _FELT:
         return plain, []
     same = faster.rows if faster.cutoff_hz == plain.cutoff_hz else None
@@ -155,11 +153,16 @@ def over_both(body: RigidBodyFit, other: RigidBodyFit) -> RigidBodyFit:
     return replace(body, parameters=parameters)
 
 
+def _of_elasticity(cutoff_hz: float) -> str:
+    # Of the spring the first term takes part at most, and above the cutoff nothing was asked.
+    return f"the arm is elastic: the inertia holds for slow motion only, below {cutoff_hz:.2g} Hz"
+
+
 def _of_lateness(late_s: float) -> str:
     late, early = ("torque", "motion") if late_s > 0.0 else ("motion", "torque")
     return (
-        f"the {late} comes {1e3 * abs(late_s):.2g} ms later than the {early} (a filter in the "
-        "drive?); that took part in the rigid body's fit"
+        f"the drive reports {late} {1e3 * abs(late_s):.2g} ms later than {early}; "
+        "this was corrected"
     )
 
 
@@ -210,4 +213,5 @@ def rows_of(
     # Gravity needs the position of every row; one recording without it takes the columns away.
     complete = len(ends) == len(motions)
     stroke = max(e[1] for e in ends) - min(e[0] for e in ends) if complete else float("nan")
-    return collect_rows(stretches, stroke, noise_share)
+    slow = any(jumps(motion) for motion in motions)
+    return collect_rows(stretches, stroke, noise_share, _BETWEEN_SAMPLES if slow else "")

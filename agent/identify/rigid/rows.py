@@ -65,13 +65,22 @@ class Rows:
     arm_stroke_rad: float
     unfiltered: tuple[Unfiltered, ...] = ()
 
+    @property
+    def one_way(self) -> bool:
+        """Whether the joint moves in one direction only: a constant torque is friction then."""
+        way = self.columns[:, PARAMETERS.index("coulomb_nm")]
+        return bool(way.size) and not (way.min() < 0.0 < way.max())
+
     def some(self, kept: Sequence[int]) -> Floats:
         """Return these columns, shape (N, k); all of them without a copy."""
         return self.columns if len(kept) == self.columns.shape[1] else self.columns[:, kept]
 
 
 def collect_rows(
-    stretches: Sequence[FilteredStretch], arm_stroke_rad: float, noise_share: float = 0.0
+    stretches: Sequence[FilteredStretch],
+    arm_stroke_rad: float,
+    noise_share: float = 0.0,
+    inertia_hidden: str = "",
 ) -> Rows:
     """Put the usable samples of all filtered stretches under each other.
 
@@ -83,6 +92,8 @@ def collect_rows(
         How far the arm moved; NaN without a position.
     noise_share : float
         Measuring noise in the filtered acceleration, as a share of its root mean square.
+    inertia_hidden : str
+        Why the inertia is not felt, where that is known beforehand.
     """
     columns, torques, times, snaps = [], [], [], []
     clock_s = 0.0
@@ -95,7 +106,7 @@ def collect_rows(
         snaps.append(s.snap_rad_s4[s.usable])
     fastest = max((float(np.abs(s.velocity_rad_s).max()) for s in stretches), default=0.0)
     change = max((float(np.ptp(s.velocity_rad_s)) for s in stretches), default=0.0)
-    hidden = ""
+    hidden = inertia_hidden
     if change <= SPEED_CHANGE * fastest:
         hidden = "the velocity hardly changes inside any stretch of data"
     elif noise_share > _NOISE_SHARE:

@@ -29,7 +29,7 @@ WEAR, OIL, TEMPERATURE, PAYLOAD, MEASUREMENT, OTHER = (
     "other",
 )
 WORDS: Mapping[str, str] = {
-    WEAR: "wear in the gearbox (friction rises most at low speed, thesis Figure 5.9)",
+    WEAR: "wear in the gearbox (friction rises most at low speed)",
     OIL: "another, thicker or aged lubricant (the viscous part changes, low speed hardly)",
     TEMPERATURE: "a gearbox temperature other than the one measured",
     PAYLOAD: "another payload or load than the one stated",
@@ -77,15 +77,39 @@ class Cause:
         return WORDS[self.id]
 
     @property
+    def short(self) -> str:
+        """Return it in a few words, without what speaks for it."""
+        return _parted(self.words)[0]
+
+    @property
+    def ground(self) -> str:
+        """Return what speaks for it, in words; empty where its name says it."""
+        return _parted(self.words)[1]
+
+    @property
+    def slight(self) -> bool:
+        """Return whether it has less than a hundredth."""
+        return self.probability < 0.01
+
+    @property
     def share(self) -> str:
         """Return the probability in per cent, as far as six shapes can bear it."""
         if self.probability > 0.99:
             return "over 99 %"
-        return "under 1 %" if self.probability < 0.01 else f"{100.0 * self.probability:.0f} %"
+        return "under 1 %" if self.slight else f"{100.0 * self.probability:.0f} %"
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
         return {"cause": self.id, "probability": round(self.probability, 4), "words": self.words}
+
+
+def _parted(words: str) -> tuple[str, str]:
+    """Part a cause's words into its name and what speaks for it: in brackets or after a colon."""
+    for mark, end in ((" (", ")"), (": ", "")):
+        name, found, ground = words.partition(mark)
+        if found:
+            return name, ground.removesuffix(end)
+    return words, ""
 
 
 @dataclass(frozen=True)
@@ -106,19 +130,26 @@ class Reasons:
 
     @property
     def sentence(self) -> str:
-        """Return the causes in one sentence."""
+        """Return the likely causes in one sentence."""
         likely = self.likely
         if len(likely) == 1:
-            return f"Most likely {likely[0].words} ({likely[0].share})."
-        listed = "; ".join(f"{c.words} ({c.share})" for c in likely)
+            ground = f": {likely[0].ground}" if likely[0].ground else ""
+            return f"Among the causes weighed, {likely[0].share} for {likely[0].short}{ground}."
+        listed = "; ".join(
+            f"{c.short} ({', '.join(filter(None, (c.share, c.ground)))})" for c in likely
+        )
         return f"The curve's change cannot tell these apart: {listed}."
 
     @property
     def others(self) -> str:
         """Return what was weighed beside the likely causes, in one sentence; empty for nothing."""
         rest = self.causes[len(self.likely) :]
-        listed = "; ".join(f"{c.words.split(' (')[0].split(':')[0]} ({c.share})" for c in rest)
-        return f"Less likely: {listed}." if rest else ""
+        notable = "; ".join(f"{c.short} ({c.share})" for c in rest if not c.slight)
+        slight = "; ".join(c.short for c in rest if c.slight)
+        if not slight:
+            return f"Less likely: {notable}." if notable else ""
+        before = f": {notable}; " if notable else ", "
+        return f"Less likely{before}under 1 % each: {slight}."
 
     @property
     def actions(self) -> tuple[str, ...]:

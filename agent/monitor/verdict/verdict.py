@@ -25,7 +25,16 @@ from agent.monitor.verdict.comparison import compare
 from agent.monitor.verdict.finding import NOT_DECIDABLE, Finding, Track
 from agent.monitor.verdict.reasons import UNKNOWN_COURSE, reasons_of
 from agent.monitor.verdict.since_first import compared_with, since_first
-from agent.monitor.verdict.words import alarmed, as_sentence, day, quiet, rising, since, unsettled
+from agent.monitor.verdict.words import (
+    alarmed,
+    as_sentence,
+    dated,
+    day,
+    quiet,
+    rising,
+    since,
+    unsettled,
+)
 
 __all__ = ["NOT_DECIDABLE", "NOW", "Finding", "Track", "judge"]
 
@@ -153,7 +162,7 @@ def _judged(
         finding,
         sentence=alarmed(state, found, finding.reasons, since(change, cycles)),
         change=change,
-        outlook=outlook(last.series),
+        outlook=dated(outlook(last.series)),
     )
 
 
@@ -185,7 +194,7 @@ def _rising(history: JointHistory, detector: Detector, tracks: tuple[Track, ...]
         finding,
         sentence=rising(found, finding.reasons, len(cycles), high=high),
         change=found.change,
-        outlook=found.outlook,
+        outlook=dated(found.outlook),
         since_first=found,
     )
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import UTC, datetime
 
 from agent.identify.result import Parameter
 from agent.monitor.change.change_time import ChangeTime
+from agent.monitor.change.outlook import Outlook
 from agent.monitor.compensation.kind import FEWEST_SIBLINGS, Siblings
 from agent.monitor.detection.series import State
 from agent.monitor.history.cycle import Cycle
@@ -17,13 +19,18 @@ from agent.monitor.verdict.since_first import SinceFirst
 from agent.numbers import signed
 
 _NOTABLE_PERCENT = 3.0
+_MONTHS = (
+    *("January", "February", "March", "April", "May", "June"),  # strftime's are the locale's
+    *("July", "August", "September", "October", "November", "December"),
+)
 
 
 def since(change: ChangeTime, cycles: tuple[Cycle, ...]) -> str:
     """Return since when, in words; empty where that is not decidable."""
     if not change.decidable:
         return ""
-    return f", since about {day(cycles[0].started_s + change.time_s)}"
+    began = datetime.fromtimestamp(cycles[0].started_s + change.time_s, UTC).date()
+    return f" since about {began.day} {_MONTHS[began.month - 1]} {began.year}"
 
 
 def day(seconds: float) -> str:
@@ -89,18 +96,39 @@ def lent(siblings: Siblings, cycles: int, share: float | None) -> str:
 
 
 def alarmed(state: State, found: Comparison, reasons: Reasons, since_when: str) -> str:
-    """Return an alarm's sentence for a technician."""
-    word = "has increased a lot" if state is State.HIGH else "has increased"
+    """Return what is said of an alarm to a technician: the news, then the numbers behind it."""
+    a_lot = " a lot" if state is State.HIGH else ""
     return (
-        f"Friction {word}: {in_percent(found.effects['low'])} at low speed, "
-        f"{in_percent(found.effects['high'])} at high speed{since_when}, compared {_at(found)}; "
-        f"{_why(reasons)}."
+        f"Friction is up{a_lot}{_how_far(found, bool(a_lot))}{since_when}: {_why(reasons)}. "
+        f"Change at low speed {in_percent(found.effects['low'])}, at high speed "
+        f"{in_percent(found.effects['high'])}, compared {_at(found)}."
     )
+
+
+def _how_far(found: Comparison, apart: bool) -> str:
+    """Return by how much friction rose and where; nothing where no part of the curve shows it."""
+    for name, where in (("low", "low speed"), ("whole", "all speeds"), ("high", "high speed")):
+        effect = found.effects[name]
+        if effect.clear and effect.percent > 0.0:
+            return f"{', by' if apart else ''} {effect.percent:.1f} % at {where}"
+    return ""
+
+
+def dated(ahead: Outlook) -> Outlook:
+    """Return an outlook that says in plain words where no date can be given, and why."""
+    if ahead.decidable:
+        return ahead
+    rise = f"{100.0 * ahead.limit_rise:.0f} %"
+    reason = ahead.sentence.removeprefix("outlook not decidable: ")
+    far = reason.removeprefix(f"a rise of {rise} lies ")
+    if far != reason:
+        reason = f"it is {far.removesuffix(' ahead, further than the trend bears')} away"
+    return replace(ahead, sentence=f"no date can be given for +{rise}: {reason}")
 
 
 def _why(reasons: Reasons) -> str:
     """Return the likeliest cause, or those that are not told apart."""
-    likely = [cause.words.split(" (")[0] for cause in reasons.likely]
+    likely = [cause.short for cause in reasons.likely]
     told = len(likely) == 1
     return f"most likely {likely[0]}" if told else f"perhaps {' or '.join(likely)}, not told apart"
 
@@ -149,6 +177,12 @@ def in_percent(effect: Effect) -> str:
     """Return a change in per cent with its interval, for example ``+5.8 % (+5.1 to +6.4 %)``."""
     low, high = effect.ci95_percent
     return f"{_signed(effect.percent)} % ({_signed(low)} to {_signed(high)} %)"
+
+
+def parts_of(said: str) -> tuple[str, str]:
+    """Return the first sentence of what is said of a joint, and the rest, which may be empty."""
+    first, more, rest = said.partition(". ")
+    return (f"{first}.", rest) if more else (said, "")
 
 
 def as_sentence(words: str) -> str:

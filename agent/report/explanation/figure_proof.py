@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from agent.explain.answer.names import effect_name
 from agent.explain.answer.result import Explanation, Floor, Holdout
 from agent.numbers import Scale
 from agent.report.explanation.errors import error_scale, in_scale, stages
-from agent.report.explanation.words import effect_label, percent, torque
+from agent.report.explanation.words import percent, torque
 from agent.report.figures.canvas import (
     GRID,
     INK,
@@ -33,6 +35,7 @@ if TYPE_CHECKING:
 
 _ROW_IN = 0.34
 _LEFT_IN, _NARROW_LEFT_IN = 3.2, 1.62
+_LABEL_CHARS = 50  # that fit there
 _LOGARITHMIC_FROM = 25.0
 _AGREE_POINTS = 0.5
 
@@ -100,7 +103,7 @@ def error_rows(explanation: Explanation) -> list[Row]:
     if len(explanation.findings) > 1:
         rows += [
             Row(
-                f"without {effect_label(finding.effect)}",
+                f"without {effect_name(finding.effect)}",
                 finding.holdout_rmse_without_nm,
                 MEASURED,
                 hollow=True,
@@ -221,7 +224,9 @@ def _dots(axes: Axes, rows: Sequence[Row], texts: Sequence[str], *, narrow: bool
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.85},
         )  # fmt: skip
     axes.set_ylim(len(rows) - 0.35, -0.65)
-    labels = [row.short or row.label if narrow else row.label for row in rows]
+    labels = [
+        row.short or row.label if narrow else textwrap.fill(row.label, _LABEL_CHARS) for row in rows
+    ]
     axes.set_yticks(range(len(rows)), labels)
     axes.tick_params(axis="y", labelcolor=INK)
     axes.grid(axis="y", visible=False)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from agent.explain.answer.names import effect_name
 from agent.explain.answer.result import Explanation, NextExperiment
 from agent.numbers import units_unbroken
 from agent.record.atomic import publish
@@ -15,6 +16,7 @@ from agent.report.estimate import Picture
 from agent.report.explanation import errors, rows
 from agent.report.explanation.figure_curve import caption_of
 from agent.report.explanation.figure_heard import CAPTION as HEARD
+from agent.report.explanation.head import Head, head_of
 from agent.report.explanation.map import heat_map
 from agent.report.explanation.pictures import (
     finding_picture,
@@ -27,14 +29,14 @@ from agent.report.explanation.pictures import (
     unshaded,
 )
 from agent.report.explanation.words import (
+    briefly,
     decidable,
-    duration,
-    effect_label,
     found_title,
     heading,
+    motion_needed,
     next_command,
     not_judged,
-    paragraphs,
+    qualification,
     set_up_beside,
     share,
     tells_apart,
@@ -68,6 +70,7 @@ class NextView:
 
     sentence: str
     set_up: str
+    brief: str
     tells_apart: str
     lasts: str
     hint: str
@@ -123,6 +126,8 @@ def explanation_page(
         The recordings' metadata (contract section 2).
     """
     names = (*explanation.recordings, *explanation.held_out)
+    rivals = _rivals(explanation)
+    head = head_of(explanation, listed=bool(rivals))
     return render(
         "explanation.html.j2",
         title=title or "Where simulation and recordings differ",
@@ -130,10 +135,11 @@ def explanation_page(
         axis=str(axis),
         explanation=explanation,
         verdict=verdict_words(explanation),
-        paragraphs=[units_unbroken(said) for said in paragraphs(explanation)],
+        head=_unbroken(head),
+        qualification=qualification(explanation),
         steps=what_to_do(explanation),
         reasons=[units_unbroken(reason) for reason in explanation.reasons],
-        rivals=_rivals(explanation),
+        rivals=rivals,
         following=_next(explanation.next_experiment, str(axis), next_file),
         further=[
             _next(e, str(axis), "")
@@ -146,14 +152,14 @@ def explanation_page(
         unexplained_where=rows.places(explanation.unexplained_where, names),
         carried=_carried(explanation),
         not_judged=[(heading("; ".join(labels)), why) for why, labels in not_judged(explanation)],
-        aliases=[" / ".join(effect_label(e) for e in group) for group in explanation.aliases],
+        aliases=[" / ".join(effect_name(e) for e in group) for group in explanation.aliases],
         recordings=_recordings(explanation),
         about=provenance.metadata_rows(metadata or {}),
-        **_in_numbers(explanation),
+        **_in_numbers(explanation, head),
     )
 
 
-def _in_numbers(explanation: Explanation) -> Mapping[str, Any]:
+def _in_numbers(explanation: Explanation, head: Head) -> Mapping[str, Any]:
     """Return every picture and table of the page; all empty where nothing could be decided."""
     unit, stages = errors.error_rows(explanation)
     if not decidable(explanation):
@@ -163,7 +169,7 @@ def _in_numbers(explanation: Explanation) -> Mapping[str, Any]:
     return {
         "decidable": True,
         "tiles": errors.tiles(explanation),
-        "findings": _findings(explanation),
+        "findings": _findings(explanation, head),
         "errors": stages,
         "error_unit": unit,
         "proof_picture": proof_picture(explanation),
@@ -181,14 +187,24 @@ def _in_numbers(explanation: Explanation) -> Mapping[str, Any]:
     }
 
 
-def _findings(explanation: Explanation) -> list[FindingView]:
+def _unbroken(head: Head) -> Head:
+    """Return the head with its units kept on the line of their numbers."""
+    return Head(
+        units_unbroken(head.first),
+        units_unbroken(head.worth),
+        tuple(units_unbroken(line) for line in head.further),
+        tuple(units_unbroken(line) for line in head.rest),
+    )
+
+
+def _findings(explanation: Explanation, head: Head) -> list[FindingView]:
     """Return the findings; what a picture shows is said beside the first of its kind."""
     out: list[FindingView] = []
-    for finding in explanation.findings:
+    for finding in explanation.told:
         caption = "" if finding.curve is None else caption_of(finding.curve)
         if caption in [view.caption for view in out]:
             caption = ""
-        row = rows.finding_row(finding, explanation)
+        row = rows.finding_row(finding, explanation, head)
         heard = heard_picture(finding)
         out.append(FindingView(row, finding_picture(finding), caption, heard))
     return out
@@ -200,8 +216,9 @@ def _next(experiment: NextExperiment | None, axis: str, file: str) -> NextView |
     return NextView(
         sentence=units_unbroken(experiment.sentence),
         set_up=units_unbroken(set_up_beside(experiment)),
+        brief=units_unbroken(briefly(experiment)),
         tells_apart=tells_apart(experiment),
-        lasts=duration(experiment.seconds),
+        lasts=motion_needed(experiment),
         hint=trajectory_hint(experiment, file),
         command=next_command(experiment, axis, file),
     )
@@ -217,13 +234,13 @@ def _rivals(explanation: Explanation) -> list[tuple[str, str]]:
             causes[finding.effect] = finding.probability
             causes.update((other.effect, other.probability) for other in finding.alternatives)
     ranked = sorted(causes.items(), key=lambda cause: -cause[1])
-    return [(share(probability), effect_label(effect)) for effect, probability in ranked]
+    return [(share(probability), effect_name(effect)) for effect, probability in ranked]
 
 
 def _carried(explanation: Explanation) -> Sequence[str]:
     """Return what the extended twin includes beside rigid body, Coulomb and viscous friction."""
     twin = explanation.twin
-    return [] if twin is None else [effect_label(effect.id) for effect in twin.effects]
+    return [] if twin is None else [effect_name(effect.id) for effect in twin.effects]
 
 
 def _recordings(explanation: Explanation) -> list[tuple[str, str, str]]:

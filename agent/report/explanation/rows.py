@@ -6,7 +6,8 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from agent.explain.answer.names import OWN_NUMBER
+from agent.explain.answer.names import OWN_NUMBER, effect_name
+from agent.explain.answer.parts import as_large, parts_of, times_without
 from agent.explain.answer.result import Explanation, Finding, Moved, Region
 from agent.explain.answer.sentences import shared
 from agent.identify.result import Parameter
@@ -21,15 +22,10 @@ from agent.numbers import (
     written,
 )
 from agent.report.explanation.errors import error_scale, in_scale
+from agent.report.explanation.head import Head
 from agent.report.explanation.places import region_in_words
 from agent.report.explanation.quantities import quantity_label, quantity_scale
-from agent.report.explanation.words import (
-    carried,
-    effect_label,
-    heading,
-    is_biased,
-    share,
-)
+from agent.report.explanation.words import carried, heading, is_biased, share
 from agent.report.rows import ParameterRow
 
 _CHOSEN = "chosen, not measured"  # where the law's numbers are said to hold
@@ -55,10 +51,16 @@ class FindingRow:
     probability: str
     form: str
     sentence: str
+    caveat: str
     where: tuple[str, ...]
     without: str
     parameters: tuple[ParameterRow, ...]
     alternatives: tuple[AlternativeRow, ...]
+
+    @property
+    def all_identified(self) -> bool:
+        """Tell whether every number was identified, so that the table need not say of which."""
+        return all(parameter.identified for parameter in self.parameters)
 
 
 @dataclass(frozen=True)
@@ -74,13 +76,13 @@ class MovedRow:
     biased: bool
 
 
-def finding_row(finding: Finding, explanation: Explanation) -> FindingRow:
-    """Return one finding in words."""
+def finding_row(finding: Finding, explanation: Explanation, head: Head) -> FindingRow:
+    """Return one finding in words; what the head of the page says already is not said again."""
     names = (*explanation.recordings, *explanation.held_out)
-    without = finding.holdout_rmse_without_nm
+    parts = parts_of(finding)
     return FindingRow(
         rank=finding.rank,
-        label=heading(effect_label(finding.effect)),
+        label=heading(effect_name(finding.effect)),
         energy_share=carried(finding.energy_share),
         shared=shared(
             finding.form,
@@ -88,19 +90,28 @@ def finding_row(finding: Finding, explanation: Explanation) -> FindingRow:
         ),
         probability=share(finding.probability),
         form=finding.form,
-        sentence=units_unbroken(finding.sentence),
+        sentence=units_unbroken(parts.place or ("" if head.says(parts.lead) else parts.lead)),
+        caveat=units_unbroken(parts.caveat),
         where=places(finding.where, names),
-        without=units_unbroken(in_scale(without, error_scale(explanation)))
-        if math.isfinite(without)
-        else "",
+        without=_without(finding, explanation),
         parameters=parameter_rows(finding.parameters),
         alternatives=tuple(
             AlternativeRow(
-                heading(effect_label(other.effect)), share(other.probability), other.told_apart_by
+                heading(effect_name(other.effect)), share(other.probability), other.told_apart_by
             )
             for other in finding.alternatives
         ),
     )
+
+
+def _without(finding: Finding, explanation: Explanation) -> str:
+    """Return the error without a finding, and how many times the error with it that is."""
+    without = finding.holdout_rmse_without_nm
+    if not math.isfinite(without):
+        return ""
+    times = times_without(finding, explanation.holdout, explanation.floor.value_nm)
+    beside = f", {as_large(times)}" if math.isfinite(times) else ""
+    return units_unbroken(f"{in_scale(without, error_scale(explanation))}{beside}")
 
 
 def places(regions: Sequence[Region], recordings: Sequence[str]) -> tuple[str, ...]:

@@ -3,50 +3,21 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Literal
 
+from agent.explain.answer import amounts
+from agent.explain.answer.names import effect_name
 from agent.explain.answer.result import Explanation, Moved, NextExperiment
 from agent.numbers import NO_NUMBER, fixed, scale_for, significant
 from agent.report.advice import next_steps
 
 Tone = Literal["good", "open", "stop"]
 
-_NEXT_SENTENCE = re.compile(r"(?<=\.) (?=[A-Z0-9±])")
-
 BIASED_SIGMAS = 2.0
 """A move of more than this many standard deviations is a bias that the missing physics caused."""
-
-EFFECTS: Mapping[str, str] = MappingProxyType(
-    {
-        "stribeck": "friction that falls with speed (Stribeck)",
-        "viscous-nonlinear": "viscous friction that bends with speed",
-        "direction-asymmetry": "friction that differs between the directions",
-        "load-dependent-friction": "friction that grows with the load",
-        "temperature-dependent-friction": "friction that changes with temperature",
-        "position-dependent-friction": "friction that varies with the position",
-        "presliding-hysteresis": "spring-like friction at reversals (presliding)",
-        "friction-drift": "friction that drifts from run to run",
-        "torque-ripple": "torque ripple",
-        "kinematic-error": "transmission error of the gear",
-        "torque-constant-error": "wrong torque constant",
-        "torque-offset": "constant torque offset",
-        "torque-saturation": "torque that is clipped (saturation)",
-        "measurement-delay": "delay between the measured channels",
-        "resolver-error": "periodic error of the position sensor",
-        "inertia-error": "wrong inertia",
-        "wrong-number": "wrong friction number in the simulation",
-        "gravity-imbalance": "payload or unbalanced mass that the simulation lacks",
-        "cable-force": "force of hoses and cables",
-        "joint-flexibility": "flexible joint",
-        "backlash": "backlash in the gear",
-        "local-fault": "local fault at one place",
-    }
-)
-"""What each effect of contract section 4 is called."""
 
 
 @dataclass(frozen=True)
@@ -111,12 +82,8 @@ _NOT_WORTH = (
     "The mismatch has a name; that correcting it makes the error smaller on data that the "
     "correction was not made from is not shown: it is short, or small against the noise."
 )
-_LITTLE = 1e-6  # of one
-
-
-def effect_label(effect: str) -> str:
-    """Return what an effect is called, in the middle of a sentence."""
-    return EFFECTS.get(effect, effect.replace("-", " "))
+LITTLE = 1e-6
+"""Of one: what has a name is not nothing, though others take all from it."""
 
 
 def heading(label: str) -> str:
@@ -151,20 +118,11 @@ def verdict_words(explanation: Explanation) -> VerdictWords:
     return words
 
 
-def paragraphs(explanation: Explanation) -> tuple[str, ...]:
-    """Return the whole answer: each finding told, and then what they are worth together.
-
-    The first paragraph is a single sentence, to be read from afar. Not decidable is one paragraph.
-    """
-    rest, said = explanation.sentence, []
-    for finding in explanation.findings if decidable(explanation) else ():
-        if finding.sentence and rest.startswith(finding.sentence):
-            said.append(finding.sentence)
-            rest = rest.removeprefix(finding.sentence).lstrip()
-    said += [rest] if rest else []
-    if not said or not decidable(explanation):
-        return tuple(said)
-    return (*_NEXT_SENTENCE.split(said[0], maxsplit=1), *said[1:])
+def qualification(explanation: Explanation) -> str:
+    """Return what takes a part of the verdict back; what it means as a rule goes without saying."""
+    words = verdict_words(explanation)
+    ordinary = (NOT_DECIDABLE, _VERDICTS[explanation.verdict])
+    return "" if words in ordinary else words.meaning
 
 
 def proven(explanation: Explanation) -> bool:
@@ -209,7 +167,7 @@ def share(value: float) -> str:
 
 def carried(energy_share: float) -> str:
     """Write a finding's share: one that others take all from is little, and not nothing."""
-    return share(max(energy_share, _LITTLE))
+    return amounts.percent(max(energy_share, LITTLE))
 
 
 def short(value: float) -> str:
@@ -236,7 +194,7 @@ def unexplained_in_words(explanation: Explanation) -> str:
     return f"{heading(known)} of the mismatch has no explanation."
 
 
-_UNJUDGED = {"torque-constant-error": "torque constant that changes with temperature"}
+_UNJUDGED = {"torque-constant-error": "a torque constant that changes with temperature"}
 """What of an effect was not judged, where a part of it always is: a constant factor."""
 
 
@@ -245,7 +203,7 @@ def not_judged(explanation: Explanation) -> tuple[tuple[str, tuple[str, ...]], .
     out: dict[str, tuple[str, ...]] = {}
     for effect, sentence in explanation.not_judged.items():
         why = sentence.removesuffix(f", so {effect} cannot be judged")
-        out[why] = (*out.get(why, ()), _UNJUDGED.get(effect, effect_label(effect)))
+        out[why] = (*out.get(why, ()), _UNJUDGED.get(effect, effect_name(effect)))
     return tuple(out.items())
 
 
@@ -253,10 +211,26 @@ def tells_apart(experiment: NextExperiment) -> str:
     """Say which causes an experiment tells apart; empty where it names none, or has said so."""
     if experiment.set_up and not set_up_beside(experiment):
         return ""
-    labels = [effect_label(effect) for effect in experiment.tells_apart]
+    labels = [effect_name(effect) for effect in experiment.tells_apart]
+    if all(label in experiment.sentence for label in labels):
+        return ""
     if len(labels) == 2:
         return f"It tells {labels[0]} from {labels[1]}."
     return f"It tells apart: {'; '.join(labels)}." if labels else ""
+
+
+def motion_needed(experiment: NextExperiment) -> str:
+    """Return how long an experiment must be driven; empty where its sentence says so."""
+    lasts = experiment.seconds
+    if not math.isfinite(lasts) or f" {math.ceil(lasts)} s of driving" in experiment.sentence:
+        return ""
+    return f"about {duration(lasts)}"
+
+
+def briefly(experiment: NextExperiment) -> str:
+    """Return an experiment's sentence without what it tells apart, for a list of such."""
+    first, *others = [effect_name(effect) for effect in experiment.tells_apart] or [""]
+    return experiment.sentence.replace(f" should tell {first} from {' and from '.join(others)}", "")
 
 
 def set_up_beside(experiment: NextExperiment) -> str:

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from agent.identify.result import Floats
 from agent.identify.ripple.change import RippleChange
 from agent.identify.ripple.identification import Ripple
+from agent.identify.ripple.line import RippleLine
 from agent.numbers import scale_for, significant
 from agent.report.figures.canvas import (
     INK,
@@ -29,7 +31,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+_KEY_IN = (0.2, 0.45)  # above the first title: on a phone the key stands in a column
 _NAMED = 8
+_LETTERS_PT = 8.0
+_LETTER_PT = 5.2  # a digit's width at that size, with some air
+_ABOVE_PT = 3.0
+_ASIDE_PT = 2.0
+_Box = tuple[float, float, float, float]  # left, bottom, right, top
 _MARGIN = 1.6  # times the highest order found
 
 
@@ -57,7 +65,7 @@ def figure_ripple(
     if not found.order.size:
         raise ValueError("expected a scan of orders, got none")
     panels = [Panel(2.6, WITH_LABELS_IN)] * (2 if changes else 1)
-    axes, *more = stacked(panels, narrow=narrow, header_in=0.2)
+    axes, *more = stacked(panels, narrow=narrow, header_in=_KEY_IN[narrow])
     if more:
         _stutter(more[0], changes[0])
     _spectrum(axes, found, columns=1 if narrow else 3)
@@ -75,7 +83,7 @@ def _stutter(axes: Axes, change: RippleChange) -> None:
         values = np.array([p.value for p in sizes])
         axes.bar(place + 0.4 * (side - 0.5), 1e3 * values, 0.38, color=color, label=label)
         axes.vlines(place + 0.4 * (side - 0.5), *(1e3 * ends.T), color=INK, lw=0.9)
-    axes.set_xticks(place, [significant(o.order_per_motor_rev, 3) for o in measured])
+    axes.set_xticks(place, [_order(o.order_per_motor_rev) for o in measured])
     axes.set_xlabel("order, periods per motor turn")
     axes.set_ylabel("position stutter, mrad")
     axes.set_title(f"Stutter at {significant(change.velocity_rad_s, 2)} rad/s")
@@ -94,28 +102,72 @@ def _spectrum(axes: Axes, found: Ripple, columns: int) -> None:
     axes.plot(x, y, color=MUTED, lw=0.9, ls=(0, (4, 2)), label="stands out above")
     for i, line in enumerate(found.lines):
         at, size = line.order_per_motor_rev.value, line.amplitude_nm
-        low, high = size.ci95 if size.ci95 is not None else (size.value, size.value)
+        low, high = _ends(line)
         axes.plot(
             [at, at], [low * scale.factor, high * scale.factor], color=PREDICTED, lw=1.4, zorder=4
         )
         label = "found, 95 % interval" if i == 0 else None
         axes.plot(at, size.value * scale.factor, "o", ms=4, color=PREDICTED, label=label, zorder=5)
-        if i < _NAMED:
-            axes.annotate(
-                significant(at, 3),
-                (at, high * scale.factor),
-                xytext=(0, 3),
-                textcoords="offset points",
-                ha="center",
-                fontsize=8,
-                color=INK,
-            )
     axes.set_ylim(0.0, axes.get_ylim()[1] * 1.05)
     axes.set_xlim(0.0, float(order[-1]))
+    _name_orders(axes, found.lines[:_NAMED], scale.factor)
     axes.set_xlabel("order, periods per motor turn")
     axes.set_ylabel(f"amplitude, {scale.unit}")
     axes.set_title("Torque ripple")
     key_in_header(axes, columns=columns)
+
+
+def _name_orders(axes: Axes, lines: Sequence[RippleLine], factor: float) -> None:
+    """Write the orders at the tops of their intervals, the strongest first, where there is room."""
+    points = 72.0 / figure_of(axes).dpi
+    bars = [_bar(axes, line, factor) * points for line in lines]
+    taken = [(x - 1.0, low, x + 1.0, high) for x, low, high in bars]
+    for line, own, (x, _, top) in zip(lines, list(taken), bars, strict=True):
+        name = _order(line.order_per_motor_rev.value)
+        wide, beside = _LETTER_PT * len(name), [box for box in taken if box != own]
+        for side, shift, left in (
+            ("center", 0.0, x - wide / 2.0),
+            ("right", -_ASIDE_PT, x - _ASIDE_PT - wide),
+            ("left", _ASIDE_PT, x + _ASIDE_PT),
+        ):
+            box = (left, top + _ABOVE_PT, left + wide, top + _ABOVE_PT + _LETTERS_PT)
+            if not any(_overlap(box, other) for other in beside):
+                at = (line.order_per_motor_rev.value, _ends(line)[1] * factor)
+                axes.annotate(
+                    name,
+                    at,
+                    xytext=(shift, _ABOVE_PT),
+                    textcoords="offset points",
+                    ha=side,
+                    fontsize=_LETTERS_PT,
+                    color=INK,
+                )
+                taken.append(box)
+                break
+
+
+def _bar(axes: Axes, line: RippleLine, factor: float) -> Floats:
+    """Return where a line's interval stands on the figure: x, lower and upper end, in pixels."""
+    order = line.order_per_motor_rev.value
+    ends = [(order, end * factor) for end in _ends(line)]
+    (x, low), (_, high) = axes.transData.transform(ends)
+    return np.array([x, low, high])
+
+
+def _ends(line: RippleLine) -> tuple[float, float]:
+    """Return the ends of the amplitude's interval; the amplitude twice where it has none."""
+    size = line.amplitude_nm
+    return size.ci95 if size.ci95 is not None else (size.value, size.value)
+
+
+def _overlap(one: _Box, other: _Box) -> bool:
+    apart = one[2] < other[0] or other[2] < one[0] or one[3] < other[1] or other[3] < one[1]
+    return not apart
+
+
+def _order(order: float) -> str:
+    """Write an order to a tenth, and a whole one as such."""
+    return f"{round(order, 1):g}"
 
 
 def _highest(found: Ripple) -> float:

@@ -125,7 +125,7 @@ def _oils(axes: Axes, oils: OilComparison, points: SurfacePoints) -> None:
     )
     axes.set_xlabel("motor speed, rad/s")
     axes.set_ylabel(f"friction torque, {scale.unit}")
-    axes.set_title(f"each oil at {oils.temperature_degc:.0f} °C")
+    axes.set_title(f"Each oil at {oils.temperature_degc:.0f} °C")
     key_in_header(axes, columns=5)
     left_out = [curve.name for curve in oils.curves if curve.reason]
     if left_out:
@@ -151,7 +151,7 @@ def _temperature(axes: Axes, time_s: Floats, temperature: Floats, cooling: Cooli
         axes.plot(ahead / _HOUR_S, [p.value for p in values], color=PREDICTED, lw=1.2, label="law")
     axes.set_xlabel("time, h")
     axes.set_ylabel("temperature, °C")
-    axes.set_title("temperature over time")
+    axes.set_title("Temperature over time")
     key_in_header(axes, columns=3)
 
 
@@ -178,7 +178,7 @@ def _friction(axes: Axes, surface: Surface, points: SurfacePoints) -> None:
             axes.plot(speeds, friction * scale.factor, color=color, lw=1.0)
     axes.set_xlabel("motor speed, rad/s")
     axes.set_ylabel(f"friction torque, {scale.unit}")
-    axes.set_title("friction at each temperature")
+    axes.set_title("Friction at each temperature")
     if surface.law:
         key_in_header(axes, columns=_NAMED)
     else:

@@ -15,7 +15,7 @@
     const middle = ((low ?? 0) + (high ?? 0)) / 2, half = Math.max(least, ((high ?? 0) - (low ?? 0)) * 0.55);
     return [middle - half, middle + half];
   };
-  const axes = () => [Charts.axis({ size: 34 }), Charts.axis({ size: 54 })];
+  const axes = () => [Charts.axis({ size: 32, label: live.dataset.time, labelSize: 18 }), Charts.axis({ size: 54 })];
   const chart = (id, series, least) => Charts.make(document.getElementById(id), {
     scales: { x: { time: false, range: (_u, low, high) => [low ?? 0, Math.max(high ?? 0, 5)] }, y: { range: calm(least) } },
     axes: axes(), series: [{}, ...series],

@@ -37,6 +37,7 @@ CYCLE_WORDS: dict[str, tuple[str, str]] = {
     "peak_speed": ("Peak motor speed", "Höchste Motordrehzahl"),
     "peak_torque": ("Estimated torque", "Geschätztes Moment"),
     "speeds": ("Speeds", "Geschwindigkeiten"),
+    "time_axis": ("time, s", "Zeit, s"),
     "plan_alt": (
         "Planned motor velocity over time",
         "Geplante Motorgeschwindigkeit über der Zeit",
@@ -48,9 +49,10 @@ CYCLE_WORDS: dict[str, tuple[str, str]] = {
     "quantity": ("Quantity", "Größe"),
     "limit": ("Limit", "Grenze"),
     "left": ("Left", "Rest"),
-    "lower": ("lower", "untere"),
+    "lower": ("lower limit", "untere Grenze"),
+    "upper": ("upper limit", "obere Grenze"),
     "exceeded": ("exceeded", "überschritten"),
-    "quantity_position": ("Position (motor)", "Lage (Motor)"),
+    "quantity_position": ("Arm", "Arm"),
     "quantity_velocity": ("Velocity", "Geschwindigkeit"),
     "quantity_acceleration": ("Acceleration", "Beschleunigung"),
     "quantity_jerk": ("Jerk", "Ruck"),
@@ -63,9 +65,10 @@ CYCLE_WORDS: dict[str, tuple[str, str]] = {
         "{n} werden nach dem Start auf jeden Fall geprüft, bevor sich etwas bewegt",
     ),
     "seen_now": (
-        "Read from the device just now; judged again after the start.",
-        "Eben vom Gerät gelesen; wird nach dem Start erneut geprüft.",
+        "What the devices say was read just now, and is judged again after the start.",
+        "Was die Geräte sagen, ist eben gelesen und wird nach dem Start erneut geprüft.",
     ),
+    "holding": ("{n} hold", "{n} erfüllt"),
     "looking": (
         "The devices are being asked (read only, nothing moves); nothing is known of them yet.",
         "Die Geräte werden gefragt (nur lesend, nichts bewegt sich); noch ist nichts bekannt.",

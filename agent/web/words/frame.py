@@ -27,6 +27,7 @@ FRAME_WORDS: dict[str, tuple[str, str]] = {
     ),
     "nothing_runs": ("No test is running.", "Es läuft kein Test."),
     "navigation": ("Main", "Haupt"),
+    "menu": ("Menu", "Menü"),
     "cell": ("Cell", "Zelle"),
     "running": ("Running", "Lauf"),
     "alarms": ("Alarms", "Alarme"),

@@ -53,9 +53,9 @@ def test_a_straight_lines_numbers_reach_over_friction_that_is_bent_and_it_is_sai
     joint, speeds = Joint(static_extra_nm=0.4, stribeck_velocity_rad_s=6.0), [2.0, 5, 10, 20, 40]
     falling = told(joint, speeds, 0.01)
     assert holds(falling, joint, "inertia_kg_m2", "coulomb_nm", "viscous_nm_s_per_rad")
-    assert any("friction is bent" in note for note in falling.notes)
+    assert any("friction bends with speed" in note for note in falling.notes)
     straight = told(Joint(), speeds, 0.01)
-    assert not any("friction is bent" in note for note in straight.notes)
+    assert not any("friction bends with speed" in note for note in straight.notes)
 
 
 @dataclass(frozen=True)
@@ -82,8 +82,8 @@ def test_rests_in_which_a_joint_creeps_take_nothing_of_its_coulomb_friction() ->
     # A light joint had also been told an arm that is flexible, and 5 % less inertia.
     for joint, said in ((Smoothed(inertia_kg_m2=0.004), True), (Joint(), False)):
         result = estimate([record(joint, work_that_creeps(), noise_nm=0.01)])
-        assert any("dry friction is not whole" in note for note in result.notes) is said
-        assert not any("flexible" in note for note in result.notes)
+        assert any("friction has not built up fully" in note for note in result.notes) is said
+        assert not any("elastic" in note for note in result.notes)
         assert holds(result, joint, "inertia_kg_m2", "coulomb_nm", "viscous_nm_s_per_rad")
         assert result.rigid_body is not None
         coulomb = result.rigid_body.parameters["coulomb_nm"]  # 0.38 with the rests

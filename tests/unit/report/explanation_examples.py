@@ -10,9 +10,11 @@ import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
+from agent.explain.answer.names import OWN_NUMBER
 from agent.explain.answer.result import (
     Alternative,
     Cell,
@@ -28,6 +30,8 @@ from agent.explain.answer.result import (
     Trace,
     fit_of,
 )
+from agent.explain.answer.sentences import finding_sentence, number_sentence
+from agent.explain.answer.words import summary_of
 from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Effect, Twin
 from tests.unit.report.explanation_stairs import (
@@ -221,16 +225,18 @@ TWIN = Twin(
 )  # fmt: skip
 
 
-def stribeck_finding(runs: Sequence[Run], parts: Sequence[Trace], rank: int = 1) -> Finding:
+def stribeck_finding(
+    runs: Sequence[Run], parts: Sequence[Trace], energy_share: float = 0.62
+) -> Finding:
     """Return the first of two findings."""
+    where = (Region("velocity_rad_s", -14.0, 14.0, 61.0, 0.62),)
     return Finding(
         "stribeck",
-        rank,
+        1,
         0.97,
-        0.62,
-        (Region("velocity_rad_s", -14.0, 14.0, 61.0, 0.62),),
-        "Below 14 rad/s the joint needs up to 0.31 N m more than the simulation: friction falls "
-        "with speed.",
+        energy_share,
+        where,
+        finding_sentence("stribeck", where, (0.0, 0.31), energy_share, {}),
         {
             "static_extra_nm": with_interval(0.31, 0.006),
             "stribeck_velocity_rad_s": with_interval(6.04, 0.21),
@@ -251,15 +257,19 @@ def stribeck_finding(runs: Sequence[Run], parts: Sequence[Trace], rank: int = 1)
     )
 
 
-def temperature_finding(runs: Sequence[Run], parts: Sequence[Trace], rank: int = 2) -> Finding:
+def temperature_finding(
+    runs: Sequence[Run], parts: Sequence[Trace], rank: int = 2, energy_share: float = 0.33
+) -> Finding:
     """Return the second of two findings."""
+    effect = "temperature-dependent-friction"
+    where = (Region("gearbox_temperature_degc", 24.0, 46.0, 96.0, 0.33),)
     return Finding(
-        "temperature-dependent-friction",
+        effect,
         rank,
         0.93,
-        0.33,
-        (Region("gearbox_temperature_degc", 24.0, 46.0, 96.0, 0.33),),
-        "Viscous friction falls by 0.12 mN m s/rad with each degree that the gearbox warms.",
+        energy_share,
+        where,
+        finding_sentence(effect, where, (-0.1, 0.12), energy_share, {}, first=rank == 1),
         {
             "viscous_thermal_nm_s_per_rad": with_interval(0.0042, 0.00013),
             "decay_k": with_interval(35.0, 1.4),
@@ -278,22 +288,19 @@ def warm_runs(missing: Sequence[Law], count: int = 2) -> tuple[list[Run], list[R
     return runs, [drive("night-run.parquet", 7, (38.0, 40.0), missing)]
 
 
+def told(made: Explanation, **changes: Any) -> Explanation:
+    """Return an explanation with changes, and with the sentence that then is its answer."""
+    changed = dataclasses.replace(made, **changes)
+    return dataclasses.replace(changed, sentence=summary_of(changed))
+
+
 def explained() -> Explanation:
     """Return two findings, proved on a hold-out recording."""
     laws = (stribeck, temperature)
     runs, held_out = warm_runs(laws, 3)
     made, parts = whole(runs, held_out, laws)
-    holdout = made.holdout
-    assert holdout is not None
-    return dataclasses.replace(
+    return told(
         made,
-        sentence=(
-            "Below 14 rad/s the joint needs up to 0.31 N m more than the simulation, and its "
-            "viscous friction falls as the gearbox warms; together this explains 95 % of the "
-            f"mismatch. On a recording that it had not seen the error falls from "
-            f"{holdout.refitted.rmse_nm:.3f} to {holdout.extended.rmse_nm:.3f} N m, and the noise "
-            "is 0.012 N m."
-        ),
         findings=(stribeck_finding(runs, parts), temperature_finding(runs, parts)),
         not_judged={
             "gravity-imbalance": "the position was not recorded",
@@ -311,9 +318,8 @@ def tied() -> Explanation:
     made, parts = whole(runs, (), laws)
     stair = Trajectory("reheat", {"speeds": 6}, 0.0, (Segment.rest(1.0),)).to_json()
     finding = dataclasses.replace(
-        temperature_finding(runs, parts, 1),
+        temperature_finding(runs, parts, 1, 0.91),
         probability=0.54,
-        energy_share=0.91,
         holdout_rmse_without_nm=math.nan,
         alternatives=(
             Alternative(
@@ -323,13 +329,9 @@ def tied() -> Explanation:
             ),
         ),
     )
-    return dataclasses.replace(
+    return told(
         made,
         verdict="tied",
-        sentence=(
-            "Friction falls by a fifth over the two recordings. Temperature explains that as well "
-            "as wear or run-in does, because the gearbox warmed steadily all the time."
-        ),
         findings=(finding,),
         next_experiment=NextExperiment(
             "Let the gearbox cool below 28 °C and drive the same stair again.",
@@ -357,14 +359,10 @@ def partly() -> Explanation:
     """Return one finding beside something that nothing carries."""
     runs, held_out = warm_runs((stribeck, bump))
     made, parts = whole(runs, held_out, (stribeck,))
-    return dataclasses.replace(
+    return told(
         made,
         verdict="partly-explained",
-        sentence=(
-            "Below 14 rad/s friction falls with speed; this explains 58 % of the mismatch. Another "
-            "38 % lies at 28 to 48 rad/s, and nothing in the library carries it."
-        ),
-        findings=(dataclasses.replace(stribeck_finding(runs, parts), energy_share=0.58),),
+        findings=(stribeck_finding(runs, parts, 0.58),),
         unexplained_share=0.38,
         unexplained_where=(
             Region("velocity_rad_s", 28.0, 48.0, 14.0, 0.2),
@@ -405,15 +403,16 @@ def wrong_number() -> Explanation:
         1.0,
         0.99,
         (Region("velocity_rad_s", -60.0, 60.0, 96.0, 0.99),),
-        "The simulation's Coulomb friction is 0.640 N m; the recordings say 0.604 N m.",
+        number_sentence("wrong-number", {"Coulomb friction": (0.64, 0.6042, "N m")}, 0.99),
         {"coulomb_nm": with_interval(0.6042, 0.0006)},
+        form=OWN_NUMBER,
     )
     holdout = _holdout(made)
     gain = 100.0 * (1.0 - holdout.extended.rmse_nm / holdout.baseline.rmse_nm)
     proved = dataclasses.replace(
         holdout, improvement_percent=gain, improvement_ci95_percent=(gain - 1.6, gain + 1.1)
     )
-    return dataclasses.replace(made, sentence=finding.sentence, findings=(finding,), holdout=proved)
+    return told(made, findings=(finding,), holdout=proved)
 
 
 def no_mismatch() -> Explanation:

@@ -295,6 +295,23 @@ def test_two_recordings_are_told_apart_and_the_validation_is_named() -> None:
     assert "Bear in mind" in parsed.text
 
 
+def test_notes_are_sentences_and_the_method_is_told_where_it_belongs() -> None:
+    made, views = examples.decided()
+    names = made.recordings[0]
+    notes = (
+        f"{names}: 1 row was left out",
+        "the arm is elastic",
+        "signals and regressors were low-passed alike at 2.08 Hz",
+    )
+    html_text = estimate_html(dataclasses.replace(made, notes=notes), views)
+    kept, computed = html_text.split('id="how"')
+    assert f"<li>{names}: 1 row was left out.</li>" in kept
+    assert "<li>The arm is elastic.</li>" in kept
+    assert "low-passed alike" not in kept
+    assert "<li>Signals and regressors were low-passed alike at 2.08\u00a0Hz.</li>" in computed
+    assert "Fit of the rigid body" in kept
+
+
 def test_many_recordings_stay_within_the_size_and_are_all_listed() -> None:
     estimate, _ = examples.decided()
     views = EstimateViews(tuple(examples.recording(f"run-{k}.parquet", seed=k) for k in range(6)))

@@ -60,6 +60,7 @@ def page(**changes: Any) -> str:
         "robot": "cell7",
         "axis": 1,
         "gear_ratio": 100.0,
+        "in_short": ("12 s, within all limits.", ""),
         "rows": [("Coulomb friction", "0.6 N m", "± 0.01 N m")],
         "can_see": ["much"],
         "cannot_see": ["little"],
@@ -74,5 +75,6 @@ def test_the_page_escapes_names_and_is_the_same_every_time() -> None:
     assert "&lt;script&gt;" in hostile
     again = page(robot="<script>alert(1)</script>")
     assert again == hostile
-    for part in ("much", "little", "± 0.01 N m", plan_figure_in_words(STAIR, SEEN)):
+    assert '<h1 id="worth">12\u00a0s, within all limits.</h1>' in again
+    for part in ("much", "little", "±\u00a00.01\u00a0N\u00a0m", plan_figure_in_words(STAIR, SEEN)):
         assert part in again

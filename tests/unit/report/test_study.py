@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from agent.cli.identify.study import run_study, study_of, to_json
+from agent.cli.identify.study import finding, pulls_apart, run_study, study_of, to_json
 from agent.conclude.outcome import conclude
 from agent.errors import InputError
+from agent.identify.rigid.thresholding import AXIS_WITHOUT_GRAVITY, AccelerationSweep
 from agent.record.reading import read
 from agent.record.recording import Metadata, Recording
 from agent.record.writing import write
@@ -125,3 +127,30 @@ def test_what_carries_no_regression_is_refused_with_the_reason(tmp_path: Path) -
     with pytest.raises(InputError, match="one direction only"):
         run_study([str(path)], tmp_path / "out", as_json=False)
     assert not (tmp_path / "out").exists()
+
+
+def swept(inertia_deviation: list[float]) -> AccelerationSweep:
+    """Return three steps, of which the last mixes inertia and friction up least."""
+    deviation = np.column_stack((inertia_deviation, [0.1] * 3, [0.1] * 3))
+    return AccelerationSweep(
+        AXIS_WITHOUT_GRAVITY,
+        np.array([400.0, 40.0, 4.0]),
+        np.ones((3, 3)),
+        deviation,
+        np.array([168.0, 80.0, 48.0]),
+        np.array([900, 800, 700]),
+    )
+
+
+def test_a_trade_off_is_told_from_both_sides_and_not_approved(page: StudyPage) -> None:
+    torn = swept([0.002, 0.01, 0.06])
+    said = finding(torn)
+    assert "without accelerations above 4 rad/s², the last step of this scan" in said
+    assert "condition number 48; with every sample 168" in said
+    assert "known to 6 % only; it is known best, to 0.2 %, with every sample" in said
+    html = study_html(replace(page, sentence=said, trade_off=pulls_apart(torn)))
+    assert "A trade-off" in html
+    assert "verdict decided" not in html
+    agreed = swept([0.02, 0.01, 0.01])
+    assert not pulls_apart(agreed)
+    assert "as well there as anywhere" in finding(agreed)

@@ -397,7 +397,12 @@ def test_the_dry_run_in_words() -> None:
     assert lines[3].startswith("22 steady velocities, speeds 2.00 to 200.00 rad/s, held for")
     assert lines[-1].startswith("REFUSED: velocity would reach 200.0 rad/s")
     assert lines[-1].endswith("; the limit is 150.0 rad/s")
-    assert sum(" left before the " in line for line in lines) == 5
+    limits = dataclasses.replace(WIDE, position_min_rad=-200.0)
+    lines = summarise(stair(), limits, MODEL, gear_ratio=224.0).lines()
+    assert lines[-3].startswith("left of the window, stopping distance included: ")
+    assert lines[-3].endswith(" degrees (arm)")
+    assert " before −51.1" in lines[-3]
+    assert [line.count(" of ") for line in lines[-3:]] == [1, 4, 0]
     assert summarise(stair(), WIDE).lines()[-1] == "within all limits"
 
 
@@ -405,7 +410,7 @@ def test_the_dry_run_without_limits_model_or_ratio() -> None:
     dry_run = summarise(Trajectory("stay", {}, 1.0, ()))
     assert (dry_run.arm_min_deg, dry_run.peak_torque_nm, dry_run.stopping_margin_rad) == (None,) * 3
     assert dry_run.lines()[2:] == (
-        "peak speed 0.0 rad/s, acceleration 0 rad/s^2, jerk 0 rad/s^3",
+        "peak speed 0.0 rad/s, acceleration 0 rad/s², jerk 0 rad/s³",
         "no steady velocity",
         "not checked against limits",
     )

@@ -1,0 +1,91 @@
+"""The head of an answer: one sentence to be read from afar, and a line for each other thing."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from agent.explain.answer.amounts import percent
+from agent.explain.answer.names import OWN_NUMBER, effect_name
+from agent.explain.answer.parts import first_sentence, parts_of, times_without, without_it
+from agent.explain.answer.result import Explanation, Finding
+from agent.explain.answer.sentences import shared
+from agent.explain.answer.words import TOLD, first_tie, smaller_sentence, tie_sentence, what_stays
+from agent.report.explanation.words import LITTLE, decidable, heading, verdict_words
+
+
+@dataclass(frozen=True)
+class Head:
+    """What is said before any list or picture; caveats, places and numbers stand further below.
+
+    Parameters
+    ----------
+    first : str
+        The answer in one sentence.
+    worth : str
+        What that explains, where the sentence does not say so.
+    further : tuple of str
+        The other findings, a line each.
+    rest : tuple of str
+        What has no name, what all of it is worth, and what is not told apart.
+    """
+
+    first: str
+    worth: str = ""
+    further: tuple[str, ...] = ()
+    rest: tuple[str, ...] = ()
+
+    def says(self, sentence: str) -> bool:
+        """Tell whether a sentence stands here, as it is or as one that goes on."""
+        return any(sentence.rstrip(".") in line for line in (self.first, *self.further))
+
+
+def head_of(explanation: Explanation, *, listed: bool = False) -> Head:
+    """Return the head of an explanation.
+
+    Parameters
+    ----------
+    explanation : Explanation
+    listed : bool
+        Whether the causes of a tie are listed beneath, each with its probability.
+    """
+    if not decidable(explanation):
+        return Head(explanation.sentence or verdict_words(explanation).meaning)
+    if not explanation.findings:
+        first, rest = first_sentence(explanation.sentence or verdict_words(explanation).meaning)
+        return Head(first, rest=(rest,) if rest else ())
+    main, *others = explanation.told
+    parts = parts_of(main)
+    smaller = smaller_sentence(len(explanation.findings))
+    further = [_line(finding, explanation) for finding in others[: TOLD - 1]]
+    return Head(
+        parts.lead,
+        parts.worth,
+        (*further, smaller) if smaller else tuple(further),
+        (*what_stays(explanation), *([] if listed else _tie(explanation))),
+    )
+
+
+def _tie(explanation: Explanation) -> list[str]:
+    """Return what is not told apart, and what decides where no experiment beneath says so."""
+    tied = first_tie(explanation.findings)
+    if tied is None:
+        return []
+    return [tie_sentence(tied, to_decide=explanation.next_experiment is None)]
+
+
+def _line(finding: Finding, explanation: Explanation) -> str:
+    """Return a finding beside the main one: its name and worth, or the number that is wrong."""
+    parts = parts_of(finding)
+    if not parts.place:
+        return parts.lead
+    return f"{heading(effect_name(finding.effect))}: {_worth(finding, explanation)}."
+
+
+def _worth(finding: Finding, explanation: Explanation) -> str:
+    times = times_without(finding, explanation.holdout, explanation.floor.value_nm)
+    if math.isfinite(times):
+        return without_it(times)
+    beside_numbers = any(f.form == OWN_NUMBER for f in explanation.findings)
+    share = percent(max(finding.energy_share, LITTLE))
+    return f"{share} of {shared(finding.form, beside_numbers=beside_numbers)}"
