@@ -15,6 +15,7 @@ from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.forms import cable as forms_cable
 from agent.explain.forms import place as forms_place
+from agent.explain.forms import reversal as forms_reversal
 from agent.explain.forms.form import Form
 from agent.explain.forms.spots import strong_places
 from agent.explain.location.regions import axis_values, regions_of
@@ -130,6 +131,28 @@ def test_a_hose_is_said_to_stiffen_only_where_it_does(cubic: float, form: str) -
     if cubic:
         assert values["cubic_nm_per_arm_rad3"] == pytest.approx(cubic, rel=0.1)
         assert values["neutral_arm_rad"] == pytest.approx(0.1, abs=0.02)
+
+
+def test_what_a_hose_loses_is_told_as_its_own_and_not_as_friction_that_yields() -> None:
+    """A tenth of the Coulomb friction, settled over 9 degrees of the arm, integrated apart."""
+    lost_nm, travel_rad = 0.05, 0.15
+
+    def hose(points: SetPoints, at: Conditions) -> Floats:
+        del at
+        arm = points.position_rad / GEAR_RATIO
+        lag = np.zeros_like(arm)
+        for k, moved in enumerate(np.diff(arm)):
+            toward = np.sign(moved)
+            lag[k + 1] = toward + (lag[k] - toward) * math.exp(-abs(moved) / travel_rad)
+        return np.asarray(0.1 * (arm - 0.3) + lost_nm * lag)
+
+    forms = (*forms_cable.FORMS, *forms_reversal.FORMS)
+    (term,) = named(scene_of(hose, driven=long_stroke), forms)
+    assert term.scored.form.name == "spring with inner friction"
+    values = term.scored.values()
+    assert values["stiffness_nm_per_arm_rad"] == pytest.approx(0.1, abs=0.01)
+    assert values["hysteresis_nm"] == pytest.approx(lost_nm, rel=0.05)
+    assert values["hysteresis_travel_arm_rad"] == pytest.approx(travel_rad, rel=0.1)
 
 
 def test_the_time_after_a_reversal_is_by_the_clock() -> None:

@@ -1,4 +1,4 @@
-"""Hoses and cables: a spring over the arm's angle, hanging free elsewhere, or stiffening."""
+"""Hoses and cables: a spring over the arm's angle, hanging free elsewhere, stiffening or lossy."""
 
 from __future__ import annotations
 
@@ -8,10 +8,14 @@ from typing import Any
 import numpy as np
 
 from agent.explain.forms.form import Form, Point, stack
-from agent.explain.rows.scene import Scene
+from agent.explain.forms.reversal import hysteresis
+from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
 
 _NEUTRALS = 9  # along the stroke: a cubic about each looks unlike that about the next
+_TRAVELS = 5
+_SOONEST_RAD = 0.05  # of the arm: what has settled sooner is the joint's own friction that yields
+_LATEST = 0.5  # of the stroke: what settles later is a spring
 _POSITION = ("position_rad",)
 _ANYWHERE = ("torque-offset", "direction-asymmetry")
 
@@ -39,6 +43,28 @@ def _elsewhere_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mappi
     stiffness = values["stiffness_nm_per_arm_rad"]
     neutral = _middle(scene) - values["constant_nm"] / stiffness if stiffness else 0.0
     return ({"stiffness_nm_per_arm_rad": stiffness, "neutral_arm_rad": neutral},)
+
+
+def _lossy(scene: Scene, point: Point) -> Floats:
+    """Return spring and constant, and inner friction that settles over an arm travel, (N, 3)."""
+    away = scene.arm_rad - _middle(scene)
+    lag = hysteresis(scene, point[0] * scene.table.gear_ratio)
+    return stack(away, np.ones_like(away), lag)
+
+
+def _lossy_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    (spring,) = _elsewhere_twin(scene, values)
+    names = ("hysteresis_nm", "hysteresis_travel_arm_rad")
+    return ({**spring, **{name: values[name] for name in names}},)
+
+
+def _travels(scene: Scene) -> Sequence[Point]:
+    return tuple((travel,) for travel in log_grid(*_settling(scene)[0], _TRAVELS))
+
+
+def _settling(scene: Scene) -> Sequence[tuple[float, float]]:
+    lower, upper = scene.stroke_arm_rad()
+    return ((_SOONEST_RAD, max(_LATEST * (upper - lower), _SOONEST_RAD)),)
 
 
 def _stiffening(scene: Scene, point: Point) -> Floats:
@@ -74,6 +100,20 @@ FORMS: tuple[Form, ...] = (
         needs=_POSITION,
         to_twin=_elsewhere_twin,
         contains=_ANYWHERE,
+    ),
+    Form(
+        "cable-force",
+        "spring with inner friction",
+        ("stiffness_nm_per_arm_rad", "constant_nm", "hysteresis_nm"),
+        _lossy,
+        ("hysteresis_travel_arm_rad",),
+        _travels,
+        signs=(1, 0, 1),
+        limits=_settling,
+        needs=_POSITION,
+        to_twin=_lossy_twin,
+        contains=_ANYWHERE,
+        refines=("spring", "spring at rest elsewhere"),
     ),
     Form(
         "cable-force",
