@@ -23,6 +23,7 @@ from agent.explain.location.deficiency import deficiency_map
 from agent.explain.numbers.anew import chosen_anew
 from agent.explain.numbers.borne_out import borne_out
 from agent.explain.numbers.explained_before import least_beside_effects
+from agent.explain.numbers.heavier import heavier_than_the_joint
 from agent.explain.numbers.hidden import reaching_over_the_unnamed
 from agent.explain.numbers.intervals import with_intervals
 from agent.explain.numbers.model import Model, extended_twin, fit_model, predicted
@@ -188,7 +189,7 @@ def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
     """Choose and fit effects; a form whose numbers its own law refuses is left out, and again.
 
     A fit that needs a spring to push instead of pull may describe the data; it is no spring. Nor is
-    a gap one that removes noise, or a law one that copies another.
+    a gap one that removes noise, a law one that copies another, or an arm heavier than its joint.
     """
     for _ in range(_MOST_REFUSALS):
         library, choice = settled_beside(*chosen_anew(library))
@@ -197,6 +198,8 @@ def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
         refused |= only_in_a_band(library, choice)
         if not refused:
             model = fit_model(library, twin, choice.terms)
+            refused = heavier_than_the_joint(model)
+        if not refused:
             try:
                 return library, choice, model, extended_twin(library, twin, model)
             except TwinError:

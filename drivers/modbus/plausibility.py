@@ -126,16 +126,12 @@ def _judged(register_map: RegisterMap, register: Register, rounds: Rounds) -> Re
     reasons: list[str] = []
     finding = Finding.PLAUSIBLE
     judged_bad = value.quality is Quality.BAD and register.quality is not None
-    if value.quality is Quality.ABSENT or (judged_bad and _in_range(register, series)):
+    absent = value.quality is Quality.ABSENT and not _strays(register, series)
+    if absent or (judged_bad and _in_range(register, series)):
         finding, reasons = Finding.NO_VALUE, [value.reason]
     elif not _in_range(register, series):
-        low, high = _range(register) or (math.nan, math.nan)
         finding = Finding.WRONG
-        reasons.append(
-            f"{register.physical(series[-1].number):.6g} {register.unit} is outside of "
-            f"[{low:g}, {high:g}]".replace("  ", " ")
-        )
-        reasons += _what_would_fit(register_map, register, series)
+        reasons = [_outside(register, series), *_what_would_fit(register_map, register, series)]
     elif register.type != "bit":
         reasons = _doubts(register_map.layout(register), register, series)
         if reasons:
@@ -165,6 +161,24 @@ def _in_range(register: Register, series: Sequence[RawValue]) -> bool:
         return True
     numbers = [v.number for v in series if not register.is_sentinel(v.number)]
     return all(limits[0] <= register.physical(n) <= limits[1] for n in numbers)
+
+
+def _strays(register: Register, series: Sequence[RawValue]) -> bool:
+    """Return whether a register that is now without a value has others that no sensor gives.
+
+    A device that has no value says so by one pattern of bits, time and again.
+    """
+    odd = {v.registers for v in series if not math.isfinite(v.number)}
+    numbers = [v for v in series if math.isfinite(v.number)]
+    return len(odd) > 1 or not _in_range(register, numbers)
+
+
+def _outside(register: Register, series: Sequence[RawValue]) -> str:
+    """Say which reading is outside of the range, the newest that is."""
+    low, high = _range(register) or (math.nan, math.nan)
+    out = next(v for v in reversed(series) if not _in_range(register, [v]))
+    said = f"{register.physical(out.number):.6g} {register.unit} is outside of [{low:g}, {high:g}]"
+    return said.replace("  ", " ")
 
 
 def _what_would_fit(
