@@ -5,6 +5,7 @@ from __future__ import annotations
 from agent.explain.answer.sentences import only_heard
 from agent.explain.choosing.by_use import clock_or_use
 from agent.explain.choosing.heard import BACKLASH
+from agent.explain.choosing.materiality import FAR
 from agent.explain.driven_range import hangs_free
 from agent.explain.plausible import far_off, turned_gravity
 from agent.explain.rows.table import Table
@@ -89,7 +90,12 @@ def _effects(found: Study) -> set[str]:
 
 
 def _bent(found: Study) -> bool:
-    """Return whether the simulation as given is far off, and its numbers refitted are closer."""
+    """Return whether the simulation as given is far off, and its numbers refitted are all it lacks.
+
+    What has no name bends a refit, too: where far more than noise is left, no number need be wrong.
+    """
+    if found.ratio > FAR:
+        return False
     rows = found.library.weighing.rows
     given, refitted = found.table.target_nm[rows], found.refitted_nm[rows]
     return far_from_given(found) and float(given @ given) > _CLOSER * float(refitted @ refitted)

@@ -43,6 +43,7 @@ from agent.explain.traces import traces_of
 from agent.explain.undecidable import undecidable
 from agent.explain.unlike import held_out_apart
 from agent.explain.unnamed import taken_back, unproven
+from agent.identify.result import Floats
 from agent.physics.twin import Twin, TwinError
 from trajectories import AxisLimits
 
@@ -208,7 +209,7 @@ def _proof(
         compared, unseen = proof.compare_runs(given.twin, refitted, found.extended, holdout, table)
         source = "recordings that it had not seen"
         traces = (*traces, *traces_of(as_given, refitted, unseen, held_out=True))
-        learnt_nm = float(np.sqrt(np.mean(found.model.residual_nm**2)))
+        learnt_nm = float(np.sqrt(np.nanmean(_left_by_twin(found) ** 2)))
         apart = held_out_apart(compared, learnt_nm, found.floor.value_nm, table.runs, holdout)
         creeps = creeps_held_out(unseen, table)
     else:
@@ -259,8 +260,10 @@ def _explanation(
     table, rows = found.table, found.library.weighing.rows
     measured = table.measured_nm[rows]
     share, where = told.left_share(), told.left_where()
-    if verdict == "explained" and unproven(proven):
+    if verdict in ("explained", "tied") and unproven(proven):
         verdict = "partly-explained"
+    extended = _left_by_twin(found)
+    known = np.isfinite(extended)
     given, refitted = (
         fit_of(measured, left[rows]) for left in (as_given.table.target_nm, found.refitted_nm)
     )
@@ -273,7 +276,7 @@ def _explanation(
         floor=found.floor,
         baseline=given,
         refitted=refitted,
-        extended=fit_of(measured, found.model.residual_nm),
+        extended=fit_of(measured[known], extended[known]),
         holdout=proven,
         findings=findings,
         unexplained_share=share,
@@ -291,6 +294,12 @@ def _explanation(
         unexplained_curves=_spectra(found),
         band_hz=table.cutoff_hz,
     )
+
+
+def _left_by_twin(found: Study) -> Floats:
+    """Return what the twin that is written leaves of the rows learnt from, shape (m,)."""
+    rows = found.library.weighing.rows
+    return proof.left_by(found.extended, found.table, found.twin)[rows]
 
 
 def _experiments(

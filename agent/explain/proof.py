@@ -58,12 +58,7 @@ def compare_runs(
     table = tabulate(twin, runs, like.cutoff_hz, align_velocity=like.aligned)
     if like.creep_rad_s or like.torque_late_s:
         table = without_edges(table, like.creep_rad_s, like.torque_late_s)
-    if table.simulated:
-        # A recorded simulation stands for the twin: what was learnt is added to it.
-        base = table.given_nm - predicted(table, twin)
-    else:
-        base = np.zeros(table.measured_nm.shape[0])
-    left = [table.measured_nm - base - predicted(table, t) for t in (twin, refitted, extended)]
+    left = [left_by(t, table, twin) for t in (twin, refitted, extended)]
     # The joint may rest and creep here as in none of the recordings to learn from.
     creeps = creep_beside(table, left[-1])
     if creeps > table.creep_rad_s:
@@ -86,6 +81,15 @@ def compare_runs(
         ),
         table,
     )
+
+
+def left_by(twin: Twin, table: Table, given: Twin) -> Floats:
+    """Return what a twin leaves of a table's torque, shape (n,).
+
+    Where a recorded simulation stands for the twin as given, what was learnt is added to that.
+    """
+    left = table.measured_nm - predicted(table, twin)
+    return left - (table.given_nm - predicted(table, given)) if table.simulated else left
 
 
 def compare_folds(library: Library) -> tuple[Compared, str]:

@@ -11,10 +11,12 @@ from agent.explain.choosing.afloat import afloat
 from agent.explain.choosing.choice import choose
 from agent.explain.choosing.search import Library
 from agent.explain.forms import arm
+from agent.explain.numbers.heavier import heavier_than_the_joint
+from agent.explain.numbers.model import fit_model
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import tabulate
-from agent.identify.result import Floats
+from agent.identify.result import Floats, Parameter
 from tests.science.explain_joint import TWIN, Conditions, record, stair
 from tests.science.test_explain_dynamic import GAP, SOFT, seen
 from trajectories import SetPoints
@@ -66,6 +68,17 @@ def test_a_soft_gear_that_is_there_stays() -> None:
     choice = choose(library, rivals=False)
     assert [t.scored.form.effect for t in choice.terms] == ["joint-flexibility"]
     assert afloat(library, choice) == set()
+
+
+def test_no_arm_is_heavier_than_the_joint_that_it_is_a_part_of() -> None:
+    scene = seen(SOFT)
+    library = Library.of(scene, weigh(scene.table, scene.residual_nm), SPRINGS[:1])
+    model = fit_model(library, TWIN, choose(library, rivals=False).terms)
+    assert heavier_than_the_joint(model) == set()
+    arm = model.parameters[0]["arm_inertia_kg_m2"].value
+    for share, refused in ((1.05, set()), (1.2, {("joint-flexibility", SPRINGS[0].name)})):
+        joint = dict(model.base) | {"inertia_kg_m2": Parameter(arm / share, None)}
+        assert heavier_than_the_joint(replace(model, base=joint)) == refused
 
 
 def test_a_gap_that_is_there_stays() -> None:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from agent.explain.rows.in_step import least
+from agent.explain.rows.in_step import hats, least
 from agent.explain.rows.pieces import Piece
 from agent.explain.rows.spectra import (
     FAR,
@@ -37,6 +37,7 @@ _GUARD = 6  # bins to either side of a line that are the line's own
 _FALSE = 0.01  # over all frequencies
 _MATERIAL = 0.02  # of what is left
 _MOST = 3
+_SPEEDS = 24  # knots
 _SAME_SPEED = 0.1  # of the speed
 _DRIVEN = 2.0  # times a line's torque: a motion that needs more is the drive's, not the line's
 _AT_OTHER_SPEEDS = 0.3  # of the line's torque: what is there at two speeds alone is no line of time
@@ -100,14 +101,26 @@ def lines_of(table: Table, left_nm: Floats) -> tuple[Line, ...]:
     if not pieces:
         return ()
     within = np.where(table.used, left_nm, 0.0)
-    inside = Sought(table, pieces, lambda p: within[p.rows], in_band=True)
+    energy = Sought(table, pieces, lambda p: within[p.rows], in_band=True).energy_nm2
+    searched = within - _of_speed(table, within)
+    inside = Sought(table, pieces, lambda p: searched[p.rows], in_band=True)
     outside = Sought(table, pieces, lambda p: _above_band(table, p), in_band=False)
-    energy = inside.energy_nm2
     found = [
         *_lines(inside, energy),
         *_lines(outside, energy + outside.energy_nm2),
     ]
     return tuple(sorted(found, key=lambda line: -line.share)[:_MOST])
+
+
+def _of_speed(table: Table, left_nm: Floats) -> Floats:
+    """Return what of a residual follows the velocity, smooth as that may be, shape (n,).
+
+    A cycle that comes back to some speeds every so often has what these speeds lack as a line.
+    """
+    out = np.zeros_like(left_nm)
+    curve = hats(table.rows["velocity_rad_s"][table.used], _SPEEDS)
+    out[table.used] = curve @ least(curve, left_nm[table.used])
+    return out
 
 
 def _above_band(table: Table, piece: Piece) -> Floats:
