@@ -20,6 +20,7 @@ from agent.explain.answer.amounts import percent, torque
 from agent.explain.answer.names import NAMES
 from agent.explain.answer.result import Explanation
 from agent.explain.answer.result import Finding as Effect
+from agent.explain.answer.said import Said
 from agent.explain.answer.words import summary_of
 from agent.identify.estimate import twin_from_estimate
 from agent.monitor.history.cycle import Cycle
@@ -104,9 +105,9 @@ def led_by_drift(found: Explanation, healthy: int) -> Explanation:
     share = f"{NAMES[_DRIFT]} explains {percent(drift.energy_share)} of the mismatch."
     change = _change(drift, found, healthy)
     between = f"Between the healthy and the present cycles {change}; {share}"
-    sentence = between if change else drift.sentence
+    told = Said(between, f"Between the healthy and the present cycles {change}.")
     others = [f for f in found.findings if f is not drift]
-    findings = (replace(drift, sentence=sentence), *others)
+    findings = (replace(drift, said=told) if change else drift, *others)
     ranked = tuple(replace(f, rank=rank) for rank, f in enumerate(findings, start=1))
     led = replace(found, findings=ranked, beside=BESIDE)
     return replace(led, sentence=summary_of(led))

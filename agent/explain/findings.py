@@ -114,7 +114,7 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
     parameters = as_in_twin(form, beside_others(library, model, index), own)
     scale = float(np.sqrt(np.mean(1.0 / weighing.weight**2)))
     blows = scene.blows if heard(scene, form) else None
-    sentence = sentences.finding_sentence(
+    told = sentences.finding_sentence(
         form.effect,
         where,
         _reach(study, form.effect, added, where),
@@ -125,21 +125,19 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
     )
     clipped = saturation_evidence(scene.table) if form.effect == "torque-saturation" else None
     if clipped is not None and clipped.reading:
-        sentence = sentences.reading_sentence(
-            clipped.limit_nm, clipped.tops, clipped.missing_nm, share
-        )
+        told = sentences.reading_sentence(clipped.limit_nm, clipped.tops, clipped.missing_nm, share)
     if blows:
-        sentence = f"{sentence} {sentences.ringing_sentence(blows.ringing)}"
+        told = replace(told, caveat=sentences.ringing_sentence(blows.ringing))
     if form.effect == "joint-flexibility" and not scene.has("position_arm_rad"):
         part = parameters["arm_inertia_kg_m2"].value / inertia_of(scene)
-        sentence = f"{sentence} {sentences.spring_sentence(part)}"
+        told = replace(told, caveat=sentences.spring_sentence(part))
     return Finding(
         effect=form.effect,
         rank=0,
         probability=term.probability,
         energy_share=share,
         where=where,
-        sentence=sentence,
+        said=told,
         parameters=parameters,
         alternatives=_alternatives(term),
         holdout_rmse_without_nm=float(
@@ -225,7 +223,7 @@ def _number_finding(study: Study, wrong: WrongNumber) -> Finding:
         probability=even,
         energy_share=wrong.energy_share,
         where=(),
-        sentence=sentences.number_sentence(
+        said=sentences.number_sentence(
             wrong.effect, changes, wrong.energy_share, recorded=study.table.simulated
         ),
         parameters=wrong.parameters,
@@ -254,7 +252,7 @@ def _saturation_findings(study: Study) -> list[Finding]:
             probability=1.0,
             energy_share=0.0,
             where=(),
-            sentence=(
+            said=(
                 sentences.reading_sentence(evidence.limit_nm, evidence.tops, evidence.missing_nm)
                 if evidence.reading
                 else sentences.saturation_sentence(

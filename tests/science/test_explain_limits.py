@@ -49,7 +49,7 @@ def test_a_reading_that_ends_is_no_limit_of_the_drive() -> None:
     assert found is not None
     assert found.reading
     assert found.limit_nm == pytest.approx(1.2, abs=0.01)
-    said = reading_sentence(found.limit_nm, found.tops, found.missing_nm, 0.98)
+    said = reading_sentence(found.limit_nm, found.tops, found.missing_nm, 0.98).whole
     assert "the drive is at no limit. This explains 98 % of the mismatch." in said
 
 

@@ -115,7 +115,7 @@ def test_a_recorded_simulations_own_torque_is_what_a_factor_multiplies() -> None
 
 def test_of_a_recorded_simulations_number_only_what_it_lacks_is_told() -> None:
     changes = {"Coulomb friction": (0.35, 0.42, "N m")}
-    said = number_sentence("wrong-number", changes, 1.0, recorded=True)
+    said = number_sentence("wrong-number", changes, 1.0, recorded=True).whole
     assert "Coulomb friction is 70.0 mN m more than the simulation has" in said
     assert "0.35" not in said
 

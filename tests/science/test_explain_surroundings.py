@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from agent.explain.answer.result import Finding
+from agent.explain.answer.said import Said
 from agent.explain.forms.quantities import NOT_NEEDED
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import tabulate
@@ -41,7 +42,7 @@ def swinging(inertia_kg_m2: float, hertz: float = 12.0) -> Finding:
         "arm_inertia_kg_m2": Parameter(inertia_kg_m2, None),
         "stiffness_nm_per_rad": Parameter(inertia_kg_m2 * (2.0 * np.pi * hertz) ** 2, None),
     }
-    return Finding("joint-flexibility", 1, 0.97, 0.8, (), "An arm swings.", numbers, (), 0.1)
+    return Finding("joint-flexibility", 1, 0.97, 0.8, (), Said("An arm swings."), numbers, (), 0.1)
 
 
 def test_nothing_that_weighs_so_much_has_less_inertia_than_a_ball_of_steel() -> None:

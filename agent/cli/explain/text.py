@@ -6,7 +6,6 @@ import textwrap
 from collections.abc import Iterable, Sequence
 
 from agent.explain.answer.names import effect_name
-from agent.explain.answer.parts import parts_of
 from agent.explain.answer.result import Explanation, Finding, NextExperiment
 from agent.explain.answer.words import after_colon
 from agent.numbers import NO_NUMBER
@@ -115,10 +114,10 @@ def _finding(finding: Finding, explanation: Explanation, head: Head) -> list[str
     worth = f"{carried(finding.energy_share):>{_SHARE}}{share(finding.probability):>9}"
     lines = [f"{first:<{_NAME}}{worth}", *(f"   {other}" for other in others)]
     names = (*explanation.recordings, *explanation.held_out)
-    parts = parts_of(finding)
-    if not head.says(parts.place or parts.lead):
-        lines += _wrapped(parts.place or parts.lead, "   ")
-    lines += _wrapped(parts.caveat, "   ")
+    said = finding.said
+    if not head.says(said.place or said.lead):
+        lines += _wrapped(said.place or said.lead, "   ")
+    lines += _wrapped(said.caveat, "   ")
     if finding.where:
         places = "; ".join(region_in_words(region, names) for region in finding.where)
         lines += _wrapped(f"where: {places}", "   ")

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from agent.explain.answer.fits import number
+from agent.explain.answer.said import Said
 from agent.identify.result import Floats, Parameter
 
 
@@ -138,13 +139,18 @@ class Finding:
     probability: float
     energy_share: float
     where: tuple[Region, ...]
-    sentence: str
+    said: Said
     parameters: Mapping[str, Parameter]
     alternatives: tuple[Alternative, ...] = ()
     holdout_rmse_without_nm: float = math.nan
     form: str = ""
     curve: Curve | None = None
     ringing: Ringing | None = None
+
+    @property
+    def sentence(self) -> str:
+        """Return all that is said of it."""
+        return self.said.whole
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""

@@ -24,7 +24,7 @@ from agent.explain.answer.located import (
     Region,
     Ringing,
 )
-from agent.explain.answer.parts import weighed
+from agent.explain.answer.small_share import weighed
 from agent.physics.twin import Twin
 
 __all__ = [

@@ -9,6 +9,7 @@ from agent.explain.answer.amounts import duration, factor, percent, short, torqu
 from agent.explain.answer.names import FOLLOWS_DIRECTION, NAMES, OWN_NUMBER
 from agent.explain.answer.places import place_in_words
 from agent.explain.answer.result import Region, Ringing
+from agent.explain.answer.said import Said
 from agent.identify.result import Parameter
 from agent.numbers import scale_for, significant
 
@@ -28,8 +29,8 @@ def finding_sentence(
     *,
     first: bool = True,
     beside_numbers: bool = False,
-) -> str:
-    """Return a finding's sentence: where, how much, what it is, how much it explains.
+) -> Said:
+    """Return what is said of a finding: where, how much, what it is, how much it explains.
 
     Parameters
     ----------
@@ -48,10 +49,12 @@ def finding_sentence(
     """
     place = place_in_words(where[0] if where else None, effect)
     begin = f"{place[:1].upper()}{place[1:]} {_amount(effect, reach_nm)}"
-    name = NAMES[effect] + _detail(effect, parameters)
+    detail = _detail(effect, parameters)
+    name = f"{NAMES[effect]} ({detail})" if detail else NAMES[effect]
     whole = shared("", beside_numbers=beside_numbers)
     carried = f"{percent(max(energy_share, _LITTLE))} of {whole}"
-    return f"{begin}; {name} explains {carried}." if first else f"{begin}: {name}, {carried}."
+    lead = f"{begin}; {name} explains {carried}." if first else f"{begin}: {name}, {carried}."
+    return Said(lead, f"{begin}: {detail}." if detail else f"{begin}.")
 
 
 def shared(form: str, *, beside_numbers: bool) -> str:
@@ -123,32 +126,32 @@ def _amount(effect: str, reach_nm: tuple[float, float]) -> str:
 
 
 def _detail(effect: str, parameters: Mapping[str, Parameter]) -> str:
-    """Return the one number that says more than the torque, in brackets; nothing without one."""
+    """Return the one number that says more than the torque, nothing without one."""
     known = {n: p.value for n, p in parameters.items() if p.identified and math.isfinite(p.value)}
     if effect == "torque-constant-error":
         return _factor(known)
     if "torque_delay_s" in known:
         by = duration(known["torque_delay_s"])
         if known["torque_delay_s"] > 0.0:
-            return f" (the torque is reported {by} later than the motion)"
-        return f" (the motion is reported {by} later than the torque)"
+            return f"the torque is reported {by} later than the motion"
+        return f"the motion is reported {by} later than the torque"
     if "velocity_delay_s" in known:
         late = "late" if known["velocity_delay_s"] > 0.0 else "early"
-        return f" (the velocity is {duration(known['velocity_delay_s'])} {late})"
+        return f"the velocity is {duration(known['velocity_delay_s'])} {late}"
     if effect == "torque-ripple" and {"cos_nm", "sin_nm"} <= known.keys():
         return _amplitudes(known)
     if effect == "torque-saturation" and "limit_nm" in known:
-        return f" (at {torque(known['limit_nm'])})"
+        return f"at {torque(known['limit_nm'])}"
     return ""
 
 
 def _amplitudes(known: Mapping[str, float]) -> str:
-    """Return a ripple's amplitude, and that of the double order where it has one, in brackets."""
+    """Return a ripple's amplitude, and that of the double order where it has one."""
     first = torque(math.hypot(known["cos_nm"], known["sin_nm"]))
     if not {"cos_second_nm", "sin_second_nm"} <= known.keys():
-        return f" (amplitude {first})"
+        return f"amplitude {first}"
     second = torque(math.hypot(known["cos_second_nm"], known["sin_second_nm"]))
-    return f" (amplitude {first}, at the double order {second})"
+    return f"amplitude {first}, at the double order {second}"
 
 
 def _factor(known: Mapping[str, float]) -> str:
@@ -156,11 +159,11 @@ def _factor(known: Mapping[str, float]) -> str:
     if per_k:
         way = "falls" if per_k < 0.0 else "grows"
         return (
-            f" (the factor from reported to real torque {way} by {short(100.0 * abs(per_k))} % "
-            "per kelvin of the motor)"
+            f"the factor from reported to real torque {way} by {short(100.0 * abs(per_k))} % "
+            "per kelvin of the motor"
         )
     if "factor" in known:
-        return f" (the real torque is the reported one times a factor of {factor(known['factor'])})"
+        return f"the real torque is the reported one times a factor of {factor(known['factor'])}"
     return ""
 
 
@@ -170,8 +173,8 @@ def number_sentence(
     share: float,
     *,
     recorded: bool = False,
-) -> str:
-    """Return the sentence of a wrong number.
+) -> Said:
+    """Return what is said of a wrong number.
 
     Parameters
     ----------
@@ -187,16 +190,17 @@ def number_sentence(
     worth = f"This explains {percent(share)} of {shared(OWN_NUMBER, beside_numbers=True)}."
     if effect == "torque-constant-error":
         _, found, _ = next(iter(changes.values()))
-        return (
+        lead = (
             "The torque constant is wrong: the real torque is the reported one times a factor of "
-            f"{factor(found)}. {worth}"
+            f"{factor(found)}."
         )
+        return Said(lead, worth=worth)
     told = {name: numbers for name, numbers in changes.items() if _differs(numbers, changes)}
     change = _lack if recorded else _change
     said = " and ".join(change(name, *numbers) for name, numbers in (told or changes).items())
     if effect == "gravity-imbalance":
-        return f"The simulation does not know all of the load: {said}. {worth}"
-    return f"A number of the simulation is wrong: {said}. {worth}"
+        return Said(f"The simulation does not know all of the load: {said}.", worth=worth)
+    return Said(f"A number of the simulation is wrong: {said}.", worth=worth)
 
 
 def _differs(
@@ -222,22 +226,23 @@ def _change(name: str, given: float, found: float, unit: str) -> str:
     return f"{name} is {texts[0]}, not {texts[1]} {scale.unit}".rstrip()
 
 
-def saturation_sentence(limit_nm: float, tops: int, shortfall_rad_s: float) -> str:
-    """Return the sentence of a torque limit: how often it is reached, and what the motion lacks."""
-    return (
+def saturation_sentence(limit_nm: float, tops: int, shortfall_rad_s: float) -> Said:
+    """Return what is said of a torque limit: how often it is met, and what the motion lacks."""
+    return Said(
         f"{_often(tops)} the torque stays at {torque(limit_nm)} while the velocity falls short of "
         f"its command by {short(shortfall_rad_s)} rad/s: the drive clips its torque there."
     )
 
 
-def reading_sentence(limit_nm: float, tops: int, missing_nm: float, share: float = 0.0) -> str:
-    """Return the sentence of a reading that ends before the torque does, and what it explains."""
-    worth = f" This explains {percent(share)} of the mismatch." if share > 0.0 else ""
-    return (
+def reading_sentence(limit_nm: float, tops: int, missing_nm: float, share: float = 0.0) -> Said:
+    """Return what is said of a reading that ends before the torque does, and what it explains."""
+    lead = (
         f"{_often(tops)} the torque is reported as {torque(limit_nm)} where the drive asks for up "
         f"to {torque(missing_nm)} more, and the joint moves as if it had that: the reading is "
-        f"clipped, at its range, and the drive is at no limit.{worth}"
+        "clipped, at its range, and the drive is at no limit."
     )
+    worth = f"This explains {percent(share)} of the mismatch." if share > 0.0 else ""
+    return Said(lead, worth=worth)
 
 
 def _often(times: int) -> str:

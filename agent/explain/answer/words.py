@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 from agent.explain.answer.amounts import percent, torque
 from agent.explain.answer.names import COSTS_NO_TORQUE, OWN_NUMBER, effect_name
-from agent.explain.answer.parts import weighed
 from agent.explain.answer.places import place_in_words
 from agent.explain.answer.result import Explanation, Finding, Fit, Holdout, Region
+from agent.explain.answer.small_share import weighed
 from agent.numbers import scale_for, significant
 
 TOLD = 3

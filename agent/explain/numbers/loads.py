@@ -16,6 +16,7 @@ import numpy as np
 from agent.explain.answer.amounts import percent
 from agent.explain.answer.names import OWN_NUMBER
 from agent.explain.answer.result import Finding
+from agent.explain.answer.said import Said
 from agent.explain.choosing.materiality import MATERIAL, beyond
 from agent.explain.rows.evidence import heldout, moments, weigh
 from agent.explain.rows.run import Run
@@ -215,10 +216,10 @@ def load_finding(loads: Loads, given_nm: Floats, left_nm: Floats, floor_nm: floa
         probability=1.0,
         energy_share=share,
         where=(),
-        sentence=(
+        said=Said(
             "The simulation does not know what the recordings say that the arm carries: beyond "
-            f"{loads.reference_kg:g} kg every kilogram adds {_per_kg(loads.numbers)}. This "
-            f"explains {percent(share)} of the difference to the simulation as given."
+            f"{loads.reference_kg:g} kg every kilogram adds {_per_kg(loads.numbers)}.",
+            worth=f"This explains {percent(share)} of the difference to the simulation as given.",
         ),
         parameters=loads.numbers,
         holdout_rmse_without_nm=float(np.sqrt(np.mean(given_nm**2))),

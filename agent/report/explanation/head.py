@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 
 from agent.explain.answer.amounts import percent
 from agent.explain.answer.names import OWN_NUMBER, effect_name
-from agent.explain.answer.parts import first_sentence, parts_of, times_without, without_it
 from agent.explain.answer.result import Explanation, Finding
 from agent.explain.answer.sentences import shared
+from agent.explain.answer.small_share import times_without, without_it
 from agent.explain.answer.words import TOLD, first_tie, smaller_sentence, tie_sentence, what_stays
 from agent.report.explanation.words import LITTLE, decidable, heading, verdict_words
+
+_NEXT_SENTENCE = re.compile(r"(?<=\.) (?=[A-Z0-9±])")
 
 
 @dataclass(frozen=True)
@@ -52,18 +55,24 @@ def head_of(explanation: Explanation, *, listed: bool = False) -> Head:
     if not decidable(explanation):
         return Head(explanation.sentence or verdict_words(explanation).meaning)
     if not explanation.findings:
-        first, rest = first_sentence(explanation.sentence or verdict_words(explanation).meaning)
+        first, rest = _first_sentence(explanation.sentence or verdict_words(explanation).meaning)
         return Head(first, rest=(rest,) if rest else ())
     main, *others = explanation.told
-    parts = parts_of(main)
+    said = main.said
     smaller = smaller_sentence(len(explanation.findings))
     further = [_line(finding, explanation) for finding in others[: TOLD - 1]]
     return Head(
-        parts.lead,
-        parts.worth,
+        said.lead,
+        said.worth,
         (*further, smaller) if smaller else tuple(further),
         (*what_stays(explanation), *([] if listed else _tie(explanation))),
     )
+
+
+def _first_sentence(text: str) -> tuple[str, str]:
+    """Return the first sentence of a text, and the others."""
+    first, *others = _NEXT_SENTENCE.split(text, maxsplit=1)
+    return first, "".join(others)
 
 
 def _tie(explanation: Explanation) -> list[str]:
@@ -76,9 +85,8 @@ def _tie(explanation: Explanation) -> list[str]:
 
 def _line(finding: Finding, explanation: Explanation) -> str:
     """Return a finding beside the main one: its name and worth, or the number that is wrong."""
-    parts = parts_of(finding)
-    if not parts.place:
-        return parts.lead
+    if not finding.said.place:
+        return finding.said.lead
     return f"{heading(effect_name(finding.effect))}: {_worth(finding, explanation)}."
 
 

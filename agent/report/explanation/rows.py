@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from agent.explain.answer.names import OWN_NUMBER, effect_name
-from agent.explain.answer.parts import as_large, parts_of, times_without
 from agent.explain.answer.result import Explanation, Finding, Moved, Region
 from agent.explain.answer.sentences import shared
+from agent.explain.answer.small_share import as_large, times_without
 from agent.identify.result import Parameter
 from agent.numbers import (
     NO_NUMBER,
@@ -79,7 +79,7 @@ class MovedRow:
 def finding_row(finding: Finding, explanation: Explanation, head: Head) -> FindingRow:
     """Return one finding in words; what the head of the page says already is not said again."""
     names = (*explanation.recordings, *explanation.held_out)
-    parts = parts_of(finding)
+    said = finding.said
     return FindingRow(
         rank=finding.rank,
         label=heading(effect_name(finding.effect)),
@@ -90,8 +90,8 @@ def finding_row(finding: Finding, explanation: Explanation, head: Head) -> Findi
         ),
         probability=share(finding.probability),
         form=finding.form,
-        sentence=units_unbroken(parts.place or ("" if head.says(parts.lead) else parts.lead)),
-        caveat=units_unbroken(parts.caveat),
+        sentence=units_unbroken(said.place or ("" if head.says(said.lead) else said.lead)),
+        caveat=units_unbroken(said.caveat),
         where=places(finding.where, names),
         without=_without(finding, explanation),
         parameters=parameter_rows(finding.parameters),

@@ -9,6 +9,7 @@ import numpy as np
 from agent.conclude.alarm import BESIDE, led_by_drift, said
 from agent.explain.answer.names import NAMES
 from agent.explain.answer.result import Alternative, Curve, Explanation, Finding
+from agent.explain.answer.said import Said
 from tests.unit.report import explanation_examples as examples
 
 HEALTHY = 3
@@ -21,7 +22,7 @@ def found(*alternatives: Alternative) -> Explanation:
     at, nm = np.arange(5.0), np.array([-0.03, -0.02, -0.01, 0.04, 0.06])
     curve = Curve("recording", at, nm, nm, nm, at, nm, nm)
     drift = Finding(
-        "friction-drift", 2, 1.0, 0.31, (), "It changes.", {}, alternatives, curve=curve
+        "friction-drift", 2, 1.0, 0.31, (), Said("It changes."), {}, alternatives, curve=curve
     )
     (warmth,) = made.findings
     warmth = replace(warmth, alternatives=(), energy_share=0.35)

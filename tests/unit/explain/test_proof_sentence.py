@@ -8,6 +8,7 @@ import pytest
 
 from agent.explain.answer.fits import Fit, Holdout
 from agent.explain.answer.located import Finding
+from agent.explain.answer.said import Said
 from agent.explain.answer.words import proof_sentence, summary
 from agent.explain.unnamed import taken_back
 
@@ -46,7 +47,9 @@ def test_names_that_unseen_recordings_do_not_bear_out_are_said_to_be_unproven() 
 
 def test_a_mismatch_of_the_unseen_recordings_alone_is_said_to_be_theirs() -> None:
     """All that was fitted has a name: not "less than 1 % has no name, and follows nothing"."""
-    finding = Finding("stribeck", 1, 1.0, 1.0, (), "Stribeck explains all.", {}, (), 0.0, "a form")
+    finding = Finding(
+        "stribeck", 1, 1.0, 1.0, (), Said("Stribeck explains all."), {}, (), 0.0, "a form"
+    )
     unseen = replace(_holdout(0.013, 0.0034), floor_ratio=2.4)
     said = summary(
         "partly-explained", [finding], unseen, 0.0014, Fit(0.008, 96.0), (), 0.001, Fit()
@@ -63,7 +66,7 @@ def test_what_is_wrong_with_a_simulation_that_only_refitting_brings_to_the_noise
 
 
 def test_a_torque_limit_is_not_judged_by_torque() -> None:
-    limit = Finding("torque-saturation", 1, 1.0, 0.0, (), "The drive clips.", {})
+    limit = Finding("torque-saturation", 1, 1.0, 0.0, (), Said("The drive clips."), {})
     said = summary("explained", [limit], _holdout(2.0, 2.2), 2.0, Fit(), (), 0.0, Fit())
     assert said == "The drive clips."
 
@@ -76,7 +79,7 @@ def test_a_law_that_harms_where_little_was_missing_is_taken_back(
     floor_ratio: float, after_nm: float, named: bool
 ) -> None:
     """Stribeck, of what a simulator smooths, on recordings that hardly show it."""
-    finding = Finding("stribeck", 1, 1.0, 1.0, (), "", {}, (), 0.0, "a form")
+    finding = Finding("stribeck", 1, 1.0, 1.0, (), Said(""), {}, (), 0.0, "a form")
     proven = replace(
         _holdout(0.011, after_nm),
         floor_ratio=floor_ratio,

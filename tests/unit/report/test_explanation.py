@@ -23,6 +23,7 @@ from agent.explain.answer.result import (
     NextExperiment,
     Region,
 )
+from agent.explain.answer.said import Said
 from agent.explain.answer.sentences import finding_sentence, spring_sentence
 from agent.identify.result import Parameter
 from agent.physics.effects import LIBRARY
@@ -107,7 +108,7 @@ def soft_gear_and_delay() -> Explanation:
     swings = finding_sentence("joint-flexibility", (), (-1.7, 1.7), 0.95, {})
     late = {"torque_delay_s": Parameter(-0.002, None)}
     delay = finding_sentence("measurement-delay", (), (-0.4, 0.4), 0.0, late, first=False)
-    bearing = f"{swings} {spring_sentence(0.54)}"
+    bearing = dataclasses.replace(swings, caveat=spring_sentence(0.54))
     found = (
         Finding("joint-flexibility", 1, 1.0, 0.95, (), bearing, {}, (), 0.4, "one spring"),
         Finding("measurement-delay", 2, 1.0, 0.0, (), delay, late, (), 0.1, "late"),
@@ -314,7 +315,7 @@ def test_names_from_outside_are_text_and_nothing_else() -> None:
             dataclasses.replace(
                 finding,
                 effect=HOSTILE,
-                sentence=HOSTILE,
+                said=Said(HOSTILE, HOSTILE, HOSTILE, HOSTILE),
                 form=HOSTILE,
                 parameters={HOSTILE: Parameter.not_identified(HOSTILE)},
                 alternatives=(dataclasses.replace(other, effect=HOSTILE, told_apart_by=HOSTILE),),
@@ -434,7 +435,7 @@ def test_physics_has_its_share_of_what_right_numbers_leave() -> None:
     alone = dataclasses.replace(made, findings=(soft,))
     assert finding_row(soft, alone, head_of(alone)).shared == "the mismatch"
     said = finding_sentence("joint-flexibility", (), (-0.02, 0.02), 1.0, {}, beside_numbers=True)
-    assert said.endswith("explains 100 % of what the right numbers leave.")
+    assert said.lead.endswith("explains 100 % of what the right numbers leave.")
 
 
 def test_text_says_what_the_page_says() -> None:
