@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from agent.identify.result import Parameter, Validation
+from agent.identify.rigid.course import Course
 from agent.identify.rigid.instrumental import InstrumentalFit
 from agent.identify.rigid.residuals import Correlation
 from agent.identify.rigid.thresholding import AccelerationSweep, SpeedStudy
@@ -18,7 +19,9 @@ from agent.report.estimate import Picture
 from agent.report.figures.canvas import data_uri
 from agent.report.figures.study import (
     correlation_in_words,
+    course_in_words,
     figure_correlation,
+    figure_course,
     figure_speed_study,
     figure_threshold_sweep,
     speed_study_in_words,
@@ -54,6 +57,8 @@ class StudyPage:
         Where the recordings hold the commanded trajectory.
     validation : Validation or None
         How well a run is predicted that the fit has not seen; then it is judged.
+    course : Course or None
+        How the regression came about while the cycle went on; None for too little motion.
     trade_off : bool
         Whether no choice of samples is the best one, so that the page approves of none.
     """
@@ -66,6 +71,7 @@ class StudyPage:
     speeds: SpeedStudy | None = None
     instrumental: InstrumentalFit | None = None
     validation: Validation | None = None
+    course: Course | None = None
     trade_off: bool = False
 
 
@@ -118,6 +124,9 @@ def study_html(page: StudyPage, *, robot: str = "", axis: int | str = "") -> str
         speeds=None
         if page.speeds is None
         else _picture(page.speeds, figure_speed_study, speed_study_in_words),
+        course=None
+        if page.course is None
+        else _picture(page.course, figure_course, course_in_words),
         steps=sweep_rows(page.sweep),
         validation="" if page.validation is None else validation_in_words(page.validation),
         instrument_rows=() if page.instrumental is None else _instrument_rows(page.instrumental),

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from agent.identify.estimate import identify
+from agent.identify.rigid.course import course_of
 from agent.identify.rigid.instrumental import (
     fit_instrumental,
     instrument_strength,
@@ -27,6 +28,7 @@ from agent.identify.rigid.rows import Rows
 from agent.identify.rigid.thresholding import study_speeds, sweep_acceleration
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.preprocess import filter_motion, read_motion
+from agent.physics.rigid_body import PARAMETERS
 from tests.science.identify_plant import Joint, coloured, record, stair
 
 CUTOFF_HZ = 5.0
@@ -151,6 +153,22 @@ def test_recursion_says_when_it_does_not_know() -> None:
         state.update(np.array([[np.nan, 1.0]]), np.array([1.0]))
     with pytest.raises(ValueError, match="forgetting"):
         RecursiveLeastSquares.start(2, 1.1)
+
+
+def test_the_course_of_a_regression_ends_at_the_batch_and_says_how_long_it_took() -> None:
+    found = rows(record(Joint(), STAIR))
+    course = course_of(found)
+    assert course is not None
+    columns = found.some([PARAMETERS.index(name) for name in course.parameters])
+    batch = np.linalg.lstsq(columns, found.torque_nm, rcond=None)[0]
+    np.testing.assert_allclose(course.theta[-1], batch, rtol=1e-8)
+    settled = course.settled_s()
+    for name, k in zip(course.parameters, range(3), strict=True):
+        late = course.time_s >= settled[name]
+        assert np.all(np.abs(course.theta[late, k] / batch[k] - 1.0) <= 0.01), name
+        assert 0.0 < settled[name] <= course.time_s[-1]
+    # The stair drives its fast speeds last: viscous friction takes longest.
+    assert settled["viscous_nm_s_per_rad"] == max(settled.values())
 
 
 def test_thresholding_halves_the_condition_number_and_costs_the_inertia_its_sharpness() -> None:

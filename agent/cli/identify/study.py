@@ -15,6 +15,7 @@ from agent.cli.terminal.talk import talker
 from agent.conclude.outcome import Conclusion, conclude, signals_of
 from agent.errors import InputError
 from agent.identify.result import Floats
+from agent.identify.rigid.course import Course, course_of
 from agent.identify.rigid.instrumental import fit_instrumental, has_command
 from agent.identify.rigid.regression import rows_of
 from agent.identify.rigid.residuals import Correlation, correlate, residual_in_words, residual_of
@@ -73,6 +74,10 @@ def run_study(
         typer.echo(f"\n{validation_in_words(page.validation)}")
     for finding in page.findings:
         typer.echo(f"  - {finding}")
+    if page.course is not None:
+        from agent.report.figures.study import course_in_words
+
+        typer.echo(f"\n{course_in_words(page.course)}")
     typer.echo(f"\nOpen this file:\n  {written}")
 
 
@@ -92,7 +97,8 @@ def study_of(conclusion: Conclusion) -> StudyPage:
             "Record a stair of several speeds in both directions.",
         )
     motions = [read_motion(signals_of(r)) for r in conclusion.recordings]
-    sweep = sweep_acceleration(rows_of(motions, cutoff_hz))
+    rows = rows_of(motions, cutoff_hz)
+    sweep = sweep_acceleration(rows)
     unseen = conclusion.validation
     judged = motions if unseen is None else [read_motion(signals_of(unseen))]
     stretches = [s for motion in judged for s in filter_motion(motion, cutoff_hz)]
@@ -114,6 +120,7 @@ def study_of(conclusion: Conclusion) -> StudyPage:
         validation=conclusion.estimate.validation,
         speeds=_speeds(motions, cutoff_hz),
         instrumental=fit_instrumental(motions, cutoff_hz) if commanded else None,
+        course=course_of(rows),
     )
 
 
@@ -133,6 +140,7 @@ def to_json(page: StudyPage, conclusion: Conclusion) -> dict[str, Any]:
         "validation": None if page.validation is None else page.validation.to_json(),
         "speeds": None,
         "instrumental": None,
+        "course": None,
     }
     if page.correlation is not None:
         names = ("lag_s", "auto", "auto_band", "cross_lag_s", "cross", "cross_band")
@@ -141,6 +149,12 @@ def to_json(page: StudyPage, conclusion: Conclusion) -> dict[str, Any]:
         document["speeds"] = {
             "speed_rad_s": page.speeds.speed_rad_s.tolist(),
             **_regressions(page.speeds),
+        }
+    if page.course is not None:
+        document["course"] = {
+            "time_s": page.course.time_s.tolist(),
+            "settled_s": page.course.settled_s(),
+            **_regressions(page.course),
         }
     fit = page.instrumental
     if fit is not None:
@@ -153,7 +167,7 @@ def to_json(page: StudyPage, conclusion: Conclusion) -> dict[str, Any]:
     return document
 
 
-def _regressions(study: AccelerationSweep | SpeedStudy) -> dict[str, Any]:
+def _regressions(study: AccelerationSweep | SpeedStudy | Course) -> dict[str, Any]:
     return {
         "condition_number": _numbers(study.condition_number),
         "parameters": {

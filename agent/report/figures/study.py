@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent.identify.result import Floats
+from agent.identify.rigid.course import Course
 from agent.identify.rigid.residuals import Correlation
 from agent.identify.rigid.thresholding import AccelerationSweep, SpeedStudy
 from agent.numbers import parameter_label, parameter_unit, scale_for, significant
@@ -62,6 +63,14 @@ def figure_speed_study(study: SpeedStudy, *, narrow: bool = False) -> Figure:
 
 
 @styled
+def figure_course(course: Course, *, narrow: bool = False) -> Figure:
+    """Draw the same against how much motion had been recorded, rows folded in as they came."""
+    return _parameters_against(
+        course.time_s, course, "motion so far, s", logarithmic=False, narrow=narrow
+    )
+
+
+@styled
 def figure_correlation(correlation: Correlation, *, narrow: bool = False) -> Figure:
     """Draw the residual's auto- and cross-correlation with their bands (Figure 4.3).
 
@@ -107,6 +116,23 @@ def speed_study_in_words(study: SpeedStudy) -> str:
     )
 
 
+def course_in_words(course: Course) -> str:
+    """Say in words what `figure_course` shows."""
+    settled = [
+        f"{_within(parameter_label(name))} from {at:.3g} s on"
+        for name, at in course.settled_s().items()
+    ]
+    return (
+        f"Of {course.time_s[-1]:.3g} s of motion, taken as it came, each number stays within 1 % "
+        f"of its last value: {', '.join(settled)}."
+    )
+
+
+def _within(label: str) -> str:
+    """Return a label as it stands within a sentence; Coulomb keeps his capital."""
+    return label if label.startswith("Coulomb") else f"{label[:1].lower()}{label[1:]}"
+
+
 def correlation_in_words(correlation: Correlation) -> str:
     """Say in words what `figure_correlation` shows."""
     return (
@@ -119,7 +145,7 @@ def correlation_in_words(correlation: Correlation) -> str:
 
 def _parameters_against(
     at: Floats,
-    study: AccelerationSweep | SpeedStudy,
+    study: AccelerationSweep | SpeedStudy | Course,
     label: str,
     *,
     logarithmic: bool,

@@ -19,6 +19,7 @@ from agent.record.recording import Metadata, Recording
 from agent.record.writing import write
 from agent.report.figures.study import (
     correlation_in_words,
+    course_in_words,
     figure_correlation,
     figure_speed_study,
     figure_threshold_sweep,
@@ -96,7 +97,9 @@ def test_the_page_is_offline_escaped_and_the_same_every_time(page: StudyPage) ->
     assert "<b>cell</b>" not in html
     assert "http" not in html.replace("http-equiv", "")
     assert "<script" not in html
-    assert html.count("<img") == 3
+    assert html.count("<img") == 4
+    assert page.course is not None
+    assert course_in_words(page.course) in html
     assert "Instrumental variables" in html
     assert all(finding in html for finding in page.findings)
 
