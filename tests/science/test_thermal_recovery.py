@@ -14,6 +14,7 @@ from agent.identify.result import Floats, Parameter
 from agent.identify.signals.arrays import Signals
 from agent.identify.thermal.cooling import Cooling, estimate_cooling
 from agent.identify.thermal.cooling_fit import fit_cooling
+from agent.identify.thermal.integral import integral_over_temperature
 from agent.identify.thermal.trend import TEMPERATURE, TIE, temperature_or_time
 from agent.physics.thermal import (
     THESIS_FRICTION_INTEGRAL_SLOPE,
@@ -234,6 +235,24 @@ def test_surface_interval_holds_what_the_law_misses_alike_at_all_temperatures() 
             low, high = found.parameters[name].ci95 or (np.inf, np.inf)
             inside += low <= value <= high
     assert inside >= 9  # temperatures left out alone: 4
+
+
+def test_the_friction_integral_falls_by_what_the_oil_thins() -> None:
+    speeds, degc = np.linspace(2.0, 100.0, 12), np.array([24.0, 29.0, 35.0, 40.0, 47.0])
+    speed, warmth = (grid.ravel() for grid in np.meshgrid(speeds, degc, indexing="ij"))
+    number = np.tile(np.arange(degc.size), speeds.size)
+    noise = 2e-3 * np.random.default_rng(3).standard_normal(speed.size)
+    friction = 0.5 + (0.01 - 1e-4 * (warmth - 24.0)) * speed + noise
+    points = SurfacePoints(speed, warmth, friction, np.full(speed.size, 2e-3), number)
+    found = integral_over_temperature(points)
+    assert found is not None
+    low, high = found.slope_w_per_k.ci95 or (0.0, 0.0)
+    assert low <= -1e-4 * (100.0**2 - 2.0**2) / 2.0 <= high
+    assert high - low < 0.1
+    cold = integral_over_temperature(points.take(number < 2))
+    assert cold is not None
+    assert not cold.slope_w_per_k.identified
+    assert "three temperatures" in cold.slope_w_per_k.reason
 
 
 def test_equal_viscosity_is_equal_friction() -> None:

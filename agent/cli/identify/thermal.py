@@ -22,6 +22,7 @@ from agent.identify.friction.surface import Surface, fit_surface
 from agent.identify.friction.surface_law import SurfacePoints
 from agent.identify.result import Floats, Parameter
 from agent.identify.thermal.cooling import Cooling, estimate_cooling
+from agent.identify.thermal.integral import IntegralOverTemperature, integral_over_temperature
 from agent.identify.thermal.trend import TemperatureOrTime, temperature_or_time
 from agent.numbers import parameter_label, parameter_unit, scale_for, written
 from agent.record.reading import read_all
@@ -51,6 +52,7 @@ class Thermal:
     curve: tuple[Floats, Floats]
     oils: OilComparison | None = None
     oils_reason: str = ""
+    integral: IntegralOverTemperature | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return the `stribeck.thermal/1` document."""
@@ -64,6 +66,7 @@ class Thermal:
             ],
             "reaches": {"temperature_degc": self.target_degc, "at_s": self.reaches.to_json()},
             "friction_surface": self.surface.to_json(),
+            "friction_integral": None if self.integral is None else self.integral.to_json(),
             "oils": None if self.oils is None else self.oils.to_json(),
             "temperature_or_time": self.trend.to_json(),
         }
@@ -134,6 +137,7 @@ def thermal_of(recordings: Sequence[Recording], until_degc: float, oil: str = ""
         (history.time_s, history.temperature_degc),
         compared,
         "" if oils or not name else unknown_oil(name),
+        None if points is None else integral_over_temperature(points),
     )
 
 
@@ -211,8 +215,18 @@ def thermal_text(found: Thermal) -> str:
         lines += [_row(name, p) for name, p in found.surface.parameters.items()]
     if found.surface.reason:
         lines.append(f"  {found.surface.reason}.")
+    lines += _integral_lines(found.integral)
     lines += [*_oil_lines(found), "", f"Temperature or time: {found.trend.sentence}"]
     return "\n".join(lines)
+
+
+def _integral_lines(integral: IntegralOverTemperature | None) -> list[str]:
+    """Return how much friction over all speeds changes with a kelvin (thesis Figure A.1)."""
+    if integral is None:
+        return []
+    low, high = integral.speeds_rad_s
+    label = f"Integral {low:.3g} to {high:.3g} rad/s, per K"
+    return [_row(label, integral.slope_w_per_k, "W/K")]
 
 
 def _oil_lines(found: Thermal) -> list[str]:
