@@ -13,6 +13,7 @@ from agent.explain.forms.orders import half_a_line, strong_orders
 from agent.explain.forms.spots import strong_places
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
+from agent.physics.friction_place import bump_share
 
 _PLACES = 24
 _LOCAL = 0.028  # of the stroke: narrower, a bell is seen along less than a tenth of it: a fault
@@ -72,7 +73,7 @@ def _wave_two_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mappin
 
 
 def _bump(scene: Scene, point: Point) -> Floats:
-    return np.exp(-0.5 * ((scene.arm_rad - point[0]) / point[1]) ** 2)
+    return bump_share(scene.arm_rad, *point)
 
 
 def _places(widths: Sequence[float], *, friction: bool) -> Grid:

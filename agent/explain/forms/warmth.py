@@ -12,6 +12,7 @@ import numpy as np
 from agent.explain.forms.form import Form, Point, stack
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
+from agent.physics.friction_oil import thinning_share
 
 _HOUR_S = 3600.0
 _GEAR_T, _MOTOR_T = "gearbox_temperature_degc", "motor_temperature_degc"
@@ -23,7 +24,7 @@ _COULOMB_K, _VISCOUS_T = "coulomb_nm_per_k", "viscous_thermal_nm_s_per_rad"
 def _warmer(scene: Scene, decay_k: float) -> Floats:
     temperature = scene.full("gearbox_temperature_degc")
     reference = scene.mean("gearbox_temperature_degc")
-    return np.exp(-(temperature - reference) / decay_k) - 1.0
+    return thinning_share(temperature, reference, decay_k) - 1.0
 
 
 def _viscosity(scene: Scene, point: Point) -> Floats:
