@@ -144,9 +144,10 @@ CONCEALED = {
             SOFT,
             {"stiffness_nm_per_rad": (25.3, 0.1)},
             knows_spring=False,
-            # Sharper corners make so soft a gear ring too hard to be named; these leave a trace.
+            # Sharper corners make so soft a gear ring too hard to be named; these leave a trace,
+            # and the written twin, which has the gear's linear damper alone, a little of it more.
             jerk_rad_s3=7500.0,
-            left=1.7,
+            left=1.8,
         ),
         Concealed(
             "position-dependent-friction",
