@@ -56,7 +56,7 @@ class Watch:
 def watch_trials() -> Watch:
     """Watch all that screens, moves and compares one candidate without asking for another."""
     from agent.explain import study
-    from agent.explain.choosing import choice
+    from agent.explain.choosing import entry
     from agent.explain.choosing.search import Library
     from agent.explain.numbers import anew, in_step, resting
 
@@ -68,7 +68,7 @@ def watch_trials() -> Watch:
         (anew, "taken_at"),
         (anew, "with_new_grids"),
         (in_step, "with_new_grids"),
-        (choice, "chance"),
+        (entry, "chance"),
         (study, "deficiency_map"),
     ):
         setattr(place, name, watch.over(getattr(place, name)))

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agent.explain.choosing.candidate import Candidate
+from agent.explain.choosing.candidate import Candidate, Scored
 from agent.explain.choosing.entry import Asked, allowed, entered, least_on_all_rows
 from agent.explain.choosing.exchanged import exchanged
 from agent.explain.choosing.heard import heard
@@ -31,6 +31,7 @@ from agent.explain.rows.usual import usual_blocks
 from agent.identify.result import Floats
 
 _MOST_TERMS = 6
+_MOST_ASKED = 4  # effects for a place in the model
 
 
 @dataclass(frozen=True)
@@ -89,14 +90,10 @@ def choose(
             chosen = better
             current = library.errors([t.candidate for t in chosen])
             continue
-        if best is None:
-            break
-        moved, best = newcomer_beside_moved(library, chosen, ranked, best)
-        asked = Asked.of(library, plain, [*(t.candidate for t in moved), best.candidate])
-        found = entered(library, plain, moved, current, ranked, best, asked)
+        found = _newcomer(library, plain, chosen, current, ranked, best)
         if found is None:
             break
-        moved, best, accident = found
+        (moved, best, accident), asked = found
         best = deepest(library, [t.candidate for t in moved], best, far=True)
         chosen = [*moved, Term(best, accident)]  # they stay where they were beside one refused
         current = best.blocks
@@ -106,6 +103,35 @@ def choose(
     if rivals:
         chosen, current = settled(library, chosen)
     return Choice(tuple(chosen), plain, current, settled=rivals)
+
+
+def _newcomer(
+    library: Library,
+    plain: Floats,
+    chosen: Sequence[Term],
+    current: Floats,
+    ranked: Sequence[Scored],
+    best: Scored | None,
+) -> tuple[tuple[list[Term], Scored, float], Asked] | None:
+    """Return the terms, the newcomer and its chance, and what was asked of it; None for none.
+
+    The largest may be an accident by itself, as what few blocks pass, and none beside what comes
+    next: others are asked in its place, as long as they are worth a name.
+    """
+    for _ in range(_MOST_ASKED):
+        if best is None:
+            break
+        moved, newcomer = newcomer_beside_moved(library, chosen, ranked, best)
+        asked = Asked.of(library, plain, [*(t.candidate for t in moved), newcomer.candidate])
+        found = entered(library, plain, moved, current, ranked, newcomer, asked)
+        if found is not None:
+            return found, asked
+        if worth(current, newcomer.blocks, *asked) < 0.0:
+            break
+        refused = {best.form.effect, newcomer.form.effect}
+        ranked = [s for s in ranked if s.form.effect not in refused]
+        best = preferred(library, ranked, float(current.sum()))
+    return None
 
 
 def _forms(terms: Sequence[Term]) -> Counter[Form]:

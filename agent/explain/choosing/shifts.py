@@ -14,6 +14,7 @@ from agent.explain.rows.evidence import Weighing
 from agent.identify.result import Floats
 
 _SHIFTS = 199
+_SMALLEST = 1e-3  # of the largest block: one that holds nothing is none that counts most
 _TOGETHER = 64  # spaces that are compared with all shifted residuals in one product
 
 
@@ -47,7 +48,14 @@ def shifted(
     return out.T
 
 
-def chance(library: Library, terms: Sequence[Candidate], scored: Scored, seed: int = 0) -> float:
+def chance(
+    library: Library,
+    terms: Sequence[Candidate],
+    scored: Scored,
+    seed: int = 0,
+    *,
+    blocks_alike: bool = False,
+) -> float:
     """Return how often shifted residuals give any form as much as this one, from 0 to 1.
 
     What every form gains is judged by how rare that is for this form, so that the best of all forms
@@ -60,20 +68,43 @@ def chance(library: Library, terms: Sequence[Candidate], scored: Scored, seed: i
         The model that the form would join.
     scored : Scored
     seed : int
+    blocks_alike : bool
+        Whether what is left counts alike in every block. Where a slow pass lingers at a bump, one
+        block may hold a third of it; that fits a bump wherever it is shifted to.
     """
     basis = basis_of(library.model(terms))
     left = library.target - basis @ (basis.T @ library.target)
+    rows = _alike(library.weighing, left) if blocks_alike else None
+    if rows is not None:
+        basis = basis_of(rows * library.model(terms))
+        left = rows[:, 0] * library.target
+        left = left - basis @ (basis.T @ left)
+
+    def beside(candidate: Candidate) -> Floats:
+        columns = candidate.columns if rows is None else rows * candidate.columns
+        return basis_of(columns - basis @ (basis.T @ columns))
+
     drawn = shifted(library.weighing, left, seed)
     best_of: dict[tuple[str, str], Floats] = {}
     candidates = (*library.candidates, scored.candidate)
-    own = (basis_of(c.columns - basis @ (basis.T @ c.columns)) for c in candidates)
-    for candidate, share in zip(candidates, energies_in(own, drawn), strict=True):
+    bases = (beside(c) for c in candidates)
+    for candidate, share in zip(candidates, energies_in(bases, drawn), strict=True):
         key = (candidate.form.effect, candidate.form.name)
         best_of[key] = np.maximum(best_of.get(key, np.zeros(_SHIFTS)), share)
     found = scored.screened * float(left @ left)
+    if rows is not None:
+        found = float(np.sum((beside(scored.candidate).T @ left) ** 2))
     mine = chance_tail(found, best_of[(scored.form.effect, scored.form.name)])
     least = np.min([chance_tail(v, v) for v in best_of.values()], axis=0)
     return float((1 + np.sum(least <= mine)) / (1 + _SHIFTS))
+
+
+def _alike(weighing: Weighing, left: Floats) -> Floats:
+    """Return factors of the rows, shape (m, 1), with which every block has the same mean square."""
+    lengths = np.diff(np.append(weighing.starts, left.shape[0]))
+    size = np.sqrt(np.add.reduceat(left**2, weighing.starts) / lengths)
+    factors = 1.0 / np.maximum(size, _SMALLEST * max(float(size.max()), 1e-300))
+    return np.asarray(np.repeat(factors, lengths)[:, np.newaxis])
 
 
 def energies_in(bases: Iterable[Floats], drawn: NDArray[np.float32]) -> list[Floats]:
