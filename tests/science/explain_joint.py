@@ -5,7 +5,7 @@ Torque is written down from the set-points, so that what is missing is known to 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -76,13 +76,15 @@ def record(
     return Run.from_columns(columns, GEAR_RATIO, name=name, started_s=at.started_s)
 
 
-def library_of(runs: Sequence[Run]) -> Library:
-    """Return the candidates on recordings, as an explanation has them."""
-    table = tabulate(TWIN, runs)
+def library_of(
+    runs: Sequence[Run], twin: Twin = TWIN, asked: Collection[str] | None = None
+) -> Library:
+    """Return the candidates on recordings, as an explanation has them; of some effects alone."""
+    table = tabulate(twin, runs)
     delta, left = refit(table)
-    theta = np.array([getattr(TWIN, name) for name in BASE]) + delta
+    theta = np.array([getattr(twin, name) for name in BASE]) + delta
     scene = Scene(table, theta, np.where(table.used, left, 0.0), given=theta - delta)
-    forms, _ = judgeable(table)
+    forms = [form for form in judgeable(table)[0] if asked is None or form.effect in asked]
     return Library.of(scene, weigh(table, left), forms)
 
 

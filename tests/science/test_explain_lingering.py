@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cache
 
-import numpy as np
 import pytest
 
 from agent.explain.choosing import entry
@@ -17,11 +16,8 @@ from agent.explain.choosing.candidate import Candidate, Scored
 from agent.explain.choosing.choice import choose
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.shifts import chance
-from agent.explain.forms.library import judgeable
-from agent.explain.rows.evidence import weigh
-from agent.explain.rows.scene import Scene, refit
-from agent.explain.rows.table import BASE, tabulate
 from fakes.conceal.case import conceal
+from tests.science.explain_joint import library_of
 from tests.science.test_explain import runs_of, twin_of
 
 PUSH, WOBBLE = "local-fault", "kinematic-error"
@@ -30,12 +26,7 @@ PUSH, WOBBLE = "local-fault", "kinematic-error"
 @cache
 def library() -> Library:
     case = conceal(310054, effects=[PUSH, WOBBLE], design="rich", snr=1.0)
-    twin = twin_of(case)
-    table = tabulate(twin, runs_of(case))
-    delta, left = refit(table)
-    theta = np.array([getattr(twin, name) for name in BASE]) + delta
-    scene = Scene(table, theta, np.where(table.used, left, 0.0), given=theta - delta)
-    return Library.of(scene, weigh(table, left), judgeable(table, twin)[0])
+    return library_of(runs_of(case), twin_of(case))
 
 
 def test_what_all_passes_agree_on_is_no_accident_of_the_slowest() -> None:

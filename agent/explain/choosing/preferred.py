@@ -50,7 +50,7 @@ def preferred(library: Library, ranked: Sequence[Scored], without: float) -> Sco
     for scored in ranked:
         loss = scored.blocks - best.blocks
         error = float(np.std(loss)) * math.sqrt(loss.shape[0])
-        behind = log_density_gap(library, best.blocks, scored.blocks, size)
+        behind = log_density_gap(best.blocks, scored.blocks, size)
         missed = float(loss.sum()) / max(without - best.error, 1e-300)
         pulls = upright and best.form.effect == _WEIGHT and scored.form.effect in LIKE_A_WEIGHT
         special = (behind < DECISIVE and scored.form.refined_by(best.form)) or (

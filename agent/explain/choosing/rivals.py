@@ -93,7 +93,7 @@ def with_rivals(
         missed = lost / max(float(without.sum() - own.blocks.sum()), 1e-300)
         by_warmth = {effect, best.form.effect} == _WARMTH_OR_TIME
         per_share = _PER_SHARE_OF_WARMTH if by_warmth else _PER_SHARE
-        behind = behind_of(library, own, other, size)
+        behind = behind_of(own, other, size)
         if tuned or by_warmth or behind < _PLAINLY or not _is_misshapen(own, other, noise):
             # No law's form is so exact that missing a few percent of the gain refutes a rival.
             behind = min(behind, per_share * missed)
@@ -119,13 +119,12 @@ def _is_misshapen(best: Scored, rival: Scored, noise: float) -> bool:
     return noise > 0.0 and other > _MISFIT * (max(left, 0.0) + _NOISE_KNOWN * noise)
 
 
-def log_density_gap(library: Library, best: Floats, other: Floats, size: float) -> float:
+def log_density_gap(best: Floats, other: Floats, size: float) -> float:
     """Return how much log density another model loses on unseen data, at `size` samples."""
-    del library
     return 0.5 * size * math.log(max(float(other.sum()), 1e-300) / max(float(best.sum()), 1e-300))
 
 
-def behind_of(library: Library, best: Scored, rival: Scored, size: float) -> float:
+def behind_of(best: Scored, rival: Scored, size: float) -> float:
     """Return how much log density a rival loses on unseen data, at `size` samples.
 
     Or the loss in units of its own uncertainty over the blocks, twice, where that says less.
@@ -133,7 +132,7 @@ def behind_of(library: Library, best: Scored, rival: Scored, size: float) -> flo
     loss = rival.blocks - best.blocks
     error = float(np.std(loss)) * math.sqrt(loss.shape[0])
     sure = 2.0 * float(loss.sum()) / max(error, 1e-300)
-    return min(log_density_gap(library, best.blocks, rival.blocks, size), sure)
+    return min(log_density_gap(best.blocks, rival.blocks, size), sure)
 
 
 def likeness(library: Library, others: Sequence[Candidate], found: Scored, rival: Scored) -> float:

@@ -20,6 +20,7 @@ from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form
 from agent.explain.numbers.in_step import chosen_in_step
+from agent.explain.numbers.pulled import chosen_under_its_pull
 from agent.explain.numbers.renewed import left_nm, retaken, with_new_grids
 from agent.explain.numbers.resting import (
     is_possible,
@@ -117,8 +118,14 @@ def _changes_an_arm(library: Library, form: Form, terms: Sequence[Candidate]) ->
 
 
 def _further(library: Library, first: Choice) -> tuple[Library, Choice]:
-    """Return what is found in step with a first choice, and beside it."""
-    library, choice = chosen_in_step(library, first)
+    """Return what is found in step with a first choice, beside it, and where it pulls."""
+    library, choice = _found_beside(*chosen_in_step(library, first))
+    pulled, again = chosen_under_its_pull(library, choice)
+    return (library, choice) if again is choice else _found_beside(pulled, again)
+
+
+def _found_beside(library: Library, choice: Choice) -> tuple[Library, Choice]:
+    """Return a choice with what is found beside it, for as long as that finds others."""
     for _ in range(_ROUNDS):
         if not choice.terms or not _worth_it(library, choice.candidates):
             break

@@ -114,7 +114,7 @@ def at_own_numbers(library: Library, choice: Choice) -> tuple[Library, Choice]:
         if not (theta[:3] >= 0.0).all():
             break
         scene = replace(library.scene, theta=theta)
-        again = replace(library, scene=scene, known=_resting_on_none(library))
+        again = replace(library, scene=scene, known=resting_on_none(library))
         terms = tuple(retaken(again, term, library.scene) for term in choice.terms)
         if all(map(_same, choice.terms, terms)):
             break
@@ -133,7 +133,7 @@ def _same(before: Term, after: Term) -> bool:
     return float(shift @ shift) <= _SAME**2 * float(was @ was)
 
 
-def _resting_on_none(library: Library) -> dict[tuple[Form, Point], Candidate]:
+def resting_on_none(library: Library) -> dict[tuple[Form, Point], Candidate]:
     """Return what was computed of laws that are made of none of the twin's numbers."""
     return {k: c for k, c in library.known.items() if not k[0].rests_on_numbers}
 
@@ -165,7 +165,7 @@ def moved_far(library: Library, theta: Floats) -> bool:
 def taken_at(library: Library, theta: Floats) -> Library:
     """Return a library whose laws, the same as before, rest on other numbers of the twin."""
     scene = replace(library.scene, theta=theta)
-    moved = replace(library, scene=scene, known=_resting_on_none(library))
+    moved = replace(library, scene=scene, known=resting_on_none(library))
     points = (
         (c.form, c.form.carried_over(library.scene, moved.scene, c.point))
         for c in library.candidates

@@ -1,0 +1,104 @@
+"""Friction under a load, and what pulls at the joint: each at the numbers of the other.
+
+The load that a gear bears is made of the twin's weight, of cables and of payloads, and friction
+under it of that load. One after the other they are not found: a cable that is taken beside friction
+under the weight alone is worse than none, as that friction is where the weight is and not where the
+cable pulls, and an offset, a bump and a tight spot stand for both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from agent.explain.choosing.candidate import Candidate
+from agent.explain.choosing.choice import Choice, choose
+from agent.explain.choosing.preferred import LIKE_A_WEIGHT
+from agent.explain.choosing.rivals import DECISIVE, log_density_gap
+from agent.explain.choosing.search import Library
+from agent.explain.choosing.together import together
+from agent.explain.numbers.resting import is_possible, numbers_beside, resting_on_none, taken_at
+from agent.explain.numbers.whole import held_beside
+from agent.explain.rows.evidence import effective_size
+from agent.explain.rows.scene import Scene
+
+_LOADED = "load-dependent-friction"
+_PULLS = frozenset({"cable-force", "gravity-imbalance"})
+_STANDS_IN = _PULLS | {*LIKE_A_WEIGHT, "local-fault", "position-dependent-friction"}
+_TRIED = 4  # forms of what pulls
+_ROUNDS = 5  # of a load and the friction under it; each comes a third as near as the one before
+
+
+def chosen_under_its_pull(library: Library, choice: Choice) -> tuple[Library, Choice]:
+    """Choose anew where friction under a load and what pulls leave less, found together.
+
+    Parameters
+    ----------
+    library : Library
+    choice : Choice
+        Not settled yet.
+
+    Returns
+    -------
+    library, choice
+        The same where no friction under a load was chosen, or nothing that could stand for a pull
+        beside it; or where a pull in its place predicts unseen data no better.
+    """
+    effects = [term.scored.form.effect for term in choice.terms]
+    if _LOADED not in effects or _STANDS_IN.isdisjoint(effects):
+        return library, choice
+    kept = [term for term in choice.terms if term.scored.form.effect not in _STANDS_IN]
+    found = _pulled(library, choice, [term.candidate for term in kept])
+    if found is None:
+        return library, choice
+    scene, terms = found
+    moved = taken_at(replace(library, scene=scene), scene.theta)
+    begun = [
+        replace(term, scored=replace(term.scored, candidate=moved.candidate(c.form, c.point)))
+        for term, c in zip(kept, terms, strict=True)
+    ]
+    again = choose(moved, rivals=False, begun=begun)
+    return (moved, again) if _decided(library, again, choice) else (library, choice)
+
+
+def _pulled(
+    library: Library, choice: Choice, beside: Sequence[Candidate]
+) -> tuple[Scene, list[Candidate]] | None:
+    """Return the scene in which something pulls, and the laws beside it at their numbers there.
+
+    None where a pull in the place of all that may stand for it leaves more than they do.
+    """
+    pulls = tuple(c for c in library.candidates if c.form.effect in _PULLS)
+    ranked = replace(library, candidates=pulls).rank(beside)
+    least, found = float(choice.full.sum()), None
+    for scored in ranked[:_TRIED]:
+        own, terms = _in_each_other(library, [*beside, scored.candidate])
+        left = float(own.errors(terms).sum())
+        if left < least and is_possible(own, terms):
+            least, found = left, (own.scene, terms[:-1])
+    return found
+
+
+def _in_each_other(library: Library, terms: Sequence[Candidate]) -> tuple[Library, list[Candidate]]:
+    """Return laws that rest on each other's numbers at those to which all of them lead."""
+    found = list(terms)
+    for _ in range(_ROUNDS):
+        theta = numbers_beside(library, found)
+        if not (theta[:3] >= 0.0).all():
+            break
+        before = library.scene
+        scene = replace(before, theta=theta, held=held_beside(library, found))
+        library = replace(library, scene=scene, known=resting_on_none(library))
+        found = [
+            library.candidate(c.form, c.form.carried_over(before, scene, c.point)) for c in found
+        ]
+        found = together(library, found)
+    return library, found
+
+
+def _decided(library: Library, again: Choice, choice: Choice) -> bool:
+    """Return whether one choice predicts unseen data so much better that nothing else stands."""
+    size = effective_size(
+        library.scene.table, library.weighing, library.residual(choice.candidates)
+    )
+    return log_density_gap(again.full, choice.full, size) >= DECISIVE
