@@ -15,6 +15,8 @@ from agent.physics.law import Law, require
 
 Floats = NDArray[np.float64]
 
+_DECAY_GROWTH = 0.2
+
 
 def thinning_share(
     temperature_degc: Floats | float, reference_degc: Floats | float, decay_k: Floats | float
@@ -24,6 +26,41 @@ def thinning_share(
     1 at the reference temperature, more below it (no unit); the law is `TemperatureViscous`.
     """
     return np.asarray(np.exp(-np.subtract(temperature_degc, reference_degc) / decay_k))
+
+
+def thinned_share(fall: Floats) -> Floats:
+    """Return which share a film's viscosity has lost after `fall` decays of temperature, (n,).
+
+    ``1 - exp(-x + x^2/10)``, x = (T - Tr)/Tv: `thinning_share` where the decay grows with
+    temperature, as it does over wide ranges. For each of the thesis's three oils (viscosities at 40
+    and 100 degC by Walther's law) the logarithm bends by 0.19 to 0.20 of its slope's square between
+    20 and 50 degC.
+    """
+    reach = np.minimum(fall, 1.0 / _DECAY_GROWTH)
+    return np.asarray(-np.expm1(-reach + 0.5 * _DECAY_GROWTH * reach**2))
+
+
+def power_law_nm(
+    level_nm: Floats | float, velocity_rad_s: Floats, reference_velocity_rad_s: float, power: float
+) -> Floats:
+    """Return ``fp |v/vr|^p``, shape (n,), of the level's unit and sign; `NonlinearViscous`."""
+    speed = np.abs(velocity_rad_s) / reference_velocity_rad_s
+    return np.asarray(level_nm * speed**power)
+
+
+def eyring_nm(
+    level_nm: Floats | float, velocity_rad_s: Floats, shear_velocity_rad_s: float
+) -> Floats:
+    """Return ``fe asinh(|v|/ve)``, shape (n,), of the level's unit and sign; `EyringShear`."""
+    return np.asarray(level_nm * np.arcsinh(np.abs(velocity_rad_s) / shear_velocity_rad_s))
+
+
+def cross_nm(
+    level_nm: Floats | float, velocity_rad_s: Floats, plateau_velocity_rad_s: float
+) -> Floats:
+    """Return ``fb |v|/(|v| + vb)``, shape (n,), of the level's unit and sign; `CrossShear`."""
+    speed = np.abs(velocity_rad_s)
+    return np.asarray(level_nm * speed / (speed + plateau_velocity_rad_s))
 
 
 @dataclass(frozen=True)
@@ -116,8 +153,8 @@ class NonlinearViscous:
     def torque_nm(self, velocity_rad_s: Floats, direction: Floats | None = None) -> Floats:
         """Return the torque, shape (n,)."""
         sign = np.sign(velocity_rad_s) if direction is None else direction
-        speed = np.abs(velocity_rad_s) / self.reference_velocity_rad_s
-        return np.asarray(self.power_nm * speed**self.exponent * sign)
+        reference = self.reference_velocity_rad_s
+        return power_law_nm(self.power_nm, velocity_rad_s, reference, self.exponent) * sign
 
 
 @dataclass(frozen=True)
@@ -144,8 +181,7 @@ class EyringShear:
     def torque_nm(self, velocity_rad_s: Floats, direction: Floats | None = None) -> Floats:
         """Return the torque, shape (n,)."""
         sign = np.sign(velocity_rad_s) if direction is None else direction
-        speed = np.abs(velocity_rad_s) / self.shear_velocity_rad_s
-        return np.asarray(self.shear_nm * np.arcsinh(speed) * sign)
+        return eyring_nm(self.shear_nm, velocity_rad_s, self.shear_velocity_rad_s) * sign
 
 
 @dataclass(frozen=True)
@@ -172,5 +208,4 @@ class CrossShear:
     def torque_nm(self, velocity_rad_s: Floats, direction: Floats | None = None) -> Floats:
         """Return the torque, shape (n,)."""
         sign = np.sign(velocity_rad_s) if direction is None else direction
-        speed = np.abs(velocity_rad_s)
-        return np.asarray(self.plateau_nm * speed / (speed + self.plateau_velocity_rad_s) * sign)
+        return cross_nm(self.plateau_nm, velocity_rad_s, self.plateau_velocity_rad_s) * sign

@@ -11,11 +11,14 @@ from agent.explain.forms.form import Form, Point, stack
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
 from agent.physics.friction import boundary_share
+from agent.physics.friction_oil import cross_nm, eyring_nm, power_law_nm
+from agent.physics.friction_static import DirectionDependent
 
 _ARM_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the inertia, behind the gear
 _ARM_FRICTION = (0.0, 0.15, 0.3, 0.45)  # of the dry friction, behind the gear
 _WHOLE = ((0.5, 0.3, 0.5), (0.5, 0.3, 1.0), (1.0, 0.3, 1.0), (1.0, 1.0, 1.0))
 _ALL = 1.2  # of what the refitted twin has, which may be a little low
+_LEVELS_DIFFER, _SLOPES_DIFFER = DirectionDependent(1.0, 0.0), DirectionDependent(0.0, 1.0)
 
 
 def _stribeck_grid(scene: Scene) -> Sequence[Point]:
@@ -43,7 +46,8 @@ def _bend_limits(scene: Scene) -> Sequence[tuple[float, float]]:
 
 
 def _bend(scene: Scene, point: Point) -> Floats:
-    return stack(scene.direction * (scene.speed / scene.fastest) ** point[0])
+    velocity = scene.full("velocity_rad_s")
+    return stack(power_law_nm(scene.direction, velocity, scene.fastest, *point))
 
 
 def _bend_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
@@ -62,11 +66,11 @@ def _shear_limits(scene: Scene) -> Sequence[tuple[float, float]]:
 
 
 def _eyring(scene: Scene, point: Point) -> Floats:
-    return stack(scene.direction * np.arcsinh(scene.speed / point[0]))
+    return stack(eyring_nm(scene.direction, scene.full("velocity_rad_s"), *point))
 
 
 def _cross(scene: Scene, point: Point) -> Floats:
-    return stack(scene.direction * scene.speed / (scene.speed + point[0]))
+    return stack(cross_nm(scene.direction, scene.full("velocity_rad_s"), *point))
 
 
 def _offset(scene: Scene, point: Point) -> Floats:
@@ -76,18 +80,21 @@ def _offset(scene: Scene, point: Point) -> Floats:
 
 def _asymmetric_coulomb(scene: Scene, point: Point) -> Floats:
     del point
-    return stack(0.5 * np.abs(scene.direction))
+    return stack(_LEVELS_DIFFER.torque_nm(scene.full("velocity_rad_s"), scene.direction))
 
 
 def _asymmetric_viscous(scene: Scene, point: Point) -> Floats:
     del point
-    return stack(0.5 * scene.speed * np.abs(scene.direction))
+    # Where the joint stands its noise has no direction.
+    moving = np.abs(scene.direction)
+    velocity = scene.full("velocity_rad_s")
+    return stack(_SLOPES_DIFFER.torque_nm(velocity, scene.direction) * moving)
 
 
 def _asymmetric_both(scene: Scene, point: Point) -> Floats:
-    del point
-    moving = np.abs(scene.direction)
-    return stack(0.5 * moving, 0.5 * scene.speed * moving)
+    return np.concatenate(
+        (_asymmetric_coulomb(scene, point), _asymmetric_viscous(scene, point)), axis=1
+    )
 
 
 def _load(scene: Scene, point: Point) -> Floats:

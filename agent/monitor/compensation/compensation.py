@@ -35,11 +35,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify.result import Floats
+from agent.physics.friction_oil import thinned_share
 
 Mask = NDArray[np.bool_]
 Index = NDArray[np.bool_] | NDArray[np.signedinteger[Any]]
 
-_DECAY_GROWTH = 0.2
 _PAYLOAD_SHARE = 0.15  # what the whole payload may do to friction (one standard deviation)
 _EDGE = 0.15  # of the healthy span: so far beyond is no extrapolation
 _LEAST_EDGE_K = 1.0
@@ -128,7 +128,7 @@ class Basis:
         out = []
         if self.temperature:
             x = conditions.temperature_degc - self.reference[0]
-            bent = x if math.isinf(decay_k) else decay_k * _thinned(x / decay_k)
+            bent = x if math.isinf(decay_k) else decay_k * thinned_share(x / decay_k)
             out += [bent, 0.5 * x**2]
         if self.payload_scale_kg:
             out.append(_apart(conditions.payload_kg, self.reference[1]) / self.payload_scale_kg)
@@ -148,17 +148,6 @@ class Basis:
         middle = [prior.slope_per_k, 0.0] if self.temperature else []
         width = [prior.slope_deviation_per_k, prior.curvature_per_k2] if self.temperature else []
         return np.array(middle + [0.0] * loads), np.array(width + [_PAYLOAD_SHARE] * loads)
-
-
-def _thinned(fall: Floats) -> Floats:
-    """Return what a film's viscosity has lost, as a share, after `fall` decays of temperature.
-
-    The decay itself grows with temperature: for each of the thesis's three oils (viscosities at 40
-    and 100 degC by Walther's law) the logarithm bends by 0.19 to 0.20 of its slope's square between
-    20 and 50 degC.
-    """
-    reach = np.minimum(fall, 1.0 / _DECAY_GROWTH)
-    return np.asarray(-np.expm1(-reach + 0.5 * _DECAY_GROWTH * reach**2))
 
 
 def _apart(values: Floats, reference: float) -> Floats:
