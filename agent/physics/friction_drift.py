@@ -16,6 +16,16 @@ _SLACK_S = 1.0  # a label's rounding: two recordings of one axis do not begin wi
 _SOURCE = "first-order description, no law of wear: LiTH-ISY-R-3058 scales wear, but has no rates"
 
 
+def come_share(since: Floats, settling: float) -> Floats:
+    """Return which share of a change has come, ``1 - exp(-(t - t0)/th)``, shape (n,); `RunIn`."""
+    return np.asarray(-np.expm1(-np.asarray(since) / settling))
+
+
+def coming_share(since: Floats, settling: float) -> Floats:
+    """Return which share of a change is still to come, ``exp(-(t - t0)/th)``; see `come_share`."""
+    return np.asarray(np.exp(-np.asarray(since) / settling))
+
+
 @dataclass(frozen=True)
 class LinearDrift:
     """Levels that rise or fall evenly with hours, runs, operating hours or turns."""
@@ -86,7 +96,7 @@ class RunIn:
         if np.any(np.asarray(since_h) < 0.0):
             raise ValueError("run-in: expected a recording that starts after reference_started_at")
         slope = self.viscous_change_nm_s_per_rad * velocity_rad_s
-        done = -np.expm1(-np.asarray(since_h) / self.settling_h)
+        done = come_share(since_h, self.settling_h)
         return np.asarray((self.coulomb_change_nm * direction + slope) * done)
 
 

@@ -14,8 +14,11 @@ from agent.explain.forms.form import Form, Point, stack
 from agent.explain.rows.scene import Scene, log_grid
 from agent.explain.rows.use import OPERATING, TURNED, before_each, in_order, recorded_use
 from agent.identify.result import Floats
+from agent.physics.friction_drift import LinearDrift, coming_share
 
 _LEAST, _MOST, _POINTS = 0.1, 3.0, 5  # of all that was recorded: where a running-in settles
+_LEVEL = LinearDrift(coulomb_nm_per_step=1.0)
+_SLOPE = LinearDrift(viscous_nm_s_per_rad_per_step=1.0)
 
 
 @dataclass(frozen=True)
@@ -65,18 +68,21 @@ _MEASURES = (
 def _forms(measure: _Measure) -> tuple[Form, ...]:
     """Return the forms of one measure of use: steady, and running in."""
 
+    def grown(scene: Scene, law: LinearDrift) -> Floats:
+        velocity = scene.full("velocity_rad_s")
+        return law.torque_nm(velocity, scene.direction, measure.grown(scene))
+
     def coulomb(scene: Scene, point: Point) -> Floats:
         del point
-        return stack(scene.direction * measure.grown(scene))
+        return stack(grown(scene, _LEVEL))
 
     def both(scene: Scene, point: Point) -> Floats:
         del point
-        grown = measure.grown(scene)
-        return stack(scene.direction * grown, scene.full("velocity_rad_s") * grown)
+        return stack(grown(scene, _LEVEL), grown(scene, _SLOPE))
 
     def run_in(scene: Scene, point: Point) -> Floats:
         used = scene.full(measure.column) / measure.per_unit
-        return stack(scene.direction * np.exp(-used / point[0]))
+        return stack(scene.direction * coming_share(used, point[0]))
 
     def grid(scene: Scene) -> Sequence[Point]:
         whole = scene.span(measure.column)[1] / measure.per_unit

@@ -12,7 +12,8 @@ import numpy as np
 from agent.explain.forms.form import Form, Point, stack
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
-from agent.physics.friction_oil import thinning_share
+from agent.physics.friction_drift import LinearDrift, coming_share
+from agent.physics.friction_oil import TemperatureCoulomb, thinning_share
 
 _HOUR_S = 3600.0
 _GEAR_T, _MOTOR_T = "gearbox_temperature_degc", "motor_temperature_degc"
@@ -46,40 +47,37 @@ def _viscosity_limits(scene: Scene) -> Sequence[tuple[float, float]]:
 
 
 def _viscosity_and_coulomb(scene: Scene, point: Point) -> Floats:
-    temperature = scene.full("gearbox_temperature_degc")
-    warmer = temperature - scene.mean("gearbox_temperature_degc")
-    return stack(scene.full("velocity_rad_s") * _warmer(scene, point[0]), scene.direction * warmer)
+    return np.concatenate((_viscosity(scene, point), _coulomb_warm(scene, point)), axis=1)
 
 
 def _coulomb_warm(scene: Scene, point: Point) -> Floats:
     del point
-    temperature = scene.full("gearbox_temperature_degc")
-    return stack(scene.direction * (temperature - scene.mean("gearbox_temperature_degc")))
+    law = TemperatureCoulomb(1.0, scene.mean("gearbox_temperature_degc"))
+    return stack(law.torque_nm(scene.direction, scene.full("gearbox_temperature_degc")))
 
 
 def _viscosity_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
     return ({**values, "reference_degc": scene.mean("gearbox_temperature_degc")},)
 
 
-def _hours(scene: Scene) -> Floats:
-    return (scene.full("elapsed_s") - scene.mean("elapsed_s")) / _HOUR_S
+def _evenly(scene: Scene, law: LinearDrift) -> Floats:
+    hours = (scene.full("elapsed_s") - scene.mean("elapsed_s")) / _HOUR_S
+    return law.torque_nm(scene.full("velocity_rad_s"), scene.direction, hours)
 
 
 def _drift_coulomb(scene: Scene, point: Point) -> Floats:
     del point
-    return stack(scene.direction * _hours(scene))
+    return stack(_evenly(scene, LinearDrift(coulomb_nm_per_step=1.0)))
 
 
 def _drift_both(scene: Scene, point: Point) -> Floats:
-    del point
-    hours = _hours(scene)
-    return stack(scene.direction * hours, scene.full("velocity_rad_s") * hours)
+    slope = stack(_evenly(scene, LinearDrift(viscous_nm_s_per_rad_per_step=1.0)))
+    return np.concatenate((_drift_coulomb(scene, point), slope), axis=1)
 
 
 def _run_in(scene: Scene, point: Point) -> Floats:
     elapsed = scene.full("elapsed_s")
-    share = np.exp(-(elapsed - np.nanmin(elapsed)) / point[0])
-    return stack(scene.direction * share)
+    return stack(scene.direction * coming_share(elapsed - np.nanmin(elapsed), point[0]))
 
 
 def _dated(scene: Scene) -> bool:

@@ -28,6 +28,7 @@ from agent.monitor.detection.cusum import DECIDING, Cusum, warned_states
 from agent.monitor.detection.decision import Marks
 from agent.monitor.detection.series import Detector, FeatureSeries, Judgement, State, Trace
 from agent.monitor.history.table import Features
+from agent.physics.friction_drift import come_share
 
 TRACE = "since_first_cycle"
 _SHARE = 0.1  # of the accepted false alarms of a year, for each baseline
@@ -153,7 +154,7 @@ def running_in(features: Features, time_s: Floats, detector: Detector) -> Parame
     time = intervals(time_s)
     odds, fallen = [], []
     for decay in _SETTLES:
-        course = time if math.isinf(decay) else -decay * np.expm1(-time / decay)
+        course = time if math.isinf(decay) else decay * come_share(time, decay)
         trends = _trends(features, time, course, detector)
         odds.append(_odds(trends, detector, -1.0))
         fallen.append(trends[DECIDING])
