@@ -7,6 +7,7 @@ arm and gear, for one axis moving at a time.
 
 from __future__ import annotations
 
+import math
 from types import MappingProxyType
 
 import numpy as np
@@ -40,6 +41,11 @@ def gravity_columns(position_rad: Floats, gear_ratio: float) -> Floats:
     """Return ``[sin(q/N), cos(q/N)]``, shape (n, 2), of the motor angle q (thesis 3.4)."""
     arm_rad = position_rad / gear_ratio
     return np.stack([np.sin(arm_rad), np.cos(arm_rad)], axis=-1)
+
+
+def weight_nm(arm_rad: float, sin_nm: float, cos_nm: float) -> float:
+    """Return gravity's torque at one arm angle: `gravity_columns` for loops over plain numbers."""
+    return sin_nm * math.sin(arm_rad) + cos_nm * math.cos(arm_rad)
 
 
 def regressor(

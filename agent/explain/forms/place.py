@@ -14,6 +14,7 @@ from agent.explain.forms.spots import strong_places
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 from agent.physics.friction_place import bump_share
+from agent.physics.rigid_body import gravity_columns
 
 _PLACES = 24
 _LOCAL = 0.028  # of the stroke: narrower, a bell is seen along less than a tenth of it: a fault
@@ -122,7 +123,8 @@ def _fault(scene: Scene, point: Point) -> Floats:
 
 def _another_payload(scene: Scene, point: Point) -> Floats:
     there = (scene.runs() == int(point[0])).astype(np.float64)
-    return stack(there * np.sin(scene.arm_rad), there * np.cos(scene.arm_rad))
+    position, ratio = scene.full("position_rad"), scene.table.gear_ratio
+    return np.asarray(there[:, np.newaxis] * gravity_columns(position, ratio))
 
 
 def _each_run(scene: Scene) -> Sequence[Point]:

@@ -18,13 +18,14 @@ from agent.explain.choosing.choice import Choice
 from agent.explain.choosing.materiality import least_gain
 from agent.explain.choosing.preferred import LIKE_A_WEIGHT
 from agent.explain.choosing.search import Library
-from agent.explain.forms.form import Form, Point, stack
+from agent.explain.forms.form import Form, Point
 from agent.explain.numbers.factor import one_factor_does
 from agent.explain.numbers.model import Model
 from agent.explain.rows.evidence import Weighing, heldout, moments
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, Table
 from agent.identify.result import Floats
+from agent.physics.rigid_body import gravity_columns
 from agent.physics.twin import Twin
 
 _ALIKE = 0.98  # of the energy beside the other numbers: on a stroke of radians a cosine is none
@@ -34,7 +35,7 @@ _SURELY = 3.0  # standard errors, as between any two laws: what misses so much m
 
 def _payload(scene: Scene, point: Point) -> Floats:
     del point
-    return stack(np.sin(scene.arm_rad), np.cos(scene.arm_rad))
+    return gravity_columns(scene.full("position_rad"), scene.table.gear_ratio)
 
 
 PAYLOAD = Form(

@@ -19,6 +19,7 @@ from agent.explain.rows.table import BASE, Table
 from agent.identify.result import Floats
 from agent.physics.derivative import slope
 from agent.physics.effects import LEAST_LEVEL, along_the_way
+from agent.physics.rigid_body import gravity_columns
 
 _WAVES = 12  # of 2 MB each
 
@@ -129,7 +130,8 @@ class Scene:
         if not self.has("position_rad"):
             return held
         sin_nm, cos_nm = self.theta[3:5]
-        return np.asarray(held + sin_nm * np.sin(self.arm_rad) + cos_nm * np.cos(self.arm_rad))
+        sin, cos = gravity_columns(self.full("position_rad"), self.table.gear_ratio).T
+        return np.asarray(held + sin_nm * sin + cos_nm * cos)
 
     @cached_property
     def stiff_rad_s2(self) -> Floats:

@@ -19,7 +19,6 @@ after a short time without any loop.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -36,7 +35,7 @@ from agent.identify.rigid.body import weights
 from agent.identify.rigid.drive_loop import Loop, find_loop, on_grid, pieces_of
 from agent.identify.signals.preprocess import Motion
 from agent.numbers import significant
-from agent.physics.rigid_body import PARAMETERS, gravity_columns
+from agent.physics.rigid_body import PARAMETERS, gravity_columns, weight_nm
 
 _HORIZON_S = 0.2
 _RESTARTS = 400
@@ -190,7 +189,7 @@ def _follow(
     for i, (there, push) in enumerate(zip(position[1:].tolist(), driven, strict=True), start=1):
         total = push + k0 * (there - q - half_s * v) + k2 * summed
         if heavy:
-            total -= sine * math.sin(q / ratio) + cosine * math.cos(q / ratio)
+            total -= weight_nm(q / ratio, sine, cosine)
         free = (1.0 - half) * v + by_inertia * total
         faster = (free - held if free > held else free + held if free < -held else 0.0) * shrink
         q += half_s * (v + faster)
