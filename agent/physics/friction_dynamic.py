@@ -140,13 +140,48 @@ class LuGre:
         speed = np.maximum(np.abs(velocity_rad_s), np.finfo(np.float64).tiny)
         return STRIBECK.torque(speed, {**vars(self), "viscous_nm_s_per_rad": 0.0})
 
+    def rate_rad_s(self, velocity_rad_s: Floats, bristles_nm: Floats) -> Floats:
+        """Return ``dz/dt``, shape (n,), of bristles that hold a torque ``s0 z``."""
+        yielding = np.abs(velocity_rad_s) * bristles_nm / self.level_nm(velocity_rad_s)
+        return np.asarray(velocity_rad_s - yielding)
+
     def torque_nm(self, time_s: Floats, velocity_rad_s: Floats, start_nm: float = 0.0) -> Floats:
         """Return the friction torque at the samples, shape (n,), from a bristles' torque."""
         stiffness = self.stiffness_nm_per_rad
         bristles = _relaxed(time_s, velocity_rad_s, self.level_nm, stiffness, start_nm)
-        yielding = np.abs(velocity_rad_s) * bristles / self.level_nm(velocity_rad_s)
-        damping = self.damping_nm_s_per_rad * (velocity_rad_s - yielding)
+        damping = self.damping_nm_s_per_rad * self.rate_rad_s(velocity_rad_s, bristles)
         return np.asarray(bristles + damping + self.viscous_nm_s_per_rad * velocity_rad_s)
+
+
+def kept_share(travel_rad: Floats, stiffness_nm_per_rad: float, level_nm: Floats | float) -> Floats:
+    """Return what a travel leaves of a spring's way to its level, ``exp(-|x| s0/fc)``, shape (n,).
+
+    The solution of `Dahl`'s law while the motion keeps its sign; the level is above zero.
+    """
+    return np.asarray(np.exp(-np.abs(travel_rad) * stiffness_nm_per_rad / level_nm))
+
+
+def dahl_share(
+    time_s: Floats, velocity_rad_s: Floats, reach_rad: float, start: float = 0.0
+) -> Floats:
+    """Return Dahl's torque over its level, from -1 to 1, shape (n,), for searches of its reach.
+
+    ``z = s + (z0 - s) exp(-travel/reach)``, with one travel of one sign for each sample. `Dahl` has
+    steps from sample to sample, cut where the velocity changes sign: half a sample's travel apart.
+
+    Parameters
+    ----------
+    time_s, velocity_rad_s : ndarray, shape (n,)
+        Rising times, at least two.
+    reach_rad : float
+        fc/s0, travel after a reversal that leaves 1/e of the way; above zero.
+    start : float
+        Share of the level at first.
+    """
+    from agent.physics.kernels import settle
+
+    travel = velocity_rad_s * np.gradient(time_s)
+    return np.asarray(settle(velocity_rad_s, kept_share(travel, 1.0, reach_rad), start))
 
 
 def stop(travel_rad: Floats, reach_rad: float) -> Floats:
@@ -209,7 +244,7 @@ def _relaxed(
     level = level_nm(means) if callable(level_nm) else np.full_like(means, level_nm)
     step = np.diff(time, prepend=time[:1])
     travel = means * np.stack([share * step, (1.0 - share) * step], axis=-1).ravel()
-    keep = np.exp(-np.abs(travel) * stiffness_nm_per_rad / np.abs(level))
+    keep = kept_share(travel, stiffness_nm_per_rad, np.abs(level))
     torque = np.full(len(velocity_rad_s), np.nan)
     torque[usable] = relax(np.sign(travel) * level, keep, float(start_nm))
     return torque

@@ -27,6 +27,32 @@ def relax(steady: Floats, keep: Floats, start: float) -> Floats:
     return out
 
 
+@njit(cache=True, nogil=True)
+def settle(velocity: Floats, keep: Floats, start: float) -> Floats:
+    """Return a state that goes to the sign of a velocity, shape (n,).
+
+    Parameters
+    ----------
+    velocity : ndarray, shape (n,)
+    keep : ndarray, shape (n,)
+        Which share of its way each sample leaves; where nothing moves the state stays.
+    start : float
+        Where it is at first.
+    """
+    out = np.empty(velocity.shape[0])
+    state = start
+    for i in range(velocity.shape[0]):
+        settled = 0.0
+        if velocity[i] > 0.0:
+            settled = 1.0
+        elif velocity[i] < 0.0:
+            settled = -1.0
+        if settled != 0.0:
+            state = settled + (state - settled) * keep[i]
+        out[i] = state
+    return out
+
+
 @njit(cache=True)
 def gap_angle(twist_rad: Floats, step_s: Floats, half_gap_rad: float, rate_per_s: float) -> Floats:
     """Return the clearance's angle, shape (n,), of a spring and damper in series with a gap.

@@ -13,6 +13,7 @@ from agent.explain.forms.twin_law import best_entry, nearest
 from agent.explain.rows.remembered import remembered
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
+from agent.physics.friction_dynamic import dahl_share
 from agent.physics.presliding import MaxwellSlip
 
 _EFFECT, _DAHL = "presliding-hysteresis", "Dahl"
@@ -34,16 +35,12 @@ def _presliding(scene: Scene, point: Point) -> Floats:
 def hysteresis(scene: Scene, reach_rad: float) -> Floats:
     """Return Dahl's state on the measured motion, from -1 to 1, shape (N,).
 
-    Between reversals ``z = s + (z0 - s) exp(-travel / reach)``: exact for any sampling.
+    It keeps what it remembers where samples were lost.
     """
-    from agent.explain.forms.reversal_kernel import relaxed
-
     return remembered(
         scene.table.full,
         scene.table.pieces,
-        lambda time, velocity, start: relaxed(
-            velocity, np.exp(-np.abs(velocity) * np.gradient(time) / reach_rad), start
-        ),
+        lambda time, velocity, start: dahl_share(time, velocity, reach_rad, start),
     )
 
 

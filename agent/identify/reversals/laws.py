@@ -103,8 +103,7 @@ def _lugre(track: Track, shape: Floats) -> Floats:
     time_s, velocity, start = track.time_s, track.driving_rad_s, _start(track)
     bristles = LuGre(1.0, 0.0, extra, speed, 1.0 / length)
     force = bristles.torque_nm(time_s, velocity, start)
-    rate = velocity - np.abs(velocity) * force / bristles.level_nm(velocity)
-    return np.stack((force, rate), axis=-1)
+    return np.stack((force, bristles.rate_rad_s(velocity, force)), axis=-1)
 
 
 def _wind_up(track: Track, shape: Floats) -> Floats:
