@@ -81,7 +81,7 @@ class HiddenArm:
         pull_rad_s2 : ndarray, shape (N,), optional
             The arm's weight over its inertia.
         """
-        from agent.explain.forms.arm_kernel import shaft_rad_s2
+        from agent.physics.kernels_arm import shaft_rad_s2
 
         omega = 2.0 * math.pi * self.frequency_hz
         # Stiffer friction would ask for smaller steps, and the band would not show the difference.
@@ -145,7 +145,7 @@ def mean_extra_rad_s2(arms: Sequence[HiddenArm], scene: Scene) -> Floats:
         Of one share of the inertia, and of the viscous friction; all in gaps, or none.
     scene : Scene
     """
-    from agent.explain.forms.arm_kernel import less_stiff
+    from agent.physics.kernels_arm import less_stiff
 
     loose = arms[0].half_gap_rad > 0.0
     velocity = scene.full("velocity_driving_rad_s" if loose else "velocity_raw_rad_s")

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from agent.explain.forms.arm_kernel import shaft_rad_s2
+from agent.physics.kernels_arm import shaft_rad_s2
 
 
 @pytest.mark.parametrize(

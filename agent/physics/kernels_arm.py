@@ -1,4 +1,8 @@
-"""The hidden arm's equation of motion, compiled. Import this late: numba is slow to load.
+"""An arm behind a soft or loose gear, over its inertia, compiled. Import this late: numba is slow.
+
+`agent.physics.flexibility.TwoMass` with its cubic spring, behind the dead zone of
+`agent.physics.backlash`, as `kernels.carried_arm` has it, but for searches: they try hundreds of
+arms, and need no more of each than the band of a comparison shows.
 
 A step waits for the one before it, so that one arm alone leaves most of a processor idle: stretches
 of recordings are followed side by side, in lanes that a vector unit takes together.
@@ -12,7 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from agent.identify.result import Floats
+Floats = NDArray[np.float64]
 
 _LANES = 8
 _NEWTON = 20  # steps: from the linear twist down, ever closer
@@ -50,8 +54,14 @@ def shaft_rad_s2(
         Where the stretches begin and end.
     period_s : ndarray, shape (p,)
         Between two samples of each.
-    omega, damping, reach, half_gap, film, stiffening : float
-        Of `HiddenArm`, the swing in rad/s.
+    omega, damping : float
+        The arm's swing while the motor is held, rad/s, and its damping ratio.
+    reach, half_gap : float
+        How far friction gives way before it slips, and half of the clearance, rad.
+    film : float
+        Damping of what is between the teeth over the arm's inertia, 1/s.
+    stiffening : float
+        By which share of itself the spring is stiffer at a twist of 1 rad, 1/rad^2.
     steps : int
         Of the integration, between two samples.
     out : ndarray, shape (N,)
