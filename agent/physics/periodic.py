@@ -19,6 +19,21 @@ def wave(cos: float, sin: float, order: float, angle_rad: Floats, derivative: in
     return np.asarray(order**derivative * (cos * np.cos(phase) + sin * np.sin(phase)))
 
 
+def wave_rates(
+    order: float, cosine: Floats, sine: Floats, velocity_rad_s: Floats, acceleration_rad_s2: Floats
+) -> tuple[Floats, Floats]:
+    """Return ``e'(q) a + e''(q) v^2`` of ``cos(n q)`` and of ``sin(n q)``, each shape (n,).
+
+    Their second derivatives by time along a motion: what `KinematicError.shaking` and
+    `ResolverError.true_motion` make of any sum of the two, for searches that have both at hand.
+    """
+    square = velocity_rad_s**2
+    return (
+        -order * sine * acceleration_rad_s2 - order**2 * cosine * square,
+        order * cosine * acceleration_rad_s2 - order**2 * sine * square,
+    )
+
+
 @dataclass(frozen=True)
 class TorqueRipple:
     """Torque at one order of the motor's turn: cogging, or in proportion to torque."""

@@ -28,6 +28,7 @@ from agent.explain.forms.orders import strong_orders
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 from agent.identify.rigid.linear import LinearFit, solve_blocks
+from agent.physics.periodic import wave_rates
 
 _WAVES = 2
 _SOFTENS = 0.15  # of the cutoff's square over the swing's: less of a spring does not show
@@ -148,11 +149,8 @@ def _wave(scene: Scene, fit: LinearFit, order: float, at: int) -> Wave:
     size = float(np.hypot(*found))
     table, inertia = scene.table, max(float(scene.theta[0]), 1e-12)
     angle = order * scene.full("position_rad")
-    a, v2 = scene.full("acceleration_rad_s2"), scene.full("velocity_rad_s") ** 2
-    cos, sin = np.cos(angle), np.sin(angle)
-    shaken = np.stack(
-        (-order * sin * a - order**2 * cos * v2, order * cos * a - order**2 * sin * v2), axis=-1
-    )
+    motion = scene.full("velocity_rad_s"), scene.full("acceleration_rad_s2")
+    shaken = np.stack(wave_rates(order, np.cos(angle), np.sin(angle), *motion), axis=-1)
     rows = table.sliding
     columns = np.concatenate((inertia * table.band(shaken)[rows], table.base[rows]), axis=1)
     used = np.any(columns != 0.0, axis=0)

@@ -13,6 +13,7 @@ from agent.explain.forms.hidden_arm import HiddenArm, inertia_of
 from agent.explain.forms.orders import Weighting, half_a_line, least_order, strong_orders
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
+from agent.physics.periodic import wave_rates
 
 _POSITION = ("position_rad",)
 _GEAR_DAMPING = 0.2  # of the arm's swing on the gear, friction counted in: where the search begins
@@ -75,8 +76,8 @@ def _ripple_two_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapp
 def _second_derivatives(scene: Scene, order: float) -> Floats:
     """Return the second time derivatives of cos(k q) and sin(k q) along the motion, (N, 2)."""
     cos, sin = scene.wave(order).T
-    a, v2 = scene.full("acceleration_rad_s2"), scene.full("velocity_rad_s") ** 2
-    return stack(-order * sin * a - order**2 * cos * v2, order * cos * a - order**2 * sin * v2)
+    motion = scene.full("velocity_rad_s"), scene.full("acceleration_rad_s2")
+    return stack(*wave_rates(order, cos, sin, *motion))
 
 
 def waves_of(scene: Scene, order: float) -> Floats:

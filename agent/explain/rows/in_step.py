@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from agent.explain.rows.orders import orders_of
 from agent.identify.result import Floats
 from agent.identify.signals.lowpass import lowpass
+from agent.physics.periodic import wave_rates
 
 if TYPE_CHECKING:
     from agent.explain.rows.table import Table
@@ -89,9 +90,10 @@ def _waves(table: Table, rows: NDArray[np.bool_], left_nm: Floats) -> Floats:
     out = []
     for order in orders:
         angle = order * full["position_rad"]
-        for wave, slope in ((np.cos(angle), -np.sin(angle)), (np.sin(angle), np.cos(angle))):
-            bend = order * slope * full["acceleration_rad_s2"]
-            out += [wave, bend - order**2 * wave * full["velocity_rad_s"] ** 2]
+        waves = np.cos(angle), np.sin(angle)
+        rates = wave_rates(order, *waves, full["velocity_rad_s"], full["acceleration_rad_s2"])
+        for wave, rate in zip(waves, rates, strict=True):
+            out += [wave, rate]
     return table.band(np.stack(out, axis=-1))[rows] if out else np.zeros((left_nm.shape[0], 0))
 
 
