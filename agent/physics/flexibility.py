@@ -266,3 +266,19 @@ def apparent_inertia_kg_m2(
         link = damper * s + spring
         carried = m * link / (m * s * s + link)
     return carried
+
+
+def lag_share(
+    inertia_kg_m2: float,
+    stiffness_nm_per_rad: float,
+    damping_nm_s_per_rad: float,
+    omega_rad_s: Floats,
+) -> Complexes:
+    """Return by which share of its way a single mass lags behind the motor, shape (n,).
+
+    ``J s^2/(J s^2 + d s + k)``, which is ``1 - M(s)/J`` of `apparent_inertia_kg_m2`: nothing at low
+    frequency, all of the way far above the antiresonance.
+    """
+    s = 1j * omega_rad_s
+    inert = inertia_kg_m2 * s * s
+    return np.asarray(inert / (inert + damping_nm_s_per_rad * s + stiffness_nm_per_rad))

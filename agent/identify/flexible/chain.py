@@ -23,6 +23,7 @@ from agent.physics.flexibility import (
     apparent_inertia_kg_m2,
     chain_matrix,
     held_poles_per_s,
+    lag_share,
     undamped_rad_s,
 )
 
@@ -135,8 +136,7 @@ def stiffening(chain: Chain, omega_rad_s: Floats) -> Complexes:
         chain.spring_nm_per_rad,
         chain.damper_nm_s_per_rad,
     )
-    s = 1j * omega_rad_s
-    return np.asarray(inertia * s * s / (inertia * s * s + damper * s + spring))
+    return lag_share(inertia, spring, damper, omega_rad_s)
 
 
 def behind_spring(chain: Chain, omega_rad_s: Floats) -> Complexes:

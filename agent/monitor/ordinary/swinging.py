@@ -29,6 +29,7 @@ from agent.identify.signals.preprocess import (
     filter_motion,
     shared_cutoff,
 )
+from agent.physics.flexibility import lag_share
 from agent.physics.rigid_body import PARAMETERS
 
 SLOWEST_BEARABLE_HZ = 7.0
@@ -143,8 +144,7 @@ def _tried(stretches: Sequence[_Thinned]) -> Iterator[tuple[float, float, Floats
             parts = []
             for filtered, (spectrum, at_hz) in zip(stretches, spectra, strict=True):
                 over = at_hz / frequency_hz
-                rubs = 2.0j * damping * over
-                lag = over**2 / (1.0 + rubs - over**2)  # H - 1
+                lag = -lag_share(1.0, 1.0, 2.0 * damping, over)  # H - 1, in the swing's own time
                 swung = np.fft.irfft(spectrum * lag)[: filtered.usable.size]
                 parts.append(swung[filtered.usable])
             yield frequency_hz, damping, np.concatenate(parts)
