@@ -55,6 +55,11 @@ class TorqueConstant:
         return np.asarray(torque_nm / factor)
 
 
+def limited_nm(torque_nm: Floats, limit_nm: float) -> Floats:
+    """Return ``max(-m, min(m, tau))``, shape (n,); the law is `TorqueSaturation`."""
+    return np.clip(torque_nm, -limit_nm, limit_nm)
+
+
 @dataclass(frozen=True)
 class TorqueSaturation:
     """A drive that gives no more than its limit."""
@@ -74,7 +79,7 @@ class TorqueSaturation:
 
     def reported_nm(self, torque_nm: Floats) -> Floats:
         """Return the clipped torque, shape (n,)."""
-        return np.clip(torque_nm, -self.limit_nm, self.limit_nm)
+        return limited_nm(torque_nm, self.limit_nm)
 
 
 @dataclass(frozen=True)

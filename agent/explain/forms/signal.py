@@ -17,6 +17,7 @@ from agent.explain.rows.saturation import saturation_evidence
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, Table, without_edges
 from agent.identify.result import Floats
+from agent.physics.reported import limited_nm
 
 _DELAYS_S = tuple(1e-3 * d for d in (-32, -16, -8, -4, -2, -1, 1, 2, 4, 8, 16, 32))
 _SHORTEST_DELAY_S = 2e-4
@@ -152,7 +153,7 @@ def _saturation(scene: Scene, point: Point) -> Floats:
     table = scene.table
     even = replace(table, full=without_overshoot(table.full, table.pieces))
     torque = replace(scene, table=even).predicted_nm
-    return stack(np.clip(torque, -point[0], point[0]) - torque)
+    return stack(limited_nm(torque, *point) - torque)
 
 
 def _saturation_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:

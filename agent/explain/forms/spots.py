@@ -8,6 +8,7 @@ import numpy as np
 
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
+from agent.physics.friction_place import bump_share
 
 _BINS = 600  # along the stroke: six in the narrowest bell that is looked for
 _PEAKS = 3  # of every width
@@ -66,8 +67,8 @@ def _resemblance(moment: Floats, weight: Floats, width: float) -> Floats:
     """
     # A bell that ends beyond both ends of the stroke is cut there: no longer than the bins.
     reach = min(int(np.ceil(_REACH * width)), (weight.shape[0] - 1) // 2)
-    away = np.arange(-reach, reach + 1)
-    bell = np.exp(-0.5 * (away / width) ** 2)
+    away = np.arange(-reach, reach + 1, dtype=np.float64)
+    bell = bump_share(away, 0.0, width)
     flat = np.ones_like(bell)
     here = slice(reach, reach + moment.size)  # "same" is as long as a bell that is wider than all
     m1, m0 = (np.convolve(moment, k)[here] for k in (bell, flat))

@@ -18,6 +18,7 @@ from agent.explain.rows.pieces import banded, thinned
 from agent.explain.rows.strata import STANDING_S, lasting
 from agent.explain.rows.table import BASE, Table, without_edges
 from agent.identify.result import Floats
+from agent.identify.rigid.fading import missing_share
 
 _SLOW = tuple(float(x) for x in np.geomspace(3e-4, 1e-2, 6))  # of the fastest speed
 _FADED = 0.5  # of the dry level: with more left, friction is there
@@ -94,9 +95,7 @@ def creep_speed(table: Table) -> float:
         return 0.0
     velocity, direction = table.full["velocity_rad_s"], table.full["direction"]
     slow = float(np.quantile(np.abs(table.rows["velocity_rad_s"][rows]), 0.99)) * np.array(_SLOW)
-    near = (
-        direction * (1.0 - np.tanh(np.minimum(np.abs(velocity) / speed, 20.0))) for speed in slow
-    )
+    near = (direction * missing_share(velocity, speed) for speed in slow)
     faded = banded(np.stack(tuple(near), axis=-1), table.pieces)[rows]
     sign = np.sign(table.rows["velocity_rad_s"][rows])[:, np.newaxis]
     load = np.abs(table.base[rows, BASE.index("inertia_kg_m2")])

@@ -73,10 +73,15 @@ def whole_from_rad_s(rows: Rows, cutoff_hz: float) -> float:
     return _WHOLE * best * fastest if fade(best)[1] > _FADED else 0.0
 
 
+def missing_share(velocity_rad_s: Floats, speed_rad_s: float) -> Floats:
+    """Return what smoothing the sign over a speed w takes of it, ``1 - tanh(|v| / w)``, (n,)."""
+    return np.asarray(1.0 - np.tanh(np.minimum(np.abs(velocity_rad_s) / speed_rad_s, 20.0)))
+
+
 def _faded(rows: Rows, cutoff_hz: float, speed_rad_s: float) -> Floats:
     """Return what smoothing the sign over a speed takes away of it, shape (N,), filtered."""
     out = []
     for s in rows.unfiltered:
-        missing = 1.0 - np.tanh(np.minimum(np.abs(s.velocity_rad_s) / speed_rad_s, 20.0))
-        out.append(lowpass(s.direction * missing, s.period_s, cutoff_hz)[s.usable])
+        missing = s.direction * missing_share(s.velocity_rad_s, speed_rad_s)
+        out.append(lowpass(missing, s.period_s, cutoff_hz)[s.usable])
     return np.concatenate(out)

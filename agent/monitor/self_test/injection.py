@@ -17,6 +17,7 @@ from agent.identify.result import Floats
 from agent.monitor.baseline.baseline import mean_rows
 from agent.monitor.detection.series import FEATURES
 from agent.monitor.history.features import CycleFeatures, SpeedGrid
+from agent.physics.friction import boundary_share
 
 COULOMB, LOW_SPEED = "coulomb", "low-speed"
 SHAPES: Mapping[str, str] = MappingProxyType(
@@ -65,7 +66,7 @@ class FrictionRise:
         """Return the rise at speeds of 0 or more, shape (n,)."""
         if self.shape == COULOMB:
             return np.full(speed_rad_s.shape, self.size_nm)
-        return np.asarray(self.size_nm * np.exp(-((speed_rad_s / self.fades_rad_s) ** 2)))
+        return self.size_nm * boundary_share(speed_rad_s, self.fades_rad_s, 2.0)
 
 
 def rise_of(shape: str, low_mean_nm: float, grid: SpeedGrid) -> FrictionRise:

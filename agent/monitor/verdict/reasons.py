@@ -19,6 +19,7 @@ import numpy as np
 from agent.identify.result import Floats
 from agent.monitor.verdict.beside import Beside
 from agent.monitor.verdict.comparison import Comparison
+from agent.physics.friction import boundary_share
 
 WEAR, OIL, TEMPERATURE, PAYLOAD, MEASUREMENT, OTHER = (
     "wear",
@@ -255,14 +256,15 @@ def _hypotheses(
     return {
         WEAR: tuple(
             shape
-            for fall in (np.exp(-speed / (share * low_rad_s)) for share in _FALLS)
+            for fall in (boundary_share(speed, share * low_rad_s, 1.0) for share in _FALLS)
             for shape in (
                 _shape([fall], [level], rises=True),
                 _shape([ones, fall], [level / 2, level], rises=True),
             )
         ),
         OIL: tuple(
-            _shape([ramp - share * np.exp(-speed / low_rad_s)], [level]) for share in (0.0, 0.3)
+            _shape([ramp - share * boundary_share(speed, low_rad_s, 1.0)], [level])
+            for share in (0.0, 0.3)
         ),
         TEMPERATURE: (_shape([thinner], [kelvin]),),
         PAYLOAD: _payload(found, low_rad_s, beside),
@@ -285,7 +287,7 @@ def _payload(found: Comparison, low_rad_s: float, beside: Beside) -> tuple[_Shap
     size = max(_LOAD_SHARE * _or_zero(beside.load_nm), _FRICTION_SHARE * mean)
     out = []
     for fall in _FALLS:
-        bump = np.exp(-found.speed_rad_s / (fall * low_rad_s))
+        bump = boundary_share(found.speed_rad_s, fall * low_rad_s, 1.0)
         shape = _LOAD_TO_FRICTION + _LOAD_TO_BOUNDARY * bump
         if math.isfinite(beside.load_deviation_nm):
             out += [_shape([gain * shape], [size], load=[1.0]) for gain in (0.5, 1.0, 2.0)]
