@@ -21,12 +21,13 @@ from agent.explain.choosing.exchanged import exchanged
 from agent.explain.choosing.heard import heard
 from agent.explain.choosing.materiality import worth
 from agent.explain.choosing.preferred import named_by_reach, named_by_width, preferred
-from agent.explain.choosing.rivals import Term, with_rivals
+from agent.explain.choosing.rivals import DECISIVE, Term, log_density_gap, with_rivals
 from agent.explain.choosing.same_wave import told_apart
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.together import newcomer_beside_moved
 from agent.explain.choosing.valleys import deepest
 from agent.explain.forms.form import Form
+from agent.explain.rows.evidence import effective_size
 from agent.explain.rows.usual import usual_blocks
 from agent.identify.result import Floats
 
@@ -103,6 +104,12 @@ def choose(
     if rivals:
         chosen, current = settled(library, chosen)
     return Choice(tuple(chosen), plain, current, settled=rivals)
+
+
+def decided(library: Library, choice: Choice, other: Choice) -> bool:
+    """Return whether a choice predicts unseen data so much better that the other is out."""
+    size = effective_size(library.scene.table, library.weighing, library.residual(other.candidates))
+    return log_density_gap(choice.full, other.full, size) >= DECISIVE
 
 
 def _newcomer(

@@ -119,7 +119,7 @@ def entered(
     """
     named = _named(library, ranked, best, current, asked)
     if named is not None:
-        accident = _accident(library, terms, current, named)
+        accident = accident_of(library, terms, current, named)
         if accident is None:
             return None
         if not _twice(library, plain, terms, current, named):
@@ -129,13 +129,13 @@ def entered(
     moved, beside = both_moved(library, terms, named or best)
     if worth(current, beside.blocks, *asked) < 0.0:
         return None
-    accident = _accident(library, moved, current, beside)
+    accident = accident_of(library, moved, current, beside)
     if accident is None or _twice(library, plain, moved, current, beside):
         return None
     return moved, beside, accident
 
 
-def _accident(
+def accident_of(
     library: Library, terms: Sequence[Term], current: Floats, best: Scored
 ) -> float | None:
     """Return how often shifted residuals give as much, None where it is an accident's gain."""

@@ -12,8 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from agent.explain.choosing.beginnings import other_beginning
 from agent.explain.choosing.candidate import Candidate
-from agent.explain.choosing.choice import Choice, choose, settled
+from agent.explain.choosing.choice import Choice, choose, decided, settled
 from agent.explain.choosing.heard import BACKLASH
 from agent.explain.choosing.materiality import CLOSE, FAR
 from agent.explain.choosing.rivals import Term
@@ -103,7 +104,16 @@ def _chosen(library: Library) -> tuple[Library, Choice]:
 
 
 def _first(library: Library) -> Choice:
-    return choose(library, rivals=False, begun=_asked_about(library), until=_changes_an_arm)
+    """Return a first choice; with another beginning where that leaves less, and this one much."""
+    begun = _asked_about(library)
+    choice = choose(library, rivals=False, begun=begun, until=_changes_an_arm)
+    if begun or not choice.terms or not _more_than_noise(library, choice.candidates, FAR):
+        return choice
+    beginning = other_beginning(library, choice)
+    if beginning is None:
+        return choice
+    again = choose(library, rivals=False, begun=[beginning], until=_changes_an_arm)
+    return again if decided(library, again, choice) else choice
 
 
 def _changes_an_arm(library: Library, form: Form, terms: Sequence[Candidate]) -> bool:

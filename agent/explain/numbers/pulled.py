@@ -12,14 +12,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from agent.explain.choosing.candidate import Candidate
-from agent.explain.choosing.choice import Choice, choose
+from agent.explain.choosing.choice import Choice, choose, decided
 from agent.explain.choosing.preferred import LIKE_A_WEIGHT
-from agent.explain.choosing.rivals import DECISIVE, log_density_gap
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.together import together
 from agent.explain.numbers.resting import is_possible, numbers_beside, resting_on_none, taken_at
 from agent.explain.numbers.whole import held_beside
-from agent.explain.rows.evidence import effective_size
 from agent.explain.rows.scene import Scene
 
 _LOADED = "load-dependent-friction"
@@ -48,7 +46,8 @@ def chosen_under_its_pull(library: Library, choice: Choice) -> tuple[Library, Ch
     if _LOADED not in effects or _STANDS_IN.isdisjoint(effects):
         return library, choice
     kept = [term for term in choice.terms if term.scored.form.effect not in _STANDS_IN]
-    found = _pulled(library, choice, [term.candidate for term in kept])
+    settled = _settled(library, choice)
+    found = _pulled(library, settled, [term.candidate for term in kept])
     if found is None:
         return library, choice
     scene, terms = found
@@ -58,7 +57,17 @@ def chosen_under_its_pull(library: Library, choice: Choice) -> tuple[Library, Ch
         for term, c in zip(kept, terms, strict=True)
     ]
     again = choose(moved, rivals=False, begun=begun)
-    return (moved, again) if _decided(library, again, choice) else (library, choice)
+    return (moved, again) if decided(library, again, settled) else (library, choice)
+
+
+def _settled(library: Library, choice: Choice) -> Choice:
+    """Return a choice's errors as its own laws leave them at each other's numbers.
+
+    What was moved together is compared with what was moved together.
+    """
+    own, terms = _in_each_other(library, choice.candidates)
+    full = own.errors(terms)
+    return replace(choice, full=full) if full.sum() < choice.full.sum() else choice
 
 
 def _pulled(
@@ -94,11 +103,3 @@ def _in_each_other(library: Library, terms: Sequence[Candidate]) -> tuple[Librar
         ]
         found = together(library, found)
     return library, found
-
-
-def _decided(library: Library, again: Choice, choice: Choice) -> bool:
-    """Return whether one choice predicts unseen data so much better that nothing else stands."""
-    size = effective_size(
-        library.scene.table, library.weighing, library.residual(choice.candidates)
-    )
-    return log_density_gap(again.full, choice.full, size) >= DECISIVE
