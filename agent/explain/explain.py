@@ -267,11 +267,9 @@ def _explanation(
     given, refitted = (
         fit_of(measured, left[rows]) for left in (as_given.table.target_nm, found.refitted_nm)
     )
-    return Explanation(
+    said = Explanation(
         verdict=verdict,
-        sentence=words.summary(
-            verdict, findings, proven, found.floor.value_nm, refitted, where, share, given
-        ),
+        sentence="",
         reasons=bear_in_mind(found, by_motor=by_motor),
         floor=found.floor,
         baseline=given,
@@ -294,6 +292,7 @@ def _explanation(
         unexplained_curves=_spectra(found),
         band_hz=table.cutoff_hz,
     )
+    return replace(said, sentence=words.summary_of(said))
 
 
 def _left_by_twin(found: Study) -> Floats:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from agent.explain.answer.amounts import percent, torque
 from agent.explain.answer.names import COSTS_NO_TORQUE, OWN_NUMBER, effect_name
 from agent.explain.answer.places import place_in_words
-from agent.explain.answer.result import Explanation, Finding, Fit, Holdout, Region
+from agent.explain.answer.result import Explanation, Finding, Holdout
 from agent.explain.answer.small_share import weighed
 from agent.numbers import scale_for, significant
 
@@ -66,58 +66,41 @@ def smaller_sentence(count: int) -> str:
     return f"{more} smaller finding{'s are' if more > 1 else ' is'} listed below." * (more > 0)
 
 
-def summary(
-    verdict: str,
-    findings: Sequence[Finding],
-    holdout: Holdout | None,
-    floor_nm: float,
-    refitted: Fit,
-    left: Sequence[Region],
-    left_share: float,
-    given: Fit,
-) -> str:
-    """Return the whole answer.
+def summary_of(explanation: Explanation) -> str:
+    """Return the whole answer of an explanation, whatever its sentence says.
 
     Parameters
     ----------
-    verdict : Verdict
-    findings : sequence of Finding
-    holdout : Holdout or None
-    floor_nm : float
-    refitted : Fit
-        Of the simulation with its own numbers refitted.
-    left : sequence of Region
-        Where what nothing explains lies.
-    left_share : float
-    given : Fit
-        Of the simulation as it is.
+    explanation : Explanation
     """
-    if verdict == "no-mismatch":
-        return _agreement(floor_nm, refitted, left_share)
-    parts = [weighed(f, holdout, floor_nm).sentence for f in findings[:TOLD]]
+    if explanation.verdict == "no-mismatch":
+        return _agreement(explanation)
+    findings, floor_nm = explanation.findings, explanation.floor.value_nm
+    parts = [weighed(f, explanation.holdout, floor_nm).sentence for f in findings[:TOLD]]
     parts.append(smaller_sentence(len(findings)))
-    parts += _what_stays(verdict, findings, holdout, floor_nm, refitted, left, left_share, given)
+    parts += what_stays(explanation)
     tied = first_tie(findings)
     parts.append("" if tied is None else tie_sentence(tied))
     return " ".join(part for part in parts if part)
 
 
-def _agreement(floor_nm: float, refitted: Fit, left_share: float) -> str:
+def _agreement(explanation: Explanation) -> str:
     """Return that simulation and recordings agree, and how far that can be told."""
-    rest = torque(refitted.rmse_nm)
+    floor_nm, left_nm = explanation.floor.value_nm, explanation.refitted.rmse_nm
+    share, rest = explanation.unexplained_share, torque(left_nm)
     if not math.isfinite(floor_nm):
         return (
             "Simulation and recordings agree as far as can be told: what is left, "
             f"{rest} rms, follows nothing that was recorded, and how much noise there is could "
             "not be measured."
         )
-    if 0.0 < left_share < 1.0:  # beside the effects that the simulation has already
+    if 0.0 < share < 1.0:  # beside the effects that the simulation has already
         return (
             f"Simulation and recordings agree but for {rest} rms, where noise is "
-            f"{torque(floor_nm)}: {100.0 * left_share:.0f} % of what it would miss without "
+            f"{torque(floor_nm)}: {100.0 * share:.0f} % of what it would miss without "
             "its effects."
         )
-    if refitted.rmse_nm > _AS_NOISE * floor_nm:
+    if left_nm > _AS_NOISE * floor_nm:
         return (
             f"Simulation and recordings agree as far as can be told: what is left, {rest} rms "
             f"where noise is {torque(floor_nm)}, follows nothing that was recorded."
@@ -125,59 +108,21 @@ def _agreement(floor_nm: float, refitted: Fit, left_share: float) -> str:
     return f"Simulation and recordings agree: what is left, {rest} rms, is noise."
 
 
-def summary_of(explanation: Explanation) -> str:
-    """Return the whole answer of an explanation anew, as of one whose findings were put in order.
-
-    Parameters
-    ----------
-    explanation : Explanation
-    """
-    return summary(*_answered(explanation))
-
-
-def what_stays(explanation: Explanation) -> tuple[str, ...]:
-    """Return what has no name, and what the findings are worth, each as it stands on a line."""
-    return _what_stays(*_answered(explanation))
-
-
-def _answered(
-    explanation: Explanation,
-) -> tuple[str, Sequence[Finding], Holdout | None, float, Fit, Sequence[Region], float, Fit]:
-    """Return what an explanation answers, in the order of `summary`'s parameters."""
-    return (
-        explanation.verdict,
-        explanation.findings,
-        explanation.holdout,
-        explanation.floor.value_nm,
-        explanation.refitted,
-        explanation.unexplained_where,
-        explanation.unexplained_share,
-        explanation.baseline,
-    )
-
-
 def first_tie(findings: Sequence[Finding]) -> Finding | None:
     """Return the first finding that another effect may be in truth."""
     return next((f for f in findings if f.alternatives), None)
 
 
-def _what_stays(
-    verdict: str,
-    findings: Sequence[Finding],
-    holdout: Holdout | None,
-    floor_nm: float,
-    refitted: Fit,
-    left: Sequence[Region],
-    left_share: float,
-    given: Fit,
-) -> tuple[str, ...]:
-    """Return what is said behind the findings, but for ties; parameters as of `summary`."""
+def what_stays(explanation: Explanation) -> tuple[str, ...]:
+    """Return what has no name, and what the findings are worth, each as it stands on a line."""
+    verdict, findings, holdout = explanation.verdict, explanation.findings, explanation.holdout
+    nowhere = not explanation.unexplained_where and explanation.unexplained_share < _LITTLE
+    only_unseen = bool(findings) and nowhere
     parts = []
-    only_unseen = bool(findings) and not left and left_share < _LITTLE
     if verdict in ("unexplained", "partly-explained") and not only_unseen:
-        parts.append(_left_sentence(findings, floor_nm, refitted, left, left_share, given))
+        parts.append(_left_sentence(explanation))
     if holdout is not None and any(f.effect not in COSTS_NO_TORQUE for f in findings):
-        parts.append(proof_sentence(holdout, floor_nm))
+        parts.append(proof_sentence(holdout, explanation.floor.value_nm))
         if verdict == "partly-explained" and only_unseen:
             parts.append(
                 f"That is {significant(holdout.floor_ratio, 2)} times the noise: these hold "
@@ -186,35 +131,30 @@ def _what_stays(
     return tuple(parts)
 
 
-def _left_sentence(
-    findings: Sequence[Finding],
-    floor_nm: float,
-    refitted: Fit,
-    left: Sequence[Region],
-    share: float,
-    given: Fit,
-) -> str:
+def _left_sentence(explanation: Explanation) -> str:
     """Return how much has no name, and where it lies."""
+    findings, left = explanation.findings, explanation.unexplained_where
+    floor_nm, refitted_nm = explanation.floor.value_nm, explanation.refitted.rmse_nm
     place = " and ".join(dict.fromkeys(place_in_words(region) for region in left[:2]))
     lies = f"It is greatest {place}." if place else "It follows nothing that was recorded."
     if findings and all(f.form == OWN_NUMBER for f in findings):
         return f"What these numbers do not explain has no name in the library. {lies}"
     if findings:
-        much = percent(share)
+        much = percent(explanation.unexplained_share)
         return f"{much[0].upper()}{much[1:]} of the mismatch has no name in the library. {lies}"
-    if left and left[0].variable == "frequency_hz" and refitted.rmse_nm < _AS_NOISE * floor_nm:
+    if left and left[0].variable == "frequency_hz" and refitted_nm < _AS_NOISE * floor_nm:
         return (
             "The simulation, its numbers refitted, agrees with the recordings but for a torque "
             f"that swings {place}: no effect of the library carries that."
         )
-    if not left and refitted.rmse_nm < _AS_NOISE * floor_nm:
+    if not left and refitted_nm < _AS_NOISE * floor_nm:
         return (
-            f"The simulation as given is off by {torque(given.rmse_nm)} rms where noise is "
-            f"{torque(floor_nm)}. Its numbers refitted, it agrees with the recordings, which do "
-            "not say what of it is wrong."
+            f"The simulation as given is off by {torque(explanation.baseline.rmse_nm)} rms where "
+            f"noise is {torque(floor_nm)}. Its numbers refitted, it agrees with the recordings, "
+            "which do not say what of it is wrong."
         )
-    scale = scale_for("N m", (refitted.rmse_nm, floor_nm))
-    error, noise = (significant(v * scale.factor, 2) for v in (refitted.rmse_nm, floor_nm))
+    scale = scale_for("N m", (refitted_nm, floor_nm))
+    error, noise = (significant(v * scale.factor, 2) for v in (refitted_nm, floor_nm))
     return (
         f"The simulation, its numbers refitted, is off by {error} {scale.unit} rms where noise is "
         f"{noise}, and no effect of the library carries that. {lies}"

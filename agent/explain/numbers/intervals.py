@@ -21,6 +21,7 @@ from agent.identify.result import Floats, Parameter
 
 _TOGETHER = "known only together with a number that the squared error hardly depends on"
 _AS_PRODUCT = "known only together with its law's other numbers"
+_WILD = 40.0  # times a number: so wide an interval with zero in it says that nothing is known
 _NUDGE = 0.1  # of a non-linear number's first step: what bounces has no slope on a finer scale
 
 
@@ -64,6 +65,7 @@ def only_together(form: Form, numbers: Mapping[str, Parameter]) -> dict[str, Par
     are one slope: neither is known, and an interval from minus nine to seventeen times the number
     is none. Nor is one that reaches below zero where physics does not: the law is there, and its
     size would be nothing. Without a weight a load has no scale, and friction under it is a product.
+    Nor, whatever the law, one that is as wide as many times the number, on both sides of zero.
 
     Parameters
     ----------
@@ -76,7 +78,9 @@ def only_together(form: Form, numbers: Mapping[str, Parameter]) -> dict[str, Par
     for index, name in enumerate(form.linear):
         ci = numbers[name].ci95
         product = form.in_one_product and form.sign(index) > 0
-        if ci is not None and ci[0] <= 0.0 <= ci[1] and (loose or product):
+        if ci is None or not ci[0] <= 0.0 <= ci[1]:
+            continue
+        if loose or product or ci[1] - ci[0] > _WILD * abs(numbers[name].value):
             reason = _TOGETHER if loose else _AS_PRODUCT
             out[name] = Parameter.not_identified(reason, numbers[name].value)
     return out

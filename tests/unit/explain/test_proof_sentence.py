@@ -2,20 +2,44 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
 from agent.explain.answer.fits import Fit, Holdout
 from agent.explain.answer.located import Finding
+from agent.explain.answer.result import Explanation, Floor, Verdict
 from agent.explain.answer.said import Said
-from agent.explain.answer.words import proof_sentence, summary
+from agent.explain.answer.words import proof_sentence, summary_of
 from agent.explain.unnamed import taken_back
 
 
 def _holdout(before_nm: float, after_nm: float) -> Holdout:
     before, after = Fit(before_nm, 90.0), Fit(after_nm, 90.0)
     return Holdout("recordings unseen", before, before, after, 0.0, None, 1.0, 1, 2, 0.0, True)
+
+
+def _said(verdict: Verdict, floor_nm: float, refitted: Fit, **parts: Any) -> str:
+    """Return the answer of an explanation that has some parts, and no others."""
+    plain: dict[str, Any] = {
+        "reasons": (),
+        "baseline": Fit(),
+        "extended": Fit(),
+        "holdout": None,
+        "findings": (),
+        "unexplained_share": 0.001,
+        "unexplained_where": (),
+        "cells": (),
+        "moved": (),
+        "next_experiment": None,
+        "recordings": (),
+        "held_out": (),
+    }
+    floor = Floor(floor_nm, floor_nm, math.nan, math.nan)
+    known = {"verdict": verdict, "sentence": "", "floor": floor, "refitted": refitted}
+    return summary_of(Explanation(**(plain | known | parts)))
 
 
 @pytest.mark.parametrize(
@@ -51,9 +75,7 @@ def test_a_mismatch_of_the_unseen_recordings_alone_is_said_to_be_theirs() -> Non
         "stribeck", 1, 1.0, 1.0, (), Said("Stribeck explains all."), {}, (), 0.0, "a form"
     )
     unseen = replace(_holdout(0.013, 0.0034), floor_ratio=2.4)
-    said = summary(
-        "partly-explained", [finding], unseen, 0.0014, Fit(0.008, 96.0), (), 0.001, Fit()
-    )
+    said = _said("partly-explained", 0.0014, Fit(0.008, 96.0), findings=(finding,), holdout=unseen)
     assert "has no name" not in said
     assert "2.4 times the noise: these hold something that the recordings to learn from" in said
 
@@ -61,13 +83,13 @@ def test_a_mismatch_of_the_unseen_recordings_alone_is_said_to_be_theirs() -> Non
 def test_what_is_wrong_with_a_simulation_that_only_refitting_brings_to_the_noise() -> None:
     """Not: "off by 11 where noise is 11, and no effect of the library carries that"."""
     refitted, given = Fit(0.0112, 99.1), Fit(0.015, 98.8)
-    said = summary("unexplained", [], None, 0.0107, refitted, (), 1.0, given)
+    said = _said("unexplained", 0.0107, refitted, baseline=given, unexplained_share=1.0)
     assert said.startswith("The simulation as given is off by 15 mN m rms where noise is 11 mN m.")
 
 
 def test_a_torque_limit_is_not_judged_by_torque() -> None:
     limit = Finding("torque-saturation", 1, 1.0, 0.0, (), Said("The drive clips."), {})
-    said = summary("explained", [limit], _holdout(2.0, 2.2), 2.0, Fit(), (), 0.0, Fit())
+    said = _said("explained", 2.0, Fit(), findings=(limit,), holdout=_holdout(2.0, 2.2))
     assert said == "The drive clips."
 
 
