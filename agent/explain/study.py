@@ -35,6 +35,7 @@ from agent.explain.numbers.short_stroke import (
     in_question,
     without_gravity,
 )
+from agent.explain.numbers.written import not_as_found
 from agent.explain.numbers.wrong import WrongNumber, told_again, wrong_numbers
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.floor import noise_floor
@@ -201,11 +202,14 @@ def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
             refused = heavier_than_the_joint(model)
         if not refused:
             try:
-                return library, choice, model, extended_twin(library, twin, model)
+                extended = extended_twin(library, twin, model)
+                refused = not_as_found(library, twin, model, extended)
             except TwinError:
                 refused = _refused(library, twin, model)
                 if not refused:
                     raise
+        if not refused:
+            return library, choice, model, extended
         left = tuple(c for c in library.candidates if (c.form.effect, c.form.name) not in refused)
         library = replace(library, candidates=left)
     empty = replace(library, candidates=())

@@ -106,13 +106,8 @@ def extended_twin(library: Library, twin: Twin, model: Model) -> Twin:
     """
     scene = library.scene
     entries = list(twin.effects)
-    for index, (term, numbers) in enumerate(zip(model.terms, model.parameters, strict=True)):
-        values = {name: p.value for name, p in numbers.items()}
-        beside = beside_others(library, model, index)
-        entries += [
-            Effect(term.scored.form.effect, dict(table))
-            for table in term.scored.form.to_twin(beside, values)
-        ]
+    for index in range(len(model.terms)):
+        entries += entries_of(library, model, index)
     entries += _limit(scene.table, entries)
     moved = _moved(twin, {name: p.value for name, p in model.base.items()})
     extended = replace(moved, effects=tuple(entries))
@@ -126,6 +121,14 @@ def extended_twin(library: Library, twin: Twin, model: Model) -> Twin:
             {name: getattr(extended, name) + d for name, d in zip(BASE, delta, strict=True)},
         )
     return extended
+
+
+def entries_of(library: Library, model: Model, index: int) -> list[Effect]:
+    """Return what a twin has of one of a model's terms."""
+    form = model.terms[index].scored.form
+    values = {name: p.value for name, p in model.parameters[index].items()}
+    tables = form.to_twin(beside_others(library, model, index), values)
+    return [Effect(form.effect, dict(table)) for table in tables]
 
 
 def beside_others(library: Library, model: Model, index: int) -> Scene:

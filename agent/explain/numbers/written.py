@@ -1,0 +1,54 @@
+"""Whether a law that was found is the same torque once it is written into a twin.
+
+The search has a law's columns beside the others as they stood; the twin computes it from its own
+numbers. Where a law has run away, as friction under a load nearly as large as the load, its torque
+rests on itself, and what describes the recordings as a column is another torque as a law.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from agent.explain.choosing.search import Library
+from agent.explain.numbers.model import Model, entries_of, predicted
+from agent.identify.result import Floats
+from agent.physics.twin import Twin
+
+
+def not_as_found(
+    library: Library, twin: Twin, model: Model, extended: Twin
+) -> set[tuple[str, str]]:
+    """Return effect and form of the law that spoils a written twin; nothing where it is of use.
+
+    Parameters
+    ----------
+    library : Library
+    twin : Twin
+        As given.
+    model : Model
+        As it was found.
+    extended : Twin
+        The twin that is written of it: of use as long as it leaves less than the twin without any
+        law, its numbers refitted.
+    """
+    table, weighing = library.scene.table, library.weighing
+    left = table.target_nm + predicted(table, twin) - predicted(table, extended)
+    plain = library.residual([]) / weighing.weight
+    if not model.terms or _rms(left[weighing.rows]) <= _rms(plain):
+        return set()
+    bare = replace(extended, effects=twin.effects)
+    without = predicted(table, bare)
+    off = []
+    for index, place in enumerate(model.slices()):
+        own = replace(bare, effects=(*twin.effects, *entries_of(library, model, index)))
+        written = (predicted(table, own) - without)[weighing.rows]
+        found = model.terms[index].candidate.columns @ model.coefficients[place]
+        off.append(_rms(written - found / weighing.weight))
+    form = model.terms[int(np.argmax(off))].scored.form
+    return {(form.effect, form.name)}
+
+
+def _rms(torque_nm: Floats) -> float:
+    return float(np.sqrt(np.nanmean(torque_nm**2)))
