@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from agent.explain.choosing.candidate import basis_of
 from agent.explain.choosing.search import Library
 from agent.explain.numbers.model import Model, entries_of, predicted
 from agent.identify.result import Floats
@@ -40,12 +41,14 @@ def not_as_found(
         return set()
     bare = replace(extended, effects=twin.effects)
     without = predicted(table, bare)
+    basis = basis_of(library.base)  # a law's mean level may stand in the twin's own numbers
     off = []
     for index, place in enumerate(model.slices()):
         own = replace(bare, effects=(*twin.effects, *entries_of(library, model, index)))
-        written = (predicted(table, own) - without)[weighing.rows]
-        found = model.terms[index].candidate.columns @ model.coefficients[place]
-        off.append(_rms(written - found / weighing.weight))
+        another = weighing.weighted(predicted(table, own) - without)
+        another -= model.terms[index].candidate.columns @ model.coefficients[place]
+        another[~np.isfinite(another)] = 0.0
+        off.append(_rms(another - basis @ (basis.T @ another)))
     form = model.terms[int(np.argmax(off))].scored.form
     return {(form.effect, form.name)}
 
