@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from agent.identify.estimate import identify
+from agent.identify.result import Floats
 from agent.identify.rigid.course import course_of
 from agent.identify.rigid.instrumental import (
     fit_instrumental,
@@ -15,7 +16,7 @@ from agent.identify.rigid.instrumental import (
     weighted_least_squares,
 )
 from agent.identify.rigid.linear import solve_blocks, time_blocks
-from agent.identify.rigid.recursive import RecursiveLeastSquares, track
+from agent.identify.rigid.recursive import RecursiveLeastSquares
 from agent.identify.rigid.regression import rows_of
 from agent.identify.rigid.residuals import (
     Residual,
@@ -123,13 +124,22 @@ def test_recursion_equals_batch(block: int) -> None:
     assert state.weight == 400
 
 
+def followed(columns: Floats, target: Floats, forgetting: float, every: int) -> list[Floats]:
+    """Return the estimate after each so many rows."""
+    state, thetas = RecursiveLeastSquares.start(columns.shape[1], forgetting), []
+    for start in range(0, target.shape[0], every):
+        state = state.update(columns[start : start + every], target[start : start + every])
+        thetas.append(state.theta)
+    return thetas
+
+
 def test_recursion_with_forgetting_is_weighted_least_squares() -> None:
     columns, target = regression()
-    thetas, _ = track(columns, target, forgetting=0.98, every=50)
+    (*_, last) = followed(columns, target, 0.98, 50)
     weight = np.asarray(0.98 ** np.arange(399.0, -1.0, -1.0), dtype=np.float64)
     blocks = time_blocks(np.arange(400.0), 20)
     fit = weighted_least_squares(columns, target, weight, blocks)
-    np.testing.assert_allclose(thetas[-1], fit.theta, rtol=1e-8)
+    np.testing.assert_allclose(last, fit.theta, rtol=1e-8)
 
 
 def test_forgetting_follows_a_friction_that_changes() -> None:
@@ -137,11 +147,11 @@ def test_forgetting_follows_a_friction_that_changes() -> None:
     columns = np.column_stack((rng.standard_normal(2000), np.sign(rng.standard_normal(2000))))
     coulomb = np.where(np.arange(2000) < 1000, 0.6, 0.9)
     target = 0.01 * columns[:, 0] + coulomb * columns[:, 1] + 0.02 * rng.standard_normal(2000)
-    alert, _ = track(columns, target, forgetting=0.99, every=100)
-    steady, _ = track(columns, target, every=100)
-    assert alert[9, 1] == pytest.approx(0.6, abs=0.02)
-    assert alert[-1, 1] == pytest.approx(0.9, abs=0.02)
-    assert steady[-1, 1] == pytest.approx(0.75, abs=0.02)
+    alert = followed(columns, target, 0.99, 100)
+    steady = followed(columns, target, 1.0, 100)
+    assert alert[9][1] == pytest.approx(0.6, abs=0.02)
+    assert alert[-1][1] == pytest.approx(0.9, abs=0.02)
+    assert steady[-1][1] == pytest.approx(0.75, abs=0.02)
 
 
 def test_recursion_says_when_it_does_not_know() -> None:

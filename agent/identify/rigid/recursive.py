@@ -116,33 +116,3 @@ class RecursiveLeastSquares:
         if np.abs(np.diag(unit)).min() < 1e-12:
             return None
         return np.asarray(np.linalg.inv(unit) / length[:, np.newaxis], dtype=np.float64)
-
-
-def track(
-    columns: Floats, target: Floats, *, forgetting: float = 1.0, every: int = 1
-) -> tuple[Floats, Floats]:
-    """Follow the estimate through the rows.
-
-    Parameters
-    ----------
-    columns : ndarray, shape (n, p)
-    target : ndarray, shape (n,)
-    forgetting : float
-        See `RecursiveLeastSquares`.
-    every : int
-        Rows between two estimates.
-
-    Returns
-    -------
-    theta, standard_deviation : ndarray, shape (ceil(n / every), p)
-        After each `every` rows; NaN while a parameter is not carried.
-    """
-    if every < 1:
-        raise ValueError(f"expected at least one row between estimates, got {every}")
-    state = RecursiveLeastSquares.start(columns.shape[1], forgetting)
-    thetas, deviations = [], []
-    for start in range(0, target.shape[0], every):
-        state = state.update(columns[start : start + every], target[start : start + every])
-        thetas.append(state.theta)
-        deviations.append(np.sqrt(np.diag(state.covariance)))
-    return np.array(thetas), np.array(deviations)
