@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from agent.identify.reversals.arm_fit import ArmFit
 
 _MISFIT = 1.02  # of the noise's mean square: more, and the gear is not like the simulated one
+_NEARLY = 1.10  # of it: up to here the simulated arm's values are nearer than the regressions'
 _CHANCE = 3.0  # standard errors of that
 _DOUBT = 1.64  # standard errors of that: one gear in twenty leaves more by chance
 _ALIKE = 2.0  # standard errors: what is left at one reversal knows of what is left at another
@@ -75,7 +76,7 @@ def sharpened(
     sharp = _clearance(found, known, 1.0 + steps if unlike or steps > _COARSE else 1.0)
     limit = _MISFIT + _CHANCE * chance
     holds = found.misfit <= limit and _agrees(sharp, known)
-    return sharp if holds else _both(sharp, known)
+    return sharp if holds else _both(sharp, known, by_arm=found.misfit <= _NEARLY)
 
 
 def _records(
@@ -202,22 +203,25 @@ def _wider(known: Parameter) -> Parameter:
     return replace(known, ci95=(max(least, 0.0), most))
 
 
-def _both(sharp: Clearance, known: Clearance) -> Clearance:
+def _both(sharp: Clearance, known: Clearance, *, by_arm: bool) -> Clearance:
     """Return the regressions' values with intervals that reach to the simulated arm's, too.
 
     Neither is right about such a gear, and how far they differ is the least that both may err by.
+    Where hardly more than noise is left the arm's are the nearer ones, and stand in the interval.
     """
     other = sharp.named()
     return Clearance(
-        known.source, **{name: _reaching(p, other[name]) for name, p in known.named().items()}
+        known.source,
+        **{name: _reaching(p, other[name], by_arm) for name, p in known.named().items()},
     )
 
 
-def _reaching(known: Parameter, other: Parameter) -> Parameter:
+def _reaching(known: Parameter, other: Parameter, by_arm: bool) -> Parameter:
     """Return a parameter with an interval that is as wide as its distance from another."""
     if known.ci95 is None or not other.identified:
         return known
     low, high = known.ci95
     reach = abs(other.value - known.value)
     down = min(reach, known.value) if known.value > 0.0 else reach
-    return replace(known, ci95=(min(low, known.value - down), max(high, known.value + reach)))
+    value = other.value if by_arm else known.value
+    return Parameter(value, (min(low, known.value - down), max(high, known.value + reach)))
