@@ -21,7 +21,7 @@ from agent.explain.choosing.exchanged import exchanged
 from agent.explain.choosing.heard import heard
 from agent.explain.choosing.materiality import worth
 from agent.explain.choosing.preferred import named_by_reach, named_by_width, preferred
-from agent.explain.choosing.rivals import DECISIVE, Term, log_density_gap, with_rivals
+from agent.explain.choosing.rivals import DECISIVE, Term, likeness, log_density_gap, with_rivals
 from agent.explain.choosing.same_wave import told_apart
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.together import newcomer_beside_moved
@@ -33,6 +33,7 @@ from agent.identify.result import Floats
 
 _MOST_TERMS = 6
 _MOST_ASKED = 4  # effects for a place in the model
+_COPY = 0.5  # of a refused effect's torque: what makes so much of it is the same
 
 
 @dataclass(frozen=True)
@@ -123,8 +124,10 @@ def _newcomer(
     """Return the terms, the newcomer and its chance, and what was asked of it; None for none.
 
     The largest may be an accident by itself, as what few blocks pass, and none beside what comes
-    next: others are asked in its place, as long as they are worth a name.
+    next: others are asked in its place, as long as they are worth a name. Not what copies it, which
+    is the same accident by another name.
     """
+    beside = [term.candidate for term in chosen]
     for _ in range(_MOST_ASKED):
         if best is None:
             break
@@ -136,7 +139,8 @@ def _newcomer(
         if worth(current, newcomer.blocks, *asked) < 0.0:
             break
         refused = {best.form.effect, newcomer.form.effect}
-        ranked = [s for s in ranked if s.form.effect not in refused]
+        others = (s for s in ranked if s.form.effect not in refused)
+        ranked = [s for s in others if likeness(library, beside, best, s) < _COPY]
         best = preferred(library, ranked, float(current.sum()))
     return None
 
