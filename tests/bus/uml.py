@@ -41,6 +41,7 @@ from pathlib import Path
 
 from drivers.clock import MonotonicClock
 from tests.bus.process import kill_group, run_bounded
+from tests.bus.xstate import compiled, has_more_registers
 
 KERNEL = "linux.uml"
 MEMORY_MIB = 1024
@@ -144,6 +145,9 @@ class UserModeLinux:
             init = folder / "init"
             init.write_text(self._init_script(folder))
             init.chmod(0o700)
+            loaded = compiled(folder) if has_more_registers() else ""
+            if isinstance(loaded, str) and loaded:
+                raise BootError(loaded)
             with (folder / "console").open("wb") as console:
                 process = subprocess.Popen(
                     self._command(folder, init),
@@ -154,6 +158,7 @@ class UserModeLinux:
                         "PATH": SYSTEM_PATH,
                         "HOME": str(folder),
                         "TMPDIR": str(_memory_folder(folder)),
+                        "LD_PRELOAD": str(loaded),
                     },
                     start_new_session=True,
                 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -55,7 +56,13 @@ def test_a_plan_is_written_and_driven_and_finds_the_joint(cell_file: Path, tmp_p
     estimate = conclude([recording]).estimate
     assert estimate.decidable
     assert estimate.friction_curve is not None
-    assert estimate.friction_curve.velocity_rad_s.size == len(plan.steady_windows()) // 2
+    # Which slow speeds meet at which place hangs on the last digits of a search: one that has no
+    # point of the curve is named.
+    pointless = [note for note in estimate.notes if "the friction curve has no point" in note]
+    named = re.findall(r"[\d.]+(?=,| rad/s)", pointless[0].split(" the ")[0]) if pointless else []
+    points = estimate.friction_curve.velocity_rad_s.size
+    assert points + len(named) == len(plan.steady_windows()) // 2
+    assert points >= 6
     law = next(m for m in estimate.friction_models if m.model == "stribeck")
     truth = FakeSpecification().joint.friction
     assert law.parameters["coulomb_nm"].value == pytest.approx(truth.coulomb_nm, rel=0.05)
