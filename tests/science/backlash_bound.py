@@ -9,7 +9,8 @@ friction, both inertias, torque offset, skew and the encoders' places are unknow
 viscous friction, of which it has none: it winds up the gear much as a late encoder seems to, and
 makes the skew's bound 1.4 to 9 times as large, those of the others 1 to 6 %. Noise is the
 torque's own and that of the encoders' steps, each white, with what the motor's steps become as
-torque; an arm that stands reads one step over and over, and its angle then counts for nothing.
+torque; an arm that stands reads one step over and over, and its angle then counts for nothing. A
+motor that stands is held by whatever friction it takes, and its torque tells nothing.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import solveh_banded
 
@@ -39,6 +41,7 @@ from tests.science.reversal_plant import (
 from trajectories import Trajectory
 
 _REACH = 2  # samples to either side that a difference takes
+_ANY_NM = 1e3  # the error of a torque that holds a motor at rest
 _MOVES = 0.5  # counts a sample, from which on steps are taken for white noise
 
 
@@ -73,7 +76,7 @@ def clearance_bound(
     motor_step, arm_step = 2.0 * np.pi / counts, 2.0 * np.pi * GEAR / arm_counts
     moves = arm[np.abs(rate) * SAMPLE_S > _MOVES * arm_step]
     information = 12.0 * moves.T @ moves / (motor_step**2 + arm_step**2)
-    information += _of_torque(torque, noise_nm, motor_step / math.sqrt(12.0))
+    information += _of_torque(torque, speed != 0.0, noise_nm, motor_step / math.sqrt(12.0))
     scale = np.sqrt(np.diag(information))
     covariance = np.linalg.inv(information / np.outer(scale, scale)) / np.outer(scale, scale)
     return _deviations(covariance, own.tolist(), stiffness)
@@ -92,7 +95,9 @@ def _deviations(covariance: Floats, own: list[int], stiffness: float) -> dict[st
     return {name: float(np.sqrt(g @ covariance @ g)) for name, g in gradients.items()}
 
 
-def _of_torque(slopes: Floats, noise_nm: float, place_rad: float) -> Floats:
+def _of_torque(
+    slopes: Floats, slides: NDArray[np.bool_], noise_nm: float, place_rad: float
+) -> Floats:
     """Return what the torque tells, shape (p, p): what the motor's steps add to it is coloured.
 
     Differences of fourth order: the usual ones, taken twice, feel nothing near half of the rate.
@@ -105,7 +110,7 @@ def _of_torque(slopes: Floats, noise_nm: float, place_rad: float) -> Floats:
     upper = np.zeros((2 * _REACH + 1, size))
     for k in range(2 * _REACH + 1):
         upper[2 * _REACH - k, k:] = coloured.diagonal(k)
-    upper[-1] += noise_nm**2
+    upper[-1] += np.where(slides, noise_nm, _ANY_NM) ** 2
     return np.asarray(slopes.T @ solveh_banded(upper, slopes), dtype=np.float64)
 
 
