@@ -122,7 +122,9 @@ def test_a_gap_is_found_from_the_valley_of_another_and_its_interval_holds_it() -
 
 @pytest.mark.parametrize("gravity", [True, False])
 def test_a_gap_shows_by_when_it_would_be_crossed(gravity: bool) -> None:
-    half_gap, inertia, friction, *_ = likely_gaps(seen(GAP, 0.0, gravity), 1e-4, 0.2, 1)[0]
+    followed = likely_gaps(seen(GAP, 0.0, gravity), 1e-4, 0.2, 3)
+    # Oil that brakes the arm is nearly as likely in place of a part of its dry friction.
+    half_gap, inertia, friction, *_ = next(gap for gap in followed if not gap[4])
     assert friction / inertia == pytest.approx(0.3 / 0.5, rel=0.2)
     if gravity:  # without a weight only their ratio shows
         assert inertia == pytest.approx(0.5, rel=0.1)

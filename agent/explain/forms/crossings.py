@@ -25,9 +25,10 @@ from agent.identify.result import Floats
 
 Gap = tuple[float, float, float, float, float]
 
-_GAPS = 6
-_SHARES = log_grid(0.1, 0.98, 36)
-_FRICTIONS = tuple(float(x) for x in np.linspace(0.0, 1.0, 31))
+_GAPS = 16  # a gap half again as wide is crossed at other instants: fewer step over a peak
+_SHARES = log_grid(0.1, 0.98, 30)
+_FRICTIONS = tuple(float(x) for x in np.linspace(0.0, 1.0, 25))
+_CLIMBED = 12  # peaks, at least: the highest point of a grid is seldom on the highest peak
 _NEAR_SHARES = np.linspace(-0.08, 0.08, 9)  # of the logarithm
 _NEAR_FRICTIONS = np.linspace(-0.06, 0.06, 13)
 _FEWEST_ROWS = 30
@@ -137,11 +138,11 @@ def _peaks(
     score = likeness(grid.reshape(-1, 5)).reshape(grid.shape[:-1])
     best = score.max(axis=0)
     found: list[tuple[float, Gap]] = []
-    while len(found) < count and best.max() > 0.0:
+    while len(found) < max(count, _CLIMBED) and best.max() > 0.0:
         i, j = (int(x) for x in np.unravel_index(int(np.argmax(best)), best.shape))
         found.append(_climbed(likeness, grid[int(np.argmax(score[:, i, j])), i, j], best[i, j]))
         best[max(i - _APART, 0) : i + _APART + 1, max(j - _APART, 0) : j + _APART + 1] = 0.0
-    return tuple(sorted(found, reverse=True))
+    return tuple(sorted(found, reverse=True)[:count])
 
 
 def _likeness(scene: Scene) -> Callable[[Floats], Floats]:
