@@ -33,7 +33,7 @@ from agent.explain.location.moments import Moments, in_moments, without
 from agent.explain.numbers.loads import differs_unsaid, said_of
 from agent.explain.numbers.model import fit_model
 from agent.explain.plausible import contradiction
-from agent.explain.rows.creep import without_creep
+from agent.explain.rows.creep import creep_beside, without_creep
 from agent.explain.rows.half_sample import half_a_sample_s
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import BASE, TooShortError
@@ -206,10 +206,13 @@ def _proof(
     as_given = replace(found, twin=given.twin)
     traces, apart, creeps = traces_of(as_given, refitted, table, held_out=False), "", ""
     if holdout:
-        compared, unseen = proof.compare_runs(given.twin, refitted, found.extended, holdout, table)
+        left = proof.left_by(found.extended, table, found.twin)
+        compared, unseen = proof.compare_runs(
+            given.twin, refitted, found.extended, holdout, table, creep_beside(table, left)
+        )
         source = "recordings that it had not seen"
         traces = (*traces, *traces_of(as_given, refitted, unseen, held_out=True))
-        learnt_nm = float(np.sqrt(np.nanmean(_left_by_twin(found) ** 2)))
+        learnt_nm = float(np.sqrt(np.nanmean(left[found.library.weighing.rows] ** 2)))
         apart = held_out_apart(compared, learnt_nm, found.floor.value_nm, table.runs, holdout)
         creeps = creeps_held_out(unseen, table)
     else:

@@ -46,9 +46,25 @@ class Compared:
 
 
 def compare_runs(
-    twin: Twin, refitted: Twin, extended: Twin, runs: Sequence[Run], like: Table
+    twin: Twin,
+    refitted: Twin,
+    extended: Twin,
+    runs: Sequence[Run],
+    like: Table,
+    creep_rad_s: float = 0.0,
 ) -> tuple[Compared, Table]:
     """Return how three twins predict hold-out runs, in the band of the training table.
+
+    Parameters
+    ----------
+    twin, refitted, extended : Twin
+        As given, with its own numbers refitted, and with what was found.
+    runs : sequence of Run
+        Which nothing was learnt from.
+    like : Table
+        Of those learnt from.
+    creep_rad_s : float
+        Up to which speed these creep beside what was found: a larger mismatch may have hidden it.
 
     Raises
     ------
@@ -60,7 +76,7 @@ def compare_runs(
         table = without_edges(table, like.creep_rad_s, like.torque_late_s)
     left = [left_by(t, table, twin) for t in (twin, refitted, extended)]
     # The joint may rest and creep here as in none of the recordings to learn from.
-    creeps = creep_beside(table, left[-1])
+    creeps = max(creep_rad_s, creep_beside(table, left[-1]))
     if creeps > table.creep_rad_s:
         table = without_edges(table, creeps, like.torque_late_s)
     rows = np.flatnonzero(table.sliding)

@@ -19,6 +19,24 @@ def wave(cos: float, sin: float, order: float, angle_rad: Floats, derivative: in
     return np.asarray(order**derivative * (cos * np.cos(phase) + sin * np.sin(phase)))
 
 
+def followed(order: float, velocity_rad_s: Floats, period_s: float) -> Floats:
+    """Return 1 where samples can follow a wave along the motion, else 0, shape (n,).
+
+    What passes faster than half the sampling rate would come out as a slower wave that no joint
+    makes. Nor does the motor's torque hold it in the joint: the loop is slower, and inertia bears
+    it.
+
+    Parameters
+    ----------
+    order : float
+        Periods per turn of the motor.
+    velocity_rad_s : ndarray, shape (n,)
+    period_s : float
+        Between samples; 0 where it is not known, and all is followed.
+    """
+    return np.asarray(np.abs(order * velocity_rad_s) * period_s < np.pi, dtype=np.float64)
+
+
 def wave_rates(
     order: float, cosine: Floats, sine: Floats, velocity_rad_s: Floats, acceleration_rad_s2: Floats
 ) -> tuple[Floats, Floats]:
@@ -104,6 +122,7 @@ class KinematicError:
         acceleration_rad_s2: Floats,
         load_nm: Floats | float = 0.0,
         shaken_nm: Floats | None = None,
+        seen: Floats | float = 1.0,
     ) -> Floats:
         """Return what the wobble adds to the torque ``Ja a + l`` of a true gear, shape (n,).
 
@@ -116,24 +135,30 @@ class KinematicError:
         shaken_nm : ndarray, shape (n,), optional
             What the gear's spring bears of the arm that is shaken by e(q); all of it, ``Ja`` times
             the second derivative of e by time, where the gear is stiff.
+        seen : ndarray, shape (n,), optional
+            Where the wobble is `followed`.
         """
-        ratio = 1.0 + self._error(position_rad, 1)
+        ratio = 1.0 + seen * self._error(position_rad, 1)
         if shaken_nm is not None:
             borne = self.arm_inertia_kg_m2 * acceleration_rad_s2 + load_nm
             return np.asarray(ratio * shaken_nm + (ratio - 1.0) * borne)
-        bend = self._error(position_rad, 2) * velocity_rad_s**2
+        bend = seen * self._error(position_rad, 2) * velocity_rad_s**2
         wobbling = ratio * (ratio * acceleration_rad_s2 + bend)
         shaken = self.arm_inertia_kg_m2 * (wobbling - acceleration_rad_s2)
         return np.asarray(shaken + (ratio - 1.0) * load_nm)
 
     def shaking(
-        self, position_rad: Floats, velocity_rad_s: Floats, acceleration_rad_s2: Floats
+        self,
+        position_rad: Floats,
+        velocity_rad_s: Floats,
+        acceleration_rad_s2: Floats,
+        seen: Floats | float = 1.0,
     ) -> tuple[Floats, Floats, Floats]:
         """Return e(q) and its first two derivatives by time along a motion, each shape (n,)."""
-        slope = self._error(position_rad, 1)
-        bend = self._error(position_rad, 2) * velocity_rad_s**2
+        slope = seen * self._error(position_rad, 1)
+        bend = seen * self._error(position_rad, 2) * velocity_rad_s**2
         return (
-            self._error(position_rad, 0),
+            np.asarray(seen * self._error(position_rad, 0)),
             np.asarray(slope * velocity_rad_s),
             np.asarray(slope * acceleration_rad_s2 + bend),
         )
@@ -179,13 +204,20 @@ class ResolverError:
         return total
 
     def true_motion(
-        self, position_rad: Floats, velocity_rad_s: Floats, acceleration_rad_s2: Floats
+        self,
+        position_rad: Floats,
+        velocity_rad_s: Floats,
+        acceleration_rad_s2: Floats,
+        seen: Floats | float = 1.0,
     ) -> tuple[Floats, Floats, Floats]:
-        """Return true angle, velocity and acceleration for those measured, each shape (n,)."""
-        slope = 1.0 - self.error_rad(position_rad, 1)
-        bend = self.error_rad(position_rad, 2) * velocity_rad_s**2
+        """Return true angle, velocity and acceleration for those measured, each shape (n,).
+
+        Where the error is not `followed` they are those measured.
+        """
+        slope = 1.0 - seen * self.error_rad(position_rad, 1)
+        bend = seen * self.error_rad(position_rad, 2) * velocity_rad_s**2
         return (
-            position_rad - self.error_rad(position_rad),
+            position_rad - seen * self.error_rad(position_rad),
             slope * velocity_rad_s,
             slope * acceleration_rad_s2 - bend,
         )

@@ -46,6 +46,8 @@ class Joint(NamedTuple):
     arm_viscous: float = 0.0
     wobble: float = 0.0  # rad of the motor, of the gear: by its sine, twice a turn
     misread: float = 0.0  # rad, of the motor's angle, likewise
+    rubbing_wave: float = 0.0  # N m, of the motor's dry friction along its turn
+    rubbing_order: float = 9.0
 
 
 def moves(seed: int, duration_s: float, *, hardest_rad_s2: float = 150.0) -> Floats:
@@ -104,7 +106,8 @@ def _driven(j: Joint, command: Floats, every: int) -> Floats:
         dry += dt * (v - abs(v) * dry) / j.motor_reach
         arm_dry += dt * (speed - abs(speed) * arm_dry) / j.arm_reach
         weight = j.gravity_sin * math.sin(arm / GEAR) + j.gravity_cos * math.cos(arm / GEAR)
-        rubbing = j.motor_coulomb * dry + j.viscous * v
+        level = j.motor_coulomb + j.rubbing_wave * math.cos(j.rubbing_order * q)
+        rubbing = level * dry + j.viscous * v
         v += dt * (torque - geared * shaft - rubbing) / j.motor_inertia
         rubbed = j.arm_coulomb * arm_dry + j.arm_viscous * speed
         speed += dt * (shaft - weight - rubbed) / j.arm_inertia
@@ -124,8 +127,11 @@ def record(
     hardest_rad_s2: float = 150.0,
     has_command: bool = True,
     arm_late_s: float = math.nan,
+    every: int = 1,
 ) -> Run:
     """Return one noisy recording; torque that is late by less than zero makes the motion late.
+
+    Of its samples only one in `every` is recorded.
 
     With `arm_late_s` the arm has an encoder of its own, late by so much.
     """
@@ -152,4 +158,5 @@ def record(
         columns["position_arm_rad"] = 2.0 * np.pi / 2**22 * np.round(seen * 2**22 / (2.0 * np.pi))
     if has_command:
         columns["velocity_command_rad_s"] = wanted
+    columns = {name: column[::every] for name, column in columns.items()}
     return Run.from_columns(columns, GEAR, name=f"run-{seed}", started_s=100.0 * seed)

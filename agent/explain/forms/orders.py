@@ -12,6 +12,7 @@ from agent.explain.rows.scene import Scene
 
 Weighting = Literal["torque", "friction", "inertia"]
 _PEAKS = 5
+_OF_BAND = 0.9  # of the cutoff: what passes that fast at the slowest speed still shows
 
 
 def strong_orders(scene: Scene, weighting: Weighting) -> tuple[float, ...]:
@@ -36,7 +37,7 @@ def strong_orders(scene: Scene, weighting: Weighting) -> tuple[float, ...]:
         "friction": np.sign(velocity),
         "inertia": (velocity / scene.fastest) ** 2,
     }[weighting]
-    highest = 0.5 * table.cutoff_hz * 2.0 * math.pi / scene.slowest
+    highest = _OF_BAND * table.cutoff_hz * 2.0 * math.pi / scene.slowest
     repeating = weighting != "friction"  # along the path friction varies as it likes
     return orders_of(
         position, residual, weight, highest, table.gear_ratio, _PEAKS, repeating=repeating

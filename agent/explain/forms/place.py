@@ -43,8 +43,8 @@ def _arm_grid(scene: Scene) -> Sequence[Point]:
 
 
 def _friction_wave(scene: Scene, point: Point) -> Floats:
-    angle = point[0] * scene.arm_rad
-    return stack(scene.direction * np.cos(angle), scene.direction * np.sin(angle))
+    wave = scene.wave(point[0] / scene.table.gear_ratio)
+    return np.asarray(scene.direction[:, np.newaxis] * wave)
 
 
 def _friction_wave_two(scene: Scene, point: Point) -> Floats:

@@ -19,6 +19,7 @@ from agent.explain.rows.table import BASE, Table
 from agent.identify.result import Floats
 from agent.physics.derivative import slope
 from agent.physics.effects import LEAST_LEVEL, along_the_way
+from agent.physics.periodic import followed
 from agent.physics.rigid_body import gravity_columns
 
 _WAVES = 12  # of 2 MB each
@@ -56,7 +57,7 @@ class Scene:
         By how much the torque is later than the motion, as far as that was found; below zero
         where the motion is the late one.
     waves : dict
-        The last few of `wave`, by order, with the positions that each is of: searches meet again.
+        The last few of `wave`, by order, with the motion that each is of: searches meet again.
     """
 
     table: Table
@@ -70,7 +71,7 @@ class Scene:
     yields_rad: float = field(default=0.0, kw_only=True)
     others_nm: Floats | None = field(default=None, kw_only=True)
     late_s: float = field(default=0.0, kw_only=True)
-    waves: dict[float, tuple[Floats, Floats]] = field(
+    waves: dict[float, tuple[Floats, Floats, Floats]] = field(
         default_factory=dict, kw_only=True, compare=False, repr=False
     )
 
@@ -99,17 +100,22 @@ class Scene:
         return self.table.full["position_rad"] / self.table.gear_ratio
 
     def wave(self, order: float) -> Floats:
-        """Return cosine and sine of so many times the motor's angle, read-only, shape (N, 2)."""
-        position = self.table.full["position_rad"]
+        """Return cosine and sine of so many times the motor's angle, read-only, shape (N, 2).
+
+        Nothing where the samples cannot follow them.
+        """
+        position, velocity = self.table.full["position_rad"], self.table.full["velocity_rad_s"]
         found = self.waves.get(order)
-        if found is None or found[0] is not position:
+        if found is None or found[0] is not position or found[1] is not velocity:
             while len(self.waves) >= _WAVES:
                 self.waves.pop(next(iter(self.waves)))
             angle = order * position
             wave = np.stack((np.cos(angle), np.sin(angle)), axis=-1)
+            for at, period_s in self.each_piece():
+                wave[at] *= followed(order, velocity[at], period_s)[:, np.newaxis]
             wave.flags.writeable = False
-            found = self.waves[order] = position, wave
-        return found[1]
+            found = self.waves[order] = position, velocity, wave
+        return found[2]
 
     @cached_property
     def travel_rad(self) -> Floats:

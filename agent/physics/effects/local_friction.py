@@ -24,13 +24,16 @@ _FORGOTTEN = 10.0  # of the travel that draws a spring out: e^-10 of what was be
 
 def _wave_along_arm(p: Numbers, motion: Motion, base: Base) -> Floats:
     law = PositionDependent(p["cos_nm"], p["sin_nm"], p["order_per_arm_rev"])
-    return law.torque_nm(base.arm_rad(motion), motion.velocity_rad_s, motion.direction)
+    torque = law.torque_nm(base.arm_rad(motion), motion.velocity_rad_s, motion.direction)
+    return motion.followed(law.order / base.gear_ratio) * torque
 
 
 def _wave_along_motor(p: Numbers, motion: Motion, base: Base) -> Floats:
     del base
     law = PositionDependent(p["cos_nm"], p["sin_nm"], p["order_per_motor_rev"])
-    return law.torque_nm(motion.need("position_rad"), motion.velocity_rad_s, motion.direction)
+    at = motion.need("position_rad")
+    torque = law.torque_nm(at, motion.velocity_rad_s, motion.direction)
+    return motion.followed(law.order) * torque
 
 
 def _tight_spot(p: Numbers, motion: Motion, base: Base) -> Floats:

@@ -32,24 +32,25 @@ OFFSET_LAW = Law(
 def _resolver(p: Numbers, motion: Motion) -> Motion:
     """Return the motion with a resolver's error taken out of it."""
     law = ResolverError((p["cos_rad"],), (p["sin_rad"],), (p["order_per_motor_rev"],))
+    seen = motion.followed(p["order_per_motor_rev"])
     position, velocity, acceleration = law.true_motion(
-        motion.need("position_rad"), motion.velocity_rad_s, motion.acceleration_rad_s2
+        motion.need("position_rad"), motion.velocity_rad_s, motion.acceleration_rad_s2, seen
     )
     return replace(
         motion,
         position_rad=position,
         velocity_rad_s=velocity,
         acceleration_rad_s2=acceleration,
-        velocity_raw_rad_s=_true_velocity(law, motion),
+        velocity_raw_rad_s=_true_velocity(law, motion, seen),
     )
 
 
-def _true_velocity(law: ResolverError, motion: Motion) -> Floats | None:
+def _true_velocity(law: ResolverError, motion: Motion, seen: Floats) -> Floats | None:
     """Return the unfiltered velocity with the error's slope taken out of it, as far as known."""
     raw = motion.velocity_raw_rad_s
     if raw is None:
         return None
-    return law.true_motion(motion.need("position_rad"), raw, motion.acceleration_rad_s2)[1]
+    return law.true_motion(motion.need("position_rad"), raw, motion.acceleration_rad_s2, seen)[1]
 
 
 def _velocity_late(p: Numbers, motion: Motion) -> Motion:

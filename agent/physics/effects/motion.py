@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from agent.physics.derivative import slope
 from agent.physics.friction import boundary_share
+from agent.physics.periodic import followed
 from agent.physics.rigid_body import gravity_columns
 
 Floats = NDArray[np.float64]
@@ -82,11 +83,22 @@ class Motion:
         What swings behind the motor is driven by it: a smooth velocity lacks the corners that the
         position has, and passes the comparison's own filter a second time.
         """
-        raw, time = self.velocity_raw_rad_s, self.time_s
-        if raw is None or time is None or time.shape[0] < 2:
+        raw, period_s = self.velocity_raw_rad_s, self.period_s
+        if raw is None or not period_s:
             return self
-        period_s = float(time[-1] - time[0]) / (time.shape[0] - 1)
         return replace(self, velocity_rad_s=raw, acceleration_rad_s2=slope(raw, period_s))
+
+    @property
+    def period_s(self) -> float:
+        """Return the time between samples; 0 where it is not known."""
+        time = self.time_s
+        if time is None or time.shape[0] < 2:
+            return 0.0
+        return float((time[-1] - time[0]) / (time.shape[0] - 1))
+
+    def followed(self, order_per_motor_rev: float) -> Floats:
+        """Return 1 where the samples can follow such a wave along the motion, else 0, (n,)."""
+        return followed(order_per_motor_rev, self.velocity_rad_s, self.period_s)
 
     @property
     def path_rad(self) -> Floats:

@@ -23,7 +23,7 @@ from agent.physics.periodic import KinematicError, TorqueRipple
 def _ripple(order_per_motor_rev: float, p: Numbers, motion: Motion, base: Base) -> Floats:
     del base
     law = TorqueRipple(p["cos_nm"], p["sin_nm"], order_per_motor_rev)
-    return law.torque_nm(motion.need("position_rad"))
+    return motion.followed(order_per_motor_rev) * law.torque_nm(motion.need("position_rad"))
 
 
 def _wobble(order_per_motor_rev: float, p: Numbers, motion: Motion, base: Base) -> Floats:
@@ -31,12 +31,13 @@ def _wobble(order_per_motor_rev: float, p: Numbers, motion: Motion, base: Base) 
     law = KinematicError(p["cos_rad"], p["sin_rad"], order_per_motor_rev, inertia)
     load = base.held_nm(motion) + p["arm_coulomb_nm"] * motion.direction
     moved = motion.need("position_rad"), motion.velocity_rad_s, motion.acceleration_rad_s2
+    seen = motion.followed(order_per_motor_rev)
     if not p["antiresonance_hz"] or not inertia:
-        return law.torque_nm(*moved, load)
+        return law.torque_nm(*moved, load, seen=seen)
     spring = 2.0 * math.pi * p["antiresonance_hz"]
-    wobbles = law.shaking(*moved)
+    wobbles = law.shaking(*moved, seen)
     shaken = shaken_nm(motion.need("time_s"), *wobbles, inertia, spring, p["damping_ratio"])
-    return law.torque_nm(*moved, load, shaken)
+    return law.torque_nm(*moved, load, shaken, seen)
 
 
 def _per_motor_turn(

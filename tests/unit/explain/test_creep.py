@@ -100,6 +100,15 @@ def test_a_hold_out_creeps_where_the_recordings_to_learn_from_did_not(
     assert (unseen.creep_rad_s > 2.0 * SLOW) == creeps
 
 
+def test_what_was_learnt_from_may_say_that_a_hold_out_creeps() -> None:
+    """Where a drift and an offset were as large, the creep showed beside both of them only."""
+    like = tabulate(TWIN, [run(dry)])
+    _, alone = compare_runs(TWIN, TWIN, TWIN, [run(dry)], like)
+    _, unseen = compare_runs(TWIN, TWIN, TWIN, [run(dry)], like, 4.0 * SLOW)
+    assert unseen.creep_rad_s == 4.0 * SLOW > alone.creep_rad_s
+    assert np.abs(unseen.rows["velocity_rad_s"][unseen.used]).min() > 3.5 * SLOW
+
+
 @pytest.mark.parametrize(("every", "move_s", "wait_s"), [(1, 1.2, 0.8), (4, 1.1, 0.0)])
 def test_rests_in_which_a_joint_creeps_on_are_none_of_the_motion(
     every: int, move_s: float, wait_s: float
