@@ -78,7 +78,7 @@ def test_a_constant_on_a_short_stroke_is_a_constant_first_and_may_be_gravity() -
 
 def test_an_offset_too_small_for_a_name_is_no_gravity_either() -> None:
     """On a short stroke gravity does all that it does, with a number more; neither is worth it."""
-    found = studied(TWIN, stroke_rad=60.0, offset_nm=0.25 * NOISE_NM)
+    found = studied(TWIN, stroke_rad=60.0, offset_nm=0.15 * NOISE_NM)
     assert findings_of(found) == ()
     assert verdict_of(found, (), left_share(found)) == "no-mismatch"
 

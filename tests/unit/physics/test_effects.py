@@ -189,8 +189,8 @@ BY_HAND: list[tuple[str, dict[str, Any], Any]] = [
     ),
     (
         "torque-ripple",
-        {"cos_nm": 0.0, "sin_nm": 0.1, "order_per_motor_rev": 14.0},
-        0.1 * np.sin(14.0 * POSITION),
+        {"cos_nm": 0.0, "sin_nm": 0.1, "order_per_motor_rev": 5.0},
+        0.1 * np.sin(5.0 * POSITION),
     ),
     (
         "torque-ripple",
