@@ -13,6 +13,7 @@ from agent.explain.findings import energy_nm2
 from agent.explain.numbers.loads import Loads, load_finding, loads_of
 from agent.explain.numbers.model import predicted
 from agent.explain.rows.creep import without_creep
+from agent.explain.rows.images import without_images
 from agent.explain.rows.table import Table, tabulate
 from agent.explain.study import Study, study
 from agent.identify.result import Floats, Parameter
@@ -73,7 +74,7 @@ def _beside(loads: Loads, twin: Twin, table: Table) -> Study:
     """Return the study of a twin that knows the payloads."""
     knowing = loads.carried_by(twin)
     own = tabulate(knowing, table.runs, table.cutoff_hz, align_velocity=table.aligned)
-    return study(knowing, without_creep(own))
+    return study(knowing, without_images(without_creep(own), table.imaged_orders))
 
 
 def _effects_nm(twin: Twin, table: Table) -> Floats:

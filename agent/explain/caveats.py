@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from agent.explain.answer.sentences import only_heard
 from agent.explain.choosing.by_use import clock_or_use
 from agent.explain.choosing.heard import BACKLASH
@@ -59,6 +61,8 @@ def bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
             f"the velocity is reported {1e3 * abs(found.table.late_s):.1f} ms {later} than the "
             "position, with which the torque is in step: it was brought in step with both"
         )
+    if found.table.imaged_orders:
+        out.append(_images_said(found.table.imaged_orders))
     out += [said for run in found.table.runs for said in left_out_of(run.signals)]
     compared = {piece.run for piece in found.table.pieces}
     for index, run in enumerate(found.table.runs):
@@ -80,6 +84,15 @@ def creeps_held_out(unseen: Table, learnt: Table) -> str:
     return (
         f"in what was held out friction is not fully there below {unseen.creep_rad_s:.2g} rad/s, "
         "as where a joint creeps on between two moves; those samples were left out of the proof"
+    )
+
+
+def _images_said(orders: Sequence[float]) -> str:
+    """Return which waves pass about as often as they were sampled, and that this was left out."""
+    waves = " and ".join(f"{order:.3g}" for order in orders)
+    return (
+        f"at some speeds {waves} waves a turn of the motor pass about as often as torque was "
+        "recorded: samples show a slow image of them there, and were left out"
     )
 
 

@@ -29,6 +29,18 @@ def test_friction_along_the_turn_is_named_where_fast_motion_only_shows_its_image
     assert explain(answer.twin, runs[:4], runs[4:]).verdict == "no-mismatch"
 
 
+def test_samples_of_a_waves_slow_image_are_left_out_where_the_loop_holds_a_part_of_it() -> None:
+    joint = Joint(rubbing_wave=0.25, rubbing_order=ORDER)
+    runs = [record(joint, seed, every=EVERY) for seed in range(1, 6)]
+    answer = explain(TWIN, runs[:4], runs[4:])
+    assert answer.verdict == "explained"
+    assert [found.effect for found in answer.findings] == ["position-dependent-friction"]
+    assert answer.extended.rmse_nm < 1.2 * answer.floor.value_nm  # with its image 3.7 times
+    assert any("slow image" in reason for reason in answer.reasons)
+    assert answer.twin is not None
+    assert explain(answer.twin, runs[:4], runs[4:]).verdict == "no-mismatch"
+
+
 @pytest.mark.parametrize(
     ("effect", "numbers"),
     [

@@ -78,6 +78,8 @@ class Table:
         What payloads that recordings state add to the arm's load, as far as the twin knows.
     torque_late_s : float
         By how much the torque was found to be later than the motion: its edges are left out, too.
+    imaged_orders : tuple of float
+        Waves, per motor turn, whose images in the samples are left out.
     """
 
     runs: tuple[Run, ...]
@@ -100,6 +102,7 @@ class Table:
     creep_rad_s: float = 0.0
     torque_late_s: float = 0.0
     load_nm: Floats | None = None
+    imaged_orders: tuple[float, ...] = ()
 
     @property
     def target_nm(self) -> Floats:
