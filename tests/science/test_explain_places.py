@@ -117,17 +117,26 @@ def test_the_strongest_place_is_where_the_spot_is() -> None:
     assert center == pytest.approx(CENTER_ARM_RAD, abs=0.01)
 
 
-@pytest.mark.parametrize(("cubic", "form"), [(0.1, "spring that stiffens"), (0.0, "spring")])
-def test_a_hose_is_said_to_stiffen_only_where_it_does(cubic: float, form: str) -> None:
+@pytest.mark.parametrize(
+    ("stiffness", "cubic", "form"),
+    [
+        (0.1, 0.1, "spring that stiffens"),
+        (0.1, 0.0, "spring"),
+        (0.0, 0.2, "slack spring that stiffens"),
+    ],
+)
+def test_a_hose_is_said_to_stiffen_only_where_it_does(
+    stiffness: float, cubic: float, form: str
+) -> None:
     def hose(points: SetPoints, at: Conditions) -> Floats:
         del at
         away = points.position_rad / GEAR_RATIO - (0.1 if cubic else 0.0)
-        return np.asarray((0.1 + cubic * away**2) * away)
+        return np.asarray((stiffness + cubic * away**2) * away)
 
     (term,) = named(scene_of(hose, driven=long_stroke), forms_cable.FORMS)
     assert term.scored.form.name == form
     values = term.scored.values()
-    assert values["stiffness_nm_per_arm_rad"] == pytest.approx(0.1, abs=0.03)
+    assert values.get("stiffness_nm_per_arm_rad", 0.0) == pytest.approx(stiffness, abs=0.03)
     if cubic:
         assert values["cubic_nm_per_arm_rad3"] == pytest.approx(cubic, rel=0.1)
         assert values["neutral_arm_rad"] == pytest.approx(0.1, abs=0.02)

@@ -28,7 +28,7 @@ _ACCIDENT = 0.01
 _OF_ITS_OWN = 0.1  # of the mismatch: so much more makes a newcomer an effect, whatever it copies
 _SHARED_OUT = 0.2  # of what a term had removed: so little is left to it beside a newcomer
 _HEARD = 0.5  # of the gain: what resembles a gap explains that much more where there is none
-_SPOTS = frozenset({"position-dependent-friction", "local-fault"})
+_OF_A_PLACE = frozenset({"position-dependent-friction", "local-fault", "cable-force"})
 _REPEATED = frozenset(
     {"torque-ripple", "kinematic-error", "position-dependent-friction", "local-fault"}
 )
@@ -143,7 +143,7 @@ def accident_of(
         return None
     model = [t.candidate for t in terms]
     accident = chance(library, model, best)
-    if accident > _ACCIDENT and best.form.effect in _SPOTS:
+    if accident > _ACCIDENT and best.form.effect in _OF_A_PLACE:
         accident = chance(library, model, best, blocks_alike=True)
     return accident if accident <= _ACCIDENT else None
 

@@ -72,6 +72,15 @@ def _stiffening(scene: Scene, point: Point) -> Floats:
     return stack(away, away**3)
 
 
+def _cubic(scene: Scene, point: Point) -> Floats:
+    return stack((scene.arm_rad - point[0]) ** 3)
+
+
+def _cubic_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    del scene
+    return ({"stiffness_nm_per_arm_rad": 0.0, **values},)
+
+
 def _neutrals(scene: Scene) -> Sequence[Point]:
     """Return arm angles along the stroke, its ends left out: there a cubic is a parabola."""
     return tuple((float(x),) for x in np.linspace(*scene.stroke_arm_rad(), _NEUTRALS + 2)[1:-1])
@@ -127,5 +136,18 @@ FORMS: tuple[Form, ...] = (
         needs=_POSITION,
         contains=_ANYWHERE,
         refines=("spring", "spring at rest elsewhere"),
+    ),
+    Form(
+        "cable-force",
+        "slack spring that stiffens",
+        ("cubic_nm_per_arm_rad3",),
+        _cubic,
+        ("neutral_arm_rad",),
+        _neutrals,
+        signs=(1,),
+        limits=_within_stroke,
+        needs=_POSITION,
+        to_twin=_cubic_twin,
+        contains=_ANYWHERE,
     ),
 )
