@@ -12,7 +12,13 @@ from hypothesis import strategies as st
 
 from agent.explain.choosing.candidate import Candidate, Known
 from agent.explain.choosing.choice import choose
-from agent.explain.choosing.materiality import CLOSE, above_band_nm2, beyond, least_gain, worth
+from agent.explain.choosing.materiality import (
+    CLOSE,
+    above_band_nm2,
+    beyond,
+    least_gain,
+    worth,
+)
 from agent.explain.choosing.search import DELAY, Library
 from agent.explain.choosing.shares import above_noise, shares_of, without_term
 from agent.explain.forms.library import FORMS
@@ -25,9 +31,17 @@ from agent.explain.rows.evidence import weigh
 from agent.explain.rows.run import Run
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, tabulate
+from agent.explain.study import study
 from agent.identify.result import Floats
 from agent.physics.twin import Effect, Twin
-from tests.science.explain_joint import GEAR_RATIO, NOISE_NM, TWIN, Conditions, record, stair
+from tests.science.explain_joint import (
+    GEAR_RATIO,
+    NOISE_NM,
+    TWIN,
+    Conditions,
+    record,
+    stair,
+)
 from trajectories import SetPoints, stair_paired
 
 SPEEDS = (4.0, 8.0, 16.0, 30.0)
@@ -200,6 +214,25 @@ def test_what_the_raw_torque_drowns_gets_no_name() -> None:
     )
     least = least_gain(library, np.zeros(1), []) / float(np.sum(library.weighing.weight**2))
     assert 0.01 * NOISE_NM**2 < least < 0.04 * NOISE_NM**2
+
+
+@pytest.mark.parametrize(("rubbing_nm", "named"), [(0.05, True), (0.004, False)])
+def test_what_would_leave_twice_the_noise_has_a_name_beside_however_much(
+    rubbing_nm: float, named: bool
+) -> None:
+    """Of a ripple of half a newton metre 2 % of the energy had been asked: 0.07 N m of friction."""
+
+    def missing(points: SetPoints, _at: Conditions) -> Floats:
+        rubs = rubbing_nm * np.sign(points.velocity_rad_s)
+        return np.asarray(
+            0.5 * np.cos(points.position_rad) + rubs * np.cos(8.0 * points.position_rad / 100.0)
+        )
+
+    found = study(TWIN, tabulate(TWIN, [record(stair(SPEEDS), missing, Conditions(), seed=6)]))
+    effects = [term.scored.form.effect for term in found.choice.terms]
+    expected = ["position-dependent-friction", "torque-ripple"] if named else ["torque-ripple"]
+    assert sorted(effects) == expected
+    assert found.ratio < 1.2
 
 
 def test_a_number_bent_by_a_fit_to_raw_samples_is_recognised() -> None:

@@ -15,12 +15,11 @@ import numpy as np
 
 from agent.explain.choosing.candidate import Candidate, Scored
 from agent.explain.choosing.heard import LIKE_A_GAP, heard
-from agent.explain.choosing.materiality import MATERIAL, least_gain, noise_energy, worth
+from agent.explain.choosing.materiality import least_gain, noise_energy, of_mismatch, worth
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.shifts import chance
 from agent.explain.choosing.together import both_moved
-from agent.explain.rows.usual import as_usual
 from agent.identify.result import Floats
 from agent.physics.effects.library import CARRIED
 
@@ -66,8 +65,8 @@ def least_on_all_rows(
     from these to those, a form beside it may give back, and no more.
     """
     left = library.residual(terms)
-    mismatch = as_usual(library.scene.table, library.weighing, plain)
-    return MATERIAL * mismatch - (float(current.sum()) - float(left @ left))
+    needed = of_mismatch(library, plain, noise_energy(library, terms))
+    return needed - (float(current.sum()) - float(left @ left))
 
 
 def _named(

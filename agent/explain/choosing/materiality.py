@@ -31,6 +31,8 @@ FAR = 1.25
 _OF_NOISE = 0.06  # of the band's noise: a quarter of its amplitude; less matters to nobody
 _SEEN = 0.25  # of the band's noise: half its amplitude stands out, however noisy the raw torque is
 
+_STANDS_OUT = 3.0  # of the band's noise: twice the noise is left without it, and that is a mismatch
+
 _SURELY = 2.0  # standard errors over the blocks
 _CLEARLY = 0.5  # of the least gain: so far beyond it no scatter over the blocks is asked
 
@@ -92,9 +94,10 @@ def least_gain(
 ) -> float:
     """Return the least weighted squared error that a term must remove to be worth a name.
 
-    Two percent of what the refitted twin leaves where the first recording was made (`rows.usual`);
-    and of the residual as it was recorded, in which most of the noise lies above the band that is
-    compared: every joint has some effects that are lost in that, significant or not.
+    Two percent of what the refitted twin leaves where the first recording was made (`rows.usual`),
+    but no more than what would leave twice the noise, however much stands beside it; and of the
+    residual as it was recorded, in which most of the noise lies above the band that is compared:
+    every joint has some effects that are lost in that, significant or not.
 
     Parameters
     ----------
@@ -112,8 +115,22 @@ def least_gain(
     moved = _own_numbers_nm2(library) if beside_wrong_numbers else 0.0
     recorded = MATERIAL * (in_band + above_band_nm2(table) + moved)
     noise = max(_OF_NOISE * in_band, min(recorded, _SEEN * in_band))
-    mismatch = as_usual(table, weighing, plain)
-    return max(MATERIAL * mismatch, noise * rows)
+    return max(of_mismatch(library, plain, in_band * rows), noise * rows)
+
+
+def of_mismatch(library: Library, plain: Floats, noise: float) -> float:
+    """Return the part of a mismatch that is worth a name, weighted squared error.
+
+    Parameters
+    ----------
+    library : Library
+    plain : ndarray, shape (b,)
+        Squared error of every block on unseen data, without any term.
+    noise : float
+        Squared error that noise alone makes, as `noise_energy` says.
+    """
+    mismatch = as_usual(library.scene.table, library.weighing, plain)
+    return min(MATERIAL * mismatch, _STANDS_OUT * noise) if noise > 0.0 else MATERIAL * mismatch
 
 
 def _own_numbers_nm2(library: Library) -> float:
