@@ -61,6 +61,12 @@ def bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
             f"the velocity is reported {1e3 * abs(found.table.late_s):.1f} ms {later} than the "
             "position, with which the torque is in step: it was brought in step with both"
         )
+    if found.louder_noise:
+        louder = found.noise_nm / found.floor.value_nm
+        out.append(
+            f"what is left is {louder:.1f} times the noise at held speeds, and noise all the same: "
+            "it goes on for no longer than the filter's memory, and comes in no spells"
+        )
     if found.table.imaged_orders:
         out.append(_images_said(found.table.imaged_orders))
     out += [said for run in found.table.runs for said in left_out_of(run.signals)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from agent.explain.choosing.afloat import afloat
 from agent.explain.choosing.band import only_in_a_band
 from agent.explain.choosing.choice import Choice, choose
 from agent.explain.choosing.heard import heard
-from agent.explain.choosing.materiality import least_gain, noise_energy, worth
+from agent.explain.choosing.materiality import CLOSE, least_gain, noise_energy, worth
 from agent.explain.choosing.misfits import misfits
 from agent.explain.choosing.search import Library
 from agent.explain.forms.arm_encoder import seen_by_the_arm
@@ -40,6 +41,7 @@ from agent.explain.numbers.wrong import WrongNumber, told_again, wrong_numbers
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.floor import noise_floor
 from agent.explain.rows.lines import Line, lines_of
+from agent.explain.rows.noise_in_kind import is_noise_in_kind
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, Table
 from agent.explain.rows.usual import usual_blocks, usual_rows
@@ -47,6 +49,7 @@ from agent.identify.result import Floats
 from agent.physics.twin import Effect, Twin, TwinError
 
 _MOST_REFUSALS = 5
+_LOUDER = 2.0  # times the noise at held speeds: up to there what is left may be noise
 
 
 @dataclass(frozen=True)
@@ -90,7 +93,12 @@ class Study:
 
     @property
     def noise_nm(self) -> float:
-        """Return the noise floor; where it was not to be had, what the best cell would leave."""
+        """Return the noise floor; where it was not to be had, what the best cell would leave.
+
+        What is left itself, where that is louder noise.
+        """
+        if self.louder_noise:
+            return self._left_nm
         if self.floor.value_nm > 0.0:
             return self.floor.value_nm
         gain = max((cell.gain for cell in self.left_cells if cell.counts), default=0.0)
@@ -104,8 +112,19 @@ class Study:
     @property
     def ratio(self) -> float:
         """Return the root mean square of what is left over the noise, where it was asked about."""
-        left = math.sqrt(float(np.mean(self.model.residual_nm[self.usual] ** 2)))
-        return left / self.noise_nm if self.noise_nm > 0.0 else 1.0
+        return self._left_nm / self.noise_nm if self.noise_nm > 0.0 else 1.0
+
+    @cached_property
+    def louder_noise(self) -> bool:
+        """Return whether what is left is noise, but more than where a speed is held."""
+        floor_nm, left_nm = self.floor.value_nm, self._left_nm
+        if not floor_nm > 0.0 or not CLOSE * floor_nm < left_nm <= _LOUDER * floor_nm:
+            return False
+        return is_noise_in_kind(self.table, self.library.weighing.rows, self.model.residual_nm)
+
+    @property
+    def _left_nm(self) -> float:
+        return math.sqrt(float(np.mean(self.model.residual_nm[self.usual] ** 2)))
 
 
 def study(twin: Twin, table: Table) -> Study:

@@ -75,8 +75,8 @@ def far_from_given(study: Study) -> bool:
     Then there is a mismatch, whatever of it has a name. Slow noise, which every refit leaves and no
     floor measured within half a second contains, is none.
     """
-    library, floor_nm = study.library, study.floor.value_nm
-    if not floor_nm > 0.0:
+    library, floor_nm = study.library, study.noise_nm
+    if not study.floor.value_nm > 0.0:
         return False
     given = unseen_nm2(library, np.zeros((library.target.shape[0], 0)))
     refitted = unseen_nm2(library, library.base)
