@@ -1,4 +1,4 @@
-"""Torque that is noisier where the speed changes lacks no physics; what goes on, or bursts, does."""
+"""Torque that is noisier where the speed changes lacks nothing; what goes on, or bursts, does."""
 
 from __future__ import annotations
 
