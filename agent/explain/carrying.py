@@ -1,4 +1,4 @@
-"""A study beside the payloads that recordings state, and the twin as it was given before them."""
+"""A study of recordings: beside the payloads that they state, and without a found wave's images."""
 
 from __future__ import annotations
 
@@ -9,17 +9,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from agent.explain.answer.result import Finding
+from agent.explain.choosing.materiality import CLOSE
 from agent.explain.findings import energy_nm2
 from agent.explain.numbers.loads import Loads, load_finding, loads_of
 from agent.explain.numbers.model import predicted
 from agent.explain.rows.creep import without_creep
-from agent.explain.rows.images import without_images
+from agent.explain.rows.images import imaged, orders_in, without_images
 from agent.explain.rows.table import Table, tabulate
 from agent.explain.study import Study, study
 from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Twin
 
 _MOST_ROUNDS = 2
+_KEPT = 0.5  # of what slides: with fewer samples nothing is asked once more
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,30 @@ def studied(twin: Twin, table: Table) -> tuple[Study, Given]:
             break
         loads, found = again, _beside(again, twin, table)
     return found, Given(twin, table, loads)
+
+
+def without_their_images(twin: Twin, found: Study, given: Given) -> tuple[Study, Given]:
+    """Return what is found where no samples show the image of a wave that was found.
+
+    The same where what is left is noise all the same, or no less without them; and where so many
+    samples are of that kind that the rest would be another recording.
+
+    Parameters
+    ----------
+    twin : Twin
+        As given.
+    found : Study
+    given : Given
+        As `studied` returned them.
+    """
+    orders = orders_in(found.extended)
+    if found.ratio <= CLOSE or not imaged(found.table, orders)[found.library.weighing.rows].any():
+        return found, given
+    apart = without_images(given.table, orders)
+    if np.count_nonzero(apart.sliding) < _KEPT * np.count_nonzero(given.table.sliding):
+        return found, given
+    again, asked = studied(twin, apart)
+    return (again, asked) if again.ratio < found.ratio else (found, given)
 
 
 def with_load(findings: Sequence[Finding], found: Study, given: Given) -> tuple[Finding, ...]:

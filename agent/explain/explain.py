@@ -22,10 +22,9 @@ from agent.explain.answer.result import (
     fit_of,
 )
 from agent.explain.asked import Asked, tabulated
-from agent.explain.carrying import Given, studied
+from agent.explain.carrying import Given, studied, without_their_images
 from agent.explain.caveats import bear_in_mind, creeps_held_out
 from agent.explain.choosing.aliases import aliases
-from agent.explain.choosing.materiality import CLOSE
 from agent.explain.driven_range import further, noted_in
 from agent.explain.experiment.proposal import next_experiments
 from agent.explain.findings import OFFSET_OR_ASYMMETRY
@@ -36,7 +35,6 @@ from agent.explain.numbers.model import fit_model
 from agent.explain.plausible import contradiction
 from agent.explain.rows.creep import creep_beside, without_creep
 from agent.explain.rows.half_sample import half_a_sample_s
-from agent.explain.rows.images import imaged, orders_in, without_images
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import BASE, TooShortError
 from agent.explain.study import Study
@@ -131,22 +129,8 @@ def _asked_once(
         if late_s:
             creep_rad_s = found.table.creep_rad_s or None
             return _asked_once(twin, runs, holdout, limits, late_s, creep_rad_s)
-    found, given = _without_images(twin, found, given)
+    found, given = without_their_images(twin, found, given)
     return _explained(found, given, asked, limits, *names)
-
-
-def _without_images(twin: Twin, found: Study, given: Given) -> tuple[Study, Given]:
-    """Return what is found where no samples show the image of a wave that was found.
-
-    The same where what is left is noise all the same, or no less without them.
-    """
-    table = given.table
-    orders = orders_in(found.extended)
-    rows = found.library.weighing.rows
-    if found.ratio <= CLOSE or not imaged(found.table, orders)[rows].any():
-        return found, given
-    again, asked = studied(twin, without_images(table, orders))
-    return (again, asked) if again.ratio < found.ratio else (found, given)
 
 
 def _late_by_holding_s(found: Study, runs: Sequence[Run]) -> float:

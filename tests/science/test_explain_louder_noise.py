@@ -33,13 +33,13 @@ def recorded(left: Left, seed: int) -> Run:
     rng = np.random.default_rng(50 + seed)
 
     def more(points: SetPoints, _at: Conditions) -> Floats:
-        noise = rng.standard_normal(points.position_rad.shape[0])
+        noise: Floats = rng.standard_normal(points.position_rad.shape)
         extra = SIZE["noise"] * NOISE_NM * noise
         if left == "wanders":
             over = np.ones(round(WANDERS_S * RATE_HZ))
             extra = SIZE[left] * NOISE_NM * np.convolve(noise, over / np.sqrt(over.size), "same")
         elif left == "bursts":
-            begins = rng.random(noise.shape[0]) < 0.5 / RATE_HZ
+            begins = (rng.random(points.position_rad.shape) < 0.5 / RATE_HZ).astype(np.float64)
             lasts = np.convolve(begins, np.ones(round(BURST_S * RATE_HZ)), "same") > 0.0
             extra = SIZE[left] * NOISE_NM * noise * lasts
         return np.asarray(extra * (np.abs(points.acceleration_rad_s2) > 5.0))
