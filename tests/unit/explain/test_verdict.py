@@ -65,6 +65,7 @@ def test_what_a_twins_effects_left_is_no_new_mismatch(
         table=SimpleNamespace(simulated=False),
         library=None,
         floor=SimpleNamespace(value_nm=0.0),
+        noise_nm=0.0,
     )
     assert verdict_of(cast("Study", study), (), left_share=share) == verdict
 
