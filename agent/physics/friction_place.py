@@ -30,7 +30,8 @@ class PositionDependent:
             "order": "n, periods per turn of the angle q that is handed in",
         },
         "Armstrong-Helouvry, Control of Machines with Friction (1991), chapter 4",
-        "one order; the modulation must stay below the Coulomb level, or friction would drive",
+        "one order; the modulation must stay below the Coulomb level, or friction would drive;"
+        " a twin has it where it passes slower than half the sampling rate",
     )
     cos_nm: float
     sin_nm: float

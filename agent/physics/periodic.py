@@ -66,7 +66,8 @@ class TorqueRipple:
             "load_growth_per_nm": "p, growth with motor torque (0: cogging, magnets on slots)",
         },
         "thesis 3.2 (torque ripple); Holtz & Springob, IEEE TIE 43 (1996)",
-        "one order each; orders of the slots and pole pairs, whatever the speed",
+        "one order each; orders of the slots and pole pairs, whatever the speed;"
+        " a twin has it where it passes slower than half the sampling rate",
     )
     cos_nm: float
     sin_nm: float
@@ -98,7 +99,8 @@ class KinematicError:
         },
         "Lagrange's equation of an inertia behind q + e(q); Tuttle & Seering, IEEE TRA 12 (1996)",
         "a stiff gear, or one spring through which the wobble shakes the arm; n e far below 1; l is"
-        " what the gear carries beside Ja: the weight and the arm's friction",
+        " what the gear carries beside Ja: the weight and the arm's friction;"
+        " a twin has it where it passes slower than half the sampling rate",
     )
     cos_rad: float
     sin_rad: float
@@ -180,7 +182,8 @@ class ResolverError:
             "order_per_motor_rev": "n_i, periods per motor turn",
         },
         "thesis 3.2 (measurement inaccuracies: a sum of sinusoids); Hanselman, IEEE TIE 37 (1990)",
-        "a function of the measured angle alone; the converter's lag is another matter",
+        "a function of the measured angle alone; the converter's lag is another matter;"
+        " a twin has it where it passes slower than half the sampling rate",
     )
     cos_rad: tuple[float, ...]
     sin_rad: tuple[float, ...]
