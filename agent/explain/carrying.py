@@ -62,8 +62,8 @@ def studied(twin: Twin, table: Table) -> tuple[Study, Given]:
 def without_their_images(twin: Twin, found: Study, given: Given) -> tuple[Study, Given]:
     """Return what is found where no samples show the image of a wave that was found.
 
-    The same where what is left is noise all the same, or no less without them; and where so many
-    samples are of that kind that the rest would be another recording.
+    The same where no more than the noise floor is left all the same, or no less without them; and
+    where so many samples are of that kind that the rest would be another recording.
 
     Parameters
     ----------
@@ -74,13 +74,14 @@ def without_their_images(twin: Twin, found: Study, given: Given) -> tuple[Study,
         As `studied` returned them.
     """
     orders = orders_in(found.extended)
-    if found.ratio <= CLOSE or not imaged(found.table, orders)[found.library.weighing.rows].any():
+    rows = found.library.weighing.rows
+    if found.over_floor <= CLOSE or not imaged(found.table, orders)[rows].any():
         return found, given
     apart = without_images(given.table, orders)
     if np.count_nonzero(apart.sliding) < _KEPT * np.count_nonzero(given.table.sliding):
         return found, given
     again, asked = studied(twin, apart)
-    return (again, asked) if again.ratio < found.ratio else (found, given)
+    return (again, asked) if again.over_floor < found.over_floor else (found, given)
 
 
 def with_load(findings: Sequence[Finding], found: Study, given: Given) -> tuple[Finding, ...]:

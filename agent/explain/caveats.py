@@ -62,10 +62,9 @@ def bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
             "position, with which the torque is in step: it was brought in step with both"
         )
     if found.louder_noise:
-        louder = found.noise_nm / found.floor.value_nm
         out.append(
-            f"what is left is {louder:.1f} times the noise at held speeds, and noise all the same: "
-            "it goes on for no longer than the filter's memory, and comes in no spells"
+            f"what is left is {found.over_floor:.1f} times the noise at held speeds, and noise all "
+            "the same: it goes on for no longer than the filter's memory, and comes in no spells"
         )
     if found.table.imaged_orders:
         out.append(_images_said(found.table.imaged_orders))

@@ -93,16 +93,8 @@ class Study:
 
     @property
     def noise_nm(self) -> float:
-        """Return the noise floor; where it was not to be had, what the best cell would leave.
-
-        What is left itself, where that is louder noise.
-        """
-        if self.louder_noise:
-            return self._left_nm
-        if self.floor.value_nm > 0.0:
-            return self.floor.value_nm
-        gain = max((cell.gain for cell in self.left_cells if cell.counts), default=0.0)
-        return math.sqrt(float(np.mean(self.model.residual_nm**2)) * max(1.0 - gain, 0.0))
+        """Return the noise floor; where what is left is louder noise, that."""
+        return self._left_nm if self.louder_noise else self._floor_nm
 
     @property
     def usual(self) -> NDArray[np.bool_]:
@@ -112,19 +104,31 @@ class Study:
     @property
     def ratio(self) -> float:
         """Return the root mean square of what is left over the noise, where it was asked about."""
-        return self._left_nm / self.noise_nm if self.noise_nm > 0.0 else 1.0
+        return 1.0 if self.louder_noise else self.over_floor
+
+    @property
+    def over_floor(self) -> float:
+        """Return the same over the noise floor, whatever kind of noise is left."""
+        return self._left_nm / self._floor_nm if self._floor_nm > 0.0 else 1.0
 
     @cached_property
     def louder_noise(self) -> bool:
         """Return whether what is left is noise, but more than where a speed is held."""
-        floor_nm, left_nm = self.floor.value_nm, self._left_nm
-        if not floor_nm > 0.0 or not CLOSE * floor_nm < left_nm <= _LOUDER * floor_nm:
+        if not self.floor.value_nm > 0.0 or not CLOSE < self.over_floor <= _LOUDER:
             return False
         return is_noise_in_kind(self.table, self.library.weighing.rows, self.model.residual_nm)
 
     @property
     def _left_nm(self) -> float:
         return math.sqrt(float(np.mean(self.model.residual_nm[self.usual] ** 2)))
+
+    @property
+    def _floor_nm(self) -> float:
+        """Return the noise floor; where it was not to be had, what the best cell would leave."""
+        if self.floor.value_nm > 0.0:
+            return self.floor.value_nm
+        gain = max((cell.gain for cell in self.left_cells if cell.counts), default=0.0)
+        return math.sqrt(float(np.mean(self.model.residual_nm**2)) * max(1.0 - gain, 0.0))
 
 
 def study(twin: Twin, table: Table) -> Study:
