@@ -116,13 +116,16 @@ def _closing(cluster: LocalCluster) -> Iterator[None]:
     """Close a cluster of this machine; what was done stays done though it does not end in order.
 
     Dask asserts, while it closes, that no worker's process is just being started anew. Such a
-    process is a daemon and ends with this one.
+    process is a daemon and ends with this one. And a worker that died before Dask had written down
+    that it came is a KeyError, which Dask keeps until it closes.
     """
     try:
         yield
     finally:
-        with contextlib.suppress(AssertionError, TimeoutError):
+        try:
             cluster.close()
+        except (AssertionError, KeyError, TimeoutError):
+            cluster.shutdown_on_close = False  # else the interpreter's end waits 10 s for it
 
 
 def outcomes(

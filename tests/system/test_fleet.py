@@ -144,9 +144,10 @@ def test_the_worn_joint_is_found_named_and_first(estimated: tuple[Plant, dict[st
         assert found.fetchall(), query
 
 
-def test_what_ends_its_worker_is_known_and_takes_nobody_along() -> None:
+@pytest.mark.parametrize("known", [[], ["forgotten"]])
+def test_what_ends_its_worker_is_known_and_takes_nobody_along(known: list[str]) -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "tests.system.fleet_poison"],
+        [sys.executable, "-m", "tests.system.fleet_poison", *known],
         capture_output=True,
         text=True,
         timeout=PATIENCE_S,
