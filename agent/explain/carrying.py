@@ -1,9 +1,9 @@
-"""A study of recordings: beside the payloads that they state, and without a found wave's images."""
+"""A study of recordings: beside the payloads that they state, without what nobody can know."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,14 +13,18 @@ from agent.explain.choosing.materiality import CLOSE
 from agent.explain.findings import energy_nm2
 from agent.explain.numbers.loads import Loads, load_finding, loads_of
 from agent.explain.numbers.model import predicted
+from agent.explain.rows.beginnings import begun, without_beginnings
 from agent.explain.rows.creep import without_creep
+from agent.explain.rows.forgetting import forgetting
 from agent.explain.rows.images import imaged, orders_in, without_images
+from agent.explain.rows.left_out import left_out_as_in
 from agent.explain.rows.table import Table, tabulate
 from agent.explain.study import Study, study
 from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Twin
 
 _MOST_ROUNDS = 2
+_WORTH = 0.95  # of the mean square: what is left where all is known
 _KEPT = 0.5  # of what slides: with fewer samples nothing is asked once more
 
 
@@ -33,7 +37,7 @@ class Given:
     loads: Loads | None
 
 
-def studied(twin: Twin, table: Table) -> tuple[Study, Given]:
+def studied(twin: Twin, table: Table, among: Container[str] | None = None) -> tuple[Study, Given]:
     """Return the study of what a twin leaves beside the payloads that its recordings state.
 
     What payloads add is learnt once more beside the effects that were found, and these are looked
@@ -45,17 +49,19 @@ def studied(twin: Twin, table: Table) -> tuple[Study, Given]:
         As given.
     table : Table
         Of recordings that slide.
+    among : container of str, optional
+        The effects to choose from; all.
     """
     loads = loads_of(twin, table)
     if loads is None:
-        return study(twin, table), Given(twin, table, None)
-    found = _beside(loads, twin, table)
+        return study(twin, table, among), Given(twin, table, None)
+    found = _beside(loads, twin, table, among)
     for _ in range(_MOST_ROUNDS):
         beside = _effects_nm(found.extended, table) - _effects_nm(twin, table) - loads.torque_nm
         again = loads_of(twin, table, beside)
         if again is None or not _moved(loads, again):
             break
-        loads, found = again, _beside(again, twin, table)
+        loads, found = again, _beside(again, twin, table, among)
     return found, Given(twin, table, loads)
 
 
@@ -77,10 +83,40 @@ def without_their_images(twin: Twin, found: Study, given: Given) -> tuple[Study,
     rows = found.library.weighing.rows
     if found.over_floor <= CLOSE or not imaged(found.table, orders)[rows].any():
         return found, given
-    apart = without_images(given.table, orders)
+    return _once_more(twin, found, given, without_images(given.table, orders))
+
+
+def without_unknown_beginnings(twin: Twin, found: Study, given: Given) -> tuple[Study, Given]:
+    """Return what is found where it is known how an arm behind the gear that was found swings.
+
+    The same where no more than the noise floor is left all the same, or hardly more by what nobody
+    knows; and as for waves' images. Only what was found is asked for again, and what may stand in
+    its place: all else was looked for where the beginnings were in the data.
+
+    Parameters
+    ----------
+    twin, found, given
+        As for `without_their_images`.
+    """
+    arm = forgetting(found.extended)
+    if arm is None or found.over_floor <= CLOSE:
+        return found, given
+    known = ~begun(found.table, arm)[found.library.weighing.rows]
+    squares = found.model.residual_nm**2
+    if not known.any() or float(np.mean(squares[known])) > _WORTH * float(np.mean(squares)):
+        return found, given
+    named = {term.scored.form.effect for term in found.choice.terms}
+    named |= {rival.scored.form.effect for term in found.choice.terms for rival in term.rivals}
+    return _once_more(twin, found, given, without_beginnings(given.table, arm), named)
+
+
+def _once_more(
+    twin: Twin, found: Study, given: Given, apart: Table, among: Container[str] | None = None
+) -> tuple[Study, Given]:
+    """Return what is found in a part of a table; the same where little is left of it, or gained."""
     if np.count_nonzero(apart.sliding) < _KEPT * np.count_nonzero(given.table.sliding):
         return found, given
-    again, asked = studied(twin, apart)
+    again, asked = studied(twin, apart, among)
     return (again, asked) if again.over_floor < found.over_floor else (found, given)
 
 
@@ -97,11 +133,11 @@ def with_load(findings: Sequence[Finding], found: Study, given: Given) -> tuple[
     return tuple(replace(f, rank=rank) for rank, f in enumerate(ordered, start=1))
 
 
-def _beside(loads: Loads, twin: Twin, table: Table) -> Study:
+def _beside(loads: Loads, twin: Twin, table: Table, among: Container[str] | None) -> Study:
     """Return the study of a twin that knows the payloads."""
     knowing = loads.carried_by(twin)
     own = tabulate(knowing, table.runs, table.cutoff_hz, align_velocity=table.aligned)
-    return study(knowing, without_images(without_creep(own), table.imaged_orders))
+    return study(knowing, left_out_as_in(without_creep(own), table), among)
 
 
 def _effects_nm(twin: Twin, table: Table) -> Floats:

@@ -49,12 +49,6 @@ def bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
     blows = found.library.scene.blows
     if blows is not None and BACKLASH not in _effects(found):
         out.append(only_heard(blows.ringing))
-    if found.table.creep_rad_s > 0.0:
-        out.append(
-            f"below {found.table.creep_rad_s:.2g} rad/s friction is not fully there: the joint "
-            "creeps before it slips, or what recorded or simulated it smooths friction's sign; "
-            "those samples were left out"
-        )
     if abs(found.table.late_s) > _LATE_S:
         later = "later" if found.table.late_s > 0.0 else "earlier"
         out.append(
@@ -66,8 +60,7 @@ def bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
             f"what is left is {found.over_floor:.1f} times the noise at held speeds, and noise all "
             "the same: it goes on for no longer than the filter's memory, and comes in no spells"
         )
-    if found.table.imaged_orders:
-        out.append(_images_said(found.table.imaged_orders))
+    out += _left_out(found.table)
     out += [said for run in found.table.runs for said in left_out_of(run.signals)]
     compared = {piece.run for piece in found.table.pieces}
     for index, run in enumerate(found.table.runs):
@@ -90,6 +83,26 @@ def creeps_held_out(unseen: Table, learnt: Table) -> str:
         f"in what was held out friction is not fully there below {unseen.creep_rad_s:.2g} rad/s, "
         "as where a joint creeps on between two moves; those samples were left out of the proof"
     )
+
+
+def _left_out(table: Table) -> list[str]:
+    """Return which samples were not compared, as no law describes them."""
+    out = []
+    if table.creep_rad_s > 0.0:
+        out.append(
+            f"below {table.creep_rad_s:.2g} rad/s friction is not fully there: the joint "
+            "creeps before it slips, or what recorded or simulated it smooths friction's sign; "
+            "those samples were left out"
+        )
+    if table.imaged_orders:
+        out.append(_images_said(table.imaged_orders))
+    if table.arm_forgets is not None:
+        out.append(
+            f"as a recording begins nobody knows how the arm hangs on its gear: "
+            f"{table.arm_forgets.seconds:.2g} s from the first motion on were left out, and "
+            "as much where samples were lost for longer than it takes to turn round"
+        )
+    return out
 
 
 def _images_said(orders: Sequence[float]) -> str:

@@ -22,7 +22,12 @@ from agent.explain.answer.result import (
     fit_of,
 )
 from agent.explain.asked import Asked, tabulated
-from agent.explain.carrying import Given, studied, without_their_images
+from agent.explain.carrying import (
+    Given,
+    studied,
+    without_their_images,
+    without_unknown_beginnings,
+)
 from agent.explain.caveats import bear_in_mind, creeps_held_out
 from agent.explain.choosing.aliases import aliases
 from agent.explain.driven_range import further, noted_in
@@ -130,6 +135,7 @@ def _asked_once(
             creep_rad_s = found.table.creep_rad_s or None
             return _asked_once(twin, runs, holdout, limits, late_s, creep_rad_s)
     found, given = without_their_images(twin, found, given)
+    found, given = without_unknown_beginnings(twin, found, given)
     return _explained(found, given, asked, limits, *names)
 
 

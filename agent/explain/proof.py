@@ -17,7 +17,7 @@ from agent.explain.choosing.shifts import shifted
 from agent.explain.numbers.model import predicted
 from agent.explain.rows.creep import creep_beside
 from agent.explain.rows.evidence import solve
-from agent.explain.rows.images import without_images
+from agent.explain.rows.left_out import left_out_as_in
 from agent.explain.rows.run import Run
 from agent.explain.rows.scene import refit
 from agent.explain.rows.table import BASE, Table, TooShortError, tabulate, without_edges
@@ -75,7 +75,7 @@ def compare_runs(
     table = tabulate(twin, runs, like.cutoff_hz, align_velocity=like.aligned)
     if like.creep_rad_s or like.torque_late_s:
         table = without_edges(table, like.creep_rad_s, like.torque_late_s)
-    table = without_images(table, like.imaged_orders)
+    table = left_out_as_in(table, like)
     left = [left_by(t, table, twin) for t in (twin, refitted, extended)]
     # The joint may rest and creep here as in none of the recordings to learn from.
     creeps = max(creep_rad_s, creep_beside(table, left[-1]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -131,7 +131,7 @@ class Study:
         return math.sqrt(float(np.mean(self.model.residual_nm**2)) * max(1.0 - gain, 0.0))
 
 
-def study(twin: Twin, table: Table) -> Study:
+def study(twin: Twin, table: Table, among: Container[str] | None = None) -> Study:
     """Locate, name and model what a twin leaves of a table.
 
     Parameters
@@ -139,14 +139,16 @@ def study(twin: Twin, table: Table) -> Study:
     twin : Twin
     table : Table
         Of recordings that slide.
+    among : container of str, optional
+        The effects to choose from; all.
     """
-    library, not_judged, refitted = _library(twin, table)
+    library, not_judged, refitted = _library(twin, table, among)
     lines = lines_of(table, refitted)
     named = _named(library, twin)
     taken_for: frozenset[str] = frozenset()
     if in_question(library) and not in_its_place(named[1]):
         taken_for = frozenset({PAYLOAD.effect})
-        library, not_judged, refitted = _library(twin, table, ask=False)
+        library, not_judged, refitted = _library(twin, table, among, ask=False)
         named = _named(library, twin)
     cells = deficiency_map(library, lines=lines)
     library, choice, model, extended = _beside_wrong_numbers(*named, twin, taken_for)
@@ -181,7 +183,7 @@ def study(twin: Twin, table: Table) -> Study:
 
 
 def _library(
-    twin: Twin, table: Table, *, ask: bool = True
+    twin: Twin, table: Table, among: Container[str] | None, *, ask: bool = True
 ) -> tuple[Library, Mapping[str, str], Floats]:
     """Return all candidates, what cannot be judged, and what the twin's refitted numbers leave.
 
@@ -189,11 +191,13 @@ def _library(
     ----------
     twin : Twin
     table : Table
+    among : container of str, optional
     ask : bool
         Whether gravity is put in question where the first recording's stroke is too short for it.
     """
     scene, left = _refitted(twin, table)
     forms, not_judged = seen_by_the_arm(scene, *judgeable(table, twin))
+    forms = tuple(f for f in forms if among is None or f.effect in among)
     weighing = weigh(table, left)
     usual = weighing.part(usual_blocks(table, weighing))[0]
     if ask and gravity_in_question(scene, usual, forms):

@@ -182,7 +182,8 @@ class ResolverError:
             "order_per_motor_rev": "n_i, periods per motor turn",
         },
         "thesis 3.2 (measurement inaccuracies: a sum of sinusoids); Hanselman, IEEE TIE 37 (1990)",
-        "a function of the measured angle alone; the converter's lag is another matter;"
+        "a function of the measured angle alone; the converter's lag is another matter; a stiff"
+        " gear, or one spring on which the arm lags behind the motor that the error shakes;"
         " a twin has it where it passes slower than half the sampling rate",
     )
     cos_rad: tuple[float, ...]
@@ -217,10 +218,22 @@ class ResolverError:
 
         Where the error is not `followed` they are those measured.
         """
-        slope = 1.0 - seen * self.error_rad(position_rad, 1)
+        measured = position_rad, velocity_rad_s, acceleration_rad_s2
+        angle, speed, change = self.erring(*measured, seen)
+        return position_rad - angle, velocity_rad_s - speed, acceleration_rad_s2 - change
+
+    def erring(
+        self,
+        position_rad: Floats,
+        velocity_rad_s: Floats,
+        acceleration_rad_s2: Floats,
+        seen: Floats | float = 1.0,
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return the error along a measured motion, and its first two derivatives by time, (n,)."""
+        slope = seen * self.error_rad(position_rad, 1)
         bend = seen * self.error_rad(position_rad, 2) * velocity_rad_s**2
         return (
-            position_rad - seen * self.error_rad(position_rad),
-            slope * velocity_rad_s,
-            slope * acceleration_rad_s2 - bend,
+            np.asarray(seen * self.error_rad(position_rad)),
+            np.asarray(slope * velocity_rad_s),
+            np.asarray(slope * acceleration_rad_s2 + bend),
         )

@@ -73,8 +73,12 @@ def predict_parts(twin: Twin, motion: Motion, smooth: Smooth | None = None) -> d
             continue
         before, motion = motion, entry.form.corrected(entry.numbers, motion)
         parts[entry.label] = _plain_nm(twin, motion) - _plain_nm(twin, before)
+        # An arm that is carried is driven by the corrected motion, and lags by itself.
+        if entry.form.added_nm is not None and not any(e.id in CARRIED for e in entries):
+            parts[entry.label] += _added_nm(entry, before, _base(twin, entries, before))
     base = _base(twin, entries, motion)
-    added = [e for e in entries if e.form.added_nm is not None and e.id not in CARRIED]
+    own = (*CARRIED, *CORRECTED)
+    added = [e for e in entries if e.form.added_nm is not None and e.id not in own]
     held = {e.label: _added_nm(e, motion, base) for e in added if (e.id, e.form.name) in HOLDING}
     if held:
         base = replace(base, held_more_nm=_sum(held))

@@ -20,6 +20,7 @@ from agent.physics.twin import TwinError
 _ARM_REACHES = (3e-5, 3e-4)  # rad of the arm: how far its own friction gives way before it slips
 _WIDEST_ARM_GAP = 2e-3  # rad of the arm, half of a worn planetary gear's
 _RUBBING_TRIALS = 36
+_OTHER_REACHES = (0.4, 0.6, 0.8, 1.25, 1.6, 2.5)  # than an arm's own friction gives way by
 _GAPS, _GAPS_WITH_FILM = 3, 1
 _EACH_GAP = 14
 _CONTACTS = ((1.0, 0.4), (1.6, 0.8))  # cutoffs, damping: hard and soft ones
@@ -84,6 +85,16 @@ def _rubbing(scene: Scene, point: Point) -> Floats:
     return stack(arm.extra_rad_s2(scene))
 
 
+def _other_reaches(scene: Scene, point: Point, far: bool) -> Sequence[Point]:
+    """Return the same arm with friction that gives way by less, and by more.
+
+    An arm that swings sticks once more or less as that changes: the error has several valleys.
+    """
+    del scene, far
+    *arm, reach = point
+    return tuple((*arm, factor * reach) for factor in _OTHER_REACHES)
+
+
 def _slowing(scene: Scene) -> float:
     """Return how fast dry friction alone would slow the joint, rad/s2."""
     return max(float(scene.theta[2]), 0.0) / inertia_of(scene)
@@ -117,8 +128,9 @@ def _rubbing_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping
     inertia = values["arm_inertia_kg_m2"]
     spring = spring_entry(inertia, values["antiresonance_hz"], values["damping_ratio"])
     stiffer_than_weight(scene, spring)
+    share = max(values["friction_share"], 0.0) * inertia / inertia_of(scene)
     friction = {
-        "arm_coulomb_nm": max(values["friction_share"], 0.0) * _slowing(scene) * inertia,
+        "arm_coulomb_nm": share * coulomb_nm(scene),
         "arm_yield_rad": values["friction_reach_rad"],
     }
     point = tuple(values[name] for name in _RUBBING)
@@ -304,6 +316,7 @@ FORMS: tuple[Form, ...] = (
         limits=_rubbing_limits,
         rests_on_numbers=True,
         same_beside=_same_friction,
+        elsewhere=_other_reaches,
     ),
     Form(
         "backlash",

@@ -69,15 +69,19 @@ class HiddenArm:
         return mean_extra_rad_s2((self,), scene)
 
     def shaft_rad_s2(
-        self, scene: Scene, velocity_rad_s: Floats, pull_rad_s2: Floats | None = None
+        self,
+        scene: Scene,
+        velocity_rad_s: Floats,
+        way_rad: Floats,
+        pull_rad_s2: Floats | None = None,
     ) -> Floats:
         """Return the shaft's torque over the arm's inertia, shape (N,).
 
         Parameters
         ----------
         scene : Scene
-        velocity_rad_s : ndarray, shape (N,)
-            At which the gear's motor side turns.
+        velocity_rad_s, way_rad : ndarray, shape (N,)
+            At which the gear's motor side turns, and how far; NaN where that is not known.
         pull_rad_s2 : ndarray, shape (N,), optional
             The arm's weight over its inertia.
         """
@@ -86,22 +90,24 @@ class HiddenArm:
         omega = 2.0 * math.pi * self.frequency_hz
         # Stiffer friction would ask for smaller steps, and the band would not show the difference.
         reach = max(self.reach_rad, self.friction_rad_s2 / (_HARDEST * omega**2), 1e-12)
-        friction = self.dry_rad_s2(scene)
         fastest_hz = math.sqrt(omega**2 + self.friction_rad_s2 / reach) / (2.0 * math.pi)
         steps_per_s = _STEPS_PER_SWING * fastest_hz * max(self.damping_ratio, 1.0)
         steps_per_s = max(steps_per_s, _STEPS_PER_DRAG * self.film_per_s)
         pull = np.zeros_like(velocity_rad_s) if pull_rad_s2 is None else pull_rad_s2
         steps_per_s *= self._stiffened(scene, pull, omega)
-        out = np.zeros(velocity_rad_s.shape[0])
-        pieces = sorted(scene.each_piece(), key=lambda piece: piece[0].start - piece[0].stop)
-        periods = np.array([period_s for _, period_s in pieces])
-        bounds = np.array([(at.start, at.stop) for at, _ in pieces], dtype=np.int64)
+        bridged = scene.bridged
+        velocity = bridged.over(velocity_rad_s, way_rad)
+        weight, friction = bridged.over(pull), bridged.over(self.dry_rad_s2(scene))
+        out = np.zeros(bridged.size)
+        chains = sorted(bridged.chains, key=lambda chain: chain[0].start - chain[0].stop)
+        periods = np.array([period_s for _, period_s in chains])
+        bounds = np.array([(at.start, at.stop) for at, _ in chains], dtype=np.int64)
         steps = np.maximum(np.ceil(steps_per_s * periods), 1.0).astype(np.int64)
         for several in np.unique(steps):
             alike = steps == several
             shaft_rad_s2(
-                np.ascontiguousarray(velocity_rad_s),
-                np.ascontiguousarray(pull),
+                velocity,
+                weight,
                 friction,
                 bounds[alike, 0].copy(),
                 bounds[alike, 1].copy(),
@@ -115,7 +121,7 @@ class HiddenArm:
                 int(several),
                 out,
             )
-        return out
+        return out[bridged.where]
 
     def dry_rad_s2(self, scene: Scene) -> Floats:
         """Return the arm's dry friction over its inertia, shape (N,)."""
@@ -157,7 +163,7 @@ def mean_extra_rad_s2(arms: Sequence[HiddenArm], scene: Scene) -> Floats:
         pull = pull + arms[0].oil_per_s * scene.full("velocity_rad_s")
     out = np.zeros_like(velocity)
     for arm in arms:
-        shaft = arm.shaft_rad_s2(scene, velocity, pull)
+        shaft = arm.shaft_rad_s2(scene, velocity, scene.full("position_rad"), pull)
         friction = arm.dry_rad_s2(scene)
         less_stiff(shaft, pull, stiff_rad_s2, drawn, friction, 1.0 / len(arms), out)
     return out

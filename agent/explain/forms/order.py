@@ -94,7 +94,8 @@ def _slopes(scene: Scene, order: float) -> Floats:
 def _swings(scene: Scene, order: float, hertz: float, damping: float) -> Floats:
     """Return `_second_derivatives` as an arm passes them on through the gear's spring, (N, 2)."""
     arm, velocity = HiddenArm(hertz, damping), scene.full("velocity_rad_s")
-    return stack(*(arm.shaft_rad_s2(scene, slope * velocity) for slope in _slopes(scene, order).T))
+    waves = zip(scene.wave(order).T, _slopes(scene, order).T, strict=True)
+    return stack(*(arm.shaft_rad_s2(scene, slope * velocity, way) for way, slope in waves))
 
 
 def _geared(scene: Scene, order: float, arm_share: float, friction_share: float) -> Floats:
@@ -243,8 +244,9 @@ def _ripple_and_late(scene: Scene, point: Point) -> Floats:
 
 
 def _resolver_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
-    del scene
-    return ({name: values[name] for name in ("cos_rad", "sin_rad", "order_per_motor_rev")},)
+    """Return the error with the spring on which the arm lags behind the motor that it shakes."""
+    arm = {"arm_inertia_kg_m2": values["arm_inertia_share"] * inertia_of(scene)}
+    return ({**{name: v for name, v in values.items() if name != "arm_inertia_share"}, **arm},)
 
 
 BESIDE_A_WAVE = Form(

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from agent.explain.rows.ageing import Ageing
 from agent.explain.rows.blows import Blows, blows_of
+from agent.explain.rows.bridged import Bridged
 from agent.explain.rows.lag import earlier
 from agent.explain.rows.remembered import remembered
 from agent.explain.rows.strata import travel_rad
@@ -298,6 +299,11 @@ class Scene:
     def each_piece(self) -> Sequence[tuple[slice, float]]:
         """Return the full-rate slice and the period of every stretch."""
         return [(piece.full, piece.period_s) for piece in self.table.pieces]
+
+    @cached_property
+    def bridged(self) -> Bridged:
+        """Return the stretches in a row, across samples that were lost."""
+        return Bridged.of(self.table.pieces)
 
     def runs(self) -> NDArray[np.int64]:
         """Return the run of every full-rate sample, shape (N,)."""

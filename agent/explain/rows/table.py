@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from agent.explain.rows.forgetting import Forgetting
 from agent.explain.rows.full_rate import choose_band, motion_columns, recorded_columns
 from agent.explain.rows.in_step import in_step
 from agent.explain.rows.lag import lags_of
@@ -80,6 +81,8 @@ class Table:
         By how much the torque was found to be later than the motion: its edges are left out, too.
     imaged_orders : tuple of float
         Waves, per motor turn, whose images in the samples are left out.
+    arm_forgets : Forgetting, optional
+        How an arm behind the gear forgets, whose unknown beginnings are left out.
     """
 
     runs: tuple[Run, ...]
@@ -103,6 +106,7 @@ class Table:
     torque_late_s: float = 0.0
     load_nm: Floats | None = None
     imaged_orders: tuple[float, ...] = ()
+    arm_forgets: Forgetting | None = None
 
     @property
     def target_nm(self) -> Floats:

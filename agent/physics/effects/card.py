@@ -99,7 +99,9 @@ def not_negative(
 
 @dataclass(frozen=True)
 class Form:
-    """One way in which an effect can be written; exactly one of the three callables is there.
+    """One way in which an effect can be written; one of the three callables is there.
+
+    What corrects the motion may add a torque, too: of the motion as it was measured.
 
     Parameters
     ----------

@@ -7,6 +7,7 @@ has both effects says the arm in `joint-flexibility`, and of `backlash` only the
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,11 +24,14 @@ from agent.physics.effects.card import (
 )
 from agent.physics.effects.motion import Base, Motion
 from agent.physics.flexibility import TwoMass
+from agent.physics.gaps import between, bridge
 
 _STEPS_PER_RAD = 20.0  # of the arm's own swing: the error of its steps is then below 0.1 %
 _FEWEST = 3  # samples that have a slope and something left
 _NOISE_SAMPLES = 200  # that the noise is read from
 _AS_NOISE = 1.5  # times the noise: more is motion
+_FORGOTTEN = 5.0  # time constants of a swing that dies away
+_LEAST_MEMORY_S, _MOST_MEMORY_S = 1.0, 10.0
 _YIELD_RAD = 0.01
 _SILENT = {"arm_yield_rad": _YIELD_RAD}  # defaults that say nothing against another entry's number
 
@@ -83,16 +87,18 @@ class Carrier:
             self.cubic_stiffness_nm_per_rad3,
         )
         gap = DeadZone(self.half_gap_rad, law.stiffness_nm_per_rad)
-        time, position = motion.need("time_s"), motion.need("position_rad")
-        known = _known(time, position, motion.velocity_rad_s)
-        longest_s = float(np.max(np.diff(time[known]), initial=0.0))
-        shaft = np.full_like(time, np.nan)
-        columns = time[known], position[known], motion.velocity_rad_s[known]
-        angle, speed = self._driven(*columns, by_velocity=motion.velocity_raw_rad_s is not None)
-        start = self._start(time[known], speed)
+        time, position, velocity, own = self._in_a_row(motion)
+        known = _known(motion.need("time_s"), motion.need("position_rad"), motion.velocity_rad_s)
+        longest_s = float(np.max(np.diff(time), initial=0.0))
+        angle, speed = self._driven(
+            time, position, velocity, by_velocity=motion.velocity_raw_rad_s is not None
+        )
+        worn = base.worn_share(motion)[known]
+        before = np.full(time.shape[0] - worn.shape[0], worn[0])
+        shaft = np.full_like(motion.velocity_rad_s, np.nan)
         shaft[known] = carried_arm(
             # Copies: a loop is compiled anew for every mixture of writeable and read-only columns.
-            time[known].copy(),
+            time.copy(),
             angle,
             speed,
             law.arm_inertia_kg_m2,
@@ -104,13 +110,32 @@ class Carrier:
             base.gravity_cos_nm,
             base.gear_ratio,
             math.ceil(_STEPS_PER_RAD * self._rate_per_s(motion, base) * longest_s),
-            *start,
-            self.arm_coulomb_nm * base.worn_share(motion)[known],
+            *self._start(time, speed),
+            self.arm_coulomb_nm * np.concatenate((before, worn)),
             self.arm_yield_rad,
             self.film_damping_nm_s_per_rad,
             self.arm_viscous_nm_s_per_rad,
-        )
+        )[own]
         return shaft
+
+    def _in_a_row(self, motion: Motion) -> tuple[Floats, Floats, Floats, slice]:
+        """Return time, angle and speed of the motor, (m,), and where those of the motion stand.
+
+        Stretches before it that the arm remembers stand before it, with the samples that were lost.
+        """
+        remembers_s = (
+            2.0 * _FORGOTTEN * self.arm_inertia_kg_m2 / max(self.damping_nm_s_per_rad, 1e-300)
+        )
+        parts = motion.in_a_row(min(max(remembers_s, _LEAST_MEMORY_S), _MOST_MEMORY_S))
+        joined: tuple[Floats, ...] = ()
+        for part in parts:
+            here = part if part is motion else part.unfiltered
+            columns = here.need("time_s"), here.need("position_rad"), here.velocity_rad_s
+            known = _known(*columns)
+            stretch = tuple(column[known] for column in columns)
+            joined = _bridged(joined, stretch) if joined else stretch
+        time, position, velocity = joined
+        return time, position, velocity, slice(time.shape[0] - stretch[0].shape[0], time.shape[0])
 
     def _driven(
         self,
@@ -225,6 +250,23 @@ def shaken_nm(
         0.0,
     )
     return out
+
+
+def _bridged(before: Sequence[Floats], after: Sequence[Floats]) -> tuple[Floats, ...]:
+    """Return time, angle and speed of two stretches, with the samples that were lost in between."""
+    (time, position, velocity), (time_after, position_after, velocity_after) = before, after
+    period_s = float(np.mean(np.diff(time_after))) if time_after.shape[0] > 1 else np.inf
+    gap_s = time_after[:1] - time[-1:]
+    share = between(max(round(float(gap_s[0]) / period_s) - 1, 0))
+    went = position_after[:1] - position[-1:]
+    speeds = bridge(velocity[-1:], velocity_after[:1], went, gap_s, share)
+    ends = np.concatenate((velocity[-1:], speeds, velocity_after[:1]))
+    way = np.cumsum(0.5 * (ends[1:] + ends[:-1])) * gap_s / (share.shape[0] + 1)
+    return (
+        np.concatenate((time, time[-1] + share * gap_s, time_after)),
+        np.concatenate((position, position[-1] + way[:-1], position_after)),
+        np.concatenate((velocity, speeds, velocity_after)),
+    )
 
 
 def _known(time_s: Floats, *columns: Floats) -> slice:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -13,9 +14,11 @@ from agent.physics.effects.card import (
     Numbers,
     amplitude,
     free,
+    not_negative,
     positive,
 )
-from agent.physics.effects.motion import Motion
+from agent.physics.effects.carried import shaken_nm
+from agent.physics.effects.motion import Base, Motion
 from agent.physics.law import Law
 from agent.physics.periodic import ResolverError
 from agent.physics.reported import Delay, TorqueConstant, TorqueSaturation
@@ -31,8 +34,7 @@ OFFSET_LAW = Law(
 
 def _resolver(p: Numbers, motion: Motion) -> Motion:
     """Return the motion with a resolver's error taken out of it."""
-    law = ResolverError((p["cos_rad"],), (p["sin_rad"],), (p["order_per_motor_rev"],))
-    seen = motion.followed(p["order_per_motor_rev"])
+    law, seen = _misreading(p, motion)
     position, velocity, acceleration = law.true_motion(
         motion.need("position_rad"), motion.velocity_rad_s, motion.acceleration_rad_s2, seen
     )
@@ -43,6 +45,28 @@ def _resolver(p: Numbers, motion: Motion) -> Motion:
         acceleration_rad_s2=acceleration,
         velocity_raw_rad_s=_true_velocity(law, motion, seen),
     )
+
+
+def _misreading(p: Numbers, motion: Motion) -> tuple[ResolverError, Floats]:
+    """Return the error's law, and where samples can follow it along a measured motion, (n,)."""
+    law = ResolverError((p["cos_rad"],), (p["sin_rad"],), (p["order_per_motor_rev"],))
+    return law, motion.followed(p["order_per_motor_rev"])
+
+
+def _lagging(p: Numbers, motion: Motion, base: Base) -> Floats:
+    """Return what the gear's spring spares a motor that follows its misread angle, shape (n,).
+
+    Motor and arm are shaken by the error; only the arm's part passes the spring.
+    """
+    del base
+    inertia, swing = p["arm_inertia_kg_m2"], 2.0 * math.pi * p["antiresonance_hz"]
+    if not (inertia and swing):
+        return np.zeros_like(motion.velocity_rad_s)
+    law, seen = _misreading(p, motion)
+    moved = motion.need("position_rad"), motion.velocity_rad_s, motion.acceleration_rad_s2
+    error = law.erring(*moved, seen)
+    borne = shaken_nm(motion.need("time_s"), *error, inertia, swing, p["damping_ratio"])
+    return np.asarray(inertia * error[2] - borne)
 
 
 def _true_velocity(law: ResolverError, motion: Motion, seen: Floats) -> Floats | None:
@@ -161,7 +185,15 @@ CARDS = (
                     "cos_rad": free(),
                     "sin_rad": free(),
                     "order_per_motor_rev": positive(),
+                    "arm_inertia_kg_m2": not_negative(
+                        0.0, "Ja, behind the spring on which the arm lags (0: stiff)"
+                    ),
+                    "antiresonance_hz": not_negative(
+                        0.0, "of the arm on the gear's spring, the motor held (0: stiff)"
+                    ),
+                    "damping_ratio": not_negative(0.0, "of that swing"),
                 },
+                added_nm=_lagging,
                 corrected=_resolver,
             ),
         ),

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from agent.physics.derivative import slope
 from agent.physics.friction import boundary_share
+from agent.physics.gaps import LONGEST_GAP_S
 from agent.physics.periodic import followed
 from agent.physics.rigid_body import gravity_columns
 
@@ -121,6 +122,22 @@ class Motion:
             went = np.nancumsum(earlier.velocity_rad_s[:-1] * np.diff(earlier.need("time_s")))
             if went.size and float(np.ptp(went)) > travel_rad:
                 break
+        return tuple(out)
+
+    def in_a_row(self, seconds: float) -> tuple[Motion, ...]:
+        """Return this motion behind those before it, as long as only a few samples were lost.
+
+        Parameters
+        ----------
+        seconds : float
+            What swings knows nothing of before.
+        """
+        out, longest_s = [self], self.need("time_s")[0] - seconds
+        while (earlier := out[0].before) is not None:
+            last_s, first_s = earlier.need("time_s")[-1], out[0].need("time_s")[0]
+            if last_s < longest_s or not 0.0 < first_s - last_s <= LONGEST_GAP_S:
+                break
+            out.insert(0, earlier)
         return tuple(out)
 
     def need(self, name: str) -> Floats:
