@@ -214,12 +214,14 @@ def _proof(
     traces, apart, creeps = traces_of(as_given, refitted, table, held_out=False), "", ""
     if holdout:
         left = proof.left_by(found.extended, table, found.twin)
+        like = replace(table, torque_late_s=found.torque_late_s)
         compared, unseen = proof.compare_runs(
-            given.twin, refitted, found.extended, holdout, table, creep_beside(table, left)
+            given.twin, refitted, found.extended, holdout, like, creep_beside(table, left)
         )
         source = "recordings that it had not seen"
         traces = (*traces, *traces_of(as_given, refitted, unseen, held_out=True))
-        learnt_nm = float(np.sqrt(np.nanmean(left[found.library.weighing.rows] ** 2)))
+        learnt = left[found.library.weighing.rows][found.apart_from_edges]
+        learnt_nm = float(np.sqrt(np.nanmean(learnt**2)))
         apart = held_out_apart(compared, learnt_nm, found.floor.value_nm, table.runs, holdout)
         creeps = creeps_held_out(unseen, table)
     else:
@@ -273,7 +275,7 @@ def _explanation(
     if verdict in ("explained", "tied") and unproven(proven):
         verdict = "partly-explained"
     extended = _left_by_twin(found)
-    known = np.isfinite(extended)
+    known = np.isfinite(extended) & found.apart_from_edges
     given, refitted = (
         fit_of(measured, left[rows]) for left in (as_given.table.target_nm, found.refitted_nm)
     )

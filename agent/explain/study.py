@@ -43,7 +43,7 @@ from agent.explain.rows.floor import noise_floor
 from agent.explain.rows.lines import Line, lines_of
 from agent.explain.rows.noise_in_kind import is_noise_in_kind
 from agent.explain.rows.scene import Scene, refit
-from agent.explain.rows.table import BASE, Table
+from agent.explain.rows.table import BASE, Table, without_edges
 from agent.explain.rows.usual import usual_blocks, usual_rows
 from agent.identify.result import Floats
 from agent.physics.twin import Effect, Twin, TwinError
@@ -117,6 +117,20 @@ class Study:
         if not self.floor.value_nm > 0.0 or not CLOSE < self.over_floor <= _LOUDER:
             return False
         return is_noise_in_kind(self.table, self.library.weighing.rows, self.model.residual_nm)
+
+    @property
+    def torque_late_s(self) -> float:
+        """Return by how much all of the model is later than the motion, and with it its edges."""
+        return self.table.torque_late_s or self.library.scene.late_s
+
+    @cached_property
+    def apart_from_edges(self) -> NDArray[np.bool_]:
+        """Return which of the compared rows are none where the torque starts or turns, (m,)."""
+        rows = self.library.weighing.rows
+        if self.torque_late_s == self.table.torque_late_s:
+            return np.ones(rows.shape, dtype=np.bool_)
+        apart = without_edges(self.table, self.table.creep_rad_s, self.torque_late_s)
+        return apart.used[rows]
 
     @property
     def _left_nm(self) -> float:
