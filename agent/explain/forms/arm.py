@@ -265,6 +265,7 @@ def _gap_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str
     spring = spring_entry(inertia, values["contact_hz"], values["damping_ratio"])
     gap = {
         "half_gap_rad": values["half_gap_rad"],
+        "half_gap_spread": _GAP_WIDTHS[-1] - 1.0,
         "arm_coulomb_nm": max(values["arm_friction_share"], 0.0) * coulomb_nm(scene),
         "arm_yield_rad": _gap_yields_rad(scene),
         "film_damping_nm_s_per_rad": values["film_per_s"] * inertia,

@@ -185,6 +185,6 @@ def _left(scene: Scene, torque_nm: Floats | None) -> float:
     table = scene.table
     known = np.zeros_like(table.target_nm) if scene.others_nm is None else scene.others_nm
     if torque_nm is not None:
-        known = known + table.band(torque_nm)
+        known = known + table.band(scene.as_late(torque_nm))
     rest = refit(table, known)[1][table.used]
     return float(np.sum(rest**2)) if np.isfinite(rest).all() else np.inf

@@ -19,6 +19,7 @@ from agent.physics.effects.card import (
     Floats,
     Form,
     Numbers,
+    Parameter,
     not_negative,
     positive,
 )
@@ -26,13 +27,14 @@ from agent.physics.effects.motion import Base, Motion
 from agent.physics.flexibility import TwoMass
 from agent.physics.gaps import between, bridge
 
-_STEPS_PER_RAD = 20.0  # of the arm's own swing: the error of its steps is then below 0.1 %
+_STEPS_PER_RAD = 10.0  # of the arm's own swing: the error of its steps is then below 0.1 %
 _FEWEST = 3  # samples that have a slope and something left
 _NOISE_SAMPLES = 200  # that the noise is read from
 _AS_NOISE = 1.5  # times the noise: more is motion
 _FORGOTTEN = 5.0  # time constants of a swing that dies away
 _LEAST_MEMORY_S, _MOST_MEMORY_S = 1.0, 10.0
 _YIELD_RAD = 0.01
+_SPREAD = "half_gap_spread"
 _SILENT = {"arm_yield_rad": _YIELD_RAD}  # defaults that say nothing against another entry's number
 
 
@@ -301,11 +303,16 @@ def carried_parts_nm(
         return {}
     if gap is None:
         return {"joint-flexibility": _loaded(flexible or {}, base).extra_nm(motion, base)}
-    both = _loaded(_merged(flexible, gap), base)
+    one = {name: value for name, value in gap.items() if name != _SPREAD}
+    both = _loaded(_merged(flexible, one), base)
+    spread = gap.get(_SPREAD, 0.0)
+    widths = (1.0 - spread, 1.0, 1.0 + spread) if spread else (1.0,)
+    each = [replace(both, half_gap_rad=width * both.half_gap_rad) for width in widths]
+    loose = np.mean([carrier.extra_nm(motion, base) for carrier in each], axis=0)
     if flexible is None:
-        return {"backlash": both.extra_nm(motion, base)}
+        return {"backlash": loose}
     spring = _loaded(flexible, base).extra_nm(motion, base)
-    return {"joint-flexibility": spring, "backlash": both.extra_nm(motion, base) - spring}
+    return {"joint-flexibility": spring, "backlash": loose - spring}
 
 
 def _loaded(numbers: Numbers, base: Base) -> Carrier:
@@ -351,6 +358,13 @@ def _gap_alone(p: Numbers, motion: Motion, base: Base) -> Floats:
 
 _GAP = {
     "half_gap_rad": not_negative(),
+    _SPREAD: Parameter(
+        0.0,
+        lower=0.0,
+        upper=1.0,
+        meaning="share by which the gap is narrower and wider along its turn: the torque is the"
+        " mean over three such gaps, as one path of an arm that bounces is no prediction",
+    ),
     "film_damping_nm_s_per_rad": not_negative(
         0.0, "of what is between the teeth: it drags the arm along while they are apart"
     ),

@@ -133,7 +133,7 @@ def test_every_form_predicts_a_torque_of_its_own(effect: str, form: Form) -> Non
     chosen, numbers = numbers_of(effect, given_numbers)
     assert chosen is form
     assert {name.partition("[")[0] for name in numbers} == set(form.parameters)
-    assert sum(f is not None for f in (form.added_nm, form.corrected, form.reported_nm)) == 1
+    assert sum(f is not None for f in (form.corrected or form.added_nm, form.reported_nm)) == 1
     carried = entries(effect, form)[1:]
     with_it, without = twin(*entries(effect, form)), twin(*carried)
     difference = with_it.predict(MOTION) - without.predict(MOTION)
@@ -227,11 +227,12 @@ def drawn(parameter: Parameter) -> st.SearchStrategy[Any]:
         return instants | instants.map(lambda at: at.isoformat())
     numbers = st.floats(
         parameter.lower if math.isfinite(parameter.lower) else None,
+        parameter.upper if math.isfinite(parameter.upper) else None,
         allow_nan=False,
         allow_infinity=False,
         exclude_min=parameter.above,
     )
-    return numbers | st.integers(1, 9)
+    return numbers | st.integers(1, int(min(9, parameter.upper)))
 
 
 @st.composite

@@ -379,6 +379,7 @@ def test_every_effect_of_the_library_and_each_of_its_numbers_is_called_something
         "exponent",
         "shape_exponent",
         "factor",
+        "half_gap_spread",
         "load_coefficient",
         "load_boundary_coefficient",
         "order_per_arm_rev",
