@@ -6,13 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from agent.physics.effects.motion import Motion
 from agent.physics.gaps import LONGEST_GAP_S, between, bridge
 from agent.physics.twin import Effect, Twin
-
-Floats = NDArray[np.float64]
 
 PERIOD_S = 0.002
 SPRING = Effect(
@@ -33,7 +30,8 @@ def twin(effect: Effect) -> Twin:
 
 def moved(first_s: float, last_s: float, before: Motion | None = None) -> Motion:
     """Return a motion with corners, which make an arm swing, from one time to another."""
-    time: Floats = PERIOD_S * np.arange(round(first_s / PERIOD_S), round(last_s / PERIOD_S))
+    time = np.arange(round(first_s / PERIOD_S), round(last_s / PERIOD_S)).astype(np.float64)
+    time *= PERIOD_S
     whole = PERIOD_S * np.arange(round(8.0 / PERIOD_S))
     speed = 30.0 * np.clip(np.sin(1.9 * whole), -0.5, 0.5)
     at = np.round(time / PERIOD_S).astype(int)
