@@ -100,7 +100,7 @@ def _left_out(table: Table) -> list[str]:
         out.append(
             f"as a recording begins nobody knows how the arm hangs on its gear: "
             f"{table.arm_forgets.seconds:.2g} s from the first motion on were left out, and "
-            "as much where samples were lost for longer than it takes to turn round"
+            "as much after gaps longer than a quarter of its swing"
         )
     return out
 
