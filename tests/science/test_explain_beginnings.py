@@ -1,51 +1,26 @@
-"""An arm behind a soft gear: samples are lost while it swings, and nobody knows where it began."""
+"""Two effects whose pair leaves least, and neither of which is the best one alone."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from agent.explain.choosing.beginnings import other_beginning
+from agent.explain.choosing.choice import choose, decided
+from fakes.conceal.case import conceal
+from tests.science.explain_joint import library_of
+from tests.science.test_explain import runs_of, twin_of
 
-import numpy as np
-import pytest
-
-from agent.explain.explain import explain
-from agent.explain.rows.run import Run
-from agent.physics.twin import Twin
-from tests.science.explain_plant import GEAR, Joint, record
-
-SOFT = Joint(stiffness=8.0, damping=0.03)
-TWIN = Twin("plant", 1, GEAR, 0.006, 0.5, 0.004, 0.5, 0.2)
-LOST = 6  # samples, every two seconds or so
+LOAD, OFFSET = "load-dependent-friction", frozenset({"torque-offset", "direction-asymmetry"})
+SPOTS = frozenset({"local-fault", "position-dependent-friction"})
 
 
-def with_samples_lost(run: Run, seed: int) -> Run:
-    """Return a recording as a busy bus leaves it."""
-    rng = np.random.default_rng(seed)
-    signals = run.signals
-    starts = rng.choice(signals.time_s.shape[0] - LOST, signals.time_s.shape[0] // 1000)
-    kept = np.ones(signals.time_s.shape[0], dtype=np.bool_)
-    for start in starts:
-        kept[start : start + LOST] = False
-    assert signals.position_rad is not None
-    assert signals.velocity_rad_s is not None
-    columns = {
-        "time_s": signals.time_s[kept],
-        "position_rad": signals.position_rad[kept],
-        "velocity_rad_s": signals.velocity_rad_s[kept],
-        "torque_nm": signals.torque_nm[kept],
-    }
-    return replace(
-        Run.from_columns(columns, GEAR, name=run.name, started_s=run.started_s), columns=run.columns
-    )
-
-
-@pytest.mark.parametrize("lost", [False, True])
-def test_a_soft_gear_has_its_spring_though_the_arm_begins_anywhere(lost: bool) -> None:
-    runs = [record(SOFT, seed) for seed in range(1, 6)]
-    if lost:
-        runs = [with_samples_lost(run, seed) for seed, run in enumerate(runs)]
-    answer = explain(TWIN, runs[:4], runs[4:])
-    (found,) = answer.findings
-    assert found.effect == "joint-flexibility"
-    assert found.parameters["stiffness_nm_per_rad"].value == pytest.approx(8.0, rel=0.08)
-    assert answer.holdout is not None
-    assert answer.holdout.floor_ratio < 1.7  # begun anew at every gap 2.6
+def test_a_wide_bump_that_is_best_alone_keeps_no_pair_out() -> None:
+    """An offset and friction under a load: "unexplained" at 3.3 times the noise."""
+    case = conceal(7015, effects=[LOAD, "torque-offset"], design="rich", snr=2.0)
+    library = library_of(runs_of(case), twin_of(case), {LOAD} | OFFSET | SPOTS)
+    by_the_best = choose(library, rivals=False)
+    assert {term.scored.form.effect for term in by_the_best.terms} <= SPOTS
+    beginning = other_beginning(library, by_the_best)
+    assert beginning is not None
+    assert beginning.scored.form.effect in OFFSET
+    by_the_pair = choose(library, rivals=False, begun=[beginning])
+    assert LOAD in {term.scored.form.effect for term in by_the_pair.terms}
+    assert decided(library, by_the_pair, by_the_best)
