@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -157,13 +158,7 @@ class KinematicError:
         seen: Floats | float = 1.0,
     ) -> tuple[Floats, Floats, Floats]:
         """Return e(q) and its first two derivatives by time along a motion, each shape (n,)."""
-        slope = seen * self._error(position_rad, 1)
-        bend = seen * self._error(position_rad, 2) * velocity_rad_s**2
-        return (
-            np.asarray(seen * self._error(position_rad, 0)),
-            np.asarray(slope * velocity_rad_s),
-            np.asarray(slope * acceleration_rad_s2 + bend),
-        )
+        return _along(self._error, position_rad, velocity_rad_s, acceleration_rad_s2, seen)
 
     def _error(self, position_rad: Floats, derivative: int) -> Floats:
         return wave(self.cos_rad, self.sin_rad, self.order_per_motor_rev, position_rad, derivative)
@@ -230,10 +225,21 @@ class ResolverError:
         seen: Floats | float = 1.0,
     ) -> tuple[Floats, Floats, Floats]:
         """Return the error along a measured motion, and its first two derivatives by time, (n,)."""
-        slope = seen * self.error_rad(position_rad, 1)
-        bend = seen * self.error_rad(position_rad, 2) * velocity_rad_s**2
-        return (
-            np.asarray(seen * self.error_rad(position_rad)),
-            np.asarray(slope * velocity_rad_s),
-            np.asarray(slope * acceleration_rad_s2 + bend),
-        )
+        return _along(self.error_rad, position_rad, velocity_rad_s, acceleration_rad_s2, seen)
+
+
+def _along(
+    error: Callable[[Floats, int], Floats],
+    position_rad: Floats,
+    velocity_rad_s: Floats,
+    acceleration_rad_s2: Floats,
+    seen: Floats | float,
+) -> tuple[Floats, Floats, Floats]:
+    """Return an error that goes by the angle, and its first two derivatives by time, each (n,)."""
+    slope = seen * error(position_rad, 1)
+    bend = seen * error(position_rad, 2) * velocity_rad_s**2
+    return (
+        np.asarray(seen * error(position_rad, 0)),
+        np.asarray(slope * velocity_rad_s),
+        np.asarray(slope * acceleration_rad_s2 + bend),
+    )
