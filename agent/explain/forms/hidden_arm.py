@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from agent.explain.rows.arm_motion import ArmMotion
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 
@@ -62,28 +63,17 @@ class HiddenArm:
     stiffening_per_rad2: float = 0.0
 
     def extra_rad_s2(self, scene: Scene) -> Floats:
-        """Return the shaft's torque less that of a stiff gear, over the arm's inertia, shape (N,).
-
-        The velocity is taken as it was recorded: its smooth form would lack the swing itself.
-        """
+        """Return the shaft's torque less that of a stiff gear, over the arm's inertia, (N,)."""
         return mean_extra_rad_s2((self,), scene)
 
-    def shaft_rad_s2(
-        self,
-        scene: Scene,
-        velocity_rad_s: Floats,
-        way_rad: Floats,
-        pull_rad_s2: Floats | None = None,
-    ) -> Floats:
-        """Return the shaft's torque over the arm's inertia, shape (N,).
+    def shaft_rad_s2(self, motion: ArmMotion, pull_rad_s2: Floats) -> Floats:
+        """Return the shaft's torque over the arm's inertia, shape (M,) as the motion has it.
 
         Parameters
         ----------
-        scene : Scene
-        velocity_rad_s, way_rad : ndarray, shape (N,)
-            At which the gear's motor side turns, and how far; NaN where that is not known.
-        pull_rad_s2 : ndarray, shape (N,), optional
-            The arm's weight over its inertia.
+        motion : ArmMotion
+        pull_rad_s2 : ndarray, shape (M,)
+            What the arm is held against over its inertia: its weight, and oil.
         """
         from agent.physics.kernels_arm import shaft_rad_s2
 
@@ -93,24 +83,19 @@ class HiddenArm:
         fastest_hz = math.sqrt(omega**2 + self.friction_rad_s2 / reach) / (2.0 * math.pi)
         steps_per_s = _STEPS_PER_SWING * fastest_hz * max(self.damping_ratio, 1.0)
         steps_per_s = max(steps_per_s, _STEPS_PER_DRAG * self.film_per_s)
-        pull = np.zeros_like(velocity_rad_s) if pull_rad_s2 is None else pull_rad_s2
-        steps_per_s *= self._stiffened(scene, pull, omega)
-        bridged = scene.bridged
-        velocity = bridged.over(velocity_rad_s, way_rad)
-        weight, friction = bridged.over(pull), bridged.over(self.dry_rad_s2(scene))
-        out = np.zeros(bridged.size)
-        chains = sorted(bridged.chains, key=lambda chain: chain[0].start - chain[0].stop)
-        periods = np.array([period_s for _, period_s in chains])
-        bounds = np.array([(at.start, at.stop) for at, _ in chains], dtype=np.int64)
+        steps_per_s *= self._stiffened(motion.stiff_rad_s2 + pull_rad_s2, omega)
+        starts, stops, periods = motion.bridged.longest_first
+        friction = self.friction_rad_s2 * motion.worn_share
+        out = np.zeros(motion.bridged.size)
         steps = np.maximum(np.ceil(steps_per_s * periods), 1.0).astype(np.int64)
         for several in np.unique(steps):
             alike = steps == several
             shaft_rad_s2(
-                velocity,
-                weight,
+                motion.velocity_rad_s,
+                pull_rad_s2,
                 friction,
-                bounds[alike, 0].copy(),
-                bounds[alike, 1].copy(),
+                starts[alike],
+                stops[alike],
                 periods[alike],
                 omega,
                 self.damping_ratio,
@@ -121,17 +106,13 @@ class HiddenArm:
                 int(several),
                 out,
             )
-        return out[bridged.where]
+        return out
 
-    def dry_rad_s2(self, scene: Scene) -> Floats:
-        """Return the arm's dry friction over its inertia, shape (N,)."""
-        return np.asarray(self.friction_rad_s2 * scene.worn_share)
-
-    def _stiffened(self, scene: Scene, pull_rad_s2: Floats, omega: float) -> float:
+    def _stiffened(self, load_rad_s2: Floats, omega: float) -> float:
         """Return how many times faster a stiffening spring swings under twice its hardest load."""
         if not self.stiffening_per_rad2:
             return 1.0
-        hardest = float(np.max(np.abs(scene.stiff_rad_s2 + pull_rad_s2), initial=0.0))
+        hardest = float(np.max(np.abs(load_rad_s2), initial=0.0))
         linear = _LET_GO * (hardest + self.friction_rad_s2) / omega**2
         # Where the cube bears all of the load, and where the linear spring does, it is no more.
         twist = min(linear, float(np.cbrt(linear / self.stiffening_per_rad2)))
@@ -141,9 +122,7 @@ class HiddenArm:
 def mean_extra_rad_s2(arms: Sequence[HiddenArm], scene: Scene) -> Floats:
     """Return the mean of what several arms add, shape (N,); see `HiddenArm.extra_rad_s2`.
 
-    Oil brakes the arm by the motor's smooth speed, from which its own is never far. An arm in a gap
-    stands where the motor's way has led it, and is driven by a velocity that is kept to that; one
-    on a spring follows, and what is not in the inertia's own column would be a swing.
+    Oil brakes the arm by the motor's smooth speed, from which its own is never far.
 
     Parameters
     ----------
@@ -153,20 +132,16 @@ def mean_extra_rad_s2(arms: Sequence[HiddenArm], scene: Scene) -> Floats:
     """
     from agent.physics.kernels_arm import less_stiff
 
-    loose = arms[0].half_gap_rad > 0.0
-    velocity = scene.full("velocity_driving_rad_s" if loose else "velocity_raw_rad_s")
-    stiff_rad_s2 = scene.stiff_along_the_way_rad_s2 if loose else scene.stiff_rad_s2
-    # An arm behind a stiff gear yields with the joint, as another term says where one says it.
-    drawn = scene.drawn if loose else scene.direction
-    pull = scene.weight_nm / (arms[0].inertia_share * inertia_of(scene))
+    motion = scene.loose_arm if arms[0].half_gap_rad > 0.0 else scene.sprung_arm
+    pull = motion.weight_nm / (arms[0].inertia_share * inertia_of(scene))
     if arms[0].oil_per_s:
-        pull = pull + arms[0].oil_per_s * scene.full("velocity_rad_s")
-    out = np.zeros_like(velocity)
+        pull += arms[0].oil_per_s * motion.oil_rad_s
+    out = np.zeros_like(pull)
     for arm in arms:
-        shaft = arm.shaft_rad_s2(scene, velocity, scene.full("position_rad"), pull)
-        friction = arm.dry_rad_s2(scene)
-        less_stiff(shaft, pull, stiff_rad_s2, drawn, friction, 1.0 / len(arms), out)
-    return out
+        shaft = arm.shaft_rad_s2(motion, pull)
+        friction = arm.friction_rad_s2 * motion.worn_share
+        less_stiff(shaft, pull, motion.stiff_rad_s2, motion.drawn, friction, 1.0 / len(arms), out)
+    return motion.bridged.recorded(out)
 
 
 def inertia_of(scene: Scene) -> float:

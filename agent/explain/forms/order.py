@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -93,9 +94,13 @@ def _slopes(scene: Scene, order: float) -> Floats:
 
 def _swings(scene: Scene, order: float, hertz: float, damping: float) -> Floats:
     """Return `_second_derivatives` as an arm passes them on through the gear's spring, (N, 2)."""
-    arm, velocity = HiddenArm(hertz, damping), scene.full("velocity_rad_s")
-    waves = zip(scene.wave(order).T, _slopes(scene, order).T, strict=True)
-    return stack(*(arm.shaft_rad_s2(scene, slope * velocity, way) for way, slope in waves))
+    arm, velocity, across = HiddenArm(hertz, damping), scene.full("velocity_rad_s"), scene.bridged
+    no_pull = np.zeros(across.size)
+    out = []
+    for way, slope in zip(scene.wave(order).T, _slopes(scene, order).T, strict=True):
+        motion = replace(scene.sprung_arm, velocity_rad_s=across.over(slope * velocity, way))
+        out.append(across.recorded(arm.shaft_rad_s2(motion, no_pull)))
+    return stack(*out)
 
 
 def _geared(scene: Scene, order: float, arm_share: float, friction_share: float) -> Floats:

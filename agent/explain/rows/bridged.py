@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,6 +83,18 @@ class Bridged:
             np.concatenate([np.empty(0), *long_s]),
             np.concatenate([np.empty(0), *share]),
         )
+
+    @cached_property
+    def longest_first(self) -> tuple[NDArray[np.int64], NDArray[np.int64], Floats]:
+        """Return where the chains begin and end, and their periods, s, each shape (p,)."""
+        chains = sorted(self.chains, key=lambda chain: chain[0].start - chain[0].stop)
+        starts = np.array([at.start for at, _ in chains], dtype=np.int64)
+        stops = np.array([at.stop for at, _ in chains], dtype=np.int64)
+        return starts, stops, np.array([period_s for _, period_s in chains])
+
+    def recorded(self, values: Floats) -> Floats:
+        """Return of values, shape (M,), those of the full-rate samples, shape (N,)."""
+        return values[self.where] if self.bridges.size else values
 
     def over(self, values: Floats, way: Floats | None = None) -> Floats:
         """Return full-rate values and those across the gaps, shape (M,).

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.explain.rows.ageing import Ageing
+from agent.explain.rows.arm_motion import ArmMotion
 from agent.explain.rows.blows import Blows, blows_of
 from agent.explain.rows.bridged import Bridged
 from agent.explain.rows.lag import earlier
@@ -304,6 +305,38 @@ class Scene:
     def bridged(self) -> Bridged:
         """Return the stretches in a row, across samples that were lost."""
         return Bridged.of(self.table.pieces)
+
+    @cached_property
+    def sprung_arm(self) -> ArmMotion:
+        """Return what moves an arm on a spring.
+
+        It follows the velocity as recorded: the smooth one would lack the swing itself. What an arm
+        behind a stiff gear rubs yields with the joint, as another term says where one says it.
+        """
+        return self._arm_motion("velocity_raw_rad_s", self.stiff_rad_s2, self.direction)
+
+    @cached_property
+    def loose_arm(self) -> ArmMotion:
+        """Return what moves an arm in a gap.
+
+        It stands where the motor's way has led it, so that it is driven by a velocity that is kept
+        to that; one on a spring follows, and what is not in the inertia's own column would be a
+        swing.
+        """
+        along = self.stiff_along_the_way_rad_s2
+        return self._arm_motion("velocity_driving_rad_s", along, self.drawn)
+
+    def _arm_motion(self, driving: str, stiff_rad_s2: Floats, drawn: Floats) -> ArmMotion:
+        across = self.bridged.over
+        return ArmMotion(
+            self.bridged,
+            velocity_rad_s=across(self.full(driving), self.full("position_rad")),
+            stiff_rad_s2=across(stiff_rad_s2),
+            drawn=across(drawn),
+            worn_share=across(self.worn_share),
+            weight_nm=across(self.weight_nm),
+            oil_rad_s=across(self.full("velocity_rad_s")),
+        )
 
     def runs(self) -> NDArray[np.int64]:
         """Return the run of every full-rate sample, shape (N,)."""

@@ -52,10 +52,17 @@ class Carrier:
     film_damping_nm_s_per_rad: float = 0.0
     arm_viscous_nm_s_per_rad: float = 0.0
 
-    def extra_nm(self, motion: Motion, base: Base) -> Floats:
+    def extra_nm(self, motion: Motion, base: Base, widths: Sequence[float] = (1.0,)) -> Floats:
         """Return the shaft's torque less that of a stiff gear, shape (n,).
 
         The motor's own share of the twin's inertia is what the arm leaves of it.
+
+        Parameters
+        ----------
+        motion, base
+            As for every effect.
+        widths : sequence of float
+            Of the gap, over its own: the mean is taken of the arms behind each.
         """
         motion = motion.unfiltered
         stiff = self.arm_inertia_kg_m2 * motion.acceleration_rad_s2 + base.weight_nm(motion)
@@ -64,7 +71,7 @@ class Carrier:
         dry = self._drawn(motion) if base.yields and self.half_gap_rad else motion.direction
         stiff = stiff + self.arm_coulomb_nm * base.worn_share(motion) * dry
         stiff = stiff + self.arm_viscous_nm_s_per_rad * motion.velocity_rad_s
-        return np.asarray(self.shaft_nm(motion, base) - stiff)
+        return np.asarray(self.shaft_nm(motion, base, widths) - stiff)
 
     def _drawn(self, motion: Motion) -> Floats:
         """Return how far the arm's friction is drawn out behind a stiff gear, -1 to 1, (n,)."""
@@ -77,8 +84,11 @@ class Carrier:
         out[known] = slipping(time[known].copy(), velocity[known].copy(), stiffness, level, start)
         return out
 
-    def shaft_nm(self, motion: Motion, base: Base) -> Floats:
-        """Return the torque with which the motor carries the arm, shape (n,), simulated."""
+    def shaft_nm(self, motion: Motion, base: Base, widths: Sequence[float] = (1.0,)) -> Floats:
+        """Return the torque with which the motor carries the arm, shape (n,), simulated.
+
+        See `extra_nm`.
+        """
         from agent.physics.kernels import carried_arm
 
         law = TwoMass(
@@ -88,36 +98,42 @@ class Carrier:
             self.damping_nm_s_per_rad,
             self.cubic_stiffness_nm_per_rad3,
         )
-        gap = DeadZone(self.half_gap_rad, law.stiffness_nm_per_rad)
+        gaps = [DeadZone(width * self.half_gap_rad, law.stiffness_nm_per_rad) for width in widths]
         time, position, velocity, own = self._in_a_row(motion)
         known = _known(motion.need("time_s"), motion.need("position_rad"), motion.velocity_rad_s)
         longest_s = float(np.max(np.diff(time), initial=0.0))
+        steps = math.ceil(_STEPS_PER_RAD * self._rate_per_s(motion, base) * longest_s)
         angle, speed = self._driven(
             time, position, velocity, by_velocity=motion.velocity_raw_rad_s is not None
         )
+        start = self._start(time, speed)
         worn = base.worn_share(motion)[known]
         before = np.full(time.shape[0] - worn.shape[0], worn[0])
+        friction_nm = self.arm_coulomb_nm * np.concatenate((before, worn))
+        each = [
+            carried_arm(
+                time,
+                angle,
+                speed,
+                law.arm_inertia_kg_m2,
+                law.stiffness_nm_per_rad,
+                law.cubic_stiffness_nm_per_rad3,
+                law.damping_nm_s_per_rad,
+                gap.half_gap_rad,
+                base.gravity_sin_nm,
+                base.gravity_cos_nm,
+                base.gear_ratio,
+                steps,
+                *start,
+                friction_nm,
+                self.arm_yield_rad,
+                self.film_damping_nm_s_per_rad,
+                self.arm_viscous_nm_s_per_rad,
+            )[own]
+            for gap in gaps
+        ]
         shaft = np.full_like(motion.velocity_rad_s, np.nan)
-        shaft[known] = carried_arm(
-            # Copies: a loop is compiled anew for every mixture of writeable and read-only columns.
-            time.copy(),
-            angle,
-            speed,
-            law.arm_inertia_kg_m2,
-            law.stiffness_nm_per_rad,
-            law.cubic_stiffness_nm_per_rad3,
-            law.damping_nm_s_per_rad,
-            gap.half_gap_rad,
-            base.gravity_sin_nm,
-            base.gravity_cos_nm,
-            base.gear_ratio,
-            math.ceil(_STEPS_PER_RAD * self._rate_per_s(motion, base) * longest_s),
-            *self._start(time, speed),
-            self.arm_coulomb_nm * np.concatenate((before, worn)),
-            self.arm_yield_rad,
-            self.film_damping_nm_s_per_rad,
-            self.arm_viscous_nm_s_per_rad,
-        )[own]
+        shaft[known] = np.mean(each, axis=0)
         return shaft
 
     def _in_a_row(self, motion: Motion) -> tuple[Floats, Floats, Floats, slice]:
@@ -136,7 +152,8 @@ class Carrier:
             known = _known(*columns)
             stretch = tuple(column[known] for column in columns)
             joined = _bridged(joined, stretch) if joined else stretch
-        time, position, velocity = joined
+        # Copies: a loop is compiled anew for every mixture of writeable and read-only columns.
+        time, position, velocity = (column.copy() for column in joined)
         return time, position, velocity, slice(time.shape[0] - stretch[0].shape[0], time.shape[0])
 
     def _driven(
@@ -307,8 +324,7 @@ def carried_parts_nm(
     both = _loaded(_merged(flexible, one), base)
     spread = gap.get(_SPREAD, 0.0)
     widths = (1.0 - spread, 1.0, 1.0 + spread) if spread else (1.0,)
-    each = [replace(both, half_gap_rad=width * both.half_gap_rad) for width in widths]
-    loose = np.mean([carrier.extra_nm(motion, base) for carrier in each], axis=0)
+    loose = both.extra_nm(motion, base, widths)
     if flexible is None:
         return {"backlash": loose}
     spring = _loaded(flexible, base).extra_nm(motion, base)
