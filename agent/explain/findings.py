@@ -111,7 +111,7 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
             order=order,
         )
     where = regions_of(scene, weighing.rows, form.effect, form.name, added, own, order)
-    parameters = as_in_twin(form, beside_others(library, model, index), own)
+    parameters = dict(as_in_twin(form, beside_others(library, model, index), own))
     scale = float(np.sqrt(np.mean(1.0 / weighing.weight**2)))
     blows = scene.blows if heard(scene, form) else None
     told = sentences.finding_sentence(
@@ -124,6 +124,8 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         beside_numbers=bool(study.numbers),
     )
     clipped = saturation_evidence(scene.table) if form.effect == "torque-saturation" else None
+    if clipped is not None:
+        parameters |= {"limit_nm": Parameter(clipped.limit_nm, clipped.limit_ci95_nm)}
     if clipped is not None and clipped.reading:
         told = sentences.reading_sentence(clipped.limit_nm, clipped.tops, clipped.missing_nm, share)
     if blows:

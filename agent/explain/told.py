@@ -13,7 +13,7 @@ from agent.explain.rows.evidence import effective_size
 from agent.explain.study import Study
 from agent.explain.surroundings import beside_the_joint, not_needed, swing_sentence, verdict_beside
 from agent.explain.unnamed import may_be_the_unnamed, own_numbers, unnamed
-from agent.explain.verdict import left_share, verdict_of
+from agent.explain.verdict import SHOWN, left_share, verdict_of
 
 
 @dataclass(frozen=True)
@@ -49,11 +49,14 @@ class Told:
         ).judged_again()
 
     def without_names(self, given: Given) -> Told:
-        """Return what is told where nothing beside the twin's own numbers is named."""
+        """Return what is told where no law is named beside what the signals show themselves.
+
+        What they show explains a part, however small.
+        """
         found = unnamed(self.found)
-        named = tuple(f for f in self.named if f.effect in own_numbers(found))
-        told = with_load(named, found, given)
-        return Told(found, named, told, self.verdict, self.swings)
+        named = tuple(f for f in self.named if f.effect in own_numbers(found) | SHOWN)
+        verdict = "partly-explained" if any(f.effect in SHOWN for f in named) else self.verdict
+        return Told(found, named, with_load(named, found, given), verdict, self.swings)
 
     def judged_again(self) -> Told:
         """Return the same with the verdict that these findings have."""

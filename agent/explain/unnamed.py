@@ -19,14 +19,14 @@ from agent.explain.numbers.intervals import named_effects
 from agent.explain.numbers.model import Model, extended_twin, fit_model
 from agent.explain.numbers.reach import reach_of
 from agent.explain.study import Study
-from agent.explain.verdict import OWN_NUMBERS
+from agent.explain.verdict import OWN_NUMBERS, SHOWN
 
 _UNPROVEN = 1.5  # times the noise on unseen data, and no noise in kind: not all is explained
 _WORSE = 1.1  # times the error of the simulation as given: more, and a law has harmed
 
 
 def unnamed(found: Study) -> Study:
-    """Return a study with the twin's own numbers refitted, and with no law beside them.
+    """Return a study with the twin's own numbers refitted, and no law beside what signals show.
 
     Parameters
     ----------
@@ -34,7 +34,8 @@ def unnamed(found: Study) -> Study:
         Unexplained.
     """
     library = found.library
-    terms = tuple(t for t in found.choice.terms if t.scored.form.effect in OWN_NUMBERS)
+    kept = OWN_NUMBERS | SHOWN
+    terms = tuple(t for t in found.choice.terms if t.scored.form.effect in kept)
     model = fit_model(library, found.twin, terms)
     return replace(
         found,

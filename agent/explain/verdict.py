@@ -28,6 +28,9 @@ OWN_NUMBERS = frozenset(
 )
 """What the twin's own numbers can be wrong by: named even where physics beside them is not."""
 
+SHOWN = frozenset({"torque-saturation"})
+"""What the signals show by themselves: named however much of the mismatch it leaves."""
+
 
 def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> Verdict:
     """Return the verdict of contract section 6.

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from agent.explain.answer.sentences import reading_sentence
+from agent.explain.explain import explain
 from agent.explain.rows.run import Run
 from agent.explain.rows.saturation import saturation_evidence
 from agent.explain.rows.table import Table, tabulate
@@ -65,3 +66,21 @@ def test_a_limited_speed_is_no_limited_torque() -> None:
     beyond = wanted + np.sign(wanted) * since
     asked = replace(oiled, full={**oiled.full, "velocity_command_rad_s": beyond})
     assert saturation_evidence(asked) is None
+
+
+@pytest.mark.parametrize("limit", [0.8, 1.0])
+def test_a_recorded_simulation_without_a_limit_shows_the_drives(limit: float) -> None:
+    """Its own loop asks for more where the drive stays at its limit, and catches up otherwise."""
+    runs = []
+    for seed in (1, 2, 3):
+        run, simulated = driven(Joint(limit=limit), seed), record(Joint(), seed, noise_nm=0.0)
+        columns = {**run.columns, "torque_simulated_nm": simulated.signals.torque_nm}
+        runs.append(replace(run, columns=columns))
+    answer = explain(TWIN, runs[:2], runs[2:])
+    assert [f.effect for f in answer.findings] == ["torque-saturation"]
+    told = answer.findings[0].parameters["limit_nm"]
+    assert told.ci95 is not None
+    assert told.ci95[0] <= limit <= told.ci95[1]
+    assert "the reading is clipped" not in answer.sentence
+    assert answer.holdout is not None
+    assert answer.holdout.extended.rmse_nm < 0.9 * answer.holdout.refitted.rmse_nm

@@ -149,10 +149,16 @@ def _limit_grid(scene: Scene) -> Sequence[Point]:
 
 
 def _saturation(scene: Scene, point: Point) -> Floats:
-    """Return what a limit takes from the refitted torque, shape (N, 1), where none overshoots."""
+    """Return what a limit takes from what is asked for, shape (N, 1).
+
+    That is the refitted torque where none overshoots, or a recorded simulation's own.
+    """
     table = scene.table
-    even = replace(table, full=without_overshoot(table.full, table.pieces))
-    torque = replace(scene, table=even).predicted_nm
+    if table.simulated:
+        torque = table.full["torque_simulated_nm"]
+    else:
+        even = replace(table, full=without_overshoot(table.full, table.pieces))
+        torque = replace(scene, table=even).predicted_nm
     return stack(limited_nm(torque, *point) - torque)
 
 

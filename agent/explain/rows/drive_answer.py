@@ -30,15 +30,19 @@ class DriveAnswer:
     Parameters
     ----------
     asked_nm : ndarray, shape (N,)
-        The torque, up to a constant in each piece; NaN where a signal is not known.
+        The torque, up to a constant in each piece where `up_to_a_constant`; NaN where a signal is
+        not known.
     error_nm : float
-        By how much its change over `window_s` and that of the measured torque differ, seldom more.
+        By how much it, or its change over `window_s`, and the measured torque differ, seldom more.
     window_s : float
+    up_to_a_constant : bool
+        Whether only its changes are known.
     """
 
     asked_nm: Floats
     error_nm: float
     window_s: float
+    up_to_a_constant: bool = True
 
 
 def drive_answer(table: Table, apart: NDArray[np.bool_], window_s: float) -> DriveAnswer | None:
@@ -81,6 +85,26 @@ def drive_answer(table: Table, apart: NDArray[np.bool_], window_s: float) -> Dri
     gains = np.linalg.lstsq(moved, answered, rcond=None)[0]
     error = float(np.quantile(np.abs(answered - moved @ gains), _CLEAR))
     return DriveAnswer(signals @ gains, error, window_s)
+
+
+def simulated_answer(table: Table, apart: NDArray[np.bool_], window_s: float) -> DriveAnswer | None:
+    """Return what a recorded simulation's drive asks for, or nothing where none was recorded.
+
+    It knows no limit: at one it goes on where the recorded torque stays.
+
+    Parameters
+    ----------
+    table, apart, window_s
+        As for `drive_answer`.
+    """
+    if not table.simulated:
+        return None
+    asked = boxed(table, table.full["torque_simulated_nm"])
+    missed = np.abs(boxed(table, table.full["torque_nm"]) - asked)[apart]
+    missed = missed[np.isfinite(missed)]
+    if not missed.size:
+        return None
+    return DriveAnswer(asked, float(np.quantile(missed, _CLEAR)), window_s, up_to_a_constant=False)
 
 
 def velocity_error(table: Table) -> Floats:

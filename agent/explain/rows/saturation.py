@@ -25,6 +25,7 @@ from agent.explain.rows.drive_answer import (
     boxed,
     drive_answer,
     has_command,
+    simulated_answer,
     velocity_error,
 )
 from agent.explain.rows.pieces import thinned
@@ -104,7 +105,8 @@ def saturation_evidence(table: Table) -> SaturationEvidence | None:
     if tops is None:
         return None
     long_s = float(np.clip(np.median(_seconds(table, tops.spans)), *_WINDOWS_S))
-    answer = drive_answer(table, ~_followed(table, tops.flat), long_s)
+    apart = ~_followed(table, tops.flat)
+    answer = simulated_answer(table, apart, long_s) or drive_answer(table, apart, long_s)
     if answer is None:
         return None
     torque = np.abs(table.full["torque_nm"])
@@ -135,7 +137,7 @@ def saturation_evidence(table: Table) -> SaturationEvidence | None:
         share=float(np.mean(lacking > 0.0)),
         shortfall_rad_s=float(np.median(grown)),
         missing_nm=float(np.median(most[kept])),
-        reading=_moves_as_asked(table, tops, lacking),
+        reading=answer.up_to_a_constant and _moves_as_asked(table, tops, lacking),
     )
 
 
@@ -165,10 +167,14 @@ def _flat_tops(table: Table) -> _Tops | None:
 
 
 def _missing_nm(table: Table, span: tuple[int, int], answer: DriveAnswer) -> Floats:
-    """Return how much more a drive asks for than at a top's beginning, its way, N m, shape (m,)."""
+    """Return how much more a drive asks for than it gives at a top, its way, N m, shape (m,).
+
+    More than at the top's beginning, where its answer is known up to a constant.
+    """
     at = slice(*span)
-    sign = float(np.sign(np.median(table.full["torque_nm"][at])))
-    asked = sign * (answer.asked_nm[at] - answer.asked_nm[span[0]])
+    middle = float(np.median(table.full["torque_nm"][at]))
+    given = answer.asked_nm[span[0]] if answer.up_to_a_constant else middle
+    asked = math.copysign(1.0, middle) * (answer.asked_nm[at] - given)
     return np.where(np.isfinite(asked), asked, -math.inf)
 
 

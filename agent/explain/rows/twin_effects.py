@@ -14,6 +14,7 @@ from agent.explain.rows.use import TURNED, before_each, recorded_use
 from agent.identify.result import Floats
 from agent.physics.effects.motion import Motion as Measured
 from agent.physics.prediction import PLAIN_PARTS
+from agent.physics.reported import limited_nm
 from agent.physics.twin import Twin
 
 _LIMIT = "torque-saturation"
@@ -34,11 +35,16 @@ def effects_nm(
     """Return what the twin's effects add to its plain torque at full rate, shape (N,).
 
     A torque limit is held against a prediction that does not overshoot: where the drive was at its
-    limit, a ringing one is beyond it, and what is clipped off was never there.
+    limit, a ringing one is beyond it, and what is clipped off was never there. Where a recorded
+    simulation stands for the twin, it is that simulation's torque that is clipped.
     """
     free = replace(twin, effects=tuple(e for e in twin.effects if e.id != _LIMIT))
     out = _added_nm(free, runs, pieces, full)
-    if free.effects != twin.effects:
+    limits = [e.parameters["limit_nm"] for e in twin.effects if e.id == _LIMIT]
+    simulated_nm = full["torque_simulated_nm"]
+    if limits and np.isfinite(simulated_nm).all():
+        out += limited_nm(simulated_nm, min(limits)) - simulated_nm
+    elif limits:
         even = without_overshoot(full, pieces)
         out += _added_nm(twin, runs, pieces, even) - _added_nm(free, runs, pieces, even)
     return out
