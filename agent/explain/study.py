@@ -17,6 +17,7 @@ from agent.explain.choosing.choice import Choice, choose
 from agent.explain.choosing.heard import heard
 from agent.explain.choosing.materiality import CLOSE, least_gain, noise_energy, worth
 from agent.explain.choosing.misfits import misfits
+from agent.explain.choosing.only_fast import only_fast
 from agent.explain.choosing.search import Library
 from agent.explain.forms.arm_encoder import seen_by_the_arm
 from agent.explain.forms.library import judgeable
@@ -237,7 +238,7 @@ def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
         library, choice = settled_beside(*chosen_anew(library))
         choice = _material(library, choice, twin)
         refused = afloat(library, choice) | misfits(library, choice)
-        refused |= only_in_a_band(library, choice)
+        refused |= only_in_a_band(library, choice) | only_fast(library, choice)
         if not refused:
             model = fit_model(library, twin, choice.terms)
             refused = heavier_than_the_joint(model)

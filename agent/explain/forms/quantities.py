@@ -15,6 +15,7 @@ from agent.physics.twin import TwinError
 _Entry = Mapping[str, Any]
 
 _SETTLED = 1e-9
+_FROM_ELSEWHERE = 0.01  # of an interval: moved along all of it, the law's number moves by less
 _NO_LAW = "the simulation's own law predicts no better with it"
 NOT_NEEDED = "within the intervals of its form's numbers the twin does as well without it"
 """Why a number of the twin is not identified where an end of an interval is no effect at all."""
@@ -106,11 +107,23 @@ def _converted(
         moves = [end - value for end in ends if end is not None]
         square_low += min(*moves, 0.0) ** 2
         square_high += max(*moves, 0.0) ** 2
-    if square_low == square_high == 0.0:
-        return Parameter(value, None)
+    if max(square_low, square_high) <= (_FROM_ELSEWHERE * _half_width(own.get(name))) ** 2:
+        return _around(value, own.get(name))
     return Parameter(
         value, (value - float(np.sqrt(square_low)), value + float(np.sqrt(square_high)))
     )
+
+
+def _half_width(own: Parameter | None) -> float:
+    return 0.0 if own is None or own.ci95 is None else 0.5 * (own.ci95[1] - own.ci95[0])
+
+
+def _around(value: float, own: Parameter | None) -> Parameter:
+    """Return a number that the law has from elsewhere, as widely known as the form's own of it."""
+    if own is None or own.ci95 is None:
+        return Parameter(value, None)
+    low, high = own.ci95
+    return Parameter(value, (value - (own.value - low), value + (high - own.value)))
 
 
 def _there(entry: _Entry, name: str) -> float | None:

@@ -11,11 +11,12 @@ import numpy as np
 
 from agent.explain.forms.form import Form, Point, stack
 from agent.explain.forms.reversal import hysteresis
-from agent.explain.rows.evidence import solve, weigh
+from agent.explain.rows.evidence import weigh
 from agent.explain.rows.pieces import without_overshoot
 from agent.explain.rows.saturation import saturation_evidence
 from agent.explain.rows.scene import Scene
-from agent.explain.rows.table import BASE, Table, without_edges
+from agent.explain.rows.slow_motion import Slow, by_slow_motion
+from agent.explain.rows.table import BASE, Table
 from agent.identify.result import Floats
 from agent.physics.reported import limited_nm
 
@@ -25,7 +26,9 @@ REACH_S, CLOSELY_S = 0.012, 5e-5
 """How far from what a bent column gives a delay is searched for, and how closely."""
 
 _SETTLES = 4
-_MOST_NOISE = 1.5  # times the delay of a column: beyond, the two are not of one thing
+_KNOWN = 0.1  # of a delay: slow motion must tell it so closely
+_FAR = 0.5  # of a delay: slow motion that says so much else is of something else
+_LONGEST_DELAY_S = 0.05
 _YIELDS_ARM_RAD = 1e-4  # before contacts slip: the lower end of what joints show
 
 
@@ -81,49 +84,34 @@ def turning_round(scene: Scene) -> Floats:
 
 
 def _delay_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
-    delay_s = values["torque_delay_s"]
-    if abs(delay_s) < turn_s(scene.table):
-        return ({"torque_delay_s": delay_s},)
-    if scene.late_s:
-        ratio = scene.late_s / values["trial_s"]
-        return ({"torque_delay_s": delay_s * (ratio if _is_one_thing(ratio) else 1.0)},)
-    return ({"torque_delay_s": delay_s * _of_all_over_column(scene, delay_s)},)
-
-
-def _of_all_over_column(scene: Scene, delay_s: float) -> float:
-    """Return the delay of all of the torque over that which its column says, about 1.
+    """Return the delay that slow motion has, where that is known well; else what was fitted.
 
     Beside a torque on time the same torque later has the noise of an acceleration twice, and least
-    squares take the mean of both: 15 % too short a delay where that noise is as large as the
-    torque's own. With everything late one number is left to search for, and no noise to balance.
+    squares take the mean of both: a delay too short by a tenth and more where fast motion counts.
     """
+    found_s = values["torque_delay_s"]
+    slow = _slow_delay(scene, found_s)
+    far_s = _FAR * max(abs(slow.value), abs(found_s))
+    known = slow.error < _KNOWN * abs(slow.value) and abs(slow.value - found_s) < far_s
+    return ({"torque_delay_s": slow.value if known else found_s},)
+
+
+def _slow_delay(scene: Scene, found_s: float) -> Slow:
+    """Return the delay of all of the torque in slow motion, beside a model's other terms."""
     table, weighing = scene.table, weigh(scene.table, scene.residual_nm)
-    apart = without_edges(table, table.creep_rad_s, delay_s).used[weighing.rows]
-    carried = np.flatnonzero(table.carried)
-    alone = replace(scene, held=None, beside=(), late_s=0.0)
-    parts = [turning_round(replace(alone, theta=unit)) for unit in np.eye(len(BASE))[carried]]
-    raw = np.column_stack([*parts, scene.beside_nm] if scene.beside else parts)
-    target = weighing.weighted(table.target_nm + table.base @ scene.as_given)
-
-    def left(late_s: float) -> float:
-        late = table.band(replace(scene, late_s=late_s).as_late(raw))
-        columns = weighing.weighted(late)[apart]
-        theta = solve(columns.T @ columns, columns.T @ target[apart])
-        return float(np.sum((target[apart] - columns @ theta) ** 2))
-
-    late_s = nearest_delay(left, delay_s)
-    base, column_s = table.base[:, carried], late_s
+    # What is late already has no part in the column; what is on time is late with the twin's own.
+    whole = replace(scene, held=None, beside=(), late_s=0.0) if scene.late_s else scene
+    others = np.zeros_like(table.target_nm) if scene.others_nm is None else scene.others_nm
+    target = weighing.weighted(table.target_nm - others)
+    base = weighing.weighted(table.base[:, table.carried])
+    slow = Slow(found_s, math.inf)
     for _ in range(_SETTLES):  # the trial delay is in the end the one that its column says
-        columns = [_delay(scene, (column_s,)), *([scene.beside_nm] if scene.beside else [])]
-        model = weighing.weighted(np.column_stack((table.band(np.column_stack(columns)), base)))
-        column_s = float(solve(model.T @ model, model.T @ target)[0])
-    ratio = late_s / column_s if column_s else 1.0
-    return ratio if _is_one_thing(ratio) else 1.0
-
-
-def _is_one_thing(ratio: float) -> bool:
-    """Return whether two delays may be of the same lateness."""
-    return 1.0 / _MOST_NOISE < ratio < _MOST_NOISE
+        late = weighing.weighted(table.band(_delay(whole, (slow.value,))))
+        columns = np.column_stack((late, base))
+        slow = by_slow_motion(table, weighing, columns, target, found_s)
+        if not abs(slow.value) < _LONGEST_DELAY_S:
+            return Slow(found_s, math.inf)
+    return slow
 
 
 def turn_s(table: Table) -> float:
