@@ -25,6 +25,7 @@ from agent.explain.forms.signal import CLOSELY_S, REACH_S, nearest_delay, turn_s
 from agent.explain.numbers.polish import polished
 from agent.explain.numbers.renewed import left_nm, retaken, with_new_grids
 from agent.explain.rows.evidence import solve, weigh
+from agent.explain.rows.slow_motion import slowly
 from agent.explain.rows.table import BASE, without_edges
 from agent.identify.result import Floats
 
@@ -155,6 +156,14 @@ def _found_late(library: Library, terms: Sequence[Term], near_s: float) -> tuple
         left = target[apart] - columns @ theta
         return float(left @ left), theta
 
+    def slow_fit(late_s: float, apart: NDArray[np.bool_]) -> tuple[float, Floats]:
+        late = weighing.weighted(table.band(replace(scene, late_s=late_s).as_late(raw)))
+        both = slowly(table, weighing, np.column_stack((late, target)) * apart[:, np.newaxis])
+        columns, asked = both[:, :-1], both[:, -1]
+        theta = solve(columns.T @ columns, columns.T @ asked)
+        left = asked - columns @ theta
+        return float(left @ left), theta
+
     def seen_at(late_s: float) -> NDArray[np.bool_]:
         return without_edges(table, table.creep_rad_s, late_s).used[weighing.rows]
 
@@ -165,6 +174,7 @@ def _found_late(library: Library, terms: Sequence[Term], near_s: float) -> tuple
     late_s = min(valleys, key=partial(_error, fit, apart))
     apart = seen_at(late_s)
     late_s = nearest_delay(partial(_error, fit, apart), late_s, min(step_s, REACH_S))
+    late_s = nearest_delay(partial(_error, slow_fit, seen_at(late_s)), late_s, min(step_s, REACH_S))
     theta = scene.as_given.copy()
     theta[carried] = fit(late_s, apart)[1][: carried.size]
     return late_s, theta

@@ -53,7 +53,7 @@ def by_slow_motion(
         Its error from how much the blocks of the weighing differ.
     """
     apart = without_edges(table, table.creep_rad_s, late_s).used[weighing.rows]
-    slow = _slowly(table, weighing, np.column_stack((columns, target)) * apart[:, np.newaxis])
+    slow = slowly(table, weighing, np.column_stack((columns, target)) * apart[:, np.newaxis])
     model, asked = slow[:, :-1], slow[:, -1]
     gram = model.T @ model
     theta = solve(gram, model.T @ asked)
@@ -64,8 +64,16 @@ def by_slow_motion(
     return Slow(float(theta[0]), error)
 
 
-def _slowly(table: Table, weighing: Weighing, weighted: Floats) -> Floats:
-    """Return weighted columns, shape (m, k), with nothing but slow motion in them."""
+def slowly(table: Table, weighing: Weighing, weighted: Floats) -> Floats:
+    """Return weighted columns, shape (m, k), with nothing but slow motion in them.
+
+    Parameters
+    ----------
+    table : Table
+    weighing : Weighing
+    weighted : ndarray, shape (m, k)
+        Zero at rows that are left out.
+    """
     plain = np.zeros((weighted.shape[1], table.used.shape[0]))
     plain[:, weighing.rows] = (weighted / weighing.weight[:, np.newaxis]).T
     for piece in table.pieces:
