@@ -98,18 +98,43 @@ def earlier(values: Floats, by_s: float, period_s: float) -> Floats:
     By four points: a straight line between two would take ``(w T)^2 / 8`` of a swing at w, half a
     sample from either.
     """
-    whole, part = divmod(by_s / period_s, 1.0)
-    weights = (
+    return earlier_by_stretch(values, [(slice(0, values.shape[0]), period_s)], by_s)
+
+
+def earlier_by_stretch(
+    columns: Floats, stretches: Sequence[tuple[slice, float]], by_s: float
+) -> Floats:
+    """Return the same of every stretch by itself, shape (N,) or (N, k).
+
+    Parameters
+    ----------
+    columns : ndarray, shape (N,) or (N, k)
+    stretches : sequence of (slice, float)
+        Where each stands, together all N samples, and its period, s.
+    by_s : float
+    """
+    from agent.explain.rows.lag_kernel import earlier_stretches
+
+    own = np.ascontiguousarray(columns.reshape(columns.shape[0], -1), dtype=np.float64)
+    out = np.empty_like(own)
+    points = [_four_points(by_s / period_s) for _, period_s in stretches]
+    earlier_stretches(
+        own,
+        np.array([at.start for at, _ in stretches], dtype=np.int64),
+        np.array([at.stop for at, _ in stretches], dtype=np.int64),
+        np.array([first for first, _ in points], dtype=np.int64),
+        np.array([weights for _, weights in points]),
+        out,
+    )
+    return out.reshape(columns.shape)
+
+
+def _four_points(samples: float) -> tuple[int, tuple[float, float, float, float]]:
+    """Return how many samples later the first of four points stands, and their weights."""
+    whole, part = divmod(samples, 1.0)
+    return int(whole) - 1, (
         -part * (part - 1.0) * (part - 2.0) / 6.0,
         (part + 1.0) * (part - 1.0) * (part - 2.0) / 2.0,
         -(part + 1.0) * part * (part - 2.0) / 2.0,
         (part + 1.0) * part * (part - 1.0) / 6.0,
     )
-    count, first = values.shape[0], int(whole) - 1
-    ahead, behind = max(-first, 0), max(first + 3, 0)
-    ends = (np.repeat(values[:1], ahead, axis=0), np.repeat(values[-1:], behind, axis=0))
-    longer = np.concatenate((ends[0], values, ends[1]))[ahead + first :]
-    out = weights[0] * longer[:count]
-    for k in (1, 2, 3):
-        out += weights[k] * longer[k : k + count]
-    return np.asarray(out)

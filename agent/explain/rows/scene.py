@@ -14,7 +14,7 @@ from agent.explain.rows.ageing import Ageing
 from agent.explain.rows.arm_motion import ArmMotion
 from agent.explain.rows.blows import Blows, blows_of
 from agent.explain.rows.bridged import Bridged
-from agent.explain.rows.lag import earlier
+from agent.explain.rows.lag import earlier_by_stretch
 from agent.explain.rows.remembered import remembered
 from agent.explain.rows.strata import travel_rad
 from agent.explain.rows.table import BASE, Table
@@ -236,20 +236,14 @@ class Scene:
         """Return full-rate columns, shape (N,) or (N, k), as late as the torque is."""
         if not self.late_s:
             return raw
-        out = np.empty_like(raw)
-        for at, period_s in self.each_piece():
-            out[at] = earlier(raw[at], -self.late_s, period_s)
-        return out
+        return earlier_by_stretch(raw, self.each_piece(), -self.late_s)
 
     def on_time(self, rows_nm: Floats) -> Floats:
         """Return a torque at the rows, shape (n,), in step with the motion."""
         if not self.late_s:
             return rows_nm
-        out = np.empty_like(rows_nm)
-        for piece in self.table.pieces:
-            period_s = piece.period_s * piece.stride
-            out[piece.rows] = earlier(rows_nm[piece.rows], self.late_s, period_s)
-        return out
+        each = [(piece.rows, piece.period_s * piece.stride) for piece in self.table.pieces]
+        return earlier_by_stretch(rows_nm, each, self.late_s)
 
     @cached_property
     def beside_nm(self) -> Floats:
