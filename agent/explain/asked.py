@@ -14,7 +14,9 @@ from agent.explain.rows.run import Run, stood_in, without_gearbox_temperature
 from agent.explain.rows.scene import refit
 from agent.explain.rows.stamps import put_right
 from agent.explain.rows.table import BASE, Table, tabulate
+from agent.explain.rows.use import used_elsewhere
 from agent.identify.signals.preprocess import read_motion
+from agent.physics.effects.motion import Recorded
 from agent.physics.twin import Twin
 
 _FAR = 5.0  # times the simulation's inertia, or a part of it: a unit, or another joint
@@ -41,6 +43,11 @@ class Asked:
     apart: tuple[str, ...]
     bettered: tuple[str, ...]
 
+    @property
+    def elsewhere(self) -> tuple[Recorded, ...]:
+        """Return what the hold-outs add to the joint's use."""
+        return used_elsewhere(self.holdout, self.runs)
+
 
 def tabulated(
     twin: Twin, runs: Sequence[Run], holdout: Sequence[Run], late_s: float = 0.0
@@ -66,13 +73,13 @@ def tabulated(
         The recordings cannot be compared.
     """
     asked = as_asked(twin, runs, holdout, twin.inertia_kg_m2, late_s)
-    table = tabulate(twin, asked.runs)
+    table = tabulate(twin, asked.runs, elsewhere=asked.elsewhere)
     shown = _shown_inertia_kg_m2(table, twin)
     if 1.0 / _FAR < twin.inertia_kg_m2 / shown < _FAR:
         return asked, table
     asked = as_asked(twin, runs, holdout, shown, late_s)
     band_hz = choose_band([read_motion(run.signals) for run in asked.runs], shown)
-    return asked, tabulate(twin, asked.runs, band_hz)
+    return asked, tabulate(twin, asked.runs, band_hz, elsewhere=asked.elsewhere)
 
 
 def _shown_inertia_kg_m2(table: Table, twin: Twin) -> float:

@@ -136,7 +136,13 @@ def with_load(findings: Sequence[Finding], found: Study, given: Given) -> tuple[
 def _beside(loads: Loads, twin: Twin, table: Table, among: Container[str] | None) -> Study:
     """Return the study of a twin that knows the payloads."""
     knowing = loads.carried_by(twin)
-    own = tabulate(knowing, table.runs, table.cutoff_hz, align_velocity=table.aligned)
+    own = tabulate(
+        knowing,
+        table.runs,
+        table.cutoff_hz,
+        align_velocity=table.aligned,
+        elsewhere=table.elsewhere,
+    )
     return study(knowing, left_out_as_in(without_creep(own), table), among)
 
 

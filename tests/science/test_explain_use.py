@@ -12,6 +12,7 @@ from agent.explain import proof
 from agent.explain.choosing.by_use import clock_or_use
 from agent.explain.choosing.choice import choose
 from agent.explain.choosing.search import Library
+from agent.explain.explain import explain
 from agent.explain.forms.library import FORMS
 from agent.explain.numbers.model import extended_twin, fit_model
 from agent.explain.rows.run import Run
@@ -82,3 +83,14 @@ def test_wear_goes_by_its_own_odometer_on_recordings_that_nobody_had_seen(
     compared, _ = proof.compare_runs(TWIN, TWIN, twin, [unseen, later], plain.scene.table)
     before, after = np.array_split(compared.given - compared.extended, 2)
     assert np.mean(np.abs(after)) > 1.1 * np.mean(np.abs(before))
+
+
+@pytest.mark.parametrize("measure", ["operating", "turned"])
+def test_a_hold_out_in_between_has_used_the_joint_as_well(measure: str) -> None:
+    """Of it nothing but when it ran and how far it went counts for those that are learnt from."""
+    first, second, unseen, fourth, last = used(measure)
+    answer = explain(TWIN, [first, second, fourth, last], [unseen])
+    assert [finding.effect for finding in answer.findings] == ["friction-drift"]
+    assert answer.holdout is not None
+    assert answer.holdout.floor_ratio < 1.1
+    assert answer.extended.rmse_nm < 1.1 * answer.floor.value_nm

@@ -38,7 +38,7 @@ class _Measure:
     def odometer(self, scene: Scene) -> dict[str, Any]:
         """Return when the recordings began and how much had been recorded by then; {} undated."""
         table = scene.table
-        use = recorded_use(table.runs, table.pieces, table.full)
+        use = (*recorded_use(table.runs, table.pieces, table.full), *table.elsewhere)
         if not in_order(use):
             return {}
         shown = [

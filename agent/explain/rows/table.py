@@ -30,6 +30,7 @@ from agent.identify.signals.preprocess import SPEED_CHANGE, read_motion
 from agent.identify.signals.thinning import Thinned
 from agent.physics import rigid_body
 from agent.physics.derivative import slope
+from agent.physics.effects.motion import Recorded
 from agent.physics.twin import Twin
 
 BASE: tuple[str, ...] = rigid_body.PARAMETERS[:5]
@@ -83,6 +84,8 @@ class Table:
         Waves, per motor turn, whose images in the samples are left out.
     arm_forgets : Forgetting, optional
         How an arm behind the gear forgets, whose unknown beginnings are left out.
+    elsewhere : tuple of Recorded
+        What recordings that nothing is learnt from add to the joint's use.
     """
 
     runs: tuple[Run, ...]
@@ -107,6 +110,7 @@ class Table:
     load_nm: Floats | None = None
     imaged_orders: tuple[float, ...] = ()
     arm_forgets: Forgetting | None = None
+    elsewhere: tuple[Recorded, ...] = ()
 
     @property
     def target_nm(self) -> Floats:
@@ -195,6 +199,7 @@ def tabulate(
     cutoff_hz: float | None = None,
     *,
     align_velocity: bool | None = None,
+    elsewhere: Sequence[Recorded] = (),
 ) -> Table:
     """Put runs into one table.
 
@@ -211,6 +216,8 @@ def tabulate(
         The band; chosen from the noise where not given, so that hold-out data use the same.
     align_velocity : bool, optional
         Whether the velocity is brought in step with the position; chosen where not given.
+    elsewhere : sequence of Recorded
+        What recordings that nothing is learnt from add to the joint's use.
 
     Raises
     ------
@@ -235,8 +242,9 @@ def tabulate(
         moved = motion_columns(motions, pieces, velocities, passes, position, lags, align=align)
         full = {**recorded, **moved}
         late_s = float(np.median([lag.late_s for lag in lags])) if align else 0.0
+        full |= use_columns(runs, pieces, full, elsewhere)
         table = _table(twin, tuple(runs), pieces, full, widest_hz, aligned=align)
-        tables.append(replace(table, late_s=late_s))
+        tables.append(replace(table, late_s=late_s, elsewhere=tuple(elsewhere)))
     if len(tables) == 1:
         return tables[0]
     plain, aligned = tables
@@ -253,7 +261,6 @@ def _table(
     aligned: bool,
 ) -> Table:
     """Filter everything alike and take it at the rows."""
-    full |= use_columns(runs, pieces, full)
     base = _base(full, pieces, twin.gear_ratio)
     simulated = all("torque_simulated_nm" in run.columns for run in runs)
     if simulated:

@@ -10,7 +10,7 @@ import numpy as np
 
 from agent.explain.rows.pieces import Piece, without_overshoot
 from agent.explain.rows.run import Run
-from agent.explain.rows.use import TURNED, before_each, recorded_use
+from agent.explain.rows.use import TURNED, recorded_use
 from agent.identify.result import Floats
 from agent.physics.effects.motion import Motion as Measured
 from agent.physics.prediction import PLAIN_PARTS
@@ -56,7 +56,7 @@ def _added_nm(
     """Return a twin's torque less its plain one for one motion, shape (N,)."""
     out = np.zeros(full["time_s"].shape[0])
     use = recorded_use(runs, pieces, full)
-    before = before_each(use)
+    began_rad: dict[int, float] = {}
     loose = any(effect.id == _GAP for effect in twin.effects)
     driving = "velocity_driving_rad_s" if loose else "velocity_raw_rad_s"
     earlier: dict[int, Measured] = {}
@@ -68,6 +68,8 @@ def _added_nm(
             return None if np.isnan(values).any() else values
 
         started = runs[piece.run].started_s
+        turned = full[TURNED][at]
+        began_rad.setdefault(piece.run, float(turned[0]))
         motion = Measured(
             full["velocity_rad_s"][at],
             full["acceleration_rad_s2"][at],
@@ -79,7 +81,7 @@ def _added_nm(
             started if math.isfinite(started) else None,
             float(piece.run),
             full[driving][at],
-            full[TURNED][at] - (before[piece.run].turned_rad if len(runs) > 1 else 0.0),
+            turned - began_rad[piece.run],
             tuple(each for each in use if each.started_at_unix_s < started),
             runs[piece.run].payload_kg if math.isfinite(runs[piece.run].payload_kg) else None,
             earlier.get(piece.run),

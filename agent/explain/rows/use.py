@@ -39,15 +39,43 @@ def recorded_use(
     )
 
 
+def used_elsewhere(others: Sequence[Run], runs: Sequence[Run]) -> tuple[Recorded, ...]:
+    """Return what recordings that nothing is learnt from add to the use that runs began with.
+
+    When they began, how long they lasted and how far the motor went; what is undated, or began as
+    one of the runs did, adds nothing.
+    """
+    began = {run.started_s for run in runs}
+    dated = (each for each in others if math.isfinite(each.started_s))
+    return tuple(
+        Recorded(each.started_s, float(each.signals.time_s[-1]), _turned_rad(each))
+        for each in dated
+        if each.started_s not in began
+    )
+
+
+def _turned_rad(run: Run) -> float:
+    time, velocity = run.signals.time_s, run.signals.velocity_rad_s
+    if velocity is None:
+        position = run.signals.position_rad
+        if position is None or time.shape[0] < 2:
+            return 0.0
+        velocity = np.gradient(position, time)
+    return float(path_rad(time, velocity)[-1])
+
+
 def use_columns(
-    runs: Sequence[Run], pieces: Sequence[Piece], full: Mapping[str, Floats]
+    runs: Sequence[Run],
+    pieces: Sequence[Piece],
+    full: Mapping[str, Floats],
+    elsewhere: Sequence[Recorded] = (),
 ) -> dict[str, Floats]:
-    """Return `OPERATING` and `TURNED`, each shape (N,).
+    """Return `OPERATING` and `TURNED`, each shape (N,), `elsewhere` counted in.
 
     NaN where several runs do not all say when they began, or two began at once. In a single
     recording the time of operation is the clock's, and NaN.
     """
-    use = recorded_use(runs, pieces, full)
+    use = (*recorded_use(runs, pieces, full), *elsewhere)
     operating = np.full(pieces[-1].full.stop, np.nan)
     turned = operating.copy()
     several = len(runs) > 1
