@@ -11,6 +11,7 @@ from agent.explain.choosing.materiality import FAR
 from agent.explain.driven_range import hangs_free
 from agent.explain.plausible import far_off, turned_gravity
 from agent.explain.rows.table import Table
+from agent.explain.shaken import shaken_said
 from agent.explain.study import Study
 from agent.explain.verdict import far_from_given
 from agent.identify.signals.preprocess import left_out_of
@@ -40,7 +41,8 @@ def bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
             "what was found beside the numbers of the twin that was given; if it moved in a loop "
             "of its own instead of as recorded, delays and swings may be that loop's"
         )
-    out += [said for said in (clock_or_use(found.library, found.choice), hangs_free(found)) if said]
+    used = clock_or_use(found.library, found.choice)
+    out += [said for said in (used, hangs_free(found), shaken_said(found)) if said]
     if not found.choice.terms and not found.numbers and _bent(found):
         out.append(
             "the simulation as given is clearly above the noise: its own numbers, refitted, come "

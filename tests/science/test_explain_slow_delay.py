@@ -47,3 +47,5 @@ def test_a_drive_that_answers_what_shakes_the_joint_is_not_late() -> None:
     answer = explain(TWIN, runs[:3], runs[3:])
     assert "measurement-delay" not in [finding.effect for finding in answer.findings]
     assert answer.verdict == "unexplained"
+    (said,) = (reason for reason in answer.reasons if "slow motion is on time" in reason)
+    assert "shakes the joint around 27 Hz" in said

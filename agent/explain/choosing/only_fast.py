@@ -7,8 +7,11 @@ motion is surely on time nothing is late.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from agent.explain.choosing.candidate import Candidate, basis_of
 from agent.explain.choosing.choice import Choice
 from agent.explain.choosing.search import DELAY, Library
 from agent.explain.rows.slow_motion import by_slow_motion
@@ -26,15 +29,30 @@ def only_fast(library: Library, choice: Choice) -> set[tuple[str, str]]:
     choice : Choice
         Settled.
     """
-    late = [term for term in choice.terms if term.scored.form.effect == DELAY]
-    if not late:
-        return set()
-    own, form = late[0].candidate, late[0].scored.form
-    others = [term.candidate for term in choice.terms if term is not late[0]]
-    columns = [own.columns, library.base_beside([own]), *(term.columns for term in others)]
-    model = np.concatenate(columns, axis=1)
-    delay_s = float(late[0].scored.coefficients[0])
+    terms = choice.candidates
+    return {
+        (late.form.effect, late.form.name)
+        for late in terms
+        if late.form.effect == DELAY
+        and is_only_fast(library, late, [term for term in terms if term is not late])
+    }
+
+
+def is_only_fast(library: Library, late: Candidate, others: Sequence[Candidate]) -> bool:
+    """Return whether slow motion surely has not half of a delay that is found beside other terms.
+
+    Parameters
+    ----------
+    library : Library
+    late : Candidate
+        Of the delay.
+    others : sequence of Candidate
+    """
+    own = [late.columns, library.base_beside([late])]
+    model = np.concatenate([*own, *(term.columns for term in others)], axis=1)
+    basis = basis_of(model[:, 1:])
+    column = late.columns[:, 0] - basis @ (basis.T @ late.columns[:, 0])
+    delay_s = float(column @ library.target) / float(column @ column)
     table, weighing = library.scene.table, library.weighing
     slow = by_slow_motion(table, weighing, model, library.target, delay_s)
-    most = abs(slow.value) + _SURELY * slow.error
-    return {(form.effect, form.name)} if most < _FAR_SHORT * abs(delay_s) else set()
+    return abs(slow.value) + _SURELY * slow.error < _FAR_SHORT * abs(delay_s)
