@@ -15,7 +15,7 @@ from agent.physics.twin import TwinError
 _Entry = Mapping[str, Any]
 
 _SETTLED = 1e-9
-_FROM_ELSEWHERE = 0.1  # of an interval: moved along all of it, the law's number moves by less
+_FROM_ELSEWHERE = 0.3  # of an interval: moved along all of it, the law's number moves by less
 _NO_LAW = "the simulation's own law predicts no better with it"
 NOT_NEEDED = "within the intervals of its form's numbers the twin does as well without it"
 """Why a number of the twin is not identified where an end of an interval is no effect at all."""

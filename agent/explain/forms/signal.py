@@ -25,7 +25,7 @@ _SHORTEST_DELAY_S = 2e-4
 REACH_S, CLOSELY_S = 0.012, 5e-5
 """How far from what a bent column gives a delay is searched for, and how closely."""
 
-_SETTLES = 4
+_SETTLES = 3
 _KNOWN = 0.1  # of a delay: slow motion must tell it so closely
 _FAR = 0.5  # of a delay: slow motion that says so much else is of something else
 _LONGEST_DELAY_S = 0.05
@@ -97,19 +97,23 @@ def _delay_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[s
 
 
 def _slow_delay(scene: Scene, found_s: float) -> Slow:
-    """Return the delay of all of the torque in slow motion, beside a model's other terms."""
+    """Return the delay of all of the torque in slow motion, beside a model's other terms.
+
+    Where these are late already, so is what the twin's own numbers are moved by.
+    """
     table, weighing = scene.table, weigh(scene.table, scene.residual_nm)
-    # What is late already has no part in the column; what is on time is late with the twin's own.
-    whole = replace(scene, held=None, beside=(), late_s=0.0) if scene.late_s else scene
     others = np.zeros_like(table.target_nm) if scene.others_nm is None else scene.others_nm
     target = weighing.weighted(table.target_nm - others)
-    base = weighing.weighted(table.base[:, table.carried])
     slow = Slow(found_s, math.inf)
     for _ in range(_SETTLES):  # the trial delay is in the end the one that its column says
-        late = weighing.weighted(table.band(_delay(whole, (slow.value,))))
-        columns = np.column_stack((late, base))
+        trial = replace(scene, late_s=slow.value) if scene.late_s else scene
+        late, base = _delay(trial, (slow.value,)), table.base
+        if scene.late_s:
+            base = base + table.band(table.where_speed_changes(later_by_numbers(trial)))
+        seen = table.band(table.where_speed_changes(late))
+        columns = weighing.weighted(np.column_stack((seen, base[:, table.carried])))
         slow = by_slow_motion(table, weighing, columns, target, found_s)
-        if not abs(slow.value) < _LONGEST_DELAY_S:
+        if not _SHORTEST_DELAY_S < abs(slow.value) < _LONGEST_DELAY_S:
             return Slow(found_s, math.inf)
     return slow
 
