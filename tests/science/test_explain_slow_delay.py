@@ -23,6 +23,8 @@ def shaken(seed: int) -> Run:
     """
     run = record(Joint(), seed, noise_nm=0.02)
     own = run.signals
+    assert own.position_rad is not None
+    assert own.velocity_rad_s is not None
     wide = np.random.default_rng(seed).standard_normal(own.time_s.shape)
     band = butter(2, (25.5, 28.5), "bandpass", fs=RATE_HZ, output="sos")
     moving = sosfiltfilt(butter(2, 1.0, fs=RATE_HZ, output="sos"), np.abs(own.velocity_rad_s) > 8.0)
@@ -31,7 +33,6 @@ def shaken(seed: int) -> Run:
     needed = TWIN.inertia_kg_m2 * np.gradient(speed, own.time_s)
     torque = own.torque_nm + np.interp(own.time_s + _ANSWER_S, own.time_s, needed)
     way = np.cumsum(speed) / RATE_HZ
-    assert own.position_rad is not None
     signals = replace(
         own,
         position_rad=own.position_rad + way,
