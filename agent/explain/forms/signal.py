@@ -25,7 +25,7 @@ _SHORTEST_DELAY_S = 2e-4
 REACH_S, CLOSELY_S = 0.012, 5e-5
 """How far from what a bent column gives a delay is searched for, and how closely."""
 
-_SETTLES = 3
+_SETTLES = 2
 _KNOWN = 0.1  # of a delay: slow motion must tell it so closely
 _FAR = 0.5  # of a delay: slow motion that says so much else is of something else
 _LONGEST_DELAY_S = 0.05

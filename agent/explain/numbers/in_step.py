@@ -25,6 +25,7 @@ from agent.explain.forms.signal import CLOSELY_S, REACH_S, nearest_delay, turn_s
 from agent.explain.numbers.polish import polished
 from agent.explain.numbers.renewed import left_nm, retaken, with_new_grids
 from agent.explain.rows.evidence import solve, weigh
+from agent.explain.rows.lag import earlier_by_stretch
 from agent.explain.rows.slow_motion import slowly
 from agent.explain.rows.table import BASE, without_edges
 from agent.identify.result import Floats
@@ -148,6 +149,8 @@ def _found_late(library: Library, terms: Sequence[Term], near_s: float) -> tuple
     raw = np.column_stack([*parts, *own, *_waves(library, others)])
     table, weighing = scene.table, library.weighing
     target = weighing.weighted(table.target_nm + table.base @ scene.as_given)
+    each = [(piece.rows, piece.period_s * piece.stride) for piece in table.pieces]
+    on_time = table.band(raw)
 
     def fit(late_s: float, apart: NDArray[np.bool_]) -> tuple[float, Floats]:
         late = table.band(replace(scene, late_s=late_s).as_late(raw))
@@ -157,7 +160,8 @@ def _found_late(library: Library, terms: Sequence[Term], near_s: float) -> tuple
         return float(left @ left), theta
 
     def slow_fit(late_s: float, apart: NDArray[np.bool_]) -> tuple[float, Floats]:
-        late = weighing.weighted(table.band(replace(scene, late_s=late_s).as_late(raw)))
+        # What is slow is shifted well enough from row to row.
+        late = weighing.weighted(earlier_by_stretch(on_time, each, -late_s))
         both = slowly(table, weighing, np.column_stack((late, target)) * apart[:, np.newaxis])
         columns, asked = both[:, :-1], both[:, -1]
         theta = solve(columns.T @ columns, columns.T @ asked)
