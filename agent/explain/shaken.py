@@ -13,12 +13,12 @@ from agent.explain.choosing.materiality import FAR
 from agent.explain.choosing.only_fast import is_only_fast
 from agent.explain.choosing.search import DELAY
 from agent.explain.forms.library import FORMS
+from agent.explain.rows.slow_motion import SLOW
 from agent.explain.rows.table import Table
 from agent.explain.study import Study
 from agent.identify.result import Floats
 
 _MOST = 0.3  # of what is left: a late channel that would carry so much is what one looks for
-_SLOW = 0.2  # of the band: what shakes is looked for above
 _WIDE_HZ = 2.0  # over which power is averaged
 
 
@@ -56,7 +56,7 @@ def _shaken_hz(found: Study) -> float:
     table, rows = found.table, found.library.weighing.rows
     left = np.zeros(table.used.shape[0])
     left[rows] = found.model.residual_nm
-    hertz = np.arange(_SLOW * table.cutoff_hz, table.cutoff_hz, 0.25 * _WIDE_HZ)
+    hertz = np.arange(SLOW * table.cutoff_hz, table.cutoff_hz, 0.25 * _WIDE_HZ)
     return float(hertz[int(np.argmax(_power(table, left, hertz)))])
 
 

@@ -16,6 +16,7 @@ from agent.explain.explain import explain
 from agent.explain.forms.library import FORMS
 from agent.explain.numbers.model import extended_twin, fit_model
 from agent.explain.rows.run import Run
+from agent.explain.rows.use import used_elsewhere
 from agent.identify.result import Floats
 from agent.physics.effects.motion import path_rad
 from agent.physics.twin import format_twin, parse_twin
@@ -94,3 +95,10 @@ def test_a_hold_out_in_between_has_used_the_joint_as_well(measure: str) -> None:
     assert answer.holdout is not None
     assert answer.holdout.floor_ratio < 1.1
     assert answer.extended.rmse_nm < 1.1 * answer.floor.value_nm
+
+
+def test_hold_outs_that_began_at_once_do_not_hide_in_which_order_the_others_ran() -> None:
+    first, second, *later = used("operating")
+    at_once = [replace(run, started_s=later[0].started_s) for run in later]
+    assert used_elsewhere(at_once, [first, second]) == ()
+    assert len(used_elsewhere([*at_once[:1], second], [first])) == 2

@@ -21,7 +21,8 @@ from agent.explain.rows.table import Table, without_edges
 from agent.identify.result import Floats
 from agent.identify.signals.lowpass import lowpass
 
-_OF_THE_BAND = 0.2
+SLOW = 0.2
+"""Of the band: up to there motion is slow."""
 
 
 class Slow(NamedTuple):
@@ -79,5 +80,5 @@ def slowly(table: Table, weighing: Weighing, weighted: Floats) -> Floats:
     for piece in table.pieces:
         part = np.ascontiguousarray(plain[:, piece.rows])
         period_s = piece.period_s * piece.stride
-        plain[:, piece.rows] = lowpass(part, period_s, _OF_THE_BAND * piece.cutoff_hz)
+        plain[:, piece.rows] = lowpass(part, period_s, SLOW * piece.cutoff_hz)
     return plain[:, weighing.rows].T * weighing.weight[:, np.newaxis]

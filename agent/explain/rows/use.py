@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -43,14 +44,13 @@ def used_elsewhere(others: Sequence[Run], runs: Sequence[Run]) -> tuple[Recorded
     """Return what recordings that nothing is learnt from add to the use that runs began with.
 
     When they began, how long they lasted and how far the motor went; what is undated, or began as
-    one of the runs did, adds nothing.
+    another one did, adds nothing.
     """
-    began = {run.started_s for run in runs}
-    dated = (each for each in others if math.isfinite(each.started_s))
+    began = Counter(run.started_s for run in (*runs, *others))
     return tuple(
         Recorded(each.started_s, float(each.signals.time_s[-1]), _turned_rad(each))
-        for each in dated
-        if each.started_s not in began
+        for each in others
+        if math.isfinite(each.started_s) and began[each.started_s] == 1
     )
 
 
