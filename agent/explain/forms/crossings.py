@@ -160,11 +160,9 @@ def _likeness(scene: Scene) -> Callable[[Floats], Floats]:
     moved = dry * direction, weight / inertia, viscous * velocity
 
     def likeness(points: Floats) -> Floats:
-        by_shares = np.lexsort(points[:, 1:].T)  # gaps of one arm follow each other
+        by_arms = np.lexsort(points.T)  # gaps of one arm follow each other, the narrowest first
         out = np.empty(points.shape[0])
-        out[by_shares] = likeness_of(
-            inertial, *moved, residual, begins, period_s, points[by_shares]
-        )
+        out[by_arms] = likeness_of(inertial, *moved, residual, begins, period_s, points[by_arms])
         return out
 
     return likeness
