@@ -25,6 +25,7 @@ from agent.physics.twin import Twin
 
 _MOST_ROUNDS = 2
 _WORTH = 0.95  # of the mean square: what is left where all is known
+_MUCH = 3.0  # times the noise: so much is left by more than beginnings
 _KEPT = 0.5  # of what slides: with fewer samples nothing is asked once more
 
 
@@ -90,8 +91,9 @@ def without_unknown_beginnings(twin: Twin, found: Study, given: Given) -> tuple[
     """Return what is found where it is known how an arm behind the gear that was found swings.
 
     The same where no more than the noise floor is left all the same, or hardly more by what nobody
-    knows; and as for waves' images. Only what was found is asked for again, and what may stand in
-    its place: all else was looked for where the beginnings were in the data.
+    knows, or far more without that; and as for waves' images. Only what was found is asked for
+    again, and what may stand in its place: all else was looked for where the beginnings were in the
+    data.
 
     Parameters
     ----------
@@ -104,6 +106,8 @@ def without_unknown_beginnings(twin: Twin, found: Study, given: Given) -> tuple[
     known = ~begun(found.table, arm)[found.library.weighing.rows]
     squares = found.model.residual_nm**2
     if not known.any() or float(np.mean(squares[known])) > _WORTH * float(np.mean(squares)):
+        return found, given
+    if float(np.mean(squares[known])) > (_MUCH * found.noise_nm) ** 2:
         return found, given
     named = {term.scored.form.effect for term in found.choice.terms}
     named |= {rival.scored.form.effect for term in found.choice.terms for rival in term.rivals}

@@ -142,9 +142,14 @@ def _found_beside(library: Library, choice: Choice) -> tuple[Library, Choice]:
         renewed = _beside(library, choice.candidates)
         begun = [retaken(renewed, term, library.scene) for term in choice.terms]
         again = choose(renewed, rivals=False, begun=begun, until=_changes_an_arm)
-        if _effects(again) == _effects(choice) and renewed.scene.held is library.scene.held:
+        same = _effects(again) == _effects(choice)
+        if same and renewed.scene.held is library.scene.held:
             break
-        library, choice = chosen_in_step(renewed, again)
+        # What was not to be had in step with a delay is not beside the same effects, either.
+        refused = same and not library.scene.late_s
+        library, choice = (renewed, again) if refused else chosen_in_step(renewed, again)
+        if same and not grown(library.scene, _as_beside(library, choice.candidates)):
+            break  # what holds the arm is as the laws were taken at: nothing else would be found
     return library, choice
 
 
