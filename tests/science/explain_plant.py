@@ -48,6 +48,7 @@ class Joint(NamedTuple):
     misread: float = 0.0  # rad, of the motor's angle, likewise
     rubbing_wave: float = 0.0  # N m, of the motor's dry friction along its turn
     rubbing_order: float = 9.0
+    cubic: float = 0.0  # N m/rad3, of the gear: its spring stiffens
 
 
 def moves(seed: int, duration_s: float, *, hardest_rad_s2: float = 150.0) -> Floats:
@@ -99,7 +100,8 @@ def _driven(j: Joint, command: Floats, every: int) -> Floats:
         open_ = abs(twist) - j.half_gap
         shaft = 0.0
         if open_ > 0.0:
-            shaft = j.stiffness * math.copysign(open_, twist) + j.damping * (geared * v - speed)
+            spring = (j.stiffness + j.cubic * open_**2) * open_
+            shaft = math.copysign(spring, twist) + j.damping * (geared * v - speed)
             if j.half_gap > 0.0 and shaft * twist < 0.0:
                 shaft = 0.0
         shaft += j.film * (geared * v - speed)

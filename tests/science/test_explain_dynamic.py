@@ -22,6 +22,7 @@ from agent.explain.forms import reversal as forms_reversal
 from agent.explain.forms import signal as forms_signal
 from agent.explain.forms import stiffening as forms_stiffening
 from agent.explain.forms.crossings import likely_gaps
+from agent.explain.forms.form import Form
 from agent.explain.forms.hidden_arm import HiddenArm
 from agent.explain.forms.library import judgeable
 from agent.explain.forms.twin_law import best_entry
@@ -41,6 +42,7 @@ TWIN = Twin("plant", 1, GEAR, 0.006, 0.5, 0.004, 0.5, 0.2)
 GAP = Joint(half_gap=0.004)
 OILED = Joint(half_gap=0.1, film=0.12)
 SOFT = Joint(stiffness=25.0, damping=0.03)
+HARMONIC = SOFT._replace(cubic=1.2e4)  # twice as stiff at a twist of 0.046 rad
 CREEPING = Joint(motor_reach=0.08)
 ARMS = (*forms_arm.FORMS, *forms_stiffening.FORMS)
 
@@ -81,6 +83,25 @@ def best(effect: str, library: Library) -> Scored:
 def test_names_what_was_concealed(effect: str, joint: Joint, late_s: float) -> None:
     choice = choose(library_of((joint, late_s, True)))
     assert choice.terms[0].scored.form.effect == effect
+
+
+@pytest.mark.parametrize(
+    ("joint", "form", "stiffening"),
+    [
+        (HARMONIC, "one stiffening spring, and an arm with friction", 1.2e4 / 25.0),
+        (SOFT, "one spring, and an arm with friction", 0.0),
+    ],
+)
+def test_a_gear_stiffens_behind_a_rubbing_arm_only_where_it_does(
+    joint: Joint, form: str, stiffening: float
+) -> None:
+    """A harmonic drive, as most are: its spring stiffens, and the arm has friction of its own."""
+    found = choose(library_of((joint, 0.0, True))).terms[0].scored
+    assert found.form.name == form
+    values = found.values()
+    own_hz = math.sqrt(joint.stiffness / joint.arm_inertia) / (2.0 * math.pi)
+    assert values["antiresonance_hz"] == pytest.approx(own_hz, rel=0.05)
+    assert values.get("stiffening_per_rad2", 0.0) == pytest.approx(stiffening, rel=0.25)
 
 
 def test_a_tight_stiff_joint_is_not_said_to_have_play() -> None:
@@ -276,8 +297,16 @@ def test_a_search_for_an_arm_stays_within_what_gears_are() -> None:
             assert all(inside), (form.name, point)
 
 
-def test_a_stiffening_spring_is_the_twins_and_hangs_on_its_weight() -> None:
-    """A linear spring of the same swing is another column, and so is one without the weight."""
+@pytest.mark.parametrize(
+    ("form", "friction"), list(zip(forms_stiffening.FORMS, ((), (0.5, 0.01)), strict=True))
+)
+def test_a_stiffening_spring_is_the_twins_and_hangs_on_its_weight(
+    form: Form, friction: tuple[float, ...]
+) -> None:
+    """A linear spring of the same swing is another column, and so is one without the weight.
+
+    `friction` is the arm's share of the joint's, and how far it gives way, rad.
+    """
     scene = seen(Joint())
     inertia, hertz, damping, cube = 0.6 * float(scene.theta[0]), 9.0, 0.05, 40.0
     stiffness = inertia * (2.0 * math.pi * hertz) ** 2
@@ -288,14 +317,17 @@ def test_a_stiffening_spring_is_the_twins_and_hangs_on_its_weight() -> None:
         "damping_nm_s_per_rad": 2.0 * damping * inertia * 2.0 * math.pi * hertz,
         "cubic_stiffness_nm_per_rad3": cube * stiffness,
     }
-    laws = (Effect("joint-flexibility", entry),)
     own, viscous, coulomb, sine, cosine = (float(x) for x in loaded.theta)
+    if friction:
+        share, reach_rad = friction
+        entry |= {"arm_coulomb_nm": 0.6 * share * coulomb, "arm_yield_rad": reach_rad}
+    laws = (Effect("joint-flexibility", entry),)
     twin = Twin("plant", 1, GEAR, own, coulomb, viscous, sine, cosine, laws)
-    table, (form,) = loaded.table, forms_stiffening.FORMS
+    table = loaded.table
     said = table.band(effects_nm(twin, table.runs, table.pieces, table.full))[table.used]
 
     def missed(stiffening: float, share: float) -> float:
-        column = form.columns(loaded, (hertz, damping, stiffening, share))[:, 0]
+        column = form.columns(loaded, (hertz, damping, stiffening, share, *friction))[:, 0]
         return float(np.std(inertia * table.band(column)[table.used] - said) / np.std(said))
 
     assert missed(cube, 0.6) < 0.05

@@ -142,7 +142,16 @@ def test_a_hose_is_said_to_stiffen_only_where_it_does(
         assert values["neutral_arm_rad"] == pytest.approx(0.1, abs=0.02)
 
 
-def test_what_a_hose_loses_is_told_as_its_own_and_not_as_friction_that_yields() -> None:
+@pytest.mark.parametrize(
+    ("cubic", "form"),
+    [
+        (0.0, "spring with inner friction"),
+        (0.1, "spring that stiffens, with inner friction"),
+    ],
+)
+def test_what_a_hose_loses_is_told_as_its_own_and_not_as_friction_that_yields(
+    cubic: float, form: str
+) -> None:
     """A tenth of the Coulomb friction, settled over 9 degrees of the arm, integrated apart."""
     lost_nm, travel_rad = 0.05, 0.15
 
@@ -153,13 +162,15 @@ def test_what_a_hose_loses_is_told_as_its_own_and_not_as_friction_that_yields() 
         for k, moved in enumerate(np.diff(arm)):
             toward = np.sign(moved)
             lag[k + 1] = toward + (lag[k] - toward) * math.exp(-abs(moved) / travel_rad)
-        return np.asarray(0.1 * (arm - 0.3) + lost_nm * lag)
+        away = arm - 0.3
+        return np.asarray((0.1 + cubic * away**2) * away + lost_nm * lag)
 
     forms = (*forms_cable.FORMS, *forms_reversal.FORMS)
     (term,) = named(scene_of(hose, driven=long_stroke), forms)
-    assert term.scored.form.name == "spring with inner friction"
+    assert term.scored.form.name == form
     values = term.scored.values()
     assert values["stiffness_nm_per_arm_rad"] == pytest.approx(0.1, abs=0.01)
+    assert values.get("cubic_nm_per_arm_rad3", 0.0) == pytest.approx(cubic, abs=0.01)
     assert values["hysteresis_nm"] == pytest.approx(lost_nm, rel=0.05)
     assert values["hysteresis_travel_arm_rad"] == pytest.approx(travel_rad, rel=0.1)
 

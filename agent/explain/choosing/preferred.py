@@ -26,6 +26,7 @@ _GRAVITY = [BASE.index("gravity_sin_nm"), BASE.index("gravity_cos_nm")]
 _NOT_OVER = 0.1  # of a fall, still there at the fastest speed
 _AS_GOOD = 0.05  # of the gain: what a bend may miss of such a fall's, whose form is not the joint's
 _AS_MUCH = 0.01  # of the gain: what a special case misses of it is small, however significant
+_AS_LITTLE = 0.03  # of what is left: so much less makes no spring one that stiffens
 
 
 def preferred(library: Library, ranked: Sequence[Scored], without: float) -> Scored | None:
@@ -53,7 +54,8 @@ def preferred(library: Library, ranked: Sequence[Scored], without: float) -> Sco
         behind = log_density_gap(best.blocks, scored.blocks, size)
         missed = float(loss.sum()) / max(without - best.error, 1e-300)
         pulls = upright and best.form.effect == _WEIGHT and scored.form.effect in LIKE_A_WEIGHT
-        special = (behind < DECISIVE and scored.form.refined_by(best.form)) or (
+        hardly = float(loss.sum()) < _AS_LITTLE * best.error
+        special = ((behind < DECISIVE or hardly) and scored.form.refined_by(best.form)) or (
             (pulls or scored.form.effect in best.form.contains)
             and (behind < DECISIVE or missed < _AS_MUCH)
         )

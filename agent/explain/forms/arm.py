@@ -17,7 +17,7 @@ from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
 from agent.physics.twin import TwinError
 
-_ARM_REACHES = (3e-5, 3e-4)  # rad of the arm: how far its own friction gives way before it slips
+ARM_REACHES = (3e-5, 3e-4)  # rad of the arm: how far its own friction gives way before it slips
 _WIDEST_ARM_GAP = 2e-3  # rad of the arm, half of a worn planetary gear's
 _RUBBING_TRIALS = 36
 _OTHER_REACHES = (0.4, 0.6, 0.8, 1.25, 1.6, 2.5)  # than an arm's own friction gives way by
@@ -61,7 +61,7 @@ def _flexible(scene: Scene, point: Point) -> Floats:
 def _rubbing_grid(scene: Scene) -> Sequence[Point]:
     highest = 1.5 * scene.table.cutoff_hz
     frequencies = log_grid(max(1.0, highest / 15.0), highest, 7)
-    reaches = [arm * scene.table.gear_ratio for arm in _ARM_REACHES]
+    reaches = [arm * scene.table.gear_ratio for arm in ARM_REACHES]
     coarse = [
         (f, (0.06, 0.2)[(i + j + k) % 2], s, r)
         for i, f in enumerate(frequencies)
@@ -74,18 +74,23 @@ def _rubbing_grid(scene: Scene) -> Sequence[Point]:
 
 
 def _rubbing_limits(scene: Scene) -> Limits:
-    widest = 100.0 * _ARM_REACHES[-1] * scene.table.gear_ratio
-    return (*swing_limits(scene), (0.0, _ALL_FRICTION), (1e-9, widest))
+    return (*swing_limits(scene), *friction_limits(scene))
+
+
+def friction_limits(scene: Scene) -> Limits:
+    """Return between which an arm's share of the friction and its reach, rad, are looked for."""
+    widest = 100.0 * ARM_REACHES[-1] * scene.table.gear_ratio
+    return ((0.0, _ALL_FRICTION), (1e-9, widest))
 
 
 def _rubbing(scene: Scene, point: Point) -> Floats:
     """Return the torque of an arm with dry friction behind a spring, over its inertia, (N, 1)."""
     frequency_hz, damping, share, reach = point
-    arm = HiddenArm(frequency_hz, damping, share * _slowing(scene), reach)
+    arm = HiddenArm(frequency_hz, damping, share * slowing_rad_s2(scene), reach)
     return stack(arm.extra_rad_s2(scene))
 
 
-def _other_reaches(scene: Scene, point: Point, far: bool) -> Sequence[Point]:
+def other_reaches(scene: Scene, point: Point, far: bool) -> Sequence[Point]:
     """Return the same arm with friction that gives way by less, and by more.
 
     An arm that swings sticks once more or less as that changes: the error has several valleys.
@@ -95,7 +100,7 @@ def _other_reaches(scene: Scene, point: Point, far: bool) -> Sequence[Point]:
     return tuple((*arm, factor * reach) for factor in _OTHER_REACHES)
 
 
-def _slowing(scene: Scene) -> float:
+def slowing_rad_s2(scene: Scene) -> float:
     """Return how fast dry friction alone would slow the joint, rad/s2."""
     return max(float(scene.theta[2]), 0.0) / inertia_of(scene)
 
@@ -107,8 +112,13 @@ def _oiled(scene: Scene) -> float:
 
 def _same_friction(before: Scene, now: Scene, point: Point) -> Point:
     """Return the point at which an arm has the friction that it had beside other numbers."""
-    ratio = _slowing(before) / max(_slowing(now), 1e-300)
-    return (*point[:2], min(ratio * point[2], _ALL_FRICTION), *point[3:])
+    return (*point[:2], same_friction(before, now, point[2]), *point[3:])
+
+
+def same_friction(before: Scene, now: Scene, share: float) -> float:
+    """Return the share of the joint's friction that a share was beside other numbers."""
+    ratio = slowing_rad_s2(before) / max(slowing_rad_s2(now), 1e-300)
+    return min(ratio * share, _ALL_FRICTION)
 
 
 def _same_gap(before: Scene, now: Scene, point: Point) -> Point:
@@ -128,14 +138,19 @@ def _rubbing_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping
     inertia = values["arm_inertia_kg_m2"]
     spring = spring_entry(inertia, values["antiresonance_hz"], values["damping_ratio"])
     stiffer_than_weight(scene, spring)
-    share = max(values["friction_share"], 0.0) * inertia / inertia_of(scene)
-    friction = {
+    point = tuple(values[name] for name in _RUBBING)
+    says = inertia * _rubbing(scene, point)[:, 0]
+    rubs = {**spring, **friction_entry(scene, values)}
+    return best_entry(scene, "joint-flexibility", [rubs, spring], says)
+
+
+def friction_entry(scene: Scene, values: Mapping[str, float]) -> dict[str, float]:
+    """Return the friction of an arm behind a spring as the twin names it."""
+    share = max(values["friction_share"], 0.0) * values["arm_inertia_kg_m2"] / inertia_of(scene)
+    return {
         "arm_coulomb_nm": share * coulomb_nm(scene),
         "arm_yield_rad": values["friction_reach_rad"],
     }
-    point = tuple(values[name] for name in _RUBBING)
-    says = inertia * _rubbing(scene, point)[:, 0]
-    return best_entry(scene, "joint-flexibility", [{**spring, **friction}, spring], says)
 
 
 def spring_entry(inertia: float, frequency_hz: float, damping: float) -> dict[str, float]:
@@ -216,7 +231,7 @@ def _gaps_seen(scene: Scene) -> tuple[float, float]:
 
     A gap that is crossed faster than the band can follow leaves none.
     """
-    narrowest = 0.1 * _slowing(scene) / (2.0 * math.pi * scene.table.cutoff_hz) ** 2
+    narrowest = 0.1 * slowing_rad_s2(scene) / (2.0 * math.pi * scene.table.cutoff_hz) ** 2
     return narrowest, _WIDEST_ARM_GAP * scene.table.gear_ratio
 
 
@@ -241,7 +256,7 @@ def _gap(scene: Scene, point: Point) -> Floats:
     """
     half_gap, inertia_share, friction_share, hz, damping, film, oil_share = point
     oil = max(oil_share, 0.0) * _oiled(scene) / inertia_share
-    friction = max(friction_share, 0.0) * _slowing(scene) / inertia_share
+    friction = max(friction_share, 0.0) * slowing_rad_s2(scene) / inertia_share
     reach = _gap_yields_rad(scene)
     paths = [
         HiddenArm(hz, damping, friction, reach, width * half_gap, inertia_share, film, oil)
@@ -255,7 +270,7 @@ def _gap_yields_rad(scene: Scene) -> float:
 
     Or little, where that was not found.
     """
-    return max(_ARM_REACHES[0] * scene.table.gear_ratio, scene.yields_rad)
+    return max(ARM_REACHES[0] * scene.table.gear_ratio, scene.yields_rad)
 
 
 def _gap_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
@@ -319,7 +334,7 @@ FORMS: tuple[Form, ...] = (
         limits=_rubbing_limits,
         rests_on_numbers=True,
         same_beside=_same_friction,
-        elsewhere=_other_reaches,
+        elsewhere=other_reaches,
     ),
     Form(
         "backlash",

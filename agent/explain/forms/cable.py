@@ -81,6 +81,22 @@ def _cubic_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[s
     return ({"stiffness_nm_per_arm_rad": 0.0, **values},)
 
 
+def _lossy_stiffening(scene: Scene, point: Point) -> Floats:
+    """Return spring and cube about a neutral angle, and inner friction that settles, (N, 3)."""
+    neutral, travel = point
+    lag = hysteresis(scene, travel * scene.table.gear_ratio)
+    return np.concatenate((_stiffening(scene, (neutral,)), stack(lag)), axis=1)
+
+
+def _neutrals_and_travels(scene: Scene) -> Sequence[Point]:
+    travels = _travels(scene)[1::2]
+    return tuple((*neutral, *travel) for neutral in _neutrals(scene) for travel in travels)
+
+
+def _within_stroke_and_settling(scene: Scene) -> Sequence[tuple[float, float]]:
+    return (*_within_stroke(scene), *_settling(scene))
+
+
 def _neutrals(scene: Scene) -> Sequence[Point]:
     """Return arm angles along the stroke, its ends left out: there a cubic is a parabola."""
     return tuple((float(x),) for x in np.linspace(*scene.stroke_arm_rad(), _NEUTRALS + 2)[1:-1])
@@ -136,6 +152,24 @@ FORMS: tuple[Form, ...] = (
         needs=_POSITION,
         contains=_ANYWHERE,
         refines=("spring", "spring at rest elsewhere"),
+    ),
+    Form(
+        "cable-force",
+        "spring that stiffens, with inner friction",
+        ("stiffness_nm_per_arm_rad", "cubic_nm_per_arm_rad3", "hysteresis_nm"),
+        _lossy_stiffening,
+        ("neutral_arm_rad", "hysteresis_travel_arm_rad"),
+        _neutrals_and_travels,
+        signs=(1, 1, 1),
+        limits=_within_stroke_and_settling,
+        needs=_POSITION,
+        contains=_ANYWHERE,
+        refines=(
+            "spring",
+            "spring at rest elsewhere",
+            "spring with inner friction",
+            "spring that stiffens",
+        ),
     ),
     Form(
         "cable-force",
