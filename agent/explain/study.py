@@ -119,6 +119,13 @@ class Study:
             return False
         return is_noise_in_kind(self.table, self.library.weighing.rows, self.model.residual_nm)
 
+    @cached_property
+    def without_measure(self) -> bool:
+        """Return whether no noise floor was to be had, and what is left is no noise in kind."""
+        if self.floor.value_nm > 0.0:
+            return False
+        return not is_noise_in_kind(self.table, self.library.weighing.rows, self.model.residual_nm)
+
     @property
     def torque_late_s(self) -> float:
         """Return by how much all of the model is later than the motion, and with it its edges."""

@@ -60,12 +60,13 @@ class Told:
 
     def judged_again(self) -> Told:
         """Return the same with the verdict that these findings have."""
-        verdict = verdict_of(self.found, self.findings, left_share(self.found))
+        verdict = verdict_of(self.found, self.findings, left_share(self.found, self.findings))
         return replace(self, verdict=verdict_beside(verdict, self.findings, self.swings))
 
     def left_share(self) -> float:
         """Return which share of the mismatch has no name."""
-        return min(left_share(self.found) + sum(s.energy_share for s in self._modelled()), 1.0)
+        left = left_share(self.found, self.findings)
+        return min(left + sum(s.energy_share for s in self._modelled()), 1.0)
 
     def left_where(self) -> tuple[Region, ...]:
         """Return where that lies."""

@@ -43,7 +43,7 @@ def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> 
         Of the mismatch, what stays.
     """
     shown = any(cell.counts for cell in study.left_cells)
-    missing = study.ratio > (CLOSE if shown else FAR)
+    missing = study.ratio > (CLOSE if shown else FAR) or left_without_measure(study, findings)
     lined = any(line.matters for line in study.lines)
     if not study.choice.terms:
         if (missing or lined) and findings:
@@ -66,6 +66,15 @@ def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> 
     if (missing or lined) and much:
         return "partly-explained"
     return "tied" if any(f.alternatives for f in findings) else "explained"
+
+
+def left_without_measure(study: Study, findings: Sequence[Finding]) -> bool:
+    """Return whether more than noise stays beside what is named, though no floor says how much.
+
+    Without a name there is nothing to hold it against: it may be noise.
+    """
+    named = study.choice.terms or any(f.effect in SHOWN for f in findings)
+    return bool(named) and study.without_measure
 
 
 def _left_within(study: Study) -> float:
@@ -132,14 +141,17 @@ def _misshapen(study: Study) -> bool:
     )
 
 
-def left_share(study: Study, *, above_band: bool = True) -> float:
+def left_share(study: Study, findings: Sequence[Finding] = (), *, above_band: bool = True) -> float:
     """Return which share of the refitted twin's mismatch, above the noise, the findings leave.
 
-    Zero where what is left is noise: a mismatch that was hardly there cannot be left over.
+    Zero where what is left is noise: a mismatch that was hardly there cannot be left over. Where
+    nobody knows how loud noise is, all of it counts that is not noise in kind.
 
     Parameters
     ----------
     study : Study
+    findings : sequence of Finding
+        What is named; what the signals show by themselves is no part of the study's model.
     above_band : bool
         Whether what swings of its own above the compared band is a part of the mismatch.
     """
@@ -149,9 +161,10 @@ def left_share(study: Study, *, above_band: bool = True) -> float:
         for line in study.lines
         if line.matters and (above_band if not line.in_band else study.ratio <= CLOSE)
     )
-    if study.ratio <= CLOSE and not study.choice.terms and not apart:
+    without_measure = left_without_measure(study, findings)
+    if study.ratio <= CLOSE and not study.choice.terms and not apart and not without_measure:
         return 0.0
-    noise = study.noise_nm**2
+    noise = 0.0 if without_measure else study.noise_nm**2
     before = max(_mismatch_nm2(study) - noise, 0.0) + apart
     after = max(float(np.mean(study.model.residual_nm[study.usual] ** 2)) - noise, 0.0) + apart
     return min(after / before, 1.0) if before > 0.0 else 0.0

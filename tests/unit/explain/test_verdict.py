@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
 import pytest
 
-from agent.explain.answer.result import Cell
+from agent.explain.answer.result import Cell, Finding
 from agent.explain.rows.lines import Line
 from agent.explain.study import Study
 from agent.explain.verdict import left_share, verdict_of
@@ -27,6 +28,7 @@ def studied(ratio: float, along_position: float) -> Study:
     cells = (Cell("offset", "order_per_motor_rev 6", 0.17, 0.0, counts=True),)
     left = (Cell("coulomb_nm", "arm_position_rad", along_position, 0.0, counts=True),)
     study = SimpleNamespace(choice=choice, ratio=ratio, cells=cells, left_cells=left, lines=())
+    study.without_measure = False
     return cast("Study", study)
 
 
@@ -66,8 +68,37 @@ def test_what_a_twins_effects_left_is_no_new_mismatch(
         library=None,
         floor=SimpleNamespace(value_nm=0.0),
         noise_nm=0.0,
+        without_measure=False,
     )
     assert verdict_of(cast("Study", study), (), left_share=share) == verdict
+
+
+@pytest.mark.parametrize(("shown", "verdict"), [(True, "partly-explained"), (False, "no-mismatch")])
+def test_what_is_left_without_a_noise_floor_may_be_noise_only_beside_no_name(
+    shown: bool, verdict: str
+) -> None:
+    """A drive clips its torque: its simulation in a loop of its own goes astray for longer."""
+    clipped = SimpleNamespace(effect="torque-saturation", alternatives=())
+    findings = [cast("Finding", clipped)] if shown else []
+    rows = np.arange(100)
+    study = SimpleNamespace(
+        choice=SimpleNamespace(terms=()),
+        ratio=1.0,
+        left_cells=(),
+        lines=(),
+        floor=SimpleNamespace(value_nm=math.nan),
+        noise_nm=0.12,
+        without_measure=True,
+        refitted_nm=np.full(100, 0.12),
+        model=SimpleNamespace(residual_nm=np.full(100, 0.12)),
+        usual=rows,
+        library=SimpleNamespace(weighing=SimpleNamespace(rows=rows)),
+        twin=SimpleNamespace(effects=()),
+        table=SimpleNamespace(simulated=True),
+    )
+    share = left_share(cast("Study", study), findings)
+    assert share == (1.0 if shown else 0.0)
+    assert verdict_of(cast("Study", study), findings, left_share=share) == verdict
 
 
 @pytest.mark.parametrize(("left_nm", "verdict"), [(0.9, "partly-explained"), (2.5, "unexplained")])
