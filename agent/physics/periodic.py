@@ -59,12 +59,14 @@ class TorqueRipple:
 
     law: ClassVar[Law] = Law(
         "torque-ripple",
-        "[c cos(n q) + s sin(n q)] (1 + p |tau|)",
+        "[c cos(n q) + s sin(n q)] (1 + p |tau|) + [a cos(n q) + b sin(n q)] tau",
         {
             "cos_nm": "c",
             "sin_nm": "s",
             "order_per_motor_rev": "n, periods per motor turn",
             "load_growth_per_nm": "p, growth with motor torque (0: cogging, magnets on slots)",
+            "cos_share": "a, of the torque: phases whose gains differ, harmonics of the flux",
+            "sin_share": "b, likewise",
         },
         "thesis 3.2 (torque ripple); Holtz & Springob, IEEE TIE 43 (1996)",
         "one order each; orders of the slots and pole pairs, whatever the speed;"
@@ -74,6 +76,8 @@ class TorqueRipple:
     sin_nm: float
     order_per_motor_rev: float
     load_growth_per_nm: float = 0.0
+    cos_share: float = 0.0
+    sin_share: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse what has no period."""
@@ -82,7 +86,10 @@ class TorqueRipple:
     def torque_nm(self, position_rad: Floats, torque_nm: Floats | float = 0.0) -> Floats:
         """Return the ripple, shape (n,), at motor angles, for a motor torque."""
         ripple = wave(self.cos_nm, self.sin_nm, self.order_per_motor_rev, position_rad)
-        return np.asarray(ripple * (1.0 + self.load_growth_per_nm * np.abs(torque_nm)))
+        share = wave(self.cos_share, self.sin_share, self.order_per_motor_rev, position_rad)
+        return np.asarray(
+            ripple * (1.0 + self.load_growth_per_nm * np.abs(torque_nm)) + share * torque_nm
+        )
 
 
 @dataclass(frozen=True)

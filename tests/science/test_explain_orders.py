@@ -62,6 +62,8 @@ class Joint:
     weight_nm: float = WEIGHT_NM
     error_rad: float = ERROR_RAD
     ripple_nm: float = 0.0
+    ripple_growth_per_nm: float = 0.0
+    ripple_share: float = 0.0
     torque_late_s: float = 0.0
     cable_nm_per_rad: float = 0.0
     spring_hz: float = SPRING_HZ
@@ -86,7 +88,12 @@ def recorded(scale: float, seed: int, joint: Joint) -> Run:
         + borne * geared
         + TWIN.viscous_nm_s_per_rad * velocity
         + TWIN.coulomb_nm * np.sign(velocity)
-        - joint.ripple_nm * np.sin(ORDER * position)
+    )
+    grown = 1.0 + joint.ripple_growth_per_nm * np.abs(torque)
+    torque = (
+        torque
+        - joint.ripple_nm * grown * np.sin(ORDER * position)
+        + joint.ripple_share * torque * np.cos(ORDER * position)
     )
     torque = np.interp(time - joint.torque_late_s, time, torque)
     if not joint.gear_wobbles:
@@ -116,6 +123,34 @@ def library_of(table: Table, forms: Sequence[Form] = forms_order.FORMS) -> Libra
 def named(joint: Joint) -> tuple[Term, Scene]:
     library = library_of(tabulated(joint))
     return choose(library).terms[0], library.scene
+
+
+@pytest.mark.parametrize(
+    ("per_nm", "share", "form"),
+    [
+        (0.0, 0.0, "one order"),
+        (2.0, 0.0, "one order that grows with the torque"),
+        (0.0, 0.06, "one order, in part in proportion to the torque"),
+    ],
+)
+def test_a_ripple_grows_with_the_torque_only_where_it_does(
+    per_nm: float, share: float, form: str
+) -> None:
+    """Magnets on slots pulsate whatever the torque is; phases of unequal gain in proportion."""
+    joint = Joint(
+        gear_wobbles=False,
+        weight_nm=0.6,
+        error_rad=0.0,
+        ripple_nm=0.03,
+        ripple_growth_per_nm=per_nm,
+        ripple_share=share,
+    )
+    found, _ = named(joint)
+    assert found.scored.form.name == form
+    values = found.scored.values()
+    assert math.hypot(values["cos_nm"], values["sin_nm"]) == pytest.approx(0.03, rel=0.1)
+    assert values.get("load_growth_per_nm", 0.0) == pytest.approx(per_nm, rel=0.1)
+    assert values.get("cos_share", 0.0) == pytest.approx(share, rel=0.1)
 
 
 @pytest.mark.parametrize("weight_nm", [0.0, WEIGHT_NM])

@@ -146,8 +146,13 @@ def _detail(effect: str, parameters: Mapping[str, Parameter]) -> str:
 
 
 def _amplitudes(known: Mapping[str, float]) -> str:
-    """Return a ripple's amplitude, and that of the double order where it has one."""
-    first = torque(math.hypot(known["cos_nm"], known["sin_nm"]))
+    """Return a ripple's amplitude, and that of the double order or of a loaded motor's."""
+    own_nm = math.hypot(known["cos_nm"], known["sin_nm"])
+    per_nm = known.get("load_growth_per_nm", 0.0) * own_nm
+    per_nm = per_nm or math.hypot(known.get("cos_share", 0.0), known.get("sin_share", 0.0))
+    first = torque(own_nm)
+    if per_nm:
+        return f"amplitude {first} without load, and {torque(per_nm)} for every N m of torque"
     if not {"cos_second_nm", "sin_second_nm"} <= known.keys():
         return f"amplitude {first}"
     second = torque(math.hypot(known["cos_second_nm"], known["sin_second_nm"]))

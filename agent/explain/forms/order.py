@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from agent.explain.forms.form import Form, Grid, Point, stack
+from agent.explain.forms.form import Form, Grid, Point, Proportional, stack
 from agent.explain.forms.hidden_arm import HiddenArm, inertia_of
 from agent.explain.forms.orders import Weighting, half_a_line, least_order, strong_orders
 from agent.explain.rows.scene import Scene, log_grid
@@ -30,6 +30,7 @@ _ARM_SHARE = 0.5  # of the inertia, behind the gear: where the search begins
 _ARM_SHARES = (0.1, 0.9)
 _ARM_FRICTION = 0.3  # of the dry friction, behind the gear: where the search begins
 _FRICTIONS = (0.0, 1.0)
+_GROWN, _MOST_GROWN = (0.7, 5.0), 100.0  # times a ripple's own, what the usual torque adds to it
 
 
 def goes_by_order(form: Form) -> bool:
@@ -72,6 +73,35 @@ def _ripple_two_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapp
             "order_per_motor_rev": 2.0 * order,
         },
     )
+
+
+def _ripple_and_share(scene: Scene, point: Point) -> Floats:
+    """Return a ripple, and what of it is in proportion to the torque, (N, 4)."""
+    waves = scene.wave(point[0])
+    return np.concatenate((waves, waves * scene.predicted_nm[:, np.newaxis]), axis=1)
+
+
+def _growing_ripple(scene: Scene, point: Point) -> Floats:
+    """Return a ripple that grows with the size of the torque, (N, 2)."""
+    order, growth = point
+    return scene.wave(order) * (1.0 + growth * np.abs(scene.predicted_nm))[:, np.newaxis]
+
+
+def _growing_orders(scene: Scene) -> Sequence[Point]:
+    orders, usual = strong_orders(scene, "torque"), _usual_nm(scene)
+    return tuple((order, times / usual) for order in orders for times in _GROWN)
+
+
+def _growing_limits(scene: Scene) -> Sequence[tuple[float, float]]:
+    return (*_order_limits(scene), (0.0, _MOST_GROWN / _usual_nm(scene)))
+
+
+def _growing_step(scene: Scene) -> Point:
+    return (*half_a_line(scene), Proportional(0.5))
+
+
+def _usual_nm(scene: Scene) -> float:
+    return max(float(np.sqrt(np.mean(scene.predicted_nm**2))), 1e-300)
 
 
 def _second_derivatives(scene: Scene, order: float) -> Floats:
@@ -288,6 +318,34 @@ FORMS: tuple[Form, ...] = (
         step=half_a_line,
         limits=_order_limits,
         to_twin=_ripple_two_twin,
+        from_residual=True,
+    ),
+    Form(
+        "torque-ripple",
+        "one order that grows with the torque",
+        ("cos_nm", "sin_nm"),
+        _growing_ripple,
+        (ORDER, "load_growth_per_nm"),
+        _growing_orders,
+        needs=_POSITION,
+        step=_growing_step,
+        limits=_growing_limits,
+        refines=("one order",),
+        rests_on_numbers=True,
+        from_residual=True,
+    ),
+    Form(
+        "torque-ripple",
+        "one order, in part in proportion to the torque",
+        ("cos_nm", "sin_nm", "cos_share", "sin_share"),
+        _ripple_and_share,
+        (ORDER,),
+        _orders("torque"),
+        needs=_POSITION,
+        step=half_a_line,
+        limits=_order_limits,
+        refines=("one order",),
+        rests_on_numbers=True,
         from_residual=True,
     ),
     Form(

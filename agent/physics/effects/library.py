@@ -51,12 +51,14 @@ CORRECTED = ("measurement-delay", "resolver-error")
 """Effects that correct the measured motion, in this order, before the laws see it."""
 
 REPORTED = (
+    "torque-ripple",
     "torque-constant-error",
     "torque-saturation",
     "torque-offset",
     "measurement-delay",
 )
-"""Effects on the sum of all torques, in this order: constant, limit, sensor's zero, late report."""
+"""Effects on the sum of all torques, in this order: a ripple that grows with them, constant, limit,
+sensor's zero, late report."""
 
 
 def card_of(effect: str) -> EffectCard:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+import numpy as np
+
 from agent.physics.effects.card import (
     EffectCard,
     Floats,
@@ -24,6 +26,13 @@ def _ripple(order_per_motor_rev: float, p: Numbers, motion: Motion, base: Base) 
     del base
     law = TorqueRipple(p["cos_nm"], p["sin_nm"], order_per_motor_rev)
     return motion.followed(order_per_motor_rev) * law.torque_nm(motion.need("position_rad"))
+
+
+def _loaded_ripple(p: Numbers, motion: Motion, torque_nm: Floats) -> Floats:
+    """Return what a motor that pulsates the more the harder it pulls reports for a torque."""
+    law = TorqueRipple(**p)
+    ripple_nm = law.torque_nm(motion.need("position_rad"), torque_nm)
+    return np.asarray(torque_nm + motion.followed(p["order_per_motor_rev"]) * ripple_nm)
 
 
 def _wobble(order_per_motor_rev: float, p: Numbers, motion: Motion, base: Base) -> Floats:
@@ -92,6 +101,20 @@ CARDS = (
                 {**_TORQUE, **_BY_ARM},
                 _per_arm_turn(_ripple),
                 equation="c cos(n q) + s sin(n q)",
+            ),
+            Form(
+                "per motor turn, growing with the torque",
+                TorqueRipple.law,
+                {**_TORQUE, **_BY_MOTOR, "load_growth_per_nm": not_negative()},
+                reported_nm=_loaded_ripple,
+                equation="[c cos(n q) + s sin(n q)] (1 + p |tau|)",
+            ),
+            Form(
+                "per motor turn, in part in proportion to the torque",
+                TorqueRipple.law,
+                {**_TORQUE, **_BY_MOTOR, "cos_share": free(), "sin_share": free()},
+                reported_nm=_loaded_ripple,
+                equation="c cos(n q) + s sin(n q) + [a cos(n q) + b sin(n q)] tau",
             ),
         ),
         ("order_per_motor_rev", "order_per_arm_rev"),

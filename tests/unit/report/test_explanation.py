@@ -382,6 +382,8 @@ def test_every_effect_of_the_library_and_each_of_its_numbers_is_called_something
         "half_gap_spread",
         "load_coefficient",
         "load_boundary_coefficient",
+        "cos_share",
+        "sin_share",
         "order_per_arm_rev",
         "order_per_motor_rev",
         "recorded_from",
