@@ -240,7 +240,9 @@ def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
 
     A fit that needs a spring to push instead of pull may describe the data; it is no spring. Nor is
     a gap one that removes noise, a law one that copies another, or an arm heavier than its joint.
+    What is refused in its best form and in the next best is not asked for in a third.
     """
+    once: set[str] = set()
     for _ in range(_MOST_REFUSALS):
         library, choice = settled_beside(*chosen_anew(library))
         choice = _material(library, choice, twin)
@@ -248,7 +250,7 @@ def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
         refused |= only_in_a_band(library, choice) | only_fast(library, choice)
         if not refused:
             model = fit_model(library, twin, choice.terms)
-            refused = heavier_than_the_joint(model)
+            refused = heavier_than_the_joint(library, model)
         if not refused:
             try:
                 extended = extended_twin(library, twin, model)
@@ -259,7 +261,13 @@ def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
                     raise
         if not refused:
             return library, choice, model, extended
-        left = tuple(c for c in library.candidates if (c.form.effect, c.form.name) not in refused)
+        twice = once & {effect for effect, _ in refused}
+        once |= {effect for effect, _ in refused}
+        left = tuple(
+            c
+            for c in library.candidates
+            if (c.form.effect, c.form.name) not in refused and c.form.effect not in twice
+        )
         library = replace(library, candidates=left)
     empty = replace(library, candidates=())
     choice = choose(empty)

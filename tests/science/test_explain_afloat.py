@@ -74,11 +74,11 @@ def test_no_arm_is_heavier_than_the_joint_that_it_is_a_part_of() -> None:
     scene = seen(SOFT)
     library = Library.of(scene, weigh(scene.table, scene.residual_nm), SPRINGS[:1])
     model = fit_model(library, TWIN, choose(library, rivals=False).terms)
-    assert heavier_than_the_joint(model) == set()
+    assert heavier_than_the_joint(library, model) == set()
     arm = model.parameters[0]["arm_inertia_kg_m2"].value
     for share, refused in ((1.05, set()), (1.2, {("joint-flexibility", SPRINGS[0].name)})):
         joint = dict(model.base) | {"inertia_kg_m2": Parameter(arm / share, None)}
-        assert heavier_than_the_joint(replace(model, base=joint)) == refused
+        assert heavier_than_the_joint(library, replace(model, base=joint)) == refused
 
 
 def test_a_gap_that_is_there_stays() -> None:

@@ -24,11 +24,15 @@ from agent.explain.choosing.search import Library
 
 _AS_HIGH = 0.98  # of the highest exponent
 _AS_STIFF = 0.98  # of the stiffest spring, by its frequency
+_REACH = "friction_reach_rad"
 _SEEN = 0.1  # of what it removes: less of it after reversals shows no friction that yields
 
 
 def misfits(library: Library, choice: Choice) -> set[tuple[str, str]]:
-    """Return effect and form of the terms whose laws are not what they were found by.
+    """Return effect and form of the laws that are not what they were found by.
+
+    Of an arm's friction, and of friction that yields, all forms: what one of them copies, the next
+    one would.
 
     Parameters
     ----------
@@ -36,13 +40,19 @@ def misfits(library: Library, choice: Choice) -> set[tuple[str, str]]:
     choice : Choice
         Settled.
     """
-    return {
-        (term.form.effect, term.form.name)
-        for term in choice.candidates
-        if _is_a_step(library, term)
-        or _is_rigid(library, term)
-        or _is_not_after_reversals(library, choice, term)
-    }
+    out = set()
+    for term in choice.candidates:
+        if _is_a_step(library, term):
+            out.add((term.form.effect, term.form.name))
+        if _is_rigid(library, term) or _is_not_after_reversals(library, choice, term):
+            forms = (term.form, *(candidate.form for candidate in library.candidates))
+            out |= {
+                (form.effect, form.name)
+                for form in forms
+                if form.effect == term.form.effect
+                and (_REACH in form.nonlinear) == (_REACH in term.form.nonlinear)
+            }
+    return out
 
 
 def _is_a_step(library: Library, term: Candidate) -> bool:
@@ -54,7 +64,7 @@ def _is_a_step(library: Library, term: Candidate) -> bool:
 
 def _is_rigid(library: Library, term: Candidate) -> bool:
     """Return whether a soft gear's spring does not give way, and its arm's friction does."""
-    if term.form.effect != "joint-flexibility" or "friction_reach_rad" not in term.form.nonlinear:
+    if term.form.effect != "joint-flexibility" or _REACH not in term.form.nonlinear:
         return False
     if term.form.limits is None:
         return False
