@@ -8,6 +8,7 @@ from agent.explain.answer.sentences import only_heard
 from agent.explain.choosing.by_use import clock_or_use
 from agent.explain.choosing.heard import BACKLASH
 from agent.explain.choosing.materiality import FAR
+from agent.explain.driven import driven_or_heavier
 from agent.explain.driven_range import hangs_free
 from agent.explain.plausible import far_off, turned_gravity
 from agent.explain.rows.table import Table
@@ -42,7 +43,8 @@ def bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
             "of its own instead of as recorded, delays and swings may be that loop's"
         )
     used = clock_or_use(found.library, found.choice)
-    out += [said for said in (used, hangs_free(found), shaken_said(found)) if said]
+    told = used, hangs_free(found), driven_or_heavier(found), shaken_said(found)
+    out += [said for said in told if said]
     if not found.choice.terms and not found.numbers and _bent(found):
         out.append(
             "the simulation as given is clearly above the noise: its own numbers, refitted, come "

@@ -1,0 +1,59 @@
+"""A heavier load beside friction under it: a gear that loses more driving than driven is the same.
+
+What a gear takes is c l where the load l turns against the motor and d l where it drives it: a
+mean of both along the motion, and half of their difference in the load itself (decision 0092). No
+motion tells the latter from a payload that hangs where the arm's own weight does.
+"""
+
+from __future__ import annotations
+
+import math
+
+from agent.explain.answer.amounts import percent, short
+from agent.explain.study import Study
+
+_LEAST = 0.005  # of the weight: less is no payload that anybody asks about
+_ACROSS = 0.2  # of the payload: with more of it elsewhere it does not hang where the weight does
+_LOADED, _WEIGHT = "load-dependent-friction", "gravity-imbalance"
+_GRAVITY = ("gravity_sin_nm", "gravity_cos_nm")
+
+
+def driven_or_heavier(found: Study) -> str:
+    """Return what losses make of a payload that is named; empty where none hangs as the weight."""
+    named = {
+        term.scored.form.effect: {name: p.value for name, p in numbers.items()}
+        for term, numbers in zip(found.model.terms, found.model.parameters, strict=True)
+    }
+    for number in found.numbers:
+        named.setdefault(number.effect, {n: p.value for n, p in number.parameters.items()})
+    friction = named.get(_LOADED, {}).get("load_coefficient", math.nan)
+    extra = tuple(named.get(_WEIGHT, {}).get(name, 0.0) for name in _GRAVITY)
+    weight = found.twin.gravity_sin_nm, found.twin.gravity_cos_nm
+    return losses_said(friction, extra, weight)
+
+
+def losses_said(
+    friction: float, extra_nm: tuple[float, float], weight_nm: tuple[float, float]
+) -> str:
+    """Return with which losses a heavier load need not be there; empty where with none.
+
+    Parameters
+    ----------
+    friction : float
+        Over the load.
+    extra_nm, weight_nm : tuple of float
+        Sine and cosine part of what the payload adds, and of the twin's gravity.
+    """
+    size, own = math.hypot(*extra_nm), math.hypot(*weight_nm)
+    if not own > 0.0 or not size > 0.0:
+        return ""
+    more = sum(e * w for e, w in zip(extra_nm, weight_nm, strict=True)) / own**2
+    across = abs(extra_nm[0] * weight_nm[1] - extra_nm[1] * weight_nm[0]) / own
+    if not _LEAST < more <= friction or across > _ACROSS * size:
+        return ""
+    driving, driven = (percent(friction * (1.0 + more) + way * more) for way in (1.0, -1.0))
+    return (
+        f"the load is {short(100.0 * more)} % heavier wherever the arm is: a gear that takes "
+        f"{driving} of it where the motor drives it, and {driven} where it drives the motor, needs "
+        "no payload; a known weight tells"
+    )
