@@ -17,8 +17,8 @@ from agent.physics.effects.card import (
     not_negative,
     positive,
 )
-from agent.physics.effects.carried import shaken_nm
 from agent.physics.effects.motion import Base, Motion
+from agent.physics.effects.shaken import shaken_nm
 from agent.physics.periodic import KinematicError, TorqueRipple
 
 
