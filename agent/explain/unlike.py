@@ -20,6 +20,7 @@ from agent.identify.rigid.alike import mixed_units
 from agent.identify.signals.preprocess import read_motion
 
 _FAR = 3.0  # times the noise, and what the recordings to learn from leave
+_MORE = 1.25  # times that: noise is as loud in all of them
 _OWN = 0.75  # of the energy is what other numbers account for
 _KINDS = (
     (
@@ -42,7 +43,9 @@ def held_out_apart(
     runs: Sequence[Run],
     holdout: Sequence[Run],
 ) -> str:
-    """Return that what was held out asks for other numbers of the twin; nothing where it does not.
+    """Return that what was held out leaves more, and which of the twin's numbers it asks for.
+
+    Nothing where it leaves as much as what was learnt from.
 
     Parameters
     ----------
@@ -57,9 +60,16 @@ def held_out_apart(
     """
     left, columns = compared.extended, compared.base
     energy = float(left @ left)
-    far = _FAR * max(learnt_rmse_nm, floor_nm if floor_nm > 0.0 else 0.0)
-    if columns is None or energy <= left.shape[0] * far**2:
+    usual = max(learnt_rmse_nm, floor_nm if floor_nm > 0.0 else 0.0)
+    times = math.sqrt(energy / left.shape[0]) / usual if usual > 0.0 else 0.0
+    if times <= _MORE:
         return ""
+    more = (
+        f"what was held out leaves {times:.1f} times as much as the recordings to learn from: it "
+        "shows something that they hardly do; explain it among them"
+    )
+    if columns is None or times <= _FAR:
+        return more
     units = mixed_units([read_motion(run.signals) for run in (*runs, *holdout)])
     if units:
         return units
@@ -72,7 +82,7 @@ def held_out_apart(
                 f"what was held out asks for {other} than the recordings to learn from ({rms} rms, "
                 f"{percent(share)} of what is left of it), as where {where}"
             )
-    return ""
+    return more
 
 
 def _fitted(columns: Floats, aim: Floats) -> Floats:
