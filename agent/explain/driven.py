@@ -27,9 +27,9 @@ def driven_or_heavier(found: Study) -> str:
     for number in found.numbers:
         named.setdefault(number.effect, {n: p.value for n, p in number.parameters.items()})
     friction = named.get(_LOADED, {}).get("load_coefficient", math.nan)
-    extra = tuple(named.get(_WEIGHT, {}).get(name, 0.0) for name in _GRAVITY)
+    sine, cosine = (named.get(_WEIGHT, {}).get(name, 0.0) for name in _GRAVITY)
     weight = found.twin.gravity_sin_nm, found.twin.gravity_cos_nm
-    return losses_said(friction, extra, weight)
+    return losses_said(friction, (sine, cosine), weight)
 
 
 def losses_said(

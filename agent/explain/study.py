@@ -37,6 +37,7 @@ from agent.explain.numbers.short_stroke import (
     in_question,
     without_gravity,
 )
+from agent.explain.numbers.typical import at_typical
 from agent.explain.numbers.written import not_as_found
 from agent.explain.numbers.wrong import WrongNumber, told_again, wrong_numbers
 from agent.explain.rows.evidence import weigh
@@ -176,6 +177,10 @@ def study(twin: Twin, table: Table, among: Container[str] | None = None) -> Stud
     library, choice, model, extended = _beside_wrong_numbers(*named, twin, taken_for)
     table = library.scene.table
     model = with_intervals(library, model)
+    typical = at_typical(library, choice, model)
+    if typical is not choice:
+        choice, model = typical, with_intervals(library, fit_model(library, twin, typical.terms))
+        extended = extended_twin(library, twin, model)
     left = np.zeros(table.used.shape[0])
     left[library.weighing.rows] = model.residual_nm
     if choice.terms:

@@ -45,7 +45,7 @@ def clock_or_use(library: Library, choice: Choice) -> str:
         measure = _measure(rival.form)
         if measure == goes_by or measure in too:
             continue
-        if behind_of(best, rival, size) < DECISIVE:
+        if behind_of(best.blocks, rival.blocks, size) < DECISIVE:
             too.append(measure)
     counted = "" if goes_by == _CLOCK else f"; {_COUNTED}"
     if too:

@@ -93,7 +93,7 @@ def with_rivals(
         missed = lost / max(float(without.sum() - own.blocks.sum()), 1e-300)
         by_warmth = {effect, best.form.effect} == _WARMTH_OR_TIME
         per_share = _PER_SHARE_OF_WARMTH if by_warmth else _PER_SHARE
-        behind = behind_of(own, other, size)
+        behind = behind_of(own.blocks, other.blocks, size)
         if tuned or by_warmth or behind < _PLAINLY or not _is_misshapen(own, other, noise):
             # No law's form is so exact that missing a few percent of the gain refutes a rival.
             behind = min(behind, per_share * missed)
@@ -124,15 +124,21 @@ def log_density_gap(best: Floats, other: Floats, size: float) -> float:
     return 0.5 * size * math.log(max(float(other.sum()), 1e-300) / max(float(best.sum()), 1e-300))
 
 
-def behind_of(best: Scored, rival: Scored, size: float) -> float:
+def behind_of(best: Floats, rival: Floats, size: float) -> float:
     """Return how much log density a rival loses on unseen data, at `size` samples.
 
     Or the loss in units of its own uncertainty over the blocks, twice, where that says less.
+
+    Parameters
+    ----------
+    best, rival : ndarray, shape (b,)
+        Squared errors on unseen blocks.
+    size : float
     """
-    loss = rival.blocks - best.blocks
+    loss = rival - best
     error = float(np.std(loss)) * math.sqrt(loss.shape[0])
     sure = 2.0 * float(loss.sum()) / max(error, 1e-300)
-    return min(log_density_gap(best.blocks, rival.blocks, size), sure)
+    return min(log_density_gap(best, rival, size), sure)
 
 
 def likeness(library: Library, others: Sequence[Candidate], found: Scored, rival: Scored) -> float:

@@ -92,6 +92,8 @@ class Form:
     elsewhere : callable, optional
         (scene, point, whether to look far from it) to other points where its numbers may lie, where
         its squared error has many valleys.
+    typical : tuple of float
+        Where its numbers usually are: there it stands where they are not identified.
     uneven : mapping of str to float
         Non-linear numbers along which the error is rough: fits on either side are compared block
         by block. And the share of such a number by which the form itself does not know it.
@@ -129,6 +131,7 @@ class Form:
     rests_on_numbers: bool = False
     same_beside: Callable[[Scene, Scene, Point], Point] | None = None
     elsewhere: Callable[[Scene, Point, bool], Sequence[Point]] | None = None
+    typical: Point = ()
     uneven: Mapping[str, float] = field(default_factory=dict, hash=False)
     from_residual: bool = False
     catch_all: bool = False

@@ -18,6 +18,9 @@ from agent.physics.friction_oil import TemperatureCoulomb, thinning_share
 _HOUR_S = 3600.0
 _GEAR_T, _MOTOR_T = "gearbox_temperature_degc", "motor_temperature_degc"
 _THINS_FASTEST_K = 10.0  # as VG 150 does at 0 degC (ASTM D341); friction thins more slowly than oil
+_USUALLY_K = (
+    25.0  # VG 100 to 220 thin by e in 14 to 25 at 20 to 60 degC (D341), friction more slowly
+)
 _STEEPEST_PER_K = 0.01  # five times a ferrite magnet's 0.2 %: steeper is no torque constant
 _COULOMB_K, _VISCOUS_T = "coulomb_nm_per_k", "viscous_thermal_nm_s_per_rad"
 
@@ -145,6 +148,7 @@ FORMS: tuple[Form, ...] = (
         needs=(_GEAR_T,),
         limits=_viscosity_limits,
         to_twin=_viscosity_twin,
+        typical=(_USUALLY_K,),
     ),
     Form(
         "temperature-dependent-friction",
@@ -157,6 +161,7 @@ FORMS: tuple[Form, ...] = (
         needs=(_GEAR_T,),
         limits=_viscosity_limits,
         to_twin=_viscosity_twin,
+        typical=(_USUALLY_K,),
     ),
     Form(
         "temperature-dependent-friction",
