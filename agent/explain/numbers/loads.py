@@ -118,8 +118,11 @@ def loads_of(twin: Twin, table: Table, beside_nm: Floats | None = None) -> Loads
     table : Table
         Of the twin as given.
     beside_nm : ndarray, shape (n,), optional
-        What effects that were found add beside the twin.
+        What effects that were found add beside the twin; NaN where a recording does not say.
     """
+    if beside_nm is not None:
+        said = np.isfinite(beside_nm)
+        table, beside_nm = replace(table, used=table.used & said), np.where(said, beside_nm, 0.0)
     known = payloads(table.runs)
     kinds = _LOADED[table.carried[_LOADED]]
     if len(known) < 2 or not kinds.size or table.simulated:
