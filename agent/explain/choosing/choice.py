@@ -171,6 +171,17 @@ def _pruned(library: Library, chosen: list[Term], asked: Asked) -> tuple[list[Te
         del chosen[weakest]
 
 
+def _special_cases(library: Library, found: Candidate) -> list[Candidate]:
+    """Return simpler forms of the same effect at the numbers that they share with a found one.
+
+    Their own searches may have ended in a worse valley: a spring that hardly stiffens is one.
+    """
+    numbers = dict(zip(found.form.nonlinear, found.point, strict=True))
+    forms = {c.form for c in library.candidates if c.form.refined_by(found.form)}
+    shared = sorted((f for f in forms if numbers.keys() >= set(f.nonlinear)), key=lambda f: f.name)
+    return [library.candidate(f, tuple(numbers[n] for n in f.nonlinear)) for f in shared]
+
+
 def settled(library: Library, chosen: list[Term]) -> tuple[list[Term], Floats]:
     """Rank every term once more beside all the others, and note what could stand in its place.
 
@@ -179,7 +190,8 @@ def settled(library: Library, chosen: list[Term]) -> tuple[list[Term], Floats]:
     further = not usual_blocks(library.scene.table, library.weighing).all()
     for i in range(len(chosen)):
         others = [t.candidate for j, t in enumerate(chosen) if j != i]
-        ranked = library.rank(others, known=[chosen[i].candidate])
+        known = [chosen[i].candidate, *_special_cases(library, chosen[i].candidate)]
+        ranked = library.rank(others, known=known)
         ranked = allowed(ranked, [t for j, t in enumerate(chosen) if j != i])
         if further:
             # More of the same by another name, where only the later recordings have been.
