@@ -106,9 +106,13 @@ def saturation_evidence(table: Table) -> SaturationEvidence | None:
         return None
     long_s = float(np.clip(np.median(_seconds(table, tops.spans)), *_WINDOWS_S))
     apart = ~_followed(table, tops.flat)
-    answer = simulated_answer(table, apart, long_s) or drive_answer(table, apart, long_s)
-    if answer is None:
-        return None
+    answers = (answer(table, apart, long_s) for answer in (simulated_answer, drive_answer))
+    found = (_evidence(table, tops, answer) for answer in answers if answer is not None)
+    return next((evidence for evidence in found if evidence is not None), None)
+
+
+def _evidence(table: Table, tops: _Tops, answer: DriveAnswer) -> SaturationEvidence | None:
+    """Return what an answer of the drive makes of flat tops; nothing where it asks for no more."""
     torque = np.abs(table.full["torque_nm"])
     missing = [_missing_nm(table, span, answer) for span in tops.spans]
     # What the answer's law misses grows with the time that it is asked for.
