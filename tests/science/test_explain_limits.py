@@ -68,6 +68,16 @@ def test_a_limited_speed_is_no_limited_torque() -> None:
     assert saturation_evidence(asked) is None
 
 
+@pytest.mark.parametrize("limit", [1.3, 1.4])
+def test_a_simulation_that_hardly_asks_for_more_hides_no_limit(limit: float) -> None:
+    """It is off by as much elsewhere; how the drive answers its errors says what it asks for."""
+    run, simulated = driven(Joint(limit=limit), 2), record(Joint(), 2, noise_nm=0.0)
+    columns = {**run.columns, "torque_simulated_nm": simulated.signals.torque_nm}
+    found = saturation_evidence(tabulate(TWIN, [replace(run, columns=columns)]))
+    assert found is not None
+    assert found.limit_nm == pytest.approx(limit, rel=0.003)
+
+
 @pytest.mark.parametrize("limit", [0.8, 1.0])
 def test_a_recorded_simulation_without_a_limit_shows_the_drives(limit: float) -> None:
     """Its own loop asks for more where the drive stays at its limit, and catches up otherwise."""
