@@ -21,13 +21,15 @@ class CableForce:
 
     law: ClassVar[Law] = Law(
         "cable-force",
-        "k (q - q0) + c (q - q0)^3 + tau_h; dtau_h/dq = (h/x)(1 - tau_h sign(v)/h), q the arm",
+        "k d + c d^3 + tau_h; d = q - q0 beyond the slack; dtau_h/dq = (h/x)(1 - tau_h sign(v)/h)",
         {
             "stiffness_nm_per_arm_rad": "k, motor torque per arm angle",
-            "neutral_arm_rad": "q0, where the bundle hangs free",
+            "neutral_arm_rad": "q0, arm angle where the bundle hangs free",
             "cubic_nm_per_arm_rad3": "c, by which it stiffens when drawn taut (0: a plain spring)",
             "hysteresis_nm": "h, what its inner friction holds (0: a spring without loss)",
             "hysteresis_travel_arm_rad": "x, arm travel after a reversal that leaves 1/e of h",
+            "slack_below_arm_rad": "how far below q0 it hangs free as well",
+            "slack_above_arm_rad": "how far above q0 it hangs free as well",
         },
         "Dahl's law in the arm's angle for the hysteresis: Dahl, Aerospace Corp. TOR-0158 (1968)",
         "one posture of the other axes; stiffens alike to both sides; starts without hysteresis",
@@ -37,6 +39,8 @@ class CableForce:
     hysteresis_nm: float = 0.0
     hysteresis_travel_arm_rad: float = 1.0
     cubic_nm_per_arm_rad3: float = 0.0
+    slack_below_arm_rad: float = 0.0
+    slack_above_arm_rad: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse a bundle that pushes on, and a loss that is none."""
@@ -44,12 +48,15 @@ class CableForce:
             self.law,
             self,
             positive="hysteresis_travel_arm_rad",
-            not_negative="stiffness_nm_per_arm_rad cubic_nm_per_arm_rad3 hysteresis_nm",
+            not_negative="stiffness_nm_per_arm_rad cubic_nm_per_arm_rad3 hysteresis_nm"
+            " slack_below_arm_rad slack_above_arm_rad",
         )
 
     def spring_nm(self, arm_rad: Floats) -> Floats:
         """Return the elastic part, shape (n,), on the motor side."""
-        away = arm_rad - self.neutral_arm_rad
+        away = beyond_slack(
+            arm_rad - self.neutral_arm_rad, self.slack_below_arm_rad, self.slack_above_arm_rad
+        )
         return (self.stiffness_nm_per_arm_rad + self.cubic_nm_per_arm_rad3 * away**2) * away
 
     def hysteresis_part_nm(self, time_s: Floats, arm_velocity_rad_s: Floats) -> Floats:
@@ -58,6 +65,12 @@ class CableForce:
             return np.zeros_like(arm_velocity_rad_s)
         slope = self.hysteresis_nm / self.hysteresis_travel_arm_rad
         return Dahl(self.hysteresis_nm, slope).torque_nm(time_s, arm_velocity_rad_s)
+
+
+def beyond_slack(away_rad: Floats, below_rad: float, above_rad: float) -> Floats:
+    """Return how far a bundle is drawn beyond where it hangs free, shape (n,)."""
+    drawn = np.maximum(away_rad - above_rad, 0.0) + np.minimum(away_rad + below_rad, 0.0)
+    return np.asarray(drawn)
 
 
 @dataclass(frozen=True)
@@ -71,18 +84,22 @@ class LocalFault:
             "height_nm": "h, torque at the place's middle, in its sign",
             "center_arm_rad": "q0, its place",
             "width_arm_rad": "w, half of its width at 61 % of its height",
+            "period_arm_rad": "P, arm travel after which it comes again (0: one place)",
         },
         "a bell as the shape of a chipped tooth, dent or rubbing hose: our own choice",
-        "one place in the arm's turn; a damaged planet or ball returns with its own period",
+        "one place of the travel, or one in every period, as a tooth of a gear that goes round has:"
+        " q0 is then the nearest of its returns",
     )
     height_nm: float
     center_arm_rad: float
     width_arm_rad: float
+    period_arm_rad: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse a place without a width."""
-        require(self.law, self, positive="width_arm_rad")
+        require(self.law, self, positive="width_arm_rad", not_negative="period_arm_rad")
 
     def torque_nm(self, arm_rad: Floats) -> Floats:
         """Return the bump, shape (n,)."""
-        return self.height_nm * bump_share(arm_rad, self.center_arm_rad, self.width_arm_rad)
+        place = self.center_arm_rad, self.width_arm_rad, self.period_arm_rad
+        return self.height_nm * bump_share(arm_rad, *place)

@@ -60,24 +60,35 @@ class TightSpot:
             "height_nm": "h, what the friction level has more at the place's middle",
             "center_arm_rad": "q0, its place",
             "width_arm_rad": "w, half of its width at 61 % of its height",
+            "period_arm_rad": "P, arm travel after which it comes again (0: one place)",
         },
         "Armstrong-Helouvry, Control of Machines with Friction (1991), chapter 4, as one bump",
-        "one place; a dent deeper than the Coulomb level would drive",
+        "one place, or one in every period: q0 is then the nearest of its returns; a dent deeper"
+        " than the Coulomb level would drive",
     )
     height_nm: float
     center_arm_rad: float
     width_arm_rad: float
+    period_arm_rad: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse a place without a width."""
-        require(self.law, self, positive="width_arm_rad")
+        require(self.law, self, positive="width_arm_rad", not_negative="period_arm_rad")
 
     def torque_nm(self, arm_rad: Floats, direction: Floats) -> Floats:
         """Return the bump of friction, shape (n,)."""
-        share = bump_share(arm_rad, self.center_arm_rad, self.width_arm_rad)
-        return self.height_nm * share * direction
+        place = self.center_arm_rad, self.width_arm_rad, self.period_arm_rad
+        return self.height_nm * bump_share(arm_rad, *place) * direction
 
 
-def bump_share(arm_rad: Floats, center_arm_rad: float, width_arm_rad: float) -> Floats:
-    """Return the bell ``exp(-((q - q0)/w)^2/2)``, from 1 at the place to 0 far from it."""
-    return np.asarray(np.exp(-0.5 * ((arm_rad - center_arm_rad) / width_arm_rad) ** 2))
+def bump_share(
+    arm_rad: Floats, center_arm_rad: float, width_arm_rad: float, period_arm_rad: float = 0.0
+) -> Floats:
+    """Return the bell ``exp(-((q - q0)/w)^2/2)``, from 1 at the place to 0 far from it.
+
+    With a period, of the way to the nearest of the place's returns.
+    """
+    away = arm_rad - center_arm_rad
+    if period_arm_rad:
+        away = away - period_arm_rad * np.round(away / period_arm_rad)
+    return np.asarray(np.exp(-0.5 * (away / width_arm_rad) ** 2))

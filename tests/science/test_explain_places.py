@@ -19,11 +19,21 @@ from agent.explain.forms import reversal as forms_reversal
 from agent.explain.forms.form import Form
 from agent.explain.forms.spots import strong_places
 from agent.explain.location.regions import axis_values, regions_of
+from agent.explain.numbers.model import predicted
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, tabulate
 from agent.identify.result import Floats, Parameter
-from tests.science.explain_joint import GEAR_RATIO, TWIN, Conditions, Missing, record, stair
+from agent.physics.twin import Effect
+from tests.science.explain_joint import (
+    GEAR_RATIO,
+    NOISE_NM,
+    TWIN,
+    Conditions,
+    Missing,
+    record,
+    stair,
+)
 from trajectories import SetPoints, Trajectory
 
 STROKE_RAD = 120.0
@@ -40,6 +50,12 @@ def cycle(scale: float) -> Trajectory:
 def long_stroke(scale: float) -> Trajectory:
     """Along a short stroke a weight that is fitted to a hose does as well."""
     return stair([scale * v for v in (40.0, 75.0)], 400.0, duration_s=40.0)
+
+
+@cache
+def round_and_round(scale: float) -> Trajectory:
+    """Three turns of the arm there and back."""
+    return stair([scale * v for v in (120.0, 200.0)], 1900.0, duration_s=80.0)
 
 
 def scene_with(width: float, *, rubs: bool, seed: int = 3) -> Scene:
@@ -140,6 +156,56 @@ def test_a_hose_is_said_to_stiffen_only_where_it_does(
     if cubic:
         assert values["cubic_nm_per_arm_rad3"] == pytest.approx(cubic, rel=0.1)
         assert values["neutral_arm_rad"] == pytest.approx(0.1, abs=0.02)
+
+
+@pytest.mark.parametrize("side", ["below", "above"])
+def test_a_hose_may_hang_free_to_one_side(side: str) -> None:
+    """It is drawn taut beyond an angle; a bump there, or a cube, copies most of it."""
+
+    def hose(points: SetPoints, at: Conditions) -> Floats:
+        del at
+        away = points.position_rad / GEAR_RATIO - 0.4
+        drawn = np.maximum(away, 0.0) if side == "below" else np.minimum(away, 0.0)
+        return np.asarray(0.2 * drawn)
+
+    scene = scene_of(hose, driven=long_stroke)
+    (term,) = named(scene, (*forms_cable.FORMS, *forms_place.FORMS))
+    assert term.scored.form.name == f"spring that hangs free {side} an angle"
+    values = term.scored.values()
+    assert values["stiffness_nm_per_arm_rad"] == pytest.approx(0.2, rel=0.05)
+    assert values["neutral_arm_rad"] == pytest.approx(0.4, abs=0.03)
+    (entry,) = term.scored.form.to_twin(scene, values)
+    twin = replace(TWIN, effects=(Effect("cable-force", dict(entry)),))
+    table = scene.table
+    said = predicted(table, twin) - predicted(table, TWIN)
+    column = 0.2 * table.band(term.scored.form.columns(scene, (0.4,))[:, 0])
+    assert np.std((said - column)[table.used]) < 0.05 * np.std(column[table.used])
+
+
+@pytest.mark.parametrize("rubs", [True, False])
+def test_a_damaged_tooth_comes_again_with_every_turn(rubs: bool) -> None:
+    """Of an arm that goes round three times: narrow places everywhere are one."""
+
+    def tooth(points: SetPoints, at: Conditions) -> Floats:
+        del at
+        away = points.position_rad / GEAR_RATIO - 1.1
+        away = away - 2.0 * math.pi * np.round(away / (2.0 * math.pi))
+        bell = 0.3 * np.exp(-0.5 * (away / 0.05) ** 2)
+        return np.asarray(bell * (np.sign(points.velocity_rad_s) if rubs else 1.0))
+
+    scene = scene_of(tooth, driven=round_and_round)
+    (term,) = named(scene, forms_place.FORMS)
+    assert term.scored.form.name == f"{'rubbing' if rubs else 'bump'}, every turn"
+    values = term.scored.values()
+    assert values["center_arm_rad"] == pytest.approx(1.1, abs=0.01)
+    assert values["width_arm_rad"] == pytest.approx(0.05, rel=0.1)
+    (entry,) = term.scored.form.to_twin(scene, values)
+    twin = replace(TWIN, effects=(Effect("local-fault", dict(entry)),))
+    said = predicted(scene.table, twin) - predicted(scene.table, TWIN)
+    used = scene.table.used
+    base, left = scene.table.base[used], (scene.residual_nm - said)[used]
+    left = left - base @ np.linalg.lstsq(base, left, rcond=None)[0]  # its mean level is friction
+    assert np.std(left) < 0.7 * NOISE_NM < 0.5 * np.std(said[used])
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from agent.explain.forms.form import Form, Point, stack
+from agent.explain.forms.form import Form, Point, ToTwin, stack
 from agent.explain.forms.reversal import hysteresis
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
@@ -16,6 +16,7 @@ _NEUTRALS = 9  # along the stroke: a cubic about each looks unlike that about th
 _TRAVELS = 5
 _SOONEST_RAD = 0.05  # of the arm: what has settled sooner is the joint's own friction that yields
 _LATEST = 0.5  # of the stroke: what settles later is a spring
+_FAR = 2.0  # strokes: a bundle that hangs free to one side does so wherever the arm goes
 _POSITION = ("position_rad",)
 _ANYWHERE = ("torque-offset", "direction-asymmetry")
 
@@ -86,6 +87,26 @@ def _lossy_stiffening(scene: Scene, point: Point) -> Floats:
     neutral, travel = point
     lag = hysteresis(scene, travel * scene.table.gear_ratio)
     return np.concatenate((_stiffening(scene, (neutral,)), stack(lag)), axis=1)
+
+
+def _drawn_up(scene: Scene, point: Point) -> Floats:
+    """Return a spring that hangs free below an angle, shape (N, 1)."""
+    return stack(np.maximum(scene.arm_rad - point[0], 0.0))
+
+
+def _drawn_down(scene: Scene, point: Point) -> Floats:
+    """Return a spring that hangs free above an angle, shape (N, 1)."""
+    return stack(np.minimum(scene.arm_rad - point[0], 0.0))
+
+
+def _slack(side: str) -> ToTwin:
+    """Return how a spring that hangs free to one side is told to a twin: for all of the stroke."""
+
+    def to_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+        lower, upper = scene.stroke_arm_rad()
+        return ({**values, f"slack_{side}_arm_rad": _FAR * (upper - lower)},)
+
+    return to_twin
 
 
 def _neutrals_and_travels(scene: Scene) -> Sequence[Point]:
@@ -170,6 +191,32 @@ FORMS: tuple[Form, ...] = (
             "spring with inner friction",
             "spring that stiffens",
         ),
+    ),
+    Form(
+        "cable-force",
+        "spring that hangs free below an angle",
+        ("stiffness_nm_per_arm_rad",),
+        _drawn_up,
+        ("neutral_arm_rad",),
+        _neutrals,
+        signs=(1,),
+        limits=_within_stroke,
+        needs=_POSITION,
+        to_twin=_slack("below"),
+        contains=_ANYWHERE,
+    ),
+    Form(
+        "cable-force",
+        "spring that hangs free above an angle",
+        ("stiffness_nm_per_arm_rad",),
+        _drawn_down,
+        ("neutral_arm_rad",),
+        _neutrals,
+        signs=(1,),
+        limits=_within_stroke,
+        needs=_POSITION,
+        to_twin=_slack("above"),
+        contains=_ANYWHERE,
     ),
     Form(
         "cable-force",

@@ -21,6 +21,7 @@ _LOCAL = 0.028  # of the stroke: narrower, a bell is seen along less than a tent
 _BROAD = 0.045  # wider, along more than a sixth: friction of the path; between: either
 _NARROWEST, _WIDEST = 0.003, 0.12
 _WIDEST_SPOT = 0.25  # wider, friction of the path is no spot
+_TURN, _ROUND = 2.0 * math.pi, 1.2  # rad of the arm, turns: what goes no further comes back
 _POSITION = ("position_rad",)
 
 Limits = Callable[[Scene], Sequence[tuple[float, float]]]
@@ -121,6 +122,50 @@ def _fault(scene: Scene, point: Point) -> Floats:
     return stack(_bump(scene, point))
 
 
+def _turns_round(scene: Scene) -> bool:
+    """Return whether the arm passes its places more than once by going round."""
+    lower, upper = scene.stroke_arm_rad()
+    return upper - lower > _ROUND * _TURN
+
+
+def _of_every_turn(widths: Sequence[float], *, friction: bool) -> Grid:
+    """Return spots along one turn of an arm that goes round, where the residual stands out."""
+
+    def grid(scene: Scene) -> Sequence[Point]:
+        if not _turns_round(scene):
+            return ()
+        return strong_places(scene, widths, friction=friction, of_turn=True)
+
+    return grid
+
+
+def _within_a_turn(narrowest: float, widest: float) -> Limits:
+    def limits(scene: Scene) -> Sequence[tuple[float, float]]:
+        del scene
+        return ((-0.5 * _TURN, 0.5 * _TURN), (narrowest * _TURN, widest * _TURN))
+
+    return limits
+
+
+def _turn_step(scene: Scene) -> Point:
+    del scene
+    return (0.5 * _TURN / _PLACES, 0.5 * _LOCAL * _TURN)
+
+
+def _fault_every_turn(scene: Scene, point: Point) -> Floats:
+    center, width = point
+    return stack(bump_share(scene.arm_rad, center, width, _TURN))
+
+
+def _rubbing_every_turn(scene: Scene, point: Point) -> Floats:
+    return scene.direction[:, np.newaxis] * _fault_every_turn(scene, point)
+
+
+def _every_turn_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    del scene
+    return ({**values, "period_arm_rad": _TURN},)
+
+
 def _another_payload(scene: Scene, point: Point) -> Floats:
     there = (scene.runs() == int(point[0])).astype(np.float64)
     position, ratio = scene.full("position_rad"), scene.table.gear_ratio
@@ -202,6 +247,30 @@ FORMS: tuple[Form, ...] = (
         step=_spot_step,
         limits=_within_stroke(_NARROWEST, _BROAD),
         needs=_POSITION,
+    ),
+    Form(
+        "local-fault",
+        "bump, every turn",
+        ("height_nm",),
+        _fault_every_turn,
+        ("center_arm_rad", "width_arm_rad"),
+        _of_every_turn((0.003, 0.006, 0.012, 0.025), friction=False),
+        step=_turn_step,
+        limits=_within_a_turn(0.5 * _NARROWEST, _WIDEST),
+        needs=_POSITION,
+        to_twin=_every_turn_twin,
+    ),
+    Form(
+        "local-fault",
+        "rubbing, every turn",
+        ("rubbing_nm",),
+        _rubbing_every_turn,
+        ("center_arm_rad", "width_arm_rad"),
+        _of_every_turn((0.003, 0.006, 0.012, 0.025), friction=True),
+        step=_turn_step,
+        limits=_within_a_turn(0.5 * _NARROWEST, _BROAD),
+        needs=_POSITION,
+        to_twin=_every_turn_twin,
     ),
     Form(
         "gravity-imbalance",

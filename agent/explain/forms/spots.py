@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -17,7 +18,7 @@ _APART = 2.0  # widths: nearer peaks are one
 
 
 def strong_places(
-    scene: Scene, widths: Sequence[float], *, friction: bool
+    scene: Scene, widths: Sequence[float], *, friction: bool, of_turn: bool = False
 ) -> tuple[tuple[float, float], ...]:
     """Return centre and width, both rad of the arm, of the bells that the residual resembles most.
 
@@ -28,17 +29,23 @@ def strong_places(
         Standard deviations of the bells, of the stroke.
     friction : bool
         Whether the torque follows the velocity's sign.
+    of_turn : bool
+        Whether all turns of the arm are laid over each other; the stroke is then one turn.
     """
     table = scene.table
     rows = table.sliding
     if not scene.has("position_rad") or not rows.any():
         return ()
     lower, upper = (x / table.gear_ratio for x in scene.span("position_rad"))
+    where = scene.arm_rows()[rows]
+    if of_turn:
+        lower, upper = -math.pi, math.pi
+        where = where - 2.0 * math.pi * np.round(where / (2.0 * math.pi))
     if upper <= lower:
         return ()
     residual = scene.residual_nm[rows]
     sign = np.sign(table.rows["velocity_rad_s"][rows]) if friction else np.ones_like(residual)
-    at = (scene.arm_rows()[rows] - lower) / (upper - lower) * _BINS
+    at = (where - lower) / (upper - lower) * _BINS
     index = np.clip(at.astype(np.int64), 0, _BINS - 1)
     moment = np.asarray(np.bincount(index, sign * residual, _BINS), dtype=np.float64)
     weight = np.asarray(np.bincount(index, sign**2, _BINS), dtype=np.float64)

@@ -95,7 +95,12 @@ _PLACE_FORMS = (
     Form(
         "tight spot",
         TightSpot.law,
-        {"height_nm": amplitude(), "center_arm_rad": free(), "width_arm_rad": positive()},
+        {
+            "height_nm": amplitude(),
+            "center_arm_rad": free(),
+            "width_arm_rad": positive(),
+            "period_arm_rad": not_negative(0.0),
+        },
         _tight_spot,
     ),
 )
