@@ -86,7 +86,8 @@ def _fault(p: Numbers, motion: Motion, base: Base) -> Floats:
 
 
 def _rubbing(p: Numbers, motion: Motion, base: Base) -> Floats:
-    law = TightSpot(p["rubbing_nm"], p["center_arm_rad"], p["width_arm_rad"])
+    place = (p[name] for name in ("center_arm_rad", "width_arm_rad", "period_arm_rad"))
+    law = TightSpot(p["rubbing_nm"], *place)
     return law.torque_nm(base.arm_rad(motion), motion.direction)
 
 
