@@ -140,6 +140,8 @@ def _detail(effect: str, parameters: Mapping[str, Parameter]) -> str:
         return f"the velocity is {duration(known['velocity_delay_s'])} {late}"
     if effect == "torque-ripple" and {"cos_nm", "sin_nm"} <= known.keys():
         return _amplitudes(known)
+    if known.get("period_arm_rad"):
+        return "once in every turn of the arm"
     if effect == "torque-saturation" and "limit_nm" in known:
         return f"at {torque(known['limit_nm'])}"
     return ""
