@@ -15,7 +15,7 @@ from agent.explain.rows.lag import lag_of
 from agent.explain.rows.run import Run
 from agent.identify.signals.preprocess import Motion, read_motion
 
-_WIDER = 2.0  # the band: less is not worth a motion that the drive did not report
+_WIDER = 1.4  # the band: less is not worth a motion that the drive did not report
 
 
 def by_the_quieter(
