@@ -17,6 +17,7 @@ _TRAVELS = 5
 _SOONEST_RAD = 0.05  # of the arm: what has settled sooner is the joint's own friction that yields
 _LATEST = 0.5  # of the stroke: what settles later is a spring
 _FAR = 2.0  # strokes: a bundle that hangs free to one side does so wherever the arm goes
+_SLACK = 0.1  # of the stroke, at least
 _POSITION = ("position_rad",)
 _ANYWHERE = ("torque-offset", "direction-asymmetry")
 
@@ -127,6 +128,13 @@ def _within_stroke(scene: Scene) -> Sequence[tuple[float, float]]:
     return (scene.stroke_arm_rad(),)
 
 
+def _where_slack_shows(scene: Scene) -> Sequence[tuple[float, float]]:
+    """Return where a bundle may be drawn taut: else it is a spring with an offset."""
+    lower, upper = scene.stroke_arm_rad()
+    least = _SLACK * (upper - lower)
+    return ((lower + least, upper - least),)
+
+
 FORMS: tuple[Form, ...] = (
     Form(
         "cable-force",
@@ -200,10 +208,11 @@ FORMS: tuple[Form, ...] = (
         ("neutral_arm_rad",),
         _neutrals,
         signs=(1,),
-        limits=_within_stroke,
+        limits=_where_slack_shows,
         needs=_POSITION,
         to_twin=_slack("below"),
         contains=_ANYWHERE,
+        refines=("spring", "spring at rest elsewhere"),
     ),
     Form(
         "cable-force",
@@ -213,10 +222,11 @@ FORMS: tuple[Form, ...] = (
         ("neutral_arm_rad",),
         _neutrals,
         signs=(1,),
-        limits=_within_stroke,
+        limits=_where_slack_shows,
         needs=_POSITION,
         to_twin=_slack("above"),
         contains=_ANYWHERE,
+        refines=("spring", "spring at rest elsewhere"),
     ),
     Form(
         "cable-force",
