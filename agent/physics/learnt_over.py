@@ -71,6 +71,11 @@ def known_to(twin: Twin) -> dict[str, tuple[float, float]]:
     return out
 
 
+def _short(value: float) -> str:
+    """Return a number with three digits, and all of a larger one before its point."""
+    return f"{value:.3g}" if abs(value) < 999.5 else f"{value:.0f}"
+
+
 def beyond(
     learnt: Mapping[str, tuple[float, float]], driven: Mapping[str, tuple[float, float]]
 ) -> tuple[str, ...]:
@@ -90,7 +95,8 @@ def beyond(
         below = name != "velocity_rad_s" and least < low - margin
         if below or most > high + margin:
             there, here = (
-                f"{scale * a:.3g} to {scale * b:.3g}" for a, b in ((least, most), (low, high))
+                f"{_short(scale * a)} to {_short(scale * b)}"
+                for a, b in ((least, most), (low, high))
             )
             out.append(f"{called} of {there} {unit} where the law was learnt over {here}")
     return tuple(out)
