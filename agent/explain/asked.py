@@ -116,7 +116,7 @@ def as_asked(
     """
     everything, glitched = without_glitches((*runs, *holdout))
     everything, stamped = put_right(everything)
-    everything, quieter = by_the_quieter(everything, inertia_kg_m2)
+    everything, quieter = by_the_quieter(everything, inertia_kg_m2, stamped=bool(stamped))
     stepped = (said_of(late_s),) if late_s else ()
     if late_s:
         everything = in_step_with(everything, late_s)

@@ -247,6 +247,7 @@ FORMS: tuple[Form, ...] = (
         highest=(1.0, 1.0),
         needs=("position_rad",),
         to_twin=_load_twin,
+        refines=("proportional",),
         rests_on_numbers=True,
     ),
 )

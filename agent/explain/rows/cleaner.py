@@ -16,10 +16,13 @@ from agent.explain.rows.run import Run
 from agent.identify.signals.preprocess import Motion, read_motion
 
 _WIDER = 1.4  # the band: less is not worth a motion that the drive did not report
+_MUCH_WIDER = (
+    2.0  # where stamps were off: a position errs with what is left of that, and as it moves
+)
 
 
 def by_the_quieter(
-    runs: Sequence[Run], inertia_kg_m2: float
+    runs: Sequence[Run], inertia_kg_m2: float, *, stamped: bool = False
 ) -> tuple[tuple[Run, ...], tuple[str, ...]]:
     """Return the runs without a velocity that narrows the band, and what is to be said of it.
 
@@ -29,6 +32,8 @@ def by_the_quieter(
         All that are compared with each other: they share one band.
     inertia_kg_m2 : float
         Of the simulation.
+    stamped : bool
+        Whether stamps were off, and were put right.
     """
     if not runs or not all(_has_both(run) for run in runs):
         return tuple(runs), ()
@@ -38,7 +43,8 @@ def by_the_quieter(
         _band_hz(motions, inertia_kg_m2)
         for motions in (reported, [read_motion(run.signals) for run in derived])
     )
-    if wider_hz < _WIDER * band_hz or not _in_step(reported, band_hz):
+    needed = _MUCH_WIDER if stamped else _WIDER
+    if wider_hz < needed * band_hz or not _in_step(reported, band_hz):
         return tuple(runs), ()
     return derived, (
         "the velocity was reported with more noise than the position has: the motion was taken "
