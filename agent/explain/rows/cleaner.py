@@ -16,9 +16,7 @@ from agent.explain.rows.run import Run
 from agent.identify.signals.preprocess import Motion, read_motion
 
 _WIDER = 1.4  # the band: less is not worth a motion that the drive did not report
-_MUCH_WIDER = (
-    2.0  # where stamps were off: a position errs with what is left of that, and as it moves
-)
+_MUCH_WIDER = 2.0  # where stamps were off: what is left of that is in the position
 
 
 def by_the_quieter(
