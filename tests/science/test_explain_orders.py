@@ -15,6 +15,7 @@ from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.forms import cable
 from agent.explain.forms import order as forms_order
+from agent.explain.forms import ripple as forms_ripple
 from agent.explain.forms.form import Form
 from agent.explain.forms.quantities import as_in_twin
 from agent.explain.numbers.resting import at_own_numbers, settled_beside
@@ -113,7 +114,10 @@ def tabulated(joint: Joint) -> Table:
     return tabulate(TWIN, [recorded(s, k, joint) for k, s in enumerate((1.0, 0.9))])
 
 
-def library_of(table: Table, forms: Sequence[Form] = forms_order.FORMS) -> Library:
+WAVES = (*forms_ripple.FORMS, *forms_order.FORMS)
+
+
+def library_of(table: Table, forms: Sequence[Form] = WAVES) -> Library:
     delta, left = refit(table)
     theta = np.array([getattr(TWIN, name) for name in BASE]) + delta
     scene = Scene(table, theta, np.where(table.used, left, 0.0), given=theta - delta)

@@ -11,6 +11,7 @@ from agent.explain.forms import cable as forms_cable
 from agent.explain.forms import order as forms_order
 from agent.explain.forms import place as forms_place
 from agent.explain.forms import reversal as forms_reversal
+from agent.explain.forms import ripple as forms_ripple
 from agent.explain.forms import signal as forms_signal
 from agent.explain.forms import speed as forms_speed
 from agent.explain.forms import stiffening as forms_stiffening
@@ -27,6 +28,7 @@ FORMS: tuple[Form, ...] = (
     *forms_speed.FORMS,
     *forms_warmth.FORMS,
     *forms_use.FORMS,
+    *forms_ripple.FORMS,
     *forms_order.FORMS,
     *forms_place.FORMS,
     *forms_cable.FORMS,

@@ -1,17 +1,16 @@
-"""What repeats with the motor's turn: ripple, the gear's wobble, the resolver's error."""
+"""What shakes with the motor's turn: the gear's wobble, the resolver's error."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from agent.explain.forms.form import Form, Grid, Point, Proportional, stack
+from agent.explain.forms.form import Form, Point, stack
 from agent.explain.forms.hidden_arm import HiddenArm, inertia_of
-from agent.explain.forms.orders import Weighting, half_a_line, least_order, strong_orders
+from agent.explain.forms.orders import ORDER, half_a_line, order_limits, strong_orders
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
 from agent.physics.periodic import wave_rates
@@ -20,7 +19,6 @@ _POSITION = ("position_rad",)
 _GEAR_DAMPING = 0.2  # of the arm's swing on the gear, friction counted in: where the search begins
 _DAMPINGS = (0.02, 0.5)
 _SPRING = ("antiresonance_hz", "damping_ratio", "arm_inertia_share")
-ORDER = "order_per_motor_rev"
 _RUBS = "arm_friction_share"  # of the dry friction: bearing and seal of the arm
 _AS_PRODUCT = (
     "known only times the arm's inertia, taken as a share of the joint's: the less of it is the "
@@ -30,7 +28,6 @@ _ARM_SHARE = 0.5  # of the inertia, behind the gear: where the search begins
 _ARM_SHARES = (0.1, 0.9)
 _ARM_FRICTION = 0.3  # of the dry friction, behind the gear: where the search begins
 _FRICTIONS = (0.0, 1.0)
-_GROWN, _MOST_GROWN = (0.7, 5.0), 100.0  # times a ripple's own, what the usual torque adds to it
 
 
 def goes_by_order(form: Form) -> bool:
@@ -41,67 +38,6 @@ def goes_by_order(form: Form) -> bool:
 def at_order(form: Form, order: float) -> Point:
     """Return the point of such a form at an order, its other number where the search begins."""
     return (order, _ARM_FRICTION) if _RUBS in form.nonlinear else (order,)
-
-
-def _orders(weighting: Weighting) -> Grid:
-    def grid(scene: Scene) -> Sequence[Point]:
-        return tuple((order,) for order in strong_orders(scene, weighting))
-
-    return grid
-
-
-def _ripple(scene: Scene, point: Point) -> Floats:
-    return scene.wave(point[0])
-
-
-def _ripple_two(scene: Scene, point: Point) -> Floats:
-    return np.concatenate((scene.wave(point[0]), scene.wave(2.0 * point[0])), axis=1)
-
-
-def _ripple_two_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
-    del scene
-    order = values["order_per_motor_rev"]
-    return (
-        {
-            "cos_nm": values["cos_nm"],
-            "sin_nm": values["sin_nm"],
-            "order_per_motor_rev": order,
-        },
-        {
-            "cos_nm": values["cos_second_nm"],
-            "sin_nm": values["sin_second_nm"],
-            "order_per_motor_rev": 2.0 * order,
-        },
-    )
-
-
-def _ripple_and_share(scene: Scene, point: Point) -> Floats:
-    """Return a ripple, and what of it is in proportion to the torque, (N, 4)."""
-    waves = scene.wave(point[0])
-    return np.concatenate((waves, waves * scene.predicted_nm[:, np.newaxis]), axis=1)
-
-
-def _growing_ripple(scene: Scene, point: Point) -> Floats:
-    """Return a ripple that grows with the size of the torque, (N, 2)."""
-    order, growth = point
-    return scene.wave(order) * (1.0 + growth * np.abs(scene.predicted_nm))[:, np.newaxis]
-
-
-def _growing_orders(scene: Scene) -> Sequence[Point]:
-    orders, usual = strong_orders(scene, "torque"), _usual_nm(scene)
-    return tuple((order, times / usual) for order in orders for times in _GROWN)
-
-
-def _growing_limits(scene: Scene) -> Sequence[tuple[float, float]]:
-    return (*_order_limits(scene), (0.0, _MOST_GROWN / _usual_nm(scene)))
-
-
-def _growing_step(scene: Scene) -> Point:
-    return (*half_a_line(scene), Proportional(0.5))
-
-
-def _usual_nm(scene: Scene) -> float:
-    return max(float(np.sqrt(np.mean(scene.predicted_nm**2))), 1e-300)
 
 
 def _second_derivatives(scene: Scene, order: float) -> Floats:
@@ -155,12 +91,8 @@ def _kinematic(scene: Scene, point: Point) -> Floats:
     return _second_derivatives(scene, order) + _geared(scene, order, _ARM_SHARE, friction)
 
 
-def _order_limits(scene: Scene) -> Sequence[tuple[float, float]]:
-    return ((least_order(scene), math.inf),)
-
-
 def _stiff_limits(scene: Scene) -> Sequence[tuple[float, float]]:
-    return (*_order_limits(scene), _FRICTIONS)
+    return (*order_limits(scene), _FRICTIONS)
 
 
 def _stiff_step(scene: Scene) -> Point:
@@ -197,7 +129,7 @@ def _wobble_step(scene: Scene) -> Point:
 def _spring_limits(scene: Scene) -> Sequence[tuple[float, float]]:
     """Return how far order, spring and arm are followed: stiffer is rigid in the band."""
     cutoff = scene.table.cutoff_hz
-    return (*_order_limits(scene), (0.2 * cutoff, 8.0 * cutoff), _DAMPINGS, _ARM_SHARES)
+    return (*order_limits(scene), (0.2 * cutoff, 8.0 * cutoff), _DAMPINGS, _ARM_SHARES)
 
 
 def _spring_step(scene: Scene) -> Point:
@@ -295,59 +227,6 @@ BESIDE_A_WAVE = Form(
 """What nearly every recording has of a wave's order, too small for a name: it is no candidate."""
 
 FORMS: tuple[Form, ...] = (
-    Form(
-        "torque-ripple",
-        "one order",
-        ("cos_nm", "sin_nm"),
-        _ripple,
-        ("order_per_motor_rev",),
-        _orders("torque"),
-        needs=_POSITION,
-        step=half_a_line,
-        limits=_order_limits,
-        from_residual=True,
-    ),
-    Form(
-        "torque-ripple",
-        "an order and its double",
-        ("cos_nm", "sin_nm", "cos_second_nm", "sin_second_nm"),
-        _ripple_two,
-        ("order_per_motor_rev",),
-        _orders("torque"),
-        needs=_POSITION,
-        step=half_a_line,
-        limits=_order_limits,
-        to_twin=_ripple_two_twin,
-        from_residual=True,
-    ),
-    Form(
-        "torque-ripple",
-        "one order that grows with the torque",
-        ("cos_nm", "sin_nm"),
-        _growing_ripple,
-        (ORDER, "load_growth_per_nm"),
-        _growing_orders,
-        needs=_POSITION,
-        step=_growing_step,
-        limits=_growing_limits,
-        refines=("one order",),
-        rests_on_numbers=True,
-        from_residual=True,
-    ),
-    Form(
-        "torque-ripple",
-        "one order, in part in proportion to the torque",
-        ("cos_nm", "sin_nm", "cos_share", "sin_share"),
-        _ripple_and_share,
-        (ORDER,),
-        _orders("torque"),
-        needs=_POSITION,
-        step=half_a_line,
-        limits=_order_limits,
-        refines=("one order",),
-        rests_on_numbers=True,
-        from_residual=True,
-    ),
     Form(
         "kinematic-error",
         "one order",

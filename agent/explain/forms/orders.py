@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from agent.explain.rows.orders import FEWEST_WAVES, orders_of
 from agent.explain.rows.scene import Scene
 
+ORDER = "order_per_motor_rev"
 Weighting = Literal["torque", "friction", "inertia"]
 _PEAKS = 5
 _OF_BAND = 0.9  # of the cutoff: what passes that fast at the slowest speed still shows
@@ -53,3 +55,8 @@ def half_a_line(scene: Scene) -> tuple[float]:
     """Return half the width of an order's line over the stroke, per motor turn."""
     lower, upper = scene.span("position_rad")
     return (0.5 * 2.0 * math.pi / max(upper - lower, 1e-9),)
+
+
+def order_limits(scene: Scene) -> Sequence[tuple[float, float]]:
+    """Return between which orders a wave is looked for."""
+    return ((least_order(scene), math.inf),)

@@ -19,8 +19,8 @@ from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.choice import Choice, choose
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import DELAY, Library
-from agent.explain.forms.order import ORDER, waves_of
-from agent.explain.forms.orders import strong_orders
+from agent.explain.forms.order import waves_of
+from agent.explain.forms.orders import ORDER, strong_orders
 from agent.explain.forms.signal import CLOSELY_S, REACH_S, nearest_delay, turn_s, turning_round
 from agent.explain.numbers.polish import polished
 from agent.explain.numbers.renewed import left_nm, retaken, with_new_grids
