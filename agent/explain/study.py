@@ -43,7 +43,7 @@ from agent.explain.numbers.wrong import WrongNumber, told_again, wrong_numbers
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.floor import noise_floor
 from agent.explain.rows.lines import Line, lines_of
-from agent.explain.rows.noise_in_kind import is_noise_in_kind
+from agent.explain.rows.noise_in_kind import FEWEST, is_noise_in_kind
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, Table, without_edges
 from agent.explain.rows.usual import usual_blocks, usual_rows
@@ -122,10 +122,11 @@ class Study:
 
     @cached_property
     def without_measure(self) -> bool:
-        """Return whether no noise floor was to be had, and what is left is no noise in kind."""
-        if self.floor.value_nm > 0.0:
+        """Return whether no noise floor was to be had, and what is left is surely not noise."""
+        rows = self.library.weighing.rows
+        if self.floor.value_nm > 0.0 or rows.shape[0] < FEWEST:
             return False
-        return not is_noise_in_kind(self.table, self.library.weighing.rows, self.model.residual_nm)
+        return not is_noise_in_kind(self.table, rows, self.model.residual_nm)
 
     @property
     def torque_late_s(self) -> float:

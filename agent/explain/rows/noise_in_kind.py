@@ -17,12 +17,14 @@ from agent.explain.rows.pieces import Piece
 from agent.explain.rows.table import Table
 from agent.identify.result import Floats
 
+FEWEST = 1000
+"""Rows, and products at a lag, from which on a correlation is known well enough."""
+
 _ALIKE = 0.1  # correlation beyond the filter's memory: so little is none
 _LONGEST_S = 0.6
 _SPELL_S = 0.1
 _MOST_SPELLS = 50  # one in so many, the loudest,
 _IN_SPELLS = 0.14  # may hold so much of the energy; of noise they hold 0.05 to 0.1
-_FEWEST = 1000  # rows, and of products at a lag: else the correlation is not known so well
 
 
 def is_noise_in_kind(table: Table, rows: NDArray[np.int64], left_nm: Floats) -> bool:
@@ -36,7 +38,7 @@ def is_noise_in_kind(table: Table, rows: NDArray[np.int64], left_nm: Floats) -> 
     left_nm : ndarray, shape (m,)
         What a model leaves there.
     """
-    if rows.shape[0] < _FEWEST:
+    if rows.shape[0] < FEWEST:
         return False
     left = np.full(table.used.shape[0], np.nan)
     left[rows] = left_nm - float(np.mean(left_nm))
@@ -57,7 +59,7 @@ def _keeps_no_memory(left: Floats, pieces: list[Piece], period_s: float) -> bool
         pairs = [(left[p.rows][lag:], left[p.rows][:-lag]) for p in pieces]
         now, before = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
         both = np.isfinite(now) & np.isfinite(before)
-        if np.count_nonzero(both) < _FEWEST:
+        if np.count_nonzero(both) < FEWEST:
             continue
         now, before = now[both], before[both]
         scale = math.sqrt(float(now @ now) * float(before @ before))
