@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from agent.explain.choosing.candidate import Candidate, Scored, basis_of, gain_of
 from agent.explain.choosing.descent import descended, movable
 from agent.explain.choosing.heard import heard
-from agent.explain.forms.form import Form, Point
+from agent.explain.forms.form import Columns, Form, Point
+from agent.explain.forms.mixed import Mixed, Part
 from agent.explain.forms.refinement import climbed
 from agent.explain.forms.signal import later_by_numbers
 from agent.explain.rows.evidence import Weighing, heldout, moments, solve
@@ -24,6 +25,7 @@ DELAY = "measurement-delay"
 """The one effect that every other passes: its column is the twin's own torque, later or earlier."""
 
 _POINTS_IN_FOLDS = 4
+_PARTS_KEPT = 64  # of mixed columns: a search moves along one number at a time
 _ROUNDS = 6  # of a form's numbers moved together
 _POINTS_TRIED = 12  # of a form, where its best would leave no possible joint
 _WORTH_FOLDS = 0.25  # of the best screened gain: less is not followed further
@@ -62,6 +64,9 @@ class Library:
         default_factory=dict, compare=False, repr=False
     )
     lenient: bool = False
+    _parts: dict[tuple[Columns, Point, bool], Floats] = field(
+        init=False, default_factory=dict, compare=False, repr=False
+    )
 
     @classmethod
     def of(cls, scene: Scene, weighing: Weighing, forms: Sequence[Form]) -> Library:
@@ -92,18 +97,35 @@ class Library:
         key = form, point
         found = self.known.get(key)
         if found is None:
-            raw = form.columns(self.scene, point)
-            found = self.known[key] = Candidate(form, point, self._at_rows(form, raw))
+            found = self.known[key] = Candidate(form, point, self._computed(form, point))
         return found
 
     def columns(self, form: Form, point: Point) -> Floats:
         """Compute one point's weighted columns, shape (m, k), and do not keep them."""
         found = self.known.get((form, point))
-        return self._at_rows(form, form.columns(self.scene, point)) if not found else found.columns
+        return self._computed(form, point) if not found else found.columns
 
     def all_points(self, form: Form) -> list[Candidate]:
         """Compute a form's columns over its whole grid."""
         return [self.candidate(form, point) for point in form.grid(self.scene)]
+
+    def _computed(self, form: Form, point: Point) -> Floats:
+        """Return a form's weighted columns, shape (m, k)."""
+        if not isinstance(form.columns, Mixed):
+            return self._at_rows(form, form.columns(self.scene, point))
+        parts = [self._part(form, part) for part in form.columns.parts(point)]
+        return form.columns.of(parts, self.scene, point)
+
+    def _part(self, form: Form, part: Part) -> Floats:
+        """Return a part of mixed columns as weighted rows, shape (m, q), or take it as it was."""
+        columns, point = part
+        key = columns, point, form.at_edges
+        found = self._parts.get(key)
+        if found is None:
+            while len(self._parts) >= _PARTS_KEPT:
+                del self._parts[next(iter(self._parts))]
+            found = self._parts[key] = self._at_rows(form, columns(self.scene, point))
+        return found
 
     def _at_rows(self, form: Form, raw: Floats) -> Floats:
         """Return full-rate columns (N, k) as weighted rows (m, k)."""

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from agent.explain.forms.form import Form, Point, ToTwin, stack
+from agent.explain.forms.mixed import Mixed, Part
 from agent.explain.forms.reversal import hysteresis
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
@@ -22,9 +23,26 @@ _POSITION = ("position_rad",)
 _ANYWHERE = ("torque-offset", "direction-asymmetry")
 
 
-def _spring(scene: Scene, point: Point) -> Floats:
+def _powers(scene: Scene, point: Point) -> Floats:
+    """Return the powers 0 to 3 of the arm's angle from the stroke's middle, shape (N, 4)."""
     del point
-    return stack(scene.arm_rad - _middle(scene))
+    away = scene.arm_rad - _middle(scene)
+    squared = away**2
+    return stack(np.ones_like(away), away, squared, away * squared)
+
+
+def _lag(scene: Scene, point: Point) -> Floats:
+    """Return inner friction that settles over an arm travel, shape (N, 1)."""
+    return stack(hysteresis(scene, point[0] * scene.table.gear_ratio))
+
+
+def _of_powers(point: Point) -> Sequence[Part]:
+    del point
+    return ((_powers, ()),)
+
+
+def _of_powers_and_lag(point: Point) -> Sequence[Part]:
+    return ((_powers, ()), (_lag, point[-1:]))
 
 
 def _middle(scene: Scene) -> float:
@@ -36,9 +54,15 @@ def _spring_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[
     return ({**values, "neutral_arm_rad": _middle(scene)},)
 
 
-def _elsewhere(scene: Scene, point: Point) -> Floats:
-    del point
-    return stack(scene.arm_rad - _middle(scene), np.ones_like(scene.arm_rad))
+def _spring_mix(scene: Scene, point: Point) -> Floats:
+    """Return how a spring is made of the powers, shape (4, 1)."""
+    return _elsewhere_mix(scene, point)[:, :1]
+
+
+def _elsewhere_mix(scene: Scene, point: Point) -> Floats:
+    """Return how a spring and a constant are made of the powers, shape (4, 2)."""
+    del scene, point
+    return np.eye(4)[:, [1, 0]]
 
 
 def _elsewhere_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
@@ -47,11 +71,16 @@ def _elsewhere_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mappi
     return ({"stiffness_nm_per_arm_rad": stiffness, "neutral_arm_rad": neutral},)
 
 
-def _lossy(scene: Scene, point: Point) -> Floats:
-    """Return spring and constant, and inner friction that settles over an arm travel, (N, 3)."""
-    away = scene.arm_rad - _middle(scene)
-    lag = hysteresis(scene, point[0] * scene.table.gear_ratio)
-    return stack(away, np.ones_like(away), lag)
+def _lossy_mix(scene: Scene, point: Point) -> Floats:
+    """Return how spring, constant and inner friction are made of powers and lag, shape (5, 3)."""
+    return _beside_lag(_elsewhere_mix(scene, point))
+
+
+def _beside_lag(of_powers: Floats) -> Floats:
+    rows, columns = of_powers.shape
+    out = np.zeros((rows + 1, columns + 1))
+    out[:rows, :columns], out[rows, columns] = of_powers, 1.0
+    return out
 
 
 def _lossy_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
@@ -69,13 +98,15 @@ def _settling(scene: Scene) -> Sequence[tuple[float, float]]:
     return ((_SOONEST_RAD, max(_LATEST * (upper - lower), _SOONEST_RAD)),)
 
 
-def _stiffening(scene: Scene, point: Point) -> Floats:
-    away = scene.arm_rad - point[0]
-    return stack(away, away**3)
+def _stiffening_mix(scene: Scene, point: Point) -> Floats:
+    """Return how a spring and a cube about a neutral angle are made of the powers, shape (4, 2)."""
+    rest = point[0] - _middle(scene)
+    return np.array([[-rest, -(rest**3)], [1.0, 3.0 * rest**2], [0.0, -3.0 * rest], [0.0, 1.0]])
 
 
-def _cubic(scene: Scene, point: Point) -> Floats:
-    return stack((scene.arm_rad - point[0]) ** 3)
+def _cubic_mix(scene: Scene, point: Point) -> Floats:
+    """Return how a cube about a neutral angle is made of the powers, shape (4, 1)."""
+    return _stiffening_mix(scene, point)[:, 1:]
 
 
 def _cubic_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
@@ -83,11 +114,9 @@ def _cubic_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[s
     return ({"stiffness_nm_per_arm_rad": 0.0, **values},)
 
 
-def _lossy_stiffening(scene: Scene, point: Point) -> Floats:
-    """Return spring and cube about a neutral angle, and inner friction that settles, (N, 3)."""
-    neutral, travel = point
-    lag = hysteresis(scene, travel * scene.table.gear_ratio)
-    return np.concatenate((_stiffening(scene, (neutral,)), stack(lag)), axis=1)
+def _lossy_stiffening_mix(scene: Scene, point: Point) -> Floats:
+    """Return how spring, cube and inner friction are made of powers and lag, shape (5, 3)."""
+    return _beside_lag(_stiffening_mix(scene, point[:1]))
 
 
 def _drawn_up(scene: Scene, point: Point) -> Floats:
@@ -140,7 +169,7 @@ FORMS: tuple[Form, ...] = (
         "cable-force",
         "spring",
         ("stiffness_nm_per_arm_rad",),
-        _spring,
+        Mixed(_of_powers, _spring_mix),
         signs=(1,),
         needs=_POSITION,
         to_twin=_spring_twin,
@@ -149,7 +178,7 @@ FORMS: tuple[Form, ...] = (
         "cable-force",
         "spring at rest elsewhere",
         ("stiffness_nm_per_arm_rad", "constant_nm"),
-        _elsewhere,
+        Mixed(_of_powers, _elsewhere_mix),
         signs=(1, 0),
         needs=_POSITION,
         to_twin=_elsewhere_twin,
@@ -159,7 +188,7 @@ FORMS: tuple[Form, ...] = (
         "cable-force",
         "spring with inner friction",
         ("stiffness_nm_per_arm_rad", "constant_nm", "hysteresis_nm"),
-        _lossy,
+        Mixed(_of_powers_and_lag, _lossy_mix),
         ("hysteresis_travel_arm_rad",),
         _travels,
         signs=(1, 0, 1),
@@ -173,7 +202,7 @@ FORMS: tuple[Form, ...] = (
         "cable-force",
         "spring that stiffens",
         ("stiffness_nm_per_arm_rad", "cubic_nm_per_arm_rad3"),
-        _stiffening,
+        Mixed(_of_powers, _stiffening_mix),
         ("neutral_arm_rad",),
         _neutrals,
         signs=(1, 1),
@@ -186,7 +215,7 @@ FORMS: tuple[Form, ...] = (
         "cable-force",
         "spring that stiffens, with inner friction",
         ("stiffness_nm_per_arm_rad", "cubic_nm_per_arm_rad3", "hysteresis_nm"),
-        _lossy_stiffening,
+        Mixed(_of_powers_and_lag, _lossy_stiffening_mix),
         ("neutral_arm_rad", "hysteresis_travel_arm_rad"),
         _neutrals_and_travels,
         signs=(1, 1, 1),
@@ -232,7 +261,7 @@ FORMS: tuple[Form, ...] = (
         "cable-force",
         "slack spring that stiffens",
         ("cubic_nm_per_arm_rad3",),
-        _cubic,
+        Mixed(_of_powers, _cubic_mix),
         ("neutral_arm_rad",),
         _neutrals,
         signs=(1,),

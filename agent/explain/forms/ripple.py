@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from agent.explain.forms.form import Form, Point, Proportional
+from agent.explain.forms.mixed import Mixed, Part
 from agent.explain.forms.orders import ORDER, half_a_line, order_limits, strong_orders
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
@@ -24,8 +25,38 @@ def _ripple(scene: Scene, point: Point) -> Floats:
     return scene.wave(point[0])
 
 
-def _ripple_two(scene: Scene, point: Point) -> Floats:
-    return np.concatenate((scene.wave(point[0]), scene.wave(2.0 * point[0])), axis=1)
+def _ripple_on_load(scene: Scene, point: Point) -> Floats:
+    """Return a ripple in proportion to the size of the torque, (N, 2)."""
+    return scene.wave(point[0]) * np.abs(scene.predicted_nm)[:, np.newaxis]
+
+
+def _ripple_share(scene: Scene, point: Point) -> Floats:
+    """Return a ripple in proportion to the torque, (N, 2)."""
+    return scene.wave(point[0]) * scene.predicted_nm[:, np.newaxis]
+
+
+def _of_order_and_double(point: Point) -> Sequence[Part]:
+    return ((_ripple, point), (_ripple, (2.0 * point[0],)))
+
+
+def _of_ripple_and_share(point: Point) -> Sequence[Part]:
+    return ((_ripple, point), (_ripple_share, point))
+
+
+def _of_ripple_on_load(point: Point) -> Sequence[Part]:
+    return ((_ripple, point[:1]), (_ripple_on_load, point[:1]))
+
+
+def _side_by_side(scene: Scene, point: Point) -> Floats:
+    """Return how columns are made of themselves, shape (4, 4)."""
+    del scene, point
+    return np.eye(4)
+
+
+def _growing_mix(scene: Scene, point: Point) -> Floats:
+    """Return how a ripple that grows with the size of the torque is made, shape (4, 2)."""
+    del scene
+    return np.concatenate((np.eye(2), point[1] * np.eye(2)))
 
 
 def _ripple_two_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
@@ -43,18 +74,6 @@ def _ripple_two_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapp
             "order_per_motor_rev": 2.0 * order,
         },
     )
-
-
-def _ripple_and_share(scene: Scene, point: Point) -> Floats:
-    """Return a ripple, and what of it is in proportion to the torque, (N, 4)."""
-    waves = scene.wave(point[0])
-    return np.concatenate((waves, waves * scene.predicted_nm[:, np.newaxis]), axis=1)
-
-
-def _growing_ripple(scene: Scene, point: Point) -> Floats:
-    """Return a ripple that grows with the size of the torque, (N, 2)."""
-    order, growth = point
-    return scene.wave(order) * (1.0 + growth * np.abs(scene.predicted_nm))[:, np.newaxis]
 
 
 def _growing_orders(scene: Scene) -> Sequence[Point]:
@@ -91,7 +110,7 @@ FORMS: tuple[Form, ...] = (
         "torque-ripple",
         "an order and its double",
         ("cos_nm", "sin_nm", "cos_second_nm", "sin_second_nm"),
-        _ripple_two,
+        Mixed(_of_order_and_double, _side_by_side),
         ("order_per_motor_rev",),
         _orders,
         needs=_POSITION,
@@ -104,7 +123,7 @@ FORMS: tuple[Form, ...] = (
         "torque-ripple",
         "one order that grows with the torque",
         ("cos_nm", "sin_nm"),
-        _growing_ripple,
+        Mixed(_of_ripple_on_load, _growing_mix),
         (ORDER, "load_growth_per_nm"),
         _growing_orders,
         needs=_POSITION,
@@ -118,7 +137,7 @@ FORMS: tuple[Form, ...] = (
         "torque-ripple",
         "one order, in part in proportion to the torque",
         ("cos_nm", "sin_nm", "cos_share", "sin_share"),
-        _ripple_and_share,
+        Mixed(_of_ripple_and_share, _side_by_side),
         (ORDER,),
         _orders,
         needs=_POSITION,
