@@ -34,6 +34,7 @@ _SEEN = 0.25  # of the band's noise: half its amplitude stands out, however nois
 _STANDS_OUT = 3.0  # of the band's noise: twice the noise is left without it, and that is a mismatch
 
 _SURELY = 2.0  # standard errors over the blocks
+_A_GOOD_PART = 0.3  # of what stands above the noise: what takes so much is no effect of many
 _CLEARLY = 0.5  # of the least gain: so far beyond it no scatter over the blocks is asked
 
 
@@ -51,15 +52,15 @@ def beyond(gain: Floats, least: float) -> float:
     least : float
         As `least_gain` says; 0 for what needs no size.
     """
-    error = float(np.std(gain)) * math.sqrt(gain.shape[0])
-    return float(gain.sum()) - least - min(_SURELY * error, _CLEARLY * least)
+    return float(gain.sum()) - least - min(_SURELY * _scatter(gain), _CLEARLY * least)
 
 
 def worth(without: Floats, whole: Floats, least: float, noise: float) -> float:
     """Return how far a term's gain is beyond the least that is worth a name, as `beyond` does.
 
     What takes all that is left to the noise, from far above it, need not surely be as much: beside
-    it stands no other cause, and without it the rest would have no name.
+    it stands no other cause, and without it the rest would have no name. Nor need what surely takes
+    a good part of what stands above the noise.
 
     Parameters
     ----------
@@ -70,10 +71,17 @@ def worth(without: Floats, whole: Floats, least: float, noise: float) -> float:
     noise : float
         Squared error that noise alone makes, as `noise_energy` says.
     """
-    completes = float(without.sum()) > FAR**2 * noise and float(whole.sum()) <= CLOSE**2 * noise
-    if completes:
-        return float((without - whole).sum()) - least
-    return beyond(without - whole, least)
+    gain, before = without - whole, float(without.sum())
+    completes = before > FAR**2 * noise and float(whole.sum()) <= CLOSE**2 * noise
+    above = before - noise if before > CLOSE**2 * noise > 0.0 else math.inf
+    if completes or float(gain.sum()) >= max(_A_GOOD_PART * above, _SURELY * _scatter(gain)):
+        return float(gain.sum()) - least
+    return beyond(gain, least)
+
+
+def _scatter(gain: Floats) -> float:
+    """Return the standard error of a gain's sum over the blocks."""
+    return float(np.std(gain)) * math.sqrt(gain.shape[0])
 
 
 def noise_energy(library: Library, terms: Sequence[Candidate]) -> float:
