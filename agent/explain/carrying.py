@@ -42,7 +42,8 @@ def studied(twin: Twin, table: Table, among: Container[str] | None = None) -> tu
     """Return the study of what a twin leaves beside the payloads that its recordings state.
 
     What payloads add is learnt once more beside the effects that were found, and these are looked
-    for again where it has moved by more than its own intervals.
+    for again where it has moved by more than its own intervals: with all others where more than
+    noise was left beside them.
 
     Parameters
     ----------
@@ -62,7 +63,8 @@ def studied(twin: Twin, table: Table, among: Container[str] | None = None) -> tu
         again = loads_of(twin, table, beside)
         if again is None or not _moved(loads, again):
             break
-        loads, found = again, _beside(again, twin, table, among)
+        known = among if found.over_floor > CLOSE else _named_or_rivals(found)
+        loads, found = again, _beside(again, twin, table, known)
     return found, Given(twin, table, loads)
 
 
@@ -109,9 +111,15 @@ def without_unknown_beginnings(twin: Twin, found: Study, given: Given) -> tuple[
         return found, given
     if float(np.mean(squares[known])) > (_MUCH * found.noise_nm) ** 2:
         return found, given
-    named = {term.scored.form.effect for term in found.choice.terms}
-    named |= {rival.scored.form.effect for term in found.choice.terms for rival in term.rivals}
-    return _once_more(twin, found, given, without_beginnings(given.table, arm), named)
+    apart = without_beginnings(given.table, arm)
+    return _once_more(twin, found, given, apart, _named_or_rivals(found))
+
+
+def _named_or_rivals(found: Study) -> frozenset[str]:
+    """Return the effects that were found, and those that may stand in their place."""
+    terms = found.choice.terms
+    rivals = (rival.scored.form.effect for term in terms for rival in term.rivals)
+    return frozenset((*(term.scored.form.effect for term in terms), *rivals))
 
 
 def _once_more(

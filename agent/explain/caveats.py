@@ -8,6 +8,7 @@ from agent.explain.answer.sentences import only_heard
 from agent.explain.choosing.by_use import clock_or_use
 from agent.explain.choosing.heard import BACKLASH
 from agent.explain.choosing.materiality import FAR
+from agent.explain.closest import closest_said
 from agent.explain.driven import driven_or_heavier
 from agent.explain.driven_range import hangs_free
 from agent.explain.plausible import far_off, turned_gravity
@@ -59,11 +60,18 @@ def bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
             f"the velocity is reported {1e3 * abs(found.table.late_s):.1f} ms {later} than the "
             "position, with which the torque is in step: it was brought in step with both"
         )
-    if found.louder_noise:
+    closest = closest_said(found)
+    if found.louder_noise and not any(line.matters for line in found.lines):
         out.append(
-            f"what is left is {found.over_floor:.1f} times the noise at held speeds, and noise all "
-            "the same: it goes on for no longer than the filter's memory, and comes in no spells"
+            f"what is left is {found.over_floor:.1f} times the noise at held speeds, and as short: "
+            "it goes on for no longer than the filter's memory, and comes in no spells"
+            if closest
+            else f"what is left is {found.over_floor:.1f} times the noise at held speeds, and "
+            "noise all the same: it goes on for no longer than the filter's memory, and comes in "
+            "no spells"
         )
+    if closest:
+        out.append(closest)
     out += _left_out(found.table)
     out += [said for run in found.table.runs for said in left_out_of(run.signals)]
     compared = {piece.run for piece in found.table.pieces}

@@ -119,11 +119,23 @@ def test_a_gain_close_above_the_least_must_be_sure_and_a_large_one_may_come_from
 def test_what_takes_the_last_of_a_mismatch_need_not_surely_be_as_much() -> None:
     """A weak effect beside a strong one would leave twice the noise without a name."""
     whole = np.full(25, 1.0)
-    without = whole + np.r_[np.full(5, 5.0), np.zeros(20)]  # 25 more, in a fifth of the blocks
+    without = whole + np.r_[np.full(2, 12.5), np.zeros(23)]  # 25 more, in two of the blocks
     assert beyond(without - whole, 22.0) < 0.0 < worth(without, whole, 22.0, noise=25.0)
     assert worth(without, whole, 26.0, noise=25.0) < 0.0  # less than the least has no name
     assert worth(without, whole, 22.0, noise=15.0) < 0.0  # more than the noise is left
-    assert worth(without, whole, 22.0, noise=40.0) < 0.0  # nothing was missing
+    assert worth(without, whole, 22.0, noise=42.0) < 0.0  # nothing was missing
+
+
+def test_what_surely_takes_a_good_part_of_a_mismatch_need_not_surely_be_as_much() -> None:
+    """A third of what stands above the noise is no accident where it is surely more than none."""
+    gain = np.r_[np.full(5, 5.0), np.zeros(20)]  # 25, give or take 10
+    whole = np.full(25, 3.0)
+    assert beyond(gain, 22.0) < 0.0 < worth(whole + gain, whole, 22.0, noise=25.0)
+    assert worth(whole + gain, whole, 26.0, noise=25.0) < 0.0  # less than the least has no name
+    assert worth(4.0 * whole + gain, 4.0 * whole, 22.0, noise=25.0) < 0.0  # much else is missing
+    assert worth(whole + gain, whole, 22.0, noise=90.0) < 0.0  # nothing was missing
+    once = np.r_[25.0, np.zeros(24)]  # in one block, and in no other
+    assert worth(whole + once, whole, 22.0, noise=25.0) < 0.0
 
 
 @pytest.mark.parametrize("times_noise", [0.25, 1.0, 4.0])
