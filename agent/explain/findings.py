@@ -29,7 +29,7 @@ from agent.explain.rows.scene import Scene
 from agent.explain.study import Study
 from agent.identify.result import Floats, Parameter
 from agent.numbers import parameter_unit
-from agent.physics.twin import Twin
+from agent.physics.twin import Twin, TwinError
 
 _SWINGS = {"joint-flexibility": over_frequency, "backlash": excerpt}  # no mean along an axis
 _SAME_LIMIT = 0.02  # of a torque limit, beyond the interval: how tops are read, and rounded
@@ -111,7 +111,7 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
             order=order,
         )
     where = regions_of(scene, weighing.rows, form.effect, form.name, added, own, order)
-    parameters = dict(as_in_twin(form, beside_others(library, model, index), own))
+    parameters = _numbers(study, index)
     scale = float(np.sqrt(np.mean(1.0 / weighing.weight**2)))
     blows = scene.blows if heard(scene, form) else None
     told = sentences.finding_sentence(
@@ -149,6 +149,21 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         curve=curve,
         ringing=blows.ringing if blows else None,
     )
+
+
+def _numbers(study: Study, index: int) -> dict[str, Parameter]:
+    """Return a term's numbers as a twin names them, freed of what the motion's noise has bent."""
+    form, own = study.model.terms[index].scored.form, study.model.parameters[index]
+    beside = beside_others(study.library, study.model, index)
+    predicts = dict(as_in_twin(form, beside, own))
+    freed = study.unshaken.get(index)
+    if freed is None:
+        return predicts
+    try:
+        told = dict(as_in_twin(form, beside, {**own, **freed}))
+    except TwinError:
+        return predicts
+    return told if told.keys() == predicts.keys() else predicts
 
 
 def _reach(

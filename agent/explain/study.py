@@ -38,6 +38,7 @@ from agent.explain.numbers.short_stroke import (
     without_gravity,
 )
 from agent.explain.numbers.typical import at_typical
+from agent.explain.numbers.unshaken import unshaken
 from agent.explain.numbers.written import not_as_found
 from agent.explain.numbers.wrong import WrongNumber, told_again, wrong_numbers
 from agent.explain.rows.evidence import weigh
@@ -47,7 +48,7 @@ from agent.explain.rows.noise_in_kind import FEWEST, is_noise_in_kind
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, Table, without_edges
 from agent.explain.rows.usual import usual_blocks, usual_rows
-from agent.identify.result import Floats
+from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Effect, Twin, TwinError
 
 _MOST_REFUSALS = 5
@@ -121,6 +122,11 @@ class Study:
         return is_noise_in_kind(self.table, self.library.weighing.rows, self.model.residual_nm)
 
     @cached_property
+    def unshaken(self) -> Mapping[int, Mapping[str, Parameter]]:
+        """Return numbers that the motion's noise has bent, freed of it, by term."""
+        return unshaken(self.library, self.model)
+
+    @cached_property
     def without_measure(self) -> bool:
         """Return whether no noise floor was to be had, and what is left is surely not noise."""
         rows = self.library.weighing.rows
@@ -189,10 +195,10 @@ def study(twin: Twin, table: Table, among: Container[str] | None = None) -> Stud
     floor = noise_floor(table, left)
     noise_nm = floor.value_nm if floor.value_nm > 0.0 else 0.0
     numbers = wrong_numbers(library, twin, model, choice.candidates, noise_nm, taken_for=taken_for)
-    model = reaching_over_the_unnamed(library, model)
-    numbers = told_again(numbers, twin, model)
     if not choice.terms:
         numbers = borne_out(numbers, library, model, noise_nm)
+    model = reaching_over_the_unnamed(library, model)
+    numbers = told_again(numbers, twin, model)
     return Study(
         twin=twin,
         table=table,

@@ -1,7 +1,8 @@
 """Laws that copy what is not theirs: a fall that is a step, presliding before the joint turns.
 
-And a soft gear that is not soft: a spring as stiff as the search goes is rigid in the band. What
-such a form has left is an arm whose friction yields before it slips, which is presliding.
+And a soft gear that is not soft: one that swings well above the band is rigid in it. What such a
+form has left is an arm whose friction yields before it slips, which is presliding, and what a
+filter, a lag or a coarse encoder makes of every acceleration.
 
 Friction falls with speed as a film builds up, over a range of speeds. With an exponent as high as
 the search goes all of the fall is at one speed, as where oil begins to churn there: no joint that
@@ -23,8 +24,7 @@ from agent.explain.choosing.choice import Choice
 from agent.explain.choosing.search import Library
 
 _AS_HIGH = 0.98  # of the highest exponent
-_AS_STIFF = 0.98  # of the stiffest spring, by its frequency
-_REACH = "friction_reach_rad"
+_RIGID = 1.6  # times the band: every true spring of the scored cases swings below 0.7
 _SEEN = 0.1  # of what it removes: less of it after reversals shows no friction that yields
 
 
@@ -41,17 +41,13 @@ def misfits(library: Library, choice: Choice) -> set[tuple[str, str]]:
         Settled.
     """
     out = set()
+    forms = {candidate.form for candidate in library.candidates}
     for term in choice.candidates:
         if _is_a_step(library, term):
             out.add((term.form.effect, term.form.name))
         if _is_rigid(library, term) or _is_not_after_reversals(library, choice, term):
-            forms = (term.form, *(candidate.form for candidate in library.candidates))
-            out |= {
-                (form.effect, form.name)
-                for form in forms
-                if form.effect == term.form.effect
-                and (_REACH in form.nonlinear) == (_REACH in term.form.nonlinear)
-            }
+            alike = (form for form in (term.form, *forms) if form.effect == term.form.effect)
+            out |= {(form.effect, form.name) for form in alike}
     return out
 
 
@@ -63,13 +59,11 @@ def _is_a_step(library: Library, term: Candidate) -> bool:
 
 
 def _is_rigid(library: Library, term: Candidate) -> bool:
-    """Return whether a soft gear's spring does not give way, and its arm's friction does."""
-    if term.form.effect != "joint-flexibility" or _REACH not in term.form.nonlinear:
+    """Return whether a soft gear's spring does not give way in the band that is compared."""
+    if term.form.effect != "joint-flexibility":
         return False
-    if term.form.limits is None:
-        return False
-    place = term.form.nonlinear.index("antiresonance_hz")
-    return term.point[place] >= _AS_STIFF * term.form.limits(library.scene)[place][1]
+    swing_hz = term.point[term.form.nonlinear.index("antiresonance_hz")]
+    return swing_hz >= _RIGID * library.scene.table.cutoff_hz
 
 
 def _is_not_after_reversals(library: Library, choice: Choice, term: Candidate) -> bool:

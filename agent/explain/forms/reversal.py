@@ -17,6 +17,8 @@ from agent.physics.friction_dynamic import dahl_share
 from agent.physics.presliding import MaxwellSlip
 
 _EFFECT, _DAHL = "presliding-hysteresis", "Dahl"
+_SHARE = "yielding_share"
+_A_PART = 0.6  # of the dry level: with more, all of it yields, and the form's height errs
 
 
 def _presliding_grid(scene: Scene) -> Sequence[Point]:
@@ -61,17 +63,22 @@ def reach_rad(form: Form, point: Point) -> float:
 
 
 def _presliding_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
-    """Return the spring that yields at the twin's own dry level, not at the form's height."""
+    """Return the spring that yields at the twin's own dry level, or at a part of it."""
     level = max(float(scene.theta[2]), 0.0)
     if not level > 0.0:
         return ()
-    reach, scene = values["reach_rad"], replace(scene, sliding=())
-    torque = values["height_nm"] * _presliding(scene, (reach,))[:, 0]
+    reach, plain = values["reach_rad"], replace(scene, sliding=())
+    torque = values["height_nm"] * _presliding(plain, (reach,))[:, 0]
 
     def entry(travel: float) -> Mapping[str, float]:
         return {"stiffness_nm_per_rad": level / travel}
 
-    return best_entry(scene, _EFFECT, [nearest(scene, _EFFECT, entry, reach, torque)])
+    entries = [nearest(plain, _EFFECT, entry, reach, torque)]
+    entries += [
+        {"stiffness_nm_per_rad": share * level / reach, _SHARE: share}
+        for share in _of_the_level(scene, values)
+    ]
+    return best_entry(plain, _EFFECT, entries)
 
 
 def _slipping_grid(scene: Scene) -> Sequence[Point]:
@@ -93,15 +100,24 @@ def _slipping(scene: Scene, point: Point) -> Floats:
 
 
 def _slipping_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
-    """Return the chain that slips at the twin's own dry level, not at the form's height."""
+    """Return the chain that slips at the twin's own dry level, or at a part of it."""
     travel, exponent = values["sliding_travel_rad"], max(values["shape_exponent"], 1.0)
-    scene = replace(scene, sliding=())
-    torque = values["height_nm"] * _slipping(scene, (travel, exponent))[:, 0]
+    plain = replace(scene, sliding=())
+    torque = values["height_nm"] * _slipping(plain, (travel, exponent))[:, 0]
 
     def entry(travel: float) -> Mapping[str, float]:
         return {"sliding_travel_rad": travel, "shape_exponent": exponent}
 
-    return best_entry(scene, _EFFECT, [nearest(scene, _EFFECT, entry, travel, torque)])
+    entries = [nearest(plain, _EFFECT, entry, travel, torque)]
+    entries += [{**entry(travel), _SHARE: share} for share in _of_the_level(scene, values)]
+    return best_entry(plain, _EFFECT, entries)
+
+
+def _of_the_level(scene: Scene, values: Mapping[str, float]) -> Sequence[float]:
+    """Return which share of the dry level yields, where that is clearly not all of it."""
+    level = max(float(scene.theta[2]), 0.0)
+    share = max(values["height_nm"], 0.0) / level if level > 0.0 else 1.0
+    return (share,) if share < _A_PART else ()
 
 
 FORMS: tuple[Form, ...] = (

@@ -2,8 +2,8 @@
 
 A torque that no law carries pulls the twin's numbers its way when they are refitted: friction that
 is higher after every rest, or while a brake drags, asks for a higher Coulomb level on the average.
-That is no wrong number. Where more than noise stays, a number is told only as far as its own
-interval refutes what the twin says; where far more stays, as it accounts for more than that, too.
+That is no wrong number. Where far more than noise stays, a number is told only as far as its own
+interval refutes what the twin says, and as it accounts for more than what stays.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from agent.explain.choosing.materiality import CLOSE, FAR
+from agent.explain.choosing.materiality import FAR
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.shares import unseen_nm2
 from agent.explain.numbers.model import Model
@@ -37,14 +37,11 @@ def borne_out(
         Not positive where it could not be measured: then what stays may be noise.
     """
     left_nm2 = float(np.mean(model.residual_nm**2))
-    if not noise_nm > 0.0 or left_nm2 <= (CLOSE * noise_nm) ** 2:
+    if not noise_nm > 0.0 or left_nm2 <= (FAR * noise_nm) ** 2:
         return tuple(numbers)
-    numbers = tuple(n for n in numbers if _refuted(n))
-    if left_nm2 <= (FAR * noise_nm) ** 2:
-        return numbers
     given_nm2 = unseen_nm2(library, np.zeros((library.target.shape[0], 0)))
     stays = (left_nm2 - noise_nm**2) / max(given_nm2 - noise_nm**2, left_nm2)
-    return tuple(n for n in numbers if n.energy_share > stays)
+    return tuple(n for n in numbers if n.energy_share > stays and _refuted(n))
 
 
 def _refuted(number: WrongNumber) -> bool:

@@ -8,6 +8,7 @@ its numbers are biased, not wrong, and refitting its structure alone gains nothi
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -37,6 +38,7 @@ from agent.explain.rows.table import BASE
 from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Twin
 
+_SLIGHT = 0.0075  # of a number: what a drive knows of its torque is known no better
 MATERIAL = 0.04  # of what the twin as given leaves: less is a number's ordinary uncertainty
 _GROUPS: Mapping[str, tuple[str, ...]] = {
     "inertia-error": ("inertia_kg_m2",),
@@ -93,6 +95,22 @@ def wrong_numbers(
     material = max(MATERIAL * float(given.sum()), least_gain(library, given, terms))
     if float(given.sum() - refitted.sum()) < material:
         return ()
+    found = _found(library, twin, model, terms, floor_nm, material, taken_for)
+    if not _hardly_shows(library, floor_nm):
+        return found
+    return tuple(wrong for wrong in found if not _is_slight(wrong, twin))
+
+
+def _found(
+    library: Library,
+    twin: Twin,
+    model: Model,
+    terms: Sequence[Candidate],
+    floor_nm: float,
+    material: float,
+    taken_for: frozenset[str],
+) -> tuple[WrongNumber, ...]:
+    """Return the twin's numbers that the recordings refute, however little they are off."""
     beside = np.concatenate(
         [np.zeros((library.target.shape[0], 0)), *(t.columns for t in terms)], axis=1
     )
@@ -124,6 +142,25 @@ def wrong_numbers(
         for at, w in enumerate(_sorted(out))
         if (at == 0 and not terms) or is_needed(case, judged[w.effect])
     )
+
+
+def _hardly_shows(library: Library, floor_nm: float) -> bool:
+    """Return whether what refitting the twin's numbers removes would not stand out of the noise."""
+    nothing = np.zeros((library.target.shape[0], 0))
+    removed = unseen_nm2(library, nothing) - unseen_nm2(library, library.base)
+    return floor_nm > 0.0 and floor_nm**2 + removed <= (FAR * floor_nm) ** 2
+
+
+def _is_slight(wrong: WrongNumber, twin: Twin) -> bool:
+    """Return whether a wrong number is off by less than any instrument of a joint knows it."""
+    moved = {name: p.value for name, p in wrong.parameters.items()}
+    if "factor" in moved:
+        return abs(moved["factor"] - 1.0) < _SLIGHT
+    if wrong.effect == "gravity-imbalance":
+        whole = math.hypot(twin.gravity_sin_nm, twin.gravity_cos_nm)
+        return math.hypot(*moved.values()) < _SLIGHT * whole
+    given = {extra: float(getattr(twin, name)) for name, extra in _CONTRACT.items()}
+    return all(abs(value) < _SLIGHT * abs(given[name]) for name, value in moved.items())
 
 
 def told_again(numbers: Sequence[WrongNumber], twin: Twin, model: Model) -> tuple[WrongNumber, ...]:

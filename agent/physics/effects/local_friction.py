@@ -19,6 +19,7 @@ from agent.physics.effects.motion import Base, Motion
 from agent.physics.friction_place import PositionDependent, TightSpot
 from agent.physics.presliding import MaxwellSlip, YieldingSpring, across_gaps
 
+_SHARE = "yielding_share"
 _FORGOTTEN = 10.0  # of the travel that draws a spring out: e^-10 of what was before is left
 
 
@@ -41,10 +42,14 @@ def _tight_spot(p: Numbers, motion: Motion, base: Base) -> Floats:
 
 
 def _hysteresis(
-    law: YieldingSpring | MaxwellSlip, remembers_rad: float, motion: Motion, base: Base
+    law: YieldingSpring | MaxwellSlip,
+    share: float,
+    remembers_rad: float,
+    motion: Motion,
+    base: Base,
 ) -> Floats:
-    """Return friction with memory less what it replaces: the dry level with its sign."""
-    own = base.level_nm(motion)
+    """Return friction with memory less what it replaces: its share of the dry level, signed."""
+    own = share * base.level_nm(motion)
     if not np.any(own > 0.0):
         return np.zeros_like(own)  # a joint without dry friction has nothing that could yield
     parts = motion.with_memory(remembers_rad)
@@ -52,23 +57,35 @@ def _hysteresis(
     time, velocity, where = across_gaps(stretches)
     known = np.flatnonzero(np.isfinite(parts[0].direction))
     start = float(parts[0].direction[known[0]]) if known.size else 0.0
-    level = base.dry_level_nm(velocity)
+    level = share * base.dry_level_nm(velocity)
     level[where[-1]] = own
     memory = law.torque_nm(time, velocity, level, start)
     return np.asarray(memory[where[-1]] - own * motion.direction)
 
 
 def _yielding(p: Numbers, motion: Motion, base: Base) -> Floats:
-    law = YieldingSpring(**p)
-    drawn_rad = (
-        float(np.nanmax(base.dry_level_nm(motion.velocity_rad_s))) / law.stiffness_nm_per_rad
-    )
-    return _hysteresis(law, _FORGOTTEN * drawn_rad, motion, base)
+    law = YieldingSpring(**_without_share(p))
+    level_nm = p[_SHARE] * float(np.nanmax(base.dry_level_nm(motion.velocity_rad_s)))
+    drawn_rad = level_nm / law.stiffness_nm_per_rad
+    return _hysteresis(law, p[_SHARE], _FORGOTTEN * drawn_rad, motion, base)
 
 
 def _slipping(p: Numbers, motion: Motion, base: Base) -> Floats:
-    law = MaxwellSlip(**p)
-    return _hysteresis(law, 2.0 * law.sliding_travel_rad, motion, base)
+    law = MaxwellSlip(**_without_share(p))
+    return _hysteresis(law, p[_SHARE], 2.0 * law.sliding_travel_rad, motion, base)
+
+
+def _without_share(p: Numbers) -> dict[str, float]:
+    return {name: value for name, value in p.items() if name != _SHARE}
+
+
+def _share() -> Parameter:
+    return Parameter(
+        1.0,
+        lower=0.0,
+        upper=1.0,
+        meaning="share of the dry friction that yields; the rest turns round at once",
+    )
 
 
 _PLACE_FORMS = (
@@ -124,6 +141,7 @@ CARDS = (
                     "stiffness_nm_per_rad": positive(),
                     "shape_exponent": positive(1.0),
                     "damping_nm_s_per_rad": not_negative(0.0),
+                    _SHARE: _share(),
                 },
                 _yielding,
             ),
@@ -133,6 +151,7 @@ CARDS = (
                 {
                     "sliding_travel_rad": positive(),
                     "shape_exponent": Parameter(2.0, lower=1.0),
+                    _SHARE: _share(),
                 },
                 _slipping,
             ),

@@ -89,6 +89,7 @@ _LABELS: Mapping[str, str] = MappingProxyType(
         "cubic_nm_per_arm_rad3": "Stiffening over the arm angle",
         "stiffness_nm_per_arm_rad": "Stiffness over the arm angle",
         "stiffness_nm_per_rad": "Stiffness",
+        "yielding_share": "Share of the friction that yields",
         "stribeck_velocity_rad_s": "Stribeck velocity",
         "stribeck_velocity_rad_s_per_k": "Stribeck velocity, growth with temperature",
         "torque_delay_s": "Delay of the torque",

@@ -1,0 +1,200 @@
+"""The numbers of an arm on a spring, freed of what the measured motion's noise makes of them.
+
+The arm is simulated behind the measured motion, whose noise shakes it. Least squares then make
+the swing smaller, softer and more damped than it is, so that it is shaken less: the numbers that
+predict best behind this noisy motion are not the gear's. What noise of the same size adds to the
+columns is simulated, and taken out of the normal equations (corrected least squares; Fuller,
+Measurement Error Models, Wiley 1987, chapter 3).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from agent.explain.choosing.search import Library
+from agent.explain.forms.form import Form, Point
+from agent.explain.forms.hidden_arm import inertia_of
+from agent.explain.forms.refinement import limits_of
+from agent.explain.numbers.model import Model
+from agent.explain.rows.motion_noise import drawn_noise_rad_s
+from agent.explain.rows.scene import Scene
+from agent.explain.rows.table import BASE
+from agent.identify.result import Floats, Parameter
+
+_FORMS = ("one spring", "one spring, and an arm with friction")
+_SHAKEN = 0.03  # of a swing's energy: less noise in it bends no number beyond its interval
+_MOST_SHAKEN = 0.8  # more, and noise is all that is known of it
+_TRIALS = 120
+_FIRST_MOVE = 0.1
+_FARTHEST = 4.0  # times a number, up or down
+_HOW_WELL = 0.5  # of the correction, to either side: other laws' numbers stay where noise bent them
+_UNKNOWN = (
+    "the motion's noise shakes the simulated arm as strongly as it swings: what predicts these "
+    "recordings best says nothing of the gear"
+)
+
+
+class _Fit(NamedTuple):
+    """What corrected least squares leave at a point, and the coefficients, shape (p,)."""
+
+    left: float
+    coefficients: Floats
+
+
+@dataclass(frozen=True)
+class _Shaken:
+    """A model with one arm, on the measured motion and on two that are noisier."""
+
+    library: Library
+    form: Form
+    others: Floats
+    noisier: tuple[Library, ...]
+    inertia_noise: tuple[Floats, ...]
+    inertia_at: int
+
+    def columns(self, point: Point) -> tuple[Floats, Floats]:
+        """Return all columns, shape (m, p), and the products of their noise, shape (p, p)."""
+        own = self.library.columns(self.form, point)[:, 0]
+        noise = np.zeros((self.others.shape[1] + 1,) * 2)
+        pair = [self.inertia_at, -1] if self.inertia_at >= 0 else [-1]
+        for library, of_inertia in zip(self.noisier, self.inertia_noise, strict=True):
+            of_arm = library.columns(self.form, point)[:, 0] - own
+            both = np.stack((of_inertia, of_arm) if len(pair) > 1 else (of_arm,), axis=-1)
+            noise[np.ix_(pair, pair)] += both.T @ both / len(self.noisier)
+        return np.column_stack((self.others, own)), noise
+
+    def fit(self, point: Point) -> _Fit:
+        """Return the corrected fit; without an end where the noise is all that the columns are."""
+        columns, noise = self.columns(point)
+        target = self.library.target
+        gram, moment = columns.T @ columns - noise, columns.T @ target
+        size = np.sqrt(np.maximum(np.diag(columns.T @ columns), 1e-300))
+        try:
+            lower = np.linalg.cholesky(gram / np.outer(size, size))
+        except np.linalg.LinAlgError:
+            return _Fit(np.inf, np.full(size.shape[0], np.nan))
+        half = np.linalg.solve(lower, moment / size)
+        theta = np.linalg.solve(lower.T, half) / size
+        return _Fit(float(target @ target - half @ half), theta)
+
+    def shaken(self, point: Point) -> float:
+        """Return the noise's part of the arm's column beside all others."""
+        columns, noise = self.columns(point)
+        own, others = columns[:, -1], columns[:, :-1]
+        left = own - others @ np.linalg.lstsq(others, own, rcond=None)[0]
+        return float(noise[-1, -1] / max(left @ left, 1e-300))
+
+
+def unshaken(library: Library, model: Model) -> Mapping[int, Mapping[str, Parameter]]:
+    """Return what the numbers of an arm on a spring are without the motion's noise, by term.
+
+    Nothing where the noise hardly shakes it, or no arm was found.
+
+    Parameters
+    ----------
+    library : Library
+    model : Model
+        Fitted to the library, with intervals.
+    """
+    out = {}
+    for index, term in enumerate(model.terms):
+        form = term.scored.form
+        if form.effect != "joint-flexibility" or form.name not in _FORMS:
+            continue
+        case = _case(library, model, index)
+        point = term.candidate.point
+        share = case.shaken(point)
+        if share < _SHAKEN:
+            continue
+        own = model.parameters[index]
+        found = None if share > _MOST_SHAKEN else _corrected(case, point, own)
+        out[index] = _not_known(form, own) if found is None else found
+    return out
+
+
+def _case(library: Library, model: Model, index: int) -> _Shaken:
+    """Return what one arm is judged by."""
+    scene = library.scene
+    others = library.model([t.candidate for i, t in enumerate(model.terms) if i != index])
+    noise = drawn_noise_rad_s(scene.table, np.random.default_rng(0))
+    noisier = tuple(
+        replace(library, scene=_moved_by(scene, sign * noise), known={}) for sign in (1.0, -1.0)
+    )
+    carried = scene.table.carried
+    at = BASE.index("inertia_kg_m2")
+    of_inertia = tuple(
+        library.weighing.weighted(
+            scene.table.band(scene.as_late(other.scene.stiff_rad_s2 - scene.stiff_rad_s2))
+        )
+        for other in noisier
+    )
+    form = model.terms[index].scored.form
+    place = int(np.count_nonzero(carried[:at])) if carried[at] else -1
+    return _Shaken(library, form, others, noisier, of_inertia, place)
+
+
+def _moved_by(scene: Scene, noise_rad_s: Floats) -> Scene:
+    full = dict(scene.table.full)
+    full["velocity_raw_rad_s"] = full["velocity_raw_rad_s"] + noise_rad_s
+    return replace(scene, table=replace(scene.table, full=full))
+
+
+def _corrected(
+    case: _Shaken, point: Point, own: Mapping[str, Parameter]
+) -> Mapping[str, Parameter] | None:
+    """Return the numbers that corrected least squares end at; None where they end nowhere."""
+    from scipy.optimize import minimize
+
+    form, scene = case.form, case.library.scene
+    grid = np.array([c.point for c in case.library.candidates if c.form is form])
+    if not grid.size or min(point) <= 0.0:
+        return None
+    limits = limits_of(form, scene, grid)
+    bounds = [
+        (math.log(max(low, at / _FARTHEST)), math.log(min(high, at * _FARTHEST)))
+        for at, (low, high) in zip(point, limits, strict=True)
+    ]
+    start = np.log(np.array(point))
+
+    def left(at: Floats) -> float:
+        return case.fit(tuple(np.exp(at).tolist())).left
+
+    options: Any = {  # scipy's stubs know no simplex to begin with
+        "maxfev": _TRIALS,
+        "xatol": 1e-3,
+        "fatol": 1e-5 * max(left(start), 0.0),
+        "initial_simplex": start + _FIRST_MOVE * np.vstack((0.0 * start, np.eye(len(point)))),
+    }
+    found = minimize(left, start, method="Nelder-Mead", bounds=bounds, options=options)
+    end: Point = tuple(np.exp(found.x).tolist())
+    inertia = float(case.fit(end).coefficients[-1])
+    before = own[form.linear[0]].value
+    if not np.isfinite(found.fun) or not before < inertia * _FARTHEST:
+        return None
+    if not inertia < min(_FARTHEST * before, inertia_of(scene)):
+        return None
+    names = (*form.nonlinear, form.linear[0])
+    numbers = zip(names, (*end, inertia), (*limits, (0.0, np.inf)), strict=True)
+    return {name: _freed(own[name], value, within) for name, value, within in numbers}
+
+
+def _freed(own: Parameter, value: float, within: tuple[float, float]) -> Parameter:
+    """Return a number where it is without the noise, known less well for having been moved."""
+    if own.ci95 is None:
+        return replace(own, value=value)
+    moved = _HOW_WELL * abs(value - own.value)
+    wider = max(value / own.value, 1.0)
+    low, high = (value + wider * (end - own.value) for end in own.ci95)
+    return replace(
+        own, value=value, ci95=(max(low - moved, within[0]), min(high + moved, within[1]))
+    )
+
+
+def _not_known(form: Form, own: Mapping[str, Parameter]) -> Mapping[str, Parameter]:
+    lost = (*form.linear, *form.nonlinear)
+    return {name: Parameter.not_identified(_UNKNOWN, own[name].value) for name in lost}
