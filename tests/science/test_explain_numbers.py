@@ -63,6 +63,22 @@ def test_what_is_clearly_off_is_never_denied(
         assert verdict != "no-mismatch"
 
 
+@pytest.mark.parametrize(("share", "wrong"), [(0.004, False), (0.015, True)])
+def test_a_number_that_is_off_by_less_than_anybody_knows_it_is_not_wrong(
+    share: float, wrong: bool
+) -> None:
+    """It shows, and still no drive knows its torque to half a percent."""
+    heavy = replace(TWIN, coulomb_nm=0.25 * NOISE_NM / share)
+    twin = replace(heavy, coulomb_nm=heavy.coulomb_nm * (1.0 - share))
+
+    def more(points: SetPoints, _at: Conditions) -> Floats:
+        return np.asarray((heavy.coulomb_nm - TWIN.coulomb_nm) * np.sign(points.velocity_rad_s))
+
+    run = record(stair(SPEEDS), more, Conditions(), 0)
+    numbers = study(twin, tabulate(twin, [run])).numbers
+    assert bool(numbers) == wrong
+
+
 def test_a_constant_on_a_short_stroke_is_a_constant_first_and_may_be_gravity() -> None:
     """Gravity has two numbers, and copies a constant: the one number comes first."""
     first, *more = findings_of(studied(TWIN, stroke_rad=60.0, offset_nm=0.05))

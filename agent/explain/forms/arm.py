@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from agent.explain.forms.arm_encoder import twist_of
 from agent.explain.forms.crossings import likeliest_arms, likely_gaps
 from agent.explain.forms.downhill import downhill
 from agent.explain.forms.form import Form, Point, Proportional, stack
@@ -23,6 +24,7 @@ _RUBBING_TRIALS = 36
 _OTHER_REACHES = (0.4, 0.6, 0.8, 1.25, 1.6, 2.5)  # than an arm's own friction gives way by
 _GAPS, _GAPS_WITH_FILM = 3, 1
 _EACH_GAP = 14
+_ARMS, _RUBBED, _OIL = (0.4, 0.6, 0.8), (0.3, 0.5), 0.3  # of the joint's, behind a gap that shows
 _CONTACTS = ((1.0, 0.4), (1.6, 0.8))  # cutoffs, damping: hard and soft ones
 _WIDER, _WIDER_IN_FILM = (1.2, 1.6), (0.4, 0.7, 1.0)  # than the likeliest gaps of hard teeth
 _HARD, _SWINGS = 1.3, 0.4  # cutoffs, damping: a contact to begin anew with
@@ -191,11 +193,19 @@ def _gap_grid(scene: Scene) -> Sequence[Point]:
 
     What a search that starts from soft contacts takes for twist is a part of the gap; and any
     contact that gives way needs a wider gap than teeth that meet at once, of which these are made.
-    Where a film drags the arm along, it is such teeth that ask for a wider gap.
+    Where a film drags the arm along, it is such teeth that ask for a wider gap. And a gap as wide
+    as an encoder on the arm shows, before arms that are heavy and light.
     """
     cutoff = scene.table.cutoff_hz
     found = likely_gaps(scene, *_gaps_seen(scene), _GAPS, with_film=_GAPS_WITH_FILM)
-    return tuple(
+    hertz, damping = _CONTACTS[-1]
+    shown = tuple(
+        (gap, share, friction, hertz * cutoff, damping, 0.0, _OIL)
+        for gap in _gaps_shown(scene)
+        for share in _ARMS
+        for friction in _RUBBED
+    )
+    return shown + tuple(
         (wider * gap, share, friction, hertz * cutoff, damping, film, oil)
         for gap, share, friction, film, oil in found
         for wider in (_WIDER_IN_FILM if film else _WIDER)
@@ -224,6 +234,14 @@ def _other_gaps(scene: Scene, point: Point, far: bool) -> Sequence[Point]:
     ]
     anew = [(gap, inertia_share, friction_share, *hard, 0.0, oil) for gap in near]
     return (*same, *likely, *anew)
+
+
+def _gaps_shown(scene: Scene) -> Sequence[float]:
+    """Return half the gap that an encoder on the arm shows, rad of the motor; nothing for none."""
+    narrowest, widest = _gaps_seen(scene)
+    twist = twist_of(scene) if scene.has("position_arm_rad") else None
+    shows = twist is not None and narrowest < twist.half_gap_rad < widest
+    return (twist.half_gap_rad,) if shows and twist is not None else ()
 
 
 def _gaps_seen(scene: Scene) -> tuple[float, float]:

@@ -18,7 +18,7 @@ from agent.identify.result import Floats
 from agent.physics.derivative import slope
 
 _SEGMENT = 256  # samples
-_FROM_SHARE, _FROM_BANDS = 0.25, 2.0  # of the sampling rate, and times the comparison's band
+_FROM_SHARE, _FROM_BANDS = 0.15, 2.0  # of the sampling rate, and times the comparison's band
 _SMOOTHED = 9  # bins: the median of so many passes over lines
 _FOURTH = math.sqrt(70.0)  # of white noise, its fourth differences
 _MEDIAN = math.log(2.0)  # of a power with two degrees of freedom, over its mean

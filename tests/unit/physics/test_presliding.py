@@ -118,6 +118,22 @@ def test_a_twin_yields_towards_its_own_dry_friction_stribeck_included() -> None:
         assert law.predict(steady) == pytest.approx(np.full(4001, float(expected)), abs=1e-6)
 
 
+@pytest.mark.parametrize(
+    "numbers", [{"stiffness_nm_per_rad": 3.0}, {"sliding_travel_rad": 0.4, "shape_exponent": 3.0}]
+)
+def test_where_a_part_of_the_friction_yields_the_rest_turns_round_at_once(
+    numbers: dict[str, float],
+) -> None:
+    """Seals give way for long, and bearings do not."""
+    direction = np.sign(VELOCITY)
+    motion = Motion(VELOCITY, np.zeros_like(TIME), direction, None, TIME)
+    part = Effect("presliding-hysteresis", {**numbers, "yielding_share": 0.25})
+    whole = Effect("presliding-hysteresis", numbers)
+    of_part = Twin("r", 1, 100.0, 0.0, 0.6, 0.0, effects=(part,)).predict(motion)
+    of_quarter = Twin("r", 1, 100.0, 0.0, 0.15, 0.0, effects=(whole,)).predict(motion)
+    assert of_part == pytest.approx(of_quarter + 0.45 * direction, abs=1e-9)
+
+
 def test_friction_that_has_worn_to_half_yields_to_half() -> None:
     yields = Effect("presliding-hysteresis", {"sliding_travel_rad": 0.4, "shape_exponent": 3.0})
     drift = Effect("friction-drift", {"coulomb_nm_per_run": -0.1, "reference_run": 0.0})

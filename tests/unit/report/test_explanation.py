@@ -380,6 +380,7 @@ def test_every_effect_of_the_library_and_each_of_its_numbers_is_called_something
         "shape_exponent",
         "factor",
         "half_gap_spread",
+        "yielding_share",
         "load_coefficient",
         "load_boundary_coefficient",
         "cos_share",
