@@ -46,7 +46,7 @@ def table_of(*, fine: bool) -> Table:
         return tabulate(
             TWIN, [replace(r, signals=replace(r.signals, velocity_rad_s=None)) for r in runs]
         )
-    noise = [NOISE_RAD_S * rng.standard_normal(r.signals.time_s.shape[0]) for r in runs]
+    noise = [np.asarray(NOISE_RAD_S * rng.standard_normal(r.signals.time_s.shape[0])) for r in runs]
     return tabulate(TWIN, [with_noise(r, own) for r, own in zip(runs, noise, strict=True)])
 
 
@@ -65,7 +65,7 @@ def numbers(*, fine: bool) -> tuple[Numbers, Numbers]:
 
 def stiffness(found: Numbers) -> float:
     swing = 2.0 * np.pi * found["antiresonance_hz"].value
-    return found["arm_inertia_kg_m2"].value * swing**2
+    return float(found["arm_inertia_kg_m2"].value * swing**2)
 
 
 def off(found: Numbers) -> float:
@@ -105,4 +105,4 @@ def power(signal: Floats, low_hz: float, high_hz: float) -> float:
     """Return the mean square in a band of frequencies."""
     hertz = np.fft.rfftfreq(signal.shape[0], 1.0 / RATE_HZ)
     inside = (hertz >= low_hz) & (hertz <= high_hz)
-    return float(np.mean(np.abs(np.fft.rfft(signal)[inside]) ** 2)) / signal.shape[0]
+    return float(np.mean(np.abs(np.fft.rfft(signal)[inside]) ** 2) / signal.shape[0])
