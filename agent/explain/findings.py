@@ -163,7 +163,16 @@ def _numbers(study: Study, index: int) -> dict[str, Parameter]:
         told = dict(as_in_twin(form, beside, {**own, **freed}))
     except TwinError:
         return predicts
-    return told if told.keys() == predicts.keys() else predicts
+    if told.keys() != predicts.keys():
+        return predicts
+    return {name: _not_below_nothing(found) for name, found in told.items()}
+
+
+def _not_below_nothing(found: Parameter) -> Parameter:
+    """Return a number of an arm, none of which is negative."""
+    if found.ci95 is None:
+        return found
+    return replace(found, ci95=(max(found.ci95[0], 0.0), found.ci95[1]))
 
 
 def _reach(

@@ -32,7 +32,7 @@ _MOST_SHAKEN = 0.5  # more, and noise is all that is known of it
 _TRIALS = 120
 _FIRST_MOVE = 0.1
 _FARTHEST = 4.0  # times a number, up or down
-_HOW_WELL = 1.0  # of the correction, to either side: other laws' numbers stay where noise bent them
+_HOW_WELL = 0.5  # of the correction, to either side: other laws' numbers stay where noise bent them
 _UNKNOWN = (
     "the motion's noise shakes the simulated arm as strongly as it swings: what predicts these "
     "recordings best says nothing of the gear"
