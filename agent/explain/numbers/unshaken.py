@@ -10,7 +10,7 @@ Measurement Error Models, Wiley 1987, chapter 3).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -34,8 +34,8 @@ _FIRST_MOVE = 0.1
 _FARTHEST = 4.0  # times a number, up or down
 _HOW_WELL = 0.5  # of the correction, to either side: other laws' numbers stay where noise bent them
 _UNKNOWN = (
-    "the motion's noise shakes the simulated arm as strongly as it swings: what predicts these "
-    "recordings best says nothing of the gear"
+    "the motion's noise shakes the simulated arm so strongly that what predicts these recordings "
+    "best says nothing of the gear"
 )
 
 
@@ -148,39 +148,54 @@ def _corrected(
     case: _Shaken, point: Point, own: Mapping[str, Parameter]
 ) -> Mapping[str, Parameter] | None:
     """Return the numbers that corrected least squares end at; None where they end nowhere."""
-    from scipy.optimize import minimize
-
     form, scene = case.form, case.library.scene
     grid = np.array([c.point for c in case.library.candidates if c.form is form])
-    if not grid.size or min(point) <= 0.0:
+    if not grid.size:
         return None
     limits = limits_of(form, scene, grid)
+    end = _end(case, point, limits)
+    inertia = float(case.fit(end).coefficients[-1])
+    before = own[form.linear[0]].value
+    most = min(_FARTHEST * before, inertia_of(scene))
+    if not before / _FARTHEST < inertia < most:  # nor where it is no number
+        return None
+    names = (*form.nonlinear, form.linear[0])
+    numbers = zip(names, (*end, inertia), (*limits, (0.0, np.inf)), strict=True)
+    return {name: _freed(own[name], value, within) for name, value, within in numbers}
+
+
+def _end(case: _Shaken, point: Point, limits: Sequence[tuple[float, float]]) -> Point:
+    """Return the point at which corrected least squares leave least.
+
+    What is zero stays so: an arm without friction of its own.
+    """
+    from scipy.optimize import minimize
+
+    free = [k for k, value in enumerate(point) if value > 0.0]
     bounds = [
-        (math.log(max(low, at / _FARTHEST)), math.log(min(high, at * _FARTHEST)))
-        for at, (low, high) in zip(point, limits, strict=True)
+        (
+            math.log(max(limits[k][0], point[k] / _FARTHEST)),
+            math.log(min(limits[k][1], point[k] * _FARTHEST)),
+        )
+        for k in free
     ]
-    start = np.log(np.array(point))
+    start = np.log(np.array(point)[free])
+
+    def moved(at: Floats) -> Point:
+        whole = np.array(point)
+        whole[free] = np.exp(at)
+        return tuple(whole.tolist())
 
     def left(at: Floats) -> float:
-        return case.fit(tuple(np.exp(at).tolist())).left
+        return case.fit(moved(at)).left
 
     options: Any = {  # scipy's stubs know no simplex to begin with
         "maxfev": _TRIALS,
         "xatol": 1e-3,
         "fatol": 1e-5 * max(left(start), 0.0),
-        "initial_simplex": start + _FIRST_MOVE * np.vstack((0.0 * start, np.eye(len(point)))),
+        "initial_simplex": start + _FIRST_MOVE * np.vstack((0.0 * start, np.eye(len(free)))),
     }
-    found = minimize(left, start, method="Nelder-Mead", bounds=bounds, options=options)
-    end: Point = tuple(np.exp(found.x).tolist())
-    inertia = float(case.fit(end).coefficients[-1])
-    before = own[form.linear[0]].value
-    if not np.isfinite(found.fun) or not before < inertia * _FARTHEST:
-        return None
-    if not inertia < min(_FARTHEST * before, inertia_of(scene)):
-        return None
-    names = (*form.nonlinear, form.linear[0])
-    numbers = zip(names, (*end, inertia), (*limits, (0.0, np.inf)), strict=True)
-    return {name: _freed(own[name], value, within) for name, value, within in numbers}
+    return moved(minimize(left, start, method="Nelder-Mead", bounds=bounds, options=options).x)
 
 
 def _freed(own: Parameter, value: float, within: tuple[float, float]) -> Parameter:
@@ -188,7 +203,7 @@ def _freed(own: Parameter, value: float, within: tuple[float, float]) -> Paramet
     if own.ci95 is None:
         return replace(own, value=value)
     moved = _HOW_WELL * abs(value - own.value)
-    wider = max(value / own.value, 1.0)
+    wider = max(value / own.value, 1.0) if own.value else 1.0
     low, high = (value + wider * (end - own.value) for end in own.ci95)
     return replace(
         own, value=value, ci95=(max(low - moved, within[0]), min(high + moved, within[1]))
