@@ -10,7 +10,7 @@ from agent.explain.answer.names import effect_name
 from agent.explain.choosing.materiality import CLOSE, FAR, least_gain, noise_energy
 from agent.explain.study import Study
 
-_A_GOOD_PART = 0.25  # of what stands above the noise: less is as likely the law of something else
+_A_GOOD_PART = 0.2  # of what stands above the noise: less is as likely the law of something else
 _NO_CHANCE = 4.0  # standard errors over the blocks
 
 
@@ -37,9 +37,9 @@ def closest_said(found: Study) -> str:
         gain = current - scored.blocks
         scatter = float(np.std(gain)) * math.sqrt(gain.shape[0])
         if not float(gain.sum()) >= max(_A_GOOD_PART * above, _NO_CHANCE * scatter) > 0.0:
-            return ""
+            continue
         if float(gain.sum()) >= least_gain(library, found.choice.plain, [*terms, scored.candidate]):
-            return ""  # another reason than its size kept it out
+            continue  # another reason than its size kept it out
         return (
             f"what comes closest to what is left is {effect_name(scored.form.effect)}: it would "
             f"take {100.0 * float(gain.sum()) / above:.0f} % of what stands above the noise, which "
