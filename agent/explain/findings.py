@@ -132,7 +132,8 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         told = replace(told, caveat=sentences.ringing_sentence(blows.ringing))
     if form.effect == "joint-flexibility" and not scene.has("position_arm_rad"):
         part = parameters["arm_inertia_kg_m2"].value / inertia_of(scene)
-        told = replace(told, caveat=sentences.spring_sentence(part))
+        if math.isfinite(part):
+            told = replace(told, caveat=sentences.spring_sentence(part))
     return Finding(
         effect=form.effect,
         rank=0,

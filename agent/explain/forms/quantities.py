@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -44,7 +45,10 @@ def as_in_twin(form: Form, scene: Scene, own: Mapping[str, Parameter]) -> Mappin
     values = {name: p.value for name, p in own.items()}
     tables = form.to_twin(scene, values)
     if not tables and form.at_edges:
-        return {key: Parameter.not_identified(_NO_LAW, p.value) for key, p in own.items()}
+        return {
+            key: Parameter.not_identified(_NO_LAW, _possible(form, key, p))
+            for key, p in own.items()
+        }
     if len(tables) != 1:
         return own
     # A trial point that stands for a coefficient has no interval beside the coefficient's.
@@ -62,6 +66,12 @@ def as_in_twin(form: Form, scene: Scene, own: Mapping[str, Parameter]) -> Mappin
         else:
             out[name] = _converted(free, moved, name, float(value))
     return out
+
+
+def _possible(form: Form, name: str, found: Parameter) -> float:
+    """Return a number, or none where physics does not have it: no arm has less than no inertia."""
+    sign = form.sign(form.linear.index(name)) if name in form.linear else 0
+    return found.value if sign * found.value >= 0.0 else math.nan
 
 
 def _moved(

@@ -55,6 +55,14 @@ def test_a_hidden_state_that_its_law_does_not_bear_out_is_not_measured(scene: Sc
     assert not any(p.identified or p.ci95 for p in found.values())
 
 
+def test_what_no_joint_can_have_is_no_number_either(scene: Scene) -> None:
+    """An arm of less than no inertia, which a hidden state that nothing bears out may fit."""
+    signed = replace(form(at_edges=True, entries=0), signs=(1,))
+    found = as_in_twin(signed, scene, OWN | {"height_nm": Parameter(-0.2, (-0.3, -0.1))})
+    assert np.isnan(found["height_nm"].value)
+    assert found["reach_rad"].value == 0.01
+
+
 def test_a_law_that_has_no_place_in_a_twin_keeps_its_numbers(scene: Scene) -> None:
     assert as_in_twin(form(at_edges=False, entries=0), scene, OWN) == OWN
 
