@@ -102,9 +102,9 @@ def _bent_by(found: Study) -> str:
     if not found.unshaken:
         return ""
     return (
-        "the noise of the measured motion shakes the simulated arm: its numbers here are freed of "
-        "that, and twin.toml holds the softer and more damped ones that predict best behind a "
-        "motion that is measured so"
+        "the noise of the measured motion shakes the simulated arm: its numbers are told without "
+        "that, or not at all, and twin.toml holds the softer and more damped ones that predict "
+        "best behind a motion that is measured so"
     )
 
 

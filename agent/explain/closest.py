@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-import math
-
-import numpy as np
-
 from agent.explain.answer.names import effect_name
-from agent.explain.choosing.materiality import CLOSE, FAR, least_gain, noise_energy
+from agent.explain.choosing.materiality import (
+    CLOSE,
+    FAR,
+    least_gain,
+    noise_energy,
+    scatter_of,
+)
 from agent.explain.study import Study
 
 _A_GOOD_PART = 0.2  # of what stands above the noise: less is as likely the law of something else
@@ -35,8 +37,7 @@ def closest_said(found: Study) -> str:
         if scored.form.effect in there or scored.form.catch_all:
             continue
         gain = current - scored.blocks
-        scatter = float(np.std(gain)) * math.sqrt(gain.shape[0])
-        if not float(gain.sum()) >= max(_A_GOOD_PART * above, _NO_CHANCE * scatter) > 0.0:
+        if not float(gain.sum()) >= max(_A_GOOD_PART * above, _NO_CHANCE * scatter_of(gain)) > 0.0:
             continue
         if float(gain.sum()) >= least_gain(library, found.choice.plain, [*terms, scored.candidate]):
             continue  # another reason than its size kept it out

@@ -22,6 +22,7 @@ from agent.explain.location.dynamic_curves import excerpt, over_frequency
 from agent.explain.location.regions import AXIS, axis_values, curve_of, regions_of
 from agent.explain.numbers.model import beside_others
 from agent.explain.numbers.short_stroke import gravity_look_alikes
+from agent.explain.numbers.unshaken import UNKNOWN
 from agent.explain.numbers.wrong import WrongNumber
 from agent.explain.rows.evidence import effective_size
 from agent.explain.rows.saturation import saturation_evidence
@@ -163,9 +164,9 @@ def _numbers(study: Study, index: int) -> dict[str, Parameter]:
     try:
         told = dict(as_in_twin(form, beside, {**own, **freed}))
     except TwinError:
-        return predicts
-    if told.keys() != predicts.keys():
-        return predicts
+        told = {}
+    if told.keys() != predicts.keys():  # without the noise the twin's law is another, or none
+        return {name: Parameter.not_identified(UNKNOWN, p.value) for name, p in predicts.items()}
     return {name: _not_below_nothing(found) for name, found in told.items()}
 
 

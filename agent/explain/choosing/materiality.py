@@ -52,7 +52,7 @@ def beyond(gain: Floats, least: float) -> float:
     least : float
         As `least_gain` says; 0 for what needs no size.
     """
-    return float(gain.sum()) - least - min(_SURELY * _scatter(gain), _CLEARLY * least)
+    return float(gain.sum()) - least - min(_SURELY * scatter_of(gain), _CLEARLY * least)
 
 
 def worth(without: Floats, whole: Floats, least: float, noise: float) -> float:
@@ -74,13 +74,13 @@ def worth(without: Floats, whole: Floats, least: float, noise: float) -> float:
     gain, before = without - whole, float(without.sum())
     completes = before > FAR**2 * noise and float(whole.sum()) <= CLOSE**2 * noise
     above = before - noise if before > CLOSE**2 * noise > 0.0 else math.inf
-    if completes or float(gain.sum()) >= max(_A_GOOD_PART * above, _SURELY * _scatter(gain)):
+    if completes or float(gain.sum()) >= max(_A_GOOD_PART * above, _SURELY * scatter_of(gain)):
         return float(gain.sum()) - least
     return beyond(gain, least)
 
 
-def _scatter(gain: Floats) -> float:
-    """Return the standard error of a gain's sum over the blocks."""
+def scatter_of(gain: Floats) -> float:
+    """Return the standard error of a gain's sum over the blocks, shape (b,)."""
     return float(np.std(gain)) * math.sqrt(gain.shape[0])
 
 

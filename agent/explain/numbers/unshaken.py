@@ -33,10 +33,11 @@ _TRIALS = 120
 _FIRST_MOVE = 0.1
 _FARTHEST = 4.0  # times a number, up or down
 _HOW_WELL = 0.5  # of the correction, to either side: other laws' numbers stay where noise bent them
-_UNKNOWN = (
+UNKNOWN = (
     "the motion's noise shakes the simulated arm so strongly that what predicts these recordings "
     "best says nothing of the gear"
 )
+"""Why an arm's numbers are not identified, where the noise hides them."""
 
 
 class _Fit(NamedTuple):
@@ -212,4 +213,4 @@ def _freed(own: Parameter, value: float, within: tuple[float, float]) -> Paramet
 
 def _not_known(form: Form, own: Mapping[str, Parameter]) -> Mapping[str, Parameter]:
     lost = (*form.linear, *form.nonlinear)
-    return {name: Parameter.not_identified(_UNKNOWN, own[name].value) for name in lost}
+    return {name: Parameter.not_identified(UNKNOWN, own[name].value) for name in lost}

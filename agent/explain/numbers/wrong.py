@@ -96,7 +96,7 @@ def wrong_numbers(
     if float(given.sum() - refitted.sum()) < material:
         return ()
     found = _found(library, twin, model, terms, floor_nm, material, taken_for)
-    if not _hardly_shows(library, floor_nm):
+    if not found or not _hardly_shows(library, floor_nm):
         return found
     return tuple(wrong for wrong in found if not _is_slight(wrong, twin))
 
