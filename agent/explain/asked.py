@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from agent.explain.numbers.loads import without_unknown_loads
 from agent.explain.rows.cleaner import by_the_quieter
+from agent.explain.rows.coarser import coarsened
 from agent.explain.rows.full_rate import choose_band
 from agent.explain.rows.glitches import without_glitches
 from agent.explain.rows.half_sample import in_step_with, said_of
@@ -120,6 +121,7 @@ def as_asked(
     stepped = (said_of(late_s),) if late_s else ()
     if late_s:
         everything = in_step_with(everything, late_s)
+    everything = coarsened(everything)
     runs, holdout = everything[: len(runs)], everything[len(runs) :]
     by_motor = without_gearbox_temperature((*runs, *holdout))
     if by_motor:

@@ -28,13 +28,15 @@ CLOSE = 1.10
 FAR = 1.25
 """From so many times the noise floor something is missing, even where no axis shows it."""
 
+A_GOOD_PART = 0.3
+"""Of what stands above the noise: what takes so much is no effect of many."""
+
 _OF_NOISE = 0.06  # of the band's noise: a quarter of its amplitude; less matters to nobody
 _SEEN = 0.25  # of the band's noise: half its amplitude stands out, however noisy the raw torque is
 
 _STANDS_OUT = 3.0  # of the band's noise: twice the noise is left without it, and that is a mismatch
 
 _SURELY = 2.0  # standard errors over the blocks
-_A_GOOD_PART = 0.3  # of what stands above the noise: what takes so much is no effect of many
 _CLEARLY = 0.5  # of the least gain: so far beyond it no scatter over the blocks is asked
 
 
@@ -74,7 +76,7 @@ def worth(without: Floats, whole: Floats, least: float, noise: float) -> float:
     gain, before = without - whole, float(without.sum())
     completes = before > FAR**2 * noise and float(whole.sum()) <= CLOSE**2 * noise
     above = before - noise if before > CLOSE**2 * noise > 0.0 else math.inf
-    if completes or float(gain.sum()) >= max(_A_GOOD_PART * above, _SURELY * scatter_of(gain)):
+    if completes or float(gain.sum()) >= max(A_GOOD_PART * above, _SURELY * scatter_of(gain)):
         return float(gain.sum()) - least
     return beyond(gain, least)
 
@@ -151,6 +153,7 @@ def _own_numbers_nm2(library: Library) -> float:
 def above_band_nm2(table: Table) -> float:
     """Return the mean square of the torque above the band in steady motion, N m squared."""
     steady = table.used & (table.stratum == STEADY)
-    above = (table.rows["torque_nm"] - table.measured_nm)[steady]
+    thinned_away_nm2 = np.array([run.thinned_away_nm2 for run in table.runs])[table.run]
+    above = ((table.rows["torque_nm"] - table.measured_nm) ** 2 + thinned_away_nm2)[steady]
     above = above[np.isfinite(above)]
-    return float(np.mean(above**2)) if above.size else 0.0
+    return float(np.mean(above)) if above.size else 0.0

@@ -16,7 +16,7 @@ from agent.explain.choosing.beginnings import other_beginning
 from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.choice import Choice, choose, decided, settled
 from agent.explain.choosing.heard import BACKLASH
-from agent.explain.choosing.materiality import CLOSE, FAR
+from agent.explain.choosing.materiality import A_GOOD_PART, CLOSE, FAR
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form
@@ -37,6 +37,7 @@ from agent.explain.rows.usual import usual_blocks
 from agent.physics.effects import YIELDING
 
 _ROUNDS = 3
+_MOST_PROBED = 6
 _FRICTION_OF_ARMS = frozenset({AGES, YIELDING})
 _FAR_OFF = 4.0  # times the squared error: what leaves so much more finds no better one beside it
 
@@ -100,7 +101,36 @@ def _without_time(library: Library, found: Library, choice: Choice) -> tuple[Lib
 
 
 def _chosen(library: Library) -> tuple[Library, Choice]:
-    return _further(library, _first(library))
+    found, choice = _further(library, _first(library))
+    if not _more_than_noise(found, choice.candidates, FAR):
+        return found, choice
+    most = _takes_most(found, choice.candidates)
+    if most is None:
+        return found, choice
+    # What shows in few rows makes these count for little: by such weights it cannot take as much as
+    # is worth a name, however far it stands out. So rows count as they do beside it.
+    weighed = _beside(found, [*choice.candidates, most])
+    begun = [retaken(weighed, term, found.scene) for term in choice.terms]
+    again = choose(weighed, rivals=False, begun=begun, until=_changes_an_arm)
+    if _effects(again) == _effects(choice):
+        return found, choice
+    return _further(weighed, again)
+
+
+def _takes_most(library: Library, terms: Sequence[Candidate]) -> Candidate | None:
+    """Return what takes most beside some terms where all rows count alike; None for too little."""
+    rows = library.weighing.rows
+    left = {}
+    for scored in library.rank(terms)[:_MOST_PROBED]:
+        nm = left_nm(library, [*terms, scored.candidate])[rows]
+        left[float(nm @ nm)] = scored.candidate
+    if not left:
+        return None
+    least, plain = min(left), left_nm(library, terms)
+    floor_nm = max(noise_floor(library.scene.table, plain).value_nm, 0.0)
+    before = float(plain[rows] @ plain[rows])
+    above = before - floor_nm**2 * rows.shape[0]
+    return left[least] if before - least >= A_GOOD_PART * above else None
 
 
 def _first(library: Library) -> Choice:

@@ -2,8 +2,8 @@
 
 A torque that no law carries pulls the twin's numbers its way when they are refitted: friction that
 is higher after every rest, or while a brake drags, asks for a higher Coulomb level on the average.
-That is no wrong number. Where far more than noise stays, a number is told only as far as its own
-interval refutes what the twin says, and as it accounts for more than what stays.
+That is no wrong number. Where more than noise stays, a number is told only as far as its own
+interval refutes what the twin says, and as it accounts for ten times as much as what stays.
 """
 
 from __future__ import annotations
@@ -12,13 +12,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from agent.explain.choosing.materiality import FAR
+from agent.explain.choosing.materiality import CLOSE
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.shares import unseen_nm2
 from agent.explain.numbers.model import Model
 from agent.explain.numbers.wrong import WrongNumber
 from agent.identify.result import Parameter
 
+_FAR_MORE = 10.0  # than what stays: drag that has no law here bent viscous friction by 18 %
 _FACTOR = "factor"  # of all torque: right at 1; every other number is told as what it has more
 
 
@@ -37,11 +38,12 @@ def borne_out(
         Not positive where it could not be measured: then what stays may be noise.
     """
     left_nm2 = float(np.mean(model.residual_nm**2))
-    if not noise_nm > 0.0 or left_nm2 <= (FAR * noise_nm) ** 2:
+    stays_nm2 = left_nm2 - (CLOSE * noise_nm) ** 2
+    if not noise_nm > 0.0 or stays_nm2 <= 0.0:
         return tuple(numbers)
     given_nm2 = unseen_nm2(library, np.zeros((library.target.shape[0], 0)))
-    stays = (left_nm2 - noise_nm**2) / max(given_nm2 - noise_nm**2, left_nm2)
-    return tuple(n for n in numbers if n.energy_share > stays and _refuted(n))
+    stays = stays_nm2 / max(given_nm2 - noise_nm**2, left_nm2)
+    return tuple(n for n in numbers if n.energy_share > _FAR_MORE * stays and _refuted(n))
 
 
 def _refuted(number: WrongNumber) -> bool:

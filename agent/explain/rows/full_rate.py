@@ -117,7 +117,7 @@ def recorded_columns(
         full["run"][at] = piece.run
         full["bridged"][at] = _bridged(stretch, signals.time_s, piece.cutoff_hz)
         for name, values in run.columns.items():
-            full[name][at] = _filled(stretch.on_grid(signals, values))
+            full[name][at] = filled(stretch.on_grid(signals, values))
     return full
 
 
@@ -192,7 +192,7 @@ def _bridged(stretch: Stretch, time_s: Floats, cutoff_hz: float) -> Floats:
     return (own[after] - own[after - 1] > far_s).astype(np.float64)
 
 
-def _filled(values: Floats) -> Floats:
+def filled(values: Floats) -> Floats:
     """Return values with single gaps bridged; all NaN stays all NaN."""
     bad = ~np.isfinite(values)
     if bad.all() or not bad.any():

@@ -39,12 +39,15 @@ class Run:
         When it began, seconds since any instant that the runs share; NaN if not known.
     payload_kg : float
         NaN if not known.
+    thinned_away_nm2 : float
+        Mean square of the torque that was recorded and is not in it any more: see `rows.coarser`.
     """
 
     signals: Signals
     columns: Mapping[str, Floats] = field(default_factory=dict)
     started_s: float = math.nan
     payload_kg: float = math.nan
+    thinned_away_nm2: float = 0.0
 
     @property
     def name(self) -> str:
