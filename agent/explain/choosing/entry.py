@@ -29,7 +29,13 @@ _SHARED_OUT = 0.2  # of what a term had removed: so little is left to it beside 
 _HEARD = 0.5  # of the gain: what resembles a gap explains that much more where there is none
 _OF_A_PLACE = frozenset({"position-dependent-friction", "local-fault", "cable-force"})
 _REPEATED = frozenset(
-    {"torque-ripple", "kinematic-error", "position-dependent-friction", "local-fault"}
+    {
+        "torque-ripple",
+        "kinematic-error",
+        "resolver-error",
+        "position-dependent-friction",
+        "local-fault",
+    }
 )
 
 

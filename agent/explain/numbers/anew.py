@@ -102,7 +102,7 @@ def _without_time(library: Library, found: Library, choice: Choice) -> tuple[Lib
 
 def _chosen(library: Library) -> tuple[Library, Choice]:
     found, choice = _further(library, _first(library))
-    if not _more_than_noise(found, choice.candidates, FAR):
+    if not _more_than_noise(found, choice.candidates):
         return found, choice
     most = _takes_most(found, choice.candidates)
     if most is None:
