@@ -46,6 +46,7 @@ class Joint(NamedTuple):
     arm_viscous: float = 0.0
     wobble: float = 0.0  # rad of the motor, of the gear: by its sine, twice a turn
     misread: float = 0.0  # rad, of the motor's angle, likewise
+    misread_once: float = 0.0  # rad, once a turn
     rubbing_wave: float = 0.0  # N m, of the motor's dry friction along its turn
     rubbing_order: float = 9.0
     cubic: float = 0.0  # N m/rad3, of the gear: its spring stiffens
@@ -84,7 +85,8 @@ def _driven(j: Joint, command: Floats, every: int) -> Floats:
     out = np.empty((command.shape[0] // every, 5))
     for i in range(out.shape[0] * every):
         sine, slope = math.sin(2.0 * q), 2.0 * math.cos(2.0 * q)
-        read, speed_read = q + j.misread * sine, v * (1.0 + j.misread * slope)
+        read = q + j.misread * sine + j.misread_once * math.sin(q)
+        speed_read = v * (1.0 + j.misread * slope + j.misread_once * math.cos(q))
         error = command[i, 1] + j.stiff_loop * (command[i, 0] - read) - speed_read
         torque = j.loop * error + integral
         if abs(torque) > j.limit:
