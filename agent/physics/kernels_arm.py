@@ -5,7 +5,8 @@
 arms, and need no more of each than the band of a comparison shows.
 
 A step waits for the one before it, so that one arm alone leaves most of a processor idle: stretches
-of recordings are followed side by side, in lanes that a vector unit takes together.
+of recordings, and arms of several gaps, are followed side by side, in lanes that a vector unit
+takes together, and in blocks of lanes that do not wait for each other.
 """
 
 from __future__ import annotations
@@ -18,10 +19,11 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-_LANES = 8
+_LANES, _MOST_BLOCKS = 8, 3
 _NEWTON = 20  # steps: from the linear twist down, ever closer
 _ARM, _TWIST, _DRAWN, _PUSH = 0, _LANES, 2 * _LANES, 3 * _LANES
-_MOTOR, _SLOPE, _WEIGHT, _DT, _PULL, _DRY = (k * _LANES for k in range(4, 10))
+_MOTOR, _SLOPE, _WEIGHT, _DT, _PULL, _DRY, _GAP = (k * _LANES for k in range(4, 11))
+_BLOCK = 11 * _LANES
 
 
 @njit(cache=True, nogil=True)
@@ -35,13 +37,13 @@ def shaft_rad_s2(
     omega: float,
     damping: float,
     reach: float,
-    half_gap: float,
+    half_gaps: Floats,
     film: float,
     stiffening: float,
     steps: int,
     out: Floats,
 ) -> None:
-    """Put the shaft's torque over the arm's inertia, rad/s2, at some stretches into `out`, (N,).
+    """Put the shaft's torque over the arm's inertia, rad/s2, at some stretches into `out`, (a, N).
 
     At first the arm follows the motor, its friction drawn out, its weight borne. The teeth of a gap
     push; they do not pull. The film between them does both.
@@ -56,45 +58,45 @@ def shaft_rad_s2(
         Between two samples of each.
     omega, damping : float
         The arm's swing while the motor is held, rad/s, and its damping ratio.
-    reach, half_gap : float
-        How far friction gives way before it slips, and half of the clearance, rad.
+    reach : float
+        How far friction gives way before it slips, rad.
+    half_gaps : ndarray, shape (a,)
+        Half of the clearance of each of the arms, which are alike but for that, rad.
     film : float
         Damping of what is between the teeth over the arm's inertia, 1/s.
     stiffening : float
         By which share of itself the spring is stiffer at a twist of 1 rad, 1/rad^2.
     steps : int
         Of the integration, between two samples.
-    out : ndarray, shape (N,)
+    out : ndarray, shape (a, N)
     """
-    state = np.zeros(10 * _LANES)
-    at, stop = np.zeros(_LANES, dtype=np.int64), np.zeros(_LANES, dtype=np.int64)
+    arms = half_gaps.shape[0]
+    asked = arms * starts.shape[0]
+    blocks = min(_MOST_BLOCKS, -(-asked // _LANES))
+    state = np.zeros(blocks * _BLOCK)
+    at, stop = np.zeros(blocks * _LANES, dtype=np.int64), np.zeros(blocks * _LANES, dtype=np.int64)
+    which = np.zeros(blocks * _LANES, dtype=np.int64)
     following = 0
     while True:
-        for lane in range(_LANES):
+        for lane in range(at.shape[0]):
             if at[lane] == stop[lane]:
-                state[lane::_LANES] = 0.0
-                if following < starts.shape[0]:
-                    at[lane], stop[lane] = starts[following], stops[following]
-                    state[_DT + lane] = period_s[following] / steps
+                place = lane // _LANES * _BLOCK + lane % _LANES
+                state[place : place + _BLOCK - _LANES + 1 : _LANES] = 0.0
+                if following < asked:
+                    stretch, which[lane] = following // arms, following % arms
+                    at[lane], stop[lane] = starts[stretch], stops[stretch]
+                    state[_DT + place] = period_s[stretch] / steps
+                    state[_GAP + place] = half_gaps[which[lane]]
                     first = velocity[at[lane]], weight[at[lane]], friction[at[lane]]
-                    _begin(state, lane, *first, omega, half_gap, stiffening)
+                    _begin(state, place, *first, omega, half_gaps[which[lane]], stiffening)
                     following += 1
         if not np.any(at < stop):
             break
         together = np.min((stop - at)[at < stop])
         for _ in range(together):
-            for lane in range(_LANES):
-                i = at[lane]
-                if i < stop[lane]:
-                    last = i + 1 == stop[lane]
-                    state[_MOTOR + lane] = velocity[i]
-                    state[_SLOPE + lane] = 0.0 if last else (velocity[i + 1] - velocity[i]) / steps
-                    state[_WEIGHT + lane], state[_DRY + lane] = weight[i], friction[i]
-            _sample(state, omega, damping, reach, half_gap, film, stiffening, steps)
-            for lane in range(_LANES):
-                if at[lane] < stop[lane]:
-                    out[at[lane]] = state[_PULL + lane]
-                    at[lane] += 1
+            _driven(state, at, stop, velocity, weight, friction, steps)
+            _sample(state, omega, damping, reach, film, stiffening, steps)
+            _told(state, at, stop, which, out)
 
 
 @njit(cache=True, nogil=True)
@@ -120,7 +122,7 @@ def less_stiff(
 @njit(cache=True, nogil=True)
 def _begin(
     state: Floats,
-    lane: int,
+    place: int,
     velocity: float,
     weight: float,
     friction: float,
@@ -141,16 +143,54 @@ def _begin(
         twist -= (twist * (1.0 + bent) - linear) / (1.0 + 3.0 * bent)
     if twist != 0.0:
         twist += math.copysign(half_gap, twist)
-    state[_ARM + lane], state[_TWIST + lane], state[_DRAWN + lane] = velocity, twist, drawn
+    state[_ARM + place], state[_TWIST + place], state[_DRAWN + place] = velocity, twist, drawn
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _driven(
+    state: Floats,
+    at: NDArray[np.int64],
+    stop: NDArray[np.int64],
+    velocity: Floats,
+    weight: Floats,
+    friction: Floats,
+    steps: int,
+) -> None:
+    """Put what drives every lane's arm at its sample into its state."""
+    for block in range(state.shape[0] // _BLOCK):
+        for own in range(_LANES):
+            lane, place = block * _LANES + own, block * _BLOCK + own
+            i = at[lane]
+            if i < stop[lane]:
+                last = i + 1 == stop[lane]
+                state[_MOTOR + place] = velocity[i]
+                state[_SLOPE + place] = 0.0 if last else (velocity[i + 1] - velocity[i]) / steps
+                state[_WEIGHT + place], state[_DRY + place] = weight[i], friction[i]
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _told(
+    state: Floats,
+    at: NDArray[np.int64],
+    stop: NDArray[np.int64],
+    which: NDArray[np.int64],
+    out: Floats,
+) -> None:
+    """Put the torque of every lane's shaft where it belongs, and go on to the next samples."""
+    for block in range(state.shape[0] // _BLOCK):
+        for own in range(_LANES):
+            lane = block * _LANES + own
+            if at[lane] < stop[lane]:
+                out[which[lane], at[lane]] = state[block * _BLOCK + _PULL + own]
+                at[lane] += 1
 
 
 @njit(cache=True, nogil=True)
 def _sample(
-    state: Floats,
+    states: Floats,
     omega: float,
     damping: float,
     reach: float,
-    half_gap: float,
     film: float,
     stiffening: float,
     steps: int,
@@ -158,23 +198,25 @@ def _sample(
     """Move all lanes by one sample; nothing in here branches, so that they move together."""
     stiffness, damper = omega * omega, 2.0 * damping * omega
     for j in range(steps):
-        for lane in range(_LANES):
-            arm, twist, drawn = state[_ARM + lane], state[_TWIST + lane], state[_DRAWN + lane]
-            slope, dt = state[_SLOPE + lane], state[_DT + lane]
-            motor = state[_MOTOR + lane] + slope * j
-            pressed = abs(twist) - half_gap
-            harder = 1.0 + stiffening * pressed * pressed
-            pull = stiffness * harder * math.copysign(pressed, twist)
-            # The arm's speed stands half a step behind its twist, which damping must not feel.
-            ahead = motor - arm - 0.5 * dt * state[_PUSH + lane]
-            pull += damper * ahead
-            pulls = half_gap > 0.0 and pull * twist < 0.0
-            pull = (0.0 if pulls or pressed <= 0.0 else pull) + film * ahead
-            state[_PULL + lane] = pull if j == 0 else state[_PULL + lane]
-            push = pull - state[_WEIGHT + lane] - state[_DRY + lane] * drawn
-            arm += dt * push
-            further = drawn + dt * arm / reach
-            further = -1.0 if further < -1.0 else further
-            state[_DRAWN + lane] = 1.0 if further > 1.0 else further
-            state[_TWIST + lane] = twist + dt * (motor + 0.5 * slope - arm)
-            state[_ARM + lane], state[_PUSH + lane] = arm, push
+        for block in range(states.shape[0] // _BLOCK):
+            state = states[block * _BLOCK : (block + 1) * _BLOCK]
+            for lane in range(_LANES):
+                arm, twist, drawn = state[_ARM + lane], state[_TWIST + lane], state[_DRAWN + lane]
+                slope, dt, half_gap = state[_SLOPE + lane], state[_DT + lane], state[_GAP + lane]
+                motor = state[_MOTOR + lane] + slope * j
+                pressed = abs(twist) - half_gap
+                harder = 1.0 + stiffening * pressed * pressed
+                pull = stiffness * harder * math.copysign(pressed, twist)
+                # The arm's speed stands half a step behind its twist, which damping must not feel.
+                ahead = motor - arm - 0.5 * dt * state[_PUSH + lane]
+                pull += damper * ahead
+                pulls = half_gap > 0.0 and pull * twist < 0.0
+                pull = (0.0 if pulls or pressed <= 0.0 else pull) + film * ahead
+                state[_PULL + lane] = pull if j == 0 else state[_PULL + lane]
+                push = pull - state[_WEIGHT + lane] - state[_DRY + lane] * drawn
+                arm += dt * push
+                further = drawn + dt * arm / reach
+                further = -1.0 if further < -1.0 else further
+                state[_DRAWN + lane] = 1.0 if further > 1.0 else further
+                state[_TWIST + lane] = twist + dt * (motor + 0.5 * slope - arm)
+                state[_ARM + lane], state[_PUSH + lane] = arm, push

@@ -276,11 +276,8 @@ def _gap(scene: Scene, point: Point) -> Floats:
     oil = max(oil_share, 0.0) * _oiled(scene) / inertia_share
     friction = max(friction_share, 0.0) * slowing_rad_s2(scene) / inertia_share
     reach = _gap_yields_rad(scene)
-    paths = [
-        HiddenArm(hz, damping, friction, reach, width * half_gap, inertia_share, film, oil)
-        for width in _GAP_WIDTHS
-    ]
-    return stack(mean_extra_rad_s2(paths, scene))
+    arm = HiddenArm(hz, damping, friction, reach, half_gap, inertia_share, film, oil)
+    return stack(mean_extra_rad_s2(arm, [width * half_gap for width in _GAP_WIDTHS], scene))
 
 
 def _gap_yields_rad(scene: Scene) -> float:

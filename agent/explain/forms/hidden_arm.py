@@ -64,7 +64,7 @@ class HiddenArm:
 
     def extra_rad_s2(self, scene: Scene) -> Floats:
         """Return the shaft's torque less that of a stiff gear, over the arm's inertia, (N,)."""
-        return mean_extra_rad_s2((self,), scene)
+        return mean_extra_rad_s2(self, (self.half_gap_rad,), scene)
 
     def shaft_rad_s2(self, motion: ArmMotion, pull_rad_s2: Floats) -> Floats:
         """Return the shaft's torque over the arm's inertia, shape (M,) as the motion has it.
@@ -75,6 +75,13 @@ class HiddenArm:
         pull_rad_s2 : ndarray, shape (M,)
             What the arm is held against over its inertia: its weight, and oil.
         """
+        (shaft,) = self.shafts_rad_s2(motion, pull_rad_s2, (self.half_gap_rad,))
+        return np.asarray(shaft)
+
+    def shafts_rad_s2(
+        self, motion: ArmMotion, pull_rad_s2: Floats, half_gaps_rad: Sequence[float]
+    ) -> Floats:
+        """Return the same of arms that have other gaps and are alike in all else, shape (a, M)."""
         from agent.physics.kernels_arm import shaft_rad_s2
 
         omega = 2.0 * math.pi * self.frequency_hz
@@ -86,7 +93,7 @@ class HiddenArm:
         steps_per_s *= self._stiffened(motion.stiff_rad_s2 + pull_rad_s2, omega)
         starts, stops, periods = motion.bridged.longest_first
         friction = self.friction_rad_s2 * motion.worn_share
-        out = np.zeros(motion.bridged.size)
+        out = np.zeros((len(half_gaps_rad), motion.bridged.size))
         steps = np.maximum(np.ceil(steps_per_s * periods), 1.0).astype(np.int64)
         for several in np.unique(steps):
             alike = steps == several
@@ -100,7 +107,7 @@ class HiddenArm:
                 omega,
                 self.damping_ratio,
                 reach,
-                self.half_gap_rad,
+                np.array(half_gaps_rad, dtype=np.float64),
                 self.film_per_s,
                 self.stiffening_per_rad2,
                 int(several),
@@ -119,28 +126,30 @@ class HiddenArm:
         return math.sqrt(1.0 + 3.0 * self.stiffening_per_rad2 * twist**2)
 
 
-def mean_extra_rad_s2(arms: Sequence[HiddenArm], scene: Scene) -> Floats:
-    """Return the mean of what several arms add, shape (N,); see `HiddenArm.extra_rad_s2`.
+def mean_extra_rad_s2(arm: HiddenArm, half_gaps_rad: Sequence[float], scene: Scene) -> Floats:
+    """Return the mean of what arms add that differ in their gaps, shape (N,).
 
-    Oil brakes the arm by the motor's smooth speed, from which its own is never far.
+    Oil brakes the arm by the motor's smooth speed, from which its own is never far. See
+    `HiddenArm.extra_rad_s2`.
 
     Parameters
     ----------
-    arms : sequence of HiddenArm
-        Of one share of the inertia, and of the viscous friction; all in gaps, or none.
+    arm : HiddenArm
+        Behind any of the gaps.
+    half_gaps_rad : sequence of float
+        All above zero, or one that is zero.
     scene : Scene
     """
     from agent.physics.kernels_arm import less_stiff
 
-    motion = scene.loose_arm if arms[0].half_gap_rad > 0.0 else scene.sprung_arm
-    pull = motion.weight_nm / (arms[0].inertia_share * inertia_of(scene))
-    if arms[0].oil_per_s:
-        pull += arms[0].oil_per_s * motion.oil_rad_s
+    motion = scene.loose_arm if half_gaps_rad[0] > 0.0 else scene.sprung_arm
+    pull = motion.weight_nm / (arm.inertia_share * inertia_of(scene))
+    if arm.oil_per_s:
+        pull += arm.oil_per_s * motion.oil_rad_s
     out = np.zeros_like(pull)
-    for arm in arms:
-        shaft = arm.shaft_rad_s2(motion, pull)
-        friction = arm.friction_rad_s2 * motion.worn_share
-        less_stiff(shaft, pull, motion.stiff_rad_s2, motion.drawn, friction, 1.0 / len(arms), out)
+    friction, share = arm.friction_rad_s2 * motion.worn_share, 1.0 / len(half_gaps_rad)
+    for shaft in arm.shafts_rad_s2(motion, pull, half_gaps_rad):
+        less_stiff(shaft, pull, motion.stiff_rad_s2, motion.drawn, friction, share, out)
     return motion.bridged.recorded(out)
 
 

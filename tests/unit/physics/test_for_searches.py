@@ -110,10 +110,21 @@ def test_the_arm_of_searches_is_the_arm_of_the_twin(half_gap: float, stiffening:
     speed = 12.0 * np.sin(4.0 * TIME)
     position = 3.0 * (1.0 - np.cos(4.0 * TIME))
     dry, weight = np.full_like(TIME, friction), np.zeros_like(TIME)
-    found = np.empty_like(TIME)
+    (found,) = paths = np.empty((1, TIME.size))
     one = np.array([0]), np.array([TIME.size]), np.array([0.002])
     shaft_rad_s2(
-        speed, weight, dry, *one, omega, damping, reach, half_gap, film, stiffening, 40, found
+        speed,
+        weight,
+        dry,
+        *one,
+        omega,
+        damping,
+        reach,
+        np.array([half_gap]),
+        film,
+        stiffening,
+        40,
+        paths,
     )
     law = carried_arm(
         TIME,
