@@ -11,6 +11,7 @@ from agent.explain.choosing.materiality import FAR
 from agent.explain.closest import closest_said
 from agent.explain.driven import driven_or_heavier
 from agent.explain.driven_range import hangs_free
+from agent.explain.numbers.warm_constant import right_at_degc
 from agent.explain.plausible import far_off, turned_gravity
 from agent.explain.rows.table import Table
 from agent.explain.shaken import shaken_said
@@ -19,6 +20,7 @@ from agent.explain.verdict import far_from_given
 from agent.identify.signals.preprocess import left_out_of
 
 _CLOSER = 1.1  # of the refitted energy, at least: else refitting has brought nothing
+_OTHERWISE_WARM_K = 10.0  # magnets lose less than 2 % over it
 _LATE_S = 5e-4  # of a velocity: less is no more than its last difference
 
 
@@ -44,7 +46,8 @@ def bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
             "of its own instead of as recorded, delays and swings may be that loop's"
         )
     used = clock_or_use(found.library, found.choice)
-    told = used, hangs_free(found), driven_or_heavier(found), shaken_said(found), _bent_by(found)
+    arm = hangs_free(found), driven_or_heavier(found), shaken_said(found), _bent_by(found)
+    told = used, *arm, _right_when_cold(found)
     out += [said for said in told if said]
     if not found.choice.terms and not found.numbers and _bent(found):
         out.append(
@@ -105,6 +108,20 @@ def _bent_by(found: Study) -> str:
         "the noise of the measured motion shakes the simulated arm: its numbers are told without "
         "that, or not at all, and twin.toml holds the softer and more damped ones that predict "
         "best behind a motion that is measured so"
+    )
+
+
+def _right_when_cold(found: Study) -> str:
+    """Return at which warmth the simulation's torque constant holds, where it falls with warmth."""
+    at_degc = right_at_degc(found.library, found.model)
+    if found.numbers or found.table.simulated or at_degc is None:
+        return ""
+    mean_degc = found.library.scene.mean("motor_temperature_degc")
+    if abs(at_degc - mean_degc) < _OTHERWISE_WARM_K:
+        return ""
+    return (
+        f"the simulation's torque constant is right at {at_degc:.0f} °C of the motor; the numbers "
+        f"in twin.toml are those at {mean_degc:.0f} °C, the mean of the recordings"
     )
 
 

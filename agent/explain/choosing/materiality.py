@@ -31,6 +31,7 @@ FAR = 1.25
 A_GOOD_PART = 0.3
 """Of what stands above the noise: what takes so much is no effect of many."""
 
+_MOST = 0.5  # of what stands above the noise
 _OF_NOISE = 0.06  # of the band's noise: a quarter of its amplitude; less matters to nobody
 _SEEN = 0.25  # of the band's noise: half its amplitude stands out, however noisy the raw torque is
 
@@ -62,7 +63,8 @@ def worth(without: Floats, whole: Floats, least: float, noise: float) -> float:
 
     What takes all that is left to the noise, from far above it, need not surely be as much: beside
     it stands no other cause, and without it the rest would have no name. Nor need what surely takes
-    a good part of what stands above the noise.
+    a good part of what stands above the noise. And what surely takes most of it need not stand out
+    of the noise as it was recorded: without it the answer would be that most has no name.
 
     Parameters
     ----------
@@ -76,8 +78,11 @@ def worth(without: Floats, whole: Floats, least: float, noise: float) -> float:
     gain, before = without - whole, float(without.sum())
     completes = before > FAR**2 * noise and float(whole.sum()) <= CLOSE**2 * noise
     above = before - noise if before > CLOSE**2 * noise > 0.0 else math.inf
-    if completes or float(gain.sum()) >= max(A_GOOD_PART * above, _SURELY * scatter_of(gain)):
-        return float(gain.sum()) - least
+    total, surely = float(gain.sum()), _SURELY * scatter_of(gain)
+    if total >= max(_MOST * above, surely):
+        return total - min(least, _OF_NOISE * noise)
+    if completes or total >= max(A_GOOD_PART * above, surely):
+        return total - least
     return beyond(gain, least)
 
 

@@ -2,8 +2,9 @@
 
 A torque that no law carries pulls the twin's numbers its way when they are refitted: friction that
 is higher after every rest, or while a brake drags, asks for a higher Coulomb level on the average.
-That is no wrong number. Where more than noise stays, a number is told only as far as its own
-interval refutes what the twin says, and as it accounts for ten times as much as what stays.
+That is no wrong number. Where more than noise stays, a number is told only as it accounts for ten
+times as much as what stays; where far more stays, only as far as its own interval refutes what the
+twin says, too.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from agent.explain.choosing.materiality import CLOSE
+from agent.explain.choosing.materiality import CLOSE, FAR
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.shares import unseen_nm2
 from agent.explain.numbers.model import Model
@@ -43,7 +44,10 @@ def borne_out(
         return tuple(numbers)
     given_nm2 = unseen_nm2(library, np.zeros((library.target.shape[0], 0)))
     stays = stays_nm2 / max(given_nm2 - noise_nm**2, left_nm2)
-    return tuple(n for n in numbers if n.energy_share > _FAR_MORE * stays and _refuted(n))
+    far = left_nm2 > (FAR * noise_nm) ** 2
+    return tuple(
+        n for n in numbers if n.energy_share > _FAR_MORE * stays and (_refuted(n) or not far)
+    )
 
 
 def _refuted(number: WrongNumber) -> bool:

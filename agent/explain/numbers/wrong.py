@@ -34,6 +34,7 @@ from agent.explain.numbers.refuted import (
     is_wrong,
 )
 from agent.explain.numbers.varied import varied_through_given
+from agent.explain.numbers.warm_constant import right_at_degc
 from agent.explain.rows.table import BASE
 from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Twin
@@ -121,7 +122,7 @@ def _found(
     constant = partial(one_factor, library, twin, beside, open_numbers, material, named)
     factor = constant()
     if factor is not None:
-        return (_constant(library, factor, floor_nm),)
+        return _constant(library, model, factor, floor_nm)
     earlier = earlier_moves(library, twin) if terms else ()  # without a law nothing is bent
     turning = moves_through_reversals(library, twin) if terms else {}
     by_itself = plain_moves(library, twin)
@@ -133,7 +134,7 @@ def _found(
     if refuted:
         factor = constant(case.columns([name for own in refuted.values() for name in own]))
     if factor is not None:
-        return (_constant(library, factor, floor_nm),)
+        return _constant(library, model, factor, floor_nm)
     out = [_wrong(case, effect, refuted) for effect in refuted]
     if not out and not terms:
         return _sorted(_wrong_together(case, material, groups))
@@ -172,11 +173,15 @@ def told_again(numbers: Sequence[WrongNumber], twin: Twin, model: Model) -> tupl
     return tuple(out)
 
 
-def _constant(library: Library, factor: Parameter, floor_nm: float) -> WrongNumber:
-    """Return the torque constant's error, with its share."""
+def _constant(
+    library: Library, model: Model, factor: Parameter, floor_nm: float
+) -> tuple[WrongNumber, ...]:
+    """Return the torque constant's error, with its share; nothing where warmth alone makes it."""
+    if right_at_degc(library, model) is not None:
+        return ()
     nothing = np.zeros((library.target.shape[0], 0))
     share = _share(library, nothing, factor_column(library), floor_nm)
-    return WrongNumber("torque-constant-error", share, {"factor": factor})
+    return (WrongNumber("torque-constant-error", share, {"factor": factor}),)
 
 
 def _sorted(found: Sequence[WrongNumber]) -> tuple[WrongNumber, ...]:
