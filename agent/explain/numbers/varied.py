@@ -2,7 +2,8 @@
 
 Friction that drifts, changes with temperature or differs between directions has a level for every
 hour, temperature and direction. A fit gives the mean. A twin that was right when the joint was new,
-or cold, or in one direction, has no wrong number: it lacks the law. A constant torque is friction
+or cold, or in one direction, has no wrong number: it lacks the law. A drift may have begun before
+it was recorded. A constant torque is friction
 that differs between directions by another name, and there only the one or the other direction's
 level counts: between the two no motion shows any.
 
@@ -17,15 +18,18 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.numbers.model import Model
 from agent.explain.rows.evidence import heldout, moments
 from agent.explain.rows.table import BASE
+from agent.identify.result import Floats
 from agent.physics.twin import Twin
 
 _BEYOND = 0.25  # of the range on either side: a twin's number and a law's ends are fits, too
+_BEFORE = 1.0  # of it: a drift may have gone on for as long before as it was recorded
 _OF_LARGEST = 0.1  # of a column: with less of it, what a number is there is not to be had
 _ENDS = (0.01, 0.99)
 _NUMBER: Mapping[str, Mapping[str, str]] = {
@@ -48,6 +52,7 @@ _NUMBER: Mapping[str, Mapping[str, str]] = {
     },
     "torque-offset": {"torque_offset_nm": "coulomb_nm"},
 }
+_DRIFT = "friction-drift"
 _TWO_LEVELS = frozenset({"direction-asymmetry", "torque-offset"})
 _FALLS = "viscous_thermal_nm_s_per_rad"
 _AS_WELL = 1.05  # of the squared error: the law leaves no more with the twin's number as its limit
@@ -79,7 +84,8 @@ def varied_through_given(library: Library, twin: Twin, model: Model) -> frozense
             added = term.candidate.columns[there, at] * model.coefficients[place][at]
             low, high = np.quantile(added / base[there], _ENDS) + model.base[number].value
             given = float(getattr(twin, number))
-            passes = _passes(float(low), float(high), given, form.effect)
+            grows = form.effect == _DRIFT and _grows(library, there, added / base[there])
+            passes = _passes(float(low), float(high), given, form.effect, grows=grows)
             if passes or (name == _FALLS and _falls_to_given(library, model, term, number)):
                 out.add(number)
     return frozenset(out)
@@ -112,9 +118,32 @@ def _falls_to_given(library: Library, model: Model, warm: Term, number: str) -> 
     return error(best) <= _AS_WELL * free
 
 
-def _passes(low: float, high: float, given: float, effect: str) -> bool:
-    """Return whether what the twin says lies where the law goes, nearly."""
+def _grows(library: Library, there: NDArray[np.bool_], levels: Floats) -> bool:
+    """Return whether a law's levels, of some rows, are higher in the last tenth than in the first.
+
+    Parameters
+    ----------
+    library : Library
+    there : ndarray of bool, shape (m,)
+        Of the rows, those of the levels.
+    levels : ndarray, shape (l,)
+    """
+    clock = library.scene.table.rows["elapsed_s"][library.weighing.rows][there]
+    in_time = levels[np.argsort(clock, kind="stable")]
+    tenth = max(1, in_time.shape[0] // 10)
+    return bool(np.mean(in_time[-tenth:]) > np.mean(in_time[:tenth]))
+
+
+def _passes(low: float, high: float, given: float, effect: str, *, grows: bool) -> bool:
+    """Return whether what the twin says lies where the law goes, nearly.
+
+    Or, of friction that drifts, where it came from: it may have begun before it was recorded.
+    """
     margin = _BEYOND * (high - low)
     if effect in _TWO_LEVELS:
         return min(abs(given - low), abs(given - high)) <= margin
-    return low - margin <= given <= high + margin
+    below = above = margin
+    if effect == _DRIFT:
+        before = _BEFORE * (high - low)
+        below, above = (before, margin) if grows else (margin, before)
+    return low - below <= given <= high + above

@@ -1,0 +1,37 @@
+"""Friction that had begun to drift before anybody recorded it, and a number that is wrong."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from agent.explain.explain import explain
+from agent.identify.result import Floats
+from tests.science.explain_joint import TWIN, Conditions, record, stair
+from trajectories import SetPoints
+
+_BEFORE_NM, _GROWS_NM, _SECONDS = 0.06, 0.1, 3000.0
+
+
+def worn(points: SetPoints, at: Conditions) -> Floats:
+    """Return friction that grows by the hour, and had by more than half as much already."""
+    level = _BEFORE_NM + _GROWS_NM * at.started_s / _SECONDS
+    return np.asarray(level * np.sign(points.velocity_rad_s))
+
+
+@pytest.mark.parametrize(("coulomb_nm", "wrong"), [(0.5, False), (0.3, True)])
+def test_a_drift_may_have_begun_before_it_was_recorded(coulomb_nm: float, wrong: bool) -> None:
+    """It had been two findings: a wrong level, and a drift."""
+    cycle = stair([8.0, 20.0, 45.0, 80.0])
+    starts = np.linspace(0.0, _SECONDS, 6)
+    runs = [
+        record(cycle, worn, Conditions(started_s=at), seed, name=f"run {seed}")
+        for seed, at in enumerate(starts.tolist())
+    ]
+    answer = explain(replace(TWIN, coulomb_nm=coulomb_nm), [*runs[:3], *runs[4:]], [runs[3]])
+    effects = [finding.effect for finding in answer.findings]
+    assert "friction-drift" in effects
+    assert ("wrong-number" in effects) is wrong
+    assert len(effects) == 1 + wrong
