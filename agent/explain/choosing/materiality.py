@@ -63,8 +63,8 @@ def worth(without: Floats, whole: Floats, least: float, noise: float) -> float:
 
     What takes all that is left to the noise, from far above it, need not surely be as much: beside
     it stands no other cause, and without it the rest would have no name. Nor need what surely takes
-    a good part of what stands above the noise. And what surely takes most of it need not stand out
-    of the noise as it was recorded: without it the answer would be that most has no name.
+    a good part of what stands above the noise. And what surely takes most of it, far above the
+    noise, need not stand out of the noise as it was recorded.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def worth(without: Floats, whole: Floats, least: float, noise: float) -> float:
     completes = before > FAR**2 * noise and float(whole.sum()) <= CLOSE**2 * noise
     above = before - noise if before > CLOSE**2 * noise > 0.0 else math.inf
     total, surely = float(gain.sum()), _SURELY * scatter_of(gain)
-    if total >= max(_MOST * above, surely):
+    if before > FAR**2 * noise and total >= max(_MOST * above, surely):
         return total - min(least, _OF_NOISE * noise)
     if completes or total >= max(A_GOOD_PART * above, surely):
         return total - least
@@ -112,7 +112,8 @@ def least_gain(
     Two percent of what the refitted twin leaves where the first recording was made (`rows.usual`),
     but no more than what would leave twice the noise, however much stands beside it; and of the
     residual as it was recorded, in which most of the noise lies above the band that is compared:
-    every joint has some effects that are lost in that, significant or not.
+    every joint has some effects that are lost in that, significant or not. But not of that, where
+    one term surely takes most of a mismatch: without it the answer would be that it has no name.
 
     Parameters
     ----------
@@ -130,7 +131,18 @@ def least_gain(
     moved = _own_numbers_nm2(library) if beside_wrong_numbers else 0.0
     recorded = MATERIAL * (in_band + above_band_nm2(table) + moved)
     noise = max(_OF_NOISE * in_band, min(recorded, _SEEN * in_band))
+    if _is_most(library, plain, terms, in_band * rows):
+        noise = _OF_NOISE * in_band
     return max(of_mismatch(library, plain, in_band * rows), noise * rows)
+
+
+def _is_most(library: Library, plain: Floats, terms: Sequence[Candidate], noise: float) -> bool:
+    """Return whether one term surely takes most of a mismatch, which had no name without it."""
+    before = float(plain.sum())
+    if len(terms) != 1 or not before > CLOSE**2 * noise > 0.0:
+        return False
+    gain = plain - library.errors(terms)
+    return float(gain.sum()) >= max(_MOST * (before - noise), _SURELY * scatter_of(gain))
 
 
 def of_mismatch(library: Library, plain: Floats, noise: float) -> float:
