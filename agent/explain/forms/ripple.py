@@ -27,12 +27,12 @@ def _ripple(scene: Scene, point: Point) -> Floats:
 
 def _ripple_on_load(scene: Scene, point: Point) -> Floats:
     """Return a ripple in proportion to the size of the torque, (N, 2)."""
-    return scene.wave(point[0]) * np.abs(scene.predicted_nm)[:, np.newaxis]
+    return scene.wave(point[0]) * np.abs(scene.own_nm)[:, np.newaxis]
 
 
 def _ripple_share(scene: Scene, point: Point) -> Floats:
     """Return a ripple in proportion to the torque, (N, 2)."""
-    return scene.wave(point[0]) * scene.predicted_nm[:, np.newaxis]
+    return scene.wave(point[0]) * scene.own_nm[:, np.newaxis]
 
 
 def _of_order_and_double(point: Point) -> Sequence[Part]:
@@ -90,7 +90,7 @@ def _growing_step(scene: Scene) -> Point:
 
 
 def _usual_nm(scene: Scene) -> float:
-    return max(float(np.sqrt(np.mean(scene.predicted_nm**2))), 1e-300)
+    return max(float(np.sqrt(np.mean(scene.own_nm**2))), 1e-300)
 
 
 FORMS: tuple[Form, ...] = (

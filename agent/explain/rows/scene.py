@@ -220,12 +220,17 @@ class Scene:
     @cached_property
     def predicted_nm(self) -> Floats:
         """Return the refitted twin's torque and the known effects' at full rate, shape (N,)."""
-        full = self.table.full
-        friction = self.theta[2] * full["direction"] + self.theta[1] * full["velocity_rad_s"]
-        plain = self.load_nm() + friction
+        plain = self.own_nm
         if self.beside and self.held_nm is not None:
             plain = plain - self.held_nm  # it is among the known effects
         return np.asarray(plain + self.beside_nm)
+
+    @cached_property
+    def own_nm(self) -> Floats:
+        """Return the refitted twin's torque alone, shape (N,): known effects may rest on it."""
+        full = self.table.full
+        friction = self.theta[2] * full["direction"] + self.theta[1] * full["velocity_rad_s"]
+        return np.asarray(self.load_nm() + friction)
 
     @property
     def not_late_nm(self) -> Floats:
