@@ -50,7 +50,7 @@ def both_ways(order: Order, rate_hz: float, *, thinned_first: bool) -> dict[bool
 
 def said(explanation: Mapping[str, object]) -> str:
     """Return verdict and names."""
-    findings = explanation["findings"]
+    findings = explanation.get("findings", ())
     assert isinstance(findings, Sequence)
     names = " + ".join(finding["effect"] for finding in findings)
     return f"{explanation['verdict']}: {names or 'no name'}"
@@ -58,7 +58,7 @@ def said(explanation: Mapping[str, object]) -> str:
 
 def over_floor(explanation: Mapping[str, object]) -> str:
     """Return what is left on unseen recordings, over the noise."""
-    holdout = explanation["holdout"]
+    holdout = explanation.get("holdout")
     ratio = holdout.get("floor_ratio") if isinstance(holdout, Mapping) else None
     return f"{ratio:.2f}" if isinstance(ratio, float) else "-"
 

@@ -37,6 +37,12 @@ class Conditions:
     started_s: float = 0.0
 
 
+def nothing(points: SetPoints, at: Conditions) -> Floats:
+    """Return the law of a joint that lacks none."""
+    del at
+    return np.zeros_like(points.velocity_rad_s)
+
+
 def stair(
     speeds_rad_s: Sequence[float], stroke_rad: float = 120.0, duration_s: float = 24.0
 ) -> Trajectory:

@@ -16,18 +16,12 @@ from agent.explain.numbers.model import fit_model
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import tabulate
-from agent.identify.result import Floats, Parameter
-from tests.science.explain_joint import TWIN, Conditions, record, stair
+from agent.identify.result import Parameter
+from tests.science.explain_joint import TWIN, Conditions, nothing, record, stair
 from tests.science.test_explain_dynamic import GAP, SOFT, seen
-from trajectories import SetPoints
 
 GAPS = tuple(form for form in arm.FORMS if form.effect == "backlash")
 SPRINGS = tuple(form for form in arm.FORMS if form.effect == "joint-flexibility")
-
-
-def nothing(points: SetPoints, at: Conditions) -> Floats:
-    del at
-    return np.zeros(points.position_rad.shape)
 
 
 def noisy_rigid_joint() -> Library:

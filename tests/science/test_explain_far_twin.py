@@ -5,23 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from agent.conclude.explanation import explained
 from agent.errors import InputError
 from agent.explain.asked import tabulated
 from agent.explain.rows.table import tabulate
-from agent.identify.result import Floats
 from agent.physics.twin import Effect
 from agent.report.advice import next_steps
-from tests.science.explain_joint import TWIN, Conditions, record, stair
-from trajectories import SetPoints
-
-
-def nothing(points: SetPoints, at: Conditions) -> Floats:
-    del at
-    return np.zeros(points.position_rad.shape)
+from tests.science.explain_joint import TWIN, Conditions, nothing, record, stair
 
 
 def test_an_inertia_in_another_unit_leaves_the_band_as_it_is() -> None:

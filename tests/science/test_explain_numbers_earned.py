@@ -27,17 +27,13 @@ from tests.science.explain_joint import (
     TWIN,
     Conditions,
     chosen,
+    nothing,
     record,
     stair,
 )
 from trajectories import SetPoints
 
 SPEEDS = (2.0, 6.0, 20.0, 50.0)
-
-
-def nothing(points: SetPoints, at: Conditions) -> Floats:
-    del at
-    return np.zeros_like(points.position_rad)
 
 
 def brake_now_and_then(points: SetPoints, at: Conditions) -> Floats:

@@ -19,16 +19,10 @@ from agent.explain.surroundings import (
     swing_sentence,
     verdict_beside,
 )
-from agent.identify.result import Floats, Parameter
-from tests.science.explain_joint import TWIN, Conditions, record, stair
-from trajectories import SetPoints
+from agent.identify.result import Parameter
+from tests.science.explain_joint import TWIN, Conditions, nothing, record, stair
 
 WEIGHT_NM = 1.5  # on the motor, behind a gear of 100
-
-
-def nothing(points: SetPoints, at: Conditions) -> Floats:
-    del at
-    return np.zeros(points.position_rad.shape)
 
 
 def joint(weight_nm: float) -> Scene:

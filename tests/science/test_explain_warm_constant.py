@@ -10,16 +10,9 @@ import pytest
 
 from agent.explain.explain import explain
 from agent.explain.rows.run import Run
-from agent.identify.result import Floats
-from tests.science.explain_joint import TWIN, Conditions, record, stair
-from trajectories import SetPoints
+from tests.science.explain_joint import TWIN, Conditions, nothing, record, stair
 
 _COLD_DEGC, _PER_K = 25.0, -0.001
-
-
-def nothing(points: SetPoints, at: Conditions) -> Floats:
-    del at
-    return np.zeros_like(points.velocity_rad_s)
 
 
 def warm(motor_degc: float, seed: int) -> Run:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from agent.explain.answer.amounts import percent
@@ -60,7 +61,8 @@ def head_of(explanation: Explanation, *, listed: bool = False) -> Head:
     main, *others = explanation.told
     said = main.said
     smaller = smaller_sentence(len(explanation.findings))
-    further = [_line(finding, explanation) for finding in others[: TOLD - 1]]
+    told = [main, *others[: TOLD - 1]]
+    further = [_line(told, at, explanation) for at in range(1, len(told))]
     return Head(
         said.lead,
         said.worth,
@@ -83,9 +85,13 @@ def _tie(explanation: Explanation) -> list[str]:
     return [tie_sentence(tied, to_decide=explanation.next_experiment is None)]
 
 
-def _line(finding: Finding, explanation: Explanation) -> str:
-    """Return a finding beside the main one: its name and worth, or the number that is wrong."""
-    if not finding.said.place:
+def _line(told: Sequence[Finding], at: int, explanation: Explanation) -> str:
+    """Return a finding beside the main one: its name and worth, or the number that is wrong.
+
+    Where one above it has the same name, it says which of the two it is.
+    """
+    finding = told[at]
+    if not finding.said.place or finding.effect in {above.effect for above in told[:at]}:
         return finding.said.lead
     return f"{heading(effect_name(finding.effect))}: {_worth(finding, explanation)}."
 

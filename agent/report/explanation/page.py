@@ -225,14 +225,18 @@ def _next(experiment: NextExperiment | None, axis: str, file: str) -> NextView |
 
 
 def _rivals(explanation: Explanation) -> list[tuple[str, str]]:
-    """Return probability and name of each cause that a tie is between, the likeliest first."""
+    """Return probability and name of each cause that a tie is between, the likeliest first.
+
+    Where several findings have one, each name stands as the first of them has it.
+    """
     if explanation.verdict != "tied":
         return []
     causes: dict[str, float] = {}
-    for finding in explanation.findings:
+    for finding in explanation.told:
         if finding.alternatives:
-            causes[finding.effect] = finding.probability
-            causes.update((other.effect, other.probability) for other in finding.alternatives)
+            causes.setdefault(finding.effect, finding.probability)
+            for other in finding.alternatives:
+                causes.setdefault(other.effect, other.probability)
     ranked = sorted(causes.items(), key=lambda cause: -cause[1])
     return [(share(probability), effect_name(effect)) for effect, probability in ranked]
 
@@ -240,7 +244,7 @@ def _rivals(explanation: Explanation) -> list[tuple[str, str]]:
 def _carried(explanation: Explanation) -> Sequence[str]:
     """Return what the extended twin includes beside rigid body, Coulomb and viscous friction."""
     twin = explanation.twin
-    return [] if twin is None else [effect_name(effect.id) for effect in twin.effects]
+    return [] if twin is None else list(dict.fromkeys(effect_name(e.id) for e in twin.effects))
 
 
 def _recordings(explanation: Explanation) -> list[tuple[str, str, str]]:

@@ -7,14 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from agent.explain.choosing.candidate import Known
-from agent.identify.result import Floats
-from tests.science.explain_joint import Conditions, library_of, record, stair
-from trajectories import SetPoints
-
-
-def nothing(points: SetPoints, at: Conditions) -> Floats:
-    del at
-    return np.zeros_like(points.velocity_rad_s)
+from tests.science.explain_joint import Conditions, library_of, nothing, record, stair
 
 
 def test_a_law_in_proportion_to_the_torque_is_none_of_what_it_rests_on() -> None:

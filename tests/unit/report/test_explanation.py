@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from agent.cli.explain.text import WIDTH, explanation_text
+from agent.explain.answer.located import Alternative
 from agent.explain.answer.names import NAMES, OWN_NUMBER
 from agent.explain.answer.result import (
     Cell,
@@ -142,6 +143,28 @@ def test_the_head_is_short_and_caveats_places_and_amounts_stand_with_their_findi
         assert "has a name, and correcting it" not in plain
     whole = f"{made.findings[0].sentence} Over the whole cycle the torque differs"
     assert made.sentence.startswith(whole)
+
+
+def test_two_findings_of_one_name_are_told_apart_and_a_tie_has_the_firsts_probability() -> None:
+    """A misread angle of two orders had twice the same line, and the second one's tie above."""
+    made = explanation(examples.explained)
+    found = []
+    for rank, (order, share, probability) in enumerate(((1.0, 0.8, 0.68), (2.0, 0.2, 0.79)), 1):
+        where = (Region("order_per_motor_rev", order, order, 0.0, 1.0),)
+        said = finding_sentence("resolver-error", where, (-0.03, 0.03), share, {}, first=rank == 1)
+        rival = Alternative("kinematic-error", 1.0 - probability, "the arm's own encoder")
+        found.append(
+            Finding(
+                "resolver-error", rank, probability, share, where, said, {}, (rival,), 0.1, "order"
+            )
+        )
+    both = examples.told(made, verdict="tied", findings=tuple(found))
+    assert head_of(both).first.startswith("Once per motor turn")
+    assert head_of(both).further[0].startswith("2 times per motor turn")
+    page = explanation_page(both).replace("\u00a0", " ")
+    box = page[page.index('class="rivals"') : page.index("What was found")]
+    assert box.index("68 %") < box.index("32 %")
+    assert "79 %" not in box
 
 
 def test_a_small_share_without_which_the_error_is_much_larger_is_not_left_alone() -> None:
