@@ -22,6 +22,7 @@ from agent.explain.answer.result import (
     fit_of,
 )
 from agent.explain.asked import Asked, tabulated
+from agent.explain.carried import beside_carried, carried_by_some
 from agent.explain.carrying import (
     Given,
     studied,
@@ -110,11 +111,14 @@ def _asked_once(
     limits: AxisLimits | None,
     late_s: float = 0.0,
     creep_rad_s: float | None = None,
+    *,
+    carried_known: bool = False,
 ) -> tuple[Explanation, Moments | None]:
     """Return an explanation, and the moments of the recordings that hold most of what is left.
 
     A torque that turns out to be half a sample late is put in step, and everything asked again:
-    with the creep that was seen, as a small mismatch beside it may hide that.
+    with the creep that was seen, as a small mismatch beside it may hide that. So it is where some
+    recordings carry what others do not, if that is not `carried_known` and taken off already.
     """
     names = tuple(run.name for run in runs), tuple(run.name for run in holdout)
     refusal = contradiction((*runs, *holdout)) if runs else "no recording was given"
@@ -134,6 +138,18 @@ def _asked_once(
         if late_s:
             creep_rad_s = found.table.creep_rad_s or None
             return _asked_once(twin, runs, holdout, limits, late_s, creep_rad_s)
+    carried = None if carried_known else carried_by_some(found)
+    if carried is not None:
+        lighter = [carried.taken_off(r) if r.name in carried.names else r for r in runs]
+        there = [carried.is_in(run, found) for run in holdout]
+        unseen = [carried.taken_off(r) if t else r for r, t in zip(holdout, there, strict=True)]
+        again, moments = _asked_once(
+            twin, lighter, unseen, limits, late_s, creep_rad_s, carried_known=True
+        )
+        rows = found.library.weighing.rows
+        as_given = fit_of(found.table.measured_nm[rows], given.table.target_nm[rows])
+        held_out = [run.name for run, is_there in zip(holdout, there, strict=True) if is_there]
+        return beside_carried(again, carried, held_out, as_given), moments
     found, given = without_their_images(twin, found, given)
     found, given = without_unknown_beginnings(twin, found, given)
     return _explained(found, given, asked, limits, *names)

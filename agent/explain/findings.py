@@ -16,6 +16,7 @@ from agent.explain.choosing.candidate import basis_of
 from agent.explain.choosing.heard import heard
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.shares import shares_of, without_term
+from agent.explain.forms.carried import RECORDINGS
 from agent.explain.forms.hidden_arm import inertia_of
 from agent.explain.forms.quantities import as_in_twin
 from agent.explain.location.dynamic_curves import excerpt, over_frequency
@@ -113,6 +114,7 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         )
     where = regions_of(scene, weighing.rows, form.effect, form.name, added, own, order)
     parameters = _numbers(study, index)
+    parameters.pop(RECORDINGS, None)  # which ones is no quantity
     scale = float(np.sqrt(np.mean(1.0 / weighing.weight**2)))
     blows = scene.blows if heard(scene, form) else None
     told = sentences.finding_sentence(

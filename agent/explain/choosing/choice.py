@@ -10,7 +10,7 @@ axes stand before time and recording. What predicts as well by another effect is
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,6 +60,7 @@ def choose(
     rivals: bool = True,
     begun: Sequence[Term] = (),
     until: Callable[[Library, Form, Sequence[Candidate]], bool] | None = None,
+    held: bool = False,
 ) -> Choice:
     """Choose the effects that a library's target consists of.
 
@@ -73,6 +74,8 @@ def choose(
     until : callable, optional
         (library, form that has entered, model) to whether all else is to be looked for in another
         library.
+    held : bool
+        Whether what is in the model already is taken back only when nothing else enters.
     """
     plain = library.errors([])
     chosen = list(begun)
@@ -99,9 +102,13 @@ def choose(
         best = deepest(library, [t.candidate for t in moved], best, far=True)
         chosen = [*moved, Term(best, accident)]  # they stay where they were beside one refused
         current = best.blocks
-        chosen, current = _pruned(library, chosen, asked)
+        kept = frozenset(term.scored.form for term in begun) if held else frozenset()
+        chosen, current = _pruned(library, chosen, asked, kept)
         if until is not None and until(library, best.form, [t.candidate for t in chosen]):
             break
+    if held and chosen:
+        asked = Asked.of(library, plain, [term.candidate for term in chosen])
+        chosen, current = _pruned(library, chosen, asked)
     if rivals:
         chosen, current = settled(library, chosen)
     return Choice(tuple(chosen), plain, current, settled=rivals)
@@ -154,8 +161,10 @@ def _forms(terms: Sequence[Term]) -> Counter[Form]:
     return Counter(term.scored.form for term in terms)
 
 
-def _pruned(library: Library, chosen: list[Term], asked: Asked) -> tuple[list[Term], Floats]:
-    """Take back every term that the others have made immaterial."""
+def _pruned(
+    library: Library, chosen: list[Term], asked: Asked, kept: Container[Form] = frozenset()
+) -> tuple[list[Term], Floats]:
+    """Take back every term that the others have made immaterial, but for what is kept."""
     while True:
         whole = library.errors([t.candidate for t in chosen])
         if len(chosen) < 2:
@@ -164,7 +173,8 @@ def _pruned(library: Library, chosen: list[Term], asked: Asked) -> tuple[list[Te
         for i, term in enumerate(chosen):
             without = library.errors([t.candidate for j, t in enumerate(chosen) if j != i])
             needed = 0.0 if heard(library.scene, term.scored.form) else asked.gain
-            losses.append(worth(without, whole, needed, asked.noise))
+            loss = worth(without, whole, needed, asked.noise)
+            losses.append(max(loss, 0.0) if term.scored.form in kept else loss)
         weakest = int(np.argmin(losses))
         if losses[weakest] >= 0.0:
             return chosen, whole

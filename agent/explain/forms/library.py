@@ -8,6 +8,7 @@ import numpy as np
 
 from agent.explain.forms import arm as forms_arm
 from agent.explain.forms import cable as forms_cable
+from agent.explain.forms import carried as forms_carried
 from agent.explain.forms import order as forms_order
 from agent.explain.forms import place as forms_place
 from agent.explain.forms import reversal as forms_reversal
@@ -31,6 +32,7 @@ FORMS: tuple[Form, ...] = (
     *forms_ripple.FORMS,
     *forms_order.FORMS,
     *forms_place.FORMS,
+    *forms_carried.FORMS,
     *forms_cable.FORMS,
     *forms_reversal.FORMS,
     *forms_signal.FORMS,

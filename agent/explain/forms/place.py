@@ -1,4 +1,4 @@
-"""What belongs to a place of the arm: tight spots, faults, another payload."""
+"""What belongs to a place of the arm: tight spots, faults."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from agent.explain.forms.spots import strong_places
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 from agent.physics.friction_place import bump_share
-from agent.physics.rigid_body import gravity_columns
 
 _PLACES = 24
 _LOCAL = 0.028  # of the stroke: narrower, a bell is seen along less than a tenth of it: a fault
@@ -166,22 +165,6 @@ def _every_turn_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapp
     return ({**values, "period_arm_rad": _TURN},)
 
 
-def _another_payload(scene: Scene, point: Point) -> Floats:
-    there = (scene.runs() == int(point[0])).astype(np.float64)
-    position, ratio = scene.full("position_rad"), scene.table.gear_ratio
-    return np.asarray(there[:, np.newaxis] * gravity_columns(position, ratio))
-
-
-def _each_run(scene: Scene) -> Sequence[Point]:
-    count = len(scene.table.runs)
-    return tuple((float(k),) for k in range(count)) if count > 2 else ()
-
-
-def _load_differs(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
-    del scene, values
-    return ()  # a payload of one run is no property of the axis: nothing for its twin
-
-
 FORMS: tuple[Form, ...] = (
     Form(
         "position-dependent-friction",
@@ -271,17 +254,5 @@ FORMS: tuple[Form, ...] = (
         limits=_within_a_turn(0.5 * _NARROWEST, _BROAD),
         needs=_POSITION,
         to_twin=_every_turn_twin,
-    ),
-    Form(
-        "gravity-imbalance",
-        "one recording has another payload",
-        ("gravity_sin_nm", "gravity_cos_nm"),
-        _another_payload,
-        ("recording",),
-        _each_run,
-        needs=_POSITION,
-        refine=False,
-        to_twin=_load_differs,
-        catch_all=True,
     ),
 )

@@ -78,9 +78,14 @@ def _later_less_itself(scene: Scene, torque_nm: Floats, by_s: float) -> Floats:
 
 
 def turning_round(scene: Scene) -> Floats:
-    """Return the refitted torque whose dry friction turns round within a travel, shape (N,)."""
+    """Return the refitted torque whose dry friction turns round within a travel, shape (N,).
+
+    It is that of the motion as recorded: the smooth one has passed the band's filter already, and
+    what passes it twice is a tenth smaller and more in the band's upper half.
+    """
     yielding = hysteresis(scene, _YIELDS_ARM_RAD * scene.table.gear_ratio)
-    return np.asarray(scene.not_late_nm + float(scene.theta[2]) * (yielding - scene.direction))
+    dry_nm = float(scene.theta[2]) * (yielding - scene.direction)
+    return np.asarray(scene.not_late_nm + dry_nm + scene.not_smooth_nm)
 
 
 def _delay_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:

@@ -20,7 +20,7 @@ from agent.explain.choosing.materiality import A_GOOD_PART, CLOSE, FAR
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form
-from agent.explain.numbers.in_step import chosen_in_step
+from agent.explain.numbers.in_step import begun_late, chosen_in_step, left_share
 from agent.explain.numbers.pulled import chosen_under_its_pull
 from agent.explain.numbers.renewed import left_nm, retaken, with_new_grids
 from agent.explain.numbers.resting import (
@@ -39,6 +39,7 @@ from agent.physics.effects import YIELDING
 _ROUNDS = 3
 _MOST_PROBED = 6
 _FRICTION_OF_ARMS = frozenset({AGES, YIELDING})
+_LESS = 0.9
 _FAR_OFF = 4.0  # times the squared error: what leaves so much more finds no better one beside it
 
 
@@ -101,6 +102,19 @@ def _without_time(library: Library, found: Library, choice: Choice) -> tuple[Lib
 
 
 def _chosen(library: Library) -> tuple[Library, Choice]:
+    """Return what is found, or beside a delay that it lacks, if that leaves clearly less."""
+    found, choice = _weighed(library)
+    if not _more_than_noise(found, choice.candidates):
+        return found, choice
+    late = begun_late(found, choice)
+    if late is None:
+        return found, choice
+    moved, again = _found_beside(*late)
+    better = left_share(again) < _LESS * left_share(choice)
+    return (moved, again) if better else (found, choice)
+
+
+def _weighed(library: Library) -> tuple[Library, Choice]:
     found, choice = _further(library, _first(library))
     if not _more_than_noise(found, choice.candidates):
         return found, choice

@@ -15,7 +15,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.choosing.candidate import Candidate
+from agent.explain.choosing.candidate import Candidate, Scored
 from agent.explain.choosing.choice import Choice, choose
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import DELAY, Library
@@ -26,12 +26,14 @@ from agent.explain.numbers.polish import polished
 from agent.explain.numbers.renewed import left_nm, retaken, with_new_grids
 from agent.explain.rows.evidence import solve, weigh
 from agent.explain.rows.lag import earlier_by_stretch
-from agent.explain.rows.slow_motion import slowly
+from agent.explain.rows.slow_motion import by_slow_motion, slowly
 from agent.explain.rows.table import BASE, without_edges
 from agent.identify.result import Floats
+from agent.physics.effects.library import CARRIED
 
 _ROUNDS = 3
 _ORDERS = 3
+_KNOWN = 0.1  # of a delay: slow motion must tell it so closely
 _SETTLED = 0.03  # of a delay: moved by less, it leaves every law where it is
 
 
@@ -65,8 +67,8 @@ def chosen_in_step(library: Library, choice: Choice) -> tuple[Library, Choice]:
         moved = _moved(found, late_s, theta)
         own = moved.candidate(delay.scored.form, (late_s,))
         begun = [replace(delay, scored=replace(delay.scored, candidate=own))]
-        again = choose(with_new_grids(moved, [own]), rivals=False, begun=begun)
-        if _delay(again) is None or _left_share(again) > _left_share(best):
+        again = choose(with_new_grids(moved, [own]), rivals=False, begun=begun, held=True)
+        if _delay(again) is None or left_share(again) > left_share(best):
             break
         found, best = moved, again
     return found, best
@@ -114,11 +116,36 @@ def late_beside(library: Library, choice: Choice) -> tuple[Library, Choice]:
     return again, moved
 
 
+def begun_late(library: Library, choice: Choice) -> tuple[Library, Choice] | None:
+    """Return a delay that slow motion surely has and a choice has not; None for none."""
+    if library.scene.late_s or _delay(choice) is not None:
+        return None
+    trial = next((c for c in library.candidates if c.form.effect == DELAY), None)
+    if trial is None:
+        return None
+    others = [term.candidate for term in choice.terms]
+    table, weighing = library.scene.table, library.weighing
+    columns = np.concatenate([trial.columns, library.model(others)], axis=1)
+    slow = by_slow_motion(table, weighing, columns, library.target, 0.0)
+    if abs(slow.value) < turn_s(table) or slow.error > _KNOWN * abs(slow.value):
+        return None
+    kept = [t for t in choice.terms if t.scored.form.effect not in CARRIED]
+    late_s, theta = _found_late(library, kept, slow.value)
+    moved = _moved(library, late_s, theta)
+    own = moved.candidate(trial.form, (late_s,))
+    begun = [Term(Scored(own, np.array([late_s]), 0.0, moved.errors([own])), 0.0)]
+    begun += [retaken(moved, term, library.scene) for term in kept]
+    moved = with_new_grids(moved, [term.candidate for term in begun])
+    again = choose(moved, rivals=False, begun=begun, held=True)
+    return None if _delay(again) is None else (moved, again)
+
+
 def _delay(choice: Choice) -> Term | None:
     return next((term for term in choice.terms if term.scored.form.effect == DELAY), None)
 
 
-def _left_share(choice: Choice) -> float:
+def left_share(choice: Choice) -> float:
+    """Return which share of the squared error on unseen data a choice leaves."""
     return float(choice.full.sum()) / float(choice.plain.sum())
 
 
@@ -148,7 +175,9 @@ def _found_late(library: Library, terms: Sequence[Term], near_s: float) -> tuple
     own = [c.form.columns(scene, c.point) for c in others]
     raw = np.column_stack([*parts, *own, *_waves(library, others)])
     table, weighing = scene.table, library.weighing
-    target = weighing.weighted(table.target_nm + table.base @ scene.as_given)
+    # What is not carried stays as given, on time.
+    carried_nm = table.base[:, carried] @ scene.as_given[carried]
+    target = weighing.weighted(table.target_nm + carried_nm)
     each = [(piece.rows, piece.period_s * piece.stride) for piece in table.pieces]
     on_time = table.band(raw)
 
@@ -178,7 +207,9 @@ def _found_late(library: Library, terms: Sequence[Term], near_s: float) -> tuple
     late_s = min(valleys, key=partial(_error, fit, apart))
     apart = seen_at(late_s)
     late_s = nearest_delay(partial(_error, fit, apart), late_s, min(step_s, REACH_S))
-    late_s = nearest_delay(partial(_error, slow_fit, seen_at(late_s)), late_s, min(step_s, REACH_S))
+    slowest = partial(_error, slow_fit, seen_at(late_s))
+    ends = [nearest_delay(slowest, at_s, min(step_s, REACH_S)) for at_s in (late_s, near_s)]
+    late_s = min(ends, key=slowest)
     theta = scene.as_given.copy()
     theta[carried] = fit(late_s, apart)[1][: carried.size]
     return late_s, theta

@@ -16,6 +16,8 @@ SLOWEST_HZ = 10.0
 """Samples a second below which a change of speed is over before it has been sampled."""
 
 _UNKNOWN = 1e-3  # of a filter's weight
+_SPELL_S = 0.1
+_FAR_MORE = 20.0  # times the power: noise has at most a few times as much
 
 
 @dataclass(frozen=True)
@@ -97,6 +99,34 @@ def known_part(raw: Floats, pieces: Sequence[Piece]) -> Floats:
     if unknown.any():
         out[np.abs(banded(unknown.astype(np.float64), pieces)) > _UNKNOWN] = np.nan
     return out
+
+
+def as_recorded(full: Mapping[str, Floats], pieces: Sequence[Piece]) -> dict[str, Floats]:
+    """Return full-rate columns with the motion as recorded instead of smooth, where speed changes.
+
+    What is linear in it is filtered once then, as the table's own columns are: the smooth motion
+    has passed the band's filter already. The same columns where what the smooth one lacks is noise.
+    """
+    velocity, acceleration = full["velocity_rad_s"].copy(), full["acceleration_rad_s2"].copy()
+    for piece in pieces:
+        if piece.shows_changes:
+            velocity[piece.full] = full["velocity_raw_rad_s"][piece.full]
+            acceleration[piece.full] = slope(velocity[piece.full], piece.period_s)
+    lacks = banded(acceleration - full["acceleration_rad_s2"], pieces)
+    if not _stands_out(lacks, pieces):
+        return dict(full)
+    return dict(full) | {"velocity_rad_s": velocity, "acceleration_rad_s2": acceleration}
+
+
+def _stands_out(lacks: Floats, pieces: Sequence[Piece]) -> bool:
+    """Return whether there is far more of something, in all, than where it is quiet."""
+    each = []
+    for piece in pieces:
+        own, length = lacks[piece.rows], max(2, round(_SPELL_S / (piece.period_s * piece.stride)))
+        whole = own.shape[0] // length * length
+        each.append(np.mean(own[:whole].reshape(-1, length) ** 2, axis=1))
+    spells = np.concatenate(each)
+    return bool(spells.size and np.mean(spells) > _FAR_MORE * np.quantile(spells, 0.25))
 
 
 def without_overshoot(full: Mapping[str, Floats], pieces: Sequence[Piece]) -> dict[str, Floats]:

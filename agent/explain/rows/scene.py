@@ -233,6 +233,15 @@ class Scene:
         return np.asarray(self.load_nm() + friction)
 
     @property
+    def not_smooth_nm(self) -> Floats:
+        """Return what `own_nm` lacks as its motion is smooth, shape (N,)."""
+        full, recorded = self.table.full, self.table.as_recorded
+        faster = recorded["acceleration_rad_s2"] - full["acceleration_rad_s2"]
+        rough = recorded["velocity_rad_s"] - full["velocity_rad_s"]
+        inertia, viscous = self.theta[:2]
+        return np.asarray(inertia * faster + viscous * rough)
+
+    @property
     def not_late_nm(self) -> Floats:
         """Return of `predicted_nm` what no column of its own brings as late as it is, (N,)."""
         return self.predicted_nm - self.beside_nm if self.late_s else self.predicted_nm

@@ -20,7 +20,14 @@ from agent.explain.rows.in_step import in_step
 from agent.explain.rows.lag import lags_of
 from agent.explain.rows.laid_out import laid_out, long_enough
 from agent.explain.rows.louder import AboveBand, above_band
-from agent.explain.rows.pieces import Piece, band_of_pieces, banded, known_part, thinned
+from agent.explain.rows.pieces import (
+    Piece,
+    as_recorded,
+    band_of_pieces,
+    banded,
+    known_part,
+    thinned,
+)
 from agent.explain.rows.run import Run
 from agent.explain.rows.strata import EDGE, blocks_of, since_s, strata_of, travel_rad
 from agent.explain.rows.twin_effects import effects_nm, load_nm
@@ -129,6 +136,11 @@ class Table:
     def band(self, raw: Floats) -> Floats:
         """Return full-rate columns, shape (N,) or (N, k), filtered as the torque, at the rows."""
         return banded(raw, self.pieces, self._filter)
+
+    @cached_property
+    def as_recorded(self) -> Mapping[str, Floats]:
+        """Return the full-rate columns with the motion as recorded, where it is more than noise."""
+        return as_recorded(self.full, self.pieces)
 
     @cached_property
     def _filter(self) -> Thinned:

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from agent.explain.rows.pieces import Piece, without_overshoot
+from agent.explain.rows.pieces import Piece, as_recorded, without_overshoot
 from agent.explain.rows.run import Run
 from agent.explain.rows.use import TURNED, recorded_use
 from agent.identify.result import Floats
@@ -19,6 +19,9 @@ from agent.physics.twin import Twin
 
 _LIMIT = "torque-saturation"
 _GAP = "backlash"
+_LATE = "measurement-delay"
+_OF_ALL = frozenset({_LATE, "torque-constant-error"})
+"""What is done to the whole torque, inertia's and viscous friction's in it."""
 
 
 def load_nm(
@@ -40,6 +43,8 @@ def effects_nm(
     """
     free = replace(twin, effects=tuple(e for e in twin.effects if e.id != _LIMIT))
     out = _added_nm(free, runs, pieces, full)
+    if any(effect.id == _LATE for effect in twin.effects):
+        out += _late_in_full_nm(free, runs, pieces, full)
     limits = [e.parameters["limit_nm"] for e in twin.effects if e.id == _LIMIT]
     simulated_nm = full["torque_simulated_nm"]
     if limits and np.isfinite(simulated_nm).all():
@@ -48,6 +53,18 @@ def effects_nm(
         even = without_overshoot(full, pieces)
         out += _added_nm(twin, runs, pieces, even) - _added_nm(free, runs, pieces, even)
     return out
+
+
+def _late_in_full_nm(
+    twin: Twin, runs: Sequence[Run], pieces: Sequence[Piece], full: Mapping[str, Floats]
+) -> Floats:
+    """Return what a delay adds to inertia and viscous friction that the smooth motion lacks, (N,).
+
+    That has passed the band's filter already, and passes it again.
+    """
+    recorded = as_recorded(full, pieces)
+    of_all = replace(twin, effects=tuple(e for e in twin.effects if e.id in _OF_ALL))
+    return _added_nm(of_all, runs, pieces, recorded) - _added_nm(of_all, runs, pieces, full)
 
 
 def _added_nm(

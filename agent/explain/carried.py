@@ -1,0 +1,175 @@
+"""What some recordings carry and others do not, though none says so: found, and taken off them.
+
+No twin can know which recordings that are. So its torque is taken off those that show it, hold-outs
+among them, and everything is asked once more of what is left.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from agent.explain.answer import words
+from agent.explain.answer.amounts import percent, torque
+from agent.explain.answer.fits import Fit
+from agent.explain.answer.names import OWN_NUMBER
+from agent.explain.answer.result import Explanation, Finding, Verdict
+from agent.explain.answer.said import Said
+from agent.explain.answer.sentences import shared
+from agent.explain.forms.carried import CARRIED_BY_SOME, in_set
+from agent.explain.rows.run import Run
+from agent.explain.rows.table import Table, TooShortError, tabulate
+from agent.explain.study import Study
+from agent.identify.result import Floats, Parameter
+from agent.numbers import scale_for, significant
+from agent.physics.rigid_body import gravity_columns
+
+_EFFECT = "gravity-imbalance"
+_GRAVITY, _INERTIA = ("gravity_sin_nm", "gravity_cos_nm"), "inertia_kg_m2"
+_SHOWN = 20  # recordings by name
+
+
+@dataclass(frozen=True)
+class Carried:
+    """What some recordings carry.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Of the recordings to learn from.
+    numbers : mapping of str to Parameter
+        ``gravity_sin_nm, gravity_cos_nm``, and ``inertia_kg_m2`` where it shows; motor side.
+    probability : float
+        Of the finding.
+    """
+
+    names: tuple[str, ...]
+    numbers: Mapping[str, Parameter]
+    probability: float
+
+    def torque_nm(self, run: Run) -> Floats:
+        """Return the torque that it asks for where a recording goes, shape (n,)."""
+        signals, known = run.signals, {name: p.value for name, p in self.numbers.items()}
+        assert signals.position_rad is not None  # the form needs it
+        sin, cos = gravity_columns(signals.position_rad, signals.gear_ratio).T
+        out = known["gravity_sin_nm"] * sin + known["gravity_cos_nm"] * cos
+        if _INERTIA in known:
+            time, velocity = signals.time_s, signals.velocity_rad_s
+            if velocity is None:
+                velocity = np.gradient(signals.position_rad, time)
+            out = out + known[_INERTIA] * np.gradient(velocity, time)
+        return np.asarray(np.nan_to_num(out))
+
+    def taken_off(self, run: Run) -> Run:
+        """Return a recording as it would be without it."""
+        signals = run.signals
+        lighter = replace(signals, torque_nm=signals.torque_nm - self.torque_nm(run))
+        return replace(run, signals=lighter)
+
+    def is_in(self, run: Run, found: Study) -> bool:
+        """Return whether a recording leaves less beside what was found if it carries this."""
+        table = found.table
+        try:
+            as_it_is, without = (
+                tabulate(found.extended, (each,), table.cutoff_hz, align_velocity=table.aligned)
+                for each in (run, self.taken_off(run))
+            )
+        except (TooShortError, ValueError):
+            return False
+        return _left(without) < _left(as_it_is)
+
+    def finding(self, share: float) -> Finding:
+        """Return it as a finding that explains a share of the difference to the twin as given."""
+        known = {name: p.value for name, p in self.numbers.items()}
+        differs = f"gravity's torque differs by {torque(math.hypot(*(known[n] for n in _GRAVITY)))}"
+        if _INERTIA in known:
+            scale = scale_for("kg m²", (known[_INERTIA],))
+            more = significant(abs(known[_INERTIA]) * scale.factor, 2)
+            differs += f", the inertia by {more} {scale.unit}"
+        plural = len(self.names) > 1
+        of = shared(OWN_NUMBER, beside_numbers=True)
+        who = f"The recording{'s' * plural} {_listed(self.names)} carr{'y' if plural else 'ies'}"
+        return Finding(
+            effect=_EFFECT,
+            rank=1,
+            probability=self.probability,
+            energy_share=share,
+            where=(),
+            said=Said(
+                f"{who} something that the others do not: {differs}.",
+                worth=f"This explains {percent(share)} of {of}.",
+            ),
+            parameters=self.numbers,
+            holdout_rmse_without_nm=math.nan,
+            form=OWN_NUMBER,
+        )
+
+
+def _energy_nm2(finding: Finding, answer: Explanation) -> float:
+    """Return the mean square torque that a finding of an answer accounts for."""
+    before = answer.baseline if finding.form == OWN_NUMBER else answer.refitted
+    floor_nm = answer.floor.value_nm
+    return finding.energy_share * max(before.rmse_nm**2 - floor_nm**2, 0.0)
+
+
+def _left(table: Table) -> float:
+    return float(np.mean(table.target_nm[table.sliding] ** 2)) if table.sliding.any() else math.nan
+
+
+def _listed(names: Sequence[str]) -> str:
+    shown = list(names[:_SHOWN])
+    if len(names) > _SHOWN:
+        shown.append(f"{len(names) - _SHOWN} more")
+    return shown[0] if len(shown) == 1 else f"{', '.join(shown[:-1])} and {shown[-1]}"
+
+
+def carried_by_some(found: Study) -> Carried | None:
+    """Return what some of a study's recordings carry; None where all carry the same."""
+    for term, numbers in zip(found.choice.terms, found.model.parameters, strict=True):
+        form, runs = term.scored.form, found.table.runs
+        if form.name in CARRIED_BY_SOME:
+            names = tuple(runs[k].name for k in in_set(term.candidate.point, len(runs)))
+            return Carried(names, {n: numbers[n] for n in form.linear}, term.probability)
+    return None
+
+
+def beside_carried(
+    answer: Explanation, carried: Carried, held_out: Sequence[str], as_given: Fit
+) -> Explanation:
+    """Return the answer of recordings that it was taken off, with what they carry in it.
+
+    Parameters
+    ----------
+    answer : Explanation
+    carried : Carried
+    held_out : sequence of str
+        Hold-outs that carry it, too.
+    as_given : Fit
+        Of the twin as given to the recordings as they are.
+    """
+    everywhere = (*carried.names, *(f"{name} (held out)" for name in held_out))
+    reason = (
+        f"what {_listed(everywhere)} carr{'ies' if len(everywhere) == 1 else 'y'} was taken off "
+        "their torque before everything else was judged, and twin.toml does not hold it: with "
+        "payload_kg in the recordings' metadata it is learnt, and predicted"
+    )
+    verdict: Mapping[Verdict, Verdict] = {
+        "no-mismatch": "explained",
+        "unexplained": "partly-explained",
+    }
+    floor_nm2 = answer.floor.value_nm**2
+    before, after = (fit.rmse_nm**2 - floor_nm2 for fit in (as_given, answer.baseline))
+    share = min(max(1.0 - after / before, 0.0), 1.0) if before > 0.0 else 0.0
+    at = sum(_energy_nm2(f, answer) > share * before for f in answer.findings)
+    findings = (*answer.findings[:at], carried.finding(share), *answer.findings[at:])
+    told = replace(
+        answer,
+        verdict=verdict.get(answer.verdict, answer.verdict),
+        baseline=as_given,
+        findings=tuple(replace(f, rank=rank) for rank, f in enumerate(findings, start=1)),
+        reasons=(reason, *answer.reasons),
+    )
+    return replace(told, sentence=words.summary_of(told))

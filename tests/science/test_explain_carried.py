@@ -1,0 +1,101 @@
+"""Some recordings carry what the others do not, and none says so: named, and taken off them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from agent.explain.answer.result import Explanation
+from agent.explain.explain import explain
+from agent.explain.forms.carried import in_set
+from agent.explain.rows.run import Run
+from agent.identify.result import Floats
+from tests.science.explain_joint import GEAR_RATIO, TWIN, Conditions, record, stair
+from trajectories import SetPoints
+
+SIN, COS = 0.30, 0.10
+LOAD_SIN, LOAD_COS = 0.12, -0.04
+CYCLE = stair((3, 10, 30, 60), 200.0, 20.0)
+KNOWN = replace(TWIN, gravity_sin_nm=SIN, gravity_cos_nm=COS)
+
+
+def recorded(
+    loads: Sequence[float], inertia_kg_m2: float, falls_nm: float = 0.0, first: int = 0
+) -> list[Run]:
+    """Return recordings under shares of a load, of a joint whose friction may fall with speed."""
+    runs = []
+    for index, share in enumerate(loads, start=first):
+
+        def missing(points: SetPoints, at: Conditions, share: float = share) -> Floats:
+            del at
+            arm, velocity = points.position_rad / GEAR_RATIO, points.velocity_rad_s
+            weight = (SIN + share * LOAD_SIN) * np.sin(arm) + (COS + share * LOAD_COS) * np.cos(arm)
+            faded = falls_nm * np.sign(velocity) * np.exp(-np.abs(velocity) / 8.0)
+            return np.asarray(weight + share * inertia_kg_m2 * points.acceleration_rad_s2 + faded)
+
+        began = Conditions(started_s=100.0 * index)
+        runs.append(record(CYCLE, missing, began, index, name=f"run-{index}"))
+    return runs
+
+
+def loaded(answer: Explanation) -> dict[str, float]:
+    """Return the numbers of what some recordings carry."""
+    own = next(f for f in answer.findings if "carr" in f.said.lead)
+    assert own.effect == "gravity-imbalance"
+    return {name: p.value for name, p in own.parameters.items()}
+
+
+@pytest.mark.parametrize("inertia_kg_m2", [0.0, 0.001])
+def test_what_three_of_six_recordings_carry_hides_no_smaller_effect(inertia_kg_m2: float) -> None:
+    runs = recorded((0, 1, 0, 1, 1, 0), inertia_kg_m2, falls_nm=0.06)
+    unseen = recorded((1, 0), inertia_kg_m2, falls_nm=0.06, first=6)
+    answer = explain(KNOWN, runs, unseen)
+    assert [f.effect for f in answer.findings] == ["gravity-imbalance", "stribeck"]
+    assert "The recordings run-1, run-3 and run-4 carry something" in answer.sentence
+    numbers = loaded(answer)
+    assert numbers["gravity_sin_nm"] == pytest.approx(LOAD_SIN, rel=0.05)
+    assert numbers["gravity_cos_nm"] == pytest.approx(LOAD_COS, rel=0.05)
+    assert numbers.get("inertia_kg_m2", 0.0) == pytest.approx(inertia_kg_m2, rel=0.05)
+    assert answer.holdout is not None
+    assert answer.holdout.floor_ratio < 1.08
+    assert "(held out)" in answer.reasons[0]
+    assert "payload_kg" in answer.reasons[0]
+
+
+@pytest.mark.parametrize(
+    ("loads", "said"),
+    [
+        ((0, 0, 1, 0, 1), "The recordings run-2 and run-4 carry something"),
+        ((1, 0, 1, 0, 1), "The recordings run-0, run-2 and run-4 carry something"),
+        ((1, 0, 1, 1, 1), "The recordings run-0, run-2, run-3 and run-4 carry something"),
+    ],
+)
+def test_it_is_said_which_recordings_carry_what_the_twin_does_not_know(
+    loads: tuple[float, ...], said: str
+) -> None:
+    answer = explain(KNOWN, recorded(loads, 0.0), recorded((0, 1), 0.0, first=5))
+    assert answer.verdict == "explained"
+    assert said in answer.sentence
+    assert loaded(answer)["gravity_sin_nm"] == pytest.approx(LOAD_SIN, rel=0.05)
+    assert "run-6 (held out)" in answer.reasons[0]
+    assert answer.baseline.rmse_nm > 2.0 * answer.extended.rmse_nm
+
+
+def test_of_one_recording_alone_it_is_asked_what_it_carries() -> None:
+    """Nothing that another recording has says whether it is a load."""
+    answer = explain(KNOWN, recorded((0, 0, 0, 1, 0), 0.0), recorded((0, 1), 0.0, first=5))
+    assert answer.verdict == "unexplained"
+    assert any("payload_kg" in reason for reason in answer.reasons)
+
+
+def test_recordings_that_carry_the_same_are_no_two_kinds() -> None:
+    answer = explain(KNOWN, recorded((0, 0, 0, 0, 0), 0.0), recorded((0, 0), 0.0, first=5))
+    assert (answer.verdict, answer.findings) == ("no-mismatch", ())
+
+
+def test_a_set_of_recordings_is_a_numbers_bits() -> None:
+    assert in_set((38.0,), 7) == (1, 2, 5)
+    assert in_set((float(1 << 49),), 50) == (49,)
