@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from agent.explain.choosing.choice import Choice
+from agent.explain.choosing.search import Library
 from agent.explain.numbers.anew import chosen_anew
+from agent.explain.numbers.in_step import begun_late
+from agent.explain.numbers.short_stroke import without_gravity
+from agent.explain.rows.evidence import weigh
 from agent.explain.rows.run import Run
-from agent.explain.rows.table import without_edges
+from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.table import BASE, tabulate, without_edges
 from agent.identify.result import Floats
+from agent.physics.twin import Effect, Twin
 from tests.science.explain_joint import (
+    GEAR_RATIO,
     NOISE_NM,
     RATE_HZ,
     TWIN,
     Conditions,
     library_of,
+    nothing,
     record,
     stair,
 )
@@ -23,7 +34,7 @@ from trajectories import SetPoints
 LATE_S, ORDER, RIPPLE_NM = 0.024, 2.0, 0.08
 
 
-def recorded(scale: float, seed: int) -> Run:
+def recorded(scale: float, seed: int, twin: Twin = TWIN) -> Run:
     """Return a recording of a joint with a ripple, and a torque that is `LATE_S` later."""
     trajectory = stair([scale * v for v in (4.0, 12.0, 25.0, 45.0)])
     time = np.arange(int(trajectory.duration_s * RATE_HZ)) / RATE_HZ
@@ -32,14 +43,14 @@ def recorded(scale: float, seed: int) -> Run:
     def missing(now: SetPoints, at: Conditions) -> Floats:
         del at
         ripple = RIPPLE_NM * np.cos(ORDER * then.position_rad)
-        return np.asarray(_plain_nm(then) + ripple - _plain_nm(now))
+        return np.asarray(_plain_nm(then, twin) + ripple - _plain_nm(now))
 
     return record(trajectory, missing, Conditions(), seed, name=f"run-{seed}")
 
 
-def _plain_nm(points: SetPoints) -> Floats:
+def _plain_nm(points: SetPoints, twin: Twin = TWIN) -> Floats:
     direction = np.sign(points.velocity_rad_s)
-    return TWIN.predict_torque(
+    return twin.predict_torque(
         points.position_rad, points.velocity_rad_s, points.acceleration_rad_s2, direction
     )
 
@@ -62,3 +73,64 @@ def test_a_late_torque_turns_round_later() -> None:
     row = np.searchsorted(table.rows["time_s"], table.full["time_s"][turned] + LATE_S)
     assert not late.used[np.minimum(row, late.used.shape[0] - 1)].any()
     assert np.count_nonzero(late.used) < np.count_nonzero(table.used)
+
+
+@pytest.mark.parametrize("gravity_nm", [0.0, 0.3])
+def test_a_delay_that_a_choice_lacks_is_begun_with(gravity_nm: float) -> None:
+    """Slow motion has it, whatever fast motion was taken for; gravity may stay as it was given."""
+    twin = replace(TWIN, gravity_sin_nm=gravity_nm)
+    runs = [recorded(1.0 + 0.1 * k, k, twin) for k in range(4)]
+    table = without_gravity(tabulate(twin, runs))
+    delta, left = refit(table)
+    theta = np.array([getattr(twin, name) for name in BASE]) + delta
+    scene = Scene(table, theta, np.where(table.used, left, 0.0), given=theta - delta)
+    forms = dict.fromkeys(c.form for c in library_of(runs).candidates)
+    library = Library.of(scene, weigh(table, left), tuple(forms))
+    plain = library.errors([])
+    begun = begun_late(library, Choice((), plain, plain))
+    assert begun is not None
+    late, choice = begun
+    assert {t.scored.form.effect for t in choice.terms} == {"measurement-delay", "torque-ripple"}
+    assert late.scene.late_s == pytest.approx(LATE_S, rel=0.01)
+    assert begun_late(late, choice) is None  # it has one
+
+
+def test_a_joint_on_time_begins_with_no_delay() -> None:
+    library = library_of([record(stair((4, 12, 25, 45)), nothing, Conditions(), 1)])
+    plain = library.errors([])
+    assert begun_late(library, Choice((), plain, plain)) is None
+
+
+def shaken(late_s: float) -> Run:
+    """Return a recording of a joint that swings at 30 Hz while it moves, all of its torque late."""
+    trajectory, rng = stair((4, 12, 25, 45)), np.random.default_rng(1)
+    time = np.arange(int(trajectory.duration_s * RATE_HZ)) / RATE_HZ
+    swing = 2.0 * np.pi * 30.0
+
+    def motion(at: Floats) -> SetPoints:
+        points = trajectory.sample(np.maximum(at, 0.0))
+        on = 0.5 * (1.0 + np.sin(0.5 * at))  # it grows and fades
+        return points._replace(
+            position_rad=points.position_rad - 0.8 * on * np.cos(swing * at) / swing,
+            velocity_rad_s=points.velocity_rad_s + 0.8 * on * np.sin(swing * at),
+            acceleration_rad_s2=points.acceleration_rad_s2 + 0.8 * on * swing * np.cos(swing * at),
+        )
+
+    now = motion(time)
+    columns = {
+        "time_s": time,
+        "position_rad": now.position_rad,
+        "velocity_rad_s": now.velocity_rad_s,
+        "torque_nm": _plain_nm(motion(time - late_s)) + NOISE_NM * rng.standard_normal(time.size),
+    }
+    return Run.from_columns(columns, GEAR_RATIO, name="shaken")
+
+
+def test_a_late_torque_is_that_of_the_motion_as_recorded() -> None:
+    """The smooth motion would pass the band's filter twice, and leave far more of a swing."""
+    late_s = 0.006
+    run = shaken(late_s)
+    late = replace(TWIN, effects=(Effect("measurement-delay", {"torque_delay_s": late_s}),))
+    on_time, in_step = (tabulate(twin, [run], 40.0) for twin in (TWIN, late))
+    left, before = (np.std(t.target_nm[t.sliding]) for t in (in_step, on_time))
+    assert left < 0.1 * before
