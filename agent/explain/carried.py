@@ -19,6 +19,7 @@ from agent.explain.answer.names import OWN_NUMBER
 from agent.explain.answer.result import Explanation, Finding, Verdict
 from agent.explain.answer.said import Said
 from agent.explain.answer.sentences import shared
+from agent.explain.choosing.shares import shares_of
 from agent.explain.forms.carried import CARRIED_BY_SOME, in_set
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import Table, TooShortError, tabulate
@@ -42,13 +43,22 @@ class Carried:
         Of the recordings to learn from.
     numbers : mapping of str to Parameter
         ``gravity_sin_nm, gravity_cos_nm``, and ``inertia_kg_m2`` where it shows; motor side.
-    probability : float
+    probability, share : float
         Of the finding.
+    energy_nm2 : float
+        Mean square torque that it accounts for.
+    without_nm : float
+        What the refitted twin leaves that does not know it, rms.
+    form : str
     """
 
     names: tuple[str, ...]
     numbers: Mapping[str, Parameter]
     probability: float
+    share: float
+    energy_nm2: float
+    without_nm: float
+    form: str
 
     def torque_nm(self, run: Run) -> Floats:
         """Return the torque that it asks for where a recording goes, shape (n,)."""
@@ -81,8 +91,8 @@ class Carried:
             return False
         return _left(without) < _left(as_it_is)
 
-    def finding(self, share: float) -> Finding:
-        """Return it as a finding that explains a share of the difference to the twin as given."""
+    def finding(self) -> Finding:
+        """Return it as a finding."""
         known = {name: p.value for name, p in self.numbers.items()}
         differs = f"gravity's torque differs by {torque(math.hypot(*(known[n] for n in _GRAVITY)))}"
         if _INERTIA in known:
@@ -90,21 +100,19 @@ class Carried:
             more = significant(abs(known[_INERTIA]) * scale.factor, 2)
             differs += f", the inertia by {more} {scale.unit}"
         plural = len(self.names) > 1
-        of = shared(OWN_NUMBER, beside_numbers=True)
+        of = shared(self.form, beside_numbers=False)
         who = f"The recording{'s' * plural} {_listed(self.names)} carr{'y' if plural else 'ies'}"
+        told = f"{who} something that the others do not: {differs}."
         return Finding(
             effect=_EFFECT,
             rank=1,
             probability=self.probability,
-            energy_share=share,
+            energy_share=self.share,
             where=(),
-            said=Said(
-                f"{who} something that the others do not: {differs}.",
-                worth=f"This explains {percent(share)} of {of}.",
-            ),
+            said=Said(told, place=told, worth=f"This explains {percent(self.share)} of {of}."),
             parameters=self.numbers,
-            holdout_rmse_without_nm=math.nan,
-            form=OWN_NUMBER,
+            holdout_rmse_without_nm=self.without_nm,
+            form=self.form,
         )
 
 
@@ -128,11 +136,21 @@ def _listed(names: Sequence[str]) -> str:
 
 def carried_by_some(found: Study) -> Carried | None:
     """Return what some of a study's recordings carry; None where all carry the same."""
-    for term, numbers in zip(found.choice.terms, found.model.parameters, strict=True):
-        form, runs = term.scored.form, found.table.runs
+    terms, runs, floor_nm = found.choice.terms, found.table.runs, max(found.floor.value_nm, 0.0)
+    refitted_nm2 = float(np.mean(found.refitted_nm[found.library.weighing.rows] ** 2))
+    shares = shares_of(found.library, found.choice.candidates, floor_nm)
+    for term, numbers, share in zip(terms, found.model.parameters, shares, strict=True):
+        form = term.scored.form
         if form.name in CARRIED_BY_SOME:
-            names = tuple(runs[k].name for k in in_set(term.candidate.point, len(runs)))
-            return Carried(names, {n: numbers[n] for n in form.linear}, term.probability)
+            return Carried(
+                tuple(runs[k].name for k in in_set(term.candidate.point, len(runs))),
+                {name: numbers[name] for name in form.linear},
+                term.probability,
+                share,
+                share * max(refitted_nm2 - floor_nm**2, 0.0),
+                math.sqrt(refitted_nm2),
+                form.name,
+            )
     return None
 
 
@@ -160,11 +178,8 @@ def beside_carried(
         "no-mismatch": "explained",
         "unexplained": "partly-explained",
     }
-    floor_nm2 = answer.floor.value_nm**2
-    before, after = (fit.rmse_nm**2 - floor_nm2 for fit in (as_given, answer.baseline))
-    share = min(max(1.0 - after / before, 0.0), 1.0) if before > 0.0 else 0.0
-    at = sum(_energy_nm2(f, answer) > share * before for f in answer.findings)
-    findings = (*answer.findings[:at], carried.finding(share), *answer.findings[at:])
+    at = sum(_energy_nm2(f, answer) > carried.energy_nm2 for f in answer.findings)
+    findings = (*answer.findings[:at], carried.finding(), *answer.findings[at:])
     told = replace(
         answer,
         verdict=verdict.get(answer.verdict, answer.verdict),
