@@ -39,8 +39,10 @@ class Carried:
 
     Parameters
     ----------
+    places : tuple of int
+        Among the recordings to learn from.
     names : tuple of str
-        Of the recordings to learn from.
+        Of these.
     numbers : mapping of str to Parameter
         ``gravity_sin_nm, gravity_cos_nm``, and ``inertia_kg_m2`` where it shows; motor side.
     probability, share : float
@@ -52,6 +54,7 @@ class Carried:
     form : str
     """
 
+    places: tuple[int, ...]
     names: tuple[str, ...]
     numbers: Mapping[str, Parameter]
     probability: float
@@ -142,8 +145,10 @@ def carried_by_some(found: Study) -> Carried | None:
     for term, numbers, share in zip(terms, found.model.parameters, shares, strict=True):
         form = term.scored.form
         if form.name in CARRIED_BY_SOME:
+            places = in_set(term.candidate.point, len(runs))
             return Carried(
-                tuple(runs[k].name for k in in_set(term.candidate.point, len(runs))),
+                places,
+                tuple(runs[k].name for k in places),
                 {name: numbers[name] for name in form.linear},
                 term.probability,
                 share,
@@ -152,6 +157,27 @@ def carried_by_some(found: Study) -> Carried | None:
                 form.name,
             )
     return None
+
+
+def freed(
+    carried: Carried, runs: Sequence[Run], holdout: Sequence[Run], found: Study
+) -> tuple[list[Run], list[Run], list[str]]:
+    """Return recordings without what some of them carry, and which hold-outs carried it.
+
+    Parameters
+    ----------
+    carried : Carried
+    runs, holdout : sequence of Run
+        As recorded.
+    found : Study
+        That it was found in.
+    """
+    there = set(carried.places)
+    lighter = [carried.taken_off(run) if k in there else run for k, run in enumerate(runs)]
+    in_it = [carried.is_in(run, found) for run in holdout]
+    unseen = [carried.taken_off(r) if is_in else r for r, is_in in zip(holdout, in_it, strict=True)]
+    names = [run.name for run, is_in in zip(holdout, in_it, strict=True) if is_in]
+    return lighter, unseen, names
 
 
 def beside_carried(

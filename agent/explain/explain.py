@@ -22,7 +22,7 @@ from agent.explain.answer.result import (
     fit_of,
 )
 from agent.explain.asked import Asked, tabulated
-from agent.explain.carried import beside_carried, carried_by_some
+from agent.explain.carried import beside_carried, carried_by_some, freed
 from agent.explain.carrying import (
     Given,
     studied,
@@ -137,18 +137,17 @@ def _asked_once(
         late_s = _late_by_holding_s(found, (*asked.runs, *asked.holdout))
         if late_s:
             creep_rad_s = found.table.creep_rad_s or None
-            return _asked_once(twin, runs, holdout, limits, late_s, creep_rad_s)
+            return _asked_once(
+                twin, runs, holdout, limits, late_s, creep_rad_s, carried_known=carried_known
+            )
     carried = None if carried_known else carried_by_some(found)
     if carried is not None:
-        lighter = [carried.taken_off(r) if r.name in carried.names else r for r in runs]
-        there = [carried.is_in(run, found) for run in holdout]
-        unseen = [carried.taken_off(r) if t else r for r, t in zip(holdout, there, strict=True)]
+        lighter, unseen, held_out = freed(carried, runs, holdout, found)
         again, moments = _asked_once(
             twin, lighter, unseen, limits, late_s, creep_rad_s, carried_known=True
         )
         rows = found.library.weighing.rows
         as_given = fit_of(found.table.measured_nm[rows], given.table.target_nm[rows])
-        held_out = [run.name for run, is_there in zip(holdout, there, strict=True) if is_there]
         return beside_carried(again, carried, held_out, as_given), moments
     found, given = without_their_images(twin, found, given)
     found, given = without_unknown_beginnings(twin, found, given)

@@ -39,7 +39,7 @@ from agent.physics.effects import YIELDING
 _ROUNDS = 3
 _MOST_PROBED = 6
 _FRICTION_OF_ARMS = frozenset({AGES, YIELDING})
-_LESS = 0.9
+_LESS = 0.9  # of what is left without it: a delay that is begun with must leave so little
 _FAR_OFF = 4.0  # times the squared error: what leaves so much more finds no better one beside it
 
 

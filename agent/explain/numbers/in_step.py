@@ -117,7 +117,21 @@ def late_beside(library: Library, choice: Choice) -> tuple[Library, Choice]:
 
 
 def begun_late(library: Library, choice: Choice) -> tuple[Library, Choice] | None:
-    """Return a delay that slow motion surely has and a choice has not; None for none."""
+    """Return what is found beside a delay that slow motion surely has, and a choice lacks.
+
+    Out of step a wave and a delay may hide each other from a search, and an arm stand for both.
+
+    Parameters
+    ----------
+    library : Library
+    choice : Choice
+        Not settled. But for an arm, which may stand for a delay, its terms are begun with as well.
+
+    Returns
+    -------
+    library, choice
+        In step with the delay; None where slow motion has none, or it is of no use.
+    """
     if library.scene.late_s or _delay(choice) is not None:
         return None
     trial = next((c for c in library.candidates if c.form.effect == DELAY), None)
