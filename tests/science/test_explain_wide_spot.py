@@ -53,5 +53,5 @@ def test_a_search_that_takes_back_whatever_enters_comes_to_an_end(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Each fold's own point makes a newcomer worth more than the one at which it is weighed."""
-    monkeypatch.setattr(choice, "_pruned", lambda lib, terms, _: (terms[:1], lib.errors([])))
+    monkeypatch.setattr(choice, "_pruned", lambda lib, terms, *_: (terms[:1], lib.errors([])))
     assert len(choose(spot_beside_an_offset(), rivals=False).terms) == 1
