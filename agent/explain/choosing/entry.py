@@ -13,13 +13,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from agent.explain.choosing.candidate import Candidate, Scored
+from agent.explain.choosing.candidate import Candidate, Scored, basis_of
 from agent.explain.choosing.heard import LIKE_A_GAP, heard
 from agent.explain.choosing.materiality import least_gain, noise_energy, of_mismatch, worth
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.shifts import chance
 from agent.explain.choosing.together import both_moved
+from agent.explain.rows.evidence import solve
 from agent.identify.result import Floats
 from agent.physics.effects.library import CARRIED
 
@@ -27,6 +28,7 @@ _ACCIDENT = 0.01
 _OF_ITS_OWN = 0.1  # of the mismatch: so much more makes a newcomer an effect, whatever it copies
 _SHARED_OUT = 0.2  # of what a term had removed: so little is left to it beside a newcomer
 _HEARD = 0.5  # of the gain: what resembles a gap explains that much more where there is none
+_MOST_TIMES = 5.0  # the mismatch, in rms: a term of so much more is taken back by another
 _OF_A_PLACE = frozenset({"position-dependent-friction", "local-fault", "cable-force"})
 _REPEATED = frozenset(
     {
@@ -123,6 +125,8 @@ def entered(
         Of every term.
     """
     named = _named(library, ranked, best, current, asked)
+    if named is not None and cancelling(library, [*(t.candidate for t in terms), named.candidate]):
+        return None
     if named is not None:
         accident = accident_of(library, terms, current, named)
         if accident is None:
@@ -137,7 +141,38 @@ def entered(
     accident = accident_of(library, moved, current, beside)
     if accident is None or _twice(library, plain, moved, current, beside):
         return None
+    if cancelling(library, [*(t.candidate for t in moved), beside.candidate]):
+        return None
     return moved, beside, accident
+
+
+def cancelling(library: Library, terms: Sequence[Candidate]) -> bool:
+    """Return whether terms are many times what they explain together, and take each other back.
+
+    Two bumps at one place, a fault's and friction's of the path, make a third shape with twenty
+    newton metres against as many, where the mismatch is a few hundredths. What the twin's own
+    numbers take of a term does not count.
+
+    Parameters
+    ----------
+    library : Library
+    terms : sequence of Candidate
+    """
+    if len(terms) < 2:
+        return False
+    model = library.model(terms)
+    own = solve(model.T @ model, model.T @ library.target)
+    basis = basis_of(library.base_beside(terms))
+    left = library.target - basis @ (basis.T @ library.target)
+    begin = model.shape[1] - sum(term.columns.shape[1] for term in terms)
+    for term in terms:
+        stop = begin + term.columns.shape[1]
+        torque = term.columns @ own[begin:stop]
+        net = torque - basis @ (basis.T @ torque)
+        if float(net @ net) > _MOST_TIMES**2 * float(left @ left):
+            return True
+        begin = stop
+    return False
 
 
 def accident_of(

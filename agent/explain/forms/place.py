@@ -98,11 +98,14 @@ def _places(widths: Sequence[float], *, friction: bool) -> Grid:
 
 
 def _within_stroke(narrowest: float, widest: float) -> Limits:
-    """Return where a spot may lie, and how narrow or wide it may be, of the stroke."""
+    """Return where a spot may lie, and how narrow or wide it may be, of the stroke.
+
+    One at the very end, which few samples reach, is seen by its flank.
+    """
 
     def limits(scene: Scene) -> Sequence[tuple[float, float]]:
         lower, upper = scene.stroke_arm_rad()
-        return ((lower, upper), (narrowest * (upper - lower), widest * (upper - lower)))
+        return (scene.ends_arm_rad(), (narrowest * (upper - lower), widest * (upper - lower)))
 
     return limits
 

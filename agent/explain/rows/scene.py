@@ -296,6 +296,11 @@ class Scene:
         lower, upper = self.span("position_rad")
         return lower / self.table.gear_ratio, upper / self.table.gear_ratio
 
+    def ends_arm_rad(self) -> tuple[float, float]:
+        """Return the least and the greatest angle of the arm at the used rows."""
+        values = self.arm_rows()[self.table.used]
+        return float(values.min()), float(values.max())
+
     def span(self, name: str) -> tuple[float, float]:
         """Return the 1 % and 99 % quantiles of a row column over the used rows."""
         values = self.table.rows[name][self.table.used]
