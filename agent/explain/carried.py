@@ -18,7 +18,6 @@ from agent.explain.answer.fits import Fit
 from agent.explain.answer.names import OWN_NUMBER
 from agent.explain.answer.result import Explanation, Finding, Verdict
 from agent.explain.answer.said import Said
-from agent.explain.answer.sentences import shared
 from agent.explain.choosing.shares import shares_of
 from agent.explain.forms.carried import CARRIED_BY_SOME, in_set
 from agent.explain.rows.run import Run
@@ -66,7 +65,8 @@ class Carried:
     def torque_nm(self, run: Run) -> Floats:
         """Return the torque that it asks for where a recording goes, shape (n,)."""
         signals, known = run.signals, {name: p.value for name, p in self.numbers.items()}
-        assert signals.position_rad is not None  # the form needs it
+        if signals.position_rad is None:
+            return np.zeros_like(signals.torque_nm)  # a hold-out may not say where it went
         sin, cos = gravity_columns(signals.position_rad, signals.gear_ratio).T
         out = known["gravity_sin_nm"] * sin + known["gravity_cos_nm"] * cos
         if _INERTIA in known:
@@ -74,7 +74,7 @@ class Carried:
             if velocity is None:
                 velocity = np.gradient(signals.position_rad, time)
             out = out + known[_INERTIA] * np.gradient(velocity, time)
-        return np.asarray(np.nan_to_num(out))
+        return np.where(np.isfinite(out), out, 0.0)
 
     def taken_off(self, run: Run) -> Run:
         """Return a recording as it would be without it."""
@@ -103,7 +103,6 @@ class Carried:
             more = significant(abs(known[_INERTIA]) * scale.factor, 2)
             differs += f", the inertia by {more} {scale.unit}"
         plural = len(self.names) > 1
-        of = shared(self.form, beside_numbers=False)
         who = f"The recording{'s' * plural} {_listed(self.names)} carr{'y' if plural else 'ies'}"
         told = f"{who} something that the others do not: {differs}."
         return Finding(
@@ -112,7 +111,9 @@ class Carried:
             probability=self.probability,
             energy_share=self.share,
             where=(),
-            said=Said(told, place=told, worth=f"This explains {percent(self.share)} of {of}."),
+            said=Said(
+                told, place=told, worth=f"This explains {percent(self.share)} of the mismatch."
+            ),
             parameters=self.numbers,
             holdout_rmse_without_nm=self.without_nm,
             form=self.form,
@@ -140,23 +141,23 @@ def _listed(names: Sequence[str]) -> str:
 def carried_by_some(found: Study) -> Carried | None:
     """Return what some of a study's recordings carry; None where all carry the same."""
     terms, runs, floor_nm = found.choice.terms, found.table.runs, max(found.floor.value_nm, 0.0)
+    at = next((i for i, t in enumerate(terms) if t.scored.form.name in CARRIED_BY_SOME), None)
+    if at is None:
+        return None
+    form, numbers = terms[at].scored.form, found.model.parameters[at]
+    places = in_set(terms[at].candidate.point, len(runs))
+    share = shares_of(found.library, found.choice.candidates, floor_nm)[at]
     refitted_nm2 = float(np.mean(found.refitted_nm[found.library.weighing.rows] ** 2))
-    shares = shares_of(found.library, found.choice.candidates, floor_nm)
-    for term, numbers, share in zip(terms, found.model.parameters, shares, strict=True):
-        form = term.scored.form
-        if form.name in CARRIED_BY_SOME:
-            places = in_set(term.candidate.point, len(runs))
-            return Carried(
-                places,
-                tuple(runs[k].name for k in places),
-                {name: numbers[name] for name in form.linear},
-                term.probability,
-                share,
-                share * max(refitted_nm2 - floor_nm**2, 0.0),
-                math.sqrt(refitted_nm2),
-                form.name,
-            )
-    return None
+    return Carried(
+        places,
+        tuple(runs[k].name for k in places),
+        {name: numbers[name] for name in form.linear},
+        terms[at].probability,
+        share,
+        share * max(refitted_nm2 - floor_nm**2, 0.0),
+        math.sqrt(refitted_nm2),
+        form.name,
+    )
 
 
 def freed(

@@ -91,6 +91,14 @@ def test_of_one_recording_alone_it_is_asked_what_it_carries() -> None:
     assert any("payload_kg" in reason for reason in answer.reasons)
 
 
+def test_a_hold_out_that_does_not_say_where_it_went_is_none_of_them() -> None:
+    (unseen,) = recorded((1,), 0.0, first=5)
+    without = replace(unseen, signals=replace(unseen.signals, position_rad=None))
+    answer = explain(KNOWN, recorded((0, 0, 1, 0, 1), 0.0), (without,))
+    assert "run-2 and run-4 carry something" in answer.sentence
+    assert not any("(held out)" in reason for reason in answer.reasons)
+
+
 def test_recordings_that_carry_the_same_are_no_two_kinds() -> None:
     answer = explain(KNOWN, recorded((0, 0, 0, 0, 0), 0.0), recorded((0, 0), 0.0, first=5))
     assert (answer.verdict, answer.findings) == ("no-mismatch", ())

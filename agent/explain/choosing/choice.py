@@ -79,6 +79,7 @@ def choose(
     """
     plain = library.errors([])
     chosen = list(begun)
+    kept = frozenset(term.scored.form for term in begun) if held else frozenset()
     current = library.errors([t.candidate for t in chosen]) if begun else plain
     been: list[Counter[Form]] = []
     while len(chosen) < _MOST_TERMS and _forms(chosen) not in been:
@@ -102,7 +103,6 @@ def choose(
         best = deepest(library, [t.candidate for t in moved], best, far=True)
         chosen = [*moved, Term(best, accident)]  # they stay where they were beside one refused
         current = best.blocks
-        kept = frozenset(term.scored.form for term in begun) if held else frozenset()
         chosen, current = _pruned(library, chosen, asked, kept)
         if until is not None and until(library, best.form, [t.candidate for t in chosen]):
             break

@@ -125,9 +125,9 @@ def entered(
         Of every term.
     """
     named = _named(library, ranked, best, current, asked)
-    if named is not None and cancelling(library, [*(t.candidate for t in terms), named.candidate]):
-        return None
     if named is not None:
+        if cancelling(library, [*(t.candidate for t in terms), named.candidate]):
+            return None
         accident = accident_of(library, terms, current, named)
         if accident is None:
             return None

@@ -26,7 +26,6 @@ REACH_S, CLOSELY_S = 0.012, 5e-5
 """How far from what a bent column gives a delay is searched for, and how closely."""
 
 _SETTLES = 2
-_KNOWN = 0.1  # of a delay: slow motion must tell it so closely
 _FAR = 0.5  # of a delay: slow motion that says so much else is of something else
 _LONGEST_DELAY_S = 0.05
 _YIELDS_ARM_RAD = 1e-4  # before contacts slip: the lower end of what joints show
@@ -97,7 +96,7 @@ def _delay_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[s
     found_s = values["torque_delay_s"]
     slow = _slow_delay(scene, found_s)
     far_s = _FAR * max(abs(slow.value), abs(found_s))
-    known = slow.error < _KNOWN * abs(slow.value) and abs(slow.value - found_s) < far_s
+    known = slow.known and abs(slow.value - found_s) < far_s
     return ({"torque_delay_s": slow.value if known else found_s},)
 
 

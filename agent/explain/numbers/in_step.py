@@ -33,7 +33,6 @@ from agent.physics.effects.library import CARRIED
 
 _ROUNDS = 3
 _ORDERS = 3
-_KNOWN = 0.1  # of a delay: slow motion must tell it so closely
 _SETTLED = 0.03  # of a delay: moved by less, it leaves every law where it is
 
 
@@ -141,7 +140,7 @@ def begun_late(library: Library, choice: Choice) -> tuple[Library, Choice] | Non
     table, weighing = library.scene.table, library.weighing
     columns = np.concatenate([trial.columns, library.model(others)], axis=1)
     slow = by_slow_motion(table, weighing, columns, library.target, 0.0)
-    if abs(slow.value) < turn_s(table) or slow.error > _KNOWN * abs(slow.value):
+    if abs(slow.value) < turn_s(table) or not slow.known:
         return None
     kept = [t for t in choice.terms if t.scored.form.effect not in CARRIED]
     late_s, theta = _found_late(library, kept, slow.value)

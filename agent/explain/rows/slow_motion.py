@@ -24,12 +24,19 @@ from agent.identify.signals.lowpass import lowpass
 SLOW = 0.2
 """Of the band: up to there motion is slow."""
 
+_KNOWN = 0.1  # of a number: its standard error
+
 
 class Slow(NamedTuple):
     """A number from slow motion, and its standard error."""
 
     value: float
     error: float
+
+    @property
+    def known(self) -> bool:
+        """Return whether slow motion tells it to a tenth."""
+        return self.error < _KNOWN * abs(self.value)
 
 
 def by_slow_motion(

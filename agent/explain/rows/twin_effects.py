@@ -63,6 +63,8 @@ def _late_in_full_nm(
     That has passed the band's filter already, and passes it again.
     """
     recorded = as_recorded(full, pieces)
+    if recorded["velocity_rad_s"] is full["velocity_rad_s"]:
+        return np.zeros(full["time_s"].shape[0])
     of_all = replace(twin, effects=tuple(e for e in twin.effects if e.id in _OF_ALL))
     return _added_nm(of_all, runs, pieces, recorded) - _added_nm(of_all, runs, pieces, full)
 
