@@ -18,7 +18,7 @@ from agent.explain.rows.lag import Lag, earlier
 from agent.identify.result import Floats
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.lowpass import lowpass
-from agent.identify.signals.sampling import Stretch
+from agent.identify.signals.sampling import Stretch, through_neighbours
 from agent.physics.derivative import slope
 
 _LOWEST_HZ = 1.0  # below it nothing is gained: teeth are apart for some hundredths of a second
@@ -73,5 +73,7 @@ def _beside(signals: Signals, stretch: Stretch, position: Floats, way: Floats) -
     NaN outside the stretch.
     """
     out = np.full(position.shape[0], np.nan)
-    out[stretch.index] = position[stretch.index] - stretch.off_grid(signals, way)
+    own_s = signals.time_s[stretch.index]
+    gone = through_neighbours(own_s, stretch.time_s, way) if stretch.resampled else way
+    out[stretch.index] = position[stretch.index] - gone
     return out

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from agent.explain.rows.run import Run
 from agent.identify.result import Floats
+from agent.identify.signals.sampling import through_neighbours
 from agent.numbers import significant
 
 _SLOW = 0.05  # of the greatest speed: below it a step of the encoder is a long time
@@ -109,12 +110,12 @@ def _sampled_at(run: Run, time_s: Floats) -> Run:
         return replace(run, signals=replace(signals, time_s=time_s))
 
     def moved(values: Floats | None) -> Floats | None:
-        return None if values is None else np.interp(even_s, time_s, values)
+        return None if values is None else through_neighbours(even_s, time_s, values)
 
     even = replace(
         signals,
         time_s=even_s,
-        torque_nm=np.interp(even_s, time_s, signals.torque_nm),
+        torque_nm=through_neighbours(even_s, time_s, signals.torque_nm),
         position_rad=moved(signals.position_rad),
         velocity_rad_s=moved(signals.velocity_rad_s),
         gearbox_temperature_degc=moved(signals.gearbox_temperature_degc),
@@ -122,7 +123,7 @@ def _sampled_at(run: Run, time_s: Floats) -> Run:
         position_command_rad=moved(signals.position_command_rad),
         position_arm_rad=moved(signals.position_arm_rad),
     )
-    columns = {name: np.interp(even_s, time_s, values) for name, values in run.columns.items()}
+    columns = {name: through_neighbours(even_s, time_s, values) for name, values in run.columns.items()}
     return replace(run, signals=even, columns=columns)
 
 

@@ -2,7 +2,12 @@
 
 A stretch is a run of valid samples without a gap. Nothing is ever filtered or differentiated
 across a gap. Time that is uneven inside a stretch (jitter of the sampling itself, single lost or
-masked samples) is brought onto an even grid by linear interpolation, and a note says so.
+masked samples) is brought onto an even grid, by a cubic through four neighbours, and a note says
+so: a straight line between two positions is off by an eighth of what the joint accelerates in one
+period, a hundred steps of a servo motor's encoder.
+
+Stamps that vary by little may be the instants of sampling, or those at which a computer got round
+to the clock. The motion tells which: a joint moves smoothly in its own time.
 """
 
 from __future__ import annotations
@@ -16,7 +21,9 @@ from agent.identify.result import Floats
 from agent.identify.signals.arrays import Signals
 
 GAP_PERIODS = 4.5  # three samples lost in a row are bridged, four make a gap
-_EVEN = 0.1  # standard deviation of the period, in periods, up to which time counts as even
+_EVEN = 0.1  # standard deviation of the period, in periods: with more, time is uneven
+_VARIES = 1e-4  # the same: with less, stamps were rounded and no more
+_SMOOTHER = 0.9  # of the position's fourth differences, rms: then it was sampled as stamped
 _MISSED = 1.5  # periods from one sample to the next: with more, one is missing between them
 _AT_ONCE = 1 << 16  # medians: eleven numbers are copied for each
 _SHORTEST = 8  # samples; less carries neither a window nor an acceleration
@@ -48,7 +55,7 @@ class Stretch:
         own = values[self.index]
         if not self.resampled:
             return own
-        return np.interp(self.time_s, signals.time_s[self.index], own)
+        return through_neighbours(self.time_s, signals.time_s[self.index], own)
 
     def off_grid(self, signals: Signals, values: Floats) -> Floats:
         """Return grid values, shape (n,), at this stretch's own samples, shape (m,)."""
@@ -75,6 +82,30 @@ class Timing:
         return 1.0 / self.period_s if self.period_s > 0.0 else 0.0
 
 
+def through_neighbours(at_s: Floats, time_s: Floats, values: Floats) -> Floats:
+    """Return values between samples, shape (n,): of the cubic through the four nearest.
+
+    Parameters
+    ----------
+    at_s : ndarray, shape (n,)
+        When they are asked for, within the samples' time.
+    time_s, values : ndarray, shape (m,)
+        The samples, in order; m >= 4. Where a neighbour is not a number, two points' line stands.
+    """
+    first = np.clip(np.searchsorted(time_s, at_s) - 2, 0, time_s.shape[0] - 4)
+    times = [time_s[first + k] for k in range(4)]
+    out = np.zeros(at_s.shape)
+    for k, own in enumerate(times):
+        weight = np.ones(at_s.shape)
+        for other in times:
+            if other is not own:
+                weight *= (at_s - other) / (own - other)
+        out += weight * values[first + k]
+    unknown = ~np.isfinite(out)
+    out[unknown] = np.interp(at_s[unknown], time_s, values)
+    return out
+
+
 def find_stretches(signals: Signals) -> Timing:
     """Cut a recording at its gaps.
 
@@ -91,14 +122,16 @@ def find_stretches(signals: Signals) -> Timing:
     inside = step_s <= GAP_PERIODS * local_s
     jitter_s = float(np.std(step_s[inside] - local_s[inside])) if inside.any() else 0.0
     stretches = tuple(
-        _stretch(piece, signals.time_s[piece])
+        _stretch(piece, signals.time_s[piece], signals.position_rad)
         for piece in np.split(valid, cuts)
         if piece.size >= _SHORTEST
     )
     return Timing(float(np.median(step_s)), jitter_s, stretches)
 
 
-def _stretch(index: NDArray[np.int64], time_s: Floats) -> Stretch:
+def _stretch(
+    index: NDArray[np.int64], time_s: Floats, position_rad: Floats | None
+) -> Stretch:
     """Return the stretch on an even grid of its median period."""
     step_s = np.diff(time_s)
     period_s = float(np.median(step_s))
@@ -106,11 +139,35 @@ def _stretch(index: NDArray[np.int64], time_s: Floats) -> Stretch:
     uneven = float(np.std(step_s)) > _EVEN * period_s or abs(mean_s - period_s) > _EVEN * period_s
     # A few missing samples hardly show in either; taken for even, each would be a jump in time.
     uneven = uneven or float(step_s.max()) > _MISSED * period_s
+    if not uneven and position_rad is not None and float(np.std(step_s)) > _VARIES * period_s:
+        uneven = _sampled_as_stamped(time_s, position_rad[index])
     if not uneven:
         return Stretch(index, time_s, mean_s, resampled=False)
     count = max(round(float(time_s[-1] - time_s[0]) / period_s), 1) + 1
     grid_s = np.linspace(time_s[0], time_s[-1], count)
     return Stretch(index, grid_s, float(grid_s[1] - grid_s[0]), resampled=True)
+
+
+def _sampled_as_stamped(time_s: Floats, position_rad: Floats) -> bool:
+    """Return whether the motion is smoother at the stamps, shape (m,), than in even time.
+
+    Five neighbours' fourth divided difference is what no cubic in time passes through; weighed to
+    unit length it takes an encoder's noise for the same in both.
+    """
+    even_s = np.arange(time_s.shape[0], dtype=np.float64)
+    stamped, even = (_off_a_cubic(at, position_rad) for at in (time_s, even_s))
+    return bool(np.linalg.norm(stamped) < _SMOOTHER * np.linalg.norm(even))
+
+
+def _off_a_cubic(time_s: Floats, values: Floats) -> Floats:
+    """Return by how much every five neighbours are off a cubic in time, shape (m - 4,)."""
+    size = time_s.shape[0] - 4
+    at = [time_s[k : k + size] for k in range(5)]
+    weights = np.stack(
+        [1.0 / np.prod([own - other for other in at if other is not own], axis=0) for own in at]
+    )
+    neighbours = np.stack([values[k : k + size] for k in range(5)])
+    return np.sum(weights * neighbours, axis=0) / np.linalg.norm(weights, axis=0)
 
 
 def _local_median(step_s: Floats, reach: int = 25) -> Floats:
