@@ -308,11 +308,13 @@ def dragged_arm(
     spring, its damper, and the arm's inertia, dry friction, viscous friction and constant load.
     Teeth push, but do not pull. Between samples the motor's angle is the cubic with the given
     angles and velocities; dry friction takes away as much momentum as it can in each substep.
+    The arm's angle leaps over its velocity, which is known half a substep before: what damps is
+    taken where the angle is, by half of what the velocity gained last (second order in substeps).
     """
     samples, h, per_s = position_rad.shape[0], period_s / substeps, 1.0 / period_s
     half, stiffness, damping, viscous, load = 0.5 * gear[0], gear[1], gear[2], gear[5], gear[6]
     gain, dry, share = h / gear[3], h * gear[4] / gear[3], 1.0 / substeps
-    arm, rate = arm_rad, rate_rad_s
+    arm, rate, gained = arm_rad, rate_rad_s, 0.0
     angle = np.empty((samples - 1) * substeps + 1)
     torque, speed = np.empty(angle.shape[0]), np.empty(samples)
     for k in range(samples):
@@ -324,22 +326,25 @@ def dragged_arm(
         for j in range(1 if last else substeps):
             u = j * share
             twist, tooth = q0 + u * (v0 + u * (square + u * cube)) - arm, 0.0
+            here = rate + 0.5 * gained
             if twist > half or twist < -half:
-                ahead = (v0 + u * (2.0 * square + u * 3.0 * cube)) * per_s - rate
+                ahead = (v0 + u * (2.0 * square + u * 3.0 * cube)) * per_s - here
                 if twist > 0.0:
                     tooth = max(stiffness * (twist - half) + damping * ahead, 0.0)
                 else:
                     tooth = min(stiffness * (twist + half) + damping * ahead, 0.0)
             if j == 0:
-                speed[k] = rate
+                speed[k] = here
             torque[k * substeps + j] = tooth
             angle[k * substeps + j] = arm
-            rate += gain * (tooth - load - viscous * rate)
+            before = rate
+            rate += gain * (tooth - load - viscous * here)
             if rate > dry:
                 rate -= dry
             elif rate < -dry:
                 rate += dry
             else:
                 rate = 0.0
+            gained = rate - before
             arm += h * rate
     return angle, torque, speed

@@ -72,3 +72,30 @@ def test_right_stamps_stay_however_uneven_and_coarse_the_encoder(steps: float) -
         assert put_right((run,)) == ((run,), ())
     blind = replace(run, signals=replace(run.signals, position_rad=None))
     assert stamp_errors_s(blind) is None
+
+
+def without_velocity(run: Run) -> Run:
+    return replace(run, signals=replace(run.signals, velocity_rad_s=None))
+
+
+def test_without_a_velocity_rows_that_moved_evenly_were_sampled_so() -> None:
+    """Every row is stamped when a busy computer gets round to it."""
+    even_s: Floats = np.arange(4000, dtype=np.float64) * PERIOD_S + 1.0
+    late_s = np.random.default_rng(5).exponential(0.0015, even_s.size)
+    wrong, best = (without_velocity(log(even_s, own)) for own in (np.sort(even_s + late_s), even_s))
+    (right,), said = put_right((wrong,))
+    assert said[0].startswith("the stamps are off by 1.")
+    assert np.ptp(np.diff(right.signals.time_s)) < 1e-9
+    assert left_nm(right) < 1.02 * left_nm(best)
+
+
+@pytest.mark.parametrize("share", [0.01, 0.06])
+def test_without_a_velocity_stamps_that_vary_by_little_are_the_instants(share: float) -> None:
+    """They had counted as even: a position of 300 times the encoder's noise, differentiated."""
+    even_s: Floats = np.arange(4000, dtype=np.float64) * PERIOD_S + 1.0
+    shaken_s = even_s + np.random.default_rng(6).normal(0.0, share * PERIOD_S, even_s.size)
+    own, even = (without_velocity(log(at, at, 2.0**20)) for at in (shaken_s, even_s))
+    assert put_right((own,)) == ((own,), ())
+    assert left_nm(own) < 1.03 * left_nm(even)
+    taken_for_even = replace(own, signals=replace(own.signals, time_s=even_s))
+    assert left_nm(taken_for_even) > 1.2 * left_nm(even)

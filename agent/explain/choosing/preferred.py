@@ -26,14 +26,18 @@ _GRAVITY = [BASE.index("gravity_sin_nm"), BASE.index("gravity_cos_nm")]
 _NOT_OVER = 0.1  # of a fall, still there at the fastest speed
 _AS_GOOD = 0.05  # of the gain: what a bend may miss of such a fall's, whose form is not the joint's
 _AS_MUCH = 0.01  # of the gain: what a special case misses of it is small, however significant
-_AS_LITTLE = 0.03  # of what is left: so much less makes no spring one that stiffens
+_AS_LITTLE = (
+    0.03  # of what is left: so much less makes no spring one that stiffens, nor a catch-all
+)
 
 
 def preferred(library: Library, ranked: Sequence[Scored], without: float) -> Scored | None:
     """Return the simplest candidate that is not clearly worse than the best on unseen data.
 
-    A weight comes after what looks like it where the twin has none: an axis that stands upright has
-    cables and offsets as any other, and neither its arm nor a payload pulls at it.
+    What may stand for anything comes after what leaves hardly more: a motor that turns one way only
+    shows a ripple and friction along its turn as the same. A weight comes after what looks like it
+    where the twin has none: an axis that stands upright has cables and offsets as any other, and
+    neither its arm nor a payload pulls at it.
 
     Parameters
     ----------
@@ -59,6 +63,7 @@ def preferred(library: Library, ranked: Sequence[Scored], without: float) -> Sco
             (pulls or scored.form.effect in best.form.contains)
             and (behind < DECISIVE or missed < _AS_MUCH)
         )
+        special = special or (hardly and best.form.catch_all and not scored.form.catch_all)
         if behind < _SAME or special or (float(loss.sum()) <= error and behind < 2.0 * DECISIVE):
             close.append(scored)
     # Of laws as simple, the one whose effect can explain most: by its other forms, too.

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from agent.explain.rows.run import Run
 from agent.identify.result import Floats
-from agent.identify.signals.sampling import through_neighbours
+from agent.identify.signals.sampling import find_stretches, through_neighbours
 from agent.numbers import significant
 
 _SLOW = 0.05  # of the greatest speed: below it a step of the encoder is a long time
@@ -60,15 +60,19 @@ def stamp_errors_s(run: Run) -> Floats | None:
     ``-v v s^2`` for stamps that err by themselves. With it the most probable errors follow, all in
     one (Rauch, Tung, Striebel, AIAA Journal 3 (1965) 1445).
 
+    Without a drive's own velocity even time is tried alone: see `identify.signals.sampling`.
+
     Parameters
     ----------
     run : Run
-        With a position and the drive's own velocity.
+        With a position.
     """
     signals = run.signals
     position, velocity = signals.position_rad, signals.velocity_rad_s
-    if position is None or velocity is None or not signals.valid.all():
+    if position is None or not signals.valid.all():
         return None
+    if velocity is None:
+        return _off_even_time_s(run)
     step_s = np.diff(signals.time_s)
     period_s = float(np.median(step_s))
     between = 0.5 * (velocity[1:] + velocity[:-1])
@@ -90,6 +94,14 @@ def stamp_errors_s(run: Run) -> Floats | None:
     error_s = _most_probable(between, lacks, fast, square_s2, max(noise_rad2, 0.0))
     error_s = np.clip(error_s, -_FARTHEST * period_s, _FARTHEST * period_s)
     return error_s if np.all(np.diff(signals.time_s - error_s) > 0.0) else None
+
+
+def _off_even_time_s(run: Run) -> Floats | None:
+    """Return by how much stamps are late where the motion is smooth in even time alone, (n,)."""
+    stretches = find_stretches(run.signals).stretches
+    if len(stretches) != 1 or stretches[0].resampled or not stretches[0].uneven:
+        return None
+    return run.signals.time_s - stretches[0].time_s
 
 
 def _lag(changes: Floats, lacks: Floats) -> Floats:
@@ -123,7 +135,9 @@ def _sampled_at(run: Run, time_s: Floats) -> Run:
         position_command_rad=moved(signals.position_command_rad),
         position_arm_rad=moved(signals.position_arm_rad),
     )
-    columns = {name: through_neighbours(even_s, time_s, values) for name, values in run.columns.items()}
+    columns = {
+        name: through_neighbours(even_s, time_s, values) for name, values in run.columns.items()
+    }
     return replace(run, signals=even, columns=columns)
 
 

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import cho_solve_banded, cholesky_banded
 
@@ -27,6 +28,7 @@ from agent.identify.reversals.arm_simulation import (
     SHAPE,
     TWICE,
     Numbers,
+    Path,
     drag,
     reading,
     slopes,
@@ -36,6 +38,7 @@ _ONCE = np.array([1 / 12, -2 / 3, 0.0, 2 / 3, -1 / 12])
 _TIED = 300.0  # times as close as the torque's noise: the arm obeys its equation
 _SLIPS = 1e-3  # of the motor's fastest velocity
 _RIDGE = 1e-9
+_PAIRS = 8  # of opposite noise: what they say of the average scatters by 0.05 of an error
 _BLOCKS = 5  # of equations a sample: motor's angle, torque, steady speed, arm's angle, arm's motion
 TORQUE, ARM = 1, 3
 """Which of a record's blocks of equations are the torque's and the arm's encoder's."""
@@ -74,39 +77,37 @@ def reduced(
     record: ArmRecord, number: int, motor_rad: Floats, at: Numbers, free: tuple[int, ...]
 ) -> Reduced:
     """Return the equations of one record, linear about these numbers and this motion."""
-    n, path = record.size, drag(record, number, motor_rad, at)
-    read, slides = reading(record, path), record.slides
+    n, slides = record.size, record.slides
     once, twice = _operator(n, _ONCE) / record.period_s, _operator(n, TWICE) / record.period_s**2
     speed, acceleration = once @ motor_rad, twice @ motor_rad
     torque_columns = np.column_stack((acceleration * record.swings, record.way, speed))
-    weigh_torque = slides / record.torque_error_nm
-    weigh_arm = read / record.arm_error_rad
+    drawn = _drawn(record, number, motor_rad, at)
+    path, read = drawn.path, drawn.read
     predicted = path.felt_nm + torque_columns @ at.w[: len(MOTOR)] + at.w[len(MOTOR) + number]
     rest = np.concatenate(
         (
             (record.motor_rad - motor_rad) / record.motor_error_rad,
-            weigh_torque * (record.torque_nm - predicted),
+            drawn.weigh_torque * (record.torque_nm - predicted),
             -acceleration * ~slides / record.hardest_rad_s2,
-            weigh_arm * (record.arm_rad - path.seen_rad),
+            drawn.weigh_arm * (record.arm_rad - path.seen_rad),
             np.zeros(n),
         )
     )
     columns = np.zeros((_BLOCKS * n, len(free)))
     own = [i for i in free if i < at.x.size]
     seen, tooth = slopes(record, number, motor_rad, at, own)
-    columns[n : 2 * n, : len(own)] = weigh_torque[:, np.newaxis] * tooth
-    columns[3 * n : 4 * n, : len(own)] = weigh_arm[:, np.newaxis] * seen
+    columns[n : 2 * n, : len(own)] = drawn.weigh_torque[:, np.newaxis] * tooth
+    columns[3 * n : 4 * n, : len(own)] = drawn.weigh_arm[:, np.newaxis] * seen
     for place, i in enumerate(free):
         if i >= at.x.size:
             straight = i - at.x.size
             if straight < len(MOTOR):
-                columns[n : 2 * n, place] = weigh_torque * torque_columns[:, straight]
+                columns[n : 2 * n, place] = drawn.weigh_torque * torque_columns[:, straight]
             elif straight == len(MOTOR) + number:
-                columns[n : 2 * n, place] = weigh_torque
-    motion = _motion(record, at, path.tooth_nm, path.rate_rad_s, weigh_torque, weigh_arm)
+                columns[n : 2 * n, place] = drawn.weigh_torque
     every = np.column_stack((columns, rest))
-    solved = _solved(motion, every)
-    left = every - motion @ solved
+    solved = _solved(drawn.motion, every)
+    left = every - drawn.motion @ solved
     return Reduced(
         left[:, :-1],
         left[:, -1],
@@ -114,6 +115,48 @@ def reduced(
         float(n + read.sum()),
         solved[0::2],
     )
+
+
+def bent(record: ArmRecord, number: int, motor_rad: Floats, at: Numbers) -> Floats:
+    """Return what the motion's own noise adds to torque and arm on average, shape (5 n,).
+
+    In units of the noise and without the motion, as `Reduced.rest`. An arm that is dragged goes as
+    far as the peaks of what is left of the noise, wherever it turns or hardly touches: an average
+    of paths is not the path of the average. Pairs of opposite noise leave that alone.
+    """
+    n, drawn = record.size, _drawn(record, number, motor_rad, at)
+    noise = np.random.default_rng(n).standard_normal((_BLOCKS * n, _PAIRS))
+    heard = [np.ones(n), drawn.weigh_torque > 0.0, np.zeros(n), drawn.weigh_arm > 0.0, np.zeros(n)]
+    shaken = _solved(drawn.motion, noise * np.concatenate(heard)[:, np.newaxis])[0::2]
+    felt, seen = np.zeros((2, n))
+    for own in (*shaken.T, *-shaken.T):
+        other = drag(record, number, motor_rad + own, at)
+        felt += (other.felt_nm - drawn.path.felt_nm) / (2.0 * _PAIRS)
+        seen += (other.seen_rad - drawn.path.seen_rad) / (2.0 * _PAIRS)
+    none = np.zeros(n)
+    bend = np.concatenate((none, drawn.weigh_torque * felt, none, drawn.weigh_arm * seen, none))
+    solved = _solved(drawn.motion, bend[:, np.newaxis])
+    return np.asarray(bend - (drawn.motion @ solved)[:, 0])
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """An arm drawn along by a motion, what counts of it, and how all rows follow both angles."""
+
+    path: Path
+    read: NDArray[np.bool_]
+    weigh_torque: Floats
+    weigh_arm: Floats
+    motion: Any
+
+
+def _drawn(record: ArmRecord, number: int, motor_rad: Floats, at: Numbers) -> _Drawn:
+    path = drag(record, number, motor_rad, at)
+    read = reading(record, path)
+    weigh_torque = record.slides / record.torque_error_nm
+    weigh_arm = read / record.arm_error_rad
+    motion = _motion(record, at, path.tooth_nm, path.rate_rad_s, weigh_torque, weigh_arm)
+    return _Drawn(path, read, weigh_torque, weigh_arm, motion)
 
 
 def _motion(

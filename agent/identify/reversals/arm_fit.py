@@ -2,7 +2,8 @@
 
 Gauss and Newton's steps, the motor's true motion eliminated (`arm_elimination`). At first the arm
 is driven by the smoothed motion, and steps are shortened until they gain; then the motion follows,
-too, and half steps bring both to rest. Every reversal is left out by one step for the intervals,
+too, and half steps bring both to rest. What the motion's own noise adds to an arm's path on average
+is taken from the numbers last. Every reversal is left out by one step for the intervals,
 which so hold whatever the reversals differ in, and are no narrower than the noise of torque and
 encoders makes them.
 """
@@ -15,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.identify.result import Floats
-from agent.identify.reversals.arm_elimination import Reduced, reduced
+from agent.identify.reversals.arm_elimination import Reduced, bent, reduced
 from agent.identify.reversals.arm_likeness import likeness
 from agent.identify.reversals.arm_record import ArmRecord
 from agent.identify.reversals.arm_simulation import MOTOR, SHAPE, Numbers
@@ -109,12 +110,28 @@ def _fitted(records: list[ArmRecord], start: Numbers, *, gap: bool) -> ArmFit | 
                 np.mean([each.x for each in last], axis=0),
                 np.mean([each.w for each in last], axis=0),
             )
-            return _finished(records, middle, free, parts)
+            return _finished(records, _straight(records, motions, middle, free, parts), free, parts)
         motions = [
             motion + part.motion[:, -1] - part.motion[:, :-1] @ step
             for motion, part in zip(motions, parts, strict=True)
         ]
     return None
+
+
+def _straight(
+    records: list[ArmRecord],
+    motions: list[Floats],
+    at: Numbers,
+    free: tuple[int, ...],
+    parts: list[Reduced],
+) -> Numbers:
+    """Return numbers less what the motion's noise, which no average is rid of, makes of them."""
+    columns, _ = _joined(parts)
+    bend = [
+        bent(record, number, motion, at)
+        for number, (record, motion) in enumerate(zip(records, motions, strict=True))
+    ]
+    return at.moved(_spread(_step(columns, np.concatenate(bend), 0.0)[0], free, at))
 
 
 def _approached(

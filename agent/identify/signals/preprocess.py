@@ -135,11 +135,16 @@ def read_motion(signals: Signals) -> Motion:
     notes = list(left_out_of(signals))
     if derived:
         notes.append(f"{signals.name}: velocity was derived from position by central differences")
-    resampled = sum(s.resampled for s in timing.stretches)
-    if resampled:
+    jitter = f"jitter {1e3 * timing.jitter_s:.3g} ms"
+    if any(stretch.uneven and stretch.resampled for stretch in timing.stretches):
         notes.append(
-            f"{signals.name}: time is uneven (jitter {1e3 * timing.jitter_s:.3g} ms); "
+            f"{signals.name}: time is uneven ({jitter}); "
             "the signals were interpolated onto an even grid"
+        )
+    if any(stretch.uneven and not stretch.resampled for stretch in timing.stretches):
+        notes.append(
+            f"{signals.name}: the stamps are uneven ({jitter}), and the motion is smooth in even "
+            "time alone; the rows were taken as sampled evenly"
         )
     return Motion(signals, timing, tuple(velocities), _noise(velocities), derived, tuple(notes))
 

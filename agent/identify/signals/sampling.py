@@ -23,7 +23,7 @@ from agent.identify.signals.arrays import Signals
 GAP_PERIODS = 4.5  # three samples lost in a row are bridged, four make a gap
 _EVEN = 0.1  # standard deviation of the period, in periods: with more, time is uneven
 _VARIES = 1e-4  # the same: with less, stamps were rounded and no more
-_SMOOTHER = 0.9  # of the position's fourth differences, rms: then it was sampled as stamped
+_SMOOTHER = 0.9  # of the position's fourth differences, rms: so much less decides
 _MISSED = 1.5  # periods from one sample to the next: with more, one is missing between them
 _AT_ONCE = 1 << 16  # medians: eleven numbers are copied for each
 _SHORTEST = 8  # samples; less carries neither a window nor an acceleration
@@ -43,12 +43,15 @@ class Stretch:
         The grid's period.
     resampled : bool
         Whether values are interpolated onto the grid.
+    uneven : bool
+        Whether its time varies by more than a tenth of a period, or samples are missing.
     """
 
     index: NDArray[np.int64]
     time_s: Floats
     period_s: float
     resampled: bool
+    uneven: bool
 
     def on_grid(self, signals: Signals, values: Floats) -> Floats:
         """Return a recording's column, shape (samples,), on this stretch's grid, shape (n,)."""
@@ -129,34 +132,41 @@ def find_stretches(signals: Signals) -> Timing:
     return Timing(float(np.median(step_s)), jitter_s, stretches)
 
 
-def _stretch(
-    index: NDArray[np.int64], time_s: Floats, position_rad: Floats | None
-) -> Stretch:
+def _stretch(index: NDArray[np.int64], time_s: Floats, position_rad: Floats | None) -> Stretch:
     """Return the stretch on an even grid of its median period."""
     step_s = np.diff(time_s)
     period_s = float(np.median(step_s))
     mean_s = float((time_s[-1] - time_s[0]) / step_s.size)
-    uneven = float(np.std(step_s)) > _EVEN * period_s or abs(mean_s - period_s) > _EVEN * period_s
+    varies = float(np.std(step_s)) / period_s
+    uneven = varies > _EVEN or abs(mean_s - period_s) > _EVEN * period_s
     # A few missing samples hardly show in either; taken for even, each would be a jump in time.
     uneven = uneven or float(step_s.max()) > _MISSED * period_s
-    if not uneven and position_rad is not None and float(np.std(step_s)) > _VARIES * period_s:
-        uneven = _sampled_as_stamped(time_s, position_rad[index])
-    if not uneven:
-        return Stretch(index, time_s, mean_s, resampled=False)
+    resampled = uneven
+    if position_rad is not None and varies > _VARIES:
+        # What is uneven stays so, and what is nearly even, too, unless the motion clearly denies.
+        smoother = _smoother_as_stamped(time_s, position_rad[index])
+        resampled = smoother > _SMOOTHER if uneven else smoother > 1.0 / _SMOOTHER
+    if not resampled:
+        even_s = np.linspace(time_s[0], time_s[-1], time_s.size) if uneven else time_s
+        return Stretch(index, even_s, mean_s, resampled=False, uneven=uneven)
     count = max(round(float(time_s[-1] - time_s[0]) / period_s), 1) + 1
     grid_s = np.linspace(time_s[0], time_s[-1], count)
-    return Stretch(index, grid_s, float(grid_s[1] - grid_s[0]), resampled=True)
+    return Stretch(index, grid_s, float(grid_s[1] - grid_s[0]), resampled=True, uneven=uneven)
 
 
-def _sampled_as_stamped(time_s: Floats, position_rad: Floats) -> bool:
-    """Return whether the motion is smoother at the stamps, shape (m,), than in even time.
+def _smoother_as_stamped(time_s: Floats, position_rad: Floats) -> float:
+    """Return how many times smoother the motion is at the stamps, shape (m,), than in even time.
 
     Five neighbours' fourth divided difference is what no cubic in time passes through; weighed to
-    unit length it takes an encoder's noise for the same in both.
+    unit length it takes an encoder's noise for the same in both. Where rows are missing even time
+    is a row of jumps.
     """
     even_s = np.arange(time_s.shape[0], dtype=np.float64)
-    stamped, even = (_off_a_cubic(at, position_rad) for at in (time_s, even_s))
-    return bool(np.linalg.norm(stamped) < _SMOOTHER * np.linalg.norm(even))
+    stamped, even = (
+        float(np.linalg.norm(_off_a_cubic(at, position_rad - position_rad[0])))
+        for at in (time_s, even_s)
+    )
+    return even / stamped if stamped > 0.0 else 1.0
 
 
 def _off_a_cubic(time_s: Floats, values: Floats) -> Floats:

@@ -6,27 +6,30 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
+from agent.identify.result import Floats
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.direction import direction_in_time, direction_of
 from agent.identify.signals.lowpass import ORDER, choose_cutoff, lowpass
 from agent.identify.signals.preprocess import filter_motion, read_motion
-from agent.identify.signals.sampling import find_stretches
+from agent.identify.signals.sampling import Stretch, find_stretches, through_neighbours
 from agent.identify.signals.thinning import Part, Thinned
 from agent.physics.rigid_body import PARAMETERS
 from tests.science.identify_plant import Joint, record, stair
 
 
 def on_time(time_s: NDArray[np.floating[Any]], **columns: NDArray[np.floating[Any]]) -> Signals:
-    given: dict[str, NDArray[np.generic]] = {
+    whole: dict[str, NDArray[np.generic]] = {
         "time_s": time_s,
         "torque_nm": np.sin(time_s),
         "velocity_rad_s": np.cos(time_s),
         **columns,
     }
-    return Signals.from_columns(given, 1.0)
+    return Signals.from_columns(whole, 1.0)
 
 
 def test_lowpass_is_the_butterworth_run_forward_and_backward() -> None:
@@ -121,6 +124,75 @@ def test_uneven_time_is_resampled_and_said_so() -> None:
     np.testing.assert_allclose(motion.velocity_rad_s[0], np.sin(stretch.time_s), atol=1e-4)
     back = stretch.off_grid(signals, motion.velocity_rad_s[0])
     np.testing.assert_allclose(back, np.sin(time_s), atol=1e-4)
+
+
+def _swing_rad(time_s: Floats, step_rad: float = 2.0 * np.pi / (1 << 20)) -> Floats:
+    """Return what an encoder reads of a fast swing, shape (n,)."""
+    angle = 40.0 * np.sin(2.5 * time_s) + 1.2 * np.sin(19.0 * time_s + 1.0)
+    return np.asarray(np.floor(angle / step_rad) * step_rad)
+
+
+def _off_rad(stretch: Stretch, signals: Signals) -> float:
+    """Return the rms of what a position on the grid differs by from the swing, less its mean."""
+    assert signals.position_rad is not None
+    on_grid = stretch.on_grid(signals, signals.position_rad)
+    return float(np.std(on_grid - _swing_rad(stretch.time_s, 1e-12)))
+
+
+@pytest.mark.parametrize("share", [0.003, 0.012, 0.09, 0.2])
+def test_stamps_of_the_instants_of_sampling_are_believed(share: float) -> None:
+    """One percent of a period had been taken for even: 300 times the encoder's noise."""
+    period_s = 0.002
+    shaken = np.random.default_rng(5).normal(0.0, share * period_s, 5000)
+    time_s = np.sort(np.arange(5000) * period_s + shaken)
+    signals = on_time(time_s, position_rad=_swing_rad(time_s), torque_nm=np.cos(time_s))
+    (stretch,) = find_stretches(signals).stretches
+    assert stretch.resampled
+    assert stretch.uneven == (share >= 0.09)  # less is nothing to be told of
+    assert _off_rad(stretch, signals) < 1.5 * 2.0 * np.pi / (1 << 20)
+
+
+@pytest.mark.parametrize("late_s", [2e-5, 6e-4])
+def test_stamps_that_the_motion_denies_are_not_believed(late_s: float) -> None:
+    """Rows sampled evenly, stamped by a computer that gets round to it a little later."""
+    even_s = np.arange(5000) * 0.002
+    given_s = np.sort(even_s + np.random.default_rng(6).exponential(late_s, 5000))
+    signals = on_time(given_s, position_rad=_swing_rad(even_s), torque_nm=np.cos(even_s))
+    motion = read_motion(signals)
+    (stretch,) = motion.timing.stretches
+    assert not stretch.resampled
+    np.testing.assert_allclose(stretch.time_s, even_s, atol=12.0 * late_s)
+    np.testing.assert_array_equal(stretch.on_grid(signals, even_s), even_s)
+    assert any("sampled evenly" in note for note in motion.notes) == (late_s > 2e-4)
+
+
+def test_a_joint_at_rest_says_nothing_of_its_stamps() -> None:
+    time_s = np.cumsum(np.random.default_rng(7).uniform(0.001, 0.003, 500))
+    (stretch,) = find_stretches(on_time(time_s, position_rad=np.ones(500))).stretches
+    assert stretch.resampled
+
+
+@given(
+    steps=st.lists(st.floats(0.2, 3.0), min_size=5, max_size=12),
+    powers=st.lists(st.floats(-2.0, 2.0), min_size=4, max_size=4),
+    shares=st.lists(st.floats(0.0, 1.0), min_size=1, max_size=5),
+)
+def test_between_samples_any_cubic_is_found(
+    steps: list[float], powers: list[float], shares: list[float]
+) -> None:
+    time_s = np.cumsum(steps) - sum(steps) / 2.0
+    at_s = time_s[0] + np.array(shares) * (time_s[-1] - time_s[0])
+    found = through_neighbours(at_s, time_s, np.polyval(powers, time_s))
+    scale = float(np.abs(np.polyval(np.abs(powers), np.abs(time_s))).max()) + 1.0
+    np.testing.assert_allclose(found, np.polyval(powers, at_s), atol=1e-9 * scale)
+
+
+def test_beside_what_is_no_number_a_line_stands() -> None:
+    time_s = np.arange(8.0)
+    values = np.where(time_s == 6.0, np.nan, time_s**2)
+    found = through_neighbours(np.array([1.5, 4.5, 5.5]), time_s, values)
+    np.testing.assert_allclose(found[:2], [2.25, 20.5])  # the line's, as 6 is a neighbour of 4.5
+    assert np.isnan(found[2])
 
 
 def test_a_few_missing_samples_are_no_jumps_in_time() -> None:
