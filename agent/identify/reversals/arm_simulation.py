@@ -31,8 +31,11 @@ _STEP = 1e-3
 _STEP_DAMPING = 1e-2  # of a logarithm: what damps tells little
 _STEP_RAD = 1e-5
 _STEP_S = 1e-5
-TWICE = np.array([-1 / 12, 4 / 3, -5 / 2, 4 / 3, -1 / 12])
-"""Differences of the motor's angle that stand for its acceleration: of fourth order."""
+TWICE = np.array([1 / 90, -3 / 20, 3 / 2, -49 / 18, 3 / 2, -3 / 20, 1 / 90])
+"""Differences of the motor's angle that stand for its acceleration: of sixth order.
+
+Those of fourth order miss a thousandth of a swing that turns in eleven samples, as a motor does
+against its gear: less than noise in any row, and in all of them a quarter of an error."""
 
 
 @dataclass(frozen=True)

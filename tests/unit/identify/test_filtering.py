@@ -166,6 +166,14 @@ def test_stamps_that_the_motion_denies_are_not_believed(late_s: float) -> None:
     assert any("sampled evenly" in note for note in motion.notes) == (late_s > 2e-4)
 
 
+def test_stamps_in_whole_milliseconds_at_400_hz_are_not_believed() -> None:
+    even_s = np.arange(4000) * 0.0025
+    signals = on_time(np.round(even_s, 3), position_rad=_swing_rad(even_s))
+    (stretch,) = find_stretches(signals).stretches
+    assert not stretch.resampled
+    assert stretch.period_s == pytest.approx(0.0025, rel=1e-3)
+
+
 def test_a_joint_at_rest_says_nothing_of_its_stamps() -> None:
     time_s = np.cumsum(np.random.default_rng(7).uniform(0.001, 0.003, 500))
     (stretch,) = find_stretches(on_time(time_s, position_rad=np.ones(500))).stretches
