@@ -11,6 +11,7 @@ from agent.explain.rows.coarser import coarsened
 from agent.explain.rows.full_rate import choose_band
 from agent.explain.rows.glitches import without_glitches
 from agent.explain.rows.half_sample import in_step_with, said_of
+from agent.explain.rows.repeats import without_repeats
 from agent.explain.rows.run import Run, stood_in, without_gearbox_temperature
 from agent.explain.rows.scene import refit
 from agent.explain.rows.stamps import put_right
@@ -34,8 +35,9 @@ class Asked:
     by_motor : bool
         Whether the motor's temperature stands in for the gearbox's.
     apart, bettered : tuple of str
-        Which hold-outs were left out; which rows stood alone, which stamps were put right,
-        whether the motion was taken from the position alone, and whether it was half a sample off.
+        Which hold-outs were left out; which rows were told twice or stood alone, which stamps were
+        put right, whether the motion was taken from the position alone, and whether it was half a
+        sample off.
     """
 
     runs: tuple[Run, ...]
@@ -102,7 +104,7 @@ def as_asked(
     inertia_kg_m2: float,
     late_s: float = 0.0,
 ) -> Asked:
-    """Return recordings put right: no glitches, right stamps, the quieter motion, known loads.
+    """Return recordings put right: no row twice, no glitches, right stamps, known loads.
 
     Parameters
     ----------
@@ -115,7 +117,8 @@ def as_asked(
     late_s : float
         By what half a sample the torque is known to be later than the motion.
     """
-    everything, glitched = without_glitches((*runs, *holdout))
+    everything, repeated = without_repeats((*runs, *holdout))
+    everything, glitched = without_glitches(everything)
     everything, stamped = put_right(everything)
     everything, quieter = by_the_quieter(everything, inertia_kg_m2, stamped=bool(stamped))
     stepped = (said_of(late_s),) if late_s else ()
@@ -132,5 +135,5 @@ def as_asked(
         tuple(holdout),
         by_motor,
         tuple(apart),
-        (*glitched, *stamped, *quieter, *stepped),
+        (*repeated, *glitched, *stamped, *quieter, *stepped),
     )

@@ -31,6 +31,7 @@ from agent.identify.sentence import is_method, missing_samples, verdict
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.glitches import without_glitches
 from agent.identify.signals.preprocess import Motion, read_motion
+from agent.identify.signals.repeats import repeats, said_of, without
 from agent.identify.signals.windows import SteadyWindow, find_windows
 from agent.physics.rigid_body import PARAMETERS
 from agent.physics.twin import Twin
@@ -148,10 +149,13 @@ def _in_order(signals: Sequence[Signals], notes: Sequence[str]) -> tuple[str, ..
 
 
 def _motion_of(signals: Signals) -> Motion:
-    """Return a recording's motion without rows that stand alone, which its notes tell."""
-    kept, said = without_glitches(signals)
+    """Return a recording's motion without rows that say nothing or stand alone: its notes tell."""
+    twice = repeats(signals)
+    again = said_of(int(np.count_nonzero(twice)), twice.shape[0]) if twice.any() else ""
+    kept, alone = without_glitches(without(signals, twice) if again else signals)
     motion = read_motion(kept)
-    return replace(motion, notes=(said, *motion.notes)) if said else motion
+    said = ([f"{signals.name}: {again}"] if again else []) + ([alone] if alone else [])
+    return replace(motion, notes=(*said, *motion.notes))
 
 
 def twin_from_estimate(result: Estimate, *, robot: str, axis: int, gear_ratio: float) -> Twin:

@@ -23,6 +23,7 @@ from agent.identify.signals.arrays import Signals
 GAP_PERIODS = 4.5  # three samples lost in a row are bridged, four make a gap
 _EVEN = 0.1  # standard deviation of the period, in periods: with more, time is uneven
 _VARIES = 1e-4  # the same: with less, stamps were rounded and no more
+_ASTRAY = 10.0  # periods that a stamp may be off
 _SMOOTHER = 0.9  # of the position's fourth differences, rms: so much less decides
 _MISSED = 1.5  # periods from one sample to the next: with more, one is missing between them
 _AT_ONCE = 1 << 16  # medians: eleven numbers are copied for each
@@ -120,6 +121,12 @@ def find_stretches(signals: Signals) -> Timing:
         return Timing(0.0, 0.0, ())
     time_s = signals.time_s[valid]
     step_s = np.diff(time_s)
+    if _even_after_all(time_s, signals, valid):
+        # A stamp that is late by some periods is no gap.
+        even_s = np.linspace(time_s[0], time_s[-1], time_s.size)
+        mean_s = float(np.mean(step_s))
+        stretch = Stretch(valid, even_s, mean_s, resampled=False, uneven=True)
+        return Timing(mean_s, float(np.std(step_s)), (stretch,))
     local_s = _local_median(step_s)
     cuts = np.flatnonzero(step_s > GAP_PERIODS * local_s) + 1
     inside = step_s <= GAP_PERIODS * local_s
@@ -142,16 +149,25 @@ def _stretch(index: NDArray[np.int64], time_s: Floats, position_rad: Floats | No
     # A few missing samples hardly show in either; taken for even, each would be a jump in time.
     uneven = uneven or float(step_s.max()) > _MISSED * period_s
     resampled = uneven
-    if position_rad is not None and varies > _VARIES:
-        # What is uneven stays so, and what is nearly even, too, unless the motion clearly denies.
-        smoother = _smoother_as_stamped(time_s, position_rad[index])
-        resampled = smoother > _SMOOTHER if uneven else smoother > 1.0 / _SMOOTHER
+    if not uneven and position_rad is not None and varies > _VARIES:
+        resampled = _smoother_as_stamped(time_s, position_rad[index]) > 1.0 / _SMOOTHER
     if not resampled:
-        even_s = np.linspace(time_s[0], time_s[-1], time_s.size) if uneven else time_s
-        return Stretch(index, even_s, mean_s, resampled=False, uneven=uneven)
+        return Stretch(index, time_s, mean_s, resampled=False, uneven=False)
     count = max(round(float(time_s[-1] - time_s[0]) / period_s), 1) + 1
     grid_s = np.linspace(time_s[0], time_s[-1], count)
     return Stretch(index, grid_s, float(grid_s[1] - grid_s[0]), resampled=True, uneven=uneven)
+
+
+def _even_after_all(time_s: Floats, signals: Signals, valid: NDArray[np.int64]) -> bool:
+    """Return whether stamps, shape (m,), are clearly uneven and the motion as clearly is not."""
+    step_s = np.diff(time_s)
+    mean_s = float(np.mean(step_s))
+    astray = np.abs(time_s - np.linspace(time_s[0], time_s[-1], time_s.size)).max()
+    varies = float(np.std(step_s)) > _EVEN * mean_s
+    # Rows that are missing while the joint rests show in no motion, but make another period.
+    if signals.position_rad is None or not varies or astray > _ASTRAY * mean_s:
+        return False
+    return _smoother_as_stamped(time_s, signals.position_rad[valid]) < _SMOOTHER
 
 
 def _smoother_as_stamped(time_s: Floats, position_rad: Floats) -> float:

@@ -1,0 +1,93 @@
+"""Rows that say nothing: the row before once more, as a log asks faster than a drive answers.
+
+A controller that answers 250 times a second, asked 500 times, is told twice each time. As motion
+that is a standstill and a jump in every second row.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.identify.result import Floats
+from agent.identify.signals.arrays import Signals
+
+_REACH = 8  # rows to either side over which it is asked whether the joint moves
+_COUNTS = 2.0  # of the position from row to row: then an angle that stays is no slow joint's
+_BY_CHANCE = 0.02  # of new answers bring the torque of the one before: less is a fine torque
+_OFTEN = 0.1  # of the rows in motion: from there on it is the log's habit, at rest as well
+
+
+def repeats(signals: Signals) -> NDArray[np.bool_]:
+    """Return which rows are the row before once more, shape (n,).
+
+    Of a joint that moves by more than two counts of its position from row to row no row has torque,
+    position and velocity of the one before. Without a position nothing is said.
+
+    Parameters
+    ----------
+    signals : Signals
+    """
+    position = signals.position_rad
+    out = np.zeros(signals.time_s.shape, np.bool_)
+    if position is None or position.shape[0] <= 2 * _REACH:
+        return out
+    told = (signals.torque_nm, position, signals.velocity_rad_s)
+    same = np.logical_and.reduce([c[1:] == c[:-1] for c in told if c is not None])
+    same = np.concatenate(([False], same))
+    moves = _moves(position)
+    out = same & moves
+    share = np.count_nonzero(out) / max(np.count_nonzero(moves), 1)
+    if share > _OFTEN:
+        out |= same & _beyond_chance(signals, moves & ~same, share)
+    return np.asarray(out)
+
+
+def _beyond_chance(signals: Signals, answers: NDArray[np.bool_], share: float) -> NDArray[np.bool_]:
+    """Return where a row that is the one before is told twice, and not by chance, shape (n,).
+
+    Everywhere, where new answers in motion hardly ever bring the torque of the one before. A coarse
+    torque may be the same all day at rest: there as many rows stay as answers came in motion.
+    """
+    torque = signals.torque_nm
+    as_before = np.concatenate(([False], torque[1:] == torque[:-1]))
+    if float(np.mean(as_before[answers])) < _BY_CHANCE:
+        return np.ones(answers.shape, np.bool_)
+    every, at = round(1.0 / (1.0 - share)), np.arange(answers.shape[0])
+    first = np.maximum.accumulate(np.where(as_before, 0, at))
+    return np.asarray((at - first) % every != 0)
+
+
+def without(signals: Signals, rows: NDArray[np.bool_]) -> Signals:
+    """Return a recording without these rows, shape (n,)."""
+    arrays = {
+        field.name: values[~rows]
+        for field in fields(signals)
+        if isinstance(values := getattr(signals, field.name), np.ndarray)
+    }
+    return replace(signals, **arrays)
+
+
+def said_of(count: int, of: int) -> str:
+    """Return what is to be said of so many rows of all."""
+    rows = "1 row repeats" if count == 1 else f"{count} rows repeat"
+    return (
+        f"{rows} the row before ({100.0 * count / of:.2g} %), as a log that asks faster than the "
+        f"drive answers: {'it was' if count == 1 else 'they were'} left out"
+    )
+
+
+def _moves(position_rad: Floats) -> NDArray[np.bool_]:
+    """Return where the joint moves by more than some counts from row to row, shape (n,).
+
+    Before and behind: where it comes to rest an angle that stays is no repeat.
+    """
+    steps = np.abs(np.diff(position_rad))
+    count = float(steps[steps > 0.0].min(initial=np.inf))
+    out = np.zeros(position_rad.shape, np.bool_)
+    with np.errstate(invalid="ignore"):
+        far = np.abs(position_rad[_REACH:] - position_rad[:-_REACH]) > _COUNTS * count * _REACH
+    out[_REACH:-_REACH] = far[_REACH:] & far[:-_REACH]
+    return out
