@@ -31,7 +31,7 @@ from agent.identify.sentence import is_method, missing_samples, verdict
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.glitches import without_glitches
 from agent.identify.signals.preprocess import Motion, read_motion
-from agent.identify.signals.repeats import repeats, said_of, without
+from agent.identify.signals.repeats import held_of, repeats, said_of, with_motion_between, without
 from agent.identify.signals.windows import SteadyWindow, find_windows
 from agent.physics.rigid_body import PARAMETERS
 from agent.physics.twin import Twin
@@ -151,10 +151,13 @@ def _in_order(signals: Sequence[Signals], notes: Sequence[str]) -> tuple[str, ..
 def _motion_of(signals: Signals) -> Motion:
     """Return a recording's motion without rows that say nothing or stand alone: its notes tell."""
     twice = repeats(signals)
-    again = said_of(int(np.count_nonzero(twice)), twice.shape[0]) if twice.any() else ""
-    kept, alone = without_glitches(without(signals, twice) if again else signals)
-    motion = read_motion(kept)
-    said = ([f"{signals.name}: {again}"] if again else []) + ([alone] if alone else [])
+    again = int(np.count_nonzero(twice))
+    moving, held = with_motion_between(without(signals, twice) if again else signals)
+    kept, alone = without_glitches(moving)
+    motion, rows = read_motion(kept), twice.shape[0]
+    said = [f"{signals.name}: {said_of(again, rows)}"] if again else []
+    said += [f"{signals.name}: {held_of(held, rows)}"] if held else []
+    said += [alone] if alone else []
     return replace(motion, notes=(*said, *motion.notes))
 
 

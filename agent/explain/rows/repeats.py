@@ -10,21 +10,34 @@ from numpy.typing import NDArray
 
 from agent.explain.rows.run import Run
 from agent.identify.signals import repeats
+from agent.identify.signals.arrays import Signals
 
 
 def without_repeats(runs: Sequence[Run]) -> tuple[tuple[Run, ...], tuple[str, ...]]:
-    """Return recordings without rows that were told twice, and what is to be said of them.
+    """Return recordings without what was told twice, rows or motion, and what is to be said of it.
 
     Parameters
     ----------
     runs : sequence of Run
     """
     told = [repeats.repeats(run.signals) for run in runs]
-    count = sum(int(np.count_nonzero(rows)) for rows in told)
-    if not count:
-        return tuple(runs), ()
-    kept = tuple(_less(run, rows) for run, rows in zip(runs, told, strict=True))
-    return kept, (repeats.said_of(count, sum(rows.shape[0] for rows in told)),)
+    kept = [_less(run, rows) for run, rows in zip(runs, told, strict=True)]
+    moved = [repeats.with_motion_between(run.signals) for run in kept]
+    kept = [
+        _moving(run, signals) if held else run
+        for run, (signals, held) in zip(kept, moved, strict=True)
+    ]
+    rows = sum(each.shape[0] for each in told)
+    twice, held = sum(int(np.count_nonzero(each)) for each in told), sum(n for _, n in moved)
+    said = [repeats.said_of(twice, rows)] if twice else []
+    said += [repeats.held_of(held, rows)] if held else []
+    return tuple(kept), tuple(said)
+
+
+def _moving(run: Run, signals: Signals) -> Run:
+    arm = signals.position_arm_rad
+    columns = run.columns if arm is None else {**run.columns, "position_arm_rad": arm}
+    return replace(run, signals=signals, columns=columns)
 
 
 def _less(run: Run, rows: NDArray[np.bool_]) -> Run:

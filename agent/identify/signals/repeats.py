@@ -1,7 +1,8 @@
-"""Rows that say nothing: the row before once more, as a log asks faster than a drive answers.
+"""Rows that say nothing new: the row before once more, or its motion beside a torque of their own.
 
 A controller that answers 250 times a second, asked 500 times, is told twice each time. As motion
-that is a standstill and a jump in every second row.
+that is a standstill and a jump in every second row. Where the whole row is told twice it is left
+out; where torque comes faster than the motion does, the motion is taken from its neighbours.
 """
 
 from __future__ import annotations
@@ -13,10 +14,12 @@ from numpy.typing import NDArray
 
 from agent.identify.result import Floats
 from agent.identify.signals.arrays import Signals
+from agent.identify.signals.sampling import through_neighbours
 
 _REACH = 8  # rows to either side over which it is asked whether the joint moves
 _COUNTS = 2.0  # of the position from row to row: then an angle that stays is no slow joint's
 _BY_CHANCE = 0.02  # of new answers bring the torque of the one before: less is a fine torque
+_NEARLY_ALL = 0.9
 _OFTEN = 0.1  # of the rows in motion: from there on it is the log's habit, at rest as well
 
 
@@ -43,6 +46,52 @@ def repeats(signals: Signals) -> NDArray[np.bool_]:
     if share > _OFTEN:
         out |= same & _beyond_chance(signals, moves & ~same, share)
     return np.asarray(out)
+
+
+def with_motion_between(signals: Signals) -> tuple[Signals, int]:
+    """Return a recording without held positions, and how many of its rows held one.
+
+    A joint that moves by more than two counts from row to row is nowhere where it was: what is told
+    so is between its neighbours. With the position velocity and arm are, where they are held, too.
+
+    Parameters
+    ----------
+    signals : Signals
+        Without rows that are told twice.
+    """
+    position = signals.position_rad
+    if position is None or position.shape[0] <= 2 * _REACH or not signals.valid.all():
+        return signals, 0
+    held = np.concatenate(([False], position[1:] == position[:-1]))
+    moves = _moves(position)
+    count = int(np.count_nonzero(held & moves))
+    if not count:
+        return signals, 0
+    if count > _OFTEN * np.count_nonzero(moves):
+        # As a joint stops and starts it moves by less, and is told so as late.
+        moves = np.convolve(moves, np.ones(2 * _REACH + 1), mode="same") > 0.5
+    stale = held & moves
+
+    def between(values: Floats | None) -> Floats | None:
+        if values is None or not _are_held(values, stale):
+            return values
+        out, fresh = values.copy(), ~stale
+        out[stale] = through_neighbours(signals.time_s[stale], signals.time_s[fresh], values[fresh])
+        return out
+
+    filled = replace(
+        signals,
+        position_rad=between(position),
+        velocity_rad_s=between(signals.velocity_rad_s),
+        position_arm_rad=between(signals.position_arm_rad),
+    )
+    return filled, count
+
+
+def _are_held(values: Floats, rows: NDArray[np.bool_]) -> bool:
+    """Return whether a channel, shape (n,), is held in nearly all of these rows."""
+    as_before = np.concatenate(([False], values[1:] == values[:-1]))
+    return float(np.mean(as_before[rows])) > _NEARLY_ALL
 
 
 def _beyond_chance(signals: Signals, answers: NDArray[np.bool_], share: float) -> NDArray[np.bool_]:
@@ -76,6 +125,15 @@ def said_of(count: int, of: int) -> str:
     return (
         f"{rows} the row before ({100.0 * count / of:.2g} %), as a log that asks faster than the "
         f"drive answers: {'it was' if count == 1 else 'they were'} left out"
+    )
+
+
+def held_of(count: int, of: int) -> str:
+    """Return what is to be said of so many rows of all that held a motion."""
+    rows = "1 row holds" if count == 1 else f"{count} rows hold"
+    return (
+        f"{rows} the motion of the row before ({100.0 * count / of:.2g} %), as a torque that is "
+        "told more often than the motion: it was taken from the rows beside"
     )
 
 

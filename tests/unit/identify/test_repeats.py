@@ -12,7 +12,7 @@ from agent.explain.rows.run import Run
 from agent.identify.estimate import estimate
 from agent.identify.result import Floats
 from agent.identify.signals.arrays import Signals
-from agent.identify.signals.repeats import repeats, without
+from agent.identify.signals.repeats import repeats, with_motion_between, without
 
 PERIOD_S = 0.004
 COUNT_RAD = 2.0 * np.pi / (1 << 17)
@@ -75,6 +75,23 @@ def test_a_log_with_a_clock_of_its_own_has_the_drives_friction() -> None:
     inertia = found.rigid_body.parameters["inertia_kg_m2"]
     assert inertia.value == pytest.approx(0.01, rel=0.02)
     assert found.rigid_body.parameters["coulomb_nm"].value == pytest.approx(0.5, rel=0.01)
+
+
+def test_motion_that_is_slower_than_the_torque_is_taken_from_its_neighbours() -> None:
+    drive = answers()
+    assert drive.position_rad is not None
+    held = replace(drive, position_rad=np.repeat(drive.position_rad[::2], 2))
+    filled, count = with_motion_between(held)
+    assert filled.position_rad is not None
+    assert count == pytest.approx(0.5 * 6.0 / 12.0 * drive.time_s.size, rel=0.1)
+    off = np.abs(filled.position_rad - drive.position_rad)
+    assert float(off.max()) < 0.02  # in the corner of a ramp; held it was 0.2
+    assert float(np.median(off[1:-1:2])) < 2.0 * COUNT_RAD
+    found = estimate([held])
+    assert any("hold the motion of the row before" in note for note in found.notes)
+    assert found.rigid_body is not None
+    assert found.rigid_body.parameters["inertia_kg_m2"].value == pytest.approx(0.01, rel=0.02)
+    assert with_motion_between(drive) == (drive, 0)
 
 
 def test_a_slow_joint_and_one_at_rest_are_no_repeats() -> None:
