@@ -155,10 +155,10 @@ def _motion_of(signals: Signals) -> Motion:
     moving, held = with_motion_between(without(signals, twice) if again else signals)
     kept, alone = without_glitches(moving)
     motion, rows = read_motion(kept), twice.shape[0]
-    said = [f"{signals.name}: {said_of(again, rows)}"] if again else []
-    said += [f"{signals.name}: {held_of(held, rows)}"] if held else []
-    said += [alone] if alone else []
-    return replace(motion, notes=(*said, *motion.notes))
+    said = (said_of(again, rows) if again else "", held_of(held, rows))
+    notes = [f"{signals.name}: {sentence}" for sentence in said if sentence]
+    notes += [alone] if alone else []
+    return replace(motion, notes=(*notes, *motion.notes))
 
 
 def twin_from_estimate(result: Estimate, *, robot: str, axis: int, gear_ratio: float) -> Twin:

@@ -29,9 +29,8 @@ def without_repeats(runs: Sequence[Run]) -> tuple[tuple[Run, ...], tuple[str, ..
     ]
     rows = sum(each.shape[0] for each in told)
     twice, held = sum(int(np.count_nonzero(each)) for each in told), sum(n for _, n in moved)
-    said = [repeats.said_of(twice, rows)] if twice else []
-    said += [repeats.held_of(held, rows)] if held else []
-    return tuple(kept), tuple(said)
+    said = (repeats.said_of(twice, rows) if twice else "", repeats.held_of(held, rows))
+    return tuple(kept), tuple(sentence for sentence in said if sentence)
 
 
 def _moving(run: Run, signals: Signals) -> Run:

@@ -20,6 +20,7 @@ _REACH = 8  # rows to either side over which it is asked whether the joint moves
 _COUNTS = 2.0  # of the position from row to row: then an angle that stays is no slow joint's
 _BY_CHANCE = 0.02  # of new answers bring the torque of the one before: less is a fine torque
 _NEARLY_ALL = 0.9
+_WORTH_A_WORD = 1e-3  # of all rows: a joint that sticks on its way is told the same for a moment
 _OFTEN = 0.1  # of the rows in motion: from there on it is the log's habit, at rest as well
 
 
@@ -129,7 +130,9 @@ def said_of(count: int, of: int) -> str:
 
 
 def held_of(count: int, of: int) -> str:
-    """Return what is to be said of so many rows of all that held a motion."""
+    """Return what is to be said of so many rows of all that held a motion; nothing of a few."""
+    if count < _WORTH_A_WORD * of:
+        return ""
     rows = "1 row holds" if count == 1 else f"{count} rows hold"
     return (
         f"{rows} the motion of the row before ({100.0 * count / of:.2g} %), as a torque that is "
@@ -138,14 +141,16 @@ def held_of(count: int, of: int) -> str:
 
 
 def _moves(position_rad: Floats) -> NDArray[np.bool_]:
-    """Return where the joint moves by more than some counts from row to row, shape (n,).
+    """Return where the joint moves on by more than some counts from row to row, shape (n,).
 
-    Before and behind: where it comes to rest an angle that stays is no repeat.
+    Before and behind, and the same way: where it comes to rest an angle that stays is no repeat,
+    nor is one that comes again as it turns round.
     """
     steps = np.abs(np.diff(position_rad))
     count = float(steps[steps > 0.0].min(initial=np.inf))
     out = np.zeros(position_rad.shape, np.bool_)
     with np.errstate(invalid="ignore"):
-        far = np.abs(position_rad[_REACH:] - position_rad[:-_REACH]) > _COUNTS * count * _REACH
-    out[_REACH:-_REACH] = far[_REACH:] & far[:-_REACH]
+        way = position_rad[_REACH:] - position_rad[:-_REACH]
+        far = np.where(np.abs(way) > _COUNTS * count * _REACH, np.sign(way), 0.0)
+    out[_REACH:-_REACH] = far[_REACH:] * far[:-_REACH] > 0.0
     return out
