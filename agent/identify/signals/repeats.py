@@ -8,6 +8,7 @@ out; where torque comes faster than the motion does, the motion is taken from it
 from __future__ import annotations
 
 from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +44,7 @@ def repeats(signals: Signals) -> NDArray[np.bool_]:
     same = np.concatenate(([False], same))
     moves = _moves(position)
     out = same & moves
-    share = np.count_nonzero(out) / max(np.count_nonzero(moves), 1)
+    share = int(np.count_nonzero(out)) / max(int(np.count_nonzero(moves)), 1)
     if share > _OFTEN:
         out |= same & _beyond_chance(signals, moves & ~same, share)
     return np.asarray(out)
@@ -112,7 +113,7 @@ def _beyond_chance(signals: Signals, answers: NDArray[np.bool_], share: float) -
 
 def without(signals: Signals, rows: NDArray[np.bool_]) -> Signals:
     """Return a recording without these rows, shape (n,)."""
-    arrays = {
+    arrays: dict[str, Any] = {
         field.name: values[~rows]
         for field in fields(signals)
         if isinstance(values := getattr(signals, field.name), np.ndarray)

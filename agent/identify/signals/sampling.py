@@ -193,7 +193,7 @@ def _off_a_cubic(time_s: Floats, values: Floats) -> Floats:
         [1.0 / np.prod([own - other for other in at if other is not own], axis=0) for own in at]
     )
     neighbours = np.stack([values[k : k + size] for k in range(5)])
-    return np.sum(weights * neighbours, axis=0) / np.linalg.norm(weights, axis=0)
+    return np.asarray(np.sum(weights * neighbours, axis=0) / np.linalg.norm(weights, axis=0))
 
 
 def _local_median(step_s: Floats, reach: int = 25) -> Floats:

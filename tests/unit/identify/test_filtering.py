@@ -155,7 +155,7 @@ def test_stamps_of_the_instants_of_sampling_are_believed(share: float) -> None:
 @pytest.mark.parametrize("late_s", [2e-5, 6e-4])
 def test_stamps_that_the_motion_denies_are_not_believed(late_s: float) -> None:
     """Rows sampled evenly, stamped by a computer that gets round to it a little later."""
-    even_s = np.arange(5000) * 0.002
+    even_s: Floats = np.arange(5000, dtype=np.float64) * 0.002
     given_s = np.sort(even_s + np.random.default_rng(6).exponential(late_s, 5000))
     signals = on_time(given_s, position_rad=_swing_rad(even_s), torque_nm=np.cos(even_s))
     motion = read_motion(signals)
@@ -167,7 +167,7 @@ def test_stamps_that_the_motion_denies_are_not_believed(late_s: float) -> None:
 
 
 def test_stamps_in_whole_milliseconds_at_400_hz_are_not_believed() -> None:
-    even_s = np.arange(4000) * 0.0025
+    even_s: Floats = np.arange(4000, dtype=np.float64) * 0.0025
     signals = on_time(np.round(even_s, 3), position_rad=_swing_rad(even_s))
     (stretch,) = find_stretches(signals).stretches
     assert not stretch.resampled
@@ -190,14 +190,15 @@ def test_between_samples_any_cubic_is_found(
 ) -> None:
     time_s = np.cumsum(steps) - sum(steps) / 2.0
     at_s = time_s[0] + np.array(shares) * (time_s[-1] - time_s[0])
-    found = through_neighbours(at_s, time_s, np.polyval(powers, time_s))
+    values: Floats = np.asarray(np.polyval(powers, time_s), dtype=np.float64)
+    found = through_neighbours(at_s, time_s, values)
     scale = float(np.abs(np.polyval(np.abs(powers), np.abs(time_s))).max()) + 1.0
     np.testing.assert_allclose(found, np.polyval(powers, at_s), atol=1e-9 * scale)
 
 
 def test_beside_what_is_no_number_a_line_stands() -> None:
-    time_s = np.arange(8.0)
-    values = np.where(time_s == 6.0, np.nan, time_s**2)
+    time_s: Floats = np.arange(8.0, dtype=np.float64)
+    values: Floats = np.where(time_s == 6.0, np.nan, time_s**2)
     found = through_neighbours(np.array([1.5, 4.5, 5.5]), time_s, values)
     np.testing.assert_allclose(found[:2], [2.25, 20.5])  # the line's, as 6 is a neighbour of 4.5
     assert np.isnan(found[2])

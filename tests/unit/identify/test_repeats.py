@@ -46,6 +46,12 @@ def asked_at(drive: Signals, time_s: Floats) -> Signals:
     )
 
 
+def ticks_s(drive: Signals, times: int) -> Floats:
+    """Return when a log asks that asks so many times for every answer."""
+    ticks: Floats = np.arange(drive.time_s.size * times, dtype=np.float64)
+    return ticks * (PERIOD_S / times) + 1e-5
+
+
 @pytest.mark.parametrize("torque_step_nm", [0.0, 0.05])
 @pytest.mark.parametrize("times", [2, 4])
 def test_of_a_drive_that_is_asked_too_often_each_answer_counts_once(
@@ -53,7 +59,7 @@ def test_of_a_drive_that_is_asked_too_often_each_answer_counts_once(
 ) -> None:
     """At rest a coarse torque is the same for long: an answer stays for every so many rows."""
     drive = answers(torque_step_nm)
-    log = asked_at(drive, np.arange(drive.time_s.size * times) * (PERIOD_S / times) + 1e-5)
+    log = asked_at(drive, ticks_s(drive, times))
     assert not repeats(drive).any()
     kept = without(log, repeats(log))
     assert abs(kept.time_s.size - drive.time_s.size) < 0.02 * drive.time_s.size
@@ -105,7 +111,7 @@ def test_a_slow_joint_and_one_at_rest_are_no_repeats() -> None:
 
 def test_what_an_explanation_says_of_them() -> None:
     drive = answers()
-    log = asked_at(drive, np.arange(drive.time_s.size * 2) * (PERIOD_S / 2) + 1e-5)
+    log = asked_at(drive, ticks_s(drive, 2))
     (kept, same), said = without_repeats((Run(log, {"warmth": log.time_s}), Run(drive)))
     assert same.signals is drive
     assert kept.columns["warmth"].size == kept.signals.time_s.size
