@@ -31,7 +31,7 @@ from agent.identify.sentence import is_method, missing_samples, verdict
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.glitches import without_glitches
 from agent.identify.signals.preprocess import Motion, read_motion
-from agent.identify.signals.repeats import held_of, repeats, said_of, with_motion_between, without
+from agent.identify.signals.repeats import held_of, repeats, said_of, with_motion_between
 from agent.identify.signals.windows import SteadyWindow, find_windows
 from agent.physics.rigid_body import PARAMETERS
 from agent.physics.twin import Twin
@@ -152,7 +152,9 @@ def _motion_of(signals: Signals) -> Motion:
     """Return a recording's motion without rows that say nothing or stand alone: its notes tell."""
     twice = repeats(signals)
     again = int(np.count_nonzero(twice))
-    moving, held = with_motion_between(without(signals, twice) if again else signals)
+    # Not cut out: what is shown of a recording stands at its own samples.
+    once = replace(signals, valid=signals.valid & ~twice) if again else signals
+    moving, held = with_motion_between(once)
     kept, alone = without_glitches(moving)
     motion, rows = read_motion(kept), twice.shape[0]
     said = (said_of(again, rows) if again else "", held_of(held, rows))

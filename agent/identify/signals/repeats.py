@@ -59,7 +59,7 @@ def with_motion_between(signals: Signals) -> tuple[Signals, int]:
     Parameters
     ----------
     signals : Signals
-        Without rows that are told twice.
+        Where rows were left out it stays as it is.
     """
     position = signals.position_rad
     if position is None or position.shape[0] <= 2 * _REACH or not signals.valid.all():
