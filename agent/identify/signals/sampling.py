@@ -159,7 +159,12 @@ def _stretch(index: NDArray[np.int64], time_s: Floats, position_rad: Floats | No
 
 
 def _even_after_all(time_s: Floats, signals: Signals, valid: NDArray[np.int64]) -> bool:
-    """Return whether stamps, shape (m,), are clearly uneven and the motion as clearly is not."""
+    """Return whether stamps, shape (m,), are clearly uneven and the motion as clearly is not.
+
+    Not of a recorder that keeps account of every sample: its stamps are the samples' own.
+    """
+    if signals.acquisition is not None:
+        return False
     step_s = np.diff(time_s)
     mean_s = float(np.mean(step_s))
     astray = np.abs(time_s - np.linspace(time_s[0], time_s[-1], time_s.size)).max()
