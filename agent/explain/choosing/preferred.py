@@ -26,9 +26,7 @@ _GRAVITY = [BASE.index("gravity_sin_nm"), BASE.index("gravity_cos_nm")]
 _NOT_OVER = 0.1  # of a fall, still there at the fastest speed
 _AS_GOOD = 0.05  # of the gain: what a bend may miss of such a fall's, whose form is not the joint's
 _AS_MUCH = 0.01  # of the gain: what a special case misses of it is small, however significant
-_AS_LITTLE = (
-    0.03  # of what is left: so much less makes no spring one that stiffens, nor a catch-all
-)
+_AS_LITTLE = 0.03  # of what is left: for less no spring stiffens, and no catch-all stands first
 
 
 def preferred(library: Library, ranked: Sequence[Scored], without: float) -> Scored | None:

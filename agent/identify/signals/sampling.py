@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from agent.identify.result import Floats
 from agent.identify.signals.arrays import Signals
+from agent.physics.reported import at_times
 
 GAP_PERIODS = 4.5  # three samples lost in a row are bridged, four make a gap
 _EVEN = 0.1  # standard deviation of the period, in periods: with more, time is uneven
@@ -94,17 +95,10 @@ def through_neighbours(at_s: Floats, time_s: Floats, values: Floats) -> Floats:
     at_s : ndarray, shape (n,)
         When they are asked for, within the samples' time.
     time_s, values : ndarray, shape (m,)
-        The samples, in order; m >= 4. Where a neighbour is not a number, two points' line stands.
+        The samples, rising in time; m >= 4. Where a neighbour is not a number, two points' line
+        stands.
     """
-    first = np.clip(np.searchsorted(time_s, at_s) - 2, 0, time_s.shape[0] - 4)
-    times = [time_s[first + k] for k in range(4)]
-    out = np.zeros(at_s.shape)
-    for k, own in enumerate(times):
-        weight = np.ones(at_s.shape)
-        for other in times:
-            if other is not own:
-                weight *= (at_s - other) / (own - other)
-        out += weight * values[first + k]
+    out = at_times(time_s, values, at_s)
     unknown = ~np.isfinite(out)
     out[unknown] = np.interp(at_s[unknown], time_s, values)
     return out
