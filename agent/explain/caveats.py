@@ -64,15 +64,9 @@ def bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
             "position, with which the torque is in step: it was brought in step with both"
         )
     closest = closest_said(found)
-    if found.louder_noise and not any(line.matters for line in found.lines):
-        out.append(
-            f"what is left is {found.over_floor:.1f} times the noise at held speeds, and as short: "
-            "it goes on for no longer than the filter's memory, and comes in no spells"
-            if closest
-            else f"what is left is {found.over_floor:.1f} times the noise at held speeds, and "
-            "noise all the same: it goes on for no longer than the filter's memory, and comes in "
-            "no spells"
-        )
+    noise = _more_than_the_floor(found, beside=bool(closest))
+    if noise:
+        out.append(noise)
     if closest:
         out.append(closest)
     out += _left_out(found.table)
@@ -82,6 +76,31 @@ def bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
         if index not in compared:
             out.append(f"{run.name} was left out: no stretch of it is long enough to be compared")
     return tuple(out)
+
+
+def _more_than_the_floor(found: Study, *, beside: bool) -> str:
+    """Return why what is left is more than the floor and noise nevertheless; empty where not.
+
+    Parameters
+    ----------
+    found : Study
+    beside : bool
+        Whether what comes closest to it is said, too.
+    """
+    times = f"what is left is {found.over_floor:.1f} times the noise"
+    if found.louder_noise and not any(line.matters for line in found.lines):
+        how = "as short" if beside else "noise all the same"
+        return (
+            f"{times} at held speeds, and {how}: it goes on for no longer than the filter's "
+            "memory, and comes in no spells"
+        )
+    if found.slower_noise:
+        how = "as even" if beside else "noise all the same"
+        return (
+            f"{times} within half a second, and {how}: it is slow in part, no slower than its "
+            "fast part foretells (flicker), and follows nothing that was recorded"
+        )
+    return ""
 
 
 def creeps_held_out(unseen: Table, learnt: Table) -> str:

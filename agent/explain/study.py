@@ -45,6 +45,7 @@ from agent.explain.rows.evidence import weigh
 from agent.explain.rows.floor import noise_floor
 from agent.explain.rows.lines import Line, lines_of
 from agent.explain.rows.noise_in_kind import FEWEST, is_noise_in_kind
+from agent.explain.rows.slow_noise import is_foretold_by_its_fast_part
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, Table, without_edges
 from agent.explain.rows.usual import usual_blocks, usual_rows
@@ -96,8 +97,8 @@ class Study:
 
     @property
     def noise_nm(self) -> float:
-        """Return the noise floor; where what is left is louder noise, that."""
-        return self._left_nm if self.louder_noise else self._floor_nm
+        """Return the noise floor; where what is left is louder noise, or slower, that."""
+        return self._left_nm if self.noise_all_the_same else self._floor_nm
 
     @property
     def usual(self) -> NDArray[np.bool_]:
@@ -107,7 +108,7 @@ class Study:
     @property
     def ratio(self) -> float:
         """Return the root mean square of what is left over the noise, where it was asked about."""
-        return 1.0 if self.louder_noise else self.over_floor
+        return 1.0 if self.noise_all_the_same else self.over_floor
 
     @property
     def over_floor(self) -> float:
@@ -120,6 +121,21 @@ class Study:
         if not self.floor.value_nm > 0.0 or not CLOSE < self.over_floor <= _LOUDER:
             return False
         return is_noise_in_kind(self.table, self.library.weighing.rows, self.model.residual_nm)
+
+    @cached_property
+    def slower_noise(self) -> bool:
+        """Return whether what is left is noise that is slow in part, which the floor leaves out."""
+        if not self.floor.value_nm > 0.0 or not CLOSE < self.over_floor <= _LOUDER:
+            return False
+        if any(cell.counts for cell in self.left_cells) or any(line.matters for line in self.lines):
+            return False
+        rows = self.library.weighing.rows
+        return is_foretold_by_its_fast_part(self.table, rows, self.model.residual_nm)
+
+    @property
+    def noise_all_the_same(self) -> bool:
+        """Return whether what is left is more than the floor, and noise all the same."""
+        return self.louder_noise or self.slower_noise
 
     @cached_property
     def unshaken(self) -> Mapping[int, Mapping[str, Parameter]]:

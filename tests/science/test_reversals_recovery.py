@@ -66,16 +66,23 @@ def test_each_law_is_selected_and_its_parameters_recovered(law: str) -> None:
     assert simple.heldout_rmse_nm > 10.0 * found.selected.heldout_rmse_nm
 
 
-def test_a_line_of_the_encoders_steps_is_no_acceleration() -> None:
-    # At this seed's steady speed the steps' error is a line in the fit's own band: the inertia had
-    # come out 5 % too small, outside its interval.
-    seed = 460_749
+@pytest.mark.parametrize(
+    ("seed", "percent"),
+    [
+        # The steps' error is a line in the fit's own band: the inertia had come out 5 % too small.
+        (460_749, 2.0),
+        # Half of the turns just come over an edge of a step. That had passed for motion that the
+        # filter rounds off; in the band that was wide enough for it the inertia was 21 % too small.
+        (468_059, 4.0),
+    ],
+)
+def test_the_encoders_steps_are_no_acceleration(seed: int, percent: float) -> None:
     motion = read_tracks([sampled(bristled("bliman-sorine", own_swings(seed)), seed)])
     range_ = range_of(motion)
     found = parameters_of(solve(LAWS["bliman-sorine"], data_of(motion), range_), range_)
     low, high = found["inertia_kg_m2"].ci95 or (0.0, 0.0)
     assert low <= INERTIA <= high
-    assert abs(found["inertia_kg_m2"].value - INERTIA) < 0.02 * INERTIA
+    assert abs(found["inertia_kg_m2"].value - INERTIA) < 0.01 * percent * INERTIA
     assert high - low < 0.1 * INERTIA
 
 

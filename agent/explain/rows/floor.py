@@ -55,7 +55,7 @@ def _window_s(piece: Piece) -> float:
     return max(_SHORTEST_S, _FEWEST_INDEPENDENT / (2.0 * piece.cutoff_hz))
 
 
-def _windows(table: Table) -> list[tuple[slice, float]]:
+def steady_windows(table: Table) -> list[tuple[slice, float]]:
     """Return short windows of rows of steady motion, and how many samples each is worth.
 
     Where the acceleration's own noise, or what shakes the joint, hides that motion is steady, those
@@ -85,7 +85,7 @@ def _windows_in(table: Table, steady: NDArray[np.bool_]) -> list[tuple[slice, fl
 def _neighbours(table: Table, residual_nm: Floats) -> float:
     """Return the scatter about a parabola within short windows, N m."""
     variances = []
-    for window, independent in _windows(table):
+    for window, independent in steady_windows(table):
         if round(independent, 6) >= _FEWEST_INDEPENDENT:
             variances.append(variance_about_trend(residual_nm[window], independent))
     if len(variances) < _FEWEST_WINDOWS:
@@ -138,7 +138,7 @@ def _repeats(table: Table, residual_nm: Floats) -> float:
             float(np.mean(position[window])),
             window,
         )
-        for window, _ in _windows(table)
+        for window, _ in steady_windows(table)
     ]
     stroke = float(np.ptp(position[table.used])) if table.used.any() else 0.0
     squares = []

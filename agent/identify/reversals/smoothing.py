@@ -16,6 +16,8 @@ from agent.identify.result import Floats
 from agent.identify.signals.lowpass import lowpass
 
 _EXCESS = 0.97  # of the encoder's error: what the filter may take away at the turns
+_CALM = 0.9  # of it: above, the filter rounds off the calm turns, too
+_CALM_TURNS = 1 / 3  # of all
 _HIGHEST = 0.25
 _STEPS = 14  # cutoffs to try, each lower by the square root of 2
 _JOLT = 1.6  # of the encoder's error: the same over the worst stretch, an impact for example
@@ -81,11 +83,14 @@ def cutoff_for(values: Floats, period_s: float, error: float, turns: NDArray[np.
     for k in range(1, _STEPS):
         cutoff = _HIGHEST / period_s / math.sqrt(2.0) ** k
         reach = max(round(_ABOUT_S / (cutoff * period_s)), 2)
-        near = np.unique(
-            np.clip(turns[:, np.newaxis] + np.arange(-reach, reach + 1), 0, values.size - 1)
-        )
+        near = np.clip(turns[:, np.newaxis] + np.arange(-reach, reach + 1), 0, values.size - 1)
         rest = values - lowpass(values, period_s, cutoff)
-        if float(np.sqrt(np.mean(rest[near] ** 2))) > _EXCESS * error:
+        # A turn that just comes over an edge of a step reads half a step too high for as long as
+        # it stays there. That is not the filter's doing, which takes from every turn.
+        each = np.sqrt(np.mean(rest[near] ** 2, axis=1))
+        calm = float(np.quantile(each, _CALM_TURNS))
+        all_turns = float(np.sqrt(np.mean(rest[np.unique(near)] ** 2)))
+        if all_turns > _EXCESS * error and calm > _CALM * error:
             break
         if _worst(rest, max(round(1.0 / (cutoff * period_s)), _SHORTEST)) > _JOLT * error:
             break

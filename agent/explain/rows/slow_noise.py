@@ -1,0 +1,130 @@
+"""Whether what is left is noise that is slow in part, and no slower than its fast part foretells.
+
+Current sensors and amplifiers flicker: their noise has as much power in every octave, down to the
+length of the recording (van der Ziel, Adv. Electron. Electron Phys. 49 (1979) 225). The floor is
+measured within half a second, and so holds half of the octaves at best. What is left is then up to
+1.3 times the floor, follows nothing that was recorded, and is no missing physics.
+
+Within half a second flicker shows by its slope. White noise and flicker, ``a + b/f``, are fitted to
+the spectrum there, and foretell by how much the means of half seconds differ that lie one to
+sixteen seconds apart. Torque that somebody forgot is smooth, or stands in steps: its fast part
+foretells far less of it than there is.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import dct
+from scipy.optimize import minimize
+
+from agent.explain.rows.floor import steady_windows
+from agent.explain.rows.pieces import Piece
+from agent.explain.rows.table import Table
+from agent.identify.result import Floats
+
+_FIRST = 3  # of a window's cosines: those before it are a trend's as well
+_OF_BAND = 0.8  # of the filter's cutoff, up to where it lets pass all
+_FEWEST = 200  # powers in the windows: fewer do not tell a slope
+_MEAN_S = 0.5
+_APART = (1, 2, 4, 8, 16, 32)  # means
+_FEWEST_PAIRS = 20
+_SLACK = 0.1  # of what is foretold
+_SURELY = 2.0  # standard errors of a mean square
+_SLOWEST_HZ, _FASTEST_HZ, _STEPS = 1e-3, 25.0, 2000
+_STARTS = ((0.0, -5.0), (-2.0, 0.0), (-5.0, 1.0))  # logarithms of white noise and flicker
+
+
+@dataclass(frozen=True)
+class _Spectrum:
+    """White noise and flicker: ``white + flicker/f``, N²m²/Hz, one-sided."""
+
+    white: float
+    flicker: float
+
+    def difference_nm2(self, apart_s: float) -> float:
+        """Return half the mean square by which means differ that begin so far apart."""
+        f = np.geomspace(_SLOWEST_HZ, _FASTEST_HZ, _STEPS)
+        mean = np.sinc(f * _MEAN_S) ** 2 * (1.0 - np.cos(2.0 * np.pi * f * apart_s))
+        return float(np.trapezoid((self.white + self.flicker / f) * mean, f))
+
+
+def is_foretold_by_its_fast_part(table: Table, rows: NDArray[np.int64], left_nm: Floats) -> bool:
+    """Return whether what is left is no slower than noise whose fast part is like its own.
+
+    Parameters
+    ----------
+    table : Table
+    rows : ndarray of int, shape (m,)
+        Of the table.
+    left_nm : ndarray, shape (m,)
+        What a model leaves there.
+    """
+    left = np.full(table.used.shape[0], np.nan)
+    left[rows] = left_nm
+    frequency_hz, power = _within_windows(table, left)
+    if power.shape[0] < _FEWEST:
+        return False
+    spectrum = _fitted(frequency_hz, power)
+    asked = False
+    for means in _APART:
+        squares = np.concatenate([_squares(left[p.rows], p, means) for p in table.pieces])
+        if squares.shape[0] < _FEWEST_PAIRS:
+            continue
+        asked = True
+        independent = squares.shape[0] / means
+        most = 1.0 + _SLACK + _SURELY * math.sqrt(2.0 / independent)
+        foretold = spectrum.difference_nm2(means * _MEAN_S)
+        if 0.5 * float(np.mean(squares)) > most * foretold:
+            return False
+    return asked
+
+
+def _within_windows(table: Table, left: Floats) -> tuple[Floats, Floats]:
+    """Return frequencies and power densities of the cosines of all windows, each shape (k,)."""
+    frequencies: list[Floats] = [np.zeros(0)]
+    powers: list[Floats] = [np.zeros(0)]
+    pieces = iter(table.pieces)
+    piece = next(pieces)
+    for window, _ in steady_windows(table):
+        while window.start >= piece.rows.stop:
+            piece = next(pieces)
+        own = left[window]
+        if not np.isfinite(own).all():
+            continue
+        step_s, count = piece.period_s * piece.stride, own.shape[0]
+        frequency = np.arange(count) / (2.0 * count * step_s)
+        told = (np.arange(count) >= _FIRST) & (frequency <= _OF_BAND * piece.cutoff_hz)
+        frequencies.append(frequency[told])
+        powers.append(2.0 * step_s * dct(own, norm="ortho")[told] ** 2)
+    return np.concatenate(frequencies), np.concatenate(powers)
+
+
+def _fitted(frequency_hz: Floats, power: Floats) -> _Spectrum:
+    """Return white noise and flicker of the greatest likelihood (Whittle's)."""
+    scale = max(float(power.mean()), 1e-300)
+    told = power / scale
+
+    def unlikely(x: Floats) -> float:
+        expected = np.exp(x[0]) + np.exp(x[1]) / frequency_hz
+        return float(np.sum(np.log(expected) + told / expected))
+
+    found = [minimize(unlikely, start, method="Nelder-Mead") for start in _STARTS]
+    white, flicker = scale * np.exp(min(found, key=lambda one: float(one.fun)).x)
+    return _Spectrum(float(white), float(flicker))
+
+
+def _squares(left: Floats, piece: Piece, apart: int) -> Floats:
+    """Return the squared differences of a stretch's means of half a second, so many apart."""
+    length = max(1, round(_MEAN_S / (piece.period_s * piece.stride)))
+    count = left.shape[0] // length
+    parts = left[: count * length].reshape(count, length)
+    known = np.isfinite(parts)
+    enough = known.sum(axis=1) >= 0.5 * length
+    means = np.full(count, np.nan)
+    means[enough] = np.nanmean(parts[enough], axis=1)
+    difference = means[apart:] - means[:-apart]
+    return np.asarray(difference[np.isfinite(difference)] ** 2)
