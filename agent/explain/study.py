@@ -45,8 +45,8 @@ from agent.explain.rows.evidence import weigh
 from agent.explain.rows.floor import noise_floor
 from agent.explain.rows.lines import Line, lines_of
 from agent.explain.rows.noise_in_kind import FEWEST, is_noise_in_kind
-from agent.explain.rows.slow_noise import is_foretold_by_its_fast_part
 from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.slow_noise import is_foretold_by_its_fast_part
 from agent.explain.rows.table import BASE, Table, without_edges
 from agent.explain.rows.usual import usual_blocks, usual_rows
 from agent.identify.result import Floats, Parameter

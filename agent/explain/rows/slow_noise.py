@@ -18,8 +18,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import dct
-from scipy.optimize import minimize
 
 from agent.explain.rows.floor import steady_windows
 from agent.explain.rows.pieces import Piece
@@ -85,6 +83,8 @@ def is_foretold_by_its_fast_part(table: Table, rows: NDArray[np.int64], left_nm:
 
 def _within_windows(table: Table, left: Floats) -> tuple[Floats, Floats]:
     """Return frequencies and power densities of the cosines of all windows, each shape (k,)."""
+    from scipy.fft import dct
+
     frequencies: list[Floats] = [np.zeros(0)]
     powers: list[Floats] = [np.zeros(0)]
     pieces = iter(table.pieces)
@@ -105,6 +105,8 @@ def _within_windows(table: Table, left: Floats) -> tuple[Floats, Floats]:
 
 def _fitted(frequency_hz: Floats, power: Floats) -> _Spectrum:
     """Return white noise and flicker of the greatest likelihood (Whittle's)."""
+    from scipy.optimize import minimize
+
     scale = max(float(power.mean()), 1e-300)
     told = power / scale
 
