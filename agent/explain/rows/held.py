@@ -44,7 +44,7 @@ class Held:
 
 def held_speeds(motion: Motion) -> tuple[Held, ...]:
     """Return the passes of every stretch of a recording."""
-    windows = find_windows(motion)
+    windows = find_windows(motion, compiled=True)
     return tuple(_held(stretch, motion, windows) for stretch in motion.timing.stretches)
 
 

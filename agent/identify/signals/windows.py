@@ -58,7 +58,7 @@ class SteadyWindow:
 
 
 def find_windows(
-    motion: Motion, recording: int = 0, *, with_heads: bool = False
+    motion: Motion, recording: int = 0, *, with_heads: bool = False, compiled: bool = False
 ) -> tuple[SteadyWindow, ...]:
     """Return the steady windows of one recording in order of time.
 
@@ -70,6 +70,8 @@ def find_windows(
         Number that the windows carry.
     with_heads : bool
         Keep every window's first tenth, for whoever judges by himself whether it has settled.
+    compiled : bool
+        See `segments.partition`.
     """
     samples = sum(v.shape[0] for v in motion.velocity_rad_s)
     if not samples:
@@ -80,7 +82,7 @@ def find_windows(
     found: list[_Level] = []
     for stretch, velocity in zip(motion.timing.stretches, motion.velocity_rad_s, strict=True):
         size = min(per_block, max(velocity.shape[0] // (4 * _WINDOW_BLOCKS), 1))
-        found += _levels(motion, stretch, velocity, size, fastest)
+        found += _levels(motion, stretch, velocity, size, fastest, compiled=compiled)
     whole = with_heads or _heads_settled(motion, found)
     kept = found if whole else [level.without_head() for level in found]
     windows = []
@@ -162,7 +164,13 @@ def _typical(lengths: Floats) -> float:
 
 
 def _levels(
-    motion: Motion, stretch: Stretch, velocity: Floats, size: int, fastest: float
+    motion: Motion,
+    stretch: Stretch,
+    velocity: Floats,
+    size: int,
+    fastest: float,
+    *,
+    compiled: bool,
 ) -> list[_Level]:
     """Return one stretch's steady levels, each with its head."""
     count = velocity.shape[0] // size
@@ -171,7 +179,8 @@ def _levels(
     blocks = velocity[: count * size].reshape(count, size).mean(axis=1)
     noise = float(np.median(np.abs(np.diff(blocks)))) / (0.6745 * np.sqrt(2.0))
     variance = max(noise, _SLOWEST * fastest) ** 2
-    pieces = partition(blocks, 3.0 * variance * float(np.log(max(count, 3))))
+    penalty = 3.0 * variance * float(np.log(max(count, 3)))
+    pieces = partition(blocks, penalty, compiled=compiled)
     pieces = merge_steady(blocks, pieces, _RELATIVE)
     chain = monotone_chain(
         np.array([blocks[a:b].mean() for a, b in pieces]),

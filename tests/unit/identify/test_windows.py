@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from agent.identify.signals.arrays import Signals
@@ -100,6 +102,19 @@ def test_partition_finds_a_change_exactly() -> None:
     noisy = values + 0.05 * np.random.default_rng(2).standard_normal(values.size)
     assert partition(noisy, 0.1) == [(0, 40), (40, 70), (70, 120)]
     assert merge_steady(noisy, [(0, 20), (20, 40), (40, 120)], 0.03)[0] == (0, 40)
+
+
+@given(
+    steps=st.lists(st.tuples(st.integers(1, 30), st.floats(-50.0, 50.0)), max_size=12),
+    noise=st.sampled_from([0.0, 0.05, 3.0]),
+    penalty=st.sampled_from([0.0, 0.1, 20.0]),
+)
+def test_a_compiled_partition_is_the_same(
+    steps: list[tuple[int, float]], noise: float, penalty: float
+) -> None:
+    levels = np.array([level for count, level in steps for _ in range(count)], dtype=np.float64)
+    values = levels + noise * np.random.default_rng(4).standard_normal(levels.size)
+    assert partition(values, penalty, compiled=True) == partition(values, penalty)
 
 
 def test_trend_tells_a_ramp_from_noise() -> None:
