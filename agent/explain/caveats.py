@@ -100,6 +100,12 @@ def _more_than_the_floor(found: Study, *, beside: bool) -> str:
             f"{times} within half a second, and {how}: it is slow in part, no slower than its "
             "fast part foretells (flicker), and follows nothing that was recorded"
         )
+    if found.unrepeated_noise:
+        how = "by chance" if beside else "noise all the same"
+        return (
+            f"{times} within half a second, and {how}: it does not come again where the same "
+            "recording passes the same place at the same speed, and leans to no side"
+        )
     return ""
 
 

@@ -48,6 +48,7 @@ from agent.explain.rows.noise_in_kind import FEWEST, is_noise_in_kind
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.slow_noise import is_foretold_by_its_fast_part
 from agent.explain.rows.table import BASE, Table, without_edges
+from agent.explain.rows.unrepeated import does_not_come_again
 from agent.explain.rows.usual import usual_blocks, usual_rows
 from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Effect, Twin, TwinError
@@ -125,17 +126,34 @@ class Study:
     @cached_property
     def slower_noise(self) -> bool:
         """Return whether what is left is noise that is slow in part, which the floor leaves out."""
-        if not self.floor.value_nm > 0.0 or not CLOSE < self.over_floor <= _LOUDER:
+        if not self._has_no_place or self.over_floor > _LOUDER:
             return False
-        if any(cell.counts for cell in self.left_cells) or any(line.matters for line in self.lines):
+        return is_foretold_by_its_fast_part(self.table, *self._asked)
+
+    @cached_property
+    def unrepeated_noise(self) -> bool:
+        """Return whether what is left does not come again where the same place is passed again."""
+        if not self._has_no_place:
             return False
-        rows = self.library.weighing.rows
-        return is_foretold_by_its_fast_part(self.table, rows, self.model.residual_nm)
+        return does_not_come_again(self.table, *self._asked, self.floor.repeats_nm)
+
+    @property
+    def _asked(self) -> tuple[NDArray[np.int64], Floats]:
+        """Return the rows that were asked about, and what is left there."""
+        return self.library.weighing.rows[self.usual], self.model.residual_nm[self.usual]
+
+    @property
+    def _has_no_place(self) -> bool:
+        """Return whether more than the floor is left, and shows on no axis and no frequency."""
+        if not self.floor.value_nm > 0.0 or not self.over_floor > CLOSE:
+            return False
+        shown = any(cell.counts for cell in self.left_cells)
+        return not shown and not any(line.matters for line in self.lines)
 
     @property
     def noise_all_the_same(self) -> bool:
         """Return whether what is left is more than the floor, and noise all the same."""
-        return self.louder_noise or self.slower_noise
+        return self.louder_noise or self.slower_noise or self.unrepeated_noise
 
     @cached_property
     def unshaken(self) -> Mapping[int, Mapping[str, Parameter]]:

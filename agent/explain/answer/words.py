@@ -100,6 +100,12 @@ def _agreement(explanation: Explanation) -> str:
             f"{torque(floor_nm)}: {100.0 * share:.0f} % of what it would miss without "
             "its effects."
         )
+    if _AS_NOISE * floor_nm < left_nm <= _AS_NOISE * explanation.floor.repeats_nm:
+        return (
+            f"Simulation and recordings agree as far as can be told: what is left, {rest} rms, "
+            "does not come again at the same place and speed. Noise within half a second is "
+            f"{torque(floor_nm)}."
+        )
     if left_nm > _AS_NOISE * floor_nm:
         return (
             f"Simulation and recordings agree as far as can be told: what is left, {rest} rms "

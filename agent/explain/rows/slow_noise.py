@@ -121,12 +121,25 @@ def _fitted(frequency_hz: Floats, power: Floats) -> _Spectrum:
 
 def _squares(left: Floats, piece: Piece, apart: int) -> Floats:
     """Return the squared differences of a stretch's means of half a second, so many apart."""
+    means = half_seconds(left, piece)
+    difference = means[apart:] - means[:-apart]
+    return np.asarray(difference[np.isfinite(difference)] ** 2)
+
+
+def half_seconds(values: Floats, piece: Piece) -> Floats:
+    """Return a stretch's means of half a second, shape (k,); NaN where half of one is not known.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n,)
+        At the stretch's rows; NaN where they are not known.
+    piece : Piece
+    """
     length = max(1, round(_MEAN_S / (piece.period_s * piece.stride)))
-    count = left.shape[0] // length
-    parts = left[: count * length].reshape(count, length)
+    count = values.shape[0] // length
+    parts = values[: count * length].reshape(count, length)
     known = np.isfinite(parts)
     enough = known.sum(axis=1) >= 0.5 * length
     means = np.full(count, np.nan)
     means[enough] = np.nanmean(parts[enough], axis=1)
-    difference = means[apart:] - means[:-apart]
-    return np.asarray(difference[np.isfinite(difference)] ** 2)
+    return means
