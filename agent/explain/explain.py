@@ -49,6 +49,7 @@ from agent.explain.traces import traces_of
 from agent.explain.undecidable import undecidable
 from agent.explain.unlike import held_out_apart
 from agent.explain.unnamed import taken_back, unproven
+from agent.explain.zeros import beside_zeros, on_one_zero, on_zeros_of_their_own, own_zeros
 from agent.identify.result import Floats
 from agent.physics.twin import Twin, TwinError
 from trajectories import AxisLimits
@@ -113,12 +114,14 @@ def _asked_once(
     creep_rad_s: float | None = None,
     *,
     carried_known: bool = False,
+    zeros_known: bool = False,
 ) -> tuple[Explanation, Moments | None]:
     """Return an explanation, and the moments of the recordings that hold most of what is left.
 
     A torque that turns out to be half a sample late is put in step, and everything asked again:
-    with the creep that was seen, as a small mismatch beside it may hide that. So it is where some
-    recordings carry what others do not, if that is not `carried_known` and taken off already.
+    with the creep that was seen, as a small mismatch beside it may hide that. So it is where each
+    recording has a zero of its own, or some carry what others do not, if these are not
+    `zeros_known` and `carried_known`, and taken off already.
     """
     names = tuple(run.name for run in runs), tuple(run.name for run in holdout)
     refusal = contradiction((*runs, *holdout)) if runs else "no recording was given"
@@ -138,19 +141,48 @@ def _asked_once(
         if late_s:
             creep_rad_s = found.table.creep_rad_s or None
             return _asked_once(
-                twin, runs, holdout, limits, late_s, creep_rad_s, carried_known=carried_known
+                twin,
+                runs,
+                holdout,
+                limits,
+                late_s,
+                creep_rad_s,
+                carried_known=carried_known,
+                zeros_known=zeros_known,
             )
+    rows = found.library.weighing.rows
+    as_given = fit_of(found.table.measured_nm[rows], given.table.target_nm[rows])
+    zeros = None if zeros_known else own_zeros(found)
+    if zeros is not None:
+        again, moments = _asked_once(
+            twin,
+            on_one_zero(zeros, runs),
+            holdout,
+            limits,
+            late_s,
+            creep_rad_s,
+            carried_known=carried_known,
+            zeros_known=True,
+        )
+        return beside_zeros(again, zeros, holdout, as_given), moments
     carried = None if carried_known else carried_by_some(found)
     if carried is not None:
         lighter, unseen, held_out = freed(carried, runs, holdout, found)
         again, moments = _asked_once(
-            twin, lighter, unseen, limits, late_s, creep_rad_s, carried_known=True
+            twin,
+            lighter,
+            unseen,
+            limits,
+            late_s,
+            creep_rad_s,
+            carried_known=True,
+            zeros_known=zeros_known,
         )
-        rows = found.library.weighing.rows
-        as_given = fit_of(found.table.measured_nm[rows], given.table.target_nm[rows])
         return beside_carried(again, carried, held_out, as_given), moments
     found, given = without_their_images(twin, found, given)
     found, given = without_unknown_beginnings(twin, found, given)
+    if zeros_known:
+        asked = replace(asked, holdout=on_zeros_of_their_own(asked.holdout, found))
     return _explained(found, given, asked, limits, *names)
 
 

@@ -19,6 +19,7 @@ from agent.explain.forms import stiffening as forms_stiffening
 from agent.explain.forms import use as forms_use
 from agent.explain.forms import warmth as forms_warmth
 from agent.explain.forms.form import Form
+from agent.explain.forms.zeros import zeros_of
 from agent.explain.rows.table import Table
 from agent.explain.rows.use import OPERATING, TURNED
 from agent.identify.result import Floats
@@ -83,8 +84,9 @@ def judgeable(table: Table, twin: Twin | None = None) -> tuple[tuple[Form, ...],
     reasons |= _of_motion(table)
     carried = [e.id for e in twin.effects if e.id in CARRIED] if twin is not None else []
     there = set(CARRIED) if carried else set()
+    forms = (*FORMS, *zeros_of(len(table.runs)))
     shown = tuple(
-        f for f in FORMS if f.effect not in there and not any(need in reasons for need in _needs(f))
+        f for f in forms if f.effect not in there and not any(need in reasons for need in _needs(f))
     )
     effects = {f.effect for f in shown}
     out = {
