@@ -155,7 +155,8 @@ def _beside(loads: Loads, twin: Twin, table: Table, among: Container[str] | None
         align_velocity=table.aligned,
         elsewhere=table.elsewhere,
     )
-    return study(knowing, left_out_as_in(without_creep(own), table), among)
+    own = replace(left_out_as_in(without_creep(own), table), one_zero=table.one_zero)
+    return study(knowing, own, among)
 
 
 def _effects_nm(twin: Twin, table: Table) -> Floats:

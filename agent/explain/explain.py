@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -105,83 +105,79 @@ def _is_better(answer: Explanation, other: Explanation) -> bool:
     return rank > 0 or (rank == 0 and answer.extended.rmse_nm < 0.5 * other.extended.rmse_nm)
 
 
+@dataclass(frozen=True)
+class _Known:
+    """What was found before, and is not asked again.
+
+    Parameters
+    ----------
+    late_s : float
+        By what half a sample the torque is late.
+    creep_rad_s : float or None
+        The creep that was seen: a small mismatch beside a late torque may hide it.
+    carried : bool
+        Whether what some recordings carry is taken off already.
+    one_zero : bool
+        Whether all recordings have one zero, or none shows.
+    zeros_off : bool
+        Whether their own zeros are taken off already; a hold-out's is read when all else is known.
+    """
+
+    late_s: float = 0.0
+    creep_rad_s: float | None = None
+    carried: bool = False
+    one_zero: bool = False
+    zeros_off: bool = False
+
+
 def _asked_once(
     twin: Twin,
     runs: Sequence[Run],
     holdout: Sequence[Run],
     limits: AxisLimits | None,
-    late_s: float = 0.0,
-    creep_rad_s: float | None = None,
-    *,
-    carried_known: bool = False,
-    zeros_known: bool = False,
+    known: _Known = _Known(),
 ) -> tuple[Explanation, Moments | None]:
     """Return an explanation, and the moments of the recordings that hold most of what is left.
 
-    A torque that turns out to be half a sample late is put in step, and everything asked again:
-    with the creep that was seen, as a small mismatch beside it may hide that. So it is where each
-    recording has a zero of its own, or some carry what others do not, if these are not
-    `zeros_known` and `carried_known`, and taken off already.
+    A torque that turns out to be half a sample late is put in step, and everything asked again. So
+    it is where each recording has a zero of its own, or some carry what others do not.
     """
     names = tuple(run.name for run in runs), tuple(run.name for run in holdout)
     refusal = contradiction((*runs, *holdout)) if runs else "no recording was given"
     if refusal:
         return _nothing(f"not decidable: {refusal}", *names), None
     try:
-        asked, table = tabulated(twin, runs, holdout, late_s)
-        table = without_creep(table, creep_rad_s)
+        asked, table = tabulated(twin, runs, holdout, known.late_s)
+        table = without_creep(table, known.creep_rad_s)
     except ValueError as error:
         return _nothing(f"not decidable: {error}", *names), None
     refusal = undecidable(table, twin)
     if refusal:
         return _nothing(refusal, *names), None
-    found, given = studied(twin, table)
-    if not late_s:
+    found, given = studied(twin, replace(table, one_zero=known.one_zero))
+    if not known.late_s:
         late_s = _late_by_holding_s(found, (*asked.runs, *asked.holdout))
         if late_s:
-            creep_rad_s = found.table.creep_rad_s or None
-            return _asked_once(
-                twin,
-                runs,
-                holdout,
-                limits,
-                late_s,
-                creep_rad_s,
-                carried_known=carried_known,
-                zeros_known=zeros_known,
-            )
+            known = replace(known, late_s=late_s, creep_rad_s=found.table.creep_rad_s or None)
+            return _asked_once(twin, runs, holdout, limits, known)
     rows = found.library.weighing.rows
     as_given = fit_of(found.table.measured_nm[rows], given.table.target_nm[rows])
-    zeros = None if zeros_known else own_zeros(found)
+    zeros = own_zeros(found)
     if zeros is not None:
-        again, moments = _asked_once(
-            twin,
-            on_one_zero(zeros, runs),
-            holdout,
-            limits,
-            late_s,
-            creep_rad_s,
-            carried_known=carried_known,
-            zeros_known=True,
-        )
+        known = replace(known, one_zero=True, zeros_off=zeros.sure)
+        if not zeros.sure:
+            return _asked_once(twin, runs, holdout, limits, known)
+        again, moments = _asked_once(twin, on_one_zero(zeros, runs), holdout, limits, known)
         return beside_zeros(again, zeros, holdout, as_given), moments
-    carried = None if carried_known else carried_by_some(found)
+    carried = None if known.carried else carried_by_some(found)
     if carried is not None:
         lighter, unseen, held_out = freed(carried, runs, holdout, found)
-        again, moments = _asked_once(
-            twin,
-            lighter,
-            unseen,
-            limits,
-            late_s,
-            creep_rad_s,
-            carried_known=True,
-            zeros_known=zeros_known,
-        )
+        known = replace(known, carried=True)
+        again, moments = _asked_once(twin, lighter, unseen, limits, known)
         return beside_carried(again, carried, held_out, as_given), moments
     found, given = without_their_images(twin, found, given)
     found, given = without_unknown_beginnings(twin, found, given)
-    if zeros_known:
+    if known.zeros_off:
         asked = replace(asked, holdout=on_zeros_of_their_own(asked.holdout, found))
     return _explained(found, given, asked, limits, *names)
 

@@ -17,17 +17,21 @@ from agent.explain.answer.amounts import percent, torque
 from agent.explain.answer.fits import Fit
 from agent.explain.answer.result import Explanation, Finding, Verdict
 from agent.explain.answer.said import Said
-from agent.explain.choosing.candidate import Candidate
+from agent.explain.choosing.candidate import Candidate, basis_of
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.shares import shares_of
 from agent.explain.forms.zeros import OWN_ZEROS
+from agent.explain.rows.half_seconds import half_seconds, worth_of
 from agent.explain.rows.run import Run
-from agent.explain.rows.table import TooShortError, tabulate
+from agent.explain.rows.table import BASE, TooShortError, tabulate
 from agent.explain.study import Study
 from agent.identify.result import Floats, Parameter
 
 _EFFECT = "torque-offset"
+_GRAVITY = [BASE.index("gravity_sin_nm"), BASE.index("gravity_cos_nm")]
 _SURELY = 1.96
+_APART = 0.05  # of a constant: with less of it that is not gravity's, gravity is one
+_BEYOND = 5.0  # standard deviations of a sum of squares
 
 
 @dataclass(frozen=True)
@@ -46,6 +50,8 @@ class Zeros:
         Mean square torque that they account for.
     without_nm : float
         What the refitted twin leaves that does not know them, rms.
+    sure : bool
+        Whether they differ by more than slow noise makes of so long recordings.
     """
 
     zeros_nm: tuple[float, ...]
@@ -54,6 +60,7 @@ class Zeros:
     share: float
     energy_nm2: float
     without_nm: float
+    sure: bool
 
     def finding(self) -> Finding:
         """Return them as a finding."""
@@ -94,24 +101,46 @@ def own_zeros(found: Study) -> Zeros | None:
         share,
         share * max(refitted_nm2 - floor_nm**2, 0.0),
         math.sqrt(refitted_nm2),
+        _differ(zeros, errors),
     )
 
 
+def _differ(zeros_nm: Floats, errors_nm: Floats) -> bool:
+    """Return whether zeros differ surely by more than their errors, shape (r,) each."""
+    weight = 1.0 / np.maximum(errors_nm, 1e-300) ** 2
+    apart = zeros_nm - float(weight @ zeros_nm) / float(weight.sum())
+    free = zeros_nm.size - 1
+    return float(weight @ apart**2) > free + _BEYOND * math.sqrt(2.0 * free)
+
+
 def _beside(library: Library, terms: Sequence[Candidate]) -> tuple[Floats, Floats]:
-    """Return every recording's zero beside terms and the twin's own numbers, and its error, N m."""
+    """Return every recording's zero beside terms and the twin's own numbers, and its error, N m.
+
+    On a stroke so short that gravity is nearly a constant, gravity stays what the twin says.
+    """
     table, weighing = library.scene.table, library.weighing
     run, count = table.run[weighing.rows], len(table.runs)
     shares = (run[:, np.newaxis] == np.arange(count)) * weighing.weight[:, np.newaxis]
-    columns = np.concatenate([shares, library.model(terms)], axis=1)
+    model, pulls = library.model(terms), np.isin(np.flatnonzero(table.carried), _GRAVITY)
+    weight = model[:, : pulls.size][:, pulls]
+    alike = basis_of(weight)
+    apart = weighing.weight - alike @ (alike.T @ weighing.weight)
+    if float(apart @ apart) < _APART * float(weighing.weight @ weighing.weight):
+        model = np.delete(model, np.flatnonzero(pulls), axis=1)
+    columns = np.concatenate([shares, model], axis=1)
     found = np.linalg.lstsq(columns, library.target, rcond=None)[0]
-    left = (library.target - columns @ found) / weighing.weight
-    sizes = np.diff(np.append(weighing.starts, left.shape[0]))
-    means = np.add.reduceat(left, weighing.starts) / sizes
-    errors = np.zeros(count)
-    for k in range(count):
-        blocks = means[weighing.run[weighing.starts] == k]
-        errors[k] = float(np.std(blocks)) / math.sqrt(max(blocks.size, 1))
-    return found[:count], errors
+    left = np.full(table.used.shape[0], np.nan)
+    left[weighing.rows] = (library.target - columns @ found) / weighing.weight
+    means = [half_seconds(left[piece.rows], piece) for piece in table.pieces]
+    sizes = np.bincount(
+        [piece.run for piece in table.pieces],
+        [np.count_nonzero(np.isfinite(own)) for own in means],
+        count,
+    )
+    together = np.concatenate(means)
+    worth = worth_of(means) / max(float(sizes.sum()), 1.0)
+    error = float(np.nanstd(together)) / np.sqrt(np.maximum(worth * sizes, 1e-3))
+    return found[:count], np.asarray(error)
 
 
 def on_one_zero(zeros: Zeros, runs: Sequence[Run]) -> list[Run]:

@@ -1,4 +1,4 @@
-"""Noise that is slow in part lacks nothing; torque that is slow by itself, beside it, does."""
+"""Noise that is slow, in part or whole, lacks nothing; a torque that is slow beside it does."""
 
 from __future__ import annotations
 
@@ -11,14 +11,16 @@ from agent.explain.explain import explain
 from agent.explain.rows.run import Run
 from agent.identify.result import Floats
 from tests.science.explain_joint import NOISE_NM, RATE_HZ, TWIN, Conditions, record, stair
-from trajectories import SetPoints
+from trajectories import SetPoints, Trajectory, reversals
 
 Left = Literal["flickers", "drags", "wanders"]
+Unrepeated = Literal["noise", "brake"]
 
 STAIR = stair((5.0, 10.0, 20.0, 40.0, 60.0), stroke_rad=240.0, duration_s=40.0)
 FLICKER = 2.5  # times the white noise
 DRAGS, DRAGS_S, EVERY_S = 1.2, 1.5, 6.0
 WANDERS, WANDERS_S = 1.0, 1.0
+SLOW, MEMORY_S, BRAKE = 2.0, 1.0, 4.0
 
 
 def flicker(rng: np.random.Generator, count: int) -> Floats:
@@ -63,3 +65,48 @@ def test_flicker_is_noise_and_what_is_slower_than_it_is_not(left: Left, verdict:
     assert 1.25 < ratio < 2.0
     assert answer.verdict == verdict
     assert said == (left == "flickers")
+
+
+def to_and_fro(speed_rad_s: float) -> Trajectory:
+    """Return strokes that pass the same places at the same speed again and again."""
+    return reversals(
+        0.0,
+        2.0 * speed_rad_s,
+        halvings=0,
+        swings=5,
+        velocity_rad_s=speed_rad_s,
+        acceleration_rad_s2=200.0,
+        jerk_rad_s3=5000.0,
+    )
+
+
+def passed_again(left: Unrepeated, seed: int, speed_rad_s: float) -> Run:
+    """Return a recording with noise of seconds, or a brake that drags for seconds now and then."""
+    rng = np.random.default_rng(90 + seed)
+
+    def more(points: SetPoints, _at: Conditions) -> Floats:
+        count = points.position_rad.size
+        if left == "brake":
+            begins = (rng.random(count) < 1.0 / (EVERY_S * RATE_HZ)).astype(np.float64)
+            lasts = np.convolve(begins, np.ones(round(DRAGS_S * RATE_HZ)))[:count] > 0.0
+            return np.asarray(BRAKE * NOISE_NM * lasts * np.sign(points.velocity_rad_s))
+        memory = np.exp(-np.arange(6.0 * MEMORY_S * RATE_HZ) / (MEMORY_S * RATE_HZ))
+        shocks = rng.standard_normal(count + memory.size)
+        noise = np.convolve(shocks, memory / np.linalg.norm(memory), "valid")[:count]
+        return np.asarray(SLOW * NOISE_NM * noise)
+
+    return record(to_and_fro(speed_rad_s), more, Conditions(), seed, name=f"run-{seed}")
+
+
+@pytest.mark.parametrize(("left", "verdict"), [("noise", "no-mismatch"), ("brake", "unexplained")])
+def test_what_does_not_come_again_is_noise_unless_it_leans_to_a_side(
+    left: Unrepeated, verdict: str
+) -> None:
+    runs = [passed_again(left, k, speed) for k, speed in enumerate((50.0, 35.0, 20.0, 10.0, 25.0))]
+    answer = explain(TWIN, runs[:4], runs[4:])
+    said = any("does not come again" in reason for reason in answer.reasons)
+    assert answer.extended.rmse_nm / answer.floor.value_nm > 1.5
+    assert answer.extended.rmse_nm / answer.floor.repeats_nm < 1.1
+    assert answer.verdict == verdict
+    assert said == (left == "noise")
+    assert ("does not come again" in answer.sentence) == said

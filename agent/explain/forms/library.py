@@ -84,7 +84,7 @@ def judgeable(table: Table, twin: Twin | None = None) -> tuple[tuple[Form, ...],
     reasons |= _of_motion(table)
     carried = [e.id for e in twin.effects if e.id in CARRIED] if twin is not None else []
     there = set(CARRIED) if carried else set()
-    forms = (*FORMS, *zeros_of(len(table.runs)))
+    forms = FORMS if table.one_zero else (*FORMS, *zeros_of(len(table.runs)))
     shown = tuple(
         f for f in forms if f.effect not in there and not any(need in reasons for need in _needs(f))
     )

@@ -35,21 +35,28 @@ def not_as_found(
         law, its numbers refitted.
     """
     table, weighing = library.scene.table, library.weighing
-    left = table.target_nm + predicted(table, twin) - predicted(table, extended)
+    left = (table.target_nm + predicted(table, twin) - predicted(table, extended))[weighing.rows]
     plain = library.residual([]) / weighing.weight
-    if not model.terms or _rms(left[weighing.rows]) <= _rms(plain):
+    written = []
+    for index, place in enumerate(model.slices()):
+        if entries_of(library, model, index):
+            written.append((index, place))
+        else:  # of some recordings alone: no twin has it
+            own = model.terms[index].candidate.columns @ model.coefficients[place]
+            left = left - own / weighing.weight
+    if not written or _rms(left) <= _rms(plain):
         return set()
     bare = replace(extended, effects=twin.effects)
     without = predicted(table, bare)
     basis = basis_of(library.base)  # a law's mean level may stand in the twin's own numbers
     off = []
-    for index, place in enumerate(model.slices()):
-        own = replace(bare, effects=(*twin.effects, *entries_of(library, model, index)))
-        another = weighing.weighted(predicted(table, own) - without)
+    for index, place in written:
+        alone = replace(bare, effects=(*twin.effects, *entries_of(library, model, index)))
+        another = weighing.weighted(predicted(table, alone) - without)
         another -= model.terms[index].candidate.columns @ model.coefficients[place]
         another[~np.isfinite(another)] = 0.0
         off.append(_rms(another - basis @ (basis.T @ another)))
-    form = model.terms[int(np.argmax(off))].scored.form
+    form = model.terms[written[int(np.argmax(off))][0]].scored.form
     return {(form.effect, form.name)}
 
 

@@ -132,7 +132,7 @@ def _above_band(table: Table, piece: Piece) -> Floats:
 
 def _lines(sought: Sought, energy_nm2: float) -> list[Line]:
     """Return a signal's lines; `energy_nm2` is what their shares are of."""
-    spectra = spectra_of(sought, sought.signals)
+    spectra = spectra_of(sought, sought.signals, falls=sought.in_band)
     count = spectra.hertz.shape[0]
     if count <= 2 * FAR or energy_nm2 <= 0.0:
         return []

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.explain.rows.floor import steady_windows
+from agent.explain.rows.half_seconds import MEAN_S, half_seconds
 from agent.explain.rows.pieces import Piece
 from agent.explain.rows.table import Table
 from agent.identify.result import Floats
@@ -27,7 +28,6 @@ from agent.identify.result import Floats
 _FIRST = 3  # of a window's cosines: those before it are a trend's as well
 _OF_BAND = 0.8  # of the filter's cutoff, up to where it lets pass all
 _FEWEST = 200  # powers in the windows: fewer do not tell a slope
-_MEAN_S = 0.5
 _APART = (1, 2, 4, 8, 16, 32)  # means
 _FEWEST_PAIRS = 20
 _SLACK = 0.1  # of what is foretold
@@ -46,7 +46,7 @@ class _Spectrum:
     def difference_nm2(self, apart_s: float) -> float:
         """Return half the mean square by which means differ that begin so far apart."""
         f = np.geomspace(_SLOWEST_HZ, _FASTEST_HZ, _STEPS)
-        mean = np.sinc(f * _MEAN_S) ** 2 * (1.0 - np.cos(2.0 * np.pi * f * apart_s))
+        mean = np.sinc(f * MEAN_S) ** 2 * (1.0 - np.cos(2.0 * np.pi * f * apart_s))
         return float(np.trapezoid((self.white + self.flicker / f) * mean, f))
 
 
@@ -75,7 +75,7 @@ def is_foretold_by_its_fast_part(table: Table, rows: NDArray[np.int64], left_nm:
         asked = True
         independent = squares.shape[0] / means
         most = 1.0 + _SLACK + _SURELY * math.sqrt(2.0 / independent)
-        foretold = spectrum.difference_nm2(means * _MEAN_S)
+        foretold = spectrum.difference_nm2(means * MEAN_S)
         if 0.5 * float(np.mean(squares)) > most * foretold:
             return False
     return asked
@@ -124,22 +124,3 @@ def _squares(left: Floats, piece: Piece, apart: int) -> Floats:
     means = half_seconds(left, piece)
     difference = means[apart:] - means[:-apart]
     return np.asarray(difference[np.isfinite(difference)] ** 2)
-
-
-def half_seconds(values: Floats, piece: Piece) -> Floats:
-    """Return a stretch's means of half a second, shape (k,); NaN where half of one is not known.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n,)
-        At the stretch's rows; NaN where they are not known.
-    piece : Piece
-    """
-    length = max(1, round(_MEAN_S / (piece.period_s * piece.stride)))
-    count = values.shape[0] // length
-    parts = values[: count * length].reshape(count, length)
-    known = np.isfinite(parts)
-    enough = known.sum(axis=1) >= 0.5 * length
-    means = np.full(count, np.nan)
-    means[enough] = np.nanmean(parts[enough], axis=1)
-    return means

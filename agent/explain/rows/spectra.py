@@ -4,7 +4,8 @@ A line stands against its own neighbourhood. Each recording's power over the med
 nearby, times log 2, is exponential with mean one where there is no line, whatever the spectrum's
 colour; the sum over the recordings is gamma distributed (Welch, IEEE Trans. Audio Electroacoust. 15
 (1967) 70). Where spectra are rougher than that, their own upper quantile nearby scales the sum
-down.
+down. At the lowest frequencies all that is nearby lies above: where noise falls with frequency, its
+fall is drawn on from there.
 """
 
 from __future__ import annotations
@@ -29,6 +30,9 @@ FAR = 180
 
 _STRIDE = 15  # bins
 _UPPER = 0.95
+_RATIO = 1.5  # of the frequencies at the ends of a window that tells how noise falls
+_FEWEST = 6  # bins in it
+_TERMS = 3
 
 Signal = Callable[[Piece], Floats]
 
@@ -76,10 +80,14 @@ def _at(table: Table, name: str, piece: Piece, *, in_band: bool) -> Floats:
 
 @dataclass(frozen=True)
 class Spectra:
-    """Power of some even stretches on common frequencies (f,), as mean squares: (r, f)."""
+    """Power of some even stretches on common frequencies (f,), as mean squares: (r, f).
+
+    `falls` where it may be noise that is slow in part, so that its background may fall steeply.
+    """
 
     hertz: Floats
     power: Floats
+    falls: bool = False
 
     @property
     def step_hz(self) -> float:
@@ -98,7 +106,10 @@ class Spectra:
 
     def background(self) -> Floats:
         """Return what the median nearby says of the power without a line, shape (r, f)."""
-        return np.stack([_nearby(row, NEAR, 0.5) / math.log(2.0) for row in self.power])
+        near = np.stack([_nearby(row, NEAR, 0.5) / math.log(2.0) for row in self.power])
+        if not self.falls:
+            return near
+        return np.maximum(near, np.stack([_fall(self.hertz, row) for row in self.power]))
 
     def around(self, hertz: float) -> tuple[Floats, Floats, Floats]:
         """Return the spectrum from half to twice a frequency: the stretches' mean, as torque."""
@@ -110,7 +121,7 @@ class Spectra:
         )
 
 
-def spectra_of(sought: Sought, signals: Sequence[Floats]) -> Spectra:
+def spectra_of(sought: Sought, signals: Sequence[Floats], *, falls: bool = False) -> Spectra:
     """Return Hann-windowed power of every stretch on twice as many bins as the longest resolves."""
     longest_s = 2.0 * max(seconds_of(p) for p in sought.pieces)
     low, high = sought.band_hz()
@@ -124,7 +135,7 @@ def spectra_of(sought: Sought, signals: Sequence[Floats]) -> Spectra:
         own = np.fft.rfftfreq(length, period)
         # Half of the squared amplitude of a sine: its mean square.
         power[k] = np.interp(hertz, own, wave) * 2.0 / float(window.sum()) ** 2
-    return Spectra(hertz, power)
+    return Spectra(hertz, power, falls)
 
 
 def _nearby(values: Floats, reach: int, quantile: float) -> Floats:
@@ -134,3 +145,28 @@ def _nearby(values: Floats, reach: int, quantile: float) -> Floats:
     windows = np.lib.stride_tricks.sliding_window_view(around, 2 * reach + 1)[::_STRIDE]
     at = np.arange(0, count, _STRIDE)
     return np.interp(np.arange(count), at, np.quantile(windows, quantile, axis=-1))
+
+
+def _fall(hertz: Floats, power: Floats) -> Floats:
+    """Return white noise, flicker and what falls with the square of the frequency, shape (f,).
+
+    As they come closest to the medians of windows that are as wide as their frequency is high: a
+    line is in few of a window's bins.
+    """
+    from scipy.optimize import nnls
+
+    place = np.floor(np.log(hertz / hertz[0]) / math.log(_RATIO)).astype(np.int64)
+    windows = [place == k for k in range(int(place[-1]) + 1)]
+    windows = [window for window in windows if np.count_nonzero(window) >= _FEWEST]
+    if len(windows) < _TERMS:
+        return np.zeros_like(power)
+    at = np.array([math.exp(float(np.mean(np.log(hertz[window])))) for window in windows])
+    medians = np.array([float(np.median(power[window])) / math.log(2.0) for window in windows])
+    known = medians > 0.0
+    weight = np.sqrt([np.count_nonzero(window) for window in windows])[known]
+    found, _ = nnls(_laws(at[known]) * (weight / medians[known])[:, np.newaxis], weight)
+    return np.asarray(_laws(hertz) @ found)
+
+
+def _laws(hertz: Floats) -> Floats:
+    return np.stack([hertz ** -float(power) for power in range(_TERMS)], axis=-1)

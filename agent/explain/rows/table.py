@@ -93,6 +93,8 @@ class Table:
         How an arm behind the gear forgets, whose unknown beginnings are left out.
     elsewhere : tuple of Recorded
         What recordings that nothing is learnt from add to the joint's use.
+    one_zero : bool
+        Whether no recording's torque is asked for a zero of its own.
     """
 
     runs: tuple[Run, ...]
@@ -118,6 +120,7 @@ class Table:
     imaged_orders: tuple[float, ...] = ()
     arm_forgets: Forgetting | None = None
     elsewhere: tuple[Recorded, ...] = ()
+    one_zero: bool = False
 
     @property
     def target_nm(self) -> Floats:

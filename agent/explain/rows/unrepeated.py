@@ -14,16 +14,13 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.rows.slow_noise import half_seconds
+from agent.explain.rows.half_seconds import half_seconds, worth_of
 from agent.explain.rows.table import Table
 from agent.identify.result import Floats
 
 _NO_MORE = 1.10  # times what repeated passes differ by
 _FEWEST = 30.0  # means that tell of each other nothing: fewer do not show a shape
 _SURELY = 2.5  # standard errors of skewness and of kurtosis
-_LONGEST = 20  # means: so far a correlation is followed
-_ALIKE = 0.1  # correlation: less is none
-_FEWEST_PAIRS = 20
 
 
 def does_not_come_again(
@@ -48,7 +45,7 @@ def does_not_come_again(
     way = np.sign(table.rows["velocity_rad_s"])
     along = [half_seconds(left[piece.rows], piece) for piece in table.pieces]
     against = [half_seconds((left * way)[piece.rows], piece) for piece in table.pieces]
-    alone = _alone(along)
+    alone = worth_of(along)
     return alone >= _FEWEST and all(_is_a_bell(means, alone) for means in (along, against))
 
 
@@ -60,23 +57,3 @@ def _is_a_bell(means: list[Floats], alone: float) -> bool:
     skewed = abs(float(np.mean(values**3))) / math.sqrt(6.0 / alone)
     peaked = abs(float(np.mean(values**4)) - 3.0) / math.sqrt(24.0 / alone)
     return max(skewed, peaked) <= _SURELY
-
-
-def _alone(means: list[Floats]) -> float:
-    """Return how many of the means are worth one that nothing else tells of."""
-    known = np.concatenate(means)
-    known = known[np.isfinite(known)]
-    if known.shape[0] < _FEWEST:
-        return 0.0
-    centred = [own - known.mean() for own in means]
-    together = 1.0
-    for lag in range(1, _LONGEST + 1):
-        products = np.concatenate([own[lag:] * own[:-lag] for own in centred])
-        products = products[np.isfinite(products)]
-        if products.shape[0] < _FEWEST_PAIRS:
-            break
-        alike = float(products.mean()) / max(float(known.var()), 1e-300)
-        if alike < _ALIKE:
-            break
-        together += 2.0 * alike
-    return float(known.shape[0] / together)
