@@ -81,14 +81,17 @@ def own_numbers(told: Study) -> frozenset[str]:
     return frozenset((*terms, *(number.effect for number in told.numbers)))
 
 
-def unproven(proven: Holdout) -> bool:
+def unproven(proven: Holdout, learnt: Study) -> bool:
     """Return whether unseen data hold far more than noise beside what was found.
 
     Parameters
     ----------
     proven : Holdout
+    learnt : Study
+        Whose noise may be more than the floor.
     """
-    return proven.floor_ratio > _UNPROVEN and not proven.white
+    floors = learnt.over_floor if learnt.noise_all_the_same else 1.0
+    return proven.floor_ratio > _UNPROVEN * floors and not proven.white
 
 
 def taken_back(verdict: Verdict, findings: Sequence[Finding], proven: Holdout) -> tuple[str, ...]:

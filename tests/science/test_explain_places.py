@@ -182,6 +182,43 @@ def test_a_hose_may_hang_free_to_one_side(side: str) -> None:
     assert np.std((said - column)[table.used]) < 0.05 * np.std(column[table.used])
 
 
+def settled(arm_rad: Floats, travel_rad: float) -> Floats:
+    """Return inner friction that has settled over a travel, of one newton metre."""
+    lag = np.zeros_like(arm_rad)
+    for k, moved in enumerate(np.diff(arm_rad)):
+        toward = np.sign(moved)
+        lag[k + 1] = toward + (lag[k] - toward) * math.exp(-abs(moved) / travel_rad)
+    return lag
+
+
+@pytest.mark.parametrize("lossy_nm", [0.0, 0.08])
+def test_a_hose_may_hang_free_between_two_angles(lossy_nm: float) -> None:
+    """Gravity and a spring, or a cube, copy it with torques that take each other back."""
+
+    def hose(points: SetPoints, at: Conditions) -> Floats:
+        del at
+        arm = points.position_rad / GEAR_RATIO
+        away = arm - 0.1
+        return np.asarray(0.4 * (away - np.clip(away, -0.45, 0.45)) + lossy_nm * settled(arm, 0.1))
+
+    scene = scene_of(hose, driven=long_stroke)
+    (term,) = named(scene, (*forms_cable.FORMS, *forms_reversal.FORMS))
+    name = "spring that hangs free between two angles"
+    assert term.scored.form.name == name + ", with inner friction" * bool(lossy_nm)
+    values = term.scored.values()
+    assert values["stiffness_nm_per_arm_rad"] == pytest.approx(0.4, rel=0.1)
+    assert values["neutral_arm_rad"] == pytest.approx(0.1, abs=0.03)
+    assert values["slack_arm_rad"] == pytest.approx(0.45, abs=0.03)
+    if lossy_nm:
+        assert values["hysteresis_nm"] == pytest.approx(lossy_nm, rel=0.1)
+    (entry,) = term.scored.form.to_twin(scene, values)
+    twin = replace(TWIN, effects=(Effect("cable-force", dict(entry)),))
+    said = (predicted(scene.table, twin) - predicted(scene.table, TWIN))[scene.table.used]
+    base, left = scene.table.base[scene.table.used], scene.residual_nm[scene.table.used] - said
+    left = left - base @ np.linalg.lstsq(base, left, rcond=None)[0]  # its mean level is friction
+    assert np.std(left) < 0.7 * NOISE_NM < 0.5 * np.std(said)
+
+
 @pytest.mark.parametrize("rubs", [True, False])
 def test_a_damaged_tooth_comes_again_with_every_turn(rubs: bool) -> None:
     """Of an arm that goes round three times: narrow places everywhere are one."""
@@ -224,12 +261,8 @@ def test_what_a_hose_loses_is_told_as_its_own_and_not_as_friction_that_yields(
     def hose(points: SetPoints, at: Conditions) -> Floats:
         del at
         arm = points.position_rad / GEAR_RATIO
-        lag = np.zeros_like(arm)
-        for k, moved in enumerate(np.diff(arm)):
-            toward = np.sign(moved)
-            lag[k + 1] = toward + (lag[k] - toward) * math.exp(-abs(moved) / travel_rad)
         away = arm - 0.3
-        return np.asarray((0.1 + cubic * away**2) * away + lost_nm * lag)
+        return np.asarray((0.1 + cubic * away**2) * away + lost_nm * settled(arm, travel_rad))
 
     forms = (*forms_cable.FORMS, *forms_reversal.FORMS)
     (term,) = named(scene_of(hose, driven=long_stroke), forms)

@@ -1,4 +1,4 @@
-"""Hoses and cables: a spring over the arm's angle, hanging free elsewhere, stiffening or lossy."""
+"""Hoses and cables: a spring over the arm's angle, hanging free somewhere, stiffening or lossy."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ _SOONEST_RAD = 0.05  # of the arm: what has settled sooner is the joint's own fr
 _LATEST = 0.5  # of the stroke: what settles later is a spring
 _FAR = 2.0  # strokes: so far it hangs free to one side, which is further than anybody has seen
 _SLACK = 0.1  # of the stroke, at least
+_SLACKS = (0.1, 0.2, 0.3)  # of the stroke, to either side of where it hangs free
+_MOST_SLACK = 0.45
 _POSITION = ("position_rad",)
 _ANYWHERE = ("torque-offset", "direction-asymmetry")
 
@@ -164,6 +166,45 @@ def _where_slack_shows(scene: Scene) -> Sequence[tuple[float, float]]:
     return ((lower + least, upper - least),)
 
 
+def _drawn_both_ways(scene: Scene, point: Point) -> Floats:
+    """Return a spring that hangs free as far to either side of an angle, shape (N, 1)."""
+    away = scene.arm_rad - point[0]
+    return stack(away - np.clip(away, -point[1], point[1]))
+
+
+def _drawn_both_ways_lossy(scene: Scene, point: Point) -> Floats:
+    """Return the same and its inner friction, shape (N, 2)."""
+    return np.concatenate((_drawn_both_ways(scene, point), _lag(scene, point[-1:])), axis=1)
+
+
+def _slack_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    del scene
+    known = dict(values)
+    slack = known.pop("slack_arm_rad")
+    return ({**known, "slack_below_arm_rad": slack, "slack_above_arm_rad": slack},)
+
+
+def _neutrals_and_slacks(scene: Scene) -> Sequence[Point]:
+    lower, upper = scene.stroke_arm_rad()
+    slacks = [share * (upper - lower) for share in _SLACKS]
+    return tuple((*neutral, slack) for neutral in _neutrals(scene)[2:-2] for slack in slacks)
+
+
+def _slacks_and_travels(scene: Scene) -> Sequence[Point]:
+    travels = _travels(scene)[1::2]
+    return tuple((*place, *travel) for place in _neutrals_and_slacks(scene) for travel in travels)
+
+
+def _slack_within_stroke(scene: Scene) -> Sequence[tuple[float, float]]:
+    lower, upper = scene.stroke_arm_rad()
+    least, most = 0.5 * _SLACK * (upper - lower), _MOST_SLACK * (upper - lower)
+    return ((lower, upper), (least, most))
+
+
+def _slack_and_settling(scene: Scene) -> Sequence[tuple[float, float]]:
+    return (*_slack_within_stroke(scene), *_settling(scene))
+
+
 FORMS: tuple[Form, ...] = (
     Form(
         "cable-force",
@@ -269,5 +310,39 @@ FORMS: tuple[Form, ...] = (
         needs=_POSITION,
         to_twin=_cubic_twin,
         contains=_ANYWHERE,
+    ),
+    Form(
+        "cable-force",
+        "spring that hangs free between two angles",
+        ("stiffness_nm_per_arm_rad",),
+        _drawn_both_ways,
+        ("neutral_arm_rad", "slack_arm_rad"),
+        _neutrals_and_slacks,
+        signs=(1,),
+        limits=_slack_within_stroke,
+        needs=_POSITION,
+        to_twin=_slack_twin,
+        contains=_ANYWHERE,
+        refines=("spring", "spring at rest elsewhere", "slack spring that stiffens"),
+    ),
+    Form(
+        "cable-force",
+        "spring that hangs free between two angles, with inner friction",
+        ("stiffness_nm_per_arm_rad", "hysteresis_nm"),
+        _drawn_both_ways_lossy,
+        ("neutral_arm_rad", "slack_arm_rad", "hysteresis_travel_arm_rad"),
+        _slacks_and_travels,
+        signs=(1, 1),
+        limits=_slack_and_settling,
+        needs=_POSITION,
+        to_twin=_slack_twin,
+        contains=_ANYWHERE,
+        refines=(
+            "spring",
+            "spring at rest elsewhere",
+            "spring with inner friction",
+            "slack spring that stiffens",
+            "spring that hangs free between two angles",
+        ),
     ),
 )
