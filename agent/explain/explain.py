@@ -315,7 +315,8 @@ def _explanation(
     table, rows = found.table, found.library.weighing.rows
     measured = table.measured_nm[rows]
     share, where = told.left_share(), told.left_where()
-    if verdict in ("explained", "tied") and unproven(proven, found):
+    floors = found.over_floor if found.noise_all_the_same else 1.0
+    if verdict in ("explained", "tied") and unproven(proven, floors):
         verdict = "partly-explained"
     extended = _left_by_twin(found)
     known = np.isfinite(extended) & found.apart_from_edges

@@ -81,16 +81,15 @@ def own_numbers(told: Study) -> frozenset[str]:
     return frozenset((*terms, *(number.effect for number in told.numbers)))
 
 
-def unproven(proven: Holdout, learnt: Study) -> bool:
+def unproven(proven: Holdout, floors: float = 1.0) -> bool:
     """Return whether unseen data hold far more than noise beside what was found.
 
     Parameters
     ----------
     proven : Holdout
-    learnt : Study
-        Whose noise may be more than the floor.
+    floors : float
+        How many times the floor the noise is.
     """
-    floors = learnt.over_floor if learnt.noise_all_the_same else 1.0
     return proven.floor_ratio > _UNPROVEN * floors and not proven.white
 
 
