@@ -21,6 +21,7 @@ _FAR = 2.0  # strokes: so far it hangs free to one side, which is further than a
 _SLACK = 0.1  # of the stroke, at least
 _SLACKS = (0.1, 0.2, 0.3)  # of the stroke, to either side of where it hangs free
 _MOST_SLACK = 0.45
+_PULLS = 0.5  # of the inner friction, at the end of the stroke: a bundle that pulls less has none
 _POSITION = ("position_rad",)
 _ANYWHERE = ("torque-offset", "direction-asymmetry")
 
@@ -175,6 +176,13 @@ def _drawn_both_ways(scene: Scene, point: Point) -> Floats:
 def _drawn_both_ways_lossy(scene: Scene, point: Point) -> Floats:
     """Return the same and its inner friction, shape (N, 2)."""
     return np.concatenate((_drawn_both_ways(scene, point), _lag(scene, point[-1:])), axis=1)
+
+
+def _is_drawn(scene: Scene, point: Point, coefficients: Floats) -> bool:
+    """Return whether the spring pulls at all beside its inner friction, where it is drawn taut."""
+    drawn = np.array(scene.stroke_arm_rad()) - point[0]
+    pull = coefficients[0] * max(float(np.max(np.abs(drawn))) - point[1], 0.0)
+    return bool(pull > _PULLS * coefficients[1])
 
 
 def _slack_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
@@ -336,6 +344,7 @@ FORMS: tuple[Form, ...] = (
         limits=_slack_and_settling,
         needs=_POSITION,
         to_twin=_slack_twin,
+        borne=_is_drawn,
         contains=_ANYWHERE,
         refines=(
             "spring",
