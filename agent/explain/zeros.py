@@ -29,6 +29,7 @@ from agent.identify.result import Floats, Parameter
 
 _EFFECT = "torque-offset"
 _GRAVITY = [BASE.index("gravity_sin_nm"), BASE.index("gravity_cos_nm")]
+_SHOWN = 20  # recordings by name
 _SURELY = 1.96
 _APART = 0.05  # of a constant: with less of it that is not gravity's, gravity is one
 _BEYOND = 5.0  # standard deviations of a sum of squares
@@ -40,8 +41,10 @@ class Zeros:
 
     Parameters
     ----------
+    names : tuple of str
+        Of the recordings to learn from.
     zeros_nm : tuple of float
-        One for each recording to learn from.
+        One for each of them.
     spread : Parameter
         Their root mean square about their mean.
     probability, share : float
@@ -54,6 +57,7 @@ class Zeros:
         Whether they differ by more than slow noise makes of so long recordings.
     """
 
+    names: tuple[str, ...]
     zeros_nm: tuple[float, ...]
     spread: Parameter
     probability: float
@@ -95,6 +99,7 @@ def own_zeros(found: Study) -> Zeros | None:
     share = min(sum(shares[i] for i in own), 1.0)
     refitted_nm2 = float(np.mean(found.refitted_nm[library.weighing.rows] ** 2))
     return Zeros(
+        tuple(run.name for run in found.table.runs),
         tuple(zeros.tolist()),
         Parameter(spread, (max(spread - half, 0.0), spread + half)),
         max(terms[i].probability for i in own),
@@ -188,10 +193,12 @@ def beside_zeros(
     as_given : Fit
         Of the twin as given to the recordings as they are.
     """
+    own = [f"{name} {torque(nm)}" for name, nm in zip(zeros.names, zeros.zeros_nm, strict=True)]
+    more = f", {len(own) - _SHOWN} more" if len(own) > _SHOWN else ""
     reason = (
-        "the recordings' zeros were taken off their torque before everything else was judged, and "
-        "twin.toml does not hold them: a drive that measures its current sensor's zero whenever it "
-        "is switched on does so"
+        f"the recordings' zeros ({', '.join(own[:_SHOWN])}{more}) were taken off their torque "
+        "before everything else was judged, and twin.toml does not hold them: a drive that "
+        "measures its current sensor's zero whenever it is switched on does so"
     )
     if held_out:
         reason += "; that of each hold-out was read off the hold-out itself, one number each"

@@ -103,6 +103,7 @@ _LABELS: Mapping[str, str] = MappingProxyType(
         "viscous_nm_s_per_rad_per_run": "Viscous friction, growth from run to run",
         "viscous_thermal_nm_s_per_rad": "Viscous friction that warmth takes away",
         "width_arm_rad": "Half of its width, arm angle",
+        "zero_spread_nm": "Spread of the recordings' zeros",
     }
 )
 
