@@ -67,14 +67,15 @@ def preferred(library: Library, ranked: Sequence[Scored], without: float) -> Sco
     # Of laws as simple, the one whose effect can explain most: by its other forms, too.
     of_effect: dict[str, float] = {}
     for scored in ranked:
-        of_effect.setdefault(scored.form.effect, scored.error)
+        if scored is best or not scored.form.rivals_none:
+            of_effect.setdefault(scored.form.effect, scored.error)
     return min(
         close,
         key=lambda s: (
             s.form.catch_all,
             upright and s.form.effect == _WEIGHT,
             s.form.size,
-            of_effect[s.form.effect],
+            of_effect.get(s.form.effect, s.error),
             s.error,
         ),
         default=best,

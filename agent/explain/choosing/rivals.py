@@ -81,7 +81,8 @@ def with_rivals(
     tuned = any(term.form.nonlinear for term in others)  # to the chosen one, not to its rival
     first_of: dict[str, Scored] = {}
     for scored in ranked:
-        first_of.setdefault(scored.form.effect, scored)
+        if not scored.form.rivals_none:
+            first_of.setdefault(scored.form.effect, scored)
     entries = []
     for effect, scored in first_of.items():
         if effect == best.form.effect or best.form.effect in scored.form.contains:

@@ -101,6 +101,9 @@ class Form:
         Whether its grid is read off what is left: strong effects hide weaker ones from it.
     catch_all : bool
         Whether it may stand for anything that varies with it: others come first on a tie.
+    rivals_none : bool
+        Whether it stands in no other law's place, though it may be chosen: what it adapts to is
+        read off what that law leaves.
     in_one_product : bool
         Whether its coefficient may be known only as a product with the other numbers: then an
         interval of it that reaches where physics does not is none.
@@ -135,6 +138,7 @@ class Form:
     uneven: Mapping[str, float] = field(default_factory=dict, hash=False)
     from_residual: bool = False
     catch_all: bool = False
+    rivals_none: bool = False
     in_one_product: bool = False
     as_product: str = ""
 

@@ -38,6 +38,7 @@ def zeros_of(count: int) -> tuple[Form, ...]:
             to_twin=_nothing_of_the_axis,
             from_residual=True,
             catch_all=True,
+            rivals_none=True,
         ),
     )
 
