@@ -111,11 +111,20 @@ def own_zeros(found: Study) -> Zeros | None:
 
 
 def _differ(zeros_nm: Floats, errors_nm: Floats) -> bool:
-    """Return whether zeros differ surely by more than their errors, shape (r,) each."""
+    """Return whether zeros differ surely by more than their errors, shape (r,) each.
+
+    Without the one furthest from the others, too: what sets one recording apart may be anything.
+    """
+    furthest = int(np.argmax(np.abs(zeros_nm - np.median(zeros_nm))))
+    others = np.arange(zeros_nm.size) != furthest
+    return _apart(zeros_nm, errors_nm) and _apart(zeros_nm[others], errors_nm[others])
+
+
+def _apart(zeros_nm: Floats, errors_nm: Floats) -> bool:
     weight = 1.0 / np.maximum(errors_nm, 1e-300) ** 2
-    apart = zeros_nm - float(weight @ zeros_nm) / float(weight.sum())
+    away = zeros_nm - float(weight @ zeros_nm) / float(weight.sum())
     free = zeros_nm.size - 1
-    return float(weight @ apart**2) > free + _BEYOND * math.sqrt(2.0 * free)
+    return float(weight @ away**2) > free + _BEYOND * math.sqrt(2.0 * free)
 
 
 def _beside(library: Library, terms: Sequence[Candidate]) -> tuple[Floats, Floats]:
