@@ -152,9 +152,10 @@ def _beside(library: Library, terms: Sequence[Candidate]) -> tuple[Floats, Float
         count,
     )
     together = np.concatenate(means)
+    known = together[np.isfinite(together)]
+    scatter = float(np.std(known)) if known.size else math.inf
     worth = worth_of(means) / max(float(sizes.sum()), 1.0)
-    error = float(np.nanstd(together)) / np.sqrt(np.maximum(worth * sizes, 1e-3))
-    return found[:count], np.asarray(error)
+    return found[:count], np.asarray(scatter / np.sqrt(np.maximum(worth * sizes, 1e-3)))
 
 
 def on_one_zero(zeros: Zeros, runs: Sequence[Run]) -> list[Run]:
