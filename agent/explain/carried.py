@@ -12,17 +12,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from agent.explain.answer import words
 from agent.explain.answer.amounts import percent, torque
 from agent.explain.answer.fits import Fit
-from agent.explain.answer.names import OWN_NUMBER
-from agent.explain.answer.result import Explanation, Finding, Verdict
+from agent.explain.answer.result import Explanation, Finding
 from agent.explain.answer.said import Said
 from agent.explain.choosing.shares import shares_of
 from agent.explain.forms.carried import CARRIED_BY_SOME, in_set
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import Table, TooShortError, tabulate
 from agent.explain.study import Study
+from agent.explain.taken_off import told_beside
 from agent.identify.result import Floats, Parameter
 from agent.numbers import scale_for, significant
 from agent.physics.rigid_body import gravity_columns
@@ -120,13 +119,6 @@ class Carried:
         )
 
 
-def _energy_nm2(finding: Finding, answer: Explanation) -> float:
-    """Return the mean square torque that a finding of an answer accounts for."""
-    before = answer.baseline if finding.form == OWN_NUMBER else answer.refitted
-    floor_nm = answer.floor.value_nm
-    return finding.energy_share * max(before.rmse_nm**2 - floor_nm**2, 0.0)
-
-
 def _left(table: Table) -> float:
     return float(np.mean(table.target_nm[table.sliding] ** 2)) if table.sliding.any() else math.nan
 
@@ -201,17 +193,4 @@ def beside_carried(
         "their torque before everything else was judged, and twin.toml does not hold it: with "
         "payload_kg in the recordings' metadata it is learnt, and predicted"
     )
-    verdict: Mapping[Verdict, Verdict] = {
-        "no-mismatch": "explained",
-        "unexplained": "partly-explained",
-    }
-    at = sum(_energy_nm2(f, answer) > carried.energy_nm2 for f in answer.findings)
-    findings = (*answer.findings[:at], carried.finding(), *answer.findings[at:])
-    told = replace(
-        answer,
-        verdict=verdict.get(answer.verdict, answer.verdict),
-        baseline=as_given,
-        findings=tuple(replace(f, rank=rank) for rank, f in enumerate(findings, start=1)),
-        reasons=(reason, *answer.reasons),
-    )
-    return replace(told, sentence=words.summary_of(told))
+    return told_beside(answer, carried.finding(), carried.energy_nm2, as_given, reason)

@@ -12,10 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from agent.explain.answer import words
 from agent.explain.answer.amounts import percent, torque
 from agent.explain.answer.fits import Fit
-from agent.explain.answer.result import Explanation, Finding, Verdict
+from agent.explain.answer.result import Explanation, Finding
 from agent.explain.answer.said import Said
 from agent.explain.choosing.candidate import Candidate, basis_of
 from agent.explain.choosing.search import Library
@@ -25,6 +24,7 @@ from agent.explain.rows.half_seconds import half_seconds, worth_of
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import BASE, TooShortError, tabulate
 from agent.explain.study import Study
+from agent.explain.taken_off import told_beside
 from agent.identify.result import Floats, Parameter
 
 _EFFECT = "torque-offset"
@@ -212,22 +212,7 @@ def beside_zeros(
     )
     if held_out:
         reason += "; that of each hold-out was read off the hold-out itself, one number each"
-    verdict: dict[Verdict, Verdict] = {
-        "no-mismatch": "explained",
-        "unexplained": "partly-explained",
-    }
-    floor_nm = answer.floor.value_nm
-    above = max(answer.refitted.rmse_nm**2 - floor_nm**2, 0.0)
-    at = sum(f.energy_share * above > zeros.energy_nm2 for f in answer.findings)
-    findings = (*answer.findings[:at], zeros.finding(), *answer.findings[at:])
-    told = replace(
-        answer,
-        verdict=verdict.get(answer.verdict, answer.verdict),
-        baseline=as_given,
-        findings=tuple(replace(f, rank=rank) for rank, f in enumerate(findings, start=1)),
-        reasons=(reason, *answer.reasons),
-    )
-    return replace(told, sentence=words.summary_of(told))
+    return told_beside(answer, zeros.finding(), zeros.energy_nm2, as_given, reason)
 
 
 def _taken_off(run: Run, zero_nm: float) -> Run:
