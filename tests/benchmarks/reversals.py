@@ -5,7 +5,8 @@ phase and the sampling's phase. The encoder has 2^20 counts a turn, as servo mot
 2^BITS with ``--bits``. The bound is Cramer and Rao's for white noise of the torque and the
 encoder's steps. Every seed has a speed of its own, and errors are in units of its own bound. The
 choice among four laws (at every tenth seed) is tried with 2^16 counts. ``--law`` takes one law
-alone, ``--law clearance`` the clearance from the arm's encoder, whose own counts are 2^ARM_BITS.
+alone, ``--law clearance`` the clearance from the arm's encoder, whose own counts are 2^ARM_BITS,
+of all gears or of one ``--gear``.
 """
 
 from __future__ import annotations
@@ -43,6 +44,7 @@ from trajectories import Trajectory
 SEEDS = 500
 NOISE_NM = 0.01
 FIRST = 10_000  # seeds that no test and no choice of a constant has seen
+GEARS = {"stiff": (0.03, 400.0), "soft": (0.03, 30.0), "no-gap": (0.0, 20.0)}  # rad, N m/rad
 
 
 def presliding(seeds: int, laws: Sequence[str], counts: int, first: int) -> None:
@@ -198,10 +200,10 @@ def _gradients(found: Solution, law: str) -> dict[str, Floats]:
     return out
 
 
-def clearance(seeds: int, counts: int, arm_counts: int, first: int) -> None:
+def clearance(seeds: int, counts: int, arm_counts: int, first: int, gears: Sequence[str]) -> None:
     """Print coverage, error and bias of what the arm's encoder tells, each seed in its bounds."""
     late_s = 0.002
-    for gap, stiffness in ((0.03, 400.0), (0.03, 30.0), (0.0, 20.0)):
+    for gap, stiffness in map(GEARS.__getitem__, gears):
         truth = {
             "backlash_rad": gap,
             "lost_motion_rad": gap + 2.0 * ARM_COULOMB / stiffness,
@@ -251,14 +253,16 @@ def main() -> None:
     parser.add_argument("--arm-bits", type=int, default=22, help="of the arm's encoder, a turn")
     parser.add_argument("--first", type=int, default=FIRST, help="first seed")
     parser.add_argument("--law", choices=[*TRUTH, "clearance"], help="one law alone")
+    parser.add_argument("--gear", choices=list(GEARS), help="one gear of the clearance alone")
     asked = parser.parse_args()
+    gears = list(GEARS) if asked.gear is None else [asked.gear]
     if asked.law == "clearance":
-        clearance(asked.seeds, 1 << asked.bits, 1 << asked.arm_bits, asked.first)
+        clearance(asked.seeds, 1 << asked.bits, 1 << asked.arm_bits, asked.first, gears)
         return
     if asked.law is not None:
         presliding(asked.seeds, [asked.law], 1 << asked.bits, asked.first)
         return
-    clearance(asked.seeds, 1 << asked.bits, 1 << asked.arm_bits, asked.first)
+    clearance(asked.seeds, 1 << asked.bits, 1 << asked.arm_bits, asked.first, gears)
     presliding(asked.seeds, list(TRUTH), 1 << asked.bits, asked.first)
     choice(max(asked.seeds // 10, 1))
 
