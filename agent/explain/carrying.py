@@ -31,11 +31,15 @@ _KEPT = 0.5  # of what slides: with fewer samples nothing is asked once more
 
 @dataclass(frozen=True)
 class Given:
-    """The twin as given, its table, and what payloads add that it does not know."""
+    """The twin as given, its table, and what payloads add that it does not know.
+
+    `refitted` is the twin as given with its own numbers refitted, where that is not the study's.
+    """
 
     twin: Twin
     table: Table
     loads: Loads | None
+    refitted: Twin | None = None
 
 
 def studied(twin: Twin, table: Table, among: Container[str] | None = None) -> tuple[Study, Given]:

@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from agent.explain import proof
-from agent.explain.answer import words
 from agent.explain.answer.result import (
-    Curve,
     Explanation,
-    Fit,
-    Floor,
     Holdout,
-    Moved,
     NextExperiment,
     Trace,
     fit_of,
@@ -29,33 +23,30 @@ from agent.explain.carrying import (
     without_their_images,
     without_unknown_beginnings,
 )
-from agent.explain.caveats import bear_in_mind, creeps_held_out
-from agent.explain.choosing.aliases import aliases
-from agent.explain.driven_range import further, noted_in
-from agent.explain.experiment.proposal import next_experiments
-from agent.explain.findings import OFFSET_OR_ASYMMETRY
-from agent.explain.location.dynamic_curves import spectrum_around
+from agent.explain.caveats import creeps_held_out
+from agent.explain.driven_range import further
 from agent.explain.location.moments import Moments, in_moments, without
 from agent.explain.numbers.loads import differs_unsaid, said_of
-from agent.explain.numbers.model import fit_model
+from agent.explain.own_effects.against import told_against
+from agent.explain.own_effects.better import SETTLED, is_better, is_settled
+from agent.explain.own_effects.doubted import Doubted, doubted_of
 from agent.explain.plausible import contradiction
 from agent.explain.rows.creep import creep_beside, without_creep
 from agent.explain.rows.half_sample import half_a_sample_s
 from agent.explain.rows.run import Run
-from agent.explain.rows.table import BASE, TooShortError
+from agent.explain.rows.table import TooShortError
 from agent.explain.study import Study
 from agent.explain.told import Told
 from agent.explain.traces import traces_of
 from agent.explain.undecidable import undecidable
 from agent.explain.unlike import held_out_apart
-from agent.explain.unnamed import taken_back, unproven
+from agent.explain.unnamed import taken_back
+from agent.explain.written_down import experiments, nothing_decided, written_down
 from agent.explain.zeros import beside_zeros, on_one_zero, on_zeros_of_their_own, own_zeros
-from agent.identify.result import Floats
 from agent.physics.twin import Twin, TwinError
 from trajectories import AxisLimits
 
 _HELD_OUT = 2.0  # times the noise
-_SETTLED = {"unexplained": 0, "partly-explained": 1, "tied": 2, "explained": 2, "no-mismatch": 2}
 
 
 def explain(
@@ -84,10 +75,10 @@ def explain(
     Explanation
         With reasons and no numbers where the recordings do not carry an answer.
     """
-    answer, moments = _asked_once(twin, runs, holdout, limits)
+    answer, moments = _asked(twin, runs, holdout, limits)
     if moments is None or (not holdout and len({run for run, _, _ in moments.at}) > 1):
         return answer  # what comes back in another recording, and nothing to hold it against
-    again, _ = _asked_once(twin, without(runs, moments), holdout, limits)
+    again, _ = _asked(twin, without(runs, moments), holdout, limits)
     if not _is_better(again, answer):
         return answer
     return replace(again, reasons=(moments.said(apart=True), *again.reasons))
@@ -101,8 +92,31 @@ def _is_better(answer: Explanation, other: Explanation) -> bool:
     held = answer.holdout
     if held is not None and answer.held_out and held.floor_ratio > _HELD_OUT:
         return False
-    rank = _SETTLED[answer.verdict] - _SETTLED[other.verdict]
+    rank = SETTLED[answer.verdict] - SETTLED[other.verdict]
     return rank > 0 or (rank == 0 and answer.extended.rmse_nm < 0.5 * other.extended.rmse_nm)
+
+
+def _asked(
+    twin: Twin, runs: Sequence[Run], holdout: Sequence[Run], limits: AxisLimits | None
+) -> tuple[Explanation, Moments | None]:
+    """Return an explanation; where the twin's own effects may be wrong, the better one of two.
+
+    The other one is of the twin without such effects: what it finds in their place is told as what
+    is wrong with them.
+    """
+    answer, moments = _asked_once(twin, runs, holdout, limits)
+    if not twin.effects or answer.twin is None or answer.verdict == "no-mismatch":
+        return answer, moments
+    _, table = tabulated(twin, runs, holdout)
+    best = answer, moments
+    for doubted in doubted_of(twin, table, answer):
+        bare, apart = _asked_once(doubted.bare, runs, holdout, limits, _Known(doubted=doubted))
+        told = told_against(doubted, answer, bare)
+        if told is not None and (best[0] is answer or is_better(told, best[0])):
+            best = told, apart
+            if is_settled(told):
+                break
+    return best
 
 
 @dataclass(frozen=True)
@@ -121,6 +135,8 @@ class _Known:
         Whether all recordings have one zero, or none shows.
     zeros_off : bool
         Whether their own zeros are taken off already; a hold-out's is read when all else is known.
+    doubted : Doubted or None
+        The twin as given, where what is asked about lacks some of its effects.
     """
 
     late_s: float = 0.0
@@ -128,6 +144,7 @@ class _Known:
     carried: bool = False
     one_zero: bool = False
     zeros_off: bool = False
+    doubted: Doubted | None = None
 
 
 def _asked_once(
@@ -145,15 +162,15 @@ def _asked_once(
     names = tuple(run.name for run in runs), tuple(run.name for run in holdout)
     refusal = contradiction((*runs, *holdout)) if runs else "no recording was given"
     if refusal:
-        return _nothing(f"not decidable: {refusal}", *names), None
+        return nothing_decided(f"not decidable: {refusal}", *names), None
     try:
         asked, table = tabulated(twin, runs, holdout, known.late_s)
         table = without_creep(table, known.creep_rad_s)
     except ValueError as error:
-        return _nothing(f"not decidable: {error}", *names), None
+        return nothing_decided(f"not decidable: {error}", *names), None
     refusal = undecidable(table, twin)
     if refusal:
-        return _nothing(refusal, *names), None
+        return nothing_decided(refusal, *names), None
     found, given = studied(twin, replace(table, one_zero=known.one_zero))
     if not known.late_s:
         late_s = _late_by_holding_s(found, (*asked.runs, *asked.holdout))
@@ -179,6 +196,8 @@ def _asked_once(
     found, given = without_unknown_beginnings(twin, found, given)
     if known.zeros_off:
         asked = replace(asked, holdout=on_zeros_of_their_own(asked.holdout, found))
+    if known.doubted is not None:
+        given = replace(given, twin=known.doubted.twin, refitted=known.doubted.refitted)
     return _explained(found, given, asked, limits, *names)
 
 
@@ -216,8 +235,8 @@ def _explained(
         proven, traces, apart = _proof(told.found, given, holdout, named=False)
     menu: tuple[NextExperiment, ...] = ()
     if any(f.alternatives for f in told.findings):
-        menu = _experiments(found, limits, frozenset(swing.effect for swing in told.swings))
-    answer = _explanation(
+        menu = experiments(found, limits, frozenset(swing.effect for swing in told.swings))
+    answer = written_down(
         told, given, proven, traces, menu, recordings, held_out, by_motor=asked.by_motor
     )
     carried = (
@@ -252,7 +271,7 @@ def _proof(
     And that what was held out is of another kind, or creeps, where it does.
     """
     table = found.table
-    refitted = proof.refitted_twin(table, found.twin)
+    refitted = given.refitted or proof.refitted_twin(table, found.twin)
     as_given = replace(found, twin=given.twin)
     traces, apart, creeps = traces_of(as_given, refitted, table, held_out=False), "", ""
     if holdout:
@@ -274,127 +293,3 @@ def _proof(
     placebo = proof.placebo(found.library)
     proven = proof.prove(compared, source, found.floor.value_nm, placebo, rows_per_cutoff)
     return proven, traces, tuple(said for said in (apart, creeps) if said)
-
-
-def _nothing(reason: str, recordings: tuple[str, ...], held_out: tuple[str, ...]) -> Explanation:
-    """Return an explanation without numbers."""
-    nan = math.nan
-    return Explanation(
-        verdict="unexplained",
-        sentence=f"{reason[0].upper()}{reason[1:]}{'' if reason.endswith('?') else '.'}",
-        reasons=(reason,),
-        floor=Floor(nan, nan, nan, nan),
-        baseline=Fit(),
-        refitted=Fit(),
-        extended=Fit(),
-        holdout=None,
-        findings=(),
-        unexplained_share=nan,
-        unexplained_where=(),
-        cells=(),
-        moved=(),
-        next_experiment=None,
-        recordings=recordings,
-        held_out=held_out,
-    )
-
-
-def _explanation(
-    told: Told,
-    as_given: Given,
-    proven: Holdout,
-    traces: tuple[Trace, ...],
-    menu: tuple[NextExperiment, ...],
-    recordings: tuple[str, ...],
-    held_out: tuple[str, ...],
-    *,
-    by_motor: bool,
-) -> Explanation:
-    """Write it down."""
-    found, verdict, findings = told.found, told.verdict, told.findings
-    table, rows = found.table, found.library.weighing.rows
-    measured = table.measured_nm[rows]
-    share, where = told.left_share(), told.left_where()
-    floors = found.over_floor if found.noise_all_the_same else 1.0
-    if verdict in ("explained", "tied") and unproven(proven, floors):
-        verdict = "partly-explained"
-    extended = _left_by_twin(found)
-    known = np.isfinite(extended) & found.apart_from_edges
-    given, refitted = (
-        fit_of(measured, left[rows]) for left in (as_given.table.target_nm, found.refitted_nm)
-    )
-    said = Explanation(
-        verdict=verdict,
-        sentence="",
-        reasons=bear_in_mind(found, by_motor=by_motor),
-        floor=found.floor,
-        baseline=given,
-        refitted=refitted,
-        extended=fit_of(measured[known], extended[known]),
-        holdout=proven,
-        findings=findings,
-        unexplained_share=share,
-        unexplained_where=where,
-        cells=found.cells,
-        moved=_moves(found),
-        next_experiment=menu[0] if menu else None,
-        further_experiments=menu[1:],
-        recordings=recordings,
-        held_out=held_out,
-        not_judged=found.not_judged,
-        aliases=aliases(found.library),
-        twin=noted_in(found),
-        traces=traces,
-        unexplained_curves=_spectra(found),
-        band_hz=table.cutoff_hz,
-    )
-    return replace(said, sentence=words.summary_of(said))
-
-
-def _left_by_twin(found: Study) -> Floats:
-    """Return what the twin that is written leaves of the rows learnt from, shape (m,)."""
-    rows = found.library.weighing.rows
-    return proof.left_by(found.extended, found.table, found.twin)[rows]
-
-
-def _experiments(
-    found: Study, limits: AxisLimits | None, without: frozenset[str]
-) -> tuple[NextExperiment, ...]:
-    """Return what to run to break the ties, for the term that has the closest rival first.
-
-    Offset and asymmetry come last: no motion of the axis tells those two apart. Effects that are
-    not told are not asked about.
-    """
-    terms = found.choice.terms
-
-    def order(index: int) -> tuple[bool, float]:
-        term = terms[index]
-        effects = {s.form.effect for s in (term.scored, *(r.scored for r in term.rivals))}
-        return effects <= OFFSET_OR_ASYMMETRY, term.probability
-
-    asked = (i for i, t in enumerate(terms) if t.rivals and t.scored.form.effect not in without)
-    for index in sorted(asked, key=order):
-        menu = next_experiments(found.library, found.choice.terms, index, found.noise_nm, limits)
-        if menu:
-            return menu
-    return ()
-
-
-def _spectra(found: Study) -> tuple[Curve, ...]:
-    """Return the spectra of the lines that are located."""
-    curves = (spectrum_around(line) for line in found.lines if line.matters)
-    return tuple(curve for curve in curves if curve is not None)
-
-
-def _moves(found: Study) -> tuple[Moved, ...]:
-    """Return how the twin's numbers moved when the missing physics was put in."""
-    alone = fit_model(found.library, found.twin, ())
-    out = []
-    for name in BASE:
-        before, after = alone.base[name], found.model.base[name]
-        sigmas = math.nan
-        if after.ci95 is not None and before.ci95 is not None:
-            spread = (after.ci95[1] - after.ci95[0]) / 3.92
-            sigmas = abs(after.value - before.value) / spread if spread > 0.0 else math.nan
-        out.append(Moved(name, float(getattr(found.twin, name)), before, after, sigmas))
-    return tuple(out)

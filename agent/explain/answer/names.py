@@ -58,3 +58,6 @@ COSTS_NO_TORQUE = frozenset({"torque-saturation"})
 
 OWN_NUMBER = "the twin's own number"
 """The form of a finding that is no missing physics."""
+
+OWN_EFFECT = "the twin's own effect"
+"""The form of a finding about an effect that the simulation has, with other numbers."""

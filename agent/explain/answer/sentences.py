@@ -13,7 +13,7 @@ from agent.explain.answer.said import Said
 from agent.identify.result import Parameter
 from agent.numbers import scale_for, significant
 
-_LITTLE = 1e-6  # of the mismatch: what has a name is not nothing, though others take all from it
+LITTLE = 1e-6  # of the mismatch: what has a name is not nothing, though others take all from it
 _SAME_NUMBER = 0.01  # of it: less is not told where another number of the kind moved more
 # Of the greater side: less on the other side is not worth a word. Where friction grows, the twin's
 # own level, fitted without it, makes up for some elsewhere.
@@ -52,7 +52,7 @@ def finding_sentence(
     detail = _detail(effect, parameters)
     name = f"{NAMES[effect]} ({detail})" if detail else NAMES[effect]
     whole = shared("", beside_numbers=beside_numbers)
-    carried = f"{percent(max(energy_share, _LITTLE))} of {whole}"
+    carried = f"{percent(max(energy_share, LITTLE))} of {whole}"
     lead = f"{begin}; {name} explains {carried}." if first else f"{begin}: {name}, {carried}."
     return Said(lead, f"{begin}: {detail}." if detail else f"{begin}.")
 

@@ -1,0 +1,171 @@
+"""What was found in the place of doubted effects, told as an answer about the twin as given."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from agent.explain.answer import words
+from agent.explain.answer.names import OWN_EFFECT
+from agent.explain.answer.own_effect import own_effect_sentence, with_share
+from agent.explain.answer.result import Explanation, Finding, Holdout, Moved, Verdict
+from agent.explain.choosing.materiality import CLOSE, MATERIAL
+from agent.explain.own_effects.better import floor_nm2, is_better, mismatch_nm2, settles_more
+from agent.explain.own_effects.doubted import Doubted
+from agent.explain.own_effects.energies import Energies
+from agent.explain.verdict import MUCH_LEFT
+from agent.physics.twin import Effect
+
+_HELPS = 0.1  # of the mismatch: what right numbers in an effect's place take off at least
+
+
+def told_against(doubted: Doubted, answer: Explanation, bare: Explanation) -> Explanation | None:
+    """Return what is found in the place of doubted effects as an answer about the twin as given.
+
+    None where that is no better an answer than the one about the twin as given.
+
+    Parameters
+    ----------
+    doubted : Doubted
+    answer : Explanation
+        Of the twin as given.
+    bare : Explanation
+        Of the twin without what is doubted, its proof and pictures against the twin as given.
+    """
+    if bare.twin is None or answer.twin is None:
+        return None
+    if not is_better(bare, answer):
+        return None
+    trials = [Energies(doubted, bare.twin, floor_nm2(answer), moved=m) for m in (True, False)]
+    energy = next((e for e in trials if e.mismatch > 0.0 and e.helped >= _HELPS), trials[0])
+    share = {f.rank: _share(f, bare, answer) for f in bare.findings}
+    own: list[Finding] = []
+    paired: set[int] = set()
+    for place, law in energy.pairs():
+        effect = doubted.twin.effects[place]
+        same = law is not None and law.id == effect.id
+        finding = _of_law(law, bare.findings, paired) if law is not None and same else None
+        if finding is not None:
+            paired.add(finding.rank)
+        worth = energy.of(place, law)
+        if energy.helped >= _HELPS and worth >= MATERIAL:
+            own.append(_own_finding(effect, finding, min(worth, 1.0), energy, place, law))
+    others = [
+        replace(f, energy_share=share[f.rank], said=with_share(f, share[f.rank]))
+        for f in bare.findings
+        if f.rank not in paired
+    ]
+    if not own and not (others and settles_more(bare, answer)):
+        return None
+    found = sorted((*own, *others), key=lambda f: -f.energy_share)
+    left = min(bare.unexplained_share * mismatch_nm2(bare) / max(mismatch_nm2(answer), 1e-300), 1.0)
+    told = replace(
+        bare,
+        verdict=_verdict(bare, left),
+        reasons=(_CHANGED if own else _AS_THEY_ARE, *bare.reasons),
+        baseline=answer.baseline,
+        refitted=answer.refitted,
+        findings=tuple(replace(f, rank=rank) for rank, f in enumerate(found, start=1)),
+        unexplained_share=left,
+        cells=answer.cells,
+        moved=_moved(answer, bare),
+        holdout=_held_out(answer.holdout, bare.holdout, bare.held_out),
+    )
+    return replace(told, sentence=words.summary_of(told))
+
+
+_CHANGED = (
+    "effects of the simulation whose numbers do not fit were taken out of it and looked for "
+    "anew; twin.toml holds what was found in their place"
+)
+_AS_THEY_ARE = (
+    "effects that the simulation has already were looked for anew beside what it lacks, and found "
+    "as it has them"
+)
+
+
+def _of_law(law: Effect, findings: Sequence[Finding], paired: set[int]) -> Finding | None:
+    """Return the finding that tells of a law; None for none."""
+    own = [f for f in findings if f.effect == law.id and f.rank not in paired]
+
+    def apart(finding: Finding) -> float:
+        shared = [n for n in finding.parameters if isinstance(law.parameters.get(n), float)]
+        sizes = ((finding.parameters[n].value, float(law.parameters[n])) for n in shared)
+        return sum(abs(a - b) / (abs(a) + abs(b) + 1e-12) for a, b in sizes)
+
+    return min(own, key=apart, default=None)
+
+
+def _own_finding(
+    effect: Effect,
+    found: Finding | None,
+    share: float,
+    energy: Energies,
+    place: int,
+    law: Effect | None,
+) -> Finding:
+    """Return that an effect of the simulation is not as the recordings show it."""
+    given = {n: float(v) for n, v in effect.parameters.items() if isinstance(v, float)}
+    numbers = {} if found is None else found.parameters
+    said = own_effect_sentence(
+        effect.id, given, numbers, share, energy.times(place, law), of_all=not energy.moved
+    )
+    if found is None:
+        return Finding(effect.id, 0, 1.0, share, (), said, {}, form=OWN_EFFECT)
+    return replace(found, energy_share=share, said=said, form=OWN_EFFECT)
+
+
+def _share(finding: Finding, bare: Explanation, answer: Explanation) -> float:
+    """Return a finding's share of what the twin as given leaves."""
+    energy = finding.energy_share * mismatch_nm2(bare, finding.form)
+    before = mismatch_nm2(answer, finding.form)
+    return min(energy / before, 1.0) if before > 0.0 else 0.0
+
+
+def _verdict(bare: Explanation, left_share: float) -> Verdict:
+    if bare.verdict == "no-mismatch":
+        return "explained"
+    floor_nm = bare.floor.value_nm
+    more = floor_nm > 0.0 and bare.extended.rmse_nm > CLOSE * floor_nm
+    if bare.verdict == "unexplained" or (more and left_share > MUCH_LEFT):
+        return "partly-explained"
+    return bare.verdict
+
+
+def _moved(answer: Explanation, bare: Explanation) -> tuple[Moved, ...]:
+    """Return how the numbers moved from those of the twin as given, refitted."""
+    after = {moved.parameter: moved for moved in bare.moved}
+    out = []
+    for before in answer.moved:
+        now = after[before.parameter].extended
+        sigmas = math.nan
+        if now.ci95 is not None and before.refitted.ci95 is not None:
+            spread = (now.ci95[1] - now.ci95[0]) / 3.92
+            sigmas = abs(now.value - before.refitted.value) / spread if spread > 0.0 else math.nan
+        out.append(replace(before, extended=now, sigmas=sigmas))
+    return tuple(out)
+
+
+def _held_out(
+    answer: Holdout | None, bare: Holdout | None, recordings: Sequence[str]
+) -> Holdout | None:
+    """Return the proof against the twin as given; where folds stand in, their own errors as given.
+
+    Parameters
+    ----------
+    answer, bare : Holdout or None
+        Of the twin as given, and of what was found without what is doubted of it.
+    recordings : sequence of str
+        That were held out; against these `bare` has the twin as given already.
+    """
+    if answer is None or bare is None or recordings:
+        return bare
+    before, after = answer.baseline.rmse_nm, bare.extended.rmse_nm
+    return replace(
+        bare,
+        baseline=answer.baseline,
+        refitted=answer.refitted,
+        improvement_percent=100.0 * (1.0 - after / before) if before > 0.0 else math.nan,
+        improvement_ci95_percent=None,
+    )

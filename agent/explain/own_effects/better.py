@@ -1,0 +1,68 @@
+"""Which of two answers about one joint is the better one: what it settles, and with how little."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from agent.explain.answer.names import OWN_NUMBER
+from agent.explain.answer.result import Explanation, Verdict
+from agent.explain.choosing.materiality import MATERIAL
+
+_AS_WELL = 0.1  # of the energy: fewer laws that leave no more are the better answer
+_HALF = 0.5  # of the energy above the noise
+SETTLED: Mapping[Verdict, int] = {
+    "unexplained": 0,
+    "partly-explained": 1,
+    "tied": 2,
+    "explained": 2,
+    "no-mismatch": 2,
+}
+"""How much a verdict settles."""
+
+
+def is_better(bare: Explanation, answer: Explanation) -> bool:
+    """Return whether an answer settles more, needs fewer laws, or leaves half of another one's.
+
+    Fewer laws may leave a little more: so much as is worth no name beside them.
+    """
+    settled = SETTLED[bare.verdict] - SETTLED[answer.verdict]
+    if settled < 0 or settles_more(bare, answer):
+        return settled >= 0
+    ours, theirs = (each.extended.rmse_nm**2 for each in (bare, answer))
+    little = max(_AS_WELL * theirs, MATERIAL * mismatch_nm2(bare))
+    return _said_of(bare) < _said_of(answer) and ours - theirs <= little
+
+
+def settles_more(bare: Explanation, answer: Explanation) -> bool:
+    """Return whether an answer's verdict is a better one, or as good with half left."""
+    settled = SETTLED[bare.verdict] - SETTLED[answer.verdict]
+    if settled:
+        return settled > 0
+    left, before = (each.extended.rmse_nm**2 - floor_nm2(answer) for each in (bare, answer))
+    return left < _HALF * before
+
+
+def is_settled(answer: Explanation) -> bool:
+    """Return whether a verdict cannot be a better one."""
+    return SETTLED[answer.verdict] == max(SETTLED.values())
+
+
+def _said_of(answer: Explanation) -> int:
+    """Return how many laws an answer's twin has, and how many of its numbers are said to be wrong.
+
+    Of two simulations of one joint that with less of both is the better one.
+    """
+    laws = 0 if answer.twin is None else len(answer.twin.effects)
+    return laws + sum(f.form == OWN_NUMBER for f in answer.findings)
+
+
+def floor_nm2(answer: Explanation) -> float:
+    """Return the energy of noise, N m squared; 0 where it is not known."""
+    floor_nm = answer.floor.value_nm
+    return floor_nm**2 if floor_nm > 0.0 else 0.0
+
+
+def mismatch_nm2(answer: Explanation, own: str = "") -> float:
+    """Return what the twin leaves above the noise, N m squared: as given for its own numbers."""
+    before = answer.baseline if own == OWN_NUMBER else answer.refitted
+    return max(before.rmse_nm**2 - floor_nm2(answer), 0.0)

@@ -1,0 +1,101 @@
+"""What right numbers in the place of a simulation's own effects take off the mismatch."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from agent.explain.numbers.model import predicted
+from agent.explain.own_effects.doubted import Doubted
+from agent.explain.rows.scene import refit
+from agent.identify.result import Floats
+from agent.physics.effects import CARRIED
+from agent.physics.twin import Effect, Twin
+
+_SAME_LAW = 0.3  # of a cosine: from there on two torques are the same law's
+
+
+class Energies:
+    """What right numbers in the place of doubted effects take off, as shares of the mismatch.
+
+    Of what the twin as given leaves when its rigid body and plain friction have `moved` to where
+    they fit best, or as they are.
+    """
+
+    def __init__(self, doubted: Doubted, found: Twin, noise_nm2: float, *, moved: bool) -> None:
+        self._table, self._given, self._found = doubted.table, doubted.twin, found
+        self._places, self.moved = doubted.places, moved
+        kept = doubted.bare.effects
+        self._laws = tuple(e for e in found.effects if e not in kept)
+        wanted = {doubted.twin.effects[p].id for p in doubted.places}
+        in_place = tuple(e for e in self._laws if e.id in wanted)
+        given = self._left(doubted.twin)
+        self.mismatch = given - noise_nm2
+        right = replace(doubted.twin, effects=(*kept, *in_place))
+        self.helped = (given - self._left(right)) / max(self.mismatch, 1e-300)
+
+    def pairs(self) -> list[tuple[int, Effect | None]]:
+        """Return doubted effects, each with the law that was found in its place, if any was.
+
+        There is one arm, on a spring or in a gap: whatever was found of it is in its place.
+        """
+        out: list[tuple[int, Effect | None]] = []
+        free = list(self._laws)
+        for place in self._places:
+            effect = self._given.effects[place]
+            if effect.id in CARRIED:
+                law = next((law for law in free if law.id in CARRIED), None)
+            else:
+                law = self._likest(effect, [law for law in free if law.id == effect.id])
+            if law is not None:
+                free.remove(law)
+            out.append((place, law))
+        return out
+
+    def _likest(self, effect: Effect, laws: Sequence[Effect]) -> Effect | None:
+        """Return the law whose torque is most like an effect's of the twin as given, if any is."""
+        own = self._torque(self._given, effect)
+        alike = [abs(_cosine(own, self._torque(self._found, law))) for law in laws]
+        best = int(np.argmax(alike)) if alike else 0
+        return laws[best] if alike and alike[best] >= _SAME_LAW else None
+
+    def of(self, place: int, law: Effect | None) -> float:
+        """Return what the simulation's own numbers leave more than what was found in their place.
+
+        All else as it was found.
+        """
+        others = (e for e in self._found.effects if e != law)
+        as_given = (*others, self._given.effects[place])
+        more = self._left(replace(self._found, effects=as_given)) - self._left(self._found)
+        return more / self.mismatch
+
+    def times(self, place: int, law: Effect | None) -> float:
+        """Return how many times as strong as the simulation's the joint's effect is, rms."""
+        if law is None:
+            return 0.0
+        own = self._torque(self._given, self._given.effects[place])
+        size = float(np.linalg.norm(own))
+        found = float(np.linalg.norm(self._torque(self._found, law)))
+        return found / size if size > 0.0 else math.inf
+
+    def _left(self, twin: Twin) -> float:
+        table = self._table
+        left = table.measured_nm - predicted(table, twin)
+        if self.moved:
+            left = refit(table, table.target_nm - left)[1]
+        rows = table.sliding & np.isfinite(left)
+        return float(np.mean(left[rows] ** 2)) if rows.any() else math.inf
+
+    def _torque(self, twin: Twin, effect: Effect) -> Floats:
+        """Return what one effect adds to a twin's torque, shape (m,)."""
+        alone = replace(twin, effects=(effect,))
+        added = predicted(self._table, alone) - predicted(self._table, replace(twin, effects=()))
+        return np.asarray(np.nan_to_num(added[self._table.sliding]))
+
+
+def _cosine(one: Floats, other: Floats) -> float:
+    size = float(np.linalg.norm(one) * np.linalg.norm(other))
+    return float(one @ other) / size if size > 0.0 else 0.0

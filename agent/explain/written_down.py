@@ -1,0 +1,162 @@
+"""An explanation written down: what was found, what it is worth, and what to run next."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from agent.explain import proof
+from agent.explain.answer import words
+from agent.explain.answer.result import (
+    Curve,
+    Explanation,
+    Fit,
+    Floor,
+    Holdout,
+    Moved,
+    NextExperiment,
+    Trace,
+    fit_of,
+)
+from agent.explain.carrying import Given
+from agent.explain.caveats import bear_in_mind
+from agent.explain.choosing.aliases import aliases
+from agent.explain.driven_range import noted_in
+from agent.explain.experiment.proposal import next_experiments
+from agent.explain.findings import OFFSET_OR_ASYMMETRY
+from agent.explain.location.dynamic_curves import spectrum_around
+from agent.explain.numbers.model import fit_model
+from agent.explain.rows.table import BASE
+from agent.explain.study import Study
+from agent.explain.told import Told
+from agent.explain.unnamed import unproven
+from agent.identify.result import Floats
+from trajectories import AxisLimits
+
+
+def nothing_decided(
+    reason: str, recordings: tuple[str, ...], held_out: tuple[str, ...]
+) -> Explanation:
+    """Return an explanation without numbers."""
+    nan = math.nan
+    return Explanation(
+        verdict="unexplained",
+        sentence=f"{reason[0].upper()}{reason[1:]}{'' if reason.endswith('?') else '.'}",
+        reasons=(reason,),
+        floor=Floor(nan, nan, nan, nan),
+        baseline=Fit(),
+        refitted=Fit(),
+        extended=Fit(),
+        holdout=None,
+        findings=(),
+        unexplained_share=nan,
+        unexplained_where=(),
+        cells=(),
+        moved=(),
+        next_experiment=None,
+        recordings=recordings,
+        held_out=held_out,
+    )
+
+
+def written_down(
+    told: Told,
+    as_given: Given,
+    proven: Holdout,
+    traces: tuple[Trace, ...],
+    menu: tuple[NextExperiment, ...],
+    recordings: tuple[str, ...],
+    held_out: tuple[str, ...],
+    *,
+    by_motor: bool,
+) -> Explanation:
+    """Return an explanation with all that was found in it."""
+    found, verdict, findings = told.found, told.verdict, told.findings
+    table, rows = found.table, found.library.weighing.rows
+    measured = table.measured_nm[rows]
+    share, where = told.left_share(), told.left_where()
+    floors = found.over_floor if found.noise_all_the_same else 1.0
+    if verdict in ("explained", "tied") and unproven(proven, floors):
+        verdict = "partly-explained"
+    extended = _left_by_twin(found)
+    known = np.isfinite(extended) & found.apart_from_edges
+    given, refitted = (
+        fit_of(measured, left[rows]) for left in (as_given.table.target_nm, found.refitted_nm)
+    )
+    said = Explanation(
+        verdict=verdict,
+        sentence="",
+        reasons=bear_in_mind(found, by_motor=by_motor),
+        floor=found.floor,
+        baseline=given,
+        refitted=refitted,
+        extended=fit_of(measured[known], extended[known]),
+        holdout=proven,
+        findings=findings,
+        unexplained_share=share,
+        unexplained_where=where,
+        cells=found.cells,
+        moved=_moves(found),
+        next_experiment=menu[0] if menu else None,
+        further_experiments=menu[1:],
+        recordings=recordings,
+        held_out=held_out,
+        not_judged=found.not_judged,
+        aliases=aliases(found.library),
+        twin=noted_in(found),
+        traces=traces,
+        unexplained_curves=_spectra(found),
+        band_hz=table.cutoff_hz,
+    )
+    return replace(said, sentence=words.summary_of(said))
+
+
+def _left_by_twin(found: Study) -> Floats:
+    """Return what the twin that is written leaves of the rows learnt from, shape (m,)."""
+    rows = found.library.weighing.rows
+    return proof.left_by(found.extended, found.table, found.twin)[rows]
+
+
+def experiments(
+    found: Study, limits: AxisLimits | None, without: frozenset[str]
+) -> tuple[NextExperiment, ...]:
+    """Return what to run to break the ties, for the term that has the closest rival first.
+
+    Offset and asymmetry come last: no motion of the axis tells those two apart. Effects that are
+    not told are not asked about.
+    """
+    terms = found.choice.terms
+
+    def order(index: int) -> tuple[bool, float]:
+        term = terms[index]
+        effects = {s.form.effect for s in (term.scored, *(r.scored for r in term.rivals))}
+        return effects <= OFFSET_OR_ASYMMETRY, term.probability
+
+    asked = (i for i, t in enumerate(terms) if t.rivals and t.scored.form.effect not in without)
+    for index in sorted(asked, key=order):
+        menu = next_experiments(found.library, found.choice.terms, index, found.noise_nm, limits)
+        if menu:
+            return menu
+    return ()
+
+
+def _spectra(found: Study) -> tuple[Curve, ...]:
+    """Return the spectra of the lines that are located."""
+    curves = (spectrum_around(line) for line in found.lines if line.matters)
+    return tuple(curve for curve in curves if curve is not None)
+
+
+def _moves(found: Study) -> tuple[Moved, ...]:
+    """Return how the twin's numbers moved when the missing physics was put in."""
+    alone = fit_model(found.library, found.twin, ())
+    out = []
+    for name in BASE:
+        before, after = alone.base[name], found.model.base[name]
+        sigmas = math.nan
+        if after.ci95 is not None and before.ci95 is not None:
+            spread = (after.ci95[1] - after.ci95[0]) / 3.92
+            sigmas = abs(after.value - before.value) / spread if spread > 0.0 else math.nan
+        out.append(Moved(name, float(getattr(found.twin, name)), before, after, sigmas))
+    return tuple(out)
