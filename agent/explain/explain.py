@@ -104,13 +104,13 @@ def _asked(
     The other one is of the twin without such effects: what it finds in their place is told as what
     is wrong with them.
     """
-    answer, moments = _asked_once(twin, runs, holdout, limits)
+    answer, moments = asked_once(twin, runs, holdout, limits)
     if not twin.effects or answer.twin is None or answer.verdict == "no-mismatch":
         return answer, moments
     _, table = tabulated(twin, runs, holdout)
     best = answer, moments
     for doubted in doubted_of(twin, table, answer):
-        bare, apart = _asked_once(doubted.bare, runs, holdout, limits, _Known(doubted=doubted))
+        bare, apart = asked_once(doubted.bare, runs, holdout, limits, _Known(doubted=doubted))
         told = told_against(doubted, answer, bare)
         if told is not None and (best[0] is answer or is_better(told, best[0])):
             best = told, apart
@@ -147,14 +147,16 @@ class _Known:
     doubted: Doubted | None = None
 
 
-def _asked_once(
+def asked_once(
     twin: Twin,
     runs: Sequence[Run],
     holdout: Sequence[Run],
-    limits: AxisLimits | None,
+    limits: AxisLimits | None = None,
     known: _Known = _Known(),
 ) -> tuple[Explanation, Moments | None]:
-    """Return an explanation, and the moments of the recordings that hold most of what is left.
+    """Return an explanation that doubts none of the twin's own effects, and what hides in moments.
+
+    The moments are those of the recordings that hold most of what is left.
 
     A torque that turns out to be half a sample late is put in step, and everything asked again. So
     it is where each recording has a zero of its own, or some carry what others do not.
@@ -176,21 +178,21 @@ def _asked_once(
         late_s = _late_by_holding_s(found, (*asked.runs, *asked.holdout))
         if late_s:
             known = replace(known, late_s=late_s, creep_rad_s=found.table.creep_rad_s or None)
-            return _asked_once(twin, runs, holdout, limits, known)
+            return asked_once(twin, runs, holdout, limits, known)
     rows = found.library.weighing.rows
     as_given = fit_of(found.table.measured_nm[rows], given.table.target_nm[rows])
     zeros = own_zeros(found)
     if zeros is not None:
         known = replace(known, one_zero=True, zeros_off=zeros.sure)
         if not zeros.sure:
-            return _asked_once(twin, runs, holdout, limits, known)
-        again, moments = _asked_once(twin, on_one_zero(zeros, runs), holdout, limits, known)
+            return asked_once(twin, runs, holdout, limits, known)
+        again, moments = asked_once(twin, on_one_zero(zeros, runs), holdout, limits, known)
         return beside_zeros(again, zeros, holdout, as_given), moments
     carried = None if known.carried else carried_by_some(found)
     if carried is not None:
         lighter, unseen, held_out = freed(carried, runs, holdout, found)
         known = replace(known, carried=True)
-        again, moments = _asked_once(twin, lighter, unseen, limits, known)
+        again, moments = asked_once(twin, lighter, unseen, limits, known)
         return beside_carried(again, carried, held_out, as_given), moments
     found, given = without_their_images(twin, found, given)
     found, given = without_unknown_beginnings(twin, found, given)

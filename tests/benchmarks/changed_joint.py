@@ -1,0 +1,104 @@
+"""Joints that have changed since their simulation was learnt.
+
+``python -m tests.benchmarks.changed_joint [first seed]`` explains one joint for every effect, at
+twice the noise, and keeps the twin that comes out. Then the same joint is recorded with half as
+much of it, and with none, and explained with that twin: what is wrong is the simulation's own
+effect. Beside it stands what is said where the simulation's effects are not doubted, in the same
+run. Effects that have no law of their own in a twin, as a wrong inertia, are left out.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+from agent.cli.explain.simulate import read_twin
+from agent.conclude.explanation import explained, runs_of
+from agent.explain import explain as explaining
+from agent.explain.answer.names import OWN_EFFECT
+from agent.explain.answer.result import Explanation
+from agent.physics.twin import Twin
+from agent.record.reading import read_all
+from fakes.conceal import EFFECTS, UnreachableError, conceal, write_case
+
+_FIRST = 540_000
+_THEN, _LESS = 2.0, 1.0  # times the noise
+_SHIFT = "torque-offset", "direction-asymmetry"  # no motion tells these two apart
+
+
+@contextmanager
+def recorded(seed: int, effects: Sequence[str], snr: float) -> Iterator[Path]:
+    """Record a joint into a folder, as `stribeck prove` has it."""
+    with tempfile.TemporaryDirectory() as scratch:
+        write_case(conceal(seed, effects=effects, snr=snr), Path(scratch))
+        yield Path(scratch)
+
+
+def asked(folder: Path, twin: Twin | None = None) -> Explanation:
+    """Explain a folder with a twin, or with its own."""
+    path = folder / "twin.toml"
+    learn, unseen = (read_all([folder / name]) for name in ("training", "holdout"))
+    return explained(twin or read_twin(path), path, learn, unseen)
+
+
+def not_doubted(folder: Path, twin: Twin) -> Explanation:
+    """Explain a folder with a twin whose own effects nobody doubts."""
+    learn, unseen = (runs_of(read_all([folder / name])) for name in ("training", "holdout"))
+    answer, _ = explaining.asked_once(twin, learn, unseen)
+    return answer
+
+
+def is_right(answer: Explanation, effect: str) -> bool:
+    """Tell whether the simulation's own effect is all that is told, tied with its like or not."""
+    one = len(answer.findings) == 1 and answer.findings[0].form == OWN_EFFECT
+    return one and answer.findings[0].effect in _alike(effect)
+
+
+def is_its_name(answer: Explanation, effect: str) -> bool:
+    """Tell whether the effect's name is the only one, as something that is missing or too much."""
+    return bool(answer.findings) and {f.effect for f in answer.findings} <= _alike(effect)
+
+
+def _alike(effect: str) -> set[str]:
+    return set(_SHIFT) if effect in _SHIFT else {effect}
+
+
+def main(first_seed: int = _FIRST) -> None:
+    """Print what is said of every joint, and how often it is right."""
+    counted: list[tuple[bool, bool]] = []
+    for number, effect in enumerate(EFFECTS):
+        seed = first_seed + number
+        try:
+            with recorded(seed, (effect,), _THEN) as folder:
+                learnt = asked(folder).twin
+        except UnreachableError:
+            continue
+        own = () if learnt is None else tuple(e for e in learnt.effects if e.id in _alike(effect))
+        if learnt is None or not own:
+            print(f"{seed} {effect}: no law of it was learnt", flush=True)
+            continue
+        learnt = replace(learnt, effects=own)
+        for now, effects, snr in (("half", (effect,), _LESS), ("gone", (), 1.0)):
+            try:
+                with recorded(seed, effects, snr) as folder:
+                    said, before = asked(folder, learnt), not_doubted(folder, learnt)
+            except UnreachableError:
+                continue
+            counted.append((is_right(said, effect), is_its_name(before, effect)))
+            print(f"{seed} {effect}, {now}: {_words(said)} | not doubted: {_words(before)}")
+            print(f"    {said.sentence}", flush=True)
+    right, before_right = (sum(column) for column in zip(*counted, strict=True))
+    print(f"{right} of {len(counted)} right; not doubted, {before_right} with no other name")
+
+
+def _words(answer: Explanation) -> str:
+    names = [f"{f.effect}{' (own)' if f.form == OWN_EFFECT else ''}" for f in answer.findings]
+    return f"{answer.verdict} {', '.join(names)}".strip()
+
+
+if __name__ == "__main__":
+    main(*(int(word) for word in sys.argv[1:]))
