@@ -154,9 +154,9 @@ def asked_once(
     limits: AxisLimits | None = None,
     known: _Known = _Known(),
 ) -> tuple[Explanation, Moments | None]:
-    """Return an explanation that doubts none of the twin's own effects, and what hides in moments.
+    """Return an explanation, and the moments of the recordings that hold most of what is left.
 
-    The moments are those of the recordings that hold most of what is left.
+    None of the twin's own effects is doubted.
 
     A torque that turns out to be half a sample late is put in step, and everything asked again. So
     it is where each recording has a zero of its own, or some carry what others do not.

@@ -99,7 +99,7 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
     form, own = term.scored.form, model.parameters[index]
     added = term.candidate.columns @ model.coefficients[model.slices()[index]] / weighing.weight
     size = effective_size(scene.table, weighing, model.residual_nm * weighing.weight)
-    order = _order(scene, own)
+    order = order_of(scene, own)
     if form.effect in _SWINGS:
         curve = _SWINGS[form.effect](scene, weighing.rows, added, model.residual_nm)
     else:
@@ -216,7 +216,7 @@ def _taken_over(study: Study, basis: Floats) -> float:
     return min(max(float(extended @ way) / length, 0.0), 1.0) if length > 0.0 else 0.0
 
 
-def _order(scene: Scene, parameters: Mapping[str, Parameter]) -> float:
+def order_of(scene: Scene, parameters: Mapping[str, Parameter]) -> float:
     """Return a finding's order per motor turn, 0 for none."""
     if "order_per_motor_rev" in parameters:
         return parameters["order_per_motor_rev"].value

@@ -14,7 +14,7 @@ from agent.explain.choosing.candidate import Candidate, basis_of
 from agent.explain.choosing.choice import choose
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.shifts import shifted
-from agent.explain.numbers.model import predicted
+from agent.explain.numbers.model import predicted, with_numbers
 from agent.explain.rows.creep import creep_beside
 from agent.explain.rows.evidence import solve
 from agent.explain.rows.left_out import left_out_as_in
@@ -233,12 +233,5 @@ def placebo(library: Library) -> float:
 def refitted_twin(table: Table, twin: Twin) -> Twin:
     """Return the twin's own structure with the numbers that fit the table best."""
     delta, _ = refit(table)
-    names = dict(zip(BASE, delta, strict=True))
-    return replace(
-        twin,
-        inertia_kg_m2=max(twin.inertia_kg_m2 + names["inertia_kg_m2"], 0.0),
-        viscous_nm_s_per_rad=max(twin.viscous_nm_s_per_rad + names["viscous_nm_s_per_rad"], 0.0),
-        coulomb_nm=max(twin.coulomb_nm + names["coulomb_nm"], 0.0),
-        gravity_sin_nm=twin.gravity_sin_nm + names["gravity_sin_nm"],
-        gravity_cos_nm=twin.gravity_cos_nm + names["gravity_cos_nm"],
-    )
+    moved = {name: getattr(twin, name) + d for name, d in zip(BASE, delta, strict=True)}
+    return with_numbers(twin, moved)

@@ -69,6 +69,7 @@ class Curve:
     `at` and `line_nm` (m,) are the law with its simultaneous band `lower_nm`, `upper_nm` (m,);
     `bin_at`, `bin_nm` and `bin_ci_nm` (k,) are means of what the twin left unexplained there,
     with half of their 95 % interval. All torques are what the law adds to the simulation.
+    `given_nm` (m,) is what the simulation itself has there, where the law stands in its place.
     """
 
     variable: str
@@ -79,6 +80,7 @@ class Curve:
     bin_at: Floats
     bin_nm: Floats
     bin_ci_nm: Floats
+    given_nm: Floats | None = None
 
 
 @dataclass(frozen=True)

@@ -109,14 +109,14 @@ def extended_twin(library: Library, twin: Twin, model: Model) -> Twin:
     for index in range(len(model.terms)):
         entries += entries_of(library, model, index)
     entries += _limit(scene.table, entries)
-    moved = _moved(twin, {name: p.value for name, p in model.base.items()})
+    moved = with_numbers(twin, {name: p.value for name, p in model.base.items()})
     extended = replace(moved, effects=tuple(entries))
     if not entries and not model.terms:
         return extended
     for _ in range(2):
         # Some effects refer to the base numbers, so that these settle in two rounds.
         delta = _base_beside(scene.table, library, extended)
-        extended = _moved(
+        extended = with_numbers(
             extended,
             {name: getattr(extended, name) + d for name, d in zip(BASE, delta, strict=True)},
         )
@@ -151,8 +151,13 @@ def _limit(table: Table, entries: Sequence[Effect]) -> list[Effect]:
     )
 
 
-def _moved(twin: Twin, numbers: Mapping[str, float]) -> Twin:
-    held = {n: max(v, 0.0) if n in _NOT_NEGATIVE else v for n, v in numbers.items()}
+def with_numbers(twin: Twin, numbers: Mapping[str, float]) -> Twin:
+    """Return a twin with some of its rigid body's and plain friction's numbers, by name.
+
+    Inertia and friction are no less than none.
+    """
+    held = {name: numbers.get(name, float(getattr(twin, name))) for name in BASE}
+    held |= {name: max(held[name], 0.0) for name in _NOT_NEGATIVE}
     return replace(
         twin,
         inertia_kg_m2=held["inertia_kg_m2"],

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from agent.explain.answer import words
-from agent.explain.answer.names import OWN_EFFECT
+from agent.explain.answer.names import OWN_EFFECT, OWN_NUMBER
 from agent.explain.answer.own_effect import own_effect_sentence, with_share
 from agent.explain.answer.result import Explanation, Finding, Holdout, Moved, Verdict
 from agent.explain.choosing.materiality import CLOSE, MATERIAL
+from agent.explain.numbers.wrong import MATERIAL as OF_GIVEN
 from agent.explain.own_effects.better import floor_nm2, is_better, mismatch_nm2, settles_more
 from agent.explain.own_effects.doubted import Doubted
 from agent.explain.own_effects.energies import Energies
@@ -54,7 +55,7 @@ def told_against(doubted: Doubted, answer: Explanation, bare: Explanation) -> Ex
     others = [
         replace(f, energy_share=share[f.rank], said=with_share(f, share[f.rank]))
         for f in bare.findings
-        if f.rank not in paired
+        if f.rank not in paired and not (f.form == OWN_NUMBER and share[f.rank] < OF_GIVEN)
     ]
     if not own and not (others and settles_more(bare, answer)):
         return None
@@ -113,7 +114,14 @@ def _own_finding(
     )
     if found is None:
         return Finding(effect.id, 0, 1.0, share, (), said, {}, form=OWN_EFFECT)
-    return replace(found, energy_share=share, said=said, form=OWN_EFFECT)
+    return replace(
+        found,
+        energy_share=share,
+        said=said,
+        form=OWN_EFFECT,
+        holdout_rmse_without_nm=energy.rmse_with(place, law),
+        curve=energy.drawn(place, found),
+    )
 
 
 def _share(finding: Finding, bare: Explanation, answer: Explanation) -> float:

@@ -11,9 +11,8 @@ import numpy as np
 from agent.explain.answer.result import Explanation, Verdict
 from agent.explain.choosing.materiality import CLOSE
 from agent.explain.forms.library import FORMS
-from agent.explain.numbers.model import predicted
+from agent.explain.numbers.model import predicted, with_numbers
 from agent.explain.own_effects.better import floor_nm2
-from agent.explain.proof import refitted_twin
 from agent.explain.rows.scene import refit
 from agent.explain.rows.table import Table
 from agent.identify.result import Floats
@@ -78,8 +77,15 @@ def doubted_of(twin: Twin, table: Table, answer: Explanation) -> tuple[Doubted, 
     order = sorted((p for p in gains if gains[p] >= _DOUBTED), key=lambda p: -gains[p])
     every = tuple(gains) if answer.verdict in _NAMELESS else ()
     sets = dict.fromkeys((tuple(order[:1]), tuple(sorted(order)), every))
-    refitted = refitted_twin(table, twin)
+    refitted = _refitted(twin, answer)
     return tuple(Doubted(twin, refitted, table, places) for places in sets if places)
+
+
+def _refitted(twin: Twin, answer: Explanation) -> Twin:
+    """Return a twin with its rigid body and plain friction as they fit best, effects as given."""
+    best = {moved.parameter: moved.refitted for moved in answer.moved}
+    numbers = {name: p.value for name, p in best.items() if p.identified}
+    return with_numbers(twin, numbers)
 
 
 def _slopes(twin: Twin, place: int, table: Table) -> Floats:

@@ -8,9 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from agent.explain.answer.result import Curve, Finding
+from agent.explain.findings import order_of
+from agent.explain.location.regions import AXIS, curve_of
 from agent.explain.numbers.model import predicted
 from agent.explain.own_effects.doubted import Doubted
-from agent.explain.rows.scene import refit
+from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.table import BASE
 from agent.identify.result import Floats
 from agent.physics.effects import CARRIED
 from agent.physics.twin import Effect, Twin
@@ -72,6 +76,30 @@ class Energies:
         more = self._left(replace(self._found, effects=as_given)) - self._left(self._found)
         return more / self.mismatch
 
+    def rmse_with(self, place: int, law: Effect | None) -> float:
+        """Return what is left with the simulation's own numbers, all else as it was found, rms."""
+        return math.sqrt(self.of(place, law) * self.mismatch + self._left(self._found))
+
+    def drawn(self, place: int, found: Finding) -> Curve | None:
+        """Return a finding's curve with what the simulation itself has along it."""
+        curve, effect = found.curve, self._given.effects[place]
+        if curve is None or curve.variable != AXIS.get(effect.id):
+            return curve
+        table = self._table
+        rows = np.flatnonzero(table.sliding)
+        theta = np.array([getattr(self._found, name) for name in BASE])
+        scene = Scene(table, theta, np.zeros(table.sliding.shape[0]))
+        own = curve_of(
+            scene,
+            rows,
+            effect.id,
+            self._torque(self._given, effect),
+            np.zeros(rows.shape[0]),
+            independent=1.0,
+            order=order_of(scene, found.parameters),
+        )
+        return curve if own is None else replace(curve, given_nm=_read_at(curve, own))
+
     def times(self, place: int, law: Effect | None) -> float:
         """Return how many times as strong as the simulation's the joint's effect is, rms."""
         if law is None:
@@ -94,6 +122,19 @@ class Energies:
         alone = replace(twin, effects=(effect,))
         added = predicted(self._table, alone) - predicted(self._table, replace(twin, effects=()))
         return np.asarray(np.nan_to_num(added[self._table.sliding]))
+
+
+def _read_at(curve: Curve, own: Curve) -> Floats:
+    """Return another curve of the same axis where a curve is drawn, shape (m,).
+
+    A friction law jumps at zero velocity, and is read on its own side.
+    """
+    out = np.full(curve.at.shape[0], np.nan)
+    for side in (curve.at < 0.0, curve.at >= 0.0):
+        there = (own.at < 0.0) == bool((curve.at[side] < 0.0).any())
+        if side.any() and there.any():
+            out[side] = np.interp(curve.at[side], own.at[there], own.line_nm[there])
+    return out
 
 
 def _cosine(one: Floats, other: Floats) -> float:

@@ -60,8 +60,9 @@ def figure_finding(curve: Curve, where: tuple[Region, ...] = (), *, narrow: bool
         axes.set_xticks(np.unique(np.round(abscissa.shown(curve.bin_at))))
     axes.set_xlabel(abscissa.title)
     kind = "rms torque" if curve.variable == "frequency_hz" else "torque"
-    axes.set_ylabel(f"{kind} that is missing, {scale.unit}")
-    key_in_header(axes, columns=2)
+    missing = "that is missing" if curve.given_nm is None else "of the effect"
+    axes.set_ylabel(f"{kind} {missing}, {scale.unit}")
+    key_in_header(axes, columns=2 if curve.given_nm is None else 3)
     return figure_of(axes)
 
 
@@ -74,13 +75,23 @@ def finding_in_words(curve: Curve) -> str:
     if not finite.size or not span.size:
         return f"Means of the torque that the simulation lacks over {abscissa.title}; no line."
     unit = f" {abscissa.unit}" if abscissa.unit else ""
+    what = "that the simulation lacks" if curve.given_nm is None else "of the effect"
     return (
-        f"Torque that the simulation lacks over {abscissa.label}, from "
+        f"Torque {what} over {abscissa.label}, from "
         f"{significant(float(span.min()), 3)} to {significant(float(span.max()), 3)}{unit}: the "
         f"law's line, between {significant(float(finite.min()), 3)} and "
         f"{significant(float(finite.max()), 3)} {scale.unit}, with its band, over "
         f"{curve.bin_at.size} means of what was measured."
+        f"{_given_in_words(curve, scale)}"
     )
+
+
+def _given_in_words(curve: Curve, scale: Scale) -> str:
+    if curve.given_nm is None:
+        return ""
+    given = curve.given_nm[np.isfinite(curve.given_nm)] * scale.factor
+    low, high = (significant(float(end), 3) for end in (given.min(), given.max()))
+    return f" The simulation's own line lies between {low} and {high} {scale.unit}."
 
 
 def abscissa_of(curve: Curve) -> Variable:
@@ -97,6 +108,13 @@ def abscissa_of(curve: Curve) -> Variable:
 
 def caption_of(curve: Curve) -> str:
     """Return what the points, the line and the shade of a finding's picture are."""
+    if curve.given_nm is not None:
+        return (
+            "Points: measured torque less that of the simulation without this effect, averaged "
+            "over short stretches of this axis, with the rest of the model taken off. Their bars "
+            "are 95 % intervals. Line: the law found; pale: its band. Dashed: what the simulation "
+            "as given has instead."
+        )
     if curve.variable == "frequency_hz":
         return (
             "Points: root mean square of measured less simulated torque by bands of frequency, with"
@@ -146,6 +164,9 @@ def _law(axes: Axes, curve: Curve, abscissa: Variable, scale: Scale) -> None:
         for values in (curve.line_nm, curve.lower_nm, curve.upper_nm)
     )
     axes.fill_between(at, lower, upper, color=MEASURED_PALE, lw=0, zorder=2)
+    if curve.given_nm is not None:
+        given = np.insert(curve.given_nm * scale.factor, breaks, np.nan)
+        axes.plot(at, given, color=MUTED, lw=1.4, ls="--", label="simulation has", zorder=2.5)
     axes.plot(at, line, color=MEASURED, lw=2.2, label="law found", zorder=3)
 
 
@@ -154,7 +175,7 @@ def _means(axes: Axes, curve: Curve, abscissa: Variable, scale: Scale) -> None:
     axes.errorbar(
         abscissa.shown(curve.bin_at), curve.bin_nm * scale.factor, yerr=reach * scale.factor,
         fmt="o", ms=3.6, mew=0.0, color=INK, ecolor=INK, elinewidth=0.9, capsize=0.0, zorder=4,
-        label="measured less simulated",
+        label="measured less simulated" if curve.given_nm is None else "measured",
     )  # fmt: skip
 
 
@@ -182,5 +203,6 @@ def _shade(axes: Axes, curve: Curve, where: tuple[Region, ...], abscissa: Variab
 
 
 def _largest_nm(curve: Curve) -> float:
-    values = np.concatenate((curve.line_nm, curve.bin_nm))
+    given = np.empty(0) if curve.given_nm is None else curve.given_nm
+    values = np.concatenate((curve.line_nm, curve.bin_nm, given))
     return float(np.max(np.abs(values), initial=0.0, where=np.isfinite(values)))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from agent.explain.answer.names import OWN_NUMBER, effect_name
+from agent.explain.answer.names import OWN_EFFECT, OWN_NUMBER, effect_name
 from agent.explain.answer.result import Explanation, Finding, Moved, Region
 from agent.explain.answer.sentences import shared
 from agent.explain.answer.small_share import as_large, times_without
@@ -111,7 +111,9 @@ def _without(finding: Finding, explanation: Explanation) -> str:
         return ""
     times = times_without(finding, explanation.holdout, explanation.floor.value_nm)
     beside = f", {as_large(times)}" if math.isfinite(times) else ""
-    return units_unbroken(f"{in_scale(without, error_scale(explanation))}{beside}")
+    instead = "with the simulation's own numbers" if finding.form == OWN_EFFECT else "without it"
+    error = in_scale(without, error_scale(explanation))
+    return units_unbroken(f"{instead} the error is {error}{beside}")
 
 
 def places(regions: Sequence[Region], recordings: Sequence[str]) -> tuple[str, ...]:
