@@ -289,8 +289,10 @@ def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
     What is refused in its best form and in the next best is not asked for in a third.
     """
     once: set[str] = set()
+    chosen: tuple[Library, Choice] | None = None
     for _ in range(_MOST_REFUSALS):
-        library, choice = settled_beside(*chosen_anew(library))
+        chosen = chosen or chosen_anew(library)
+        library, choice = settled_beside(*chosen)
         choice = _material(library, choice, twin)
         refused = afloat(library, choice) | misfits(library, choice)
         refused |= only_in_a_band(library, choice) | only_fast(library, choice)
@@ -309,16 +311,27 @@ def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
             return library, choice, model, extended
         twice = once & {effect for effect, _ in refused}
         once |= {effect for effect, _ in refused}
-        left = tuple(
-            c
-            for c in library.candidates
-            if (c.form.effect, c.form.name) not in refused and c.form.effect not in twice
-        )
-        library = replace(library, candidates=left)
+        library = _without(library, refused, twice)
+        # What the search had not chosen it would not choose once more: another stands in its place.
+        forms = [term.scored.form for term in chosen[1].terms]
+        again = any((f.effect, f.name) in refused or f.effect in twice for f in forms)
+        chosen = None if again else (_without(chosen[0], refused, twice), chosen[1])
     empty = replace(library, candidates=())
     choice = choose(empty)
     model = fit_model(empty, twin, ())
     return empty, choice, model, extended_twin(empty, twin, model)
+
+
+def _without(
+    library: Library, refused: Container[tuple[str, str]], effects: Container[str]
+) -> Library:
+    """Return a library without some forms, and without all of some effects."""
+    kept = (
+        c
+        for c in library.candidates
+        if (c.form.effect, c.form.name) not in refused and c.form.effect not in effects
+    )
+    return replace(library, candidates=tuple(kept))
 
 
 def _beside_wrong_numbers(

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from agent.explain.answer import words
 from agent.explain.answer.names import OWN_EFFECT, OWN_NUMBER
 from agent.explain.answer.own_effect import own_effect_sentence, with_share
 from agent.explain.answer.result import Explanation, Finding, Holdout, Moved, Verdict
-from agent.explain.choosing.materiality import CLOSE, MATERIAL
+from agent.explain.choosing.materiality import MATERIAL
 from agent.explain.numbers.wrong import MATERIAL as OF_GIVEN
 from agent.explain.own_effects.better import floor_nm2, is_better, mismatch_nm2, settles_more
 from agent.explain.own_effects.doubted import Doubted
 from agent.explain.own_effects.energies import Energies
-from agent.explain.verdict import MUCH_LEFT
 from agent.physics.twin import Effect
 
+_VERDICTS: Mapping[Verdict, Verdict] = {
+    "no-mismatch": "explained",
+    "unexplained": "partly-explained",
+}
 _HELPS = 0.1  # of the mismatch: what right numbers in an effect's place take off at least
 
 
@@ -60,15 +63,13 @@ def told_against(doubted: Doubted, answer: Explanation, bare: Explanation) -> Ex
     if not own and not (others and settles_more(bare, answer)):
         return None
     found = sorted((*own, *others), key=lambda f: -f.energy_share)
-    left = min(bare.unexplained_share * mismatch_nm2(bare) / max(mismatch_nm2(answer), 1e-300), 1.0)
     told = replace(
         bare,
-        verdict=_verdict(bare, left),
+        verdict=_VERDICTS.get(bare.verdict, bare.verdict),
         reasons=(_CHANGED if own else _AS_THEY_ARE, *bare.reasons),
         baseline=answer.baseline,
         refitted=answer.refitted,
         findings=tuple(replace(f, rank=rank) for rank, f in enumerate(found, start=1)),
-        unexplained_share=left,
         cells=answer.cells,
         moved=_moved(answer, bare),
         holdout=_held_out(answer.holdout, bare.holdout, bare.held_out),
@@ -129,16 +130,6 @@ def _share(finding: Finding, bare: Explanation, answer: Explanation) -> float:
     energy = finding.energy_share * mismatch_nm2(bare, finding.form)
     before = mismatch_nm2(answer, finding.form)
     return min(energy / before, 1.0) if before > 0.0 else 0.0
-
-
-def _verdict(bare: Explanation, left_share: float) -> Verdict:
-    if bare.verdict == "no-mismatch":
-        return "explained"
-    floor_nm = bare.floor.value_nm
-    more = floor_nm > 0.0 and bare.extended.rmse_nm > CLOSE * floor_nm
-    if bare.verdict == "unexplained" or (more and left_share > MUCH_LEFT):
-        return "partly-explained"
-    return bare.verdict
 
 
 def _moved(answer: Explanation, bare: Explanation) -> tuple[Moved, ...]:

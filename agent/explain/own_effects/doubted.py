@@ -10,7 +10,6 @@ import numpy as np
 
 from agent.explain.answer.result import Explanation, Verdict
 from agent.explain.choosing.materiality import CLOSE
-from agent.explain.forms.library import FORMS
 from agent.explain.numbers.model import predicted, with_numbers
 from agent.explain.own_effects.better import floor_nm2
 from agent.explain.rows.scene import refit
@@ -20,10 +19,8 @@ from agent.physics.twin import Effect, Twin, TwinError
 
 _DOUBTED = 0.2  # of the mismatch: so much of it goes along an effect, or along one of its numbers
 _NUDGE = 1.02  # times a number
-_SHOWN = "torque-saturation"  # by the signals themselves, whatever the simulation says
 _LOADED = "reference_payload_kg"  # a payload that recordings state
 _NAMELESS: frozenset[Verdict] = frozenset({"unexplained", "partly-explained"})
-_ASKED = frozenset(form.effect for form in FORMS) - {_SHOWN}
 
 
 @dataclass(frozen=True)
@@ -71,7 +68,7 @@ def doubted_of(twin: Twin, table: Table, answer: Explanation) -> tuple[Doubted, 
         return ()
     gains: dict[int, float] = {}
     for place, effect in enumerate(twin.effects):
-        if effect.id in _ASKED and _LOADED not in effect.parameters:
+        if _LOADED not in effect.parameters:
             slopes = _slopes(twin, place, table)
             gains[place] = max(_goes_along(slopes, table, answer, moved=m) for m in (True, False))
     order = sorted((p for p in gains if gains[p] >= _DOUBTED), key=lambda p: -gains[p])
