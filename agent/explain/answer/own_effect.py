@@ -17,7 +17,13 @@ _ALIKE = 0.1  # of its strength: so much more or less is the same
 _MOVED = 0.03  # of a number: less is not told
 _TOLD = 2  # numbers
 _BY_ITS_NUMBERS = frozenset(
-    {"joint-flexibility", "backlash", "presliding-hysteresis", "measurement-delay"}
+    {
+        "joint-flexibility",
+        "backlash",
+        "presliding-hysteresis",
+        "measurement-delay",
+        "torque-saturation",
+    }
 )
 """Effects that twice the number does not make twice as strong."""
 
@@ -27,6 +33,7 @@ _CALLED: Mapping[str, str] = {
     "height_nm": "height",
     "coulomb_change_nm": "change",
     "torque_offset_nm": "offset",
+    "limit_nm": "limit",
     "torque_delay_s": "delay",
     "velocity_delay_s": "delay",
     "half_gap_rad": "half the gap",

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from agent.explain.answer.amounts import percent, torque
-from agent.explain.answer.names import COSTS_NO_TORQUE, OWN_NUMBER, effect_name
+from agent.explain.answer.names import COSTS_NO_TORQUE, OWN_EFFECT, OWN_NUMBER, effect_name
 from agent.explain.answer.places import place_in_words
 from agent.explain.answer.result import Explanation, Finding, Holdout
 from agent.explain.answer.small_share import weighed
@@ -127,7 +127,7 @@ def what_stays(explanation: Explanation) -> tuple[str, ...]:
     parts = []
     if verdict in ("unexplained", "partly-explained") and not only_unseen:
         parts.append(_left_sentence(explanation))
-    if holdout is not None and any(f.effect not in COSTS_NO_TORQUE for f in findings):
+    if holdout is not None and any(map(_costs_torque, findings)):
         parts.append(proof_sentence(holdout, explanation.floor.value_nm))
         if verdict == "partly-explained" and only_unseen:
             parts.append(
@@ -135,6 +135,11 @@ def what_stays(explanation: Explanation) -> tuple[str, ...]:
                 "something that the recordings to learn from do not show."
             )
     return tuple(parts)
+
+
+def _costs_torque(finding: Finding) -> bool:
+    """Return whether the simulation's torque is off by a finding: by a limit of its own it is."""
+    return finding.effect not in COSTS_NO_TORQUE or finding.form == OWN_EFFECT
 
 
 def _left_sentence(explanation: Explanation) -> str:
