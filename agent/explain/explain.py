@@ -28,7 +28,7 @@ from agent.explain.driven_range import further
 from agent.explain.location.moments import Moments, in_moments, without
 from agent.explain.numbers.loads import differs_unsaid, said_of
 from agent.explain.own_effects.against import told_against
-from agent.explain.own_effects.better import SETTLED, is_better, is_settled
+from agent.explain.own_effects.better import SETTLED, is_better, is_noise, is_settled
 from agent.explain.own_effects.doubted import Doubted, doubted_of
 from agent.explain.plausible import contradiction
 from agent.explain.rows.creep import creep_beside, without_creep
@@ -105,7 +105,7 @@ def _asked(
     is wrong with them.
     """
     answer, moments = asked_once(twin, runs, holdout, limits)
-    if not twin.effects or answer.twin is None or answer.verdict == "no-mismatch":
+    if not twin.effects or answer.twin is None or is_noise(answer):
         return answer, moments
     _, table = tabulated(twin, runs, holdout)
     best = answer, moments

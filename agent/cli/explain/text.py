@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Iterable, Sequence
 
 from agent.explain.answer.names import effect_name
+from agent.explain.answer.own_effect import finding_name
 from agent.explain.answer.result import Explanation, Finding, NextExperiment
 from agent.explain.answer.words import after_colon
 from agent.numbers import NO_NUMBER
@@ -110,7 +111,7 @@ def _error(rmse: str, fit: str) -> str:
 
 def _finding(finding: Finding, explanation: Explanation, head: Head) -> list[str]:
     """Return one finding: a line of the table, how much and where, its numbers, its rivals."""
-    first, *others = _wrapped(f"{finding.rank}. {heading(effect_name(finding.effect))}", "", _NAME)
+    first, *others = _wrapped(f"{finding.rank}. {heading(finding_name(finding))}", "", _NAME)
     worth = f"{carried(finding.energy_share):>{_SHARE}}{share(finding.probability):>9}"
     lines = [f"{first:<{_NAME}}{worth}", *(f"   {other}" for other in others)]
     names = (*explanation.recordings, *explanation.held_out)

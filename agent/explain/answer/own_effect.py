@@ -76,11 +76,21 @@ def own_effect_sentence(
     name, worth = effect_name(effect), f"This explains {percent(share)} of {whole}."
     if not found:
         lead = f"The simulation has {name}, which these recordings do not show."
-        return Said(lead, place=lead, worth=worth)
-    own = name.removeprefix("a ").removeprefix("an ")
+        return Said(lead, worth=worth)
     numbers = _numbers(given, found)
-    lead = f"The simulation's own {own} {_strength(effect, times)}{numbers}."
-    return Said(lead, place=lead, worth=worth)
+    lead = f"The {_own(effect)} {_strength(effect, times)}{numbers}."
+    return Said(lead, worth=worth)
+
+
+def finding_name(finding: Finding) -> str:
+    """Return what a finding is called: an effect, or that of the simulation's own."""
+    if finding.form == OWN_EFFECT:
+        return _own(finding.effect)
+    return effect_name(finding.effect)
+
+
+def _own(effect: str) -> str:
+    return f"simulation's own {effect_name(effect).removeprefix('a ').removeprefix('an ')}"
 
 
 def _strength(effect: str, times: float) -> str:

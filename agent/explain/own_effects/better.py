@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from agent.explain.answer.names import OWN_NUMBER
 from agent.explain.answer.result import Explanation, Verdict
-from agent.explain.choosing.materiality import MATERIAL
+from agent.explain.choosing.materiality import CLOSE, MATERIAL
 
 _AS_WELL = 0.1  # of the energy: fewer laws that leave no more are the better answer
 _HALF = 0.5  # of the energy above the noise
@@ -40,6 +40,15 @@ def settles_more(bare: Explanation, answer: Explanation) -> bool:
         return settled > 0
     left, before = (each.extended.rmse_nm**2 - floor_nm2(answer) for each in (bare, answer))
     return left < _HALF * before
+
+
+def is_noise(answer: Explanation) -> bool:
+    """Return whether a simulation agrees, and leaves no more than the noise floor.
+
+    What it leaves beyond that may be noise in kind, or the image of an arm that the joint has not.
+    """
+    left_nm2 = answer.refitted.rmse_nm**2
+    return answer.verdict == "no-mismatch" and left_nm2 <= CLOSE**2 * floor_nm2(answer)
 
 
 def is_settled(answer: Explanation) -> bool:

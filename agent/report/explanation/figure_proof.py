@@ -9,8 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from agent.explain.answer.names import effect_name
-from agent.explain.answer.result import Explanation, Floor, Holdout
+from agent.explain.answer.names import OWN_EFFECT, effect_name
+from agent.explain.answer.own_effect import finding_name
+from agent.explain.answer.result import Explanation, Finding, Floor, Holdout
 from agent.numbers import Scale
 from agent.report.explanation.errors import error_scale, in_scale, stages
 from agent.report.explanation.words import percent, torque
@@ -103,7 +104,7 @@ def error_rows(explanation: Explanation) -> list[Row]:
     if len(explanation.findings) > 1:
         rows += [
             Row(
-                f"without {effect_name(finding.effect)}",
+                _without(finding),
                 finding.holdout_rmse_without_nm,
                 MEASURED,
                 hollow=True,
@@ -147,6 +148,13 @@ def gain_rows(explanation: Explanation) -> list[Row]:
         Row("placebo", holdout.placebo_percent, MUTED, hollow=True),
     ]
     return [row for row in rows if math.isfinite(row.value)]
+
+
+def _without(finding: Finding) -> str:
+    """Return what a row is called that lacks a finding."""
+    if finding.form == OWN_EFFECT:
+        return f"with the {finding_name(finding)}"
+    return f"without {effect_name(finding.effect)}"
 
 
 def _errors(axes: Axes, rows: Sequence[Row], floor: Floor, scale: Scale, *, narrow: bool) -> None:

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from agent.explain.answer.amounts import percent
-from agent.explain.answer.names import OWN_NUMBER, effect_name
+from agent.explain.answer.names import OWN_NUMBER
+from agent.explain.answer.own_effect import finding_name
 from agent.explain.answer.result import Explanation, Finding
 from agent.explain.answer.sentences import shared
 from agent.explain.answer.small_share import times_without, without_it
@@ -93,7 +94,7 @@ def _line(told: Sequence[Finding], at: int, explanation: Explanation) -> str:
     finding = told[at]
     if not finding.said.place or finding.effect in {above.effect for above in told[:at]}:
         return finding.said.lead
-    return f"{heading(effect_name(finding.effect))}: {_worth(finding, explanation)}."
+    return f"{heading(finding_name(finding))}: {_worth(finding, explanation)}."
 
 
 def _worth(finding: Finding, explanation: Explanation) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from agent.explain.answer.names import OWN_EFFECT, OWN_NUMBER, effect_name
+from agent.explain.answer.own_effect import finding_name
 from agent.explain.answer.result import Explanation, Finding, Moved, Region
 from agent.explain.answer.sentences import shared
 from agent.explain.answer.small_share import as_large, times_without
@@ -82,7 +83,7 @@ def finding_row(finding: Finding, explanation: Explanation, head: Head) -> Findi
     said = finding.said
     return FindingRow(
         rank=finding.rank,
-        label=heading(effect_name(finding.effect)),
+        label=heading(finding_name(finding)),
         energy_share=carried(finding.energy_share),
         shared=shared(
             finding.form,

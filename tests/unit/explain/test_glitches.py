@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from agent.explain.answer.result import Explanation, Verdict
-from agent.explain.explain import _nothing, explain
+from agent.explain.explain import explain
 from agent.explain.location.moments import Moments, in_moments, without
 from agent.explain.rows.glitches import without_glitches
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import tabulate
+from agent.explain.written_down import nothing_decided
 from agent.identify.result import Floats
 from tests.science.explain_joint import TWIN, Conditions, record, stair
 from trajectories import SetPoints
@@ -111,14 +112,14 @@ def test_an_answer_without_moments_is_taken_where_it_settles_more(
 
     def once(_twin: object, runs: list[Run], *_: object) -> tuple[Explanation, Moments | None]:
         asked.append(sum(int(r.signals.valid.sum()) for r in runs))
-        answer = _nothing("off", (), ())
+        answer = nothing_decided("off", (), ())
         return (
             (answer, moments)
             if len(asked) == 1
             else (replace(answer, verdict=without_it, reasons=()), None)
         )
 
-    monkeypatch.setattr("agent.explain.explain._asked_once", once)
+    monkeypatch.setattr("agent.explain.explain.asked_once", once)
     answer = explain(TWIN, [run, run])
     assert asked[1] < asked[0]
     assert (answer.verdict == "no-mismatch") is taken
