@@ -44,6 +44,12 @@ _CALLED: Mapping[str, str] = {
 }
 """Numbers that say something by themselves; all of them stand with the finding."""
 
+_AS_OWNED: Mapping[str, str] = {
+    "measurement-delay": "a delay between its channels",
+    "torque-saturation": "a torque limit",
+}
+"""What is called otherwise where a simulation has it."""
+
 _WAVE = ("cos_nm", "sin_nm")
 
 
@@ -73,8 +79,9 @@ def own_effect_sentence(
         Whether the share is of the difference to the simulation as given.
     """
     whole = shared(OWN_NUMBER if of_all else OWN_EFFECT, beside_numbers=False)
-    name, worth = effect_name(effect), f"This explains {percent(share)} of {whole}."
+    worth = f"This explains {percent(share)} of {whole}."
     if not found:
+        name = _AS_OWNED.get(effect, effect_name(effect))
         lead = f"The simulation has {name}, which these recordings do not show."
         return Said(lead, worth=worth)
     numbers = _numbers(given, found)
@@ -90,7 +97,8 @@ def finding_name(finding: Finding) -> str:
 
 
 def _own(effect: str) -> str:
-    return f"simulation's own {effect_name(effect).removeprefix('a ').removeprefix('an ')}"
+    name = _AS_OWNED.get(effect, effect_name(effect))
+    return f"simulation's own {name.removeprefix('a ').removeprefix('an ')}"
 
 
 def _strength(effect: str, times: float) -> str:
