@@ -46,7 +46,8 @@ def told_against(doubted: Doubted, answer: Explanation, bare: Explanation) -> Ex
     share = {f.rank: _share(f, bare, answer) for f in bare.findings}
     own: list[Finding] = []
     paired: set[int] = set()
-    for place, law in energy.pairs():
+    lost: list[Effect] = []  # too little for a name, found anew or not
+    for place, law in energy.pairs:
         effect = doubted.twin.effects[place]
         same = law is not None and law.id == effect.id
         finding = _of_law(law, bare.findings, paired) if law is not None and same else None
@@ -55,12 +56,14 @@ def told_against(doubted: Doubted, answer: Explanation, bare: Explanation) -> Ex
         worth = energy.of(place, law)
         if energy.helped >= _HELPS and worth >= MATERIAL:
             own.append(_own_finding(effect, finding, min(worth, 1.0), energy, place, law))
+        elif law is None:
+            lost.append(effect)
     others = [
         replace(f, energy_share=share[f.rank], said=with_share(f, share[f.rank]))
         for f in bare.findings
         if f.rank not in paired and not (f.form == OWN_NUMBER and share[f.rank] < OF_GIVEN)
     ]
-    if not own and not (others and settles_more(bare, answer)):
+    if not own and (lost or not others or not settles_more(bare, answer)):
         return None
     found = sorted((*own, *others), key=lambda f: -f.energy_share)
     told = replace(
@@ -72,6 +75,7 @@ def told_against(doubted: Doubted, answer: Explanation, bare: Explanation) -> Ex
         findings=tuple(replace(f, rank=rank) for rank, f in enumerate(found, start=1)),
         cells=answer.cells,
         moved=_moved(answer, bare),
+        twin=replace(bare.twin, effects=(*bare.twin.effects, *lost)),
         holdout=_held_out(answer.holdout, bare.holdout, bare.held_out),
     )
     return replace(told, sentence=words.summary_of(told))

@@ -88,13 +88,15 @@ def _refitted(twin: Twin, answer: Explanation) -> Twin:
 def _slopes(twin: Twin, place: int, table: Table) -> Floats:
     """Return an effect's torque, and how it follows each of its numbers, shape (n, k)."""
     whole, effect = predicted(table, twin), twin.effects[place]
-    out = [whole - predicted(table, _with(twin, place, ()))]
+    others: list[tuple[Effect, ...]] = [()]
     for name, value in effect.parameters.items():
-        if not isinstance(value, float) or not value or not math.isfinite(value):
-            continue
-        moved = replace(effect, parameters={**effect.parameters, name: _NUDGE * value})
+        if isinstance(value, float) and value and math.isfinite(value):
+            moved = replace(effect, parameters={**effect.parameters, name: _NUDGE * value})
+            others.append((moved,))
+    out = [np.zeros_like(whole)]
+    for instead in others:
         try:
-            out.append(predicted(table, _with(twin, place, (moved,))) - whole)
+            out.append(predicted(table, _with(twin, place, instead)) - whole)
         except TwinError:  # a number that may not be another one
             continue
     return np.stack(out, axis=-1)

@@ -17,7 +17,7 @@ from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE
 from agent.identify.result import Floats
 from agent.physics.effects import CARRIED
-from agent.physics.twin import Effect, Twin
+from agent.physics.twin import Effect, Twin, TwinError
 
 _SAME_LAW = 0.3  # of a cosine: from there on two torques are the same law's
 
@@ -31,24 +31,24 @@ class Energies:
 
     def __init__(self, doubted: Doubted, found: Twin, noise_nm2: float, *, moved: bool) -> None:
         self._table, self._given, self._found = doubted.table, doubted.twin, found
-        self._places, self.moved = doubted.places, moved
-        kept = doubted.bare.effects
-        self._laws = tuple(e for e in found.effects if e not in kept)
-        wanted = {doubted.twin.effects[p].id for p in doubted.places}
-        in_place = tuple(e for e in self._laws if e.id in wanted)
+        self.moved, kept = moved, doubted.bare.effects
+        laws = [e for e in found.effects if e not in kept]
+        self.pairs = self._paired(doubted.places, laws)
+        in_place = tuple(law for _, law in self.pairs if law is not None)
         given = self._left(doubted.twin)
         self.mismatch = given - noise_nm2
         right = replace(doubted.twin, effects=(*kept, *in_place))
         self.helped = (given - self._left(right)) / max(self.mismatch, 1e-300)
 
-    def pairs(self) -> list[tuple[int, Effect | None]]:
+    def _paired(
+        self, places: Sequence[int], free: list[Effect]
+    ) -> tuple[tuple[int, Effect | None], ...]:
         """Return doubted effects, each with the law that was found in its place, if any was.
 
         There is one arm, on a spring or in a gap: whatever was found of it is in its place.
         """
         out: list[tuple[int, Effect | None]] = []
-        free = list(self._laws)
-        for place in self._places:
+        for place in places:
             effect = self._given.effects[place]
             if effect.id in CARRIED:
                 law = next((law for law in free if law.id in CARRIED), None)
@@ -57,7 +57,7 @@ class Energies:
             if law is not None:
                 free.remove(law)
             out.append((place, law))
-        return out
+        return tuple(out)
 
     def _likest(self, effect: Effect, laws: Sequence[Effect]) -> Effect | None:
         """Return the law whose torque is most like an effect's of the twin as given, if any is."""
@@ -111,7 +111,10 @@ class Energies:
 
     def _left(self, twin: Twin) -> float:
         table = self._table
-        left = table.measured_nm - predicted(table, twin)
+        try:
+            left = table.measured_nm - predicted(table, twin)
+        except TwinError:  # of numbers that no joint has together
+            return math.inf
         if self.moved:
             left = refit(table, table.target_nm - left)[1]
         rows = table.sliding & np.isfinite(left)
@@ -119,9 +122,12 @@ class Energies:
 
     def _torque(self, twin: Twin, effect: Effect) -> Floats:
         """Return what one effect adds to a twin's torque, shape (m,)."""
-        alone = replace(twin, effects=(effect,))
-        added = predicted(self._table, alone) - predicted(self._table, replace(twin, effects=()))
-        return np.asarray(np.nan_to_num(added[self._table.sliding]))
+        table, plain = self._table, replace(twin, effects=())
+        try:
+            added = predicted(table, replace(twin, effects=(effect,))) - predicted(table, plain)
+        except TwinError:
+            return np.zeros(np.count_nonzero(table.sliding))
+        return np.asarray(np.nan_to_num(added[table.sliding]))
 
 
 def _read_at(curve: Curve, own: Curve) -> Floats:
