@@ -1,7 +1,7 @@
 """Joints that have changed since their simulation was learnt.
 
-``python -m tests.benchmarks.changed_joint [first seed]`` explains one joint for every effect, at
-twice the noise, and keeps the twin that comes out. Then the same joint is recorded with half as
+``python -m tests.benchmarks.changed_joint [first seed] [effect ...]`` explains one joint for every
+effect, or for some, at twice the noise, and keeps the twin that comes out. Then the same joint is recorded with half as
 much of it, and with none, and explained with that twin: what is wrong is the simulation's own
 effect. Beside it stands what is said where the simulation's effects are not doubted, in the same
 run. Effects that have no law of their own in a twin, as a wrong inertia, are left out.
@@ -66,11 +66,13 @@ def _alike(effect: str) -> set[str]:
     return set(_SHIFT) if effect in _SHIFT else {effect}
 
 
-def main(first_seed: int = _FIRST) -> None:
+def main(first_seed: str = str(_FIRST), *among: str) -> None:
     """Print what is said of every joint, and how often it is right."""
     counted: list[tuple[bool, bool]] = []
     for number, effect in enumerate(EFFECTS):
-        seed = first_seed + number
+        seed = int(first_seed) + number
+        if among and effect not in among:
+            continue
         try:
             with recorded(seed, (effect,), _THEN) as folder:
                 learnt = asked(folder).twin
@@ -98,4 +100,4 @@ def _words(answer: Explanation) -> str:
 
 
 if __name__ == "__main__":
-    main(*(int(word) for word in sys.argv[1:]))
+    main(*sys.argv[1:])
