@@ -1,10 +1,11 @@
 """Joints that have changed since their simulation was learnt.
 
 ``python -m tests.benchmarks.changed_joint [first seed] [effect ...]`` explains one joint for every
-effect, or for some, at twice the noise, and keeps the twin that comes out. Then the same joint is recorded with half as
-much of it, and with none, and explained with that twin: what is wrong is the simulation's own
-effect. Beside it stands what is said where the simulation's effects are not doubted, in the same
-run. Effects that have no law of their own in a twin, as a wrong inertia, are left out.
+effect, or for some, at twice the noise, and keeps the twin that comes out. Then the same joint is
+recorded with half as much of it, and with none, and explained with that twin: what is wrong is the
+simulation's own effect. Beside it stands what is said where the simulation's effects are not
+doubted, in the same run. Effects that have no law of their own in a twin, as a wrong inertia, are
+left out.
 """
 
 from __future__ import annotations
