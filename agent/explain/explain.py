@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from agent.explain import proof
+from agent.explain.answer.fits import UNSEEN
 from agent.explain.answer.result import (
     Explanation,
     Holdout,
@@ -282,7 +283,7 @@ def _proof(
         compared, unseen = proof.compare_runs(
             given.twin, refitted, found.extended, holdout, like, creep_beside(table, left)
         )
-        source = "recordings that it had not seen"
+        source = UNSEEN
         traces = (*traces, *traces_of(as_given, refitted, unseen, held_out=True))
         learnt = left[found.library.weighing.rows][found.apart_from_edges]
         learnt_nm = float(np.sqrt(np.nanmean(learnt**2)))

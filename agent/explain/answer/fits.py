@@ -10,6 +10,9 @@ import numpy as np
 
 from agent.identify.result import Floats
 
+UNSEEN = "recordings that it had not seen"
+"""The source of a proof on recordings that were held out."""
+
 _FAR_ABOVE = 1.5  # times the noise floor: there is more to explain than noise
 
 

@@ -7,14 +7,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from agent.explain.answer import words
+from agent.explain.answer.fits import UNSEEN
 from agent.explain.answer.names import OWN_EFFECT, OWN_NUMBER
 from agent.explain.answer.own_effect import own_effect_sentence, with_share
 from agent.explain.answer.result import Explanation, Finding, Holdout, Moved, Verdict
 from agent.explain.choosing.materiality import MATERIAL
 from agent.explain.numbers.wrong import MATERIAL as OF_GIVEN
 from agent.explain.own_effects.better import floor_nm2, is_better, mismatch_nm2, settles_more
-from agent.explain.own_effects.doubted import Doubted
+from agent.explain.own_effects.doubted import Doubted, numbers_in
 from agent.explain.own_effects.energies import Energies
+from agent.identify.result import Parameter
 from agent.physics.twin import Effect
 
 _VERDICTS: Mapping[Verdict, Verdict] = {
@@ -76,7 +78,7 @@ def told_against(doubted: Doubted, answer: Explanation, bare: Explanation) -> Ex
         cells=answer.cells,
         moved=_moved(answer, bare),
         twin=replace(bare.twin, effects=(*bare.twin.effects, *lost)),
-        holdout=_held_out(answer.holdout, bare.holdout, bare.held_out),
+        holdout=_held_out(answer.holdout, bare.holdout),
     )
     return replace(told, sentence=words.summary_of(told))
 
@@ -95,9 +97,11 @@ def _of_law(law: Effect, findings: Sequence[Finding], paired: set[int]) -> Findi
     """Return the finding that tells of a law; None for none."""
     own = [f for f in findings if f.effect == law.id and f.rank not in paired]
 
+    numbers = numbers_in(law)
+
     def apart(finding: Finding) -> float:
-        shared = [n for n in finding.parameters if isinstance(law.parameters.get(n), float)]
-        sizes = ((finding.parameters[n].value, float(law.parameters[n])) for n in shared)
+        shared = finding.parameters.keys() & numbers.keys()
+        sizes = ((finding.parameters[name].value, numbers[name]) for name in shared)
         return sum(abs(a - b) / (abs(a) + abs(b) + 1e-12) for a, b in sizes)
 
     return min(own, key=apart, default=None)
@@ -112,13 +116,17 @@ def _own_finding(
     law: Effect | None,
 ) -> Finding:
     """Return that an effect of the simulation is not as the recordings show it."""
-    given = {n: float(v) for n, v in effect.parameters.items() if isinstance(v, float)}
-    numbers = {} if found is None else found.parameters
+    given = numbers_in(effect)
+    numbers: Mapping[str, Parameter] = {}
+    if found is not None:
+        numbers = found.parameters
+    elif law is not None and law.id == effect.id:  # modelled, and without a name
+        numbers = {name: Parameter(value, None) for name, value in numbers_in(law).items()}
     said = own_effect_sentence(
         effect.id, given, numbers, share, energy.times(place, law), of_all=not energy.moved
     )
     if found is None:
-        return Finding(effect.id, 0, 1.0, share, (), said, {}, form=OWN_EFFECT)
+        return Finding(effect.id, 0, 1.0, share, (), said, numbers, form=OWN_EFFECT)
     return replace(
         found,
         energy_share=share,
@@ -150,19 +158,16 @@ def _moved(answer: Explanation, bare: Explanation) -> tuple[Moved, ...]:
     return tuple(out)
 
 
-def _held_out(
-    answer: Holdout | None, bare: Holdout | None, recordings: Sequence[str]
-) -> Holdout | None:
+def _held_out(answer: Holdout | None, bare: Holdout | None) -> Holdout | None:
     """Return the proof against the twin as given; where folds stand in, their own errors as given.
 
     Parameters
     ----------
     answer, bare : Holdout or None
-        Of the twin as given, and of what was found without what is doubted of it.
-    recordings : sequence of str
-        That were held out; against these `bare` has the twin as given already.
+        Of the twin as given, and of what was found without what is doubted of it: of recordings
+        that were held out it has the twin as given already.
     """
-    if answer is None or bare is None or recordings:
+    if answer is None or bare is None or bare.source == UNSEEN:
         return bare
     before, after = answer.baseline.rmse_nm, bare.extended.rmse_nm
     return replace(

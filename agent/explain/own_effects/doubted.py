@@ -89,8 +89,8 @@ def _slopes(twin: Twin, place: int, table: Table) -> Floats:
     """Return an effect's torque, and how it follows each of its numbers, shape (n, k)."""
     whole, effect = predicted(table, twin), twin.effects[place]
     others: list[tuple[Effect, ...]] = [()]
-    for name, value in effect.parameters.items():
-        if isinstance(value, float) and value and math.isfinite(value):
+    for name, value in numbers_in(effect).items():
+        if value and math.isfinite(value):
             moved = replace(effect, parameters={**effect.parameters, name: _NUDGE * value})
             others.append((moved,))
     out = [np.zeros_like(whole)]
@@ -100,6 +100,15 @@ def _slopes(twin: Twin, place: int, table: Table) -> Floats:
         except TwinError:  # a number that may not be another one
             continue
     return np.stack(out, axis=-1)
+
+
+def numbers_in(effect: Effect) -> dict[str, float]:
+    """Return an effect's numbers by name, without what else its table has."""
+    return {
+        name: float(value)
+        for name, value in effect.parameters.items()
+        if isinstance(value, int | float) and not isinstance(value, bool)
+    }
 
 
 def _with(twin: Twin, place: int, instead: Sequence[Effect]) -> Twin:

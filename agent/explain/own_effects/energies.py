@@ -98,7 +98,10 @@ class Energies:
             independent=1.0,
             order=order_of(scene, found.parameters),
         )
-        return curve if own is None else replace(curve, given_nm=_read_at(curve, own))
+        if own is None:
+            return curve
+        given_nm = _read_at(curve, own)
+        return replace(curve, given_nm=given_nm) if np.isfinite(given_nm).any() else curve
 
     def times(self, place: int, law: Effect | None) -> float:
         """Return how many times as strong as the simulation's the joint's effect is, rms."""
