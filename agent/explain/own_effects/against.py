@@ -121,7 +121,9 @@ def _own_finding(
     if found is not None:
         numbers = found.parameters
     elif law is not None and law.id == effect.id:  # modelled, and without a name
-        numbers = {name: Parameter(value, None) for name, value in numbers_in(law).items()}
+        numbers = {
+            name: Parameter(value, None, identified=True) for name, value in numbers_in(law).items()
+        }
     said = own_effect_sentence(
         effect.id, given, numbers, share, energy.times(place, law), of_all=not energy.moved
     )
