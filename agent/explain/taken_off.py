@@ -16,6 +16,11 @@ _VERDICTS: Mapping[Verdict, Verdict] = {
 }
 
 
+def beside_a_finding(verdict: Verdict) -> Verdict:
+    """Return a verdict where something has been found beside what it was drawn from."""
+    return _VERDICTS.get(verdict, verdict)
+
+
 def told_beside(
     answer: Explanation, finding: Finding, energy_nm2: float, as_given: Fit, reason: str
 ) -> Explanation:
@@ -36,7 +41,7 @@ def told_beside(
     findings = (*answer.findings[:at], finding, *answer.findings[at:])
     told = replace(
         answer,
-        verdict=_VERDICTS.get(answer.verdict, answer.verdict),
+        verdict=beside_a_finding(answer.verdict),
         baseline=as_given,
         findings=tuple(replace(f, rank=rank) for rank, f in enumerate(findings, start=1)),
         reasons=(reason, *answer.reasons),

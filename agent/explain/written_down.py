@@ -151,12 +151,8 @@ def _spectra(found: Study) -> tuple[Curve, ...]:
 def _moves(found: Study) -> tuple[Moved, ...]:
     """Return how the twin's numbers moved when the missing physics was put in."""
     alone = fit_model(found.library, found.twin, ())
-    out = []
-    for name in BASE:
-        before, after = alone.base[name], found.model.base[name]
-        sigmas = math.nan
-        if after.ci95 is not None and before.ci95 is not None:
-            spread = (after.ci95[1] - after.ci95[0]) / 3.92
-            sigmas = abs(after.value - before.value) / spread if spread > 0.0 else math.nan
-        out.append(Moved(name, float(getattr(found.twin, name)), before, after, sigmas))
-    return tuple(out)
+    moves = ((name, alone.base[name], found.model.base[name]) for name in BASE)
+    return tuple(
+        Moved.between(name, float(getattr(found.twin, name)), before, after)
+        for name, before, after in moves
+    )

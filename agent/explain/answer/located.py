@@ -186,6 +186,17 @@ class Moved:
     extended: Parameter
     sigmas: float
 
+    @classmethod
+    def between(
+        cls, parameter: str, given: float, refitted: Parameter, extended: Parameter
+    ) -> Moved:
+        """Return the move of a number; without a deviation where an interval is missing."""
+        sigmas = math.nan
+        if extended.ci95 is not None and refitted.ci95 is not None:
+            spread = (extended.ci95[1] - extended.ci95[0]) / 3.92
+            sigmas = abs(extended.value - refitted.value) / spread if spread > 0.0 else math.nan
+        return cls(parameter, given, refitted, extended, sigmas)
+
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
         return {

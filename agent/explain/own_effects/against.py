@@ -10,19 +10,16 @@ from agent.explain.answer import words
 from agent.explain.answer.fits import UNSEEN
 from agent.explain.answer.names import OWN_EFFECT, OWN_NUMBER
 from agent.explain.answer.own_effect import own_effect_sentence, with_share
-from agent.explain.answer.result import Explanation, Finding, Holdout, Moved, Verdict
+from agent.explain.answer.result import Explanation, Finding, Holdout, Moved
 from agent.explain.choosing.materiality import MATERIAL
 from agent.explain.numbers.wrong import MATERIAL as OF_GIVEN
 from agent.explain.own_effects.better import floor_nm2, is_better, mismatch_nm2, settles_more
 from agent.explain.own_effects.doubted import Doubted, numbers_in
 from agent.explain.own_effects.energies import Energies
+from agent.explain.taken_off import beside_a_finding
 from agent.identify.result import Parameter
 from agent.physics.twin import Effect
 
-_VERDICTS: Mapping[Verdict, Verdict] = {
-    "no-mismatch": "explained",
-    "unexplained": "partly-explained",
-}
 _HELPS = 0.1  # of the mismatch: what right numbers in an effect's place take off at least
 
 
@@ -70,7 +67,7 @@ def told_against(doubted: Doubted, answer: Explanation, bare: Explanation) -> Ex
     found = sorted((*own, *others), key=lambda f: -f.energy_share)
     told = replace(
         bare,
-        verdict=_VERDICTS.get(bare.verdict, bare.verdict),
+        verdict=beside_a_finding(bare.verdict),
         reasons=(_CHANGED if own else _AS_THEY_ARE, *bare.reasons),
         baseline=answer.baseline,
         refitted=answer.refitted,
@@ -148,16 +145,10 @@ def _share(finding: Finding, bare: Explanation, answer: Explanation) -> float:
 
 def _moved(answer: Explanation, bare: Explanation) -> tuple[Moved, ...]:
     """Return how the numbers moved from those of the twin as given, refitted."""
-    after = {moved.parameter: moved for moved in bare.moved}
-    out = []
-    for before in answer.moved:
-        now = after[before.parameter].extended
-        sigmas = math.nan
-        if now.ci95 is not None and before.refitted.ci95 is not None:
-            spread = (now.ci95[1] - now.ci95[0]) / 3.92
-            sigmas = abs(now.value - before.refitted.value) / spread if spread > 0.0 else math.nan
-        out.append(replace(before, extended=now, sigmas=sigmas))
-    return tuple(out)
+    after = {moved.parameter: moved.extended for moved in bare.moved}
+    return tuple(
+        Moved.between(m.parameter, m.given, m.refitted, after[m.parameter]) for m in answer.moved
+    )
 
 
 def _held_out(answer: Holdout | None, bare: Holdout | None) -> Holdout | None:
