@@ -44,7 +44,11 @@ STATIC = (
     ),
     Check("lint-imports", (str(SCRIPTS / "lint-imports"), "--no-logo")),
 )
-TESTS = Check("pytest", (*PYTHON_M, "pytest"))
+TESTS = (
+    Check("pytest tests/bus", (*PYTHON_M, "pytest", "tests/bus")),
+    Check("pytest tests/lessons", (*PYTHON_M, "pytest", "tests/lessons", "--numprocesses", "2")),
+    Check("pytest", (*PYTHON_M, "pytest")),
+)
 
 
 def run(checks: Iterable[Check], root: Path = ROOT) -> list[str]:
@@ -73,7 +77,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.check", description=__doc__)
     parser.add_argument("--no-tests", action="store_true", help="all but pytest")
     arguments = parser.parse_args()
-    failed = run(STATIC if arguments.no_tests else (*STATIC, TESTS))
+    failed = run(STATIC if arguments.no_tests else (*STATIC, *TESTS))
     say(f"failed: {', '.join(failed)}" if failed else "every check passed")
     return 1 if failed else 0
 

@@ -14,7 +14,7 @@ from agent.explain.numbers.anew import chosen_anew
 from agent.explain.numbers.resting import is_possible
 from agent.identify.result import Floats
 from tests.science.explain_joint import Conditions, record, stair
-from tests.science.test_explain_worth import bare
+from tests.lessons.test_worth import bare
 from trajectories import SetPoints
 
 

@@ -13,7 +13,7 @@ from agent.explain.choosing.search import Library
 from agent.explain.forms.library import FORMS
 from agent.identify.result import Floats
 from tests.science.explain_joint import Conditions, record, stair
-from tests.science.test_explain_worth import bare
+from tests.lessons.test_worth import bare
 from trajectories import SetPoints
 
 

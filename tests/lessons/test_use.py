@@ -27,7 +27,7 @@ from tests.science.explain_joint import (
     record,
     stair,
 )
-from tests.science.test_explain_worth import bare
+from tests.lessons.test_worth import bare
 from trajectories import SetPoints
 
 SLOW, FAST = stair((2, 4, 8), 40.0, 12.0), stair((20, 40, 60), 100.0, 12.0)

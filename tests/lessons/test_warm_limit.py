@@ -14,7 +14,7 @@ from agent.explain.numbers.model import fit_model
 from agent.explain.numbers.wrong import wrong_numbers
 from agent.identify.result import Floats
 from tests.science.explain_joint import NOISE_NM, TWIN, Conditions, record, stair
-from tests.science.test_explain_worth import bare
+from tests.lessons.test_worth import bare
 from trajectories import SetPoints
 
 

@@ -10,7 +10,7 @@ import pytest
 from agent.explain.choosing.candidate import Scored
 from agent.explain.choosing.materiality import noise_energy
 from agent.explain.choosing.rivals import with_rivals
-from tests.science.test_explain_warmth_or_time import warms_up
+from tests.lessons.test_warmth_or_time import warms_up
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from agent.explain.numbers.model import fit_model
 from agent.explain.unnamed import may_be_the_unnamed
 from agent.identify.result import Floats
 from tests.science.explain_joint import TWIN, Conditions, record, stair
-from tests.science.test_explain_worth import bare
+from tests.lessons.test_worth import bare
 from trajectories import SetPoints
 
 
