@@ -13,8 +13,8 @@ from agent.explain.forms.library import FORMS
 from agent.explain.numbers.anew import chosen_anew
 from agent.explain.numbers.resting import is_possible
 from agent.identify.result import Floats
-from tests.science.explain_joint import Conditions, record, stair
 from tests.lessons.test_worth import bare
+from tests.science.explain_joint import Conditions, record, stair
 from trajectories import SetPoints
 
 

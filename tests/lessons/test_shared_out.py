@@ -11,8 +11,8 @@ from agent.explain.forms.library import FORMS
 from agent.explain.numbers.model import fit_model
 from agent.explain.unnamed import may_be_the_unnamed
 from agent.identify.result import Floats
-from tests.science.explain_joint import TWIN, Conditions, record, stair
 from tests.lessons.test_worth import bare
+from tests.science.explain_joint import TWIN, Conditions, record, stair
 from trajectories import SetPoints
 
 

@@ -20,6 +20,7 @@ from agent.explain.rows.use import used_elsewhere
 from agent.identify.result import Floats
 from agent.physics.effects.motion import path_rad
 from agent.physics.twin import format_twin, parse_twin
+from tests.lessons.test_worth import bare
 from tests.science.explain_joint import (
     NOISE_NM,
     TWIN,
@@ -27,7 +28,6 @@ from tests.science.explain_joint import (
     record,
     stair,
 )
-from tests.lessons.test_worth import bare
 from trajectories import SetPoints
 
 SLOW, FAST = stair((2, 4, 8), 40.0, 12.0), stair((20, 40, 60), 100.0, 12.0)

@@ -13,8 +13,8 @@ from agent.explain.forms.library import FORMS
 from agent.explain.numbers.model import fit_model
 from agent.explain.numbers.wrong import wrong_numbers
 from agent.identify.result import Floats
-from tests.science.explain_joint import NOISE_NM, TWIN, Conditions, record, stair
 from tests.lessons.test_worth import bare
+from tests.science.explain_joint import NOISE_NM, TWIN, Conditions, record, stair
 from trajectories import SetPoints
 
 

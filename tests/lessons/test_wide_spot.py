@@ -11,8 +11,8 @@ from agent.explain.choosing.entry import cancelling
 from agent.explain.choosing.search import Library
 from agent.explain.forms.library import FORMS
 from agent.identify.result import Floats
-from tests.science.explain_joint import GEAR_RATIO, NOISE_NM, Conditions, record, stair
 from tests.lessons.test_worth import bare
+from tests.science.explain_joint import GEAR_RATIO, NOISE_NM, Conditions, record, stair
 from trajectories import SetPoints
 
 

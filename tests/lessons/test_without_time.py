@@ -12,8 +12,8 @@ from agent.explain.choosing.search import Library
 from agent.explain.forms.library import FORMS
 from agent.explain.numbers.anew import _without_time
 from agent.identify.result import Floats
-from tests.science.explain_joint import Conditions, record, stair
 from tests.lessons.test_worth import bare
+from tests.science.explain_joint import Conditions, record, stair
 from trajectories import SetPoints
 
 

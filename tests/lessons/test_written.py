@@ -9,8 +9,8 @@ from agent.explain.numbers.written import not_as_found
 from agent.explain.rows.table import tabulate
 from agent.explain.study import study
 from agent.identify.result import Parameter
-from tests.science.explain_joint import TWIN, Conditions, record, stair
 from tests.lessons.test_spot_and_load import GRAVITY_NM, heavy_arm_with_a_tight_spot
+from tests.science.explain_joint import TWIN, Conditions, record, stair
 
 
 def test_the_law_that_spoils_the_written_twin_is_told_from_the_others() -> None:
