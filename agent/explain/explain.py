@@ -3,48 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-import numpy as np
-
-from agent.explain import proof
-from agent.explain.answer.fits import UNSEEN
-from agent.explain.answer.result import (
-    Explanation,
-    Holdout,
-    NextExperiment,
-    Trace,
-    fit_of,
-)
-from agent.explain.asked import Asked, tabulated
-from agent.explain.carried import beside_carried, carried_by_some, freed
-from agent.explain.carrying import (
-    Given,
-    studied,
-    without_their_images,
-    without_unknown_beginnings,
-)
-from agent.explain.caveats import creeps_held_out
-from agent.explain.driven_range import further
-from agent.explain.location.moments import Moments, in_moments, without
-from agent.explain.numbers.loads import differs_unsaid, said_of
+from agent.explain.answer.result import Explanation
+from agent.explain.asked import tabulated
+from agent.explain.location.moments import Moments, without
+from agent.explain.once import Known, asked_once
 from agent.explain.own_effects.against import told_against
-from agent.explain.own_effects.better import SETTLED, is_better, is_noise, is_settled
-from agent.explain.own_effects.doubted import Doubted, doubted_of
-from agent.explain.plausible import contradiction
-from agent.explain.rows.creep import creep_beside, without_creep
-from agent.explain.rows.half_sample import half_a_sample_s
+from agent.explain.own_effects.better import SETTLED, is_better, is_noise, is_settled, leaves_noise
+from agent.explain.own_effects.doubted import doubted_of
+from agent.explain.own_effects.exchanged import exchanged, freed, too_much_of
+from agent.explain.rows.creep import without_creep
 from agent.explain.rows.run import Run
-from agent.explain.rows.table import TooShortError
-from agent.explain.study import Study
-from agent.explain.told import Told
-from agent.explain.traces import traces_of
-from agent.explain.undecidable import undecidable
-from agent.explain.unlike import held_out_apart
-from agent.explain.unnamed import taken_back
-from agent.explain.written_down import experiments, nothing_decided, written_down
-from agent.explain.zeros import beside_zeros, on_one_zero, on_zeros_of_their_own, own_zeros
-from agent.physics.twin import Twin, TwinError
+from agent.physics.twin import Twin
 from trajectories import AxisLimits
 
 _HELD_OUT = 2.0  # times the noise
@@ -100,18 +71,24 @@ def _is_better(answer: Explanation, other: Explanation) -> bool:
 def _asked(
     twin: Twin, runs: Sequence[Run], holdout: Sequence[Run], limits: AxisLimits | None
 ) -> tuple[Explanation, Moments | None]:
-    """Return an explanation; where the twin's own effects may be wrong, the better one of two.
+    """Return an explanation; where the simulation's effects may be wrong, the better of two.
 
-    The other one is of the twin without such effects: what it finds in their place is told as what
-    is wrong with them.
+    The other one is of a twin without such effects: what it finds in their place is told as what
+    is wrong with them. A recorded simulation is asked the other way round what it has too much.
     """
     answer, moments = asked_once(twin, runs, holdout, limits)
-    if not twin.effects or answer.twin is None or is_noise(answer):
+    if answer.twin is None or is_noise(answer):
         return answer, moments
-    _, table = tabulated(twin, runs, holdout)
+    if _are_simulated((*runs, *holdout)):
+        settled = is_settled(answer) and leaves_noise(answer)
+        better = None if settled else _other_way(answer, twin, runs, holdout, limits)
+        return better or (answer, moments)
+    if not twin.effects:
+        return answer, moments
+    table = without_creep(tabulated(twin, runs, holdout)[1])
     best = answer, moments
     for doubted in doubted_of(twin, table, answer):
-        bare, apart = asked_once(doubted.bare, runs, holdout, limits, _Known(doubted=doubted))
+        bare, apart = asked_once(doubted.bare, runs, holdout, limits, Known(doubted=doubted))
         told = told_against(doubted, answer, bare)
         if told is not None and (best[0] is answer or is_better(told, best[0])):
             best = told, apart
@@ -120,179 +97,38 @@ def _asked(
     return best
 
 
-@dataclass(frozen=True)
-class _Known:
-    """What was found before, and is not asked again.
-
-    Parameters
-    ----------
-    late_s : float
-        By what half a sample the torque is late.
-    creep_rad_s : float or None
-        The creep that was seen: a small mismatch beside a late torque may hide it.
-    carried : bool
-        Whether what some recordings carry is taken off already.
-    one_zero : bool
-        Whether all recordings have one zero, or none shows.
-    zeros_off : bool
-        Whether their own zeros are taken off already; a hold-out's is read when all else is known.
-    doubted : Doubted or None
-        The twin as given, where what is asked about lacks some of its effects.
-    """
-
-    late_s: float = 0.0
-    creep_rad_s: float | None = None
-    carried: bool = False
-    one_zero: bool = False
-    zeros_off: bool = False
-    doubted: Doubted | None = None
+def _are_simulated(runs: Sequence[Run]) -> bool:
+    """Return whether all recordings carry a simulation."""
+    return all("torque_simulated_nm" in run.columns for run in runs)
 
 
-def asked_once(
+def _other_way(
+    answer: Explanation,
     twin: Twin,
     runs: Sequence[Run],
     holdout: Sequence[Run],
-    limits: AxisLimits | None = None,
-    known: _Known = _Known(),
-) -> tuple[Explanation, Moments | None]:
-    """Return an explanation, and the moments of the recordings that hold most of what is left.
-
-    None of the twin's own effects is doubted.
-
-    A torque that turns out to be half a sample late is put in step, and everything asked again. So
-    it is where each recording has a zero of its own, or some carry what others do not.
-    """
-    names = tuple(run.name for run in runs), tuple(run.name for run in holdout)
-    refusal = contradiction((*runs, *holdout)) if runs else "no recording was given"
-    if refusal:
-        return nothing_decided(f"not decidable: {refusal}", *names), None
-    try:
-        asked, table = tabulated(twin, runs, holdout, known.late_s)
-        table = without_creep(table, known.creep_rad_s)
-    except ValueError as error:
-        return nothing_decided(f"not decidable: {error}", *names), None
-    refusal = undecidable(table, twin)
-    if refusal:
-        return nothing_decided(refusal, *names), None
-    found, given = studied(twin, replace(table, one_zero=known.one_zero))
-    if not known.late_s:
-        late_s = _late_by_holding_s(found, (*asked.runs, *asked.holdout))
-        if late_s:
-            known = replace(known, late_s=late_s, creep_rad_s=found.table.creep_rad_s or None)
-            return asked_once(twin, runs, holdout, limits, known)
-    rows = found.library.weighing.rows
-    as_given = fit_of(found.table.measured_nm[rows], given.table.target_nm[rows])
-    zeros = own_zeros(found)
-    if zeros is not None:
-        known = replace(known, one_zero=True, zeros_off=zeros.sure)
-        if not zeros.sure:
-            return asked_once(twin, runs, holdout, limits, known)
-        again, moments = asked_once(twin, on_one_zero(zeros, runs), holdout, limits, known)
-        return beside_zeros(again, zeros, holdout, as_given), moments
-    carried = None if known.carried else carried_by_some(found)
-    if carried is not None:
-        lighter, unseen, held_out = freed(carried, runs, holdout, found)
-        known = replace(known, carried=True)
-        again, moments = asked_once(twin, lighter, unseen, limits, known)
-        return beside_carried(again, carried, held_out, as_given), moments
-    found, given = without_their_images(twin, found, given)
-    found, given = without_unknown_beginnings(twin, found, given)
-    if known.zeros_off:
-        asked = replace(asked, holdout=on_zeros_of_their_own(asked.holdout, found))
-    if known.doubted is not None:
-        given = replace(given, twin=known.doubted.twin, refitted=known.doubted.refitted)
-    return _explained(found, given, asked, limits, *names)
-
-
-def _late_by_holding_s(found: Study, runs: Sequence[Run]) -> float:
-    """Return by what half a sample the torque was found to be late; 0 where it is not."""
-    terms = zip(found.model.terms, found.model.parameters, strict=True)
-    numbers = (own for term, own in terms if term.scored.form.effect == "measurement-delay")
-    return sum(half_a_sample_s(own["torque_delay_s"], runs) for own in numbers)
-
-
-def _explained(
-    found: Study,
-    given: Given,
-    asked: Asked,
     limits: AxisLimits | None,
-    recordings: tuple[str, ...],
-    held_out: tuple[str, ...],
-) -> tuple[Explanation, Moments | None]:
-    """Return the explanation of recordings that carry an answer, and moments that may hide one."""
-    told = Told.of(found, given)
-    if told.verdict == "unexplained":
-        told = told.without_names(given)
-    is_named, holdout = told.verdict != "unexplained", asked.holdout
-    useless: tuple[str, ...] = ()
-    try:
-        proven, traces, apart = _proof(told.found, given, holdout, named=is_named)
-    except (TooShortError, TwinError) as error:
-        # Too little of it moves, or it lacks a column that a law needs: what was learnt stands.
-        holdout = ()
-        useless = (f"the hold-out says nothing: {error}; parts of the other recordings stand in",)
-        proven, traces, apart = _proof(told.found, given, holdout, named=is_named)
-    back = taken_back(told.verdict, told.findings, proven)
-    if back:
-        told = told.without_names(given).judged_again()
-        proven, traces, apart = _proof(told.found, given, holdout, named=False)
-    menu: tuple[NextExperiment, ...] = ()
-    if any(f.alternatives for f in told.findings):
-        menu = experiments(found, limits, frozenset(swing.effect for swing in told.swings))
-    answer = written_down(
-        told, given, proven, traces, menu, recordings, held_out, by_motor=asked.by_motor
-    )
-    carried = (
-        *said_of(asked.runs, given.twin, given.loads),
-        *further(told.found, asked.runs, asked.holdout),
-    )
-    moment = None
-    if answer.verdict in ("unexplained", "partly-explained"):
-        study = told.found
-        rows, left = study.library.weighing.rows, study.model.residual_nm
-        moment = in_moments(study.table, rows, left, study.floor.value_nm)
-        located = "" if moment is None else moment.said(apart=False)
-        carried = tuple(said for said in (located, *carried, differs_unsaid(study.table)) if said)
-    reasons = (
-        *back,
-        *told.swings_said(),
-        *useless,
-        *apart,
-        *carried,
-        *asked.apart,
-        *answer.reasons,
-        *asked.bettered,
-    )
-    return replace(answer, reasons=reasons), moment
+) -> tuple[Explanation, Moments | None] | None:
+    """Return the answer where a recorded simulation has too much of something; None for none.
 
-
-def _proof(
-    found: Study, given: Given, holdout: Sequence[Run], *, named: bool
-) -> tuple[Holdout, tuple[Trace, ...], tuple[str, ...]]:
-    """Return what the findings are worth on unseen data, and every recording before and after.
-
-    And that what was held out is of another kind, or creeps, where it does.
+    It is the better one where the joint, in the simulation's place, lacks what settles more.
     """
-    table = found.table
-    refitted = given.refitted or proof.refitted_twin(table, found.twin)
-    as_given = replace(found, twin=given.twin)
-    traces, apart, creeps = traces_of(as_given, refitted, table, held_out=False), "", ""
-    if holdout:
-        left = proof.left_by(found.extended, table, found.twin)
-        like = replace(table, torque_late_s=found.torque_late_s)
-        compared, unseen = proof.compare_runs(
-            given.twin, refitted, found.extended, holdout, like, creep_beside(table, left)
+    other_way, _ = asked_once(twin, exchanged(runs), exchanged(holdout), limits)
+    if not is_settled(other_way) or not is_better(other_way, answer):
+        return None
+    table = without_creep(tabulated(twin, runs, holdout)[1])
+    doubted = too_much_of(twin, table, answer, other_way)
+    if doubted is None:
+        return None
+    lighter, unseen = freed(runs, doubted), freed(holdout, doubted)
+    bare, apart = asked_once(twin, lighter, unseen, limits, Known(doubted=doubted))
+    told = told_against(doubted, answer, bare)
+    if told is None:
+        return None
+    if told.verdict == "tied" and told.next_experiment is None:
+        told = replace(
+            told,
+            next_experiment=other_way.next_experiment,
+            further_experiments=other_way.further_experiments,
         )
-        source = UNSEEN
-        traces = (*traces, *traces_of(as_given, refitted, unseen, held_out=True))
-        learnt = left[found.library.weighing.rows][found.apart_from_edges]
-        learnt_nm = float(np.sqrt(np.nanmean(learnt**2)))
-        apart = held_out_apart(compared, learnt_nm, found.floor.value_nm, table.runs, holdout)
-        creeps = creeps_held_out(unseen, table)
-    else:
-        library = found.library if named else replace(found.library, candidates=())
-        compared, source = proof.compare_folds(library)
-    rows_per_cutoff = 1.0 / (table.cutoff_hz * table.pieces[0].period_s * table.pieces[0].stride)
-    placebo = proof.placebo(found.library)
-    proven = proof.prove(compared, source, found.floor.value_nm, placebo, rows_per_cutoff)
-    return proven, traces, tuple(said for said in (apart, creeps) if said)
+    return told, apart

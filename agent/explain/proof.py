@@ -14,7 +14,7 @@ from agent.explain.choosing.candidate import Candidate, basis_of
 from agent.explain.choosing.choice import choose
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.shifts import shifted
-from agent.explain.numbers.model import predicted, with_numbers
+from agent.explain.numbers.model import left_by, with_numbers
 from agent.explain.rows.creep import creep_beside
 from agent.explain.rows.evidence import solve
 from agent.explain.rows.left_out import left_out_as_in
@@ -72,11 +72,11 @@ def compare_runs(
     TooShortError
         In that band the runs show next to nothing but rest and the edges of motion.
     """
-    table = tabulate(twin, runs, like.cutoff_hz, align_velocity=like.aligned)
+    table = tabulate(like.twin, runs, like.cutoff_hz, align_velocity=like.aligned)
     if like.creep_rad_s or like.torque_late_s:
         table = without_edges(table, like.creep_rad_s, like.torque_late_s)
     table = left_out_as_in(table, like)
-    left = [left_by(t, table, twin) for t in (twin, refitted, extended)]
+    left = [left_by(t, table) for t in (twin, refitted, extended)]
     # The joint may rest and creep here as in none of the recordings to learn from.
     creeps = max(creep_rad_s, creep_beside(table, left[-1]))
     if creeps > table.creep_rad_s:
@@ -99,15 +99,6 @@ def compare_runs(
         ),
         table,
     )
-
-
-def left_by(twin: Twin, table: Table, given: Twin) -> Floats:
-    """Return what a twin leaves of a table's torque, shape (n,).
-
-    Where a recorded simulation stands for the twin as given, what was learnt is added to that.
-    """
-    left = table.measured_nm - predicted(table, twin)
-    return left - (table.given_nm - predicted(table, given)) if table.simulated else left
 
 
 def compare_folds(library: Library) -> tuple[Compared, str]:

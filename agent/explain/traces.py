@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from agent.explain.answer.result import Trace
-from agent.explain.numbers.model import predicted
+from agent.explain.numbers.model import left_by
 from agent.explain.rows.table import Table
 from agent.explain.study import Study
 from agent.physics.twin import Twin
@@ -25,11 +25,8 @@ def traces_of(study: Study, refitted: Twin, table: Table, *, held_out: bool) -> 
         The study's own, or that of its hold-out.
     held_out : bool
     """
-    offset = np.zeros(table.measured_nm.shape[0])
-    if table.simulated:
-        offset = table.given_nm - predicted(table, study.twin)
     left = [
-        np.where(table.sliding, table.measured_nm - offset - predicted(table, t), np.nan)
+        np.where(table.sliding, left_by(t, table), np.nan)
         for t in (study.twin, refitted, study.extended)
     ]
     out = []

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from agent.explain import proof
 from agent.explain.answer import words
 from agent.explain.answer.result import (
     Curve,
@@ -27,7 +26,7 @@ from agent.explain.driven_range import noted_in
 from agent.explain.experiment.proposal import next_experiments
 from agent.explain.findings import OFFSET_OR_ASYMMETRY
 from agent.explain.location.dynamic_curves import spectrum_around
-from agent.explain.numbers.model import fit_model
+from agent.explain.numbers.model import fit_model, left_by
 from agent.explain.rows.table import BASE
 from agent.explain.study import Study
 from agent.explain.told import Told
@@ -116,7 +115,7 @@ def written_down(
 def _left_by_twin(found: Study) -> Floats:
     """Return what the twin that is written leaves of the rows learnt from, shape (m,)."""
     rows = found.library.weighing.rows
-    return proof.left_by(found.extended, found.table, found.twin)[rows]
+    return left_by(found.extended, found.table)[rows]
 
 
 def experiments(

@@ -1,11 +1,12 @@
 """Joints that have changed since their simulation was learnt.
 
-``python -m tests.benchmarks.changed_joint [first seed] [effect ...]`` explains one joint for every
-effect, or for some, at twice the noise, and keeps the twin that comes out. Then the same joint is
-recorded with half as much of it, and with none, and explained with that twin: what is wrong is the
-simulation's own effect. Beside it stands what is said where the simulation's effects are not
-doubted, in the same run. Effects that have no law of their own in a twin, as a wrong inertia, are
-left out.
+``python -m tests.benchmarks.changed_joint [--recorded] [first seed] [effect ...]`` explains one
+joint for every effect, or for some, at twice the noise, and keeps the twin that comes out. Then the
+same joint is recorded with half as much of it, and with none, and explained with that twin, or
+beside what that twin predicts (`torque_simulated_nm`), of which nobody knows how it came about:
+what is wrong is the simulation's own effect. Beside it stands what is said where the simulation's
+effects are not doubted, in the same run. Effects that have no law of their own in a twin, as a
+wrong inertia, are left out.
 """
 
 from __future__ import annotations
@@ -14,15 +15,18 @@ import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Self
 
-from agent.cli.explain.simulate import read_twin
+from agent.cli.explain.simulate import read_twin, simulated
 from agent.conclude.explanation import explained, runs_of
-from agent.explain import explain as explaining
 from agent.explain.answer.names import OWN_EFFECT
 from agent.explain.answer.result import Explanation
+from agent.explain.once import asked_once
 from agent.physics.twin import Twin
 from agent.record.reading import read_all
+from agent.record.recording import Recording
 from fakes.conceal import EFFECTS, UnreachableError, conceal, write_case
 
 _FIRST = 540_000
@@ -38,18 +42,32 @@ def recorded(seed: int, effects: Sequence[str], snr: float) -> Iterator[Path]:
         yield Path(scratch)
 
 
-def asked(folder: Path, twin: Twin | None = None) -> Explanation:
-    """Explain a folder with a twin, or with its own."""
-    path = folder / "twin.toml"
-    learn, unseen = (read_all([folder / name]) for name in ("training", "holdout"))
-    return explained(twin or read_twin(path), path, learn, unseen)
+@dataclass(frozen=True)
+class Question:
+    """A simulation, and recordings to learn from and unseen ones."""
 
+    twin: Twin
+    path: Path
+    learn: Sequence[Recording]
+    unseen: Sequence[Recording]
 
-def not_doubted(folder: Path, twin: Twin) -> Explanation:
-    """Explain a folder with a twin whose own effects nobody doubts."""
-    learn, unseen = (runs_of(read_all([folder / name])) for name in ("training", "holdout"))
-    answer, _ = explaining.asked_once(twin, learn, unseen)
-    return answer
+    @classmethod
+    def of(cls, folder: Path, learnt: Twin | None = None, *, recorded: bool = False) -> Self:
+        """Ask about a folder with its own twin, with one learnt before, or beside what it says."""
+        path = folder / "twin.toml"
+        both: list[Sequence[Recording]] = [read_all([folder / n]) for n in ("training", "holdout")]
+        if learnt is not None and recorded:
+            both = [[simulated(learnt, r, str(path)) for r in each] for each in both]
+            learnt = None
+        return cls(learnt or read_twin(path), path, *both)
+
+    def asked(self) -> Explanation:
+        """Return the explanation."""
+        return explained(self.twin, self.path, self.learn, self.unseen)
+
+    def not_doubted(self) -> Explanation:
+        """Return that of a simulation whose own effects nobody doubts."""
+        return asked_once(self.twin, runs_of(self.learn), runs_of(self.unseen))[0]
 
 
 def is_right(answer: Explanation, effect: str) -> bool:
@@ -67,8 +85,10 @@ def _alike(effect: str) -> set[str]:
     return set(_SHIFT) if effect in _SHIFT else {effect}
 
 
-def main(first_seed: str = str(_FIRST), *among: str) -> None:
+def main(*words: str) -> None:
     """Print what is said of every joint, and how often it is right."""
+    recorded_one = "--recorded" in words
+    first_seed, *among = [w for w in words if w != "--recorded"] or [str(_FIRST)]
     counted: list[tuple[bool, bool]] = []
     for number, effect in enumerate(EFFECTS):
         seed = int(first_seed) + number
@@ -76,7 +96,7 @@ def main(first_seed: str = str(_FIRST), *among: str) -> None:
             continue
         try:
             with recorded(seed, (effect,), _THEN) as folder:
-                learnt = asked(folder).twin
+                learnt = Question.of(folder).asked().twin
         except UnreachableError:
             continue
         if learnt is None or not any(e.id in _alike(effect) for e in learnt.effects):
@@ -85,7 +105,8 @@ def main(first_seed: str = str(_FIRST), *among: str) -> None:
         for now, effects, snr in (("half", (effect,), _LESS), ("gone", (), 1.0)):
             try:
                 with recorded(seed, effects, snr) as folder:
-                    said, before = asked(folder, learnt), not_doubted(folder, learnt)
+                    question = Question.of(folder, learnt, recorded=recorded_one)
+                    said, before = question.asked(), question.not_doubted()
             except UnreachableError:
                 continue
             counted.append((is_right(said, effect), is_its_name(before, effect)))

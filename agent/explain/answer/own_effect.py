@@ -89,6 +89,52 @@ def own_effect_sentence(
     return Said(lead, worth=worth)
 
 
+def too_much_sentence(
+    effect: str,
+    found: Mapping[str, Parameter],
+    share: float,
+    *,
+    of_all: bool = False,
+    another: bool = False,
+) -> Said:
+    """Return what is said of an effect that a recorded simulation has more of than the joint.
+
+    Parameters
+    ----------
+    effect : str
+    found : mapping of str to Parameter
+        What it has more of it.
+    share : float
+        Of the mismatch.
+    of_all : bool
+        Whether the share is of the difference to the simulation as given.
+    another : bool
+        Whether the joint has an effect of the same kind with other numbers.
+    """
+    name = _AS_OWNED.get(effect, effect_name(effect))
+    told = _listed(_known(found))
+    lead = f"What the simulation has too much of is {name}{told}."
+    if another:
+        lead = f"The {_own(effect)} is not the joint's."
+    whole = shared(OWN_NUMBER if of_all else OWN_EFFECT, beside_numbers=False)
+    return Said(lead, worth=f"This explains {percent(share)} of {whole}.")
+
+
+def _listed(known: Mapping[str, float]) -> str:
+    """Return the first numbers that say something, as they follow a colon; nothing for none."""
+    texts = []
+    for name, called in _CALLED.items():
+        if name in known:
+            scale = scale_for(parameter_unit(name), (known[name],))
+            value = significant(known[name] * scale.factor, 3)
+            texts.append(f"{called} {value} {scale.unit}".rstrip())
+    return f": {' and '.join(texts[:_TOLD])}" if texts else ""
+
+
+def _known(found: Mapping[str, Parameter]) -> dict[str, float]:
+    return {n: p.value for n, p in found.items() if p.identified and math.isfinite(p.value)}
+
+
 def finding_name(finding: Finding) -> str:
     """Return what a finding is called: an effect, or that of the simulation's own."""
     if finding.form == OWN_EFFECT:
@@ -111,7 +157,7 @@ def _strength(effect: str, times: float) -> str:
 
 def _numbers(given: Mapping[str, float], found: Mapping[str, Parameter]) -> str:
     """Return the numbers that moved most, as they follow a colon; nothing for none."""
-    known = {n: p.value for n, p in found.items() if p.identified and math.isfinite(p.value)}
+    known = _known(found)
     pairs = {
         called: (name, given[name], known[name])
         for name, called in _CALLED.items()

@@ -177,6 +177,16 @@ def predicted(table: Table, twin: Twin) -> Floats:
     return np.asarray(plain + known_part(extra, table.pieces))
 
 
+def left_by(twin: Twin, table: Table) -> Floats:
+    """Return what a twin leaves of a table's torque, shape (n,).
+
+    Where a recorded simulation stands for the table's own twin, what this one has more than that is
+    added to the simulation.
+    """
+    left = table.measured_nm - predicted(table, twin)
+    return left - (table.given_nm - predicted(table, table.twin)) if table.simulated else left
+
+
 def _base_beside(table: Table, library: Library, twin: Twin) -> Floats:
     """Return the move of a twin's base numbers that fits best beside its effects, shape (5,)."""
     weighing = library.weighing

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 from agent.explain.answer import words
 from agent.explain.answer.fits import UNSEEN
 from agent.explain.answer.names import OWN_EFFECT, OWN_NUMBER
-from agent.explain.answer.own_effect import own_effect_sentence, with_share
+from agent.explain.answer.own_effect import own_effect_sentence, too_much_sentence, with_share
 from agent.explain.answer.result import Explanation, Finding, Holdout, Moved
 from agent.explain.choosing.materiality import MATERIAL
 from agent.explain.numbers.wrong import MATERIAL as OF_GIVEN
 from agent.explain.own_effects.better import floor_nm2, is_better, mismatch_nm2, settles_more
-from agent.explain.own_effects.doubted import Doubted, numbers_in
+from agent.explain.own_effects.doubted import Doubted
 from agent.explain.own_effects.energies import Energies
+from agent.explain.own_effects.pairs import finding_of, numbers_in
 from agent.explain.taken_off import beside_a_finding
 from agent.identify.result import Parameter
 from agent.physics.twin import Effect
@@ -49,26 +50,34 @@ def told_against(doubted: Doubted, answer: Explanation, bare: Explanation) -> Ex
     for place, law in energy.pairs:
         effect = doubted.twin.effects[place]
         same = law is not None and law.id == effect.id
-        finding = _of_law(law, bare.findings, paired) if law is not None and same else None
+        finding = finding_of(law, bare.findings, paired) if law is not None and same else None
         if finding is not None:
             paired.add(finding.rank)
-        worth = energy.of(place, law)
+        worth, too_much = energy.of(place, law), doubted.excess.get(place)
         if energy.helped >= _HELPS and worth >= MATERIAL:
-            own.append(_own_finding(effect, finding, min(worth, 1.0), energy, place, law))
-        elif law is None:
+            whole = min(worth, 1.0)
+            if too_much is None:
+                own.append(_own_finding(effect, finding, whole, energy, place, law))
+            else:
+                own.append(_too_much_finding(too_much, whole, energy, place, law))
+        elif law is None and too_much is None:
             lost.append(effect)
     others = [
         replace(f, energy_share=share[f.rank], said=with_share(f, share[f.rank]))
         for f in bare.findings
         if f.rank not in paired and not (f.form == OWN_NUMBER and share[f.rank] < OF_GIVEN)
     ]
-    if not own and (lost or not others or not settles_more(bare, answer)):
+    if not own and (doubted.excess or lost or not others or not settles_more(bare, answer)):
         return None
     found = sorted((*own, *others), key=lambda f: -f.energy_share)
+    verdict = beside_a_finding(bare.verdict)
+    if verdict == "explained" and any(f.alternatives for f in own):
+        verdict = "tied"
+    reason = _TAKEN_OFF if doubted.excess else _CHANGED if own else _AS_THEY_ARE
     told = replace(
         bare,
-        verdict=beside_a_finding(bare.verdict),
-        reasons=(_CHANGED if own else _AS_THEY_ARE, *bare.reasons),
+        verdict=verdict,
+        reasons=(reason, *bare.reasons),
         baseline=answer.baseline,
         refitted=answer.refitted,
         findings=tuple(replace(f, rank=rank) for rank, f in enumerate(found, start=1)),
@@ -84,24 +93,15 @@ _CHANGED = (
     "effects of the simulation whose numbers do not fit were taken out of it and looked for "
     "anew; twin.toml holds what was found in their place"
 )
+_TAKEN_OFF = (
+    "what the recorded simulation has too much of was found by asking it and the joint the other "
+    "way round, and was taken off before everything else was judged; twin.toml does not hold it: "
+    "take it out of the simulation"
+)
 _AS_THEY_ARE = (
     "effects that the simulation has already were looked for anew beside what it lacks, and found "
     "as it has them"
 )
-
-
-def _of_law(law: Effect, findings: Sequence[Finding], paired: set[int]) -> Finding | None:
-    """Return the finding that tells of a law; None for none."""
-    own = [f for f in findings if f.effect == law.id and f.rank not in paired]
-
-    numbers = numbers_in(law)
-
-    def apart(finding: Finding) -> float:
-        shared = finding.parameters.keys() & numbers.keys()
-        sizes = ((finding.parameters[name].value, numbers[name]) for name in shared)
-        return sum(abs(a - b) / (abs(a) + abs(b) + 1e-12) for a, b in sizes)
-
-    return min(own, key=apart, default=None)
 
 
 def _own_finding(
@@ -133,6 +133,40 @@ def _own_finding(
         form=OWN_EFFECT,
         holdout_rmse_without_nm=energy.rmse_with(place, law),
         curve=energy.drawn(place, found),
+    )
+
+
+def _too_much_finding(
+    found: Finding, share: float, energy: Energies, place: int, law: Effect | None
+) -> Finding:
+    """Return that a recorded simulation has more of an effect than the joint, or another one.
+
+    What was found of it the other way round is what the simulation has too much: its torque is to
+    be taken off. Where a law of its kind is left beside that, neither is a number of its own.
+    """
+    numbers, curve = ({} if law is not None else found.parameters), found.curve
+    said = too_much_sentence(
+        found.effect, numbers, share, of_all=not energy.moved, another=law is not None
+    )
+    if law is not None:
+        curve = None
+    elif curve is not None:
+        curve = replace(
+            curve,
+            line_nm=-curve.line_nm,
+            lower_nm=-curve.upper_nm,
+            upper_nm=-curve.lower_nm,
+            bin_nm=-curve.bin_nm,
+        )
+    return replace(
+        found,
+        energy_share=share,
+        said=said,
+        parameters=numbers,
+        form=OWN_EFFECT,
+        holdout_rmse_without_nm=energy.rmse_with(place, law),
+        curve=curve,
+        ringing=None,
     )
 
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from agent.explain.answer.result import Explanation, Verdict
+from agent.explain.answer.result import Explanation, Finding, Verdict
 from agent.explain.choosing.materiality import CLOSE
 from agent.explain.numbers.model import predicted, with_numbers
 from agent.explain.own_effects.better import floor_nm2
+from agent.explain.own_effects.pairs import numbers_in
 from agent.explain.rows.scene import refit
 from agent.explain.rows.table import Table
 from agent.identify.result import Floats
@@ -35,12 +36,15 @@ class Doubted:
         Of the recordings to learn from, its target what the twin as given leaves.
     places : tuple of int
         Among the twin's effects.
+    excess : mapping of int to Finding
+        By place, what was found of a recorded simulation: that it has more of an effect.
     """
 
     twin: Twin
     refitted: Twin
     table: Table
     places: tuple[int, ...]
+    excess: Mapping[int, Finding] = field(default_factory=dict)
 
     @property
     def bare(self) -> Twin:
@@ -74,11 +78,11 @@ def doubted_of(twin: Twin, table: Table, answer: Explanation) -> tuple[Doubted, 
     order = sorted((p for p in gains if gains[p] >= _DOUBTED), key=lambda p: -gains[p])
     every = tuple(gains) if answer.verdict in _NAMELESS else ()
     sets = dict.fromkeys((tuple(order[:1]), tuple(sorted(order)), every))
-    refitted = _refitted(twin, answer)
+    refitted = refitted_of(twin, answer)
     return tuple(Doubted(twin, refitted, table, places) for places in sets if places)
 
 
-def _refitted(twin: Twin, answer: Explanation) -> Twin:
+def refitted_of(twin: Twin, answer: Explanation) -> Twin:
     """Return a twin with its rigid body and plain friction as they fit best, effects as given."""
     best = {moved.parameter: moved.refitted for moved in answer.moved}
     numbers = {name: p.value for name, p in best.items() if p.identified}
@@ -100,15 +104,6 @@ def _slopes(twin: Twin, place: int, table: Table) -> Floats:
         except TwinError:  # a number that may not be another one
             continue
     return np.stack(out, axis=-1)
-
-
-def numbers_in(effect: Effect) -> dict[str, float]:
-    """Return an effect's numbers by name, without what else its table has."""
-    return {
-        name: float(value)
-        for name, value in effect.parameters.items()
-        if isinstance(value, int | float) and not isinstance(value, bool)
-    }
 
 
 def _with(twin: Twin, place: int, instead: Sequence[Effect]) -> Twin:

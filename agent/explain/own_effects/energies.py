@@ -11,7 +11,7 @@ import numpy as np
 from agent.explain.answer.result import Curve, Finding
 from agent.explain.findings import order_of
 from agent.explain.location.regions import AXIS, curve_of
-from agent.explain.numbers.model import predicted
+from agent.explain.numbers.model import left_by, predicted
 from agent.explain.own_effects.doubted import Doubted
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE
@@ -115,7 +115,7 @@ class Energies:
     def _left(self, twin: Twin) -> float:
         table = self._table
         try:
-            left = table.measured_nm - predicted(table, twin)
+            left = left_by(twin, table)
         except TwinError:  # of numbers that no joint has together
             return math.inf
         if self.moved:

@@ -12,6 +12,7 @@ from agent.acquisition import Acquisition
 from agent.identify.result import Floats
 from agent.identify.signals.arrays import Signals
 from agent.identify.thermal.stand_in import lacks_gearbox_temperature, with_stand_in
+from agent.physics.twin import Effect
 
 OPTIONAL = (
     "gearbox_temperature_degc",
@@ -41,6 +42,8 @@ class Run:
         NaN if not known.
     thinned_away_nm2 : float
         Mean square of the torque that was recorded and is not in it any more: see `rows.coarser`.
+    simulated_less : tuple of Effect
+        What is taken off its recorded simulation: see `own_effects.exchanged`.
     """
 
     signals: Signals
@@ -48,6 +51,7 @@ class Run:
     started_s: float = math.nan
     payload_kg: float = math.nan
     thinned_away_nm2: float = 0.0
+    simulated_less: tuple[Effect, ...] = ()
 
     @property
     def name(self) -> str:

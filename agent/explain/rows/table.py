@@ -77,6 +77,8 @@ class Table:
         Not standing still, not at a stretch's end.
     simulated : bool
         Whether recorded simulations took the twin's place.
+    twin : Twin
+        Whose prediction `given_nm` is, or which such simulations stand for.
     aligned : bool
         Whether the velocity was brought in step with the position.
     late_s : float
@@ -112,6 +114,7 @@ class Table:
     stratum: NDArray[np.int64]
     used: NDArray[np.bool_]
     simulated: bool
+    twin: Twin
     aligned: bool
     late_s: float = 0.0
     creep_rad_s: float = 0.0
@@ -280,6 +283,9 @@ def _table(
     simulated = all("torque_simulated_nm" in run.columns for run in runs)
     if simulated:
         given = banded(full["torque_simulated_nm"], pieces)
+        less = replace(twin, effects=runs[0].simulated_less)
+        if less.effects:
+            given = given - known_part(effects_nm(less, runs, pieces, full), pieces)
     else:
         given = base @ np.array([getattr(twin, name) for name in BASE])
         if twin.effects:
@@ -309,6 +315,7 @@ def _table(
         stratum=stratum,
         used=used,
         simulated=simulated,
+        twin=twin,
         aligned=aligned,
         load_nm=load_nm(twin, runs, pieces, full),
     )

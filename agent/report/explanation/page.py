@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from agent.explain.answer.names import effect_name
+from agent.explain.answer.names import OWN_EFFECT, effect_name
 from agent.explain.answer.result import Explanation, NextExperiment
 from agent.numbers import units_unbroken
 from agent.record.atomic import publish
@@ -151,6 +151,7 @@ def explanation_page(
         judged_on=errors.judged_on(explanation),
         unexplained_where=rows.places(explanation.unexplained_where, names),
         carried=_carried(explanation),
+        extended=_is_extended(explanation),
         not_judged=[(heading("; ".join(labels)), why) for why, labels in not_judged(explanation)],
         aliases=[" / ".join(effect_name(e) for e in group) for group in explanation.aliases],
         recordings=_recordings(explanation),
@@ -245,6 +246,13 @@ def _carried(explanation: Explanation) -> Sequence[str]:
     """Return what the extended twin includes beside rigid body, Coulomb and viscous friction."""
     twin = explanation.twin
     return [] if twin is None else list(dict.fromkeys(effect_name(e.id) for e in twin.effects))
+
+
+def _is_extended(explanation: Explanation) -> bool:
+    """Return whether the twin that is written holds anything that was found."""
+    twin = explanation.twin
+    told = any(finding.form != OWN_EFFECT for finding in explanation.findings)
+    return twin is not None and (bool(twin.effects) or told)
 
 
 def _recordings(explanation: Explanation) -> list[tuple[str, str, str]]:

@@ -1,0 +1,225 @@
+"""One question about recordings and a simulation, none of whose own effects is doubted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from agent.explain import proof
+from agent.explain.answer.fits import UNSEEN
+from agent.explain.answer.result import (
+    Explanation,
+    Holdout,
+    NextExperiment,
+    Trace,
+    fit_of,
+)
+from agent.explain.asked import Asked, tabulated
+from agent.explain.carried import beside_carried, carried_by_some, freed
+from agent.explain.carrying import (
+    Given,
+    studied,
+    without_their_images,
+    without_unknown_beginnings,
+)
+from agent.explain.caveats import creeps_held_out
+from agent.explain.driven_range import further
+from agent.explain.location.moments import Moments, in_moments
+from agent.explain.numbers.loads import differs_unsaid, said_of
+from agent.explain.numbers.model import left_by
+from agent.explain.own_effects.doubted import Doubted
+from agent.explain.plausible import contradiction
+from agent.explain.rows.creep import creep_beside, without_creep
+from agent.explain.rows.half_sample import half_a_sample_s
+from agent.explain.rows.run import Run
+from agent.explain.rows.table import TooShortError
+from agent.explain.study import Study
+from agent.explain.told import Told
+from agent.explain.traces import traces_of
+from agent.explain.undecidable import undecidable
+from agent.explain.unlike import held_out_apart
+from agent.explain.unnamed import taken_back
+from agent.explain.written_down import experiments, nothing_decided, written_down
+from agent.explain.zeros import beside_zeros, on_one_zero, on_zeros_of_their_own, own_zeros
+from agent.physics.twin import Twin, TwinError
+from trajectories import AxisLimits
+
+
+@dataclass(frozen=True)
+class Known:
+    """What was found before, and is not asked again.
+
+    Parameters
+    ----------
+    late_s : float
+        By what half a sample the torque is late.
+    creep_rad_s : float or None
+        The creep that was seen: a small mismatch beside a late torque may hide it.
+    carried : bool
+        Whether what some recordings carry is taken off already.
+    one_zero : bool
+        Whether all recordings have one zero, or none shows.
+    zeros_off : bool
+        Whether their own zeros are taken off already; a hold-out's is read when all else is known.
+    doubted : Doubted or None
+        The twin as given, where what is asked about lacks some of its effects.
+    """
+
+    late_s: float = 0.0
+    creep_rad_s: float | None = None
+    carried: bool = False
+    one_zero: bool = False
+    zeros_off: bool = False
+    doubted: Doubted | None = None
+
+
+def asked_once(
+    twin: Twin,
+    runs: Sequence[Run],
+    holdout: Sequence[Run],
+    limits: AxisLimits | None = None,
+    known: Known = Known(),
+) -> tuple[Explanation, Moments | None]:
+    """Return an explanation, and the moments of the recordings that hold most of what is left.
+
+    None of the twin's own effects is doubted.
+
+    A torque that turns out to be half a sample late is put in step, and everything asked again. So
+    it is where each recording has a zero of its own, or some carry what others do not.
+    """
+    names = tuple(run.name for run in runs), tuple(run.name for run in holdout)
+    refusal = contradiction((*runs, *holdout)) if runs else "no recording was given"
+    if refusal:
+        return nothing_decided(f"not decidable: {refusal}", *names), None
+    try:
+        asked, table = tabulated(twin, runs, holdout, known.late_s)
+        table = without_creep(table, known.creep_rad_s)
+    except ValueError as error:
+        return nothing_decided(f"not decidable: {error}", *names), None
+    refusal = undecidable(table, twin)
+    if refusal:
+        return nothing_decided(refusal, *names), None
+    found, given = studied(twin, replace(table, one_zero=known.one_zero))
+    if not known.late_s:
+        late_s = _late_by_holding_s(found, (*asked.runs, *asked.holdout))
+        if late_s:
+            known = replace(known, late_s=late_s, creep_rad_s=found.table.creep_rad_s or None)
+            return asked_once(twin, runs, holdout, limits, known)
+    rows = found.library.weighing.rows
+    as_given = fit_of(found.table.measured_nm[rows], given.table.target_nm[rows])
+    zeros = own_zeros(found)
+    if zeros is not None:
+        known = replace(known, one_zero=True, zeros_off=zeros.sure)
+        if not zeros.sure:
+            return asked_once(twin, runs, holdout, limits, known)
+        again, moments = asked_once(twin, on_one_zero(zeros, runs), holdout, limits, known)
+        return beside_zeros(again, zeros, holdout, as_given), moments
+    carried = None if known.carried else carried_by_some(found)
+    if carried is not None:
+        lighter, unseen, held_out = freed(carried, runs, holdout, found)
+        known = replace(known, carried=True)
+        again, moments = asked_once(twin, lighter, unseen, limits, known)
+        return beside_carried(again, carried, held_out, as_given), moments
+    found, given = without_their_images(twin, found, given)
+    found, given = without_unknown_beginnings(twin, found, given)
+    if known.zeros_off:
+        asked = replace(asked, holdout=on_zeros_of_their_own(asked.holdout, found))
+    if known.doubted is not None:
+        given = replace(given, twin=known.doubted.twin, refitted=known.doubted.refitted)
+    return _explained(found, given, asked, limits, *names)
+
+
+def _late_by_holding_s(found: Study, runs: Sequence[Run]) -> float:
+    """Return by what half a sample the torque was found to be late; 0 where it is not."""
+    terms = zip(found.model.terms, found.model.parameters, strict=True)
+    numbers = (own for term, own in terms if term.scored.form.effect == "measurement-delay")
+    return sum(half_a_sample_s(own["torque_delay_s"], runs) for own in numbers)
+
+
+def _explained(
+    found: Study,
+    given: Given,
+    asked: Asked,
+    limits: AxisLimits | None,
+    recordings: tuple[str, ...],
+    held_out: tuple[str, ...],
+) -> tuple[Explanation, Moments | None]:
+    """Return the explanation of recordings that carry an answer, and moments that may hide one."""
+    told = Told.of(found, given)
+    if told.verdict == "unexplained":
+        told = told.without_names(given)
+    is_named, holdout = told.verdict != "unexplained", asked.holdout
+    useless: tuple[str, ...] = ()
+    try:
+        proven, traces, apart = _proof(told.found, given, holdout, named=is_named)
+    except (TooShortError, TwinError) as error:
+        # Too little of it moves, or it lacks a column that a law needs: what was learnt stands.
+        holdout = ()
+        useless = (f"the hold-out says nothing: {error}; parts of the other recordings stand in",)
+        proven, traces, apart = _proof(told.found, given, holdout, named=is_named)
+    back = taken_back(told.verdict, told.findings, proven)
+    if back:
+        told = told.without_names(given).judged_again()
+        proven, traces, apart = _proof(told.found, given, holdout, named=False)
+    menu: tuple[NextExperiment, ...] = ()
+    if any(f.alternatives for f in told.findings):
+        menu = experiments(found, limits, frozenset(swing.effect for swing in told.swings))
+    answer = written_down(
+        told, given, proven, traces, menu, recordings, held_out, by_motor=asked.by_motor
+    )
+    carried = (
+        *said_of(asked.runs, given.twin, given.loads),
+        *further(told.found, asked.runs, asked.holdout),
+    )
+    moment = None
+    if answer.verdict in ("unexplained", "partly-explained"):
+        study = told.found
+        rows, left = study.library.weighing.rows, study.model.residual_nm
+        moment = in_moments(study.table, rows, left, study.floor.value_nm)
+        located = "" if moment is None else moment.said(apart=False)
+        carried = tuple(said for said in (located, *carried, differs_unsaid(study.table)) if said)
+    reasons = (
+        *back,
+        *told.swings_said(),
+        *useless,
+        *apart,
+        *carried,
+        *asked.apart,
+        *answer.reasons,
+        *asked.bettered,
+    )
+    return replace(answer, reasons=reasons), moment
+
+
+def _proof(
+    found: Study, given: Given, holdout: Sequence[Run], *, named: bool
+) -> tuple[Holdout, tuple[Trace, ...], tuple[str, ...]]:
+    """Return what the findings are worth on unseen data, and every recording before and after.
+
+    And that what was held out is of another kind, or creeps, where it does.
+    """
+    table = found.table
+    refitted = given.refitted or proof.refitted_twin(table, found.twin)
+    as_given = replace(found, twin=given.twin)
+    traces, apart, creeps = traces_of(as_given, refitted, table, held_out=False), "", ""
+    if holdout:
+        left = left_by(found.extended, table)
+        like = replace(table, torque_late_s=found.torque_late_s)
+        compared, unseen = proof.compare_runs(
+            given.twin, refitted, found.extended, holdout, like, creep_beside(table, left)
+        )
+        source = UNSEEN
+        traces = (*traces, *traces_of(as_given, refitted, unseen, held_out=True))
+        learnt = left[found.library.weighing.rows][found.apart_from_edges]
+        learnt_nm = float(np.sqrt(np.nanmean(learnt**2)))
+        apart = held_out_apart(compared, learnt_nm, found.floor.value_nm, table.runs, holdout)
+        creeps = creeps_held_out(unseen, table)
+    else:
+        library = found.library if named else replace(found.library, candidates=())
+        compared, source = proof.compare_folds(library)
+    rows_per_cutoff = 1.0 / (table.cutoff_hz * table.pieces[0].period_s * table.pieces[0].stride)
+    placebo = proof.placebo(found.library)
+    proven = proof.prove(compared, source, found.floor.value_nm, placebo, rows_per_cutoff)
+    return proven, traces, tuple(said for said in (apart, creeps) if said)

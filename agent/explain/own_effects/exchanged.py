@@ -1,0 +1,89 @@
+"""A recorded simulation and the joint, asked the other way round: what the simulation has too much.
+
+A recorded simulation cannot be taken apart as a twin can. But what it has more of than the joint is
+what the joint would lack if it were the simulation, and laws have signs there as well. What is
+found so is taken off the recorded simulation, and everything is asked again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from agent.explain.answer.result import Explanation, Finding
+from agent.explain.own_effects.doubted import Doubted, refitted_of
+from agent.explain.own_effects.pairs import finding_of
+from agent.explain.rows.run import Run
+from agent.explain.rows.table import Table
+from agent.physics.twin import Effect, Twin
+from agent.samples import usable
+
+_COLUMN = "torque_simulated_nm"
+_BOTH_WAYS = frozenset(
+    {
+        "torque-constant-error",
+        "torque-offset",
+        "direction-asymmetry",
+        "torque-ripple",
+        "kinematic-error",
+        "resolver-error",
+        "gravity-imbalance",
+        "position-dependent-friction",
+        "torque-saturation",
+    }
+)
+"""Effects that have no sign, or that a prediction may not be clipped by: a joint lacks these."""
+
+
+def exchanged(runs: Sequence[Run]) -> tuple[Run, ...]:
+    """Return recordings in which measured and simulated torque have changed places."""
+    out = []
+    for run in runs:
+        signals, simulated_nm = run.signals, run.columns[_COLUMN]
+        valid = signals.valid & usable(simulated_nm)
+        columns = {**run.columns, _COLUMN: signals.torque_nm}
+        signals = replace(signals, torque_nm=simulated_nm, valid=valid)
+        out.append(replace(run, signals=signals, columns=columns))
+    return tuple(out)
+
+
+def too_much_of(
+    twin: Twin, table: Table, answer: Explanation, other_way: Explanation
+) -> Doubted | None:
+    """Return a recorded simulation as a twin that has what was found the other way round.
+
+    None where nothing was found that has a sign.
+
+    Parameters
+    ----------
+    twin : Twin
+        As given beside the recorded simulation.
+    table : Table
+        Of the recordings to learn from, as they are.
+    answer, other_way : Explanation
+        Of the recordings as they are, and of the exchanged ones.
+    """
+    if other_way.twin is None:
+        return None
+    before = len(twin.effects)
+    excess: dict[int, Finding] = {}
+    effects: list[Effect] = []
+    paired: set[int] = set()
+    for effect in other_way.twin.effects:
+        finding = finding_of(effect, other_way.findings, paired)
+        if finding is None or effect.id in _BOTH_WAYS:
+            continue
+        paired.add(finding.rank)
+        excess[before + len(effects)] = finding
+        effects.append(effect)
+    if not effects:
+        return None
+    having = replace(twin, effects=(*twin.effects, *effects))
+    refitted = refitted_of(having, answer)
+    return Doubted(having, refitted, replace(table, twin=having), tuple(excess), excess)
+
+
+def freed(runs: Sequence[Run], doubted: Doubted) -> tuple[Run, ...]:
+    """Return recordings whose simulation has none of what is doubted of it."""
+    less = tuple(doubted.twin.effects[place] for place in doubted.places)
+    return tuple(replace(run, simulated_less=less) for run in runs)

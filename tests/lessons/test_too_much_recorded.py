@@ -1,0 +1,77 @@
+"""A recorded simulation that has too much of an effect: asked the other way round, and told so."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from agent.explain.answer.names import OWN_EFFECT
+from agent.explain.explain import explain
+from agent.explain.rows.run import Run
+from agent.identify.result import Floats
+from agent.identify.signals.simulated import simulated_torque_nm
+from agent.physics.twin import Effect
+from tests.science.explain_joint import TWIN, Conditions, record, stair
+from trajectories import SetPoints
+
+FALL_NM, FALL_RAD_S = 0.15, 6.0
+RIPPLE_NM = 0.1
+SPEEDS_RAD_S = (2.0, 4.0, 8.0, 16.0, 30.0, 50.0)
+
+
+@functools.cache
+def measured(ripple_nm: float = 0.0) -> tuple[Run, ...]:
+    """Return a joint without a fall of friction, and with a ripple or none."""
+
+    def missing(now: SetPoints, at: Conditions) -> Floats:
+        del at
+        return np.asarray(ripple_nm * np.cos(6.0 * now.position_rad))
+
+    speeds = ([(1.0 + 0.1 * k) * v for v in SPEEDS_RAD_S] for k in range(2))
+    return tuple(record(stair(v), missing, Conditions(), k) for k, v in enumerate(speeds))
+
+
+def beside_a_falling_simulation(runs: tuple[Run, ...]) -> list[Run]:
+    """Return recordings beside what a simulation says whose friction falls with speed."""
+    numbers = {
+        "static_extra_nm": FALL_NM,
+        "stribeck_velocity_rad_s": FALL_RAD_S,
+        "exponent": 1.0,
+    }
+    falling = replace(TWIN, effects=(Effect("stribeck", numbers),))
+    out = []
+    for run in runs:
+        torque_nm = simulated_torque_nm(falling, run.signals, run.columns)
+        out.append(replace(run, columns={**run.columns, "torque_simulated_nm": torque_nm}))
+    return out
+
+
+def test_what_a_recorded_simulation_has_too_much_of_is_no_missing_physics() -> None:
+    answer = explain(TWIN, beside_a_falling_simulation(measured()))
+    assert answer.verdict in ("explained", "tied")
+    (found,) = answer.findings
+    assert (found.effect, found.form) == ("stribeck", OWN_EFFECT)
+    assert answer.sentence.startswith("What the simulation has too much of is friction that falls")
+    extra = found.parameters["static_extra_nm"]
+    assert extra.ci95 is not None
+    assert extra.ci95[0] <= FALL_NM <= extra.ci95[1]
+    assert found.curve is not None
+    assert found.curve.line_nm[0] > 0.0 > found.curve.line_nm[-1]  # to be taken off as it brakes
+    # Errors are those of the simulation as it was recorded; none of it is left without.
+    assert answer.baseline.rmse_nm > 1.5 * answer.floor.value_nm
+    assert answer.extended.rmse_nm == pytest.approx(answer.floor.value_nm, rel=0.1)
+    # A law has a sign: the twin cannot hold it, and says so.
+    assert answer.twin is not None
+    assert not answer.twin.effects
+    assert any("take it out of the simulation" in reason for reason in answer.reasons)
+
+
+def test_what_the_joint_has_more_is_told_beside_it() -> None:
+    answer = explain(TWIN, beside_a_falling_simulation(measured(RIPPLE_NM)))
+    told = {f.effect: f.form == OWN_EFFECT for f in answer.findings}
+    assert told == {"stribeck": True, "torque-ripple": False}
+    assert answer.twin is not None
+    assert [e.id for e in answer.twin.effects] == ["torque-ripple"]
