@@ -67,7 +67,7 @@ def studied(twin: Twin, table: Table, among: Container[str] | None = None) -> tu
         again = loads_of(twin, table, beside)
         if again is None or not _moved(loads, again):
             break
-        known = among if found.over_floor > CLOSE else _named_or_rivals(found)
+        known = among if found.left.over_floor > CLOSE else _named_or_rivals(found)
         loads, found = again, _beside(again, twin, table, known)
     return found, Given(twin, table, loads)
 
@@ -88,7 +88,7 @@ def without_their_images(twin: Twin, found: Study, given: Given) -> tuple[Study,
     """
     orders = orders_in(found.extended)
     rows = found.library.weighing.rows
-    if found.over_floor <= CLOSE or not imaged(found.table, orders)[rows].any():
+    if found.left.over_floor <= CLOSE or not imaged(found.table, orders)[rows].any():
         return found, given
     return _once_more(twin, found, given, without_images(given.table, orders))
 
@@ -107,13 +107,13 @@ def without_unknown_beginnings(twin: Twin, found: Study, given: Given) -> tuple[
         As for `without_their_images`.
     """
     arm = forgetting(found.extended)
-    if arm is None or found.over_floor <= CLOSE:
+    if arm is None or found.left.over_floor <= CLOSE:
         return found, given
     known = ~begun(found.table, arm)[found.library.weighing.rows]
     squares = found.model.residual_nm**2
     if not known.any() or float(np.mean(squares[known])) > _WORTH * float(np.mean(squares)):
         return found, given
-    if float(np.mean(squares[known])) > (_MUCH * found.noise_nm) ** 2:
+    if float(np.mean(squares[known])) > (_MUCH * found.left.noise_nm) ** 2:
         return found, given
     apart = without_beginnings(given.table, arm)
     return _once_more(twin, found, given, apart, _named_or_rivals(found))
@@ -133,7 +133,7 @@ def _once_more(
     if np.count_nonzero(apart.sliding) < _KEPT * np.count_nonzero(given.table.sliding):
         return found, given
     again, asked = studied(twin, apart, among)
-    return (again, asked) if again.over_floor < found.over_floor else (found, given)
+    return (again, asked) if again.left.over_floor < found.left.over_floor else (found, given)
 
 
 def with_load(findings: Sequence[Finding], found: Study, given: Given) -> tuple[Finding, ...]:

@@ -87,20 +87,20 @@ def _more_than_the_floor(found: Study, *, beside: bool) -> str:
     beside : bool
         Whether what comes closest to it is said, too.
     """
-    times = f"what is left is {found.over_floor:.1f} times the noise"
-    if found.louder_noise and not any(line.matters for line in found.lines):
+    times = f"what is left is {found.left.over_floor:.1f} times the noise"
+    if found.left.louder_noise and not any(line.matters for line in found.lines):
         how = "as short" if beside else "noise all the same"
         return (
             f"{times} at held speeds, and {how}: it goes on for no longer than the filter's "
             "memory, and comes in no spells"
         )
-    if found.slower_noise:
+    if found.left.slower_noise:
         how = "as even" if beside else "noise all the same"
         return (
             f"{times} within half a second, and {how}: it is slow in part, no slower than its "
             "fast part foretells (flicker), and follows nothing that was recorded"
         )
-    if found.unrepeated_noise:
+    if found.left.unrepeated_noise:
         how = "by chance" if beside else "noise all the same"
         return (
             f"{times} within half a second, and {how}: it does not come again where the same "
@@ -190,7 +190,7 @@ def _bent(found: Study) -> bool:
 
     What has no name bends a refit, too: where far more than noise is left, no number need be wrong.
     """
-    if found.ratio > FAR:
+    if found.left.ratio > FAR:
         return False
     rows = found.library.weighing.rows
     given, refitted = found.table.target_nm[rows], found.refitted_nm[rows]

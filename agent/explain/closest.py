@@ -27,7 +27,7 @@ def closest_said(found: Study) -> str:
     found : Study
         As it is told.
     """
-    if not found.floor.value_nm > 0.0 or not CLOSE < found.over_floor <= FAR:
+    if not found.floor.value_nm > 0.0 or not CLOSE < found.left.over_floor <= FAR:
         return ""
     library, terms = found.library, [term.candidate for term in found.choice.terms]
     current = library.errors(terms)

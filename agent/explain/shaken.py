@@ -36,7 +36,7 @@ def shaken_said(found: Study) -> str:
         Empty where no such channel would, or slow motion is as late.
     """
     library, named = found.library, found.choice.candidates
-    if found.ratio <= FAR or any(term.form.effect == DELAY for term in named):
+    if found.left.ratio <= FAR or any(term.form.effect == DELAY for term in named):
         return ""
     form = next(form for form in FORMS if form.effect == DELAY)
     basis, left = basis_of(library.model(named)), library.residual(named)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Container, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,12 +14,13 @@ from agent.explain.choosing.afloat import afloat
 from agent.explain.choosing.band import only_in_a_band
 from agent.explain.choosing.choice import Choice, choose
 from agent.explain.choosing.heard import heard
-from agent.explain.choosing.materiality import CLOSE, least_gain, noise_energy, worth
+from agent.explain.choosing.materiality import least_gain, noise_energy, worth
 from agent.explain.choosing.misfits import misfits
 from agent.explain.choosing.only_fast import only_fast
 from agent.explain.choosing.search import Library
 from agent.explain.forms.arm_encoder import seen_by_the_arm
 from agent.explain.forms.library import judgeable
+from agent.explain.left import Left
 from agent.explain.location.deficiency import deficiency_map
 from agent.explain.numbers.anew import chosen_anew
 from agent.explain.numbers.borne_out import borne_out
@@ -44,17 +44,13 @@ from agent.explain.numbers.wrong import WrongNumber, told_again, wrong_numbers
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.floor import noise_floor
 from agent.explain.rows.lines import Line, lines_of
-from agent.explain.rows.noise_in_kind import FEWEST, is_noise_in_kind
 from agent.explain.rows.scene import Scene, refit
-from agent.explain.rows.slow_noise import is_foretold_by_its_fast_part
 from agent.explain.rows.table import BASE, Table, without_edges
-from agent.explain.rows.unrepeated import does_not_come_again
-from agent.explain.rows.usual import usual_blocks, usual_rows
+from agent.explain.rows.usual import usual_blocks
 from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Effect, Twin, TwinError
 
 _MOST_REFUSALS = 5
-_LOUDER = 2.0  # times the noise at held speeds: up to there what is left may be noise
 
 
 @dataclass(frozen=True)
@@ -96,77 +92,16 @@ class Study:
     refitted_nm: Floats
     not_judged: Mapping[str, str]
 
-    @property
-    def noise_nm(self) -> float:
-        """Return the noise floor; where what is left is louder noise, or slower, that."""
-        return self._left_nm if self.noise_all_the_same else self._floor_nm
-
-    @property
-    def usual(self) -> NDArray[np.bool_]:
-        """Return which of the weighing's rows were asked about, shape (m,): see `rows.usual`."""
-        return usual_rows(self.table, self.library.weighing.rows)
-
-    @property
-    def ratio(self) -> float:
-        """Return the root mean square of what is left over the noise, where it was asked about."""
-        return 1.0 if self.noise_all_the_same else self.over_floor
-
-    @property
-    def over_floor(self) -> float:
-        """Return the same over the noise floor, whatever kind of noise is left."""
-        return self._left_nm / self._floor_nm if self._floor_nm > 0.0 else 1.0
-
     @cached_property
-    def louder_noise(self) -> bool:
-        """Return whether what is left is noise, but more than where a speed is held."""
-        if not self.floor.value_nm > 0.0 or not CLOSE < self.over_floor <= _LOUDER:
-            return False
-        return is_noise_in_kind(self.table, self.library.weighing.rows, self.model.residual_nm)
-
-    @cached_property
-    def slower_noise(self) -> bool:
-        """Return whether what is left is noise that is slow in part, which the floor leaves out."""
-        if not self._has_no_place or self.over_floor > _LOUDER:
-            return False
-        return is_foretold_by_its_fast_part(self.table, *self._asked)
-
-    @cached_property
-    def unrepeated_noise(self) -> bool:
-        """Return whether what is left does not come again where the same place is passed again."""
-        if not self._has_no_place:
-            return False
-        return does_not_come_again(self.table, *self._asked, self.floor.repeats_nm)
-
-    @property
-    def _asked(self) -> tuple[NDArray[np.int64], Floats]:
-        """Return the rows that were asked about, and what is left there."""
-        return self.library.weighing.rows[self.usual], self.model.residual_nm[self.usual]
-
-    @property
-    def _has_no_place(self) -> bool:
-        """Return whether more than the floor is left, and shows on no axis and no frequency."""
-        if not self.floor.value_nm > 0.0 or not self.over_floor > CLOSE:
-            return False
-        shown = any(cell.counts for cell in self.left_cells)
-        return not shown and not any(line.matters for line in self.lines)
-
-    @property
-    def noise_all_the_same(self) -> bool:
-        """Return whether what is left is more than the floor, and noise all the same."""
-        return self.louder_noise or self.slower_noise or self.unrepeated_noise
+    def left(self) -> Left:
+        """Return what the extended twin leaves."""
+        rows, residual_nm = self.library.weighing.rows, self.model.residual_nm
+        return Left(self.table, rows, residual_nm, self.floor, self.left_cells, self.lines)
 
     @cached_property
     def unshaken(self) -> Mapping[int, Mapping[str, Parameter]]:
         """Return numbers that the motion's noise has bent, freed of it, by term."""
         return unshaken(self.library, self.model)
-
-    @cached_property
-    def without_measure(self) -> bool:
-        """Return whether no noise floor was to be had, and what is left is surely not noise."""
-        rows = self.library.weighing.rows
-        if self.floor.value_nm > 0.0 or rows.shape[0] < FEWEST:
-            return False
-        return not is_noise_in_kind(self.table, rows, self.model.residual_nm)
 
     @property
     def torque_late_s(self) -> float:
@@ -181,18 +116,6 @@ class Study:
             return np.ones(rows.shape, dtype=np.bool_)
         apart = without_edges(self.table, self.table.creep_rad_s, self.torque_late_s)
         return apart.used[rows]
-
-    @property
-    def _left_nm(self) -> float:
-        return math.sqrt(float(np.mean(self.model.residual_nm[self.usual] ** 2)))
-
-    @property
-    def _floor_nm(self) -> float:
-        """Return the noise floor; where it was not to be had, what the best cell would leave."""
-        if self.floor.value_nm > 0.0:
-            return self.floor.value_nm
-        gain = max((cell.gain for cell in self.left_cells if cell.counts), default=0.0)
-        return math.sqrt(float(np.mean(self.model.residual_nm**2)) * max(1.0 - gain, 0.0))
 
 
 def study(twin: Twin, table: Table, among: Container[str] | None = None) -> Study:

@@ -88,12 +88,12 @@ class Told:
 def _left_where(found: Study) -> tuple[Region, ...]:
     """Return where what is left lies; nowhere where it is noise."""
     lines = line_regions(found.lines)
-    if found.ratio <= CLOSE:
+    if found.left.ratio <= CLOSE:
         return lines
     library = found.library
     rows, weight = library.weighing.rows, library.weighing.weight
     left = found.model.residual_nm
     size = effective_size(found.table, library.weighing, left * weight)
     axes = tuple(cell.axis for cell in found.left_cells if cell.counts)
-    own = left_regions(library.scene, rows, left, found.noise_nm, size / rows.shape[0], axes)
+    own = left_regions(library.scene, rows, left, found.left.noise_nm, size / rows.shape[0], axes)
     return (*lines, *own)

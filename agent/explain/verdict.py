@@ -43,7 +43,7 @@ def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> 
         Of the mismatch, what stays.
     """
     shown = any(cell.counts for cell in study.left_cells)
-    missing = study.ratio > (CLOSE if shown else FAR) or left_without_measure(study, findings)
+    missing = study.left.ratio > (CLOSE if shown else FAR) or left_without_measure(study, findings)
     lined = any(line.matters for line in study.lines)
     if not study.choice.terms:
         if (missing or lined) and findings:
@@ -56,11 +56,11 @@ def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> 
         return "tied" if any(f.alternatives for f in findings) else "explained"
     plain, full = float(study.choice.plain.sum()), float(study.choice.full.sum())
     best_cell = max((cell.gain for cell in study.cells if cell.counts), default=0.0)
-    outdone = best_cell * plain > _CELL_BETTER * (plain - full) and study.ratio > CLOSE
+    outdone = best_cell * plain > _CELL_BETTER * (plain - full) and study.left.ratio > CLOSE
     much = left_share > MUCH_LEFT
     # A swing above the band unsays nothing that was named within it.
     within = min(left_share, _left_within(study)) if lined else left_share
-    too_little = within > _MOST_LEFT and (study.ratio > FAR or _outweighed(study))
+    too_little = within > _MOST_LEFT and (study.left.ratio > FAR or _outweighed(study))
     if missing and (too_little or outdone or (much and _misshapen(study))):
         return "unexplained"
     if (missing or lined) and much:
@@ -74,7 +74,7 @@ def left_without_measure(study: Study, findings: Sequence[Finding]) -> bool:
     Without a name there is nothing to hold it against: it may be noise.
     """
     named = study.choice.terms or any(f.effect in SHOWN for f in findings)
-    return bool(named) and study.without_measure
+    return bool(named) and study.left.without_measure
 
 
 def _left_within(study: Study) -> float:
@@ -87,7 +87,7 @@ def far_from_given(study: Study) -> bool:
     Then there is a mismatch, whatever of it has a name. Slow noise, which every refit leaves and no
     floor measured within half a second contains, is none.
     """
-    library, floor_nm = study.library, study.noise_nm
+    library, floor_nm = study.library, study.left.noise_nm
     if not study.floor.value_nm > 0.0:
         return False
     given = unseen_nm2(library, np.zeros((library.target.shape[0], 0)))
@@ -103,12 +103,12 @@ def _explained_before(study: Study) -> bool:
     is given the twin that the first one wrote.
     """
     known = study.twin.effects and not study.table.simulated and not study.choice.terms
-    return bool(known) and study.ratio <= FAR
+    return bool(known) and study.left.ratio <= FAR
 
 
 def _mismatch_nm2(study: Study) -> float:
     """Return the mean square that the refitted twin leaves; that of the bare one, see above."""
-    rows, table = study.library.weighing.rows[study.usual], study.table
+    rows, table = study.library.weighing.rows[study.left.usual], study.table
     if not _explained_before(study):
         return float(np.mean(study.refitted_nm[rows] ** 2))
     effects_nm = table.given_nm - predicted(table, replace(study.twin, effects=()))
@@ -134,7 +134,7 @@ def _misshapen(study: Study) -> bool:
     cells = [c for c in study.left_cells if c.counts and not c.axis.startswith("frequency_hz")]
     main = max(study.choice.terms, key=lambda term: term.scored.screened)
     return (
-        study.ratio > FAR
+        study.left.ratio > FAR
         and bool(cells)
         and cells[0].gain > _STILL_VARIES
         and cells[0].axis == AXIS[main.scored.form.effect]
@@ -159,12 +159,12 @@ def left_share(study: Study, findings: Sequence[Finding] = (), *, above_band: bo
     apart = sum(
         line.energy_nm2
         for line in study.lines
-        if line.matters and (above_band if not line.in_band else study.ratio <= CLOSE)
+        if line.matters and (above_band if not line.in_band else study.left.ratio <= CLOSE)
     )
     without_measure = left_without_measure(study, findings)
-    if study.ratio <= CLOSE and not study.choice.terms and not apart and not without_measure:
+    if study.left.ratio <= CLOSE and not study.choice.terms and not apart and not without_measure:
         return 0.0
-    noise = 0.0 if without_measure else study.noise_nm**2
+    noise = 0.0 if without_measure else study.left.noise_nm**2
     before = max(_mismatch_nm2(study) - noise, 0.0) + apart
-    after = max(float(np.mean(study.model.residual_nm[study.usual] ** 2)) - noise, 0.0) + apart
+    after = max(float(np.mean(study.model.residual_nm[study.left.usual] ** 2)) - noise, 0.0) + apart
     return min(after / before, 1.0) if before > 0.0 else 0.0

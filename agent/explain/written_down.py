@@ -76,7 +76,7 @@ def written_down(
     table, rows = found.table, found.library.weighing.rows
     measured = table.measured_nm[rows]
     share, where = told.left_share(), told.left_where()
-    floors = found.over_floor if found.noise_all_the_same else 1.0
+    floors = found.left.over_floor if found.left.noise_all_the_same else 1.0
     if verdict in ("explained", "tied") and unproven(proven, floors):
         verdict = "partly-explained"
     extended = _left_by_twin(found)
@@ -135,7 +135,9 @@ def experiments(
 
     asked = (i for i, t in enumerate(terms) if t.rivals and t.scored.form.effect not in without)
     for index in sorted(asked, key=order):
-        menu = next_experiments(found.library, found.choice.terms, index, found.noise_nm, limits)
+        menu = next_experiments(
+            found.library, found.choice.terms, index, found.left.noise_nm, limits
+        )
         if menu:
             return menu
     return ()

@@ -35,7 +35,7 @@ def test_friction_under_load_is_found_beside_a_tight_spot_that_had_stood_for_som
     found = study(twin, tabulate(twin, runs))
     findings = {finding.effect: finding.parameters for finding in findings_of(found)}
     assert list(findings) == ["position-dependent-friction", "load-dependent-friction"]
-    assert found.ratio < 1.05
+    assert found.left.ratio < 1.05
     said = {name: p.value for numbers in findings.values() for name, p in numbers.items()}
     assert said["height_nm"] == pytest.approx(TIGHT_NM, abs=NOISE_NM)
     assert said["center_arm_rad"] == pytest.approx(CENTER_RAD, abs=0.002)

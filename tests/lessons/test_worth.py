@@ -244,7 +244,7 @@ def test_what_would_leave_twice_the_noise_has_a_name_beside_however_much(
     effects = [term.scored.form.effect for term in found.choice.terms]
     expected = ["position-dependent-friction", "torque-ripple"] if named else ["torque-ripple"]
     assert sorted(effects) == expected
-    assert found.ratio < 1.2
+    assert found.left.ratio < 1.2
 
 
 def test_a_number_bent_by_a_fit_to_raw_samples_is_recognised() -> None:

@@ -27,8 +27,8 @@ def studied(ratio: float, along_position: float) -> Study:
     )
     cells = (Cell("offset", "order_per_motor_rev 6", 0.17, 0.0, counts=True),)
     left = (Cell("coulomb_nm", "arm_position_rad", along_position, 0.0, counts=True),)
-    study = SimpleNamespace(choice=choice, ratio=ratio, cells=cells, left_cells=left, lines=())
-    study.without_measure = False
+    held = SimpleNamespace(ratio=ratio, without_measure=False)
+    study = SimpleNamespace(choice=choice, left=held, cells=cells, left_cells=left, lines=())
     return cast("Study", study)
 
 
@@ -60,15 +60,13 @@ def test_what_a_twins_effects_left_is_no_new_mismatch(
 ) -> None:
     study = SimpleNamespace(
         choice=SimpleNamespace(terms=()),
-        ratio=ratio,
+        left=SimpleNamespace(ratio=ratio, noise_nm=0.0, without_measure=False),
         left_cells=(Cell("offset", "acceleration_rad_s2", 0.05, 0.0, counts=True),),
         lines=(),
         twin=SimpleNamespace(effects=effects),
         table=SimpleNamespace(simulated=False),
         library=None,
         floor=SimpleNamespace(value_nm=0.0),
-        noise_nm=0.0,
-        without_measure=False,
     )
     assert verdict_of(cast("Study", study), (), left_share=share) == verdict
 
@@ -83,15 +81,12 @@ def test_what_is_left_without_a_noise_floor_may_be_noise_only_beside_no_name(
     rows = np.arange(100)
     study = SimpleNamespace(
         choice=SimpleNamespace(terms=()),
-        ratio=1.0,
+        left=SimpleNamespace(ratio=1.0, noise_nm=0.12, without_measure=True, usual=rows),
         left_cells=(),
         lines=(),
         floor=SimpleNamespace(value_nm=math.nan),
-        noise_nm=0.12,
-        without_measure=True,
         refitted_nm=np.full(100, 0.12),
         model=SimpleNamespace(residual_nm=np.full(100, 0.12)),
-        usual=rows,
         library=SimpleNamespace(weighing=SimpleNamespace(rows=rows)),
         twin=SimpleNamespace(effects=()),
         table=SimpleNamespace(simulated=True),
@@ -111,8 +106,7 @@ def test_a_swing_above_the_band_unsays_nothing_within_it(left_nm: float, verdict
             "lines": (Line(24.8, 1.0, 11.5, 0.06, 1e-4, in_band=False),),
             "refitted_nm": np.full(100, 3.6),
             "model": SimpleNamespace(residual_nm=np.full(100, left_nm)),
-            "noise_nm": 0.2,
-            "usual": rows,
+            "left": SimpleNamespace(ratio=4.0, noise_nm=0.2, without_measure=False, usual=rows),
             "library": SimpleNamespace(weighing=SimpleNamespace(rows=rows)),
             "twin": SimpleNamespace(effects=()),
             "table": SimpleNamespace(simulated=False),
