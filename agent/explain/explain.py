@@ -12,7 +12,7 @@ from agent.explain.once import Known, asked_once
 from agent.explain.own_effects.against import told_against
 from agent.explain.own_effects.better import SETTLED, is_better, is_noise, is_settled, leaves_noise
 from agent.explain.own_effects.doubted import doubted_of
-from agent.explain.own_effects.exchanged import exchanged, freed, too_much_of
+from agent.explain.own_effects.other_way import exchanged, freed, too_much_of
 from agent.explain.rows.creep import without_creep
 from agent.explain.rows.run import Run
 from agent.physics.twin import Twin

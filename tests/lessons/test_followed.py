@@ -44,7 +44,7 @@ def test_samples_of_a_waves_slow_image_are_left_out_where_the_loop_holds_a_part_
 def test_an_image_is_left_out_before_what_is_left_may_pass_for_louder_noise(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("agent.explain.study.is_noise_in_kind", lambda *_: True)
+    monkeypatch.setattr("agent.explain.left.is_noise_in_kind", lambda *_: True)
     joint = Joint(rubbing_wave=0.2, rubbing_order=ORDER)  # with its image 1.2 times the noise
     runs = [record(joint, seed, every=EVERY) for seed in range(1, 6)]
     answer = explain(TWIN, runs[:4], runs[4:])

@@ -43,7 +43,7 @@ class Run:
     thinned_away_nm2 : float
         Mean square of the torque that was recorded and is not in it any more: see `rows.coarser`.
     simulated_less : tuple of Effect
-        What is taken off its recorded simulation: see `own_effects.exchanged`.
+        What is taken off its recorded simulation: see `own_effects.other_way`.
     """
 
     signals: Signals
