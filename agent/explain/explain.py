@@ -10,7 +10,7 @@ from agent.explain.asked import tabulated
 from agent.explain.location.moments import Moments, without
 from agent.explain.once import Known, asked_once
 from agent.explain.own_effects.against import told_against
-from agent.explain.own_effects.better import SETTLED, is_better, is_noise, is_settled, leaves_noise
+from agent.explain.own_effects.better import SETTLED, is_better, is_noise, is_settled
 from agent.explain.own_effects.doubted import doubted_of
 from agent.explain.own_effects.other_way import exchanged, freed, too_much_of
 from agent.explain.rows.creep import without_creep
@@ -80,8 +80,7 @@ def _asked(
     if answer.twin is None or is_noise(answer):
         return answer, moments
     if _are_simulated((*runs, *holdout)):
-        settled = is_settled(answer) and leaves_noise(answer)
-        better = None if settled else _other_way(answer, twin, runs, holdout, limits)
+        better = None if is_settled(answer) else _other_way(answer, twin, runs, holdout, limits)
         return better or (answer, moments)
     if not twin.effects:
         return answer, moments

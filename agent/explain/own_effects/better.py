@@ -51,14 +51,6 @@ def is_noise(answer: Explanation) -> bool:
     return answer.verdict == "no-mismatch" and left_nm2 <= CLOSE**2 * floor_nm2(answer)
 
 
-def leaves_noise(answer: Explanation) -> bool:
-    """Return whether the twin that is written leaves no more than the noise floor.
-
-    A twin may not be able to hold what was found: no friction of it can be less than nothing.
-    """
-    return answer.extended.rmse_nm**2 <= CLOSE**2 * floor_nm2(answer)
-
-
 def is_settled(answer: Explanation) -> bool:
     """Return whether a verdict cannot be a better one."""
     return SETTLED[answer.verdict] == max(SETTLED.values())
