@@ -53,7 +53,11 @@ class Asked:
 
 
 def tabulated(
-    twin: Twin, runs: Sequence[Run], holdout: Sequence[Run], late_s: float = 0.0
+    twin: Twin,
+    runs: Sequence[Run],
+    holdout: Sequence[Run],
+    late_s: float = 0.0,
+    band_hz: float | None = None,
 ) -> tuple[Asked, Table]:
     """Return what is asked about, and the table of the recordings to learn from, creep and all.
 
@@ -69,6 +73,8 @@ def tabulated(
         As they were recorded.
     late_s : float
         By what half a sample the torque is known to be later than the motion.
+    band_hz : float, optional
+        The band, where it is known.
 
     Raises
     ------
@@ -76,9 +82,9 @@ def tabulated(
         The recordings cannot be compared.
     """
     asked = as_asked(twin, runs, holdout, twin.inertia_kg_m2, late_s)
-    table = tabulate(twin, asked.runs, elsewhere=asked.elsewhere)
+    table = tabulate(twin, asked.runs, band_hz, elsewhere=asked.elsewhere)
     shown = _shown_inertia_kg_m2(table, twin)
-    if 1.0 / _FAR < twin.inertia_kg_m2 / shown < _FAR:
+    if band_hz is not None or 1.0 / _FAR < twin.inertia_kg_m2 / shown < _FAR:
         return asked, table
     asked = as_asked(twin, runs, holdout, shown, late_s)
     band_hz = choose_band([read_motion(run.signals) for run in asked.runs], shown)

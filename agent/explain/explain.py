@@ -112,15 +112,16 @@ def _other_way(
 
     It is the better one where the joint, in the simulation's place, lacks what settles more.
     """
-    other_way, _ = asked_once(twin, exchanged(runs), exchanged(holdout), limits)
+    table = without_creep(tabulated(twin, runs, holdout)[1])
+    known = Known(creep_rad_s=table.creep_rad_s, band_hz=table.cutoff_hz)
+    other_way, _ = asked_once(twin, exchanged(runs), exchanged(holdout), limits, known)
     if not is_settled(other_way) or not is_better(other_way, answer):
         return None
-    table = without_creep(tabulated(twin, runs, holdout)[1])
     doubted = too_much_of(twin, table, answer, other_way)
     if doubted is None:
         return None
     lighter, unseen = freed(runs, doubted), freed(holdout, doubted)
-    bare, apart = asked_once(twin, lighter, unseen, limits, Known(doubted=doubted))
+    bare, apart = asked_once(twin, lighter, unseen, limits, replace(known, doubted=doubted))
     told = told_against(doubted, answer, bare)
     if told is None:
         return None

@@ -57,6 +57,8 @@ class Known:
         By what half a sample the torque is late.
     creep_rad_s : float or None
         The creep that was seen: a small mismatch beside a late torque may hide it.
+    band_hz : float or None
+        The band of the recordings as they are: a simulation's torque has no noise to choose one by.
     carried : bool
         Whether what some recordings carry is taken off already.
     one_zero : bool
@@ -69,6 +71,7 @@ class Known:
 
     late_s: float = 0.0
     creep_rad_s: float | None = None
+    band_hz: float | None = None
     carried: bool = False
     one_zero: bool = False
     zeros_off: bool = False
@@ -94,7 +97,7 @@ def asked_once(
     if refusal:
         return nothing_decided(f"not decidable: {refusal}", *names), None
     try:
-        asked, table = tabulated(twin, runs, holdout, known.late_s)
+        asked, table = tabulated(twin, runs, holdout, known.late_s, known.band_hz)
         table = without_creep(table, known.creep_rad_s)
     except ValueError as error:
         return nothing_decided(f"not decidable: {error}", *names), None
