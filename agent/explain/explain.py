@@ -115,8 +115,6 @@ def _other_way(
     table = without_creep(tabulated(twin, runs, holdout)[1])
     known = Known(creep_rad_s=table.creep_rad_s, band_hz=table.cutoff_hz)
     other_way, _ = asked_once(twin, exchanged(runs), exchanged(holdout), limits, known)
-    if not is_settled(other_way) or not is_better(other_way, answer):
-        return None
     doubted = too_much_of(twin, table, answer, other_way)
     if doubted is None:
         return None

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from agent.explain.answer.result import Explanation, Finding
+from agent.explain.own_effects.better import is_settled
 from agent.explain.own_effects.doubted import Doubted, refitted_of
 from agent.explain.own_effects.pairs import finding_of
 from agent.explain.rows.run import Run
@@ -52,7 +53,8 @@ def too_much_of(
 ) -> Doubted | None:
     """Return a recorded simulation as a twin that has what was found the other way round.
 
-    None where nothing was found that has a sign.
+    None where nothing was found that has a sign. Where that is not the whole answer, it is the
+    greatest one alone: the others may stand for what the joint has more than the simulation.
 
     Parameters
     ----------
@@ -78,6 +80,9 @@ def too_much_of(
         effects.append(effect)
     if not effects:
         return None
+    if not is_settled(other_way):
+        place = max(excess, key=lambda place: excess[place].energy_share)
+        effects, excess = [effects[place - before]], {before: excess[place]}
     having = replace(twin, effects=(*twin.effects, *effects))
     refitted = refitted_of(having, answer)
     return Doubted(having, refitted, replace(table, twin=having), tuple(excess), excess)
