@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from agent.explain.answer import words
-from agent.explain.answer.amounts import torque
 from agent.explain.answer.result import (
     Curve,
     Explanation,
@@ -34,8 +33,6 @@ from agent.explain.told import Told
 from agent.explain.unnamed import unproven
 from agent.identify.result import Floats
 from trajectories import AxisLimits
-
-_NOT_HELD = 2.0  # times what the model leaves
 
 
 def nothing_decided(
@@ -87,20 +84,14 @@ def written_down(
     given, refitted = (
         fit_of(measured, left[rows]) for left in (as_given.table.target_nm, found.refitted_nm)
     )
-    written = fit_of(measured[known], extended[known])
-    reasons = bear_in_mind(found, by_motor=by_motor)
-    modelled_nm = float(np.sqrt(np.mean(found.model.residual_nm[known] ** 2)))
-    if written.rmse_nm > _NOT_HELD * modelled_nm:
-        reasons = (_no_twin_holds(modelled_nm, written.rmse_nm), *reasons)
-        verdict = "partly-explained" if verdict in ("explained", "tied") else verdict
     said = Explanation(
         verdict=verdict,
         sentence="",
-        reasons=reasons,
+        reasons=bear_in_mind(found, by_motor=by_motor),
         floor=found.floor,
         baseline=given,
         refitted=refitted,
-        extended=written,
+        extended=fit_of(measured[known], extended[known]),
         holdout=proven,
         findings=findings,
         unexplained_share=share,
@@ -119,14 +110,6 @@ def written_down(
         band_hz=table.cutoff_hz,
     )
     return replace(said, sentence=words.summary_of(said))
-
-
-def _no_twin_holds(modelled_nm: float, written_nm: float) -> str:
-    """Return that a twin leaves far more than what was found for it, which it may not hold."""
-    return (
-        f"what was found leaves {torque(modelled_nm)}, but asks for a joint that cannot be, as one "
-        f"with less than no friction: the twin that is written leaves {torque(written_nm)}"
-    )
 
 
 def _left_by_twin(found: Study) -> Floats:

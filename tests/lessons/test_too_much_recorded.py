@@ -10,7 +10,6 @@ import pytest
 
 from agent.explain.answer.names import OWN_EFFECT
 from agent.explain.explain import explain
-from agent.explain.once import asked_once
 from agent.explain.rows.run import Run
 from agent.identify.result import Floats
 from agent.identify.signals.simulated import simulated_torque_nm
@@ -76,12 +75,3 @@ def test_what_the_joint_has_more_is_told_beside_it() -> None:
     assert told == {"stribeck": True, "torque-ripple": False}
     assert answer.twin is not None
     assert [e.id for e in answer.twin.effects] == ["torque-ripple"]
-
-
-def test_what_no_twin_can_hold_explains_nothing() -> None:
-    """Asked one way alone, friction would bend down to less than nothing."""
-    recordings = beside_a_falling_simulation(measured(RIPPLE_NM))
-    one_way, _ = asked_once(TWIN, recordings, ())
-    assert one_way.extended.rmse_nm > 2.0 * one_way.floor.value_nm
-    assert one_way.verdict == "partly-explained"
-    assert any("a joint that cannot be" in reason for reason in one_way.reasons)

@@ -190,7 +190,7 @@ def left_by(twin: Twin, table: Table) -> Floats:
 def _base_beside(table: Table, library: Library, twin: Twin) -> Floats:
     """Return the move of a twin's base numbers that fits best beside its effects, shape (5,)."""
     weighing = library.weighing
-    left = weighing.weighted(table.measured_nm - predicted(table, twin))
+    left = weighing.weighted(left_by(twin, table))
     delta = np.zeros(len(BASE))
     carried = table.carried
     good = np.isfinite(left)

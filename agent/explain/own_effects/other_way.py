@@ -7,11 +7,16 @@ found so is taken off the recorded simulation, and everything is asked again.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
+from agent.explain.answer.names import OWN_NUMBER, effect_name
 from agent.explain.answer.result import Explanation, Finding
-from agent.explain.own_effects.better import is_settled
+from agent.explain.numbers.model import predicted
+from agent.explain.own_effects.better import SETTLED, is_better, is_settled
 from agent.explain.own_effects.doubted import Doubted, refitted_of
 from agent.explain.own_effects.pairs import finding_of
 from agent.explain.rows.run import Run
@@ -20,6 +25,7 @@ from agent.physics.twin import Effect, Twin
 from agent.samples import usable
 
 _COLUMN = "torque_simulated_nm"
+_PLAINER = 0.7  # times the torque that the first answer asks for
 _BOTH_WAYS = frozenset(
     {
         "torque-constant-error",
@@ -46,6 +52,55 @@ def exchanged(runs: Sequence[Run]) -> tuple[Run, ...]:
         signals = replace(signals, torque_nm=simulated_nm, valid=valid)
         out.append(replace(run, signals=signals, columns=columns))
     return tuple(out)
+
+
+def is_one_sided(answer: Explanation) -> bool:
+    """Return whether an answer has a law with a sign: the other way round there may be another."""
+    return any(f.effect not in _BOTH_WAYS and f.form != OWN_NUMBER for f in answer.findings)
+
+
+def is_plainer(
+    table: Table, twin: Twin, answer: Explanation, joint: Twin, other_way: Explanation
+) -> bool:
+    """Return whether the other of two answers that explain as much asks for far less torque.
+
+    A fall of friction that the simulation has is friction that rises and bends instead, with next
+    to no Coulomb friction beside it: two great torques that take each other back.
+
+    Parameters
+    ----------
+    table : Table
+        Of the recordings to learn from, as they are.
+    twin, joint : Twin
+        What either was asked of.
+    answer, other_way : Explanation
+    """
+    if not is_settled(other_way) or SETTLED[other_way.verdict] < SETTLED[answer.verdict]:
+        return False
+    if not other_way.findings or is_better(answer, other_way):
+        return False
+    return _asked_for_nm(table, joint, other_way) < _PLAINER * _asked_for_nm(table, twin, answer)
+
+
+def _asked_for_nm(table: Table, twin: Twin, answer: Explanation) -> float:
+    """Return how much torque an answer adds to a twin and to its own numbers, rms, N m."""
+    if answer.twin is None:
+        return math.inf
+    plain, rows = replace(answer.twin, effects=twin.effects), table.sliding
+    moved = predicted(table, plain) - predicted(table, twin)
+    laws = predicted(table, answer.twin) - predicted(table, plain)
+    return sum(float(np.sqrt(np.nanmean(x[rows] ** 2))) for x in (moved, laws))
+
+
+def as_well_said(other_way: Explanation) -> str:
+    """Return that what a simulation has too much of explains as much; nothing where it does not."""
+    if not is_settled(other_way) or not is_one_sided(other_way):
+        return ""
+    names = list(dict.fromkeys(effect_name(f.effect) for f in other_way.findings))
+    return (
+        "asked the other way round, too much in the simulation explains these recordings as well: "
+        f"{'; '.join(names)}"
+    )
 
 
 def too_much_of(
