@@ -11,15 +11,8 @@ from agent.explain.location.moments import Moments, without
 from agent.explain.once import Known, asked_once
 from agent.explain.own_effects.against import told_against
 from agent.explain.own_effects.better import SETTLED, is_better, is_noise, is_settled
-from agent.explain.own_effects.doubted import doubted_of, refitted_of
-from agent.explain.own_effects.other_way import (
-    as_well_said,
-    exchanged,
-    freed,
-    is_one_sided,
-    is_plainer,
-    too_much_of,
-)
+from agent.explain.own_effects.doubted import doubted_of
+from agent.explain.recorded import are_simulated, told_both_ways
 from agent.explain.rows.creep import without_creep
 from agent.explain.rows.run import Run
 from agent.physics.twin import Twin
@@ -86,8 +79,8 @@ def _asked(
     answer, moments = asked_once(twin, runs, holdout, limits)
     if answer.twin is None or is_noise(answer):
         return answer, moments
-    if _are_simulated((*runs, *holdout)):
-        return _other_way(answer, moments, twin, runs, holdout, limits)
+    if are_simulated((*runs, *holdout)):
+        return told_both_ways(answer, moments, twin, runs, holdout, limits)
     if not twin.effects:
         return answer, moments
     table = without_creep(tabulated(twin, runs, holdout)[1])
@@ -100,48 +93,3 @@ def _asked(
             if is_settled(told):
                 break
     return best
-
-
-def _are_simulated(runs: Sequence[Run]) -> bool:
-    """Return whether all recordings carry a simulation."""
-    return all("torque_simulated_nm" in run.columns for run in runs)
-
-
-def _other_way(
-    answer: Explanation,
-    moments: Moments | None,
-    twin: Twin,
-    runs: Sequence[Run],
-    holdout: Sequence[Run],
-    limits: AxisLimits | None,
-) -> tuple[Explanation, Moments | None]:
-    """Return the answer about a recorded simulation, or the better one of what it has too much.
-
-    The joint lacks that in the simulation's place. Asked is where the answer is not settled, or has
-    a law with a sign.
-    """
-    if is_settled(answer) and not is_one_sided(answer):
-        return answer, moments
-    table = without_creep(tabulated(twin, runs, holdout)[1])
-    known = Known(creep_rad_s=table.creep_rad_s, band_hz=table.cutoff_hz)
-    joint = refitted_of(twin, answer)  # as far as a twin knows it
-    other_way, _ = asked_once(joint, exchanged(runs), exchanged(holdout), limits, known)
-    plainer = is_plainer(table, twin, answer, joint, other_way)
-    if is_settled(answer) and not (plainer or is_better(other_way, answer)):
-        said = as_well_said(other_way)
-        return replace(answer, reasons=(*answer.reasons, *([said] if said else ()))), moments
-    doubted = too_much_of(twin, table, answer, other_way)
-    if doubted is None:
-        return answer, moments
-    lighter, unseen = freed(runs, doubted), freed(holdout, doubted)
-    bare, apart = asked_once(twin, lighter, unseen, limits, replace(known, doubted=doubted))
-    told = told_against(doubted, answer, bare)
-    if told is None:
-        return answer, moments
-    if told.verdict == "tied" and told.next_experiment is None:
-        told = replace(
-            told,
-            next_experiment=other_way.next_experiment,
-            further_experiments=other_way.further_experiments,
-        )
-    return told, apart

@@ -13,7 +13,7 @@ from agent.explain.explain import explain
 from agent.explain.rows.run import Run
 from agent.identify.result import Floats
 from agent.identify.signals.simulated import simulated_torque_nm
-from agent.physics.twin import Effect
+from agent.physics.twin import Effect, Twin
 from tests.science.explain_joint import TWIN, Conditions, record, stair
 from trajectories import SetPoints
 
@@ -42,11 +42,12 @@ def beside_a_falling_simulation(runs: tuple[Run, ...]) -> list[Run]:
         "exponent": 1.0,
     }
     falling = replace(TWIN, effects=(Effect("stribeck", numbers),))
-    out = []
-    for run in runs:
-        torque_nm = simulated_torque_nm(falling, run.signals, run.columns)
-        out.append(replace(run, columns={**run.columns, "torque_simulated_nm": torque_nm}))
-    return out
+    return [_beside(falling, run) for run in runs]
+
+
+def _beside(simulation: Twin, run: Run) -> Run:
+    torque_nm = simulated_torque_nm(simulation, run.signals, run.columns)
+    return replace(run, columns={**run.columns, "torque_simulated_nm": torque_nm})
 
 
 def test_what_a_recorded_simulation_has_too_much_of_is_no_missing_physics() -> None:
@@ -75,3 +76,12 @@ def test_what_the_joint_has_more_is_told_beside_it() -> None:
     assert told == {"stribeck": True, "torque-ripple": False}
     assert answer.twin is not None
     assert [e.id for e in answer.twin.effects] == ["torque-ripple"]
+
+
+def test_the_twin_given_need_not_be_the_recorded_simulation() -> None:
+    """What is found is fitted to what the recorded one leaves, whatever the twin's own numbers."""
+    plain = [_beside(TWIN, run) for run in measured(RIPPLE_NM)]
+    other = replace(TWIN, coulomb_nm=0.3 * TWIN.coulomb_nm, viscous_nm_s_per_rad=0.001)
+    answer = explain(other, plain)
+    assert [f.effect for f in answer.findings] == ["torque-ripple"]
+    assert answer.extended.rmse_nm == pytest.approx(answer.floor.value_nm, rel=0.1)

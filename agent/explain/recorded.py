@@ -1,0 +1,134 @@
+"""What is told of a recorded simulation, which is asked both ways where that may matter."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from agent.explain.answer.names import OWN_NUMBER, effect_name
+from agent.explain.answer.result import Explanation
+from agent.explain.asked import tabulated
+from agent.explain.location.moments import Moments
+from agent.explain.numbers.model import predicted
+from agent.explain.once import Known, asked_once
+from agent.explain.own_effects.against import told_against
+from agent.explain.own_effects.better import SETTLED, is_better, is_settled
+from agent.explain.own_effects.doubted import Doubted, refitted_of
+from agent.explain.own_effects.other_way import BOTH_WAYS, exchanged, freed, too_much_of
+from agent.explain.rows.creep import without_creep
+from agent.explain.rows.run import Run
+from agent.explain.rows.table import Table
+from agent.identify.result import Floats
+from agent.physics.twin import Twin
+from trajectories import AxisLimits
+
+_PLAINER = 0.7  # times the torque that the first answer asks for
+
+
+def are_simulated(runs: Sequence[Run]) -> bool:
+    """Return whether all recordings carry a simulation."""
+    return all("torque_simulated_nm" in run.columns for run in runs)
+
+
+def told_both_ways(
+    answer: Explanation,
+    moments: Moments | None,
+    twin: Twin,
+    runs: Sequence[Run],
+    holdout: Sequence[Run],
+    limits: AxisLimits | None,
+) -> tuple[Explanation, Moments | None]:
+    """Return an answer about a recorded simulation, or the better one of what it has too much.
+
+    The joint lacks that in the simulation's place. Asked is where the answer is not settled, or has
+    a law with a sign.
+    """
+    if is_settled(answer) and not _is_one_sided(answer):
+        return answer, moments
+    table = without_creep(tabulated(twin, runs, holdout)[1])
+    known = Known(creep_rad_s=table.creep_rad_s, band_hz=table.cutoff_hz)
+    joint = refitted_of(twin, answer)  # as far as a twin knows it
+    other_way, _ = asked_once(joint, exchanged(runs), exchanged(holdout), limits, known)
+    plainer = _is_plainer(table, twin, answer, joint, other_way)
+    if is_settled(answer) and not (plainer or is_better(other_way, answer)):
+        said = _as_well_said(other_way)
+        return replace(answer, reasons=(*answer.reasons, *([said] if said else ()))), moments
+    trials: list[tuple[int, float, Explanation, Moments | None]] = []
+    for doubted in too_much_of(twin, table, answer, other_way):
+        lighter, unseen = freed(runs, doubted), freed(holdout, doubted)
+        bare, apart = asked_once(twin, lighter, unseen, limits, replace(known, doubted=doubted))
+        told = told_against(doubted, answer, bare)
+        if told is not None:
+            asks_nm = _too_much_nm(table, twin, doubted) + _asked_for_nm(table, twin, bare)
+            trials.append((-SETTLED[told.verdict], asks_nm, told, apart))
+    if not trials:
+        return answer, moments
+    _, _, told, apart = min(trials, key=lambda trial: trial[:2])
+    if told.verdict == "tied" and told.next_experiment is None:
+        told = replace(
+            told,
+            next_experiment=other_way.next_experiment,
+            further_experiments=other_way.further_experiments,
+        )
+    return told, apart
+
+
+def _is_one_sided(answer: Explanation) -> bool:
+    """Return whether an answer has a law with a sign: the other way round there may be another."""
+    return any(f.effect not in BOTH_WAYS and f.form != OWN_NUMBER for f in answer.findings)
+
+
+def _is_plainer(
+    table: Table, twin: Twin, answer: Explanation, joint: Twin, other_way: Explanation
+) -> bool:
+    """Return whether the other of two answers that explain as much asks for far less torque.
+
+    A fall of friction that the simulation has is friction that rises and bends instead, with next
+    to no Coulomb friction beside it: two great torques that take each other back.
+
+    Parameters
+    ----------
+    table : Table
+        Of the recordings to learn from, as they are.
+    twin, joint : Twin
+        What either was asked of.
+    answer, other_way : Explanation
+    """
+    if not is_settled(other_way) or SETTLED[other_way.verdict] < SETTLED[answer.verdict]:
+        return False
+    if not other_way.findings or is_better(answer, other_way):
+        return False
+    return _asked_for_nm(table, joint, other_way) < _PLAINER * _asked_for_nm(table, twin, answer)
+
+
+def _asked_for_nm(table: Table, twin: Twin, answer: Explanation) -> float:
+    """Return how much torque an answer adds to a twin and to its own numbers, rms, N m."""
+    if answer.twin is None:
+        return math.inf
+    plain, rows = replace(answer.twin, effects=twin.effects), table.sliding
+    moved = predicted(table, plain) - predicted(table, twin)
+    laws = predicted(table, answer.twin) - predicted(table, plain)
+    return _rms(moved[rows]) + _rms(laws[rows])
+
+
+def _too_much_nm(table: Table, twin: Twin, doubted: Doubted) -> float:
+    """Return the torque that is taken off a recorded simulation, rms, N m."""
+    return _rms((predicted(table, doubted.twin) - predicted(table, twin))[table.sliding])
+
+
+def _rms(torque_nm: Floats) -> float:
+    return float(np.sqrt(np.nanmean(torque_nm**2)))
+
+
+def _as_well_said(other_way: Explanation) -> str:
+    """Return that what a simulation has too much of explains as much; nothing where it does not."""
+    if not is_settled(other_way) or not _is_one_sided(other_way):
+        return ""
+    names = list(dict.fromkeys(effect_name(f.effect) for f in other_way.findings))
+    return (
+        "asked the other way round, too much in the simulation explains these recordings as well: "
+        f"{'; '.join(names)}"
+    )
