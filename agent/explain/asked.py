@@ -74,17 +74,18 @@ def tabulated(
     late_s : float
         By what half a sample the torque is known to be later than the motion.
     band_hz : float, optional
-        The band, where it is known.
+        The band, where it and the motion to take are known.
 
     Raises
     ------
     ValueError
         The recordings cannot be compared.
     """
-    asked = as_asked(twin, runs, holdout, twin.inertia_kg_m2, late_s)
+    known = band_hz is not None
+    asked = as_asked(twin, runs, holdout, twin.inertia_kg_m2, late_s, quieter=not known)
     table = tabulate(twin, asked.runs, band_hz, elsewhere=asked.elsewhere)
     shown = _shown_inertia_kg_m2(table, twin)
-    if band_hz is not None or 1.0 / _FAR < twin.inertia_kg_m2 / shown < _FAR:
+    if known or 1.0 / _FAR < twin.inertia_kg_m2 / shown < _FAR:
         return asked, table
     asked = as_asked(twin, runs, holdout, shown, late_s)
     band_hz = choose_band([read_motion(run.signals) for run in asked.runs], shown)
@@ -109,6 +110,8 @@ def as_asked(
     holdout: Sequence[Run],
     inertia_kg_m2: float,
     late_s: float = 0.0,
+    *,
+    quieter: bool = True,
 ) -> Asked:
     """Return recordings put right: no row twice, no glitches, right stamps, known loads.
 
@@ -122,11 +125,15 @@ def as_asked(
         By which the motion's noise is judged.
     late_s : float
         By what half a sample the torque is known to be later than the motion.
+    quieter : bool
+        Whether the motion is taken from position or velocity, whichever has less noise.
     """
     everything, repeated = without_repeats((*runs, *holdout))
     everything, glitched = without_glitches(everything)
     everything, stamped = put_right(everything)
-    everything, quieter = by_the_quieter(everything, inertia_kg_m2, stamped=bool(stamped))
+    better: tuple[str, ...] = ()
+    if quieter:
+        everything, better = by_the_quieter(everything, inertia_kg_m2, stamped=bool(stamped))
     stepped = (said_of(late_s),) if late_s else ()
     if late_s:
         everything = in_step_with(everything, late_s)
@@ -141,5 +148,5 @@ def as_asked(
         tuple(holdout),
         by_motor,
         tuple(apart),
-        (*repeated, *glitched, *stamped, *quieter, *stepped),
+        (*repeated, *glitched, *stamped, *better, *stepped),
     )

@@ -48,10 +48,11 @@ def told_both_ways(
     """
     if is_settled(answer) and not _is_one_sided(answer):
         return answer, moments
-    table = without_creep(tabulated(twin, runs, holdout)[1])
+    asked, table = tabulated(twin, runs, holdout)
+    table = without_creep(table)
     known = Known(creep_rad_s=table.creep_rad_s, band_hz=table.cutoff_hz)
     joint = refitted_of(twin, answer)  # as far as a twin knows it
-    other_way, _ = asked_once(joint, exchanged(runs), exchanged(holdout), limits, known)
+    other_way, _ = asked_once(joint, exchanged(asked.runs), exchanged(asked.holdout), limits, known)
     plainer = _is_plainer(table, twin, answer, joint, other_way)
     if is_settled(answer) and not (plainer or is_better(other_way, answer)):
         said = _as_well_said(other_way)
