@@ -53,9 +53,10 @@ def told_both_ways(
     known = Known(creep_rad_s=table.creep_rad_s, band_hz=table.cutoff_hz)
     joint = refitted_of(twin, answer)  # as far as a twin knows it
     other_way, _ = asked_once(joint, exchanged(asked.runs), exchanged(asked.holdout), limits, known)
+    same = _effects(other_way) == _effects(answer)  # it has no sign here, and is called missing
     plainer = _is_plainer(table, twin, answer, joint, other_way)
-    if is_settled(answer) and not (plainer or is_better(other_way, answer)):
-        said = _as_well_said(other_way)
+    if is_settled(answer) and (same or not (plainer or is_better(other_way, answer))):
+        said = "" if same else _as_well_said(other_way)
         return replace(answer, reasons=(*answer.reasons, *([said] if said else ()))), moments
     trials: list[tuple[int, float, Explanation, Moments | None]] = []
     for doubted in too_much_of(twin, table, answer, other_way):
@@ -75,6 +76,10 @@ def told_both_ways(
             further_experiments=other_way.further_experiments,
         )
     return told, apart
+
+
+def _effects(answer: Explanation) -> set[str]:
+    return {finding.effect for finding in answer.findings}
 
 
 def _is_one_sided(answer: Explanation) -> bool:

@@ -30,6 +30,7 @@ BOTH_WAYS = frozenset(
         "resolver-error",
         "gravity-imbalance",
         "position-dependent-friction",
+        "local-fault",
         "torque-saturation",
     }
 )
