@@ -45,7 +45,7 @@ def exchanged(runs: Sequence[Run]) -> tuple[Run, ...]:
         valid = signals.valid & usable(simulated_nm)
         columns = {**run.columns, _COLUMN: signals.torque_nm}
         signals = replace(signals, torque_nm=simulated_nm, valid=valid)
-        out.append(replace(run, signals=signals, columns=columns))
+        out.append(replace(run, signals=signals, columns=columns, exchanged=True))
     return tuple(out)
 
 

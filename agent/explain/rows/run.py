@@ -44,6 +44,8 @@ class Run:
         Mean square of the torque that was recorded and is not in it any more: see `rows.coarser`.
     simulated_less : tuple of Effect
         What is taken off its recorded simulation: see `own_effects.other_way`.
+    exchanged : bool
+        Whether measured and simulated torque have changed places.
     """
 
     signals: Signals
@@ -52,6 +54,7 @@ class Run:
     payload_kg: float = math.nan
     thinned_away_nm2: float = 0.0
     simulated_less: tuple[Effect, ...] = ()
+    exchanged: bool = False
 
     @property
     def name(self) -> str:

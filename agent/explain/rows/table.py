@@ -131,6 +131,11 @@ class Table:
         return self.measured_nm - self.given_nm
 
     @property
+    def exchanged(self) -> bool:
+        """Return whether measured and simulated torque have changed places."""
+        return any(run.exchanged for run in self.runs)
+
+    @property
     def sliding(self) -> NDArray[np.bool_]:
         """Return which rows are used and no edge, shape (n,)."""
         return np.asarray(self.used & (self.stratum != EDGE))
