@@ -43,10 +43,10 @@ def told_both_ways(
 ) -> tuple[Explanation, Moments | None]:
     """Return an answer about a recorded simulation, or the better one of what it has too much.
 
-    The joint lacks that in the simulation's place. Asked is where the answer is not settled, or has
-    a law with a sign.
+    The joint lacks that in the simulation's place. Asked is where the answer is not settled, has
+    a law with a sign, or several.
     """
-    if is_settled(answer) and not _is_one_sided(answer):
+    if is_settled(answer) and len(answer.findings) < 2 and not _is_one_sided(answer):
         return answer, moments
     asked, table = tabulated(twin, runs, holdout)
     table = without_creep(table)
