@@ -21,6 +21,7 @@ _SHORTEST_S = 0.5
 _FEWEST_WINDOWS = 8
 _FEWEST_INDEPENDENT = 6.0  # samples in a window: fewer do not bear a parabola
 _TREND = 3  # numbers that a parabola takes
+_LOUD = 1.5  # times a joint's own noise: the band lets less of the motion's noise into a simulation
 _SAME_SPEED, _SAME_PLACE = 0.01, 0.02
 
 
@@ -42,9 +43,9 @@ def noise_floor(table: Table, residual_nm: Floats) -> Floor:
         in coarser steps than its noise.
     """
     neighbours = _neighbours(table, residual_nm)
-    if table.simulated:  # it may be louder than the joint: what shakes the motion shakes its arm
-        own = table.given_nm if table.exchanged else table.measured_nm
-        neighbours = min((neighbours, _neighbours(table, own)), key=lambda x: (math.isnan(x), x))
+    if table.simulated:  # what shakes the motion may shake an arm that it has
+        own = _neighbours(table, table.given_nm if table.exchanged else table.measured_nm)
+        neighbours = own if neighbours > _LOUD * own else neighbours
     repeats = _repeats(table, residual_nm)
     standstill = _standstill(table)
     value = next((v for v in (neighbours, repeats) if math.isfinite(v)), math.nan)
