@@ -17,8 +17,8 @@ from agent.explain.rows.evidence import weigh
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import tabulate
 from agent.identify.result import Parameter
+from tests.lessons.test_dynamic import GAP, SOFT, seen
 from tests.science.explain_joint import TWIN, Conditions, nothing, record, stair
-from tests.science.test_explain_dynamic import GAP, SOFT, seen
 
 GAPS = tuple(form for form in arm.FORMS if form.effect == "backlash")
 SPRINGS = tuple(form for form in arm.FORMS if form.effect == "joint-flexibility")
