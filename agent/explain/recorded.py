@@ -50,14 +50,16 @@ def told_both_ways(
         return answer, moments
     asked, table = tabulated(twin, runs, holdout)
     table = without_creep(table)
-    known = Known(creep_rad_s=table.creep_rad_s, band_hz=table.cutoff_hz)
+    known = Known(band_hz=table.cutoff_hz)
     joint = refitted_of(twin, answer)  # as far as a twin knows it
     other_way, _ = asked_once(joint, exchanged(asked.runs), exchanged(asked.holdout), limits, known)
     same = _effects(other_way) == _effects(answer)  # it has no sign here, and is called missing
-    plainer = _is_plainer(table, twin, answer, joint, other_way)
-    if is_settled(answer) and (same or not (plainer or is_better(other_way, answer))):
-        said = "" if same else _as_well_said(other_way)
-        return replace(answer, reasons=(*answer.reasons, *([said] if said else ()))), moments
+    if is_settled(answer) and (
+        same
+        or not (is_better(other_way, answer) or _is_plainer(table, twin, answer, joint, other_way))
+    ):
+        said = () if same else _as_well_said(other_way)
+        return replace(answer, reasons=(*answer.reasons, *said)), moments
     trials: list[tuple[int, float, Explanation, Moments | None]] = []
     for doubted in too_much_of(twin, table, answer, other_way):
         lighter, unseen = freed(runs, doubted), freed(holdout, doubted)
@@ -129,12 +131,12 @@ def _rms(torque_nm: Floats) -> float:
     return float(np.sqrt(np.nanmean(torque_nm**2)))
 
 
-def _as_well_said(other_way: Explanation) -> str:
+def _as_well_said(other_way: Explanation) -> tuple[str, ...]:
     """Return that what a simulation has too much of explains as much; nothing where it does not."""
     if not is_settled(other_way) or not _is_one_sided(other_way):
-        return ""
-    names = list(dict.fromkeys(effect_name(f.effect) for f in other_way.findings))
+        return ()
+    names = dict.fromkeys(effect_name(f.effect) for f in other_way.findings)
     return (
         "asked the other way round, too much in the simulation explains these recordings as well: "
-        f"{'; '.join(names)}"
+        f"{'; '.join(names)}",
     )

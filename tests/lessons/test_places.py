@@ -174,12 +174,17 @@ def test_a_hose_may_hang_free_to_one_side(side: str) -> None:
     values = term.scored.values()
     assert values["stiffness_nm_per_arm_rad"] == pytest.approx(0.2, rel=0.05)
     assert values["neutral_arm_rad"] == pytest.approx(0.4, abs=0.03)
-    (entry,) = term.scored.form.to_twin(scene, values)
-    twin = replace(TWIN, effects=(Effect("cable-force", dict(entry)),))
-    table = scene.table
-    said = predicted(table, twin) - predicted(table, TWIN)
+    table, said = scene.table, said_by_twin(scene, term)
     column = 0.2 * table.band(term.scored.form.columns(scene, (0.4,))[:, 0])
     assert np.std((said - column)[table.used]) < 0.05 * np.std(column[table.used])
+
+
+def said_by_twin(scene: Scene, term: Term) -> Floats:
+    """Return the torque of a law once it is written into a twin, shape (n,)."""
+    form = term.scored.form
+    (entry,) = form.to_twin(scene, term.scored.values())
+    twin = replace(TWIN, effects=(Effect(form.effect, dict(entry)),))
+    return predicted(scene.table, twin) - predicted(scene.table, TWIN)
 
 
 def settled(arm_rad: Floats, travel_rad: float) -> Floats:
@@ -211,9 +216,7 @@ def test_a_hose_may_hang_free_between_two_angles(lossy_nm: float) -> None:
     assert values["slack_arm_rad"] == pytest.approx(0.45, abs=0.03)
     if lossy_nm:
         assert values["hysteresis_nm"] == pytest.approx(lossy_nm, rel=0.1)
-    (entry,) = term.scored.form.to_twin(scene, values)
-    twin = replace(TWIN, effects=(Effect("cable-force", dict(entry)),))
-    said = (predicted(scene.table, twin) - predicted(scene.table, TWIN))[scene.table.used]
+    said = said_by_twin(scene, term)[scene.table.used]
     base, left = scene.table.base[scene.table.used], scene.residual_nm[scene.table.used] - said
     left = left - base @ np.linalg.lstsq(base, left, rcond=None)[0]  # its mean level is friction
     assert np.std(left) < 0.7 * NOISE_NM < 0.5 * np.std(said)
@@ -236,9 +239,7 @@ def test_a_damaged_tooth_comes_again_with_every_turn(rubs: bool) -> None:
     values = term.scored.values()
     assert values["center_arm_rad"] == pytest.approx(1.1, abs=0.01)
     assert values["width_arm_rad"] == pytest.approx(0.05, rel=0.1)
-    (entry,) = term.scored.form.to_twin(scene, values)
-    twin = replace(TWIN, effects=(Effect("local-fault", dict(entry)),))
-    said = predicted(scene.table, twin) - predicted(scene.table, TWIN)
+    said = said_by_twin(scene, term)
     used = scene.table.used
     base, left = scene.table.base[used], (scene.residual_nm - said)[used]
     left = left - base @ np.linalg.lstsq(base, left, rcond=None)[0]  # its mean level is friction

@@ -13,7 +13,7 @@ import numpy as np
 
 from agent.explain.choosing.candidate import basis_of
 from agent.explain.choosing.search import Library
-from agent.explain.numbers.model import Model, entries_of, predicted
+from agent.explain.numbers.model import Model, entries_of, left_by, predicted
 from agent.identify.result import Floats
 from agent.physics.twin import Twin
 
@@ -35,7 +35,7 @@ def not_as_found(
         law, its numbers refitted.
     """
     table, weighing = library.scene.table, library.weighing
-    left = (table.target_nm + predicted(table, twin) - predicted(table, extended))[weighing.rows]
+    left = left_by(extended, table)[weighing.rows]
     plain = library.residual([]) / weighing.weight
     written = []
     for index, place in enumerate(model.slices()):

@@ -75,10 +75,10 @@ def too_much_of(
         if finding is not None and effect.id not in BOTH_WAYS:
             found.append((finding, effect))
     found.sort(key=lambda pair: -pair[0].energy_share)
-    sets = [found[:1], found] if is_settled(other_way) else [found[:1]]
-    if len(found) < 2:
-        del sets[1:]
-    return tuple(_having(twin, table, answer, each) for each in sets if each)
+    sets = [found[:1]] if found else []
+    if len(found) > 1 and is_settled(other_way):
+        sets.append(found)
+    return tuple(_having(twin, table, answer, each) for each in sets)
 
 
 def _having(
