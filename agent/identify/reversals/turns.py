@@ -65,9 +65,8 @@ class Track:
     resolution_rad : float
         Finest travel that these samples tell apart: the encoder's step.
     step_rad, place_error_rad : float
-        The encoder's step, 0 where noise hides it, and the error of an extreme position: half a
-        step at most, as the joint turns round at few places, where it errs again and again; or the
-        noise.
+        The encoder's step, 0 where noise hides it, and the standard error of an extreme position:
+        that of a step, alike wherever the joint turns round at the same one; or the noise.
     cutoff_hz : float
         Of the low-pass, which torque and a law's columns pass, too, before they are compared.
     """
@@ -175,7 +174,7 @@ def _track(number: int, signals: Signals, stretch: Stretch) -> Track | None:
         turns=_turns(smooth, velocity, extremes),
         resolution_rad=max(step, error),
         step_rad=step,
-        place_error_rad=0.5 * step if step > 0.0 else error,
+        place_error_rad=error,
         cutoff_hz=cutoff,
     )
 
