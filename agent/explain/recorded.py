@@ -54,22 +54,25 @@ def told_both_ways(
     joint = refitted_of(twin, answer)  # as far as a twin knows it
     other_way, _ = asked_once(joint, exchanged(asked.runs), exchanged(asked.holdout), limits, known)
     same = _effects(other_way) == _effects(answer)  # it has no sign here, and is called missing
+    as_well = _as_well_said(other_way) if is_settled(answer) and not same else ()
+    stays = replace(answer, reasons=(*answer.reasons, *as_well)), moments
     if is_settled(answer) and (
         same
         or not (is_better(other_way, answer) or _is_plainer(table, twin, answer, joint, other_way))
     ):
-        said = () if same else _as_well_said(other_way)
-        return replace(answer, reasons=(*answer.reasons, *said)), moments
+        return stays
     trials: list[tuple[int, float, Explanation, Moments | None]] = []
+    most_nm = _PLAINER * _asked_for_nm(table, twin, answer)
     for doubted in too_much_of(twin, table, answer, other_way):
         lighter, unseen = freed(runs, doubted), freed(holdout, doubted)
         bare, apart = asked_once(twin, lighter, unseen, limits, replace(known, doubted=doubted))
-        told = told_against(doubted, answer, bare)
+        asks_nm = _too_much_nm(table, twin, doubted) + _asked_for_nm(table, twin, bare)
+        plainer = _explains_as_much(bare, answer) and asks_nm < most_nm
+        told = told_against(doubted, answer, bare, plainer=plainer)
         if told is not None:
-            asks_nm = _too_much_nm(table, twin, doubted) + _asked_for_nm(table, twin, bare)
             trials.append((-SETTLED[told.verdict], asks_nm, told, apart))
     if not trials:
-        return answer, moments
+        return stays
     _, _, told, apart = min(trials, key=lambda trial: trial[:2])
     if told.verdict == "tied" and told.next_experiment is None:
         told = replace(
@@ -105,11 +108,16 @@ def _is_plainer(
         What either was asked of.
     answer, other_way : Explanation
     """
-    if not is_settled(other_way) or SETTLED[other_way.verdict] < SETTLED[answer.verdict]:
-        return False
-    if not other_way.findings or is_better(answer, other_way):
+    if not other_way.findings or not _explains_as_much(other_way, answer):
         return False
     return _asked_for_nm(table, joint, other_way) < _PLAINER * _asked_for_nm(table, twin, answer)
+
+
+def _explains_as_much(other: Explanation, answer: Explanation) -> bool:
+    """Return whether another answer is settled, and the first one no better."""
+    if not is_settled(other) or SETTLED[other.verdict] < SETTLED[answer.verdict]:
+        return False
+    return not is_better(answer, other)
 
 
 def _asked_for_nm(table: Table, twin: Twin, answer: Explanation) -> float:

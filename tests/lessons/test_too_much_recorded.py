@@ -34,6 +34,18 @@ def measured(ripple_nm: float = 0.0) -> tuple[Run, ...]:
     return tuple(record(stair(v), missing, Conditions(), k) for k, v in enumerate(speeds))
 
 
+@functools.cache
+def falling() -> tuple[Run, ...]:
+    """Return a joint whose friction falls with speed."""
+
+    def missing(now: SetPoints, at: Conditions) -> Floats:
+        del at
+        speed = np.abs(now.velocity_rad_s)
+        return np.asarray(FALL_NM * np.sign(now.velocity_rad_s) * np.exp(-speed / FALL_RAD_S))
+
+    return tuple(record(stair(SPEEDS_RAD_S), missing, Conditions(), k) for k in range(2))
+
+
 def beside_a_falling_simulation(runs: tuple[Run, ...]) -> list[Run]:
     """Return recordings beside what a simulation says whose friction falls with speed."""
     numbers = {
@@ -85,3 +97,18 @@ def test_the_twin_given_need_not_be_the_recorded_simulation() -> None:
     answer = explain(other, plain)
     assert [f.effect for f in answer.findings] == ["torque-ripple"]
     assert answer.extended.rmse_nm == pytest.approx(answer.floor.value_nm, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    "simulation",
+    [replace(TWIN, coulomb_nm=1.0), replace(TWIN, viscous_nm_s_per_rad=0.03)],
+    ids=["Coulomb friction", "viscous friction"],
+)
+def test_a_fall_that_the_joint_has_beside_a_wrong_number_is_no_bend_of_the_simulation(
+    simulation: Twin,
+) -> None:
+    """Asked the other way round, one bend stands for both: but it needs a wrong number as well."""
+    answer = explain(simulation, [_beside(simulation, run) for run in falling()])
+    told = {f.effect: f.form == OWN_EFFECT for f in answer.findings}
+    assert told == {"wrong-number": False, "stribeck": False}
+    assert any("too much in the simulation explains" in reason for reason in answer.reasons)

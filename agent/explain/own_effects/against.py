@@ -24,7 +24,9 @@ from agent.physics.twin import Effect
 _HELPS = 0.1  # of the mismatch: what right numbers in an effect's place take off at least
 
 
-def told_against(doubted: Doubted, answer: Explanation, bare: Explanation) -> Explanation | None:
+def told_against(
+    doubted: Doubted, answer: Explanation, bare: Explanation, *, plainer: bool = False
+) -> Explanation | None:
     """Return what is found in the place of doubted effects as an answer about the twin as given.
 
     None where that is no better an answer than the one about the twin as given.
@@ -36,10 +38,12 @@ def told_against(doubted: Doubted, answer: Explanation, bare: Explanation) -> Ex
         Of the twin as given.
     bare : Explanation
         Of the twin without what is doubted, its proof and pictures against the twin as given.
+    plainer : bool
+        Whether it is to be told where it needs as many laws.
     """
     if bare.twin is None or answer.twin is None:
         return None
-    if not is_better(bare, answer):
+    if not (plainer or is_better(bare, answer, len(doubted.excess))):
         return None
     trials = [Energies(doubted, bare.twin, floor_nm2(answer), moved=m) for m in (True, False)]
     energy = next((e for e in trials if e.mismatch > 0.0 and e.helped >= _HELPS), trials[0])

@@ -20,17 +20,23 @@ SETTLED: Mapping[Verdict, int] = {
 """How much a verdict settles."""
 
 
-def is_better(bare: Explanation, answer: Explanation) -> bool:
+def is_better(bare: Explanation, answer: Explanation, too_much: int = 0) -> bool:
     """Return whether an answer settles more, needs fewer laws, or leaves half of another one's.
 
     Fewer laws may leave a little more: so much as is worth no name beside them.
+
+    Parameters
+    ----------
+    bare, answer : Explanation
+    too_much : int
+        How many laws were taken off a recorded simulation for `bare`, which needs them as well.
     """
     settled = SETTLED[bare.verdict] - SETTLED[answer.verdict]
     if settled < 0 or settles_more(bare, answer):
         return settled >= 0
     ours, theirs = (each.extended.rmse_nm**2 for each in (bare, answer))
     little = max(_AS_WELL * theirs, MATERIAL * mismatch_nm2(bare))
-    return _said_of(bare) < _said_of(answer) and ours - theirs <= little
+    return _said_of(bare) + too_much < _said_of(answer) and ours - theirs <= little
 
 
 def settles_more(bare: Explanation, answer: Explanation) -> bool:
