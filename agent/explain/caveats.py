@@ -42,8 +42,8 @@ def bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
     if found.table.simulated:
         out.append(
             "the simulation questioned is the recordings' own torque_simulated_nm; twin.toml holds "
-            "what was found beside the numbers of the twin that was given; if it moved in a loop "
-            "of its own instead of as recorded, delays and swings may be that loop's"
+            "what was found beside the plain numbers of a twin that stands for it; if it moved in "
+            "a loop of its own instead of as recorded, delays and swings may be that loop's"
         )
     used = clock_or_use(found.library, found.choice)
     arm = hangs_free(found), driven_or_heavier(found), shaken_said(found), _bent_by(found)

@@ -12,6 +12,7 @@ from agent.explain.once import Known, asked_once
 from agent.explain.own_effects.against import told_against
 from agent.explain.own_effects.better import SETTLED, is_better, is_noise, is_settled
 from agent.explain.own_effects.doubted import doubted_of
+from agent.explain.read_off import read_off
 from agent.explain.recorded import are_simulated, told_both_ways
 from agent.explain.rows.creep import without_creep
 from agent.explain.rows.run import Run
@@ -47,6 +48,17 @@ def explain(
     Explanation
         With reasons and no numbers where the recordings do not carry an answer.
     """
+    if not are_simulated((*runs, *holdout)):
+        return _but_for_moments(twin, runs, holdout, limits)
+    twin, said = read_off(twin, runs, holdout)
+    answer = _but_for_moments(twin, runs, holdout, limits)
+    return replace(answer, reasons=(*answer.reasons, *said))
+
+
+def _but_for_moments(
+    twin: Twin, runs: Sequence[Run], holdout: Sequence[Run], limits: AxisLimits | None
+) -> Explanation:
+    """Return the answer, without a few moments that hide a better one where there are such."""
     answer, moments = _asked(twin, runs, holdout, limits)
     if moments is None or (not holdout and len({run for run, _, _ in moments.at}) > 1):
         return answer  # what comes back in another recording, and nothing to hold it against

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from agent.explain.answer import sentences
-from agent.explain.answer.names import FOLLOWS_DIRECTION, OWN_NUMBER
+from agent.explain.answer.names import FOLLOWS_DIRECTION, NUMBERS, OWN_NUMBER
 from agent.explain.answer.result import Alternative, Finding, Region
 from agent.explain.choosing.aliases import told_apart_by
 from agent.explain.choosing.candidate import basis_of
@@ -36,16 +36,10 @@ from agent.physics.twin import Twin, TwinError
 _SWINGS = {"joint-flexibility": over_frequency, "backlash": excerpt}  # no mean along an axis
 _SAME_LIMIT = 0.02  # of a torque limit, beyond the interval: how tops are read, and rounded
 OFFSET_OR_ASYMMETRY = frozenset({"torque-offset", "direction-asymmetry"})
-_NUMBERS: Mapping[str, Mapping[str, str]] = {
-    "inertia-error": {"inertia_kg_m2": "the inertia on the motor side"},
-    "wrong-number": {
-        "coulomb_nm": "Coulomb friction",
-        "viscous_nm_s_per_rad": "viscous friction",
-    },
-    "gravity-imbalance": {
-        "gravity_sin_nm": "gravity's sine part",
-        "gravity_cos_nm": "gravity's cosine part",
-    },
+_NUMBERS: Mapping[str, tuple[str, ...]] = {
+    "inertia-error": ("inertia_kg_m2",),
+    "wrong-number": ("coulomb_nm", "viscous_nm_s_per_rad"),
+    "gravity-imbalance": ("gravity_sin_nm", "gravity_cos_nm"),
 }
 
 
@@ -310,11 +304,11 @@ def _changes(twin: Twin, study: Study, wrong: WrongNumber) -> dict[str, tuple[fl
     if wrong.effect == "torque-constant-error":
         return {"factor": (1.0, wrong.parameters["factor"].value, "")}
     return {
-        called: (
+        NUMBERS[name]: (
             float(getattr(twin, name)),
             study.model.base[name].value,
             parameter_unit(name),
         )
-        for name, called in _NUMBERS.get(wrong.effect, {}).items()
+        for name in _NUMBERS.get(wrong.effect, ())
         if study.model.base[name].identified and math.isfinite(study.model.base[name].value)
     }

@@ -39,6 +39,17 @@ def effect_name(effect: str) -> str:
     return NAMES.get(effect, effect.replace("-", " "))
 
 
+NUMBERS: Mapping[str, str] = MappingProxyType(
+    {
+        "inertia_kg_m2": "the inertia on the motor side",
+        "viscous_nm_s_per_rad": "viscous friction",
+        "coulomb_nm": "Coulomb friction",
+        "gravity_sin_nm": "gravity's sine part",
+        "gravity_cos_nm": "gravity's cosine part",
+    }
+)
+"""What the twin's own numbers are called, in the middle of a sentence."""
+
 FOLLOWS_DIRECTION = frozenset(
     {
         "stribeck",

@@ -203,7 +203,7 @@ def number_sentence(
         )
         return Said(lead, worth=worth)
     told = {name: numbers for name, numbers in changes.items() if _differs(numbers, changes)}
-    change = _lack if recorded else _change
+    change = _lack if recorded else change_said
     said = " and ".join(change(name, *numbers) for name, numbers in (told or changes).items())
     if effect == "gravity-imbalance":
         return Said(f"The simulation does not know all of the load: {said}.", worth=worth)
@@ -227,7 +227,8 @@ def _lack(name: str, given: float, found: float, unit: str) -> str:
     return f"{name} is {size} {scale.unit} {way} than the simulation has"
 
 
-def _change(name: str, given: float, found: float, unit: str) -> str:
+def change_said(name: str, given: float, found: float, unit: str) -> str:
+    """Return what a number is, and what it is not, with its unit."""
     scale = scale_for(unit, (given, found))
     texts = [significant(value * scale.factor, 3) for value in (found, given)]
     return f"{name} is {texts[0]}, not {texts[1]} {scale.unit}".rstrip()

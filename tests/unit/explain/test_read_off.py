@@ -1,0 +1,74 @@
+"""Plain numbers of a recorded simulation: read off it where twin.toml's do not predict it."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from agent.explain.read_off import read_off
+from agent.explain.rows.run import Run
+from agent.identify.signals.simulated import simulated_torque_nm
+from agent.physics.twin import Effect, Twin
+from tests.science.explain_joint import NOISE_NM, TWIN, Conditions, nothing, record, stair
+
+FALL = Effect(
+    "stribeck", {"static_extra_nm": 0.15, "stribeck_velocity_rad_s": 6.0, "exponent": 1.0}
+)
+LEAST = {"inertia_kg_m2": 2e-4, "viscous_nm_s_per_rad": 2e-4, "coulomb_nm": 5e-3}
+"""Numbers that make next to no torque of this motion."""
+
+
+@functools.cache
+def joint() -> Run:
+    """Return a recording of a plain joint."""
+    return record(stair((2.0, 8.0, 30.0, 50.0)), nothing, Conditions(), 0)
+
+
+def beside(simulation: Twin) -> list[Run]:
+    """Return it beside what a simulation predicts."""
+    run = joint()
+    torque_nm = simulated_torque_nm(simulation, run.signals, run.columns)
+    return [replace(run, columns={**run.columns, "torque_simulated_nm": torque_nm})]
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    inertia=st.floats(0.004, 0.04),
+    coulomb=st.floats(0.0, 2.0),
+    viscous=st.floats(0.0, 0.05),
+    times=st.sampled_from([0.01, 0.5, 2.0, 10.0]),
+)
+def test_numbers_of_another_twin_are_replaced_by_the_simulations(
+    inertia: float, coulomb: float, viscous: float, times: float
+) -> None:
+    simulation = replace(
+        TWIN, inertia_kg_m2=inertia, coulomb_nm=coulomb, viscous_nm_s_per_rad=viscous
+    )
+    other = replace(TWIN, **{name: times * getattr(simulation, name) for name in LEAST})
+    found, said = read_off(other, beside(simulation), ())
+    assert len(said) == 1
+    for name, least in LEAST.items():
+        assert getattr(found, name) == pytest.approx(getattr(simulation, name), rel=0.02, abs=least)
+
+
+@pytest.mark.parametrize("effects", [(), (FALL,)])
+def test_a_twin_that_predicts_the_simulation_but_for_an_effect_stays(
+    effects: tuple[Effect, ...],
+) -> None:
+    assert read_off(TWIN, beside(replace(TWIN, effects=effects)), ()) == (TWIN, ())
+
+
+def test_what_is_no_simulation_leaves_no_number() -> None:
+    """Noise, or a column of zeros, in the simulation's place: told as what it holds, nothing."""
+    run = joint()
+    noise = NOISE_NM * np.random.default_rng(0).standard_normal(run.signals.time_s.size)
+    for torque_nm in (noise, np.zeros_like(noise)):
+        columns = {**run.columns, "torque_simulated_nm": torque_nm}
+        found, (said,) = read_off(TWIN, [replace(run, columns=columns)], ())
+        assert (found.coulomb_nm, found.viscous_nm_s_per_rad) == (0.0, 0.0)
+        assert "Coulomb friction is 0, not 0.500 N m" in said
