@@ -16,7 +16,9 @@ from agent.identify.rigid.alike import mixed_units, shown_by
 from agent.identify.signals.preprocess import read_motion
 from agent.numbers import significant
 from agent.physics.twin import Twin
+from agent.samples import usable
 
+_SIMULATED = "torque_simulated_nm"
 _CARRIES = 0.5  # of the torque's energy: with less, signs of what a plain joint asks for are chance
 _FAR = 5.0  # times the twin's number, or a part of it
 _LIKE = 0.15  # of the gear ratio, or of a unit: so close a factor is that
@@ -32,12 +34,32 @@ _SAID = {
 def contradiction(runs: Sequence[Run]) -> str:
     """Return what no joint can have recorded: a frozen torque, two units; nothing where all may be.
 
+    Nor can a recorded simulation be the same throughout, or hold no number.
+
     Parameters
     ----------
     runs : sequence of Run
         To learn from, and held out.
     """
-    return no_joint_records([run.signals for run in runs])
+    return no_joint_records([run.signals for run in runs]) or _no_simulation(runs)
+
+
+def _no_simulation(runs: Sequence[Run]) -> str:
+    """Return which recorded simulation is none; nothing where all may be, or none is recorded."""
+    if not all(_SIMULATED in run.columns for run in runs):
+        return ""
+    for run in runs:
+        simulated_nm = run.columns[_SIMULATED]
+        told = simulated_nm[usable(simulated_nm)]
+        if not told.size:
+            return f"{run.signals.name}: {_SIMULATED} holds no number"
+        if float(np.ptp(told)) == 0.0:
+            return (
+                f"{run.signals.name}: {_SIMULATED} is {significant(float(told[0]), 3)} N m all "
+                "along, which is no simulation of a joint that moves: leave that column out, and "
+                "twin.toml is questioned"
+            )
+    return ""
 
 
 def runs_backwards(table: Table) -> bool:

@@ -198,3 +198,15 @@ def test_a_slow_recording_among_fast_ones_is_in_the_same_unit() -> None:
     fast = [record(stair((60.0, 90.0), 230.0), oil, Conditions(), k) for k in (2, 3)]
     assert of_two_units(tabulate(TWIN, [slow, *fast])) == ""
     assert of_two_units(tabulate(TWIN, [slow, fast[0]])) == ""
+
+
+@pytest.mark.parametrize(
+    ("level_nm", "said"),
+    [(0.0, "is 0 N m all along"), (0.5, "is 0.500 N m all along"), (np.nan, "holds no number")],
+)
+def test_a_column_that_holds_no_simulation_is_not_questioned(level_nm: float, said: str) -> None:
+    run = record(stair((2.0, 8.0)), _nothing, Conditions(), 0)
+    columns = {**run.columns, "torque_simulated_nm": np.full_like(run.signals.torque_nm, level_nm)}
+    answer = explain(TWIN, [replace(run, columns=columns)])
+    assert answer.verdict == "unexplained"
+    assert answer.sentence.startswith(f"Not decidable: run: torque_simulated_nm {said}")
