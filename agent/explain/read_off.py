@@ -8,6 +8,7 @@ joint, or of a file that only says which gear there is, would refuse what is rig
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,16 +16,17 @@ from agent.explain.answer.names import NUMBERS
 from agent.explain.answer.sentences import change_said
 from agent.explain.asked import tabulated
 from agent.explain.numbers.model import predicted, with_numbers
+from agent.explain.plausible import contradiction
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import BASE, Table
 from agent.identify.result import Floats
 from agent.numbers import parameter_unit
-from agent.physics.twin import Twin
+from agent.physics.twin import Twin, TwinError
 
 _ANOTHER = 0.1  # of the recorded simulation's torque: what other plain numbers must bring
 _PLAIN = 0.5  # of what the given numbers leave of it: more is an effect, which no number makes up
 _NOTHING = 2e-3  # of the measured torque: what a number that is none makes of it
-_MOVED = 0.1  # of a number, and of the torque of what moves most: less is not told
+_MOVED = 0.1  # of the torque of what moves most: less is not told
 
 
 def read_off(
@@ -42,24 +44,42 @@ def read_off(
     Returns
     -------
     twin : Twin
-        That given, with other plain numbers where its own do not predict the simulation.
+        That given, with other plain numbers where its own do not predict the simulation, and
+        without effects that these recordings cannot drive.
     said : tuple of str
-        Which they are; none where they stay.
+        What was changed; nothing where all of it stays.
     """
+    if not runs or contradiction((*runs, *holdout)):
+        return twin, ()
     try:
         table = tabulated(twin, runs, holdout)[1]
     except ValueError:
         return twin, ()  # they cannot be compared, as is said where they are asked about
+    twin, left_out = _predictable(table, twin)
     moved = _moved(table, twin)
     if moved is None:
-        return twin, ()
+        return twin, left_out
     numbers = {name: getattr(twin, name) + d for name, d in zip(BASE, moved, strict=True)}
     least_nm = _NOTHING * _rms(table.measured_nm[table.sliding])
     for name, torque_nm in _torques_nm(table, numbers).items():
         if torque_nm < least_nm:
             numbers[name] = 0.0
     found = with_numbers(twin, numbers)
-    return found, (_said(table, twin, found),)
+    return found, (*left_out, _said(table, twin, found))
+
+
+def _predictable(table: Table, twin: Twin) -> tuple[Twin, tuple[str, ...]]:
+    """Return the twin without effects where these recordings lack what they need, and that said.
+
+    The recorded simulation has them or not; beside it they are asked for nothing.
+    """
+    try:
+        predicted(table, twin)
+    except TwinError as error:
+        why = str(error).rstrip(".")
+        said = f"the effects of twin.toml are left out beside the recorded simulation ({why})"
+        return replace(twin, effects=()), (said,)
+    return twin, ()
 
 
 def _moved(table: Table, twin: Twin) -> Floats | None:
@@ -90,13 +110,14 @@ def _torques_nm(table: Table, numbers: Mapping[str, float]) -> dict[str, float]:
 def _said(table: Table, twin: Twin, found: Twin) -> str:
     """Return which numbers stand in the place of twin.toml's."""
     numbers = {name: float(getattr(found, name)) for name in BASE}
-    moved = {name: number - float(getattr(twin, name)) for name, number in numbers.items()}
-    moved_nm = _torques_nm(table, moved)
+    moved_nm = _torques_nm(
+        table, {name: number - float(getattr(twin, name)) for name, number in numbers.items()}
+    )
     least_nm = _MOVED * max(moved_nm.values())
     told = [
         change_said(NUMBERS[name], float(getattr(twin, name)), number, parameter_unit(name))
         for name, number in numbers.items()
-        if abs(moved[name]) > _MOVED * abs(number) and moved_nm[name] > least_nm
+        if moved_nm[name] >= least_nm
     ]
     return (
         "the recorded simulation is not that of twin.toml, whose numbers do not predict it; those "

@@ -63,12 +63,19 @@ def test_a_twin_that_predicts_the_simulation_but_for_an_effect_stays(
     assert read_off(TWIN, beside(replace(TWIN, effects=effects)), ()) == (TWIN, ())
 
 
-def test_what_is_no_simulation_leaves_no_number() -> None:
-    """Noise, or a column of zeros, in the simulation's place: told as what it holds, nothing."""
+def test_noise_in_the_simulations_place_leaves_no_number() -> None:
     run = joint()
     noise = NOISE_NM * np.random.default_rng(0).standard_normal(run.signals.time_s.size)
-    for torque_nm in (noise, np.zeros_like(noise)):
-        columns = {**run.columns, "torque_simulated_nm": torque_nm}
-        found, (said,) = read_off(TWIN, [replace(run, columns=columns)], ())
-        assert (found.coulomb_nm, found.viscous_nm_s_per_rad) == (0.0, 0.0)
-        assert "Coulomb friction is 0, not 0.500 N m" in said
+    columns = {**run.columns, "torque_simulated_nm": noise}
+    found, (said,) = read_off(TWIN, [replace(run, columns=columns)], ())
+    assert (found.coulomb_nm, found.viscous_nm_s_per_rad) == (0.0, 0.0)
+    assert "Coulomb friction is 0, not 0.500 N m" in said
+
+
+def test_effects_that_need_what_was_not_recorded_are_left_out() -> None:
+    """The recorded simulation stands for them: no motor temperature need be there."""
+    warm = Effect("torque-constant-error", {"factor_per_k": 0.01, "reference_degc": 20.0})
+    found, (said,) = read_off(replace(TWIN, effects=(warm,)), beside(TWIN), ())
+    assert found == TWIN
+    assert "left out beside the recorded simulation" in said
+    assert "motor_temperature_degc" in said
