@@ -13,9 +13,9 @@ from agent.explain.own_effects.against import told_against
 from agent.explain.own_effects.better import SETTLED, is_better, is_noise, is_settled
 from agent.explain.own_effects.doubted import doubted_of
 from agent.explain.read_off import read_off
-from agent.explain.recorded import are_simulated, told_both_ways
+from agent.explain.recorded import told_both_ways
 from agent.explain.rows.creep import without_creep
-from agent.explain.rows.run import Run
+from agent.explain.rows.run import Run, are_simulated
 from agent.physics.twin import Twin
 from trajectories import AxisLimits
 

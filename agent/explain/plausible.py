@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from agent.explain.numbers.wrong import WrongNumber
-from agent.explain.rows.run import Run
+from agent.explain.rows.run import SIMULATED, Run, are_simulated
 from agent.explain.rows.table import BASE, Table
 from agent.identify.diagnosis import no_joint_records
 from agent.identify.rigid.alike import mixed_units, shown_by
@@ -18,7 +18,6 @@ from agent.numbers import significant
 from agent.physics.twin import Twin
 from agent.samples import usable
 
-_SIMULATED = "torque_simulated_nm"
 _CARRIES = 0.5  # of the torque's energy: with less, signs of what a plain joint asks for are chance
 _FAR = 5.0  # times the twin's number, or a part of it
 _LIKE = 0.15  # of the gear ratio, or of a unit: so close a factor is that
@@ -46,16 +45,16 @@ def contradiction(runs: Sequence[Run]) -> str:
 
 def _no_simulation(runs: Sequence[Run]) -> str:
     """Return which recorded simulation is none; nothing where all may be, or none is recorded."""
-    if not all(_SIMULATED in run.columns for run in runs):
+    if not are_simulated(runs):
         return ""
     for run in runs:
-        simulated_nm = run.columns[_SIMULATED]
+        simulated_nm = run.columns[SIMULATED]
         told = simulated_nm[usable(simulated_nm)]
         if not told.size:
-            return f"{run.signals.name}: {_SIMULATED} holds no number"
+            return f"{run.signals.name}: {SIMULATED} holds no number"
         if float(np.ptp(told)) == 0.0:
             return (
-                f"{run.signals.name}: {_SIMULATED} is {significant(float(told[0]), 3)} N m all "
+                f"{run.signals.name}: {SIMULATED} is {significant(float(told[0]), 3)} N m all "
                 "along, which is no simulation of a joint that moves: leave that column out, and "
                 "twin.toml is questioned"
             )

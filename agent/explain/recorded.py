@@ -28,11 +28,6 @@ from trajectories import AxisLimits
 _PLAINER = 0.7  # times the torque that the first answer asks for
 
 
-def are_simulated(runs: Sequence[Run]) -> bool:
-    """Return whether all recordings carry a simulation."""
-    return all("torque_simulated_nm" in run.columns for run in runs)
-
-
 def told_both_ways(
     answer: Explanation,
     moments: Moments | None,

@@ -14,12 +14,11 @@ from agent.explain.answer.result import Explanation, Finding
 from agent.explain.own_effects.better import is_settled
 from agent.explain.own_effects.doubted import Doubted, refitted_of
 from agent.explain.own_effects.pairs import finding_of
-from agent.explain.rows.run import Run
+from agent.explain.rows.run import SIMULATED, Run
 from agent.explain.rows.table import Table
 from agent.physics.twin import Effect, Twin
 from agent.samples import usable
 
-_COLUMN = "torque_simulated_nm"
 BOTH_WAYS = frozenset(
     {
         "torque-constant-error",
@@ -41,9 +40,9 @@ def exchanged(runs: Sequence[Run]) -> tuple[Run, ...]:
     """Return recordings in which measured and simulated torque have changed places."""
     out = []
     for run in runs:
-        signals, simulated_nm = run.signals, run.columns[_COLUMN]
+        signals, simulated_nm = run.signals, run.columns[SIMULATED]
         valid = signals.valid & usable(simulated_nm)
-        columns = {**run.columns, _COLUMN: signals.torque_nm}
+        columns = {**run.columns, SIMULATED: signals.torque_nm}
         signals = replace(signals, torque_nm=simulated_nm, valid=valid)
         out.append(replace(run, signals=signals, columns=columns, exchanged=True))
     return tuple(out)

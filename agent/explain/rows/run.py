@@ -14,6 +14,9 @@ from agent.identify.signals.arrays import Signals
 from agent.identify.thermal.stand_in import lacks_gearbox_temperature, with_stand_in
 from agent.physics.twin import Effect
 
+SIMULATED = "torque_simulated_nm"
+"""What the user's own simulator predicts for the very run: it takes the twin's place."""
+
 OPTIONAL = (
     "gearbox_temperature_degc",
     "motor_temperature_degc",
@@ -21,7 +24,7 @@ OPTIONAL = (
     "velocity_command_rad_s",
     "position_command_rad",
     "position_arm_rad",
-    "torque_simulated_nm",
+    SIMULATED,
 )
 """Columns of contract section 2 that an explanation makes use of where they are recorded."""
 
@@ -92,3 +95,8 @@ def without_gearbox_temperature(runs: Sequence[Run]) -> bool:
 def stood_in(runs: Sequence[Run]) -> tuple[Run, ...]:
     """Return runs with the motor's temperature in the gearbox's place."""
     return tuple(replace(run, columns=with_stand_in(run.columns)) for run in runs)
+
+
+def are_simulated(runs: Sequence[Run]) -> bool:
+    """Return whether all recordings carry a simulation."""
+    return all(SIMULATED in run.columns for run in runs)

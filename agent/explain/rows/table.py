@@ -28,7 +28,7 @@ from agent.explain.rows.pieces import (
     known_part,
     thinned,
 )
-from agent.explain.rows.run import Run
+from agent.explain.rows.run import Run, are_simulated
 from agent.explain.rows.strata import EDGE, blocks_of, since_s, strata_of, travel_rad
 from agent.explain.rows.twin_effects import effects_nm, load_nm
 from agent.explain.rows.use import use_columns
@@ -285,7 +285,7 @@ def _table(
 ) -> Table:
     """Filter everything alike and take it at the rows."""
     base = _base(full, pieces, twin.gear_ratio)
-    simulated = all("torque_simulated_nm" in run.columns for run in runs)
+    simulated = are_simulated(runs)
     if simulated:
         given = banded(full["torque_simulated_nm"], pieces)
         less = replace(twin, effects=runs[0].simulated_less)
