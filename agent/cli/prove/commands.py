@@ -20,7 +20,7 @@ def prove(
         int, typer.Option(help="First seed; below 10000 is for development and no score.")
     ] = 10000,
     full: Annotated[
-        bool, typer.Option("--full", help="All 120 cases (docs/proof.md): up to three quarters of an hour.")
+        bool, typer.Option("--full", help="All 120 cases (docs/proof.md): up to 45 minutes.")
     ] = False,
     processes: Annotated[int, typer.Option(help="How many cases at a time.")] = 2,
     json: Json = False,
