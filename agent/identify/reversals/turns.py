@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify.result import Floats
+from agent.identify.reversals.driving import driving_velocity
 from agent.identify.reversals.smoothing import cutoff_for, resolution, swings
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.lowpass import lowpass
@@ -24,8 +24,6 @@ _NO_MOTION = 6.0  # standard errors that a signal which stands ranges over, smoo
 _STANDING = 3e-3  # of the fastest speed: below, friction may be anything
 _TURNING = 0.8  # of the neighbouring legs' peak speed: where the turn begins and ends
 _PRELIMINARY = 0.05  # of the sampling rate: cutoff of the filter that finds the turns
-_DRIVING = 1.4  # times the regression's cutoff: of the motion that drives friction's memory
-_HIGHEST = 0.25  # of the sampling rate: its cutoff at most
 
 
 @dataclass(frozen=True)
@@ -53,9 +51,8 @@ class Track:
     time_s, position_rad, velocity_rad_s, acceleration_rad_s2, torque_nm : ndarray
         Motion behind a low-pass, without acceleration where it keeps its speed; torque as recorded.
     driving_rad_s : ndarray
-        Velocity behind a higher cutoff, which drives friction with memory: a turn that is rounded
-        off would be remembered as a rounder one, and travel bears more noise than acceleration.
-        Between turns it never goes back: see `_one_way`.
+        Velocity that drives friction with memory: a turn that is rounded off would be remembered
+        as a rounder one. Between turns it never goes back: see `driving`.
     measured_rad : ndarray
         Motor angle as recorded.
     lead_rad : ndarray or None
@@ -156,7 +153,6 @@ def _track(number: int, signals: Signals, stretch: Stretch) -> Track | None:
     extremes = _extremes(raw, max(_HYSTERESIS * error, _HYSTERESIS_SHARE * float(np.ptp(raw))))
     cutoff = cutoff_for(raw, period_s, error, np.array(extremes, dtype=np.intp))
     smooth = lowpass(raw, period_s, cutoff)
-    fine = lowpass(raw, period_s, max(cutoff, min(_DRIVING * cutoff, _HIGHEST / period_s)))
     velocity = np.gradient(smooth, period_s)
     arm, lead = signals.position_arm_rad, None
     if arm is not None:
@@ -167,7 +163,9 @@ def _track(number: int, signals: Signals, stretch: Stretch) -> Track | None:
         position_rad=smooth,
         velocity_rad_s=velocity,
         acceleration_rad_s2=np.gradient(velocity, period_s) * swings(raw, period_s, error),
-        driving_rad_s=np.gradient(_one_way(fine, extremes), period_s),
+        driving_rad_s=driving_velocity(
+            raw, velocity, extremes, period_s=period_s, cutoff_hz=cutoff, step_rad=step
+        ),
         torque_nm=stretch.on_grid(signals, signals.torque_nm),
         measured_rad=raw,
         lead_rad=lead,
@@ -177,25 +175,6 @@ def _track(number: int, signals: Signals, stretch: Stretch) -> Track | None:
         place_error_rad=error,
         cutoff_hz=cutoff,
     )
-
-
-def _one_way(position: Floats, extremes: Sequence[int]) -> Floats:
-    """Return the nearest position that goes one way between turns (isotonic regression).
-
-    Friction with memory counts travel, forth or back. What an encoder's steps add where the joint
-    is slow, close to its turns, would all count as travel, and the laws would have friction rise
-    sooner than it does: of two springs' viscous part this took 1 %.
-    """
-    from scipy.optimize import isotonic_regression
-
-    out = position.copy()
-    ends = [0, *extremes, position.size - 1]
-    for begin, end in itertools.pairwise(ends):
-        leg = position[begin : end + 1]
-        if leg.size > 1:
-            rises = bool(leg[-1] > leg[0])
-            out[begin : end + 1] = isotonic_regression(leg, increasing=rises).x
-    return out
 
 
 def _extremes(position: Floats, hysteresis_rad: float) -> list[int]:
