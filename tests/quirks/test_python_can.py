@@ -163,6 +163,7 @@ def test_socketcan_without_the_interface_raises_oserror_not_can_error() -> None:
     assert not isinstance(raised.value, can.CanError)
 
 
+# the thread's end by an exception is what is characterised
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 def test_a_listeners_exception_kills_the_notifier_unseen(
     pair: tuple[can.BusABC, can.BusABC], caplog: pytest.LogCaptureFixture

@@ -278,6 +278,7 @@ NEVER_RAISED_AT_US = {"can.io.blf.BLFParseError"}
 """Raised by python-can's log file readers, which we do not use."""
 
 
+# every module of the libraries is imported, old interfaces that warn of their age included
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("package", [can, canopen])
 def test_every_exception_of_the_libraries_has_a_mapping(package: ModuleType) -> None:
