@@ -34,7 +34,7 @@ from agent.explain.plausible import contradiction
 from agent.explain.rows.creep import creep_beside, without_creep
 from agent.explain.rows.half_sample import half_a_sample_s
 from agent.explain.rows.run import Run
-from agent.explain.rows.table import TooShortError
+from agent.explain.rows.table import Table, TooShortError
 from agent.explain.study import Study
 from agent.explain.told import Told
 from agent.explain.traces import traces_of
@@ -90,7 +90,8 @@ def asked_once(
     None of the twin's own effects is doubted.
 
     A torque that turns out to be half a sample late is put in step, and everything asked again. So
-    it is where each recording has a zero of its own, or some carry what others do not.
+    it is where friction is seen to fade near standstill beside what was found only, where each
+    recording has a zero of its own, or where some carry what others do not.
     """
     names = tuple(run.name for run in runs), tuple(run.name for run in holdout)
     refusal = contradiction((*runs, *holdout)) if runs else "no recording was given"
@@ -110,6 +111,10 @@ def asked_once(
         if late_s:
             known = replace(known, late_s=late_s, creep_rad_s=found.table.creep_rad_s or None)
             return asked_once(twin, runs, holdout, limits, known)
+    creep_rad_s = _creep_beside(found, table) if known.creep_rad_s is None else 0.0
+    if creep_rad_s:
+        known = replace(known, creep_rad_s=creep_rad_s)
+        return asked_once(twin, runs, holdout, limits, known)
     rows = found.library.weighing.rows
     as_given = fit_of(found.table.measured_nm[rows], given.table.target_nm[rows])
     zeros = own_zeros(found)
@@ -132,6 +137,13 @@ def asked_once(
     if known.doubted is not None:
         given = replace(given, twin=known.doubted.twin, refitted=known.doubted.refitted)
     return _explained(found, given, asked, limits, *names)
+
+
+def _creep_beside(found: Study, table: Table) -> float:
+    """Return below which speed friction fades, rad/s, where only what was found lets it be seen."""
+    if found.table.creep_rad_s or not found.choice.terms:
+        return 0.0
+    return creep_beside(table, left_by(found.extended, table))
 
 
 def _late_by_holding_s(found: Study, runs: Sequence[Run]) -> float:

@@ -23,7 +23,7 @@ from agent.identify.result import Floats
 from agent.numbers import parameter_unit
 from agent.physics.twin import Twin, TwinError
 
-_ANOTHER = 0.1  # of the recorded simulation's torque: what other plain numbers must bring
+_ANOTHER = 0.02  # of the recorded simulation's torque: what other plain numbers must bring
 _PLAIN = 0.5  # of what the given numbers leave of it: more is an effect, which no number makes up
 _NOTHING = 2e-3  # of the measured torque: what a number that is none makes of it
 _MOVED = 0.1  # of the torque of what moves most: less is not told

@@ -23,7 +23,8 @@ SETTLED: Mapping[Verdict, int] = {
 def is_better(bare: Explanation, answer: Explanation, too_much: int = 0) -> bool:
     """Return whether an answer settles more, needs fewer laws, or leaves half of another one's.
 
-    Fewer laws may leave a little more: so much as is worth no name beside them.
+    Fewer laws may leave a little more, and more laws must leave more than a little less: so much as
+    is worth no name beside them.
 
     Parameters
     ----------
@@ -32,11 +33,20 @@ def is_better(bare: Explanation, answer: Explanation, too_much: int = 0) -> bool
         How many laws were taken off a recorded simulation for `bare`, which needs them as well.
     """
     settled = SETTLED[bare.verdict] - SETTLED[answer.verdict]
-    if settled < 0 or settles_more(bare, answer):
-        return settled >= 0
+    if settled:
+        return settled > 0
     ours, theirs = (each.extended.rmse_nm**2 for each in (bare, answer))
     little = max(_AS_WELL * theirs, MATERIAL * mismatch_nm2(bare))
-    return _said_of(bare) + too_much < _said_of(answer) and ours - theirs <= little
+    more = _said_of(bare) + too_much - _said_of(answer)
+    if more > 0 and theirs - ours <= max(little, MATERIAL * _mismatch_as_judged_nm2(answer)):
+        return False
+    return settles_more(bare, answer) or (more < 0 and ours - theirs <= little)
+
+
+def _mismatch_as_judged_nm2(answer: Explanation) -> float:
+    """Return what small effects were lost in: beside wrong numbers, the simulation's as given."""
+    wrong = any(f.form == OWN_NUMBER for f in answer.findings)
+    return mismatch_nm2(answer, OWN_NUMBER if wrong else "")
 
 
 def settles_more(bare: Explanation, answer: Explanation) -> bool:

@@ -21,6 +21,7 @@ from agent.identify.result import Floats
 from agent.identify.rigid.fading import missing_share
 
 _SLOW = tuple(float(x) for x in np.geomspace(3e-4, 1e-2, 6))  # of the fastest speed
+_FALLS = (0.02, 0.05, 0.12)  # of the fastest speed: over which friction may fall beside it
 _FADED = 0.5  # of the dry level: with more left, friction is there
 _WORTH = 0.02  # of what is left: less does nobody harm
 _GONE = 4.0  # of tanh's scale: up to there friction is not whole
@@ -83,7 +84,8 @@ def creep_speed(table: Table) -> float:
 
     One column for each of some speeds: what ``sign(v) (1 - tanh(|v| / speed))`` takes away of the
     Coulomb level, beside the twin's own numbers and friction that is free along the travel since a
-    reversal (friction that yields is a law) and along the load.
+    reversal (friction that yields is a law) and along the load, and that falls with speed: what
+    rises towards standstill would hide what fades there.
 
     Parameters
     ----------
@@ -94,13 +96,16 @@ def creep_speed(table: Table) -> float:
     if not rows.any() or not table.carried[coulomb]:
         return 0.0
     velocity, direction = table.full["velocity_rad_s"], table.full["direction"]
-    slow = float(np.quantile(np.abs(table.rows["velocity_rad_s"][rows]), 0.99)) * np.array(_SLOW)
+    fastest = float(np.quantile(np.abs(table.rows["velocity_rad_s"][rows]), 0.99))
+    slow = fastest * np.array(_SLOW)
     near = (direction * missing_share(velocity, speed) for speed in slow)
-    faded = banded(np.stack(tuple(near), axis=-1), table.pieces)[rows]
+    falling = (direction * np.exp(-np.abs(velocity) / (fastest * share)) for share in _FALLS)
+    both = banded(np.stack((*near, *falling), axis=-1), table.pieces)[rows]
+    faded, fall = both[:, : slow.size], both[:, slow.size :]
     sign = np.sign(table.rows["velocity_rad_s"][rows])[:, np.newaxis]
     load = np.abs(table.base[rows, BASE.index("inertia_kg_m2")])
     free = [table.base[rows], *(sign * hats(x) for x in (load, table.rows["travel_rad"][rows]))]
-    columns, target = np.concatenate(free, axis=1), table.target_nm[rows]
+    columns, target = np.concatenate((*free, fall), axis=1), table.target_nm[rows]
     plain = _energy(columns, target)
     best, found = (1.0 - _WORTH) * plain, 0.0
     level = float(least(table.base[rows], table.measured_nm[rows])[coulomb])
