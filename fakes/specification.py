@@ -84,7 +84,7 @@ class FakeSpecification:
     @classmethod
     def load(cls, path: Path) -> FakeSpecification:
         """Read a `.toml` or `.json` file."""
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
         return cls.from_mapping(json.loads(text) if path.suffix == ".json" else tomllib.loads(text))
 
     def factory_values(self) -> dict[tuple[int, int], int]:

@@ -137,7 +137,7 @@ def read_cell(path: Path) -> Cell:
         Where the file cannot be read, or with every mistake in it.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(
             f"The cell description {path} cannot be read: {why_unreadable(error)}.",

@@ -11,6 +11,8 @@ import sys
 
 INTERRUPTED = 130
 """By Ctrl-C, as shells have it: 128 and the signal's number."""
+NOBODY_READS = 141
+"""As of SIGPIPE: 1 would be an alarm."""
 
 
 def main() -> None:
@@ -22,10 +24,22 @@ def main() -> None:
         _run()
     except KeyboardInterrupt:  # before a command runs, while it is loaded; a command has its own
         sys.exit(INTERRUPTED)
+    except SystemExit as ended:
+        if _nobody_reads(ended):
+            sys.exit(NOBODY_READS)
+        raise
     except Exception as error:
         if "--debug" in sys.argv:
             raise
         sys.exit(_said(error))
+
+
+def _nobody_reads(ended: SystemExit) -> bool:
+    """Tell whether a command ended as what it wrote to is closed, which Click has exit with 1."""
+    import errno
+
+    why = ended.__context__
+    return isinstance(why, OSError) and why.errno == errno.EPIPE
 
 
 def _run() -> None:

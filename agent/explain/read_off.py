@@ -23,7 +23,9 @@ from agent.identify.result import Floats
 from agent.numbers import parameter_unit
 from agent.physics.twin import Twin, TwinError
 
-_ANOTHER = 0.02  # of the recorded simulation's torque: what other plain numbers must bring
+_ANOTHER = 0.1  # of the recorded simulation's torque: what other plain numbers must bring
+_SLIGHT = 0.02  # of it: what they must where they are most of the difference
+_MOST = 0.4  # of the difference: what they leave at most then
 _PLAIN = 0.5  # of what the given numbers leave of it: more is an effect, which no number makes up
 _NOTHING = 2e-3  # of the measured torque: what a number that is none makes of it
 _MOVED = 0.1  # of the torque of what moves most: less is not told
@@ -92,9 +94,9 @@ def _moved(table: Table, twin: Twin) -> Floats | None:
     size = np.sqrt(np.mean(columns**2, axis=0))
     weights = np.linalg.lstsq(columns / size, left_nm, rcond=1e-9)[0] / size
     plain_nm = columns @ weights
-    if _rms(plain_nm) < _ANOTHER * _rms(simulated_nm):
-        return None
-    if _rms(left_nm - plain_nm) > _PLAIN * _rms(left_nm):
+    rest_nm, difference_nm = _rms(left_nm - plain_nm), _rms(left_nm)
+    least = _SLIGHT if rest_nm <= _MOST * difference_nm else _ANOTHER
+    if rest_nm > _PLAIN * difference_nm or _rms(plain_nm) < least * _rms(simulated_nm):
         return None
     moved = np.zeros(len(BASE))
     moved[carried] = weights

@@ -177,7 +177,7 @@ def read_night(path: Path) -> NightDescription:
         It cannot be read, or with every mistake on a line of its own.
     """
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError as error:
         raise InputError(
             f"{path} is not there: it says when the axes run by themselves.",

@@ -134,6 +134,20 @@ def make_folder(folder: Path) -> None:
         raise storage_error(error, f"The folder {folder} cannot be made") from error
 
 
+def check_folder(folder: Path) -> None:
+    """Refuse a folder that cannot be made, before anything is computed for it; makes nothing.
+
+    Raises
+    ------
+    StorageError
+        A file has that name, or stands above it.
+    """
+    there = next((p for p in (folder, *folder.parents) if p.exists()), None)
+    if there is not None and not there.is_dir():
+        error = FileExistsError(errno.EEXIST if there == folder else errno.ENOTDIR, "")
+        raise storage_error(error, f"The folder {folder} cannot be made") from error
+
+
 def storage_error(error: OSError, what: str) -> StorageError:
     """Return the error above the drivers for what the file system said.
 

@@ -26,7 +26,7 @@ def read_written(folder: Path) -> tuple[tuple[tuple[int, Event], ...], tuple[str
     """
     path = folder / NAME
     try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
+        document = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
         return (), ()
     except (OSError, ValueError) as error:

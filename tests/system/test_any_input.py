@@ -11,7 +11,7 @@ import pytest
 import typer
 
 from agent.cli.app import app
-from agent.cli.terminal.exits import BAD_NEWS, DONE, OUR_FAULT
+from agent.cli.terminal.exits import DONE, OUR_FAULT
 from tests.system import explain_recordings as made
 from tests.system.processes import called
 
@@ -90,7 +90,6 @@ night run CELL --night BAD --once
 night plan BAD
 night install BAD --show
 """.strip().splitlines()
-FINDING = {"eds"}  # it says of any text what keeps it from being a device's description
 NOTHING_YET = {"recover", "verify", "catalogue", "fleet"}  # an empty folder is no mistake
 TAKE_NO_FILE = {"demo", "prove", "example-cell", "fake-history", "night example"}
 OF_THE_PAGE = {"serve-run", "serve-look"}  # a thread listens to the page until they end
@@ -125,7 +124,7 @@ def test_a_file_of_any_kind_is_answered(
         done = called(*words)
         code, said = done.returncode, done.stderr
         name = call.partition(" ")[0]
-        allowed = {2, 3, 4, 5} | ({BAD_NEWS} if name in FINDING else set())
+        allowed = {2, 3, 4, 5}
         allowed |= {DONE} if kind == "folder" and name in NOTHING_YET else set()
         if code not in allowed or not (said or done.stdout) or "Traceback" in said:
             wrong[kind] = (code, said[-300:])

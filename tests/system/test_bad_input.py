@@ -13,9 +13,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from agent.cli import INTERRUPTED
+from agent.cli import INTERRUPTED, NOBODY_READS
 from agent.record.recording import Metadata, Recording
 from agent.record.writing import write
+from tests.system import explain_recordings as made
 from tests.system.processes import STRIBECK, called, stribeck
 
 USAGE, BAD_INPUT, DEVICE, SAFETY = 2, 3, 4, 5
@@ -107,6 +108,29 @@ def test_an_output_without_room_is_no_fault_of_ours_and_closed_streams_change_no
     command = f"exec {shlex.join(STRIBECK)} estimate missing 2>&-"
     closed = subprocess.run(["sh", "-c", command], stdout=subprocess.PIPE, text=True, check=False)
     assert (closed.returncode, closed.stdout) == (BAD_INPUT, "")
+
+
+def test_nobody_who_reads_on_is_no_alarm() -> None:
+    shell = f"({shlex.join(STRIBECK)} example-cell; echo $? >&2) | true"
+    done = subprocess.run(["sh", "-c", shell], stderr=subprocess.PIPE, text=True, check=False)
+    assert done.stderr in (f"{NOBODY_READS}\n", "0\n")  # 0: written before the other end closed
+    closed = f"({shlex.join(STRIBECK)} example-cell; echo $? >&2) | (exec <&-; sleep 3)"
+    done = subprocess.run(["sh", "-c", closed], stderr=subprocess.PIPE, text=True, check=False)
+    assert done.stderr == f"{NOBODY_READS}\n"
+
+
+def test_a_byte_order_mark_is_no_part_of_a_toml_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Windows' editors write one."""
+    monkeypatch.chdir(tmp_path)
+    cell = _cell(tmp_path)
+    twin = made.twin(tmp_path / "twin.toml")
+    for path in (cell, twin):
+        path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    assert called("run", cell, "--axis", "1", "--dry-run").returncode == 0
+    run = made.save(tmp_path / "run.parquet", made.Joint(), 0)
+    assert called("simulate", twin, run, "--out", "simulated.parquet").returncode == 0
 
 
 def test_a_name_that_is_no_text_is_refused_by_its_name(tmp_path: Path) -> None:
@@ -228,6 +252,15 @@ def test_an_unknown_axis_and_an_unknown_option() -> None:
         ("night latin.toml", 3, "latin.toml cannot be read: it is not text in UTF-8."),
         ("simulate latin.toml run.parquet --out out.parquet", 3, "cannot be read: it is not text"),
         ("eds folder", 3, "The EDS folder cannot be read: Is a directory."),
+        ("eds latin.toml", 3, "latin.toml describes no object of a device: it is no EDS."),
+        (
+            "explain twin.toml x.parquet --out latin.toml",
+            3,
+            "latin.toml cannot be made: a file has",
+        ),
+        ("fake-history months --every-days 1e9", 2, "--every-days is above 0 and at most 366"),
+        ("run latin.toml --axis 1 --dry-run --json", 2, "leave out --json"),
+        ("thermal x.parquet --until nan", 2, "--until is a gearbox's temperature"),
         ("verify-map latin.toml", 3, "latin.toml cannot be read: it is not text in UTF-8."),
         ("demo --out latin.toml", 3, "The folder latin.toml cannot be made: a file has that name."),
         ("demo --seed -1", 2, "'--seed'"),
@@ -244,6 +277,7 @@ def test_what_cannot_be_used_is_said_in_words_before_any_work(
     monkeypatch.chdir(tmp_path)
     Path("folder").mkdir()
     Path("latin.toml").write_bytes("robot = 'Gelenk für Öl'".encode("latin-1"))
+    made.twin(Path("twin.toml"))
     done = called(*command.split())
     assert (done.returncode, done.stdout) == (code, "")
     assert says in done.stderr

@@ -53,6 +53,8 @@ def run(
 
     if torque_nm is not None and not contour:
         raise typer.BadParameter("--torque-nm belongs to --contour")
+    if dry_run and json:
+        raise typer.BadParameter("--dry-run says in words what would be driven: leave out --json")
     if contour:
         from agent.cli.cycle.contour import dry_run_contour, run_contour
 

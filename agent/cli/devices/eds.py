@@ -8,7 +8,6 @@ from typing import Any
 
 import typer
 
-from agent.cli.terminal.exits import BAD_NEWS
 from agent.cli.terminal.talk import talker
 from agent.errors import InputError
 from drivers.cia402.eds import Decided, Eds, decide, read_eds
@@ -21,12 +20,10 @@ LARGEST_BYTES = 20_000_000
 def run_eds(path: Path, *, as_json: bool) -> None:
     """Read the file, print what it decides; its bad lines go to stderr, or into the JSON.
 
-    Exit code 1 where the file describes no object at all.
-
     Raises
     ------
     agent.errors.InputError
-        The file cannot be read.
+        The file cannot be read, or describes no object at all.
     """
     try:
         if path.stat().st_size > LARGEST_BYTES:
@@ -35,6 +32,8 @@ def run_eds(path: Path, *, as_json: bool) -> None:
     except OSError as error:
         raise InputError(f"The EDS {path} cannot be read: {why_unreadable(error)}.") from error
     eds = read_eds(data)
+    if not eds.objects:
+        raise InputError(f"{path} describes no object of a device: it is no EDS.")
     decided = decide(eds)
     if as_json:
         typer.echo(json.dumps(_document(eds, decided), indent=2))
@@ -43,8 +42,6 @@ def run_eds(path: Path, *, as_json: bool) -> None:
         for warned in eds.warnings:
             console.print(f"{path.name}: {warned}", markup=False)
         typer.echo("\n".join(_lines(eds, decided)))
-    if not eds.objects:
-        raise typer.Exit(BAD_NEWS)
 
 
 def _lines(eds: Eds, decided: Decided) -> list[str]:

@@ -17,7 +17,7 @@ from agent.conclude.explanation import explained
 from agent.errors import InputError
 from agent.explain.answer.result import Explanation
 from agent.physics.twin import Twin, format_twin
-from agent.record.atomic import make_folder, publish
+from agent.record.atomic import check_folder, make_folder, publish
 from agent.record.reading import read_all
 from agent.record.recording import Recording
 from trajectories import AxisLimits
@@ -47,6 +47,7 @@ def run_explain(
     """
     twin = read_twin(twin_path)
     check_twin_place(out / TWIN_FILE, twin_path)
+    check_folder(out)
     recordings = read_all(patterns)
     unseen = read_all(holdout) if holdout else ()
     check_recordings(twin, twin_path, recordings, unseen)

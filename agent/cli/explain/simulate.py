@@ -49,7 +49,7 @@ def run_simulate(twin_path: Path, recording_path: str, out: Path) -> None:
 def read_twin(path: Path) -> Twin:
     """Return the twin of a file, or refuse with the file's name."""
     try:
-        return parse_twin(path.read_text(encoding="utf-8"))
+        return parse_twin(path.read_text(encoding="utf-8-sig"))
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: the twin cannot be read: {why_unreadable(error)}.") from error
     except TwinError as error:

@@ -197,7 +197,7 @@ def events_for(request: MonitorRequest, paths: Sequence[Path]) -> tuple[Event, .
 
 def _read(path: Path) -> tuple[Event, ...]:
     try:
-        return parse_events(tomllib.loads(path.read_text(encoding="utf-8")))
+        return parse_events(tomllib.loads(path.read_text(encoding="utf-8-sig")))
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path}: cannot be read ({why_unreadable(error)}).") from error
     except (ValueError, RecursionError) as error:  # a TOML error is a ValueError

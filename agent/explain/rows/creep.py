@@ -84,8 +84,8 @@ def creep_speed(table: Table) -> float:
 
     One column for each of some speeds: what ``sign(v) (1 - tanh(|v| / speed))`` takes away of the
     Coulomb level, beside the twin's own numbers and friction that is free along the travel since a
-    reversal (friction that yields is a law) and along the load, and that falls with speed: what
-    rises towards standstill would hide what fades there.
+    reversal (friction that yields is a law) and along the load. Where none shows, beside friction
+    that falls with speed, too: what rises towards standstill would hide what fades there.
 
     Parameters
     ----------
@@ -105,18 +105,43 @@ def creep_speed(table: Table) -> float:
     sign = np.sign(table.rows["velocity_rad_s"][rows])[:, np.newaxis]
     load = np.abs(table.base[rows, BASE.index("inertia_kg_m2")])
     free = [table.base[rows], *(sign * hats(x) for x in (load, table.rows["travel_rad"][rows]))]
-    columns, target = np.concatenate((*free, fall), axis=1), table.target_nm[rows]
-    plain = _energy(columns, target)
-    best, found = (1.0 - _WORTH) * plain, 0.0
+    columns, target = np.concatenate(free, axis=1), table.target_nm[rows]
     level = float(least(table.base[rows], table.measured_nm[rows])[coulomb])
+    found = 0.0
+    for beside in (columns, np.concatenate((columns, fall), axis=1)):
+        worth = _WORTH * _energy(beside, target)
+        found = found or _fading(beside, target, slow, faded, level=level, worth=worth)
+    return max(
+        _GONE * found, _GONE * _simulated(table, slow, faded), _crawl(table, columns, target)
+    )
+
+
+def _fading(
+    columns: Floats, target: Floats, slow: Floats, faded: Floats, *, level: float, worth: float
+) -> float:
+    """Return the speed whose column of `faded` takes most of a dry level away, or 0.
+
+    Parameters
+    ----------
+    columns : ndarray, shape (n, k)
+        What it stands beside.
+    target : ndarray, shape (n,)
+    slow : ndarray, shape (s,)
+        The speeds, rad/s.
+    faded : ndarray, shape (n, s)
+        What is missing by each of them.
+    level : float
+        N m.
+    worth : float
+        The energy that it has to explain, N m squared.
+    """
+    best, found = _energy(columns, target) - worth, 0.0
     for index, speed in enumerate(slow.tolist()):
         beside = np.column_stack((columns, faded[:, index]))
         left = _energy(beside, target)
         if left < best and least(beside, target)[-1] < -_FADED * level:
             best, found = left, speed
-    return max(
-        _GONE * found, _GONE * _simulated(table, slow, faded), _crawl(table, columns, target)
-    )
+    return found
 
 
 def _simulated(table: Table, slow: Floats, faded: Floats) -> float:
@@ -130,13 +155,8 @@ def _simulated(table: Table, slow: Floats, faded: Floats) -> float:
     rows = table.sliding
     base, given = table.base[rows], table.given_nm[rows]
     level = float(least(base, given)[BASE.index("coulomb_nm")])
-    best, found = _energy(base, given) - _WORTH * _energy(base, table.target_nm[rows]), 0.0
-    for index, speed in enumerate(slow.tolist()):
-        beside = np.column_stack((base, faded[:, index]))
-        left = _energy(beside, given)
-        if left < best and least(beside, given)[-1] < -_FADED * level:
-            best, found = left, speed
-    return found
+    worth = _WORTH * _energy(base, table.target_nm[rows])
+    return _fading(base, given, slow, faded, level=level, worth=worth)
 
 
 def _crawl(table: Table, columns: Floats, target: Floats) -> float:

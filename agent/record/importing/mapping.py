@@ -168,7 +168,7 @@ def load_mapping(name_or_path: str) -> ImportMapping:
             "A mapping of your own is a file that ends in .toml (docs/record.md).",
         )
     try:
-        return parse_mapping(Path(name_or_path).read_text(encoding="utf-8"), name_or_path)
+        return parse_mapping(Path(name_or_path).read_text(encoding="utf-8-sig"), name_or_path)
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(
             f"The mapping {name_or_path} cannot be read: {why_unreadable(error)}."

@@ -56,6 +56,13 @@ def test_numbers_of_another_twin_are_replaced_by_the_simulations(
         assert getattr(found, name) == pytest.approx(getattr(simulation, name), rel=0.02, abs=least)
 
 
+def test_a_number_that_differs_by_little_is_the_simulations() -> None:
+    """The twin that came out predicted the joint worse than the one that was given."""
+    found, (said,) = read_off(TWIN, beside(replace(TWIN, coulomb_nm=1.15 * TWIN.coulomb_nm)), ())
+    assert found.coulomb_nm == pytest.approx(1.15 * TWIN.coulomb_nm, rel=0.01)
+    assert "Coulomb friction is" in said
+
+
 @pytest.mark.parametrize("effects", [(), (FALL,)])
 def test_a_twin_that_predicts_the_simulation_but_for_an_effect_stays(
     effects: tuple[Effect, ...],
