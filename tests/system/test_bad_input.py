@@ -266,6 +266,8 @@ def test_an_unknown_axis_and_an_unknown_option() -> None:
         ("demo --seed -1", 2, "'--seed'"),
         ("fake --node 300", 2, "'--node'"),
         ("plan latin.toml --axis 1 --seconds 1e9", 2, "'--seconds'"),
+        ("plan latin.toml --axis 1 --seconds -5", 2, "'--seconds'"),
+        ("plan latin.toml --axis 1 --seconds 20 --dwell-s 0", 2, "'--dwell-s'"),
         ("self-test months --rise -1", 3, "--rise: expected a number above 0, got -1."),
         ("monitor months --detector tarot", 3, "--detector: expected a detector (cusum, "),
     ],

@@ -75,16 +75,22 @@ def plan(
     axis: Annotated[int, typer.Option(help="Number of the axis.")],
     seconds: Annotated[
         float | None,
-        typer.Option(max=3600.0, help="How long the stair may last; not needed for --aliases."),
+        typer.Option(
+            min=1.0, max=3600.0, help="How long the stair may last; not needed for --aliases."
+        ),
     ] = None,
     out: Annotated[
         Path, typer.Option(help="Folder for plan.json (for `run --trajectory`) and the picture.")
     ] = Path("stribeck-plan"),
     noise_nm: Annotated[
-        float, typer.Option(help="Torque noise to reckon with: white, and as much coloured.")
+        float,
+        typer.Option(min=0.0, help="Torque noise to reckon with: white, and as much coloured."),
     ] = 0.02,
     dwell_s: Annotated[
-        float, typer.Option(help="No speed is held for less; 0.7 and more where the arm is soft.")
+        float,
+        typer.Option(
+            min=0.02, help="No speed is held for less; 0.7 and more where the arm is soft."
+        ),
     ] = 0.5,
     aliases: Annotated[
         bool,
