@@ -42,7 +42,8 @@ def check_recordings(
     everything = (*recordings, *unseen)
     one_axis(everything)
     _twin_of(twin, where, everything[0])
-    _nothing_twice(recordings, unseen)
+    check_given_once(recordings)
+    _none_seen(recordings, unseen)
     _one_simulation(everything)
 
 
@@ -84,13 +85,23 @@ def _twin_of(twin: Twin, where: Path, recording: Recording) -> None:
         )
 
 
-def _nothing_twice(recordings: Sequence[Recording], unseen: Sequence[Recording]) -> None:
+def check_given_once(recordings: Sequence[Recording]) -> None:
+    """Refuse a recording that is given twice, or a part of it: its intervals would shrink.
+
+    Raises
+    ------
+    agent.errors.InputError
+        With both names.
+    """
     for first, second in combinations(recordings, 2):
         if _shared(first["torque_nm"], second["torque_nm"]):
             raise InputError(
                 f"{second.source} holds samples of {first.source}.",
                 "Give every recording once.",
             )
+
+
+def _none_seen(recordings: Sequence[Recording], unseen: Sequence[Recording]) -> None:
     for held in unseen:
         for known in recordings:
             if _shared(known["torque_nm"], held["torque_nm"]):

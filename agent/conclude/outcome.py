@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from agent.acquisition import Acquisition
+from agent.conclude.comparable import check_given_once
 from agent.cycle.stage import Stage
 from agent.errors import InputError
 from agent.identify.detail import RecordingDetail
@@ -102,7 +103,7 @@ def conclude(recordings: Sequence[Recording], validation: Recording | None = Non
     Raises
     ------
     agent.errors.InputError
-        Where the recordings are not all of one axis.
+        Where the recordings are not all of one axis, or one is given twice.
     """
     everything = [*recordings, *([] if validation is None else [validation])]
     joints = {(r.metadata.robot, r.metadata.axis, r.metadata.gear_ratio) for r in everything}
@@ -113,6 +114,7 @@ def conclude(recordings: Sequence[Recording], validation: Recording | None = Non
         raise InputError(
             f"These recordings are not all of one axis: {names}.", "Estimate each axis by itself."
         )
+    check_given_once(recordings)
     found = identify(
         [signals_of(r) for r in recordings],
         validation=None if validation is None else signals_of(validation),

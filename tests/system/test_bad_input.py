@@ -133,6 +133,18 @@ def test_a_byte_order_mark_is_no_part_of_a_toml_file(
     assert called("simulate", twin, run, "--out", "simulated.parquet").returncode == 0
 
 
+def test_a_copy_under_another_name_is_not_counted_twice(tmp_path: Path) -> None:
+    """Intervals had shrunk by it."""
+    run = made.save(tmp_path / "run.parquet", made.Joint(), 0)
+    copy = tmp_path / "copy.parquet"
+    copy.write_bytes(run.read_bytes())
+    twin = made.twin(tmp_path / "twin.toml")
+    for asked in (("estimate",), ("explain", "--out", tmp_path / "out", twin)):
+        done = called(*asked, run, copy)
+        assert (done.returncode, done.stdout) == (BAD_INPUT, "")
+        assert "copy.parquet holds samples of" in done.stderr
+
+
 def test_a_name_that_is_no_text_is_refused_by_its_name(tmp_path: Path) -> None:
     named = os.fsencode(tmp_path) + b"/old-\xff.parquet"
     save(tmp_path / "run.parquet", columns())
