@@ -117,7 +117,7 @@ class Shelf(Generic[Model]):
         if name_or_path in self.shipped():
             entry = files(self.package).joinpath(f"{name_or_path}.toml")
             source = f"the shipped {self._word} {name_or_path}"
-            return self.parse(entry.read_text(encoding="utf-8-sig"), source)
+            return self.parse(entry.read_text(encoding="utf-8"), source)
         path = Path(name_or_path) if folder is None else folder / name_or_path
         try:
             return self.parse(path.read_text(encoding="utf-8-sig"), str(path))

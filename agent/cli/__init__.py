@@ -39,7 +39,7 @@ def _nobody_reads(ended: SystemExit) -> bool:
     import errno
 
     why = ended.__context__
-    return isinstance(why, OSError) and why.errno == errno.EPIPE
+    return ended.code == 1 and isinstance(why, OSError) and why.errno == errno.EPIPE
 
 
 def _run() -> None:

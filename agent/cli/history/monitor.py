@@ -25,7 +25,7 @@ from agent.monitor.history.events import Event, parse_events
 from agent.monitor.history.history import histories
 from agent.monitor.verdict.kinship import Pool
 from agent.monitor.verdict.verdict import Finding, judge
-from agent.record.atomic import make_folder, publish
+from agent.record.atomic import check_folder, make_folder, publish
 from agent.record.events_file import read_events
 from agent.record.reading import find
 from drivers.errors import why_unreadable
@@ -93,6 +93,8 @@ def run_monitor(request: MonitorRequest, out: Path | None, *, as_json: bool) -> 
     agent.errors.InputError
         Nothing of the history can be used, or an option cannot.
     """
+    if out is not None:
+        check_folder(out)
     found = monitor(request)
     document = json.dumps(to_json(found.findings, found.unreadable, found.explained), indent=2)
     if out is not None:

@@ -26,7 +26,7 @@ from agent.identify.rigid.thresholding import (
     sweep_acceleration,
 )
 from agent.identify.signals.preprocess import Motion, filter_motion, read_motion
-from agent.record.atomic import make_folder, publish
+from agent.record.atomic import check_folder, make_folder, publish
 from agent.record.reading import read, read_all
 from agent.report.study import StudyPage, validation_in_words, write_study_page
 
@@ -57,6 +57,7 @@ def run_study(
     agent.errors.InputError
         Where the recordings carry no rigid body.
     """
+    check_folder(out)
     unseen = None if validation is None else read(validation)
     conclusion = conclude(read_all(patterns), unseen)
     page = study_of(conclusion)

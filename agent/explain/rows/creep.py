@@ -109,15 +109,17 @@ def creep_speed(table: Table) -> float:
     level = float(least(table.base[rows], table.measured_nm[rows])[coulomb])
     found = 0.0
     for beside in (columns, np.concatenate((columns, fall), axis=1)):
-        worth = _WORTH * _energy(beside, target)
-        found = found or _fading(beside, target, slow, faded, level=level, worth=worth)
+        most = (1.0 - _WORTH) * _energy(beside, target)
+        found = _fading(beside, target, slow, faded, level=level, most=most)
+        if found:
+            break
     return max(
         _GONE * found, _GONE * _simulated(table, slow, faded), _crawl(table, columns, target)
     )
 
 
 def _fading(
-    columns: Floats, target: Floats, slow: Floats, faded: Floats, *, level: float, worth: float
+    columns: Floats, target: Floats, slow: Floats, faded: Floats, *, level: float, most: float
 ) -> float:
     """Return the speed whose column of `faded` takes most of a dry level away, or 0.
 
@@ -132,10 +134,10 @@ def _fading(
         What is missing by each of them.
     level : float
         N m.
-    worth : float
-        The energy that it has to explain, N m squared.
+    most : float
+        The energy that it may leave, N m squared.
     """
-    best, found = _energy(columns, target) - worth, 0.0
+    best, found = most, 0.0
     for index, speed in enumerate(slow.tolist()):
         beside = np.column_stack((columns, faded[:, index]))
         left = _energy(beside, target)
@@ -155,8 +157,8 @@ def _simulated(table: Table, slow: Floats, faded: Floats) -> float:
     rows = table.sliding
     base, given = table.base[rows], table.given_nm[rows]
     level = float(least(base, given)[BASE.index("coulomb_nm")])
-    worth = _WORTH * _energy(base, table.target_nm[rows])
-    return _fading(base, given, slow, faded, level=level, worth=worth)
+    most = _energy(base, given) - _WORTH * _energy(base, table.target_nm[rows])
+    return _fading(base, given, slow, faded, level=level, most=most)
 
 
 def _crawl(table: Table, columns: Floats, target: Floats) -> float:
