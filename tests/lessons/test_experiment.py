@@ -22,6 +22,7 @@ from agent.explain.experiment.proposal import DECISIVE, next_experiments
 from agent.explain.forms import speed as forms_speed
 from agent.explain.rows.run import Run
 from agent.identify.result import Floats
+from agent.physics.effects.motion import path_rad
 from tests.science.explain_joint import (
     NOISE_NM,
     RATE_HZ,
@@ -239,19 +240,53 @@ def test_a_motion_elsewhere_keeps_the_recordings_references() -> None:
     library = library_of(recorded(viscosity, stair(ALL_SPEEDS)))
     home = replace(library.scene, held=lambda scene: 0.2 * scene.arm_rad)  # as a cable does
     pair = next(p for p in menu(home) if len(p.parts) == 2)
-    scene = elsewhere(home, pair.parts)
+    scene = elsewhere(home, [pair.parts])
     cable_nm = scene.weight_nm - replace(scene, held=None).weight_nm
     assert cable_nm == pytest.approx(0.2 * scene.arm_rad)
     degc = scene.table.full["gearbox_temperature_degc"]
     warm, cold = (degc[piece.full] for piece in scene.table.pieces)
-    assert warm[0] == pytest.approx(33.0, abs=1e-6)
-    assert cold[0] == pytest.approx(25.0, abs=1e-6)
+    assert warm == pytest.approx(33.0, abs=1e-6)
+    assert cold == pytest.approx(25.0, abs=1e-6)
     assert scene.mean("gearbox_temperature_degc") == home.mean("gearbox_temperature_degc")
     assert scene.fastest == home.fastest
     assert scene.runs().min() == len(home.table.runs)
     elapsed = scene.full("elapsed_s")
     assert elapsed[0] == np.nanmin(home.full("elapsed_s"))
     assert elapsed[1:].min() > np.nanmax(home.full("elapsed_s"))
+
+
+def warming(run: Run, k_per_rad: float) -> Run:
+    """Return a run whose gearbox warms as the motor turns."""
+    velocity = run.signals.velocity_rad_s
+    assert velocity is not None
+    degc = run.columns["gearbox_temperature_degc"]
+    risen = degc + k_per_rad * path_rad(run.signals.time_s, velocity)
+    return replace(run, columns={**run.columns, "gearbox_temperature_degc": risen})
+
+
+def test_every_experiment_begins_with_the_joint_as_the_recordings_left_it() -> None:
+    """Only one is driven: what stands before it in the menu has neither used nor warmed it.
+
+    A joint whose friction falls as it warms was told to make one reversal of 7 s: by what the
+    menu's other cycles would have turned before it, a running-in had gone on meanwhile.
+    """
+    runs = [warming(run, 0.003) for run in recorded(viscosity, stair(ALL_SPEEDS))]
+    home = library_of(runs).scene
+    plain, pair = (next(p for p in menu(home) if len(p.parts) == n) for n in (1, 2))
+    scene = elsewhere(home, [plain.parts, pair.parts])
+    first, second, third = (
+        {
+            name: scene.full(name)[piece.full]
+            for name in ("operating_s", "turned_rad", "gearbox_temperature_degc")
+        }
+        for piece in scene.table.pieces
+    )
+    for name in ("operating_s", "turned_rad"):
+        assert first[name][0] == second[name][0] == pytest.approx(home.full(name).max())
+        assert third[name][0] == pytest.approx(second[name][-1])
+    path = first["turned_rad"] - first["turned_rad"][0]
+    degc = first["gearbox_temperature_degc"]
+    assert degc - degc[0] == pytest.approx(0.003 * path, rel=0.01, abs=1e-4)
 
 
 def test_recordings_without_position_are_advised_in_words_only() -> None:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,8 @@ from agent.physics.twin import Twin
 from trajectories import Trajectory
 
 _RATE_PER_CUTOFF = 12.0
+Temperatures = Callable[[Floats], Mapping[str, Floats]]
+
 _TEMPERATURES = ("gearbox_temperature_degc", "motor_temperature_degc")
 
 
@@ -62,15 +64,18 @@ class Elsewhere(Scene):
         return np.asarray(super().runs() + len(self.home.table.runs))
 
 
-def elsewhere(home: Scene, parts: Sequence[Part]) -> Elsewhere:
-    """Return the scene of some runs that were not driven yet, all of one load.
+def elsewhere(home: Scene, experiments: Sequence[Sequence[Part]]) -> Elsewhere:
+    """Return the scene of some experiments that were not driven yet, all of one load.
 
     Parameters
     ----------
     home : Scene
         Of the recordings: its band, its numbers and its references are kept.
-    parts : sequence of Part
+    experiments : sequence of sequences of Part
+        The parts of one are driven one after another. Every one begins with the joint as used as
+        the recordings left it: only one of them will be driven.
     """
+    parts = [part for experiment in experiments for part in experiment]
     load = {part.load for part in parts}
     if len(load) != 1:
         raise ValueError(f"expected runs of one load, got {sorted(load)}")
@@ -86,7 +91,7 @@ def elsewhere(home: Scene, parts: Sequence[Part]) -> Elsewhere:
             theta,
             home.table.gear_ratio,
             period_s,
-            warmth.columns(part.warmth),
+            partial(warmth.columns, part.warmth),
             placed=home.has("position_rad"),
         )
         for part in parts
@@ -94,7 +99,8 @@ def elsewhere(home: Scene, parts: Sequence[Part]) -> Elsewhere:
     table = tabulate(
         plain_twin(theta, home.table.gear_ratio), runs, cutoff_hz, align_velocity=False
     )
-    clocks = {"elapsed_s": _elapsed(home, table, parts), **_use(home, table)}
+    begun = [k > 0 for experiment in experiments for k in range(len(experiment))]
+    clocks = {"elapsed_s": _elapsed(home, table, parts), **_use(home, table, begun)}
     table = replace(table, full={**table.full, **clocks})
     same = {f.name: getattr(home, f.name) for f in fields(Scene)}
     left = np.zeros(table.used.shape[0])
@@ -106,7 +112,7 @@ def simulated_run(
     theta: Floats,
     gear_ratio: float,
     period_s: float,
-    constant: Mapping[str, float],
+    temperatures: Temperatures,
     *,
     placed: bool = True,
 ) -> Run:
@@ -118,12 +124,13 @@ def simulated_run(
     theta : ndarray, shape (5,)
         Of the joint, in the order of `table.BASE`.
     gear_ratio, period_s : float
-    constant : mapping of str to float
-        Columns that do not change, by name.
+    temperatures : callable
+        From the motor's path, rad, shape (n,), to every temperature along it, by column.
     placed : bool
         Whether the position is recorded.
     """
-    time = np.arange(math.floor(trajectory.duration_s / period_s) + 1) * period_s
+    samples = math.floor(trajectory.duration_s / period_s) + 1
+    time = np.arange(samples, dtype=np.float64) * period_s
     points = trajectory.sample(time)
     columns = rigid_body.regressor(
         points.position_rad if placed else None,
@@ -136,7 +143,7 @@ def simulated_run(
         "time_s": time,
         "velocity_rad_s": points.velocity_rad_s,
         "torque_nm": columns @ theta,
-        **{name: np.full(time.shape[0], value) for name, value in constant.items()},
+        **temperatures(path_rad(time, points.velocity_rad_s)),
     }
     if placed:
         recorded["position_rad"] = points.position_rad
@@ -160,9 +167,21 @@ def plain_twin(theta: Floats, gear_ratio: float) -> Twin:
 
 @dataclass(frozen=True)
 class _Warmth:
-    """Temperatures where the recordings began, and where they ended."""
+    """Temperatures where the recordings began, where they ended, and how driving warms.
+
+    A joint that is driven is used and warmed at once. If an experiment's temperature stood still,
+    warmth and use would part in it as they never do.
+
+    Parameters
+    ----------
+    ends : mapping of str to (float, float)
+        At the beginning and at the end of the recordings, degC, by column.
+    rise : mapping of str to float
+        For every radian of the motor's path, as within the recordings; not below zero.
+    """
 
     ends: Mapping[str, tuple[float, float]]
+    rise: Mapping[str, float]
 
     @classmethod
     def of(cls, home: Scene) -> _Warmth:
@@ -171,7 +190,7 @@ class _Warmth:
             order = np.argsort(home.table.rows["elapsed_s"], kind="stable")
         order = order[home.table.used[order]]
         tenth = max(1, order.shape[0] // 10)
-        ends = {}
+        ends, rise = {}, {}
         for name in _TEMPERATURES:
             if home.has(name):
                 values = home.table.rows[name][order]
@@ -179,11 +198,30 @@ class _Warmth:
                     float(np.median(values[:tenth])),
                     float(np.median(values[-tenth:])),
                 )
-        return cls(ends)
+                rise[name] = _rise_per_rad(home.table, name)
+        return cls(ends, rise)
 
-    def columns(self, warmth: float) -> dict[str, float]:
-        """Return the temperatures at a warmth from 0 to 1."""
-        return {name: begin + warmth * (end - begin) for name, (begin, end) in self.ends.items()}
+    def columns(self, warmth: float, path_rad: Floats) -> dict[str, Floats]:
+        """Return the temperatures along a path that begins at a warmth from 0 to 1."""
+        return {
+            name: begin + warmth * (end - begin) + self.rise[name] * path_rad
+            for name, (begin, end) in self.ends.items()
+        }
+
+
+def _rise_per_rad(table: Table, name: str) -> float:
+    """Return by how much a column rises with the motor's path, by least squares within pieces."""
+    square, product = 0.0, 0.0
+    for piece in table.pieces:
+        path = path_rad(table.full["time_s"][piece.full], table.full["velocity_rad_s"][piece.full])
+        values = table.full[name][piece.full]
+        known = np.isfinite(values)
+        if not known.any():
+            continue
+        away = path[known] - np.mean(path[known])
+        square += float(away @ away)
+        product += float(away @ values[known])
+    return max(product / square, 0.0) if square > 0.0 else 0.0
 
 
 def _elapsed(home: Scene, table: Table, parts: Sequence[Part]) -> Floats:
@@ -202,24 +240,30 @@ def _elapsed(home: Scene, table: Table, parts: Sequence[Part]) -> Floats:
     return out
 
 
-def _use(home: Scene, table: Table) -> dict[str, Floats]:
+def _use(home: Scene, table: Table, begun: Sequence[bool]) -> dict[str, Floats]:
     """Return the recordings' odometers at full rate, shape (N,): what is driven is added to them.
 
-    NaN where the recordings' own are not known.
+    `begun` says of every run whether its experiment had begun before it. NaN where the recordings'
+    own are not known.
     """
     use = recorded_use(table.runs, table.pieces, table.full)
-    seconds, path = (
-        np.cumsum([0.0, *(getattr(each, name) for each in use)])
-        for name in ("seconds", "turned_rad")
-    )
-    operating, turned = (
-        np.full(table.full["time_s"].shape[0], float(np.nanmax(home.table.full[name])))
-        if home.has(name)
-        else np.full(table.full["time_s"].shape[0], np.nan)
-        for name in (OPERATING, TURNED)
-    )
-    for piece in table.pieces:
-        time, at = table.full["time_s"][piece.full], piece.full
-        operating[at] += seconds[piece.run] + time
-        turned[at] += path[piece.run] + path_rad(time, table.full["velocity_rad_s"][at])
-    return {OPERATING: operating, TURNED: turned}
+    out = {}
+    for name, counted in ((OPERATING, "seconds"), (TURNED, "turned_rad")):
+        known = home.has(name)
+        last = float(np.nanmax(home.table.full[name])) if known else math.nan
+        out[name] = np.full(table.full["time_s"].shape[0], last)
+        before = _before(begun, [getattr(each, counted) for each in use])
+        for piece in table.pieces:
+            time = table.full["time_s"][piece.full]
+            speed = table.full["velocity_rad_s"][piece.full]
+            own = time if name == OPERATING else path_rad(time, speed)
+            out[name][piece.full] += before[piece.run] + own
+    return out
+
+
+def _before(begun: Sequence[bool], amounts: Sequence[float]) -> list[float]:
+    """Return what an experiment had added before each of its runs."""
+    out: list[float] = []
+    for k, goes_on in enumerate(begun):
+        out.append(out[-1] + amounts[k - 1] if goes_on else 0.0)
+    return out

@@ -47,7 +47,7 @@ def planned_library(
         The trajectory is too short to be filtered.
     """
     theta = np.array([getattr(twin, name) for name in BASE])
-    run = simulated_run(trajectory, theta, twin.gear_ratio, 1.0 / sample_rate_hz, {})
+    run = simulated_run(trajectory, theta, twin.gear_ratio, 1.0 / sample_rate_hz, lambda _: {})
     cutoff_hz = min(_WIDEST_SHARE * sample_rate_hz, _WIDEST_HZ)
     table = tabulate(twin, [run], cutoff_hz, align_velocity=False)
     scene = Scene(table, theta, np.zeros(table.used.shape[0]))

@@ -100,8 +100,7 @@ def _ranked(
     out = []
     for load in sorted({part.load for proposal in proposals for part in proposal.parts}):
         alike = [p for p in proposals if p.parts[0].load == load]
-        parts = [part for proposal in alike for part in proposal.parts]
-        experiments = duel.on(elsewhere(library.scene, parts))
+        experiments = duel.on(elsewhere(library.scene, [proposal.parts for proposal in alike]))
         first = 0
         for proposal in alike:
             runs = range(first, first + len(proposal.parts))
