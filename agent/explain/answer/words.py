@@ -147,7 +147,9 @@ def _left_sentence(explanation: Explanation) -> str:
     findings, left = explanation.findings, explanation.unexplained_where
     floor_nm, refitted_nm = explanation.floor.value_nm, explanation.refitted.rmse_nm
     place = " and ".join(dict.fromkeys(place_in_words(region) for region in left[:2]))
-    lies = f"It is greatest {place}." if place else "It follows nothing that was recorded."
+    measured = math.isfinite(floor_nm)
+    lies = f"It is greatest {place}" if place else "It follows nothing that was recorded"
+    lies += "." if measured else ", and how much of it is noise could not be measured."
     if findings and all(f.form == OWN_NUMBER for f in findings):
         return f"What these numbers do not explain has no name in the library. {lies}"
     if findings:
@@ -163,6 +165,11 @@ def _left_sentence(explanation: Explanation) -> str:
             f"The simulation as given is off by {torque(explanation.baseline.rmse_nm)} rms where "
             f"noise is {torque(floor_nm)}. Its numbers refitted, it agrees with the recordings, "
             "which do not say what of it is wrong."
+        )
+    if not measured:
+        return (
+            f"The simulation, its numbers refitted, is off by {torque(refitted_nm)} rms, and no "
+            f"effect of the library carries that. {lies}"
         )
     scale = scale_for("N m", (refitted_nm, floor_nm))
     error, noise = (significant(v * scale.factor, 2) for v in (refitted_nm, floor_nm))

@@ -17,8 +17,8 @@ from agent.explain.rows.table import Table
 from agent.identify.result import Floats
 from agent.identify.signals.lowpass import lowpass
 
-_SHORTEST_S = 0.5
-_FEWEST_WINDOWS = 8
+_WINDOW_S, _SHORTEST_S = 0.5, 0.25
+_FEWEST_WINDOWS, _FEWEST_SHORT = 8, 12
 _FEWEST_INDEPENDENT = 6.0  # samples in a window: fewer do not bear a parabola
 _TREND = 3  # numbers that a parabola takes
 _LOUD = 1.5  # times a joint's own noise: the band lets less of the motion's noise into a simulation
@@ -54,34 +54,42 @@ def noise_floor(table: Table, residual_nm: Floats) -> Floor:
     return Floor(value, repeats, neighbours, standstill)
 
 
-def _window_s(piece: Piece) -> float:
+def _window_s(piece: Piece, at_least_s: float = _WINDOW_S) -> float:
     """Return half a second, or as long as a narrow band needs to bear a parabola."""
-    return max(_SHORTEST_S, _FEWEST_INDEPENDENT / (2.0 * piece.cutoff_hz))
+    return max(at_least_s, _FEWEST_INDEPENDENT / (2.0 * piece.cutoff_hz))
 
 
 def steady_windows(table: Table) -> list[tuple[slice, float]]:
     """Return short windows of rows of steady motion, and how many samples each is worth.
 
     Where the acceleration's own noise, or what shakes the joint, hides that motion is steady, those
-    of the speeds that are held.
+    of the speeds that are held. Where neither lasts, as in short moves, windows half as long.
     """
-    windows = _windows_in(table, table.used & (table.stratum == STEADY))
+    steady = table.used & (table.stratum == STEADY)
+    held = table.used & (table.rows["held_rad_s"] != 0.0)
+    windows = _windows_in(table, steady)
     if len(windows) >= _FEWEST_WINDOWS:
         return windows
-    held = table.rows["held_rad_s"] != 0.0
-    return max(windows, _windows_in(table, table.used & held), key=len)
+    windows = max(windows, _windows_in(table, held), key=len)
+    if len(windows) >= _FEWEST_WINDOWS:
+        return windows
+    short = max((_windows_in(table, each, _SHORTEST_S) for each in (steady, held)), key=len)
+    return short if len(short) >= _FEWEST_SHORT else windows
 
 
-def _windows_in(table: Table, steady: NDArray[np.bool_]) -> list[tuple[slice, float]]:
+def _windows_in(
+    table: Table, steady: NDArray[np.bool_], at_least_s: float = _WINDOW_S
+) -> list[tuple[slice, float]]:
     out = []
     for piece in table.pieces:
-        length = max(4, round(_window_s(piece) / (piece.period_s * piece.stride)))
+        window_s = _window_s(piece, at_least_s)
+        length = max(4, round(window_s / (piece.period_s * piece.stride)))
         flags = steady[piece.rows].astype(np.int8)
         edges = np.flatnonzero(np.diff(flags, prepend=0, append=0))
         for begin, end in zip(edges[::2], edges[1::2], strict=True):
             for at in range(begin, end - length + 1, length):
                 first = piece.rows.start + at
-                worth = min(2.0 * piece.cutoff_hz * _window_s(piece), float(length))
+                worth = min(2.0 * piece.cutoff_hz * window_s, float(length))
                 out.append((slice(first, first + length), worth))
     return out
 

@@ -20,7 +20,8 @@ from agent.identify.result import Floats
 FEWEST = 1000
 """Rows, and products at a lag, from which on a correlation is known well enough."""
 
-_ALIKE = 0.1  # correlation beyond the filter's memory: so little is none
+_ALIKE = 0.1  # correlation beyond the filter's memory: so little is none,
+_SURELY = 3.5  # or so many standard errors of it: a hundred lags are looked at
 _LONGEST_S = 0.6
 _SPELL_S = 0.1
 _MOST_SPELLS = 50  # one in so many, the loudest,
@@ -55,17 +56,27 @@ def is_noise_in_kind(table: Table, rows: NDArray[np.int64], left_nm: Floats) -> 
 
 def _keeps_no_memory(left: Floats, pieces: list[Piece], period_s: float) -> bool:
     first = math.ceil(2.0 / (min(piece.cutoff_hz for piece in pieces) * period_s))
+    # Of noise that the filter makes alike over so many rows (Bartlett, J. R. Stat. Soc. Suppl. 8
+    # (1946) 27).
+    memory = [_correlation(left, pieces, lag)[0] for lag in range(1, first)]
+    rows_a_sample = 1.0 + 2.0 * sum(alike**2 for alike in memory)
     for lag in range(first, math.ceil(_LONGEST_S / period_s) + 1):
-        pairs = [(left[p.rows][lag:], left[p.rows][:-lag]) for p in pieces]
-        now, before = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
-        both = np.isfinite(now) & np.isfinite(before)
-        if np.count_nonzero(both) < FEWEST:
+        alike, count = _correlation(left, pieces, lag)
+        if count < FEWEST:
             continue
-        now, before = now[both], before[both]
-        scale = math.sqrt(float(now @ now) * float(before @ before))
-        if abs(float(now @ before)) > _ALIKE * scale:
+        if abs(alike) > max(_ALIKE, _SURELY * math.sqrt(rows_a_sample / count)):
             return False
     return True
+
+
+def _correlation(left: Floats, pieces: list[Piece], lag: int) -> tuple[float, int]:
+    """Return how alike rows are that stand so far apart, and of how many products that is."""
+    pairs = [(left[p.rows][lag:], left[p.rows][:-lag]) for p in pieces]
+    now, before = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
+    both = np.isfinite(now) & np.isfinite(before)
+    now, before = now[both], before[both]
+    scale = math.sqrt(float(now @ now) * float(before @ before))
+    return (float(now @ before) / scale if scale > 0.0 else 0.0), now.shape[0]
 
 
 def _spells(left: Floats, pieces: list[Piece], period_s: float) -> Floats:
