@@ -113,3 +113,38 @@ def test_one_factor_that_misses_little_of_what_three_numbers_gain_is_the_torque_
         viscous_nm_s_per_rad=1.05 * TWIN.viscous_nm_s_per_rad,
     )
     assert [finding.effect for finding in findings_of(studied(given, 120.0))] == said
+
+
+def strong(points: SetPoints, at: Conditions) -> Floats:
+    """Make the joint twenty times as strong, so that its noise is a thousandth of its torque."""
+    del at
+    return np.asarray(
+        19.0
+        * (
+            TWIN.inertia_kg_m2 * points.acceleration_rad_s2
+            + TWIN.viscous_nm_s_per_rad * points.velocity_rad_s
+            + TWIN.coulomb_nm * np.sign(points.velocity_rad_s)
+        )
+    )
+
+
+@pytest.mark.parametrize(
+    ("inertia", "coulomb", "viscous", "constant"),
+    [
+        (1.080, 1.085, 1.088, True),  # no twin's numbers are known to a tenth of a percent
+        (1.080, 1.100, 0.970, False),  # the greatest torque makes no constant of three numbers
+        (1.080, 1.100, 1.000, False),
+    ],
+)
+def test_one_factor_stands_for_numbers_that_are_off_alike(
+    inertia: float, coulomb: float, viscous: float, constant: bool
+) -> None:
+    given = replace(
+        TWIN,
+        inertia_kg_m2=20.0 * inertia * TWIN.inertia_kg_m2,
+        coulomb_nm=20.0 * coulomb * TWIN.coulomb_nm,
+        viscous_nm_s_per_rad=20.0 * viscous * TWIN.viscous_nm_s_per_rad,
+    )
+    table = tabulate(given, [record(stair(SPEEDS), strong, Conditions(), 0)])
+    said = {finding.effect for finding in findings_of(study(given, table))}
+    assert (said == {"torque-constant-error"}) if constant else ("inertia-error" in said)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 
 from agent.explain.choosing.candidate import basis_of
@@ -17,6 +19,8 @@ _LOST = 1.25  # or within half the noise's amplitude, as a number beside another
 _MISSED = 0.05  # of what all numbers gain: then it misses no more
 _FEWER = 0.5  # of what the numbers that would be told in its place leave
 _FEWEST = 3  # numbers that it must stand for
+_OUTDONE = 0.8  # of what it leaves: two numbers that leave less are what is wrong
+_OWN, _OWN_SHARE = 0.0075, 0.1  # each number may be off by itself: so much of it, or of the factor
 _FEWEST_STEADY = 2  # of them that no law found lets vary
 
 
@@ -53,14 +57,33 @@ def one_factor_does(
     table = library.scene.table
     if np.count_nonzero(library.scene.as_given[table.carried]) < _FEWEST:
         return False
-    without, one, refitted = (
-        float(_error(library, np.concatenate((columns, beside), axis=1)))
-        for columns in (own[:, :0], factor_column(library), own)
-    )
-    others = np.concatenate((told, beside), axis=1) if told is not None else None
-    close = _LOST * refitted if others is None else _FEWER * float(_error(library, others))
+
+    def left(columns: Floats) -> float:
+        return _error(library, np.concatenate((columns, beside), axis=1))
+
+    without, refitted = left(own[:, :0]), left(own)
+    one = min(left(factor_column(library)), left(_nearly_one(library, own, beside)))
+    close = _LOST * refitted if told is None else _FEWER * left(told)
     nearly = one <= close and one - refitted <= _MISSED * (without - refitted)
-    return (one <= _ALIKE * refitted or nearly) and without - one >= material
+    if not (one <= _ALIKE * refitted or nearly) or without - one < material:
+        return False
+    pairs = combinations(range(own.shape[1]), 2)
+    return all(left(own[:, list(pair)]) > _OUTDONE * one for pair in pairs)
+
+
+def _nearly_one(library: Library, own: Floats, beside: Floats) -> Floats:
+    """Return what one factor changes where each number may be off a little by itself, (m, 1).
+
+    A twin's numbers are known to half a percent at best. Where the torque is fifty times its noise
+    that shows, and makes no five wrong numbers of one wrong constant.
+    """
+    whole = factor_column(library)
+    numbers = np.linalg.lstsq(own, whole[:, 0])[0]
+    factor = np.linalg.lstsq(np.concatenate((whole, beside), axis=1), library.target)[0][0]
+    moved = np.linalg.lstsq(np.concatenate((own, beside), axis=1), library.target)[0]
+    most = min(_OWN, _OWN_SHARE * abs(factor)) * np.abs(numbers)
+    off = np.clip(moved[: own.shape[1]] - factor * numbers, -most, most)
+    return np.asarray(factor * whole + (own @ off)[:, np.newaxis])
 
 
 def one_factor(
