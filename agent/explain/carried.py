@@ -29,6 +29,7 @@ from agent.physics.rigid_body import gravity_columns
 _EFFECT = "gravity-imbalance"
 _GRAVITY, _INERTIA = ("gravity_sin_nm", "gravity_cos_nm"), "inertia_kg_m2"
 _SHOWN = 20  # recordings by name
+_REST = 0.1  # of what was taken off: so little more of it is the same
 
 
 @dataclass(frozen=True)
@@ -173,6 +174,42 @@ def freed(
     return lighter, unseen, names
 
 
+def _with_its_rest(answer: Explanation, carried: Carried) -> tuple[Explanation, Carried]:
+    """Return an answer without a little more of what was taken off, and what was with it.
+
+    What is asked beside all else comes out a percent another than it was taken off by: that is the
+    same load, and no second one.
+    """
+    whole = _gravity_nm(carried.numbers)
+    rest = next(
+        (
+            finding
+            for finding in answer.findings
+            if finding.form in CARRIED_BY_SOME and _gravity_nm(finding.parameters) < _REST * whole
+        ),
+        None,
+    )
+    if rest is None:
+        return answer, carried
+    numbers = {
+        name: _moved(number, rest.parameters.get(name)) for name, number in carried.numbers.items()
+    }
+    others = tuple(finding for finding in answer.findings if finding is not rest)
+    return replace(answer, findings=others), replace(carried, numbers=numbers)
+
+
+def _gravity_nm(numbers: Mapping[str, Parameter]) -> float:
+    return math.hypot(*(numbers[name].value for name in _GRAVITY))
+
+
+def _moved(number: Parameter, by: Parameter | None) -> Parameter:
+    """Return a number moved by another one, with the interval of what was asked last."""
+    if by is None or by.ci95 is None:
+        return number
+    low, high = by.ci95
+    return Parameter(number.value + by.value, (number.value + low, number.value + high))
+
+
 def beside_carried(
     answer: Explanation, carried: Carried, held_out: Sequence[str], as_given: Fit
 ) -> Explanation:
@@ -187,6 +224,7 @@ def beside_carried(
     as_given : Fit
         Of the twin as given to the recordings as they are.
     """
+    answer, carried = _with_its_rest(answer, carried)
     everywhere = (*carried.names, *(f"{name} (held out)" for name in held_out))
     reason = (
         f"what {_listed(everywhere)} carr{'ies' if len(everywhere) == 1 else 'y'} was taken off "

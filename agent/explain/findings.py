@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from agent.explain.answer import sentences
-from agent.explain.answer.names import FOLLOWS_DIRECTION, NUMBERS, OWN_NUMBER
+from agent.explain.answer.names import FOLLOWS_DIRECTION, NAMES, NUMBERS, OWN_NUMBER
 from agent.explain.answer.result import Alternative, Finding, Region
 from agent.explain.choosing.aliases import told_apart_by
 from agent.explain.choosing.candidate import basis_of
@@ -21,6 +21,7 @@ from agent.explain.forms.hidden_arm import inertia_of
 from agent.explain.forms.quantities import as_in_twin
 from agent.explain.location.dynamic_curves import excerpt, over_frequency
 from agent.explain.location.regions import AXIS, axis_values, curve_of, regions_of
+from agent.explain.numbers.cancelling import cancelled_by
 from agent.explain.numbers.model import beside_others
 from agent.explain.numbers.short_stroke import gravity_look_alikes
 from agent.explain.numbers.unshaken import UNKNOWN
@@ -154,6 +155,11 @@ def _numbers(study: Study, index: int) -> dict[str, Parameter]:
     form, own = study.model.terms[index].scored.form, study.model.parameters[index]
     beside = beside_others(study.library, study.model, index)
     predicts = dict(as_in_twin(form, beside, own))
+    other = cancelled_by(study.library, study.model).get(index)
+    if other is not None:
+        name = NAMES[study.model.terms[other].scored.form.effect]
+        reason = f"{name} nearly cancels it: what the two leave together is known, not either"
+        return {name: Parameter.not_identified(reason, p.value) for name, p in predicts.items()}
     freed = study.unshaken.get(index)
     if freed is None:
         return predicts

@@ -14,6 +14,8 @@ from agent.physics.law import Law, require
 
 Floats = NDArray[np.float64]
 
+_FURTHEST = 50.0  # angles of stiffening: beyond, a number has no meaning, and overflows soon
+
 
 @dataclass(frozen=True)
 class CableForce:
@@ -21,7 +23,8 @@ class CableForce:
 
     law: ClassVar[Law] = Law(
         "cable-force",
-        "k d + c d^3 + tau_h; d = q - q0 beyond the slack; dtau_h/dq = (h/x)(1 - tau_h sign(v)/h)",
+        "k w sinh(d/w) + c d^3 + tau_h; d = q - q0 beyond the slack;"
+        " dtau_h/dq = (h/x)(1 - tau_h sign(v)/h)",
         {
             "stiffness_nm_per_arm_rad": "k, motor torque per arm angle",
             "neutral_arm_rad": "q0, arm angle where the bundle hangs free",
@@ -30,6 +33,8 @@ class CableForce:
             "hysteresis_travel_arm_rad": "x, arm travel after a reversal that leaves 1/e of h",
             "slack_below_arm_rad": "how far below q0 it hangs free as well",
             "slack_above_arm_rad": "how far above q0 it hangs free as well",
+            "stiffening_arm_rad": "w, drawn so far it is 1.5 times as stiff, and e times as stiff"
+            " for every such angle further on (0: a plain spring, k d)",
         },
         "Dahl's law in the arm's angle for the hysteresis: Dahl, Aerospace Corp. TOR-0158 (1968)",
         "one posture of the other axes; stiffens alike to both sides; starts without hysteresis",
@@ -41,6 +46,7 @@ class CableForce:
     cubic_nm_per_arm_rad3: float = 0.0
     slack_below_arm_rad: float = 0.0
     slack_above_arm_rad: float = 0.0
+    stiffening_arm_rad: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse a bundle that pushes on, and a loss that is none."""
@@ -49,7 +55,7 @@ class CableForce:
             self,
             positive="hysteresis_travel_arm_rad",
             not_negative="stiffness_nm_per_arm_rad cubic_nm_per_arm_rad3 hysteresis_nm"
-            " slack_below_arm_rad slack_above_arm_rad",
+            " slack_below_arm_rad slack_above_arm_rad stiffening_arm_rad",
         )
 
     def spring_nm(self, arm_rad: Floats) -> Floats:
@@ -57,7 +63,8 @@ class CableForce:
         away = beyond_slack(
             arm_rad - self.neutral_arm_rad, self.slack_below_arm_rad, self.slack_above_arm_rad
         )
-        return (self.stiffness_nm_per_arm_rad + self.cubic_nm_per_arm_rad3 * away**2) * away
+        drawn = stiffening(away, self.stiffening_arm_rad) if self.stiffening_arm_rad else away
+        return self.stiffness_nm_per_arm_rad * drawn + self.cubic_nm_per_arm_rad3 * away**3
 
     def hysteresis_part_nm(self, time_s: Floats, arm_velocity_rad_s: Floats) -> Floats:
         """Return what the bundle's inner friction adds, shape (n,), on the motor side."""
@@ -65,6 +72,11 @@ class CableForce:
             return np.zeros_like(arm_velocity_rad_s)
         slope = self.hysteresis_nm / self.hysteresis_travel_arm_rad
         return Dahl(self.hysteresis_nm, slope).torque_nm(time_s, arm_velocity_rad_s)
+
+
+def stiffening(away_rad: Floats, every_rad: float) -> Floats:
+    """Return the pull of a bundle of stiffness 1 that is stiffer the further it is drawn, (n,)."""
+    return np.asarray(every_rad * np.sinh(np.clip(away_rad / every_rad, -_FURTHEST, _FURTHEST)))
 
 
 def beyond_slack(away_rad: Floats, below_rad: float, above_rad: float) -> Floats:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ import numpy as np
 from agent.explain.choosing.candidate import Candidate, Scored, basis_of
 from agent.explain.choosing.heard import LIKE_A_GAP, heard
 from agent.explain.choosing.materiality import least_gain, noise_energy, of_mismatch, worth
+from agent.explain.choosing.preferred import GRAVITY, WEIGHT
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.shifts import chance
@@ -127,7 +129,7 @@ def entered(
     named = _named(library, ranked, best, current, asked)
     if named is not None:
         if cancelling(library, [*(t.candidate for t in terms), named.candidate]):
-            return None
+            return _in_other_forms(library, terms, current, named, asked)
         accident = accident_of(library, terms, current, named)
         if accident is None:
             return None
@@ -144,6 +146,32 @@ def entered(
     if cancelling(library, [*(t.candidate for t in moved), beside.candidate]):
         return None
     return moved, beside, accident
+
+
+def _in_other_forms(
+    library: Library, terms: Sequence[Term], current: Floats, newcomer: Scored, asked: Asked
+) -> tuple[list[Term], Scored, float] | None:
+    """Return the same effects in forms that do not take each other back; None where none do.
+
+    A hose that stiffens was a straight spring as long as it was alone. Beside a weight a straight
+    spring ten times too strong, and as much weight against it, make the hose's cube.
+    """
+    for index, term in enumerate(terms):
+        others = [*(t.candidate for i, t in enumerate(terms) if i != index), newcomer.candidate]
+        effect, form = term.scored.form.effect, term.scored.form
+        alike = [c for c in library.candidates if c.form.effect == effect and c.form is not form]
+        for scored in replace(library, candidates=tuple(alike)).rank(others):
+            if worth(current, scored.blocks, *asked) < 0.0:
+                break
+            if cancelling(library, [*others, scored.candidate]):
+                continue
+            exchanged = list(terms)
+            exchanged[index] = replace(term, scored=scored)
+            moved, beside = both_moved(library, exchanged, newcomer)
+            accident = accident_of(library, moved, current, beside)
+            if accident is not None and worth(current, beside.blocks, *asked) >= 0.0:
+                return moved, beside, accident
+    return None
 
 
 def cancelling(library: Library, terms: Sequence[Candidate]) -> bool:
@@ -194,11 +222,18 @@ def _twice(
     """Return whether a weak newcomer only shares out what a term explains already.
 
     Where it adds little, and one of the terms could nearly be done without beside it, two names
-    would stand for one mismatch, whose shape neither has to the last percent.
+    would stand for one mismatch, whose shape neither has to the last percent. The weight of an arm
+    is no second name: it is there, and a number of the twin's, which is asked for as an effect
+    only where a hose or an offset may be taken for it.
     """
     if float(current.sum()) - best.error >= _OF_ITS_OWN * float(plain.sum()):
         return False
+    weighs = bool(np.any(library.scene.as_given[GRAVITY]))
+    if weighs and best.form.effect == WEIGHT:
+        return False
     for index in range(len(chosen)):
+        if weighs and chosen[index].scored.form.effect == WEIGHT:
+            continue
         others = [t.candidate for i, t in enumerate(chosen) if i != index]
         before = float(library.errors(others).sum() - current.sum())
         beside = float(library.errors([*others, best.candidate]).sum()) - best.error

@@ -21,8 +21,8 @@ _SAME = 0.1  # of log density: columns that copy each other differ by no more
 _ONE_SPOT = ("position-dependent-friction", "tight spot"), ("local-fault", "rubbing")
 _AS_WIDE = 0.05  # of its width: a spot that is found as wide under both names, and there
 _BEND = "viscous-nonlinear"
-_WEIGHT = "gravity-imbalance"
-_GRAVITY = [BASE.index("gravity_sin_nm"), BASE.index("gravity_cos_nm")]
+WEIGHT = "gravity-imbalance"
+GRAVITY = [BASE.index("gravity_sin_nm"), BASE.index("gravity_cos_nm")]
 _NOT_OVER = 0.1  # of a fall, still there at the fastest speed
 _AS_GOOD = 0.05  # of the gain: what a bend may miss of such a fall's, whose form is not the joint's
 _AS_MUCH = 0.01  # of the gain: what a special case misses of it is small, however significant
@@ -47,15 +47,19 @@ def preferred(library: Library, ranked: Sequence[Scored], without: float) -> Sco
     if not ranked:
         return None
     best = ranked[0]
+    if best.form.only_clearly and any(
+        s.form.refined_by(best.form) and s.error <= (1.0 + _AS_LITTLE) * best.error for s in ranked
+    ):
+        return preferred(library, ranked[1:], without)
     size = effective_size(library.scene.table, library.weighing, library.residual([best.candidate]))
-    upright = not np.any(library.scene.as_given[_GRAVITY])
+    upright = not np.any(library.scene.as_given[GRAVITY])
     close = []
     for scored in ranked:
         loss = scored.blocks - best.blocks
         error = float(np.std(loss)) * math.sqrt(loss.shape[0])
         behind = log_density_gap(best.blocks, scored.blocks, size)
         missed = float(loss.sum()) / max(without - best.error, 1e-300)
-        pulls = upright and best.form.effect == _WEIGHT and scored.form.effect in LIKE_A_WEIGHT
+        pulls = upright and best.form.effect == WEIGHT and scored.form.effect in LIKE_A_WEIGHT
         hardly = float(loss.sum()) < _AS_LITTLE * best.error
         special = ((behind < DECISIVE or hardly) and scored.form.refined_by(best.form)) or (
             (pulls or scored.form.effect in best.form.contains)
@@ -73,7 +77,7 @@ def preferred(library: Library, ranked: Sequence[Scored], without: float) -> Sco
         close,
         key=lambda s: (
             s.form.catch_all,
-            upright and s.form.effect == _WEIGHT,
+            upright and s.form.effect == WEIGHT,
             s.form.size,
             of_effect.get(s.form.effect, s.error),
             s.error,

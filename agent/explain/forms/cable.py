@@ -12,6 +12,7 @@ from agent.explain.forms.mixed import Mixed, Part
 from agent.explain.forms.reversal import hysteresis
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
+from agent.physics.external import stiffening
 
 _NEUTRALS = 9  # along the stroke: a cubic about each looks unlike that about the next
 _TRAVELS = 5
@@ -21,6 +22,8 @@ _FAR = 2.0  # strokes: so far it hangs free to one side, which is further than a
 _SLACK = 0.1  # of the stroke, at least
 _SLACKS = (0.1, 0.2, 0.3)  # of the stroke, to either side of where it hangs free
 _MOST_SLACK = 0.45
+_STIFFENING = (0.1, 0.2, 0.4)  # of the stroke: the angle in which a spring stiffens
+_MOST_STIFFENING, _LEAST_STIFFENING = 0.8, 0.08
 _PULLS = 0.5  # of the inner friction, at the end of the stroke: a bundle that pulls less has none
 _POSITION = ("position_rad",)
 _ANYWHERE = ("torque-offset", "direction-asymmetry")
@@ -165,6 +168,23 @@ def _where_slack_shows(scene: Scene) -> Sequence[tuple[float, float]]:
     lower, upper = scene.stroke_arm_rad()
     least = _SLACK * (upper - lower)
     return ((lower + least, upper - least),)
+
+
+def _hardening(scene: Scene, point: Point) -> Floats:
+    """Return a spring that is stiffer the further it is drawn, without an end, shape (N, 1)."""
+    return stack(stiffening(scene.arm_rad - point[0], point[1]))
+
+
+def _neutrals_and_stiffenings(scene: Scene) -> Sequence[Point]:
+    lower, upper = scene.stroke_arm_rad()
+    angles = [share * (upper - lower) for share in _STIFFENING]
+    return tuple((*neutral, angle) for neutral in _neutrals(scene)[1:-1] for angle in angles)
+
+
+def _where_it_stiffens(scene: Scene) -> Sequence[tuple[float, float]]:
+    lower, upper = scene.stroke_arm_rad()
+    least, most = (share * (upper - lower) for share in (_LEAST_STIFFENING, _MOST_STIFFENING))
+    return ((lower, upper), (least, most))
 
 
 def _drawn_both_ways(scene: Scene, point: Point) -> Floats:
@@ -318,6 +338,25 @@ FORMS: tuple[Form, ...] = (
         needs=_POSITION,
         to_twin=_cubic_twin,
         contains=_ANYWHERE,
+    ),
+    Form(
+        "cable-force",
+        "spring that stiffens ever faster",
+        ("stiffness_nm_per_arm_rad",),
+        _hardening,
+        ("neutral_arm_rad", "stiffening_arm_rad"),
+        _neutrals_and_stiffenings,
+        signs=(1,),
+        limits=_where_it_stiffens,
+        needs=_POSITION,
+        contains=_ANYWHERE,
+        refines=(
+            "spring",
+            "spring at rest elsewhere",
+            "spring that stiffens",
+            "slack spring that stiffens",
+        ),
+        only_clearly=True,
     ),
     Form(
         "cable-force",

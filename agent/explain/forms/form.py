@@ -101,6 +101,8 @@ class Form:
         Whether its grid is read off what is left: strong effects hide weaker ones from it.
     catch_all : bool
         Whether it may stand for anything that varies with it: others come first on a tie.
+    only_clearly : bool
+        Whether it is chosen only where it leaves clearly less than any form that it refines.
     rivals_none : bool
         Whether it stands in no other law's place, though it may be chosen: what it adapts to is
         read off what that law leaves.
@@ -138,6 +140,7 @@ class Form:
     uneven: Mapping[str, float] = field(default_factory=dict, hash=False)
     from_residual: bool = False
     catch_all: bool = False
+    only_clearly: bool = False
     rivals_none: bool = False
     in_one_product: bool = False
     as_product: str = ""

@@ -19,6 +19,7 @@ _PLACES = 24
 _LOCAL = 0.028  # of the stroke: narrower, a bell is seen along less than a tenth of it: a fault
 _BROAD = 0.045  # wider, along more than a sixth: friction of the path; between: either
 _NARROWEST, _WIDEST = 0.003, 0.12
+_FLANK = 0.04  # at an end of the stroke: wider, it is no place
 _WIDEST_SPOT = 0.25  # wider, friction of the path is no spot
 _TURN, _ROUND = 2.0 * math.pi, 1.2  # rad of the arm, turns: what goes no further comes back
 _POSITION = ("position_rad",)
@@ -108,6 +109,17 @@ def _within_stroke(narrowest: float, widest: float) -> Limits:
         return (scene.ends_arm_rad(), (narrowest * (upper - lower), widest * (upper - lower)))
 
     return limits
+
+
+def _is_a_place(scene: Scene, point: Point, coefficients: Floats) -> bool:
+    """Return whether a bump is seen to rise and to fall, or is too narrow for a pull that grows.
+
+    The flank of a wide one at the end of the stroke is what a hose does that is drawn taut there.
+    """
+    del coefficients
+    (lower, upper), (centre, width) = scene.stroke_arm_rad(), point
+    whole = lower + width <= centre <= upper - width
+    return whole or width <= _FLANK * (upper - lower)
 
 
 def _spot_step(scene: Scene) -> Point:
@@ -222,6 +234,7 @@ FORMS: tuple[Form, ...] = (
         step=_spot_step,
         limits=_within_stroke(_NARROWEST, _WIDEST),
         needs=_POSITION,
+        borne=_is_a_place,
     ),
     Form(
         "local-fault",

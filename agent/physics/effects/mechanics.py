@@ -145,6 +145,7 @@ CARDS = (
                     "hysteresis_travel_arm_rad": positive(1.0),
                     "slack_below_arm_rad": not_negative(0.0),
                     "slack_above_arm_rad": not_negative(0.0),
+                    "stiffening_arm_rad": not_negative(0.0),
                 },
                 _cable,
             ),

@@ -87,6 +87,7 @@ _LABELS: Mapping[str, str] = MappingProxyType(
         "static_nm": "Extra friction at standstill, at 0 °C",
         "static_nm_per_k": "Extra friction, growth with temperature",
         "cubic_nm_per_arm_rad3": "Stiffening over the arm angle",
+        "stiffening_arm_rad": "Arm angle in which it stiffens",
         "stiffness_nm_per_arm_rad": "Stiffness over the arm angle",
         "stiffness_nm_per_rad": "Stiffness",
         "yielding_share": "Share of the friction that yields",

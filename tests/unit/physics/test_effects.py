@@ -217,6 +217,11 @@ BY_HAND: list[tuple[str, dict[str, Any], Any]] = [
         0.5 * (ARM - 0.1) + 2.0 * (ARM - 0.1) ** 3,
     ),
     (
+        "cable-force",
+        {"stiffness_nm_per_arm_rad": 0.5, "neutral_arm_rad": 0.1, "stiffening_arm_rad": 0.4},
+        0.2 * np.sinh((ARM - 0.1) / 0.4),
+    ),
+    (
         "local-fault",
         {"height_nm": 0.2, "center_arm_rad": 0.1, "width_arm_rad": 0.02},
         0.2 * np.exp(-0.5 * ((ARM - 0.1) / 0.02) ** 2),

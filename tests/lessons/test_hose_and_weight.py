@@ -1,0 +1,79 @@
+"""A hose beside a weight that the simulation has wrong: both are told, and no place of the gear."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from agent.explain.choosing.rivals import Term
+from agent.explain.choosing.search import Library
+from agent.explain.findings import findings_of
+from agent.explain.forms.library import FORMS
+from agent.explain.numbers.cancelling import cancelled_by
+from agent.explain.numbers.model import fit_model
+from agent.explain.numbers.short_stroke import PAYLOAD, without_gravity
+from agent.explain.rows.evidence import weigh
+from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.table import BASE, tabulate
+from agent.explain.study import study
+from agent.identify.result import Floats
+from tests.science.explain_joint import (
+    GEAR_RATIO,
+    TWIN,
+    Conditions,
+    record,
+    stair,
+)
+from trajectories import SetPoints
+
+WEIGHT_NM = 0.9
+CYCLE = stair((3, 10, 30, 60), 2.1 * GEAR_RATIO, 30.0)
+
+
+def hose_nm(arm_rad: Floats) -> Floats:
+    """Return a hose that is e times as stiff for every 0.36 rad further on."""
+    return np.asarray(0.06 * 0.36 * np.sinh((arm_rad + 0.07) / 0.36))
+
+
+def hangs(points: SetPoints, at: Conditions) -> Floats:
+    del at
+    arm = points.position_rad / GEAR_RATIO
+    return np.asarray(WEIGHT_NM * np.sin(arm) + hose_nm(arm))
+
+
+def test_a_hose_that_stiffens_is_no_bump_at_the_end_of_the_stroke() -> None:
+    """The flank of a bump that is centred there stood for it, with a probability of one."""
+    given = replace(TWIN, gravity_sin_nm=0.93 * WEIGHT_NM)
+    runs = [record(CYCLE, hangs, Conditions(started_s=100.0 * k), k) for k in range(2)]
+    found = study(given, tabulate(given, runs))
+    named = {finding.effect for finding in findings_of(found)}
+    assert "cable-force" in named
+    assert "local-fault" not in named
+    assert found.left.ratio < 1.2
+
+
+@pytest.mark.parametrize(("sine_nm", "known"), [(0.2, True), (-0.475, False)])
+def test_of_two_laws_that_take_each_other_back_neither_is_known(
+    sine_nm: float, known: bool
+) -> None:
+    def pulls(points: SetPoints, at: Conditions) -> Floats:
+        del at
+        arm = points.position_rad / GEAR_RATIO
+        return np.asarray(0.5 * arm + sine_nm * np.sin(arm))
+
+    table = without_gravity(tabulate(TWIN, [record(CYCLE, pulls, Conditions(), 0)]))
+    delta, left = refit(table)
+    given = np.array([getattr(TWIN, name) for name in BASE])
+    scene = Scene(table, given + delta, np.where(table.used, left, 0.0), given=given)
+    spring = next(form for form in FORMS if (form.effect, form.name) == ("cable-force", "spring"))
+    library = Library.of(scene, weigh(table, left), [spring, PAYLOAD])
+    hose, weight = (library.candidate(form, ()) for form in (spring, PAYLOAD))
+    (beside_weight,), (beside_hose,) = (
+        [s for s in library.rank([other]) if s.form is form]
+        for form, other in ((spring, weight), (PAYLOAD, hose))
+    )
+    terms = [Term(beside_weight, 0.0), Term(beside_hose, 0.0)]
+    cancelled = cancelled_by(library, fit_model(library, TWIN, terms))
+    assert cancelled == ({} if known else {0: 1, 1: 0})
