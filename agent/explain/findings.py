@@ -243,14 +243,14 @@ def _number_finding(study: Study, wrong: WrongNumber) -> Finding:
     """Return a wrong number of the twin as a finding."""
     rows = study.library.weighing.rows
     changes = _changes(study.twin, study, wrong)
-    alike: tuple[str, ...] = ()
+    alike = dict(wrong.alternatives)
     if wrong.effect == "gravity-imbalance":
-        alike = gravity_look_alikes(study.library, study.twin, study.model)
-    even = 1.0 / (1.0 + len(alike))
+        hoses = gravity_look_alikes(study.library, study.twin, study.model)
+        alike |= dict.fromkeys(hoses, (1.0 - sum(alike.values())) / (1.0 + len(hoses)))
     return Finding(
         effect=wrong.effect,
         rank=0,
-        probability=even,
+        probability=1.0 - sum(alike.values()),
         energy_share=wrong.energy_share,
         where=(),
         said=sentences.number_sentence(
@@ -258,7 +258,8 @@ def _number_finding(study: Study, wrong: WrongNumber) -> Finding:
         ),
         parameters=wrong.parameters,
         alternatives=tuple(
-            Alternative(other, even, told_apart_by(wrong.effect, other)) for other in alike
+            Alternative(other, chance, told_apart_by(wrong.effect, other))
+            for other, chance in alike.items()
         ),
         holdout_rmse_without_nm=float(np.sqrt(np.mean(study.table.target_nm[rows] ** 2))),
         form=OWN_NUMBER,

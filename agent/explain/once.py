@@ -180,7 +180,8 @@ def _explained(
         proven, traces, apart = _proof(told.found, given, holdout, named=False)
     menu: tuple[NextExperiment, ...] = ()
     if any(f.alternatives for f in told.findings):
-        menu = experiments(found, limits, frozenset(swing.effect for swing in told.swings))
+        swings = frozenset(swing.effect for swing in told.swings)
+        menu = experiments(found, told.findings, limits, swings)
     answer = written_down(
         told, given, proven, traces, menu, recordings, held_out, by_motor=asked.by_motor
     )

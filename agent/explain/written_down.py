@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from agent.explain.answer import words
+from agent.explain.answer.names import OWN_NUMBER
 from agent.explain.answer.result import (
     Curve,
     Explanation,
+    Finding,
     Fit,
     Floor,
     Holdout,
@@ -23,7 +26,7 @@ from agent.explain.carrying import Given
 from agent.explain.caveats import bear_in_mind
 from agent.explain.choosing.aliases import aliases
 from agent.explain.driven_range import noted_in
-from agent.explain.experiment.proposal import next_experiments
+from agent.explain.experiment.proposal import next_experiments, set_up_only
 from agent.explain.findings import OFFSET_OR_ASYMMETRY
 from agent.explain.location.dynamic_curves import spectrum_around
 from agent.explain.numbers.model import fit_model, left_by
@@ -119,12 +122,16 @@ def _left_by_twin(found: Study) -> Floats:
 
 
 def experiments(
-    found: Study, limits: AxisLimits | None, without: frozenset[str]
+    found: Study,
+    findings: Sequence[Finding],
+    limits: AxisLimits | None,
+    without: frozenset[str],
 ) -> tuple[NextExperiment, ...]:
     """Return what to run to break the ties, for the term that has the closest rival first.
 
     Offset and asymmetry come last: no motion of the axis tells those two apart. Effects that are
-    not told are not asked about.
+    not told are not asked about. Of a number of the twin's own that is tied, what to measure
+    instead is all there is to say.
     """
     terms = found.choice.terms
 
@@ -140,7 +147,8 @@ def experiments(
         )
         if menu:
             return menu
-    return ()
+    numbers = (f for f in findings if f.form == OWN_NUMBER and f.alternatives)
+    return tuple(set_up_only(f.effect, [a.effect for a in f.alternatives]) for f in numbers)[:1]
 
 
 def _spectra(found: Study) -> tuple[Curve, ...]:

@@ -13,6 +13,7 @@ from agent.explain.findings import findings_of
 from agent.explain.rows.table import tabulate
 from agent.explain.study import Study, study
 from agent.explain.verdict import left_share, verdict_of
+from agent.explain.written_down import experiments
 from agent.identify.result import Floats
 from agent.physics.twin import Twin
 from tests.science.explain_joint import NOISE_NM, TWIN, Conditions, record, stair
@@ -146,5 +147,37 @@ def test_one_factor_stands_for_numbers_that_are_off_alike(
         viscous_nm_s_per_rad=20.0 * viscous * TWIN.viscous_nm_s_per_rad,
     )
     table = tabulate(given, [record(stair(SPEEDS), strong, Conditions(), 0)])
-    said = {finding.effect for finding in findings_of(study(given, table))}
-    assert (said == {"torque-constant-error"}) if constant else ("inertia-error" in said)
+    said = findings_of(study(given, table))
+    names = {finding.effect for finding in said}
+    assert (names == {"torque-constant-error"}) if constant else ("inertia-error" in names)
+    assert not said[0].alternatives
+
+
+@pytest.mark.parametrize(
+    ("coulomb_nm", "coulomb", "probability"),
+    [
+        (0.004, 1.0, 0.5),  # the inertia alone says it
+        (0.3, 1.08, 0.75),  # two numbers that are off alike: a constant, or a coincidence
+    ],
+)
+def test_a_factor_that_rests_on_one_or_two_numbers_may_be_those(
+    coulomb_nm: float, coulomb: float, probability: float
+) -> None:
+    """Without a weight, and with hardly any viscous friction, a factor had been told as sure."""
+    faint = replace(TWIN, coulomb_nm=coulomb_nm, viscous_nm_s_per_rad=5e-4)
+
+    def faintly(points: SetPoints, at: Conditions) -> Floats:
+        del at
+        velocity = points.velocity_rad_s
+        less = faint.viscous_nm_s_per_rad - TWIN.viscous_nm_s_per_rad
+        return np.asarray(less * velocity + (coulomb_nm - TWIN.coulomb_nm) * np.sign(velocity))
+
+    given = replace(faint, inertia_kg_m2=1.08 * TWIN.inertia_kg_m2, coulomb_nm=coulomb * coulomb_nm)
+    found = study(given, tabulate(given, [record(stair(SPEEDS), faintly, Conditions(), 0)]))
+    (finding,) = findings_of(found)
+    assert finding.effect == "torque-constant-error"
+    assert finding.probability == probability
+    assert [other.effect for other in finding.alternatives] == ["inertia-error"]
+    (advice,) = experiments(found, [finding], None, frozenset())
+    assert advice.trajectory is None
+    assert "gravity and friction" in advice.set_up

@@ -80,9 +80,9 @@ def next_experiments(
     told = {name for experiment in out for name in experiment.tells_apart}
     left = [h.effect for h in hypotheses[1:] if h.effect not in told]
     if left:
-        out.append(_set_up_only(effect, left))
+        out.append(set_up_only(effect, left))
     if paired:
-        out.append(_set_up_only(effect, [partner]))
+        out.append(set_up_only(effect, [partner]))
     return tuple(out)
 
 
@@ -176,7 +176,7 @@ def _as_experiment(
     )
 
 
-def _set_up_only(effect: str, rivals: Sequence[str]) -> NextExperiment:
+def set_up_only(effect: str, rivals: Sequence[str]) -> NextExperiment:
     """Return what else decides where no motion does."""
     advice = " ".join(dict.fromkeys(told_apart_by(effect, rival) for rival in rivals))
     return NextExperiment(

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
@@ -11,6 +14,7 @@ from agent.explain.choosing.search import Library
 from agent.explain.numbers.plain_refits import own_structure
 from agent.explain.numbers.reach import reach_of
 from agent.explain.rows.evidence import heldout, moments
+from agent.explain.rows.table import BASE
 from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Twin
 
@@ -20,8 +24,28 @@ _MISSED = 0.05  # of what all numbers gain: then it misses no more
 _FEWER = 0.5  # of what the numbers that would be told in its place leave
 _FEWEST = 3  # numbers that it must stand for
 _OUTDONE = 0.8  # of what it leaves: two numbers that leave less are what is wrong
+_AS_WELL = 1.1  # times that: one or two numbers that leave no more may be wrong as well
 _OWN, _OWN_SHARE = 0.0075, 0.1  # each number may be off by itself: so much of it, or of the factor
+_NEAR = 0.35  # of the factor: numbers that are off by it to so much may be one constant
+_NEARLY = 1.25  # times what all numbers leave
 _FEWEST_STEADY = 2  # of them that no law found lets vary
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One factor on all of the torque, and what it may be instead.
+
+    Parameters
+    ----------
+    parameter : Parameter
+        The true torque over the reported one.
+    instead : tuple of str
+        The fewest of the twin's numbers, two at most, that explain as much where they are wrong by
+        themselves, the one that explains most of it first; empty where none do.
+    """
+
+    parameter: Parameter
+    instead: tuple[str, ...] = ()
 
 
 def factor_column(library: Library) -> Floats:
@@ -71,17 +95,54 @@ def one_factor_does(
     return all(left(own[:, list(pair)]) > _OUTDONE * one for pair in pairs)
 
 
-def _nearly_one(library: Library, own: Floats, beside: Floats) -> Floats:
+def may_be_one_factor(library: Library, twin: Twin) -> bool:
+    """Return whether numbers that are all wrong may be one constant, and each a little off."""
+    own = _own_columns(library, twin)
+    if own.shape[1] < _FEWEST:
+        return False
+    beside = own[:, :0]
+    nearly = _error(library, _nearly_one(library, own, beside, (math.inf, _NEAR)))
+    return nearly <= _NEARLY * _error(library, own)
+
+
+def _own_columns(library: Library, twin: Twin) -> Floats:
+    """Return the weighted columns of the numbers that a twin has, shape (m, p)."""
+    table = library.scene.table
+    return library.base[:, np.isin(np.flatnonzero(table.carried), own_structure(table, twin))]
+
+
+def _instead(library: Library, own: Floats, beside: Floats) -> tuple[int, ...]:
+    """Return the fewest numbers that leave no more than one factor does, the greatest first."""
+
+    def left(numbers: Sequence[int]) -> float:
+        return _error(library, np.concatenate((own[:, list(numbers)], beside), axis=1))
+
+    whole = np.concatenate((factor_column(library), beside), axis=1)
+    most = _AS_WELL * _error(library, whole)
+    for count in (1, 2):
+        best = min(combinations(range(own.shape[1]), count), key=left, default=())
+        if best and left(best) <= most:
+            return tuple(sorted(best, key=lambda number: left((number,))))
+    return ()
+
+
+def _nearly_one(
+    library: Library,
+    own: Floats,
+    beside: Floats,
+    off_by: tuple[float, float] = (_OWN, _OWN_SHARE),
+) -> Floats:
     """Return what one factor changes where each number may be off a little by itself, (m, 1).
 
     A twin's numbers are known to half a percent at best. Where the torque is fifty times its noise
-    that shows, and makes no five wrong numbers of one wrong constant.
+    that shows, and makes no five wrong numbers of one wrong constant. `off_by` is how much of a
+    number, and of the factor, that may be.
     """
     whole = factor_column(library)
     numbers = np.linalg.lstsq(own, whole[:, 0])[0]
     factor = np.linalg.lstsq(np.concatenate((whole, beside), axis=1), library.target)[0][0]
     moved = np.linalg.lstsq(np.concatenate((own, beside), axis=1), library.target)[0]
-    most = min(_OWN, _OWN_SHARE * abs(factor)) * np.abs(numbers)
+    most = min(off_by[0], off_by[1] * abs(factor)) * np.abs(numbers)
     off = np.clip(moved[: own.shape[1]] - factor * numbers, -most, most)
     return np.asarray(factor * whole + (own @ off)[:, np.newaxis])
 
@@ -94,7 +155,7 @@ def one_factor(
     material: float,
     named: frozenset[str],
     told: Floats | None = None,
-) -> Parameter | None:
+) -> Factor | None:
     """Return the torque constant's factor, where it explains what all numbers explain.
 
     It must do so beside the effects that were found, too: else it was their absence that bent it.
@@ -119,7 +180,7 @@ def one_factor(
         Of the numbers that would be called wrong in its place.
     """
     table = library.scene.table
-    own = library.base[:, np.isin(np.flatnonzero(table.carried), own_structure(table, twin))]
+    own = _own_columns(library, twin)
     steady = np.count_nonzero(library.scene.as_given[table.carried]) - varied.shape[1]
     if varied.shape[1] and steady < _FEWEST_STEADY:
         return None
@@ -137,7 +198,9 @@ def one_factor(
     if low <= 0.0 or low <= 1.0 <= high:
         return None
     # The reported torque is the true one over the factor.
-    return Parameter(1.0 / (1.0 + moved), (1.0 / high, 1.0 / low))
+    factor = Parameter(1.0 / (1.0 + moved), (1.0 / high, 1.0 / low))
+    names = [BASE[i] for i in own_structure(table, twin)]
+    return Factor(factor, tuple(names[i] for i in _instead(library, own, beside)))
 
 
 def _error(library: Library, columns: Floats) -> float:

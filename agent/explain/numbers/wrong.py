@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -19,7 +19,7 @@ from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.materiality import FAR, least_gain
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.shares import above_noise, unseen_nm2
-from agent.explain.numbers.factor import factor_column, one_factor
+from agent.explain.numbers.factor import Factor, factor_column, may_be_one_factor, one_factor
 from agent.explain.numbers.model import Model
 from agent.explain.numbers.plain_refits import (
     earlier_moves,
@@ -41,6 +41,7 @@ from agent.physics.twin import Twin
 
 _SLIGHT = 0.0075  # of a number: what a drive knows of its torque is known no better
 MATERIAL = 0.04  # of what the twin as given leaves: less is a number's ordinary uncertainty
+_EVEN, _COINCIDENCE = 0.5, 0.25  # of one number for another; of two that are off alike by chance
 _GROUPS: Mapping[str, tuple[str, ...]] = {
     "inertia-error": ("inertia_kg_m2",),
     "wrong-number": ("coulomb_nm", "viscous_nm_s_per_rad"),
@@ -59,12 +60,14 @@ _CONTRACT: Mapping[str, str] = {
 class WrongNumber:
     """One effect of the twin's own numbers.
 
-    `energy_share` is of what the twin as given leaves above the floor, on unseen blocks.
+    `energy_share` is of what the twin as given leaves above the floor, on unseen blocks;
+    `alternatives` are effects that explain as much, with their probabilities.
     """
 
     effect: str
     energy_share: float
     parameters: Mapping[str, Parameter]
+    alternatives: Mapping[str, float] = field(default_factory=dict)
 
 
 def wrong_numbers(
@@ -138,11 +141,16 @@ def _found(
     out = [_wrong(case, effect, refuted) for effect in refuted]
     if not out and not terms:
         return _sorted(_wrong_together(case, material, groups))
-    return tuple(
+    needed = tuple(
         w
         for at, w in enumerate(_sorted(out))
         if (at == 0 and not terms) or is_needed(case, judged[w.effect])
     )
+    every = {e for e, names in groups.items() if not set(names).isdisjoint(case.carried)}
+    if not terms and every == {w.effect for w in needed} and may_be_one_factor(library, twin):
+        other = {"torque-constant-error": _COINCIDENCE}
+        return (replace(needed[0], alternatives=other), *needed[1:])
+    return needed
 
 
 def _hardly_shows(library: Library, floor_nm: float) -> bool:
@@ -174,14 +182,18 @@ def told_again(numbers: Sequence[WrongNumber], twin: Twin, model: Model) -> tupl
 
 
 def _constant(
-    library: Library, model: Model, factor: Parameter, floor_nm: float
+    library: Library, model: Model, factor: Factor, floor_nm: float
 ) -> tuple[WrongNumber, ...]:
     """Return the torque constant's error, with its share; nothing where warmth alone makes it."""
     if right_at_degc(library, model) is not None:
         return ()
     nothing = np.zeros((library.target.shape[0], 0))
     share = _share(library, nothing, factor_column(library), floor_nm)
-    return (WrongNumber("torque-constant-error", share, {"factor": factor}),)
+    chance = _EVEN if len(factor.instead) == 1 else _COINCIDENCE
+    first = factor.instead[:1]
+    instead = {e: chance for n in first for e, names in _GROUPS.items() if n in names}
+    parameters = {"factor": factor.parameter}
+    return (WrongNumber("torque-constant-error", share, parameters, instead),)
 
 
 def _sorted(found: Sequence[WrongNumber]) -> tuple[WrongNumber, ...]:
