@@ -11,6 +11,7 @@ from agent.explain.choosing.materiality import FAR
 from agent.explain.closest import closest_said
 from agent.explain.driven import driven_or_heavier
 from agent.explain.driven_range import hangs_free
+from agent.explain.findings import velocity_alone_is_late
 from agent.explain.numbers.warm_constant import right_at_degc
 from agent.explain.plausible import far_off, turned_gravity
 from agent.explain.rows.table import Table
@@ -62,6 +63,11 @@ def bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
         out.append(
             f"the velocity is reported {1e3 * abs(found.table.late_s):.1f} ms {later} than the "
             "position, with which the torque is in step: it was brought in step with both"
+        )
+    if velocity_alone_is_late(found):
+        out.append(
+            "the velocity alone is late, and twin.toml holds that as a torque before the motion: "
+            "a velocity taken from the position needs neither"
         )
     closest = closest_said(found)
     noise = _more_than_the_floor(found, beside=bool(closest))

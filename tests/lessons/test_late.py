@@ -9,6 +9,7 @@ import pytest
 
 from agent.explain.choosing.choice import Choice
 from agent.explain.choosing.search import Library
+from agent.explain.findings import findings_of
 from agent.explain.numbers.anew import chosen_anew
 from agent.explain.numbers.in_step import begun_late
 from agent.explain.numbers.short_stroke import without_gravity
@@ -16,6 +17,7 @@ from agent.explain.rows.evidence import weigh
 from agent.explain.rows.run import Run
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, tabulate, without_edges
+from agent.explain.study import study
 from agent.identify.result import Floats
 from agent.physics.twin import Effect, Twin
 from tests.science.explain_joint import (
@@ -134,3 +136,23 @@ def test_a_late_torque_is_that_of_the_motion_as_recorded() -> None:
     on_time, in_step = (tabulate(twin, [run], 40.0) for twin in (TWIN, late))
     left, before = (np.std(t.target_nm[t.sliding]) for t in (in_step, on_time))
     assert left < 0.1 * before
+
+
+@pytest.mark.parametrize(("position_s", "late"), [(0.0, "velocity"), (0.006, "torque")])
+def test_the_channel_that_is_late_is_named(position_s: float, late: str) -> None:
+    """A filtered velocity beside a position in step had been "the motion", late as a whole."""
+    trajectory = stair((4.0, 12.0, 25.0, 45.0))
+    run = record(trajectory, nothing, Conditions(), 0)
+    time = run.signals.time_s
+    then = trajectory.sample(np.maximum(time - 0.006, 0.0))
+    where = trajectory.sample(np.maximum(time - position_s, 0.0))
+    signals = replace(
+        run.signals, velocity_rad_s=then.velocity_rad_s, position_rad=where.position_rad
+    )
+    found = study(TWIN, tabulate(TWIN, [replace(run, signals=signals)]))
+    (finding,) = findings_of(found)
+    assert finding.effect == "measurement-delay"
+    sign = 1.0 if late == "velocity" else -1.0
+    assert finding.parameters[f"{late}_delay_s"].value == pytest.approx(sign * 0.006, abs=0.0006)
+    said = "the velocity is reported" if late == "velocity" else "the motion is reported"
+    assert said in finding.sentence

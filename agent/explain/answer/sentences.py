@@ -136,8 +136,9 @@ def _detail(effect: str, parameters: Mapping[str, Parameter]) -> str:
             return f"the torque is reported {by} later than the motion"
         return f"the motion is reported {by} later than the torque"
     if "velocity_delay_s" in known:
-        late = "late" if known["velocity_delay_s"] > 0.0 else "early"
-        return f"the velocity is {duration(known['velocity_delay_s'])} {late}"
+        word = "later" if known["velocity_delay_s"] > 0.0 else "earlier"
+        by = f"{duration(known['velocity_delay_s'])} {word}"
+        return f"the velocity is reported {by} than the position and the torque"
     if effect == "torque-ripple" and {"cos_nm", "sin_nm"} <= known.keys():
         return _amplitudes(known)
     if known.get("period_arm_rad"):

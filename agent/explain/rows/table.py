@@ -83,6 +83,8 @@ class Table:
         Whether the velocity was brought in step with the position.
     late_s : float
         By how much it had been later, where it was brought in step.
+    velocity_late_s : float
+        By how much it is later than the position, where it was not; 0 where unclear.
     creep_rad_s : float
         Up to which speed rows are edges, as friction is not fully there.
     load_nm : ndarray, shape (N,), optional
@@ -117,6 +119,7 @@ class Table:
     twin: Twin
     aligned: bool
     late_s: float = 0.0
+    velocity_late_s: float = 0.0
     creep_rad_s: float = 0.0
     torque_late_s: float = 0.0
     load_nm: Floats | None = None
@@ -259,15 +262,22 @@ def tabulate(
     recorded = recorded_columns(runs, pieces, passes)
     position, tables = recorded["position_rad"], []
     lags = lags_of(pieces, velocities, position)
+    late_s = float(np.median([lag.late_s for lag in lags]))
     if align_velocity is None and not all(lag.part_of_sample for lag in lags):
         align_velocity = False  # so late a velocity has a name
     for align in (False, True) if align_velocity is None else (align_velocity,):
         moved = motion_columns(motions, pieces, velocities, passes, position, lags, align=align)
         full = {**recorded, **moved}
-        late_s = float(np.median([lag.late_s for lag in lags])) if align else 0.0
         full |= use_columns(runs, pieces, full, elsewhere)
         table = _table(twin, tuple(runs), pieces, full, widest_hz, aligned=align)
-        tables.append(replace(table, late_s=late_s, elsewhere=tuple(elsewhere)))
+        tables.append(
+            replace(
+                table,
+                late_s=late_s if align else 0.0,
+                velocity_late_s=0.0 if align else late_s,
+                elsewhere=tuple(elsewhere),
+            )
+        )
     if len(tables) == 1:
         return tables[0]
     plain, aligned = tables
