@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from agent.explain.answer.sentences import only_heard
+from agent.explain.at_edges import edges_said
 from agent.explain.choosing.by_use import clock_or_use
 from agent.explain.choosing.heard import BACKLASH
 from agent.explain.choosing.materiality import FAR
@@ -58,17 +59,7 @@ def bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
     blows = found.library.scene.blows
     if blows is not None and BACKLASH not in _effects(found):
         out.append(only_heard(blows.ringing))
-    if abs(found.table.late_s) > _LATE_S:
-        later = "later" if found.table.late_s > 0.0 else "earlier"
-        out.append(
-            f"the velocity is reported {1e3 * abs(found.table.late_s):.1f} ms {later} than the "
-            "position, with which the torque is in step: it was brought in step with both"
-        )
-    if velocity_alone_is_late(found):
-        out.append(
-            "the velocity alone is late, and twin.toml holds that as a torque before the motion: "
-            "a velocity taken from the position needs neither"
-        )
+    out += [said for said in (edges_said(found), _late_velocity(found)) if said]
     closest = closest_said(found)
     noise = _more_than_the_floor(found, beside=bool(closest))
     if noise:
@@ -82,6 +73,23 @@ def bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
         if index not in compared:
             out.append(f"{run.name} was left out: no stretch of it is long enough to be compared")
     return tuple(out)
+
+
+def _late_velocity(found: Study) -> str:
+    """Return what a velocity is that comes later than the position; nothing where none does."""
+    late_s = found.table.late_s
+    if abs(late_s) > _LATE_S:
+        later = "later" if late_s > 0.0 else "earlier"
+        return (
+            f"the velocity is reported {1e3 * abs(late_s):.1f} ms {later} than the position, with "
+            "which the torque is in step: it was brought in step with both"
+        )
+    if velocity_alone_is_late(found):
+        return (
+            "the velocity alone is late, and twin.toml holds that as a torque before the motion: "
+            "a velocity taken from the position needs neither"
+        )
+    return ""
 
 
 def _more_than_the_floor(found: Study, *, beside: bool) -> str:

@@ -22,12 +22,14 @@ END_PERIODS = 1.5
 RUNS_FOR_FOLDS = 4
 """So many recordings are left out whole; of fewer, velocity steps."""
 
+EDGE_ARM_RAD = 2e-4
+"""Travel of the arm after a start or a reversal that is an edge."""
+
 STANDING_S = 0.1
 """A reversal crosses zero faster; longer is standstill."""
 
 _BLOCK_S = 2.0
 _MOST_BLOCKS = 240
-_EDGE_ARM_RAD = 2e-4
 _AT_ONE_SPEED = 0.5  # of the speed below which it may rest; a turn goes through twice that speed
 _SLIDES = 10.0  # times an edge's travel: by then contacts of most joints have slipped
 _UNKNOWN_SHARE = 0.05
@@ -94,7 +96,7 @@ def strata_of(
     """
     standing = np.zeros(full["time_s"].shape[0])
     edge, apart = np.zeros_like(standing), np.zeros_like(standing)
-    reach = _EDGE_ARM_RAD * gear_ratio
+    reach = EDGE_ARM_RAD * gear_ratio
     travel = travel_rad(full, pieces)
     ends = np.zeros(acceleration_rad_s2.shape[0], dtype=np.bool_)
     for piece in pieces:
