@@ -23,6 +23,7 @@ from agent.explain.verdict import OWN_NUMBERS, SHOWN
 
 _UNPROVEN = 1.5  # times the noise on unseen data, and no noise in kind: not all is explained
 _WORSE = 1.1  # times the error of the simulation as given: more, and a law has harmed
+_FAR_WORSE = 1.25  # or this, where a law explains a part anyway
 
 
 def unnamed(found: Study) -> Study:
@@ -98,7 +99,8 @@ def taken_back(verdict: Verdict, findings: Sequence[Finding], proven: Holdout) -
 
     They are taken back where unseen data were nearly noise without them, and are clearly worse with
     them: then what they were fitted to is not what the joint does. Where unseen data have a
-    mismatch of their own, a law may be right, and its numbers not: friction drifts on.
+    mismatch of their own, a law may be right, and its numbers not: friction drifts on. A law that
+    explains a part of what was fitted, and makes unseen data far worse, has neither.
 
     Parameters
     ----------
@@ -109,9 +111,11 @@ def taken_back(verdict: Verdict, findings: Sequence[Finding], proven: Holdout) -
     laws = [NAMES[f.effect] for f in findings if f.form != OWN_NUMBER and f.energy_share > 0.0]
     interval = proven.improvement_ci95_percent
     before, after = proven.baseline.rmse_nm, proven.extended.rmse_nm
-    if verdict not in ("explained", "tied") or not laws or interval is None or unproven(proven):
+    if not laws or interval is None or interval[1] >= 0.0:
         return ()
-    if interval[1] >= 0.0 or after <= _WORSE * before:
+    in_part = verdict == "partly-explained" and after > _FAR_WORSE * before
+    whole = verdict in ("explained", "tied") and after > _WORSE * before and not unproven(proven)
+    if not in_part and not whole:
         return ()
     return (
         f"{' and '.join(laws)} would carry what was fitted, and was taken back: on {proven.source} "
