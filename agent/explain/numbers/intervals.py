@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from agent.explain.choosing.preferred import GRAVITY, WEIGHT
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form
@@ -38,9 +39,10 @@ def with_intervals(library: Library, model: Model) -> Model:
     """
     derivatives, places = _derivatives(library, model)
     weighted = model.residual_nm * library.weighing.weight
-    reach = reach_of(
-        library.candidates, library.weighing, derivatives, weighted, named_effects(model)
-    )
+    named = named_effects(model)
+    if _weighs_beside(library, model):
+        named -= {WEIGHT}
+    reach = reach_of(library.candidates, library.weighing, derivatives, weighted, named)
     carried = library.scene.table.carried
     base = dict(model.base)
     for at, name in enumerate(np.array(BASE)[carried].tolist()):
@@ -56,6 +58,16 @@ def with_intervals(library: Library, model: Model) -> Model:
         parameters.append(only_together(term.scored.form, numbers))
     reaching = reaching_over_a_filter(model, parameters)
     return replace(model, base=base, parameters=reaching)
+
+
+def _weighs_beside(library: Library, model: Model) -> bool:
+    """Return whether the arm's weight is held as the twin has it, for what may stand for it.
+
+    Though a hose is told in its place, the weight is there as well, and as well known as the twin's
+    other numbers: five percent of it are a third of a hose's stiffness.
+    """
+    weighs = bool(np.any(library.scene.as_given[GRAVITY]))
+    return weighs and all(term.scored.form.effect != WEIGHT for term in model.terms)
 
 
 def only_together(form: Form, numbers: Mapping[str, Parameter]) -> dict[str, Parameter]:
