@@ -18,7 +18,7 @@ _ARM_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the inertia, behind the gear
 _ARM_FRICTION = (0.0, 0.15, 0.3, 0.45)  # of the dry friction, behind the gear
 _WHOLE = ((0.5, 0.3, 0.5), (0.5, 0.3, 1.0), (1.0, 0.3, 1.0), (1.0, 1.0, 1.0))
 _ALL = 1.2  # of what the refitted twin has, which may be a little low
-_MOST_UNDER_LOAD = 0.7  # with more a gear passes on less than three fifths of its torque
+_MOST_UNDER_LOAD = 0.6  # with more a gear passes on less than half: sqrt((1 - k)/(1 + k))
 _LEVELS_DIFFER, _SLOPES_DIFFER = DirectionDependent(1.0, 0.0), DirectionDependent(0.0, 1.0)
 
 
