@@ -35,6 +35,7 @@ from agent.explain.numbers.short_stroke import (
     gravity_in_question,
     in_its_place,
     in_question,
+    weight_is_worth_a_name,
     without_gravity,
 )
 from agent.explain.numbers.typical import at_typical
@@ -134,7 +135,8 @@ def study(twin: Twin, table: Table, among: Container[str] | None = None) -> Stud
     named = _named(library, twin)
     taken_for: frozenset[str] = frozenset()
     if in_question(library) and not in_its_place(named[1]):
-        taken_for = frozenset({PAYLOAD.effect})
+        if not weight_is_worth_a_name(library):
+            taken_for = frozenset({PAYLOAD.effect})
         library, not_judged, refitted = _library(twin, table, among, ask=False)
         named = _named(library, twin)
     cells = deficiency_map(library, lines=lines)

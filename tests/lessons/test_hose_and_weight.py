@@ -77,3 +77,25 @@ def test_of_two_laws_that_take_each_other_back_neither_is_known(
     terms = [Term(beside_weight, 0.0), Term(beside_hose, 0.0)]
     cancelled = cancelled_by(library, fit_model(library, TWIN, terms))
     assert cancelled == ({} if known else {0: 1, 1: 0})
+
+
+@pytest.mark.parametrize(("more_nm", "tied"), [(0.1, True), (1.0, False)])
+def test_a_straight_spring_stands_for_a_weight_as_far_as_noise_hides_the_rest(
+    more_nm: float, tied: bool
+) -> None:
+    """A sine of a hundred times the noise was tied with a spring that left four times as much.
+
+    One of ten times the noise was a wrong inertia and wrong friction, both as given within their
+    intervals: friction under a load, a copy of the weight here, had taken the weight's place.
+    """
+    given = replace(TWIN, gravity_sin_nm=0.5)
+
+    def heavier(points: SetPoints, at: Conditions) -> Floats:
+        del at
+        return np.asarray((0.5 + more_nm) * np.sin(points.position_rad / GEAR_RATIO))
+
+    short = stair((3, 10, 30), 0.9 * GEAR_RATIO, 24.0)
+    runs = [record(short, heavier, Conditions(started_s=100.0 * k), k) for k in range(3)]
+    (weight,) = findings_of(study(given, tabulate(given, runs)))
+    assert weight.effect == "gravity-imbalance"
+    assert [other.effect for other in weight.alternatives] == ["cable-force"] * tied

@@ -7,6 +7,7 @@ into the library, and stands beside them as one of their alternatives.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -30,6 +31,7 @@ from agent.physics.twin import Twin
 
 _ALIKE = 0.98  # of the energy beside the other numbers: on a stroke of radians a cosine is none
 _MISSED = 0.05  # of what gravity gains: a look-alike that misses more is none
+_SHOWS = 0.1  # of what is left on unseen data: a look-alike that leaves so much more is none
 _SURELY = 3.0  # standard errors, as between any two laws: what misses so much more is none either
 
 
@@ -93,6 +95,19 @@ def in_question(library: Library) -> bool:
     return any(candidate.form is PAYLOAD for candidate in library.candidates)
 
 
+def weight_is_worth_a_name(library: Library) -> bool:
+    """Return whether gravity alone removes what a name asks for, though another law removes more.
+
+    A load below the dry friction behind the gear makes that friction, in proportion to the load, a
+    copy of the load: the law that was chosen may be the weight's double, and is none of its rivals.
+    """
+    plain = library.errors([])
+    weight = next((s for s in library.rank([]) if s.form is PAYLOAD), None)
+    if weight is None:
+        return False
+    return float((plain - weight.blocks).sum()) >= least_gain(library, plain, [weight.candidate])
+
+
 def in_its_place(choice: Choice) -> bool:
     """Return whether something was found of what gravity may be taken for, or gravity itself."""
     effects = {term.scored.form.effect for term in choice.terms}
@@ -101,6 +116,9 @@ def in_its_place(choice: Choice) -> bool:
 
 def gravity_look_alikes(library: Library, twin: Twin, model: Model) -> tuple[str, ...]:
     """Return the effects whose columns copy the gravity that the twin does not know.
+
+    What they miss of it must not show in unseen data: of a weight a hundred times the noise a
+    straight spring misses less than a fiftieth, and that is surely no spring.
 
     Parameters
     ----------
@@ -115,7 +133,10 @@ def gravity_look_alikes(library: Library, twin: Twin, model: Model) -> tuple[str
         return ()
     names = np.array(BASE)[library.scene.table.carried].tolist()
     moved = np.array([model.base[names[i]].value - getattr(twin, names[i]) for i in gravity])
-    basis = basis_of(np.delete(library.base, gravity, axis=1))
+    rest = np.delete(library.base, gravity, axis=1)
+    basis = basis_of(rest)
+    beside = [term.candidate.columns for term in model.terms]
+    free = _errors(library, np.concatenate((library.base, *beside), axis=1))
     torque = library.base[:, gravity] @ moved
     torque = torque - basis @ (basis.T @ torque)
     energy = float(torque @ torque)
@@ -128,7 +149,11 @@ def gravity_look_alikes(library: Library, twin: Twin, model: Model) -> tuple[str
         own = candidate.columns - basis @ (basis.T @ candidate.columns)
         own = basis_of(own, like=candidate.columns)
         if energy > 0.0 and float(np.sum((own.T @ torque) ** 2)) > _ALIKE * energy:
-            out.append(effect)
+            copied = np.concatenate((rest, candidate.columns, *beside), axis=1)
+            loss = _errors(library, copied) - free
+            chance = _SURELY * float(np.std(loss)) * math.sqrt(loss.shape[0])
+            if float(loss.sum()) <= max(chance, _SHOWS * float(free.sum())):
+                out.append(effect)
     return tuple(out)
 
 

@@ -234,13 +234,15 @@ def _wrong_together(
     effects: list[str] = []
     while True:
         left = float(errors_of(library, case.columns(freed)).sum())
+        if left - best < material:
+            break
         groups = {
             effect: [*freed, *names]
             for effect, names in of.items()
             if effect not in effects and any(name in case.carried for name in names)
         }
-        if left - best < material or not groups:
-            break
+        if not groups:
+            return []  # what is wrong is none of these
         errors = {e: float(errors_of(library, case.columns(n)).sum()) for e, n in groups.items()}
         following = min(errors, key=lambda effect: errors[effect])
         effects.append(following)
