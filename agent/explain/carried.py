@@ -29,7 +29,6 @@ from agent.physics.rigid_body import gravity_columns
 _EFFECT = "gravity-imbalance"
 _GRAVITY, _INERTIA = ("gravity_sin_nm", "gravity_cos_nm"), "inertia_kg_m2"
 _SHOWN = 20  # recordings by name
-_REST = 0.1  # of what was taken off: so little more of it is the same
 
 
 @dataclass(frozen=True)
@@ -94,6 +93,28 @@ class Carried:
             return False
         return _left(without) < _left(as_it_is)
 
+    def joined_by(self, more: Carried | None, count: int) -> Carried | None:
+        """Return it with what is found once it is taken off; None where that is another load.
+
+        What is asked before all else is known comes out a few percent another than beside it. The
+        rest is told of the same recordings, or the other way round of all others.
+
+        Parameters
+        ----------
+        more : Carried or None
+        count : int
+            Of the recordings to learn from.
+        """
+        others = tuple(k for k in range(count) if k not in self.places)
+        if more is None or more.places not in (self.places, others):
+            return None
+        sign = 1.0 if more.places == self.places else -1.0
+        numbers = {
+            name: _moved(number, more.numbers[name], sign) if name in more.numbers else number
+            for name, number in self.numbers.items()
+        }
+        return replace(self, numbers=numbers)
+
     def finding(self) -> Finding:
         """Return it as a finding."""
         known = {name: p.value for name, p in self.numbers.items()}
@@ -118,6 +139,15 @@ class Carried:
             holdout_rmse_without_nm=self.without_nm,
             form=self.form,
         )
+
+
+def _moved(number: Parameter, by: Parameter, sign: float) -> Parameter:
+    """Return a number moved by another one, with the interval of what was asked last."""
+    value = number.value + sign * by.value
+    if by.ci95 is None:
+        return replace(number, value=value)
+    low, high = sorted(number.value + sign * end for end in by.ci95)
+    return Parameter(value, (low, high))
 
 
 def _left(table: Table) -> float:
@@ -174,42 +204,6 @@ def freed(
     return lighter, unseen, names
 
 
-def _with_its_rest(answer: Explanation, carried: Carried) -> tuple[Explanation, Carried]:
-    """Return an answer without a little more of what was taken off, and what was with it.
-
-    What is asked beside all else comes out a percent another than it was taken off by: that is the
-    same load, and no second one.
-    """
-    whole = _gravity_nm(carried.numbers)
-    rest = next(
-        (
-            finding
-            for finding in answer.findings
-            if finding.form in CARRIED_BY_SOME and _gravity_nm(finding.parameters) < _REST * whole
-        ),
-        None,
-    )
-    if rest is None:
-        return answer, carried
-    numbers = {
-        name: _moved(number, rest.parameters.get(name)) for name, number in carried.numbers.items()
-    }
-    others = tuple(finding for finding in answer.findings if finding is not rest)
-    return replace(answer, findings=others), replace(carried, numbers=numbers)
-
-
-def _gravity_nm(numbers: Mapping[str, Parameter]) -> float:
-    return math.hypot(*(numbers[name].value for name in _GRAVITY))
-
-
-def _moved(number: Parameter, by: Parameter | None) -> Parameter:
-    """Return a number moved by another one, with the interval of what was asked last."""
-    if by is None or by.ci95 is None:
-        return number
-    low, high = by.ci95
-    return Parameter(number.value + by.value, (number.value + low, number.value + high))
-
-
 def beside_carried(
     answer: Explanation, carried: Carried, held_out: Sequence[str], as_given: Fit
 ) -> Explanation:
@@ -224,7 +218,6 @@ def beside_carried(
     as_given : Fit
         Of the twin as given to the recordings as they are.
     """
-    answer, carried = _with_its_rest(answer, carried)
     everywhere = (*carried.names, *(f"{name} (held out)" for name in held_out))
     reason = (
         f"what {_listed(everywhere)} carr{'ies' if len(everywhere) == 1 else 'y'} was taken off "

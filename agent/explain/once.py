@@ -17,7 +17,7 @@ from agent.explain.answer.result import (
     fit_of,
 )
 from agent.explain.asked import Asked, tabulated
-from agent.explain.carried import beside_carried, carried_by_some, freed
+from agent.explain.carried import Carried, beside_carried, carried_by_some, freed
 from agent.explain.carrying import (
     Given,
     studied,
@@ -126,6 +126,7 @@ def asked_once(
         return beside_zeros(again, zeros, holdout, as_given), moments
     carried = None if known.carried else carried_by_some(found)
     if carried is not None:
+        carried = _all_of_it(carried, twin, runs, holdout, known)
         lighter, unseen, held_out = freed(carried, runs, holdout, found)
         known = replace(known, carried=True)
         again, moments = asked_once(twin, lighter, unseen, limits, known)
@@ -137,6 +138,21 @@ def asked_once(
     if known.doubted is not None:
         given = replace(given, twin=known.doubted.twin, refitted=known.doubted.refitted)
     return _explained(found, given, asked, limits, *names)
+
+
+def _all_of_it(
+    carried: Carried, twin: Twin, runs: Sequence[Run], holdout: Sequence[Run], known: Known
+) -> Carried:
+    """Return what some recordings carry, with what of it shows when it is taken off."""
+    there = set(carried.places)
+    lighter = [carried.taken_off(run) if k in there else run for k, run in enumerate(runs)]
+    try:
+        table = tabulated(twin, lighter, holdout, known.late_s, known.band_hz)[1]
+    except ValueError:
+        return carried
+    table = replace(without_creep(table, known.creep_rad_s), one_zero=known.one_zero)
+    more = carried_by_some(studied(twin, table)[0])
+    return carried.joined_by(more, len(runs)) or carried
 
 
 def _creep_beside(found: Study, table: Table) -> float:

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from agent.explain.answer.result import Explanation
+from agent.explain.carried import Carried
 from agent.explain.explain import explain
 from agent.explain.forms.carried import in_set
 from agent.explain.rows.run import Run
-from agent.identify.result import Floats
+from agent.identify.result import Floats, Parameter
 from tests.science.explain_joint import GEAR_RATIO, TWIN, Conditions, record, stair
 from trajectories import SetPoints
 
@@ -107,3 +108,30 @@ def test_recordings_that_carry_the_same_are_no_two_kinds() -> None:
 def test_a_set_of_recordings_is_a_numbers_bits() -> None:
     assert in_set((38.0,), 7) == (1, 2, 5)
     assert in_set((float(1 << 49),), 50) == (49,)
+
+
+@pytest.mark.parametrize(
+    ("places", "gravity_nm"), [((1, 3), 0.117), ((0, 2), 0.123), ((0, 1), None)]
+)
+def test_the_rest_of_a_load_is_that_loads(
+    places: tuple[int, ...], gravity_nm: float | None
+) -> None:
+    """It had been a second load, of two percent of the first: told of the others, the other way."""
+
+    def carried(places: tuple[int, ...], sin_nm: float) -> Carried:
+        cos = Parameter(0.01, (0.0, 0.02))
+        sine = Parameter(sin_nm, (sin_nm - 0.001, sin_nm + 0.001))
+        numbers = {"gravity_sin_nm": sine, "gravity_cos_nm": cos}
+        return Carried(places, tuple(f"run-{k}" for k in places), numbers, 1.0, 1.0, 0.0, 0.0, "")
+
+    first = carried((1, 3), 0.12)
+    joined = first.joined_by(carried(places, -0.003), 4)
+    if gravity_nm is None:
+        assert joined is None
+        return
+    assert joined is not None
+    found = joined.numbers["gravity_sin_nm"]
+    assert found.value == pytest.approx(gravity_nm)
+    assert found.ci95 == pytest.approx((gravity_nm - 0.001, gravity_nm + 0.001))
+    assert joined.places == first.places
+    assert first.joined_by(None, 4) is None
