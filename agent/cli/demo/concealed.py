@@ -62,8 +62,7 @@ def simulation_of(specification: FakeSpecification, *, robot: str, axis: int) ->
 def secrets_of(specification: FakeSpecification) -> tuple[Secret, ...]:
     """Return what the plain simulation of a fake joint lacks: its spring and its Stribeck effect.
 
-    The velocity that the drive reports is late by the filter's time constant, which is the torque's
-    lead on the motion.
+    The velocity that the drive reports is late by the filter's time constant.
     """
     joint = specification.joint
     friction = joint.friction.truth(specification.thermal.initial_degc)
@@ -79,10 +78,10 @@ def secrets_of(specification: FakeSpecification) -> tuple[Secret, ...]:
             friction.stribeck_velocity_rad_s,
         ),
         Secret(
-            "torque against velocity",
+            "velocity that comes late",
             "measurement-delay",
-            "torque_delay_s",
-            -specification.servo.velocity_filter_s,
+            "velocity_delay_s",
+            specification.servo.velocity_filter_s,
         ),
     )
 
