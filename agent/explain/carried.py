@@ -81,6 +81,10 @@ class Carried:
         lighter = replace(signals, torque_nm=signals.torque_nm - self.torque_nm(run))
         return replace(run, signals=lighter)
 
+    def taken_off_all(self, runs: Sequence[Run]) -> list[Run]:
+        """Return the recordings to learn from without it, those that it is not in as they are."""
+        return [self.taken_off(run) if k in self.places else run for k, run in enumerate(runs)]
+
     def is_in(self, run: Run, found: Study) -> bool:
         """Return whether a recording leaves less beside what was found if it carries this."""
         table = found.table
@@ -196,12 +200,10 @@ def freed(
     found : Study
         That it was found in.
     """
-    there = set(carried.places)
-    lighter = [carried.taken_off(run) if k in there else run for k, run in enumerate(runs)]
     in_it = [carried.is_in(run, found) for run in holdout]
     unseen = [carried.taken_off(r) if is_in else r for r, is_in in zip(holdout, in_it, strict=True)]
     names = [run.name for run, is_in in zip(holdout, in_it, strict=True) if is_in]
-    return lighter, unseen, names
+    return carried.taken_off_all(runs), unseen, names
 
 
 def beside_carried(

@@ -12,7 +12,7 @@ from agent.explain.choosing.materiality import FAR
 from agent.explain.closest import closest_said
 from agent.explain.driven import driven_or_heavier
 from agent.explain.driven_range import hangs_free
-from agent.explain.findings import velocity_alone_is_late
+from agent.explain.numbers.late_velocity import is_velocitys
 from agent.explain.numbers.warm_constant import right_at_degc
 from agent.explain.plausible import far_off, turned_gravity
 from agent.explain.rows.table import Table
@@ -84,7 +84,7 @@ def _late_velocity(found: Study) -> str:
             f"the velocity is reported {1e3 * abs(late_s):.1f} ms {later} than the position, with "
             "which the torque is in step: it was brought in step with both"
         )
-    if velocity_alone_is_late(found):
+    if any(is_velocitys(own, found.table) for own in found.model.parameters):
         return (
             "the velocity alone is late, and twin.toml holds that as a torque before the motion: "
             "a velocity taken from the position needs neither"

@@ -22,6 +22,7 @@ from agent.explain.forms.quantities import as_in_twin
 from agent.explain.location.dynamic_curves import excerpt, over_frequency
 from agent.explain.location.regions import AXIS, axis_values, curve_of, regions_of
 from agent.explain.numbers.cancelling import cancelled_by
+from agent.explain.numbers.late_velocity import as_velocitys, is_velocitys
 from agent.explain.numbers.model import beside_others
 from agent.explain.numbers.short_stroke import gravity_look_alikes
 from agent.explain.numbers.unshaken import UNKNOWN
@@ -29,14 +30,12 @@ from agent.explain.numbers.wrong import WrongNumber
 from agent.explain.rows.evidence import effective_size
 from agent.explain.rows.saturation import saturation_evidence
 from agent.explain.rows.scene import Scene
-from agent.explain.rows.table import Table
 from agent.explain.study import Study
 from agent.identify.result import Floats, Parameter
 from agent.numbers import parameter_unit
 from agent.physics.twin import Twin, TwinError
 
 _SWINGS = {"joint-flexibility": over_frequency, "backlash": excerpt}  # no mean along an axis
-_TORQUES, _SAME_LAG = "torque_delay_s", 0.25  # of the lag: a filter's is not all of one length
 _SAME_LIMIT = 0.02  # of a torque limit, beyond the interval: how tops are read, and rounded
 OFFSET_OR_ASYMMETRY = frozenset({"torque-offset", "direction-asymmetry"})
 _NUMBERS: Mapping[str, tuple[str, ...]] = {
@@ -112,8 +111,8 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
     where = regions_of(scene, weighing.rows, form.effect, form.name, added, own, order)
     parameters = _numbers(study, index)
     parameters.pop(RECORDINGS, None)  # which ones is no quantity
-    if _is_the_velocitys(parameters, study.table):
-        parameters = _of_velocity(parameters)
+    if is_velocitys(parameters, study.table):
+        parameters = as_velocitys(parameters)
     scale = float(np.sqrt(np.mean(1.0 / weighing.weight**2)))
     blows = scene.blows if heard(scene, form) else None
     told = sentences.finding_sentence(
@@ -174,30 +173,6 @@ def _numbers(study: Study, index: int) -> dict[str, Parameter]:
     if told.keys() != predicts.keys():  # without the noise the twin's law is another, or none
         return {name: Parameter.not_identified(UNKNOWN, p.value) for name, p in predicts.items()}
     return {name: _not_below_nothing(found) for name, found in told.items()}
-
-
-def velocity_alone_is_late(study: Study) -> bool:
-    """Return whether a delay was found that is the velocity's."""
-    return any(_is_the_velocitys(own, study.table) for own in study.model.parameters)
-
-
-def _is_the_velocitys(parameters: Mapping[str, Parameter], table: Table) -> bool:
-    """Return whether a motion that is late is the velocity alone.
-
-    It comes so much later than the position: then torque and position are in step.
-    """
-    delay = parameters.get(_TORQUES)
-    if delay is None or not table.velocity_late_s:
-        return False
-    return abs(delay.value + table.velocity_late_s) < _SAME_LAG * abs(table.velocity_late_s)
-
-
-def _of_velocity(parameters: Mapping[str, Parameter]) -> dict[str, Parameter]:
-    """Return a torque's delay as the velocity's."""
-    delay = parameters[_TORQUES]
-    ends = None if delay.ci95 is None else (-delay.ci95[1], -delay.ci95[0])
-    others = {name: each for name, each in parameters.items() if name != _TORQUES}
-    return {"velocity_delay_s": replace(delay, value=-delay.value, ci95=ends), **others}
 
 
 def _not_below_nothing(found: Parameter) -> Parameter:

@@ -144,9 +144,8 @@ def _all_of_it(
     carried: Carried, twin: Twin, runs: Sequence[Run], holdout: Sequence[Run], known: Known
 ) -> Carried:
     """Return what some recordings carry, with what of it shows when it is taken off."""
-    there = set(carried.places)
-    lighter = [carried.taken_off(run) if k in there else run for k, run in enumerate(runs)]
     try:
+        lighter = carried.taken_off_all(runs)
         table = tabulated(twin, lighter, holdout, known.late_s, known.band_hz)[1]
     except ValueError:
         return carried

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -129,7 +128,7 @@ def entered(
     named = _named(library, ranked, best, current, asked)
     if named is not None:
         if cancelling(library, [*(t.candidate for t in terms), named.candidate]):
-            return _in_other_forms(library, terms, current, named, asked)
+            return None
         accident = accident_of(library, terms, current, named)
         if accident is None:
             return None
@@ -146,32 +145,6 @@ def entered(
     if cancelling(library, [*(t.candidate for t in moved), beside.candidate]):
         return None
     return moved, beside, accident
-
-
-def _in_other_forms(
-    library: Library, terms: Sequence[Term], current: Floats, newcomer: Scored, asked: Asked
-) -> tuple[list[Term], Scored, float] | None:
-    """Return the same effects in forms that do not take each other back; None where none do.
-
-    A hose that stiffens was a straight spring as long as it was alone. Beside a weight a straight
-    spring ten times too strong, and as much weight against it, make the hose's cube.
-    """
-    for index, term in enumerate(terms):
-        others = [*(t.candidate for i, t in enumerate(terms) if i != index), newcomer.candidate]
-        effect, form = term.scored.form.effect, term.scored.form
-        alike = [c for c in library.candidates if c.form.effect == effect and c.form is not form]
-        for scored in replace(library, candidates=tuple(alike)).rank(others):
-            if worth(current, scored.blocks, *asked) < 0.0:
-                break
-            if cancelling(library, [*others, scored.candidate]):
-                continue
-            exchanged = list(terms)
-            exchanged[index] = replace(term, scored=scored)
-            moved, beside = both_moved(library, exchanged, newcomer)
-            accident = accident_of(library, moved, current, beside)
-            if accident is not None and worth(current, beside.blocks, *asked) >= 0.0:
-                return moved, beside, accident
-    return None
 
 
 def cancelling(library: Library, terms: Sequence[Candidate]) -> bool:

@@ -23,7 +23,7 @@ _ROUNDS = 6
 _NEAR = 3.0  # times the best's error on unseen data: a newcomer that is further off stays behind
 _MOST = 3  # newcomers
 _BETTER = 0.8  # of the best's error, both beside moved terms: then their numbers had hidden it
-_AS_SIMPLE = 0.97  # or this, for a law of no more numbers; as much will do for one of fewer
+_AS_SIMPLE = 0.97  # or this, for a law of no more numbers
 
 
 def together(library: Library, candidates: Sequence[Candidate]) -> list[Candidate]:
@@ -73,8 +73,7 @@ def newcomer_beside_moved(
         errors[effect] = moved, library.errors(moved)
     chosen = min(errors, key=lambda effect: float(errors[effect][1].sum()))
     moved, blocks = errors[chosen]
-    more = first_of[chosen].form.size - best.form.size
-    asked = _BETTER if more > 0 else _AS_SIMPLE if more == 0 else 1.0
+    asked = _AS_SIMPLE if first_of[chosen].form.size <= best.form.size else _BETTER
     if float(blocks.sum()) > asked * float(errors[best.form.effect][1].sum()):
         return list(terms), best
     return _as_moved(library, terms, first_of[chosen], moved, blocks)

@@ -81,18 +81,15 @@ def one_factor_does(
     table = library.scene.table
     if np.count_nonzero(library.scene.as_given[table.carried]) < _FEWEST:
         return False
-
-    def left(columns: Floats) -> float:
-        return _error(library, np.concatenate((columns, beside), axis=1))
-
-    without, refitted = left(own[:, :0]), left(own)
-    one = min(left(factor_column(library)), left(_nearly_one(library, own, beside)))
-    close = _LOST * refitted if told is None else _FEWER * left(told)
+    without, refitted = _left(library, own[:, :0], beside), _left(library, own, beside)
+    factors = factor_column(library), _nearly_one(library, own, beside)
+    one = min(_left(library, factor, beside) for factor in factors)
+    close = _LOST * refitted if told is None else _FEWER * _left(library, told, beside)
     nearly = one <= close and one - refitted <= _MISSED * (without - refitted)
     if not (one <= _ALIKE * refitted or nearly) or without - one < material:
         return False
     pairs = combinations(range(own.shape[1]), 2)
-    return all(left(own[:, list(pair)]) > _OUTDONE * one for pair in pairs)
+    return all(_left(library, own[:, list(pair)], beside) > _OUTDONE * one for pair in pairs)
 
 
 def may_be_one_factor(library: Library, twin: Twin) -> bool:
@@ -101,8 +98,8 @@ def may_be_one_factor(library: Library, twin: Twin) -> bool:
     if own.shape[1] < _FEWEST:
         return False
     beside = own[:, :0]
-    nearly = _error(library, _nearly_one(library, own, beside, (math.inf, _NEAR)))
-    return nearly <= _NEARLY * _error(library, own)
+    nearly = _left(library, _nearly_one(library, own, beside, (math.inf, _NEAR)), beside)
+    return nearly <= _NEARLY * _left(library, own, beside)
 
 
 def _own_columns(library: Library, twin: Twin) -> Floats:
@@ -115,10 +112,9 @@ def _instead(library: Library, own: Floats, beside: Floats) -> tuple[int, ...]:
     """Return the fewest numbers that leave no more than one factor does, the greatest first."""
 
     def left(numbers: Sequence[int]) -> float:
-        return _error(library, np.concatenate((own[:, list(numbers)], beside), axis=1))
+        return _left(library, own[:, list(numbers)], beside)
 
-    whole = np.concatenate((factor_column(library), beside), axis=1)
-    most = _AS_WELL * _error(library, whole)
+    most = _AS_WELL * _left(library, factor_column(library), beside)
     for count in (1, 2):
         best = min(combinations(range(own.shape[1]), count), key=left, default=())
         if best and left(best) <= most:
@@ -203,7 +199,8 @@ def one_factor(
     return Factor(factor, tuple(names[i] for i in _instead(library, own, beside)))
 
 
-def _error(library: Library, columns: Floats) -> float:
+def _left(library: Library, own: Floats, beside: Floats) -> float:
     """Return the squared error on unseen data; without columns, all of it."""
+    columns = np.concatenate((own, beside), axis=1)
     part = moments(columns, library.target, library.weighing.starts)
     return float((heldout(part, library.weighing.fold) if columns.shape[1] else part.square).sum())

@@ -101,11 +101,9 @@ def weight_is_worth_a_name(library: Library) -> bool:
     A load below the dry friction behind the gear makes that friction, in proportion to the load, a
     copy of the load: the law that was chosen may be the weight's double, and is none of its rivals.
     """
-    plain = library.errors([])
-    weight = next((s for s in library.rank([]) if s.form is PAYLOAD), None)
-    if weight is None:
-        return False
-    return float((plain - weight.blocks).sum()) >= least_gain(library, plain, [weight.candidate])
+    plain, weight = library.errors([]), [library.candidate(PAYLOAD, ())]
+    gained = float((plain - library.errors(weight)).sum())
+    return gained >= least_gain(library, plain, weight)
 
 
 def in_its_place(choice: Choice) -> bool:

@@ -1,0 +1,28 @@
+"""A motion that is late, or its velocity alone: the position may be in step with the torque."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from agent.explain.rows.table import Table
+from agent.identify.result import Parameter
+
+_DELAY = "torque_delay_s"
+_SAME = 0.25  # of the lag: a filter's is not the same at all frequencies
+
+
+def is_velocitys(parameters: Mapping[str, Parameter], table: Table) -> bool:
+    """Return whether a torque's lead is by how much the velocity comes later than the position."""
+    delay, late_s = parameters.get(_DELAY), table.velocity_late_s
+    if delay is None or not late_s:
+        return False
+    return abs(delay.value + late_s) < _SAME * abs(late_s)
+
+
+def as_velocitys(parameters: Mapping[str, Parameter]) -> dict[str, Parameter]:
+    """Return a torque's delay as the velocity's, beside the other numbers."""
+    delay = parameters[_DELAY]
+    ends = None if delay.ci95 is None else (-delay.ci95[1], -delay.ci95[0])
+    others = {name: each for name, each in parameters.items() if name != _DELAY}
+    return {"velocity_delay_s": replace(delay, value=-delay.value, ci95=ends), **others}
