@@ -86,6 +86,19 @@ PAIRS: tuple[tuple[str, str, str, str], ...] = (
         " the payload.",
     ),
     (
+        "cable-force",
+        "torque-offset",
+        "on a short stroke a spring's pull is nearly constant",
+        f"{_LONGER}: a cable's pull changes with the angle, an offset stays.",
+    ),
+    (
+        "cable-force",
+        "direction-asymmetry",
+        "on a short stroke a spring's pull is nearly constant, as a difference of the directions"
+        " is",
+        f"{_LONGER}: a cable's pull changes with the angle, a difference of the directions stays.",
+    ),
+    (
         "temperature-dependent-friction",
         "friction-drift",
         "in one warm-up temperature and time rise together",
