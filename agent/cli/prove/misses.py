@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from agent.cli.prove.case import CRASHED
 from agent.cli.prove.plan import OUTSIDER
 
 Case = Mapping[str, Any]
+
+_REFUSED = (CRASHED, "not-decidable")  # other verdicts' reasons only limit what was said
 
 
 def is_miss(case: Case) -> bool:
@@ -47,8 +50,10 @@ def _line(case: Case) -> str:
 def _said(case: Case) -> str:
     """Return the findings with their alternatives in brackets, or why there is none."""
     parts = []
-    for finding in case["explanation"].get("findings", []):
+    answer = case["explanation"]
+    for finding in answer.get("findings", []):
         tied = ", ".join(a["effect"] for a in finding["alternatives"])
         parts.append(f"{finding['effect']} ({tied})" if tied else finding["effect"])
-    why = "".join(f" ({reason})" for reason in case["explanation"].get("reasons", [])[:1])
+    reasons = answer.get("reasons", [])[:1] if answer["verdict"] in _REFUSED else []
+    why = "".join(f" ({reason})" for reason in reasons)
     return " + ".join(parts) or f"no name{why}"

@@ -373,6 +373,15 @@ def test_the_table_counts_groups_and_prints_every_miss() -> None:
     assert max(len(line) for line in text.splitlines()) <= 100
 
 
+def test_a_miss_without_a_name_tells_why_nothing_was_judged_and_no_caveat() -> None:
+    def line(verdict: str) -> str:
+        answer = said(verdict=verdict) | {"reasons": ["the joint never moved"]}
+        return miss_lines([case(RICH, label(RIPPLE), answer)])[-1]
+
+    assert line("not-decidable").endswith("no name (the joint never moved) [not-decidable]")
+    assert line("unexplained").endswith("no name [unexplained]")
+
+
 def test_no_case_makes_an_empty_table() -> None:
     summary = summary_of([])
     assert summary["names"] == {}
