@@ -74,6 +74,21 @@ def test_right_stamps_stay_however_uneven_and_coarse_the_encoder(steps: float) -
     assert stamp_errors_s(blind) is None
 
 
+def test_missing_rows_do_not_say_how_late_a_velocity_is() -> None:
+    """Across 0.15 s the speed changes much: stamps were "put right" by three times their error."""
+    rng = np.random.default_rng(5)
+    even_s: Floats = np.arange(4000, dtype=np.float64) * PERIOD_S + 1.0
+    uneven_s: Floats = even_s + 0.0006 * rng.uniform(-1.0, 1.0, even_s.size)
+    there = np.ones(even_s.size, dtype=np.bool_)
+    for first in (230, 700, 1900, 3100):
+        there[first : first + 19] = False
+    wrong = log(uneven_s[there], even_s[there])
+    errors = stamp_errors_s(wrong)
+    assert errors is not None
+    true_s = (even_s - uneven_s)[there]
+    assert np.std(errors - true_s) < 0.4 * np.std(true_s)
+
+
 def without_velocity(run: Run) -> Run:
     return replace(run, signals=replace(run.signals, velocity_rad_s=None))
 

@@ -81,8 +81,9 @@ def stamp_errors_s(run: Run) -> Floats | None:
     bend = np.zeros_like(between)
     bend[1:-1] = (velocity[3:] - velocity[2:-1] - velocity[1:-2] + velocity[:-3]) / 24.0
     lacks = np.diff(position) - (between - bend) * step_s
-    lacks -= _lag(np.diff(velocity), lacks)
-    fast &= np.abs(lacks) < 2.0 * np.abs(between) * period_s  # a gap, or a count that ran over
+    fast &= step_s < _GAP * period_s  # where rows are missing, the way between them is not known
+    fast &= np.abs(lacks) < 2.0 * np.abs(between) * period_s  # a count that ran over
+    lacks -= _lag(np.where(fast, np.diff(velocity), 0.0), lacks)
     pair = fast[1:] & fast[:-1]
     if int(pair.sum()) < _FEWEST:
         return None
