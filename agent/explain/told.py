@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from agent.explain.answer.result import Finding, Region, Verdict
+from agent.explain.answer.result import Finding, Verdict
 from agent.explain.carrying import Given, with_load
 from agent.explain.choosing.materiality import CLOSE
 from agent.explain.findings import findings_of
-from agent.explain.location.leftover import left_regions, line_regions
+from agent.explain.location.leftover import LeftWhere, left_where, line_regions
 from agent.explain.rows.evidence import effective_size
 from agent.explain.study import Study
 from agent.explain.surroundings import beside_the_joint, not_needed, swing_sentence, verdict_beside
@@ -68,10 +68,11 @@ class Told:
         left = left_share(self.found, self.findings)
         return min(left + sum(s.energy_share for s in self._modelled()), 1.0)
 
-    def left_where(self) -> tuple[Region, ...]:
-        """Return where that lies."""
+    def left_where(self) -> LeftWhere:
+        """Return where that lies, and what would have to vary there."""
         own = tuple(region for swing in self.swings for region in swing.where)
-        return (*own, *_left_where(self.found))
+        left = _left_where(self.found)
+        return replace(left, regions=(*own, *left.regions))
 
     def swings_said(self) -> tuple[str, ...]:
         """Return what is said of the swings."""
@@ -85,15 +86,15 @@ class Told:
         return tuple(swing for swing in self.swings if swing.effect in effects)
 
 
-def _left_where(found: Study) -> tuple[Region, ...]:
+def _left_where(found: Study) -> LeftWhere:
     """Return where what is left lies; nowhere where it is noise."""
     lines = line_regions(found.lines)
     if found.left.ratio <= CLOSE:
-        return lines
+        return LeftWhere(lines)
     library = found.library
     rows, weight = library.weighing.rows, library.weighing.weight
     left = found.model.residual_nm
     size = effective_size(found.table, library.weighing, left * weight)
-    axes = tuple(cell.axis for cell in found.left_cells if cell.counts)
-    own = left_regions(library.scene, rows, left, found.left.noise_nm, size / rows.shape[0], axes)
-    return (*lines, *own)
+    cells = tuple(cell for cell in found.left_cells if cell.counts)
+    own = left_where(library.scene, rows, left, found.left.noise_nm, size / rows.shape[0], cells)
+    return replace(own, regions=(*lines, *own.regions))

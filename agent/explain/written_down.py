@@ -78,7 +78,7 @@ def written_down(
     found, verdict, findings = told.found, told.verdict, told.findings
     table, rows = found.table, found.library.weighing.rows
     measured = table.measured_nm[rows]
-    share, where = told.left_share(), told.left_where()
+    share, left = told.left_share(), told.left_where()
     floors = found.left.over_floor if found.left.noise_all_the_same else 1.0
     if verdict in ("explained", "tied") and unproven(proven, floors):
         verdict = "partly-explained"
@@ -98,7 +98,8 @@ def written_down(
         holdout=proven,
         findings=findings,
         unexplained_share=share,
-        unexplained_where=where,
+        unexplained_where=left.regions,
+        unexplained_varies=left.varies,
         cells=found.cells,
         moved=_moves(found),
         next_experiment=menu[0] if menu else None,

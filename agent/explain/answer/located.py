@@ -17,7 +17,8 @@ class Region:
     """Where along one axis of the recordings a mismatch lives.
 
     `variable` is a word of contract section 6; `seconds` is how much of the recordings lies there
-    and `share` which part of the mismatch's energy.
+    and `share` which part of the mismatch's energy. `everywhere` says that next to all of the
+    recordings lies there.
     """
 
     variable: str
@@ -25,6 +26,7 @@ class Region:
     upper: float
     seconds: float = math.nan
     share: float = math.nan
+    everywhere: bool = False
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
@@ -60,6 +62,27 @@ class Cell:
             "p_value": self.p_value,
             "counts": self.counts,
         }
+
+
+@dataclass(frozen=True)
+class Varying:
+    """A number of the twin that carries a mismatch without a name, if it varies along an axis.
+
+    `number` is one of the deficiency map's, `variable` its axis and `share` which part of the
+    mismatch it carries so. `more` (m,) is by how much the number differs at `at` (m,) from what it
+    usually is, in its own unit (the load and the whole torque: in units of themselves), and `half`
+    (m,) half of the 95 % interval. `regions` is where it clearly differs, the strongest first, and
+    `amounts` by how much on average.
+    """
+
+    number: str
+    variable: str
+    share: float
+    at: Floats
+    more: Floats
+    half: Floats
+    regions: tuple[Region, ...]
+    amounts: tuple[float, ...]
 
 
 @dataclass(frozen=True)

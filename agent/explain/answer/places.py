@@ -55,7 +55,7 @@ def place_in_words(region: Region | None, effect: str = "") -> str:
     effect : str
         One that fills its axis is said to: ``at all speeds``.
     """
-    if region is None:
+    if region is None or region.everywhere:
         return "over the whole cycle"
     name, low, high = region.variable, region.lower, region.upper
     if _FILLS.get(effect) == name:
@@ -74,7 +74,10 @@ def place_in_words(region: Region | None, effect: str = "") -> str:
     if effect == "backlash" and name == "load_torque_nm":
         return "while the load on the gear changes sides"
     if name == "after_reversal_s":
-        return _after_reversal(low, high)
+        scale, unit = (1e3, "ms") if high < 1.0 else (1.0, "s")
+        return _after_reversal(scale * low, scale * high, unit)
+    if name == "after_reversal_rad":
+        return _after_reversal(low, high, "rad of the motor")
     if name == "frequency_hz" and not effect and high < _LINE * low:
         return f"at {_short(0.5 * (low + high))} Hz, whatever the joint does"
     if name == "frequency_hz":
@@ -83,12 +86,10 @@ def place_in_words(region: Region | None, effect: str = "") -> str:
     return f"{said} from {_short(scale * low)} to {_short(scale * high)} {unit}".rstrip()
 
 
-def _after_reversal(low: float, high: float) -> str:
-    scale, unit = (1e3, "ms") if high < 1.0 else (1.0, "s")
+def _after_reversal(low: float, high: float, unit: str) -> str:
     if low <= 0.1 * high:
-        return f"in the first {_short(scale * high)} {unit} after a start or a reversal"
-    times = f"{_short(scale * low)} to {_short(scale * high)} {unit}"
-    return f"from {times} after a start or a reversal"
+        return f"in the first {_short(high)} {unit} after a start or a reversal"
+    return f"from {_short(low)} to {_short(high)} {unit} after a start or a reversal"
 
 
 def _times(order: float) -> str:

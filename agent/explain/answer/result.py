@@ -23,6 +23,7 @@ from agent.explain.answer.located import (
     PlannedRun,
     Region,
     Ringing,
+    Varying,
 )
 from agent.explain.answer.small_share import weighed
 from agent.physics.twin import Twin
@@ -43,6 +44,7 @@ __all__ = [
     "Region",
     "Ringing",
     "Trace",
+    "Varying",
     "Verdict",
     "fit_of",
 ]
@@ -76,6 +78,8 @@ class Explanation:
     unexplained_where : tuple of Region
     unexplained_curves : tuple of Curve
         Spectra of what swings at a frequency of its own.
+    unexplained_varies : Varying or None
+        The number of the twin that would have to vary, and along which axis.
     cells : tuple of Cell
         The deficiency map of the refitted twin.
     moved : tuple of Moved
@@ -120,6 +124,7 @@ class Explanation:
     twin: Twin | None = None
     traces: tuple[Trace, ...] = ()
     unexplained_curves: tuple[Curve, ...] = ()
+    unexplained_varies: Varying | None = None
     band_hz: float = math.nan
     beside: str = ""
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from agent.explain.answer.amounts import percent, torque
+from agent.explain.answer.as_if import as_if
 from agent.explain.answer.names import COSTS_NO_TORQUE, OWN_EFFECT, OWN_NUMBER, effect_name
 from agent.explain.answer.places import place_in_words
 from agent.explain.answer.result import Explanation, Finding, Holdout
@@ -142,14 +143,24 @@ def _costs_torque(finding: Finding) -> bool:
     return finding.effect not in COSTS_NO_TORQUE or finding.form == OWN_EFFECT
 
 
+def _lies(explanation: Explanation, place: str) -> str:
+    """Return where what has no name lies: best of all by the number that would have to vary."""
+    varies, left = explanation.unexplained_varies, explanation.unexplained_where
+    if varies is not None:
+        return as_if(varies)
+    if not place:
+        return "It follows nothing that was recorded."
+    return f"It lies {place}." if left[0].everywhere else f"It is greatest {place}."
+
+
 def _left_sentence(explanation: Explanation) -> str:
     """Return how much has no name, and where it lies."""
     findings, left = explanation.findings, explanation.unexplained_where
     floor_nm, refitted_nm = explanation.floor.value_nm, explanation.refitted.rmse_nm
     place = " and ".join(dict.fromkeys(place_in_words(region) for region in left[:2]))
     measured = math.isfinite(floor_nm)
-    lies = f"It is greatest {place}" if place else "It follows nothing that was recorded"
-    lies += "." if measured else ", and how much of it is noise could not be measured."
+    lies = _lies(explanation, place)
+    lies += "" if measured else " How much of it is noise could not be measured."
     if findings and all(f.form == OWN_NUMBER for f in findings):
         return f"What these numbers do not explain has no name in the library. {lies}"
     if findings:

@@ -3,40 +3,57 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.answer.result import Region
+from agent.explain.answer.located import Cell, Region, Varying
+from agent.explain.location.deficiency import parameters_of
 from agent.explain.location.regions import axis_values, row_seconds
+from agent.explain.location.varying import FEWEST, OF_GREATEST, Bins, varying
 from agent.explain.rows.lines import Line
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 
-_BINS = 30
-_FEWEST = 8
 _ABOVE = 1.15  # times the noise's root mean square: less is not said to lie anywhere
 _SIGMAS = 3.0
-_LEAST_SHARE = 0.15
-_OF_GREATEST = 0.2  # of the greatest excess: what lies everywhere is still greatest somewhere
 _MOST_AXES, _MOST_REGIONS = 2, 3
 _HALF_ORDER = 0.5
+_EVERYWHERE = 0.8  # of the rows: a place that is so large is none
+_TRAVEL = "after_reversal_rad"
 _AS_COLUMN = {
     "direction": "velocity_rad_s",
-    "after_reversal_rad": "after_reversal_s",
+    _TRAVEL: "after_reversal_s",
     "elapsed_s": "recording",
 }
 
 
-def left_regions(
+@dataclass(frozen=True)
+class LeftWhere:
+    """Where a mismatch without a name lies, and which number would have to vary there.
+
+    Parameters
+    ----------
+    regions : tuple of Region
+        Connected, with seconds; `share` is of the residual's energy above the noise.
+    varies : Varying or None
+        Of the cell of the deficiency map that gains most.
+    """
+
+    regions: tuple[Region, ...] = ()
+    varies: Varying | None = None
+
+
+def left_where(
     scene: Scene,
     rows: NDArray[np.int64],
     left_nm: Floats,
     floor_nm: float,
     independent: float,
-    axes: tuple[str, ...],
-) -> tuple[Region, ...]:
-    """Return where along some axes a residual exceeds the noise, connected, with seconds.
+    cells: Sequence[Cell],
+) -> LeftWhere:
+    """Return where along some axes a residual exceeds the noise.
 
     Parameters
     ----------
@@ -47,33 +64,63 @@ def left_regions(
     floor_nm : float
     independent : float
         Share of the rows that counts as independent.
-    axes : tuple of str
-        As the deficiency map names them, the most telling first.
-
-    Returns
-    -------
-    tuple of Region
-        `share` is of the residual's energy above the noise.
+    cells : sequence of Cell
+        Those of the deficiency map that count, the most telling first.
     """
     out: list[Region] = []
     seen: list[str] = []
-    for axis in axes:
-        if axis.startswith("frequency_hz"):
+    columns, row_s = parameters_of(scene), row_seconds(scene.table.pieces)
+
+    def varies(cell: Cell, bins: Bins, there: NDArray[np.bool_]) -> Varying | None:
+        column, number = columns[cell.parameter][rows][there], _number(cell.parameter, scene)
+        return varying(bins, number, column, left_nm[there], floor_nm, independent, row_s)
+
+    first: Varying | None = None
+    for cell in cells:
+        if cell.axis.startswith("frequency_hz"):
             continue
-        variable = _variable(axis, scene)
+        variable = _variable(cell.axis, scene)
         if variable in seen or len(seen) == _MOST_AXES:
             continue
         if variable.startswith("order_per_"):
-            order = float(axis.split()[1])
+            order = float(cell.axis.split()[1])
             half = min(_HALF_ORDER, 0.5 * order)
-            found = [Region(variable, order - half, order + half)]
-        else:
-            values = axis_values(scene, variable)[rows]
-            found = _above_noise(scene, variable, values, left_nm, floor_nm, independent)
+            seen.append(variable)
+            out.append(Region(variable, order - half, order + half))
+            continue
+        values = axis_values(scene, variable)[rows]
+        there = np.isfinite(values)
+        bins = Bins.of(variable, values[there])
+        if bins is None:
+            continue
+        own = varies(cell, bins, there)
+        found = (
+            own.regions if own else _above_noise(bins, left_nm[there], floor_nm, independent, row_s)
+        )
+        first = own if cell is cells[0] else first
         if found:
             seen.append(variable)
             out += found
-    return tuple(out[:_MOST_REGIONS])
+    if cells and cells[0].axis == _TRAVEL:
+        bins = Bins.of(_TRAVEL, scene.table.rows["travel_rad"][rows])
+        everywhere = np.ones(rows.shape[0], dtype=np.bool_)
+        by_travel = None if bins is None else varies(cells[0], bins, everywhere)
+        first = _more_telling(first, by_travel)
+    return LeftWhere(_places(out, row_s * rows.shape[0])[:_MOST_REGIONS], first)
+
+
+def _more_telling(by_time: Varying | None, by_travel: Varying | None) -> Varying | None:
+    """Return what varies since a reversal along the axis on which it carries more."""
+    if by_time is None or by_travel is None:
+        return by_time or by_travel
+    return by_time if by_time.share >= by_travel.share else by_travel
+
+
+def _places(regions: Sequence[Region], whole_s: float) -> tuple[Region, ...]:
+    """Return the regions that are places; where there is none, what lies everywhere, as that."""
+    large = [region.seconds > _EVERYWHERE * whole_s for region in regions]
+    places = tuple(r for r, everywhere in zip(regions, large, strict=True) if not everywhere)
+    return places or tuple(replace(region, everywhere=True) for region in regions[:1])
 
 
 def line_regions(lines: Sequence[Line]) -> tuple[Region, ...]:
@@ -89,6 +136,12 @@ def line_regions(lines: Sequence[Line]) -> tuple[Region, ...]:
     )
 
 
+def _number(parameter: str, scene: Scene) -> str:
+    """Return what a column of the map is one of: of the load, where there is one, its own part."""
+    loaded = parameter != "gravity" or bool(np.any(scene.theta[3:5]))
+    return parameter if loaded else "gravity_sin_nm"
+
+
 def _variable(axis: str, scene: Scene) -> str:
     """Return the word of contract section 6 for an axis of the map."""
     kind = axis.split(maxsplit=1)[0]
@@ -98,55 +151,15 @@ def _variable(axis: str, scene: Scene) -> str:
 
 
 def _above_noise(
-    scene: Scene,
-    variable: str,
-    values: Floats,
-    left_nm: Floats,
-    floor_nm: float,
-    independent: float,
-) -> list[Region]:
+    bins: Bins, left_nm: Floats, floor_nm: float, independent: float, row_s: float
+) -> tuple[Region, ...]:
     """Return the connected bins in which the residual is clearly more than noise."""
-    good = np.isfinite(values)
-    values, square = values[good], left_nm[good] ** 2
-    edges = _edges(values, variable)
-    if edges.shape[0] < 2:
-        return []
-    index = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, edges.shape[0] - 2)
-    count = np.bincount(index, minlength=edges.shape[0] - 1).astype(np.float64)
-    total = np.bincount(index, square, edges.shape[0] - 1)
-    mean = total / np.maximum(count, 1.0)
-    chance = _SIGMAS * np.sqrt(2.0 / np.maximum(count * independent, 1.0))
+    total = bins.total(left_nm**2)
+    mean = total / np.maximum(bins.count, 1.0)
+    chance = _SIGMAS * np.sqrt(2.0 / np.maximum(bins.count * independent, 1.0))
     high = mean > floor_nm**2 * np.maximum(_ABOVE**2, 1.0 + chance)
-    high &= count >= _FEWEST
+    high &= bins.count >= FEWEST
     greatest = max(float(mean[high].max()) - floor_nm**2, 0.0) if high.any() else 0.0
-    high &= mean - floor_nm**2 >= _OF_GREATEST * greatest
-    excess = np.maximum(total - count * floor_nm**2, 0.0)
-    ends = np.flatnonzero(np.diff(_joined(high).astype(np.int8), prepend=0, append=0))
-    out = []
-    for begin, end in zip(ends[::2], ends[1::2], strict=True):
-        share = float(excess[begin:end].sum()) / max(float(excess.sum()), 1e-300)
-        if share < _LEAST_SHARE:
-            continue
-        seconds = row_seconds(scene.table.pieces) * float(count[begin:end].sum())
-        low, up = float(edges[begin]), float(edges[end])
-        if variable == "recording":
-            low, up = low + 0.5, up - 0.5
-        out.append(Region(variable, low, up, seconds, share))
-    return sorted(out, key=lambda region: -region.share)
-
-
-def _joined(high: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return flags with single holes closed: one quiet bin does not make two places of one."""
-    out = high.copy()
-    out[1:-1] |= high[:-2] & high[2:]
-    return out
-
-
-def _edges(values: Floats, variable: str) -> Floats:
-    if variable == "recording":
-        return np.append(np.unique(values) - 0.5, float(values.max()) + 0.5)
-    points = np.linspace(0.0, 1.0, _BINS + 1)
-    if variable in ("velocity_rad_s", "acceleration_rad_s2", "after_reversal_s"):
-        return np.unique(np.quantile(values, points))
-    low, high = (float(x) for x in np.quantile(values, [0.001, 0.999]))
-    return low + (high - low) * points if high > low else np.zeros(0)
+    high &= mean - floor_nm**2 >= OF_GREATEST * greatest
+    excess = np.maximum(total - bins.count * floor_nm**2, 0.0)
+    return bins.regions(high, excess, row_s)

@@ -27,6 +27,7 @@ from agent.report.explanation.pictures import (
     spectrum_pictures,
     trace_pictures,
     unshaded,
+    varying_picture,
 )
 from agent.report.explanation.words import (
     briefly,
@@ -49,7 +50,7 @@ from agent.report.page import render
 
 _IN_NUMBERS = (
     *("tiles", "findings", "errors", "proof_picture", "proof_facts", "opened", "folded"),
-    *("spectra", "left_over", "unshaded", "map", "moved", "moved_picture", "floor"),
+    *("spectra", "varies", "left_over", "unshaded", "map", "moved", "moved_picture", "floor"),
 )
 
 
@@ -179,6 +180,7 @@ def _in_numbers(explanation: Explanation, head: Head) -> Mapping[str, Any]:
         "folded": folded,
         "undrawn": undrawn,
         "spectra": spectrum_pictures(explanation),
+        "varies": varying_picture(explanation),
         "left_over": left_over_pictures(explanation),
         "unshaded": unshaded(explanation),
         "map": heat_map(explanation.cells),

@@ -25,6 +25,7 @@ from agent.report.explanation.figure_left import (
 from agent.report.explanation.figure_moved import figure_moved, moved_in_words
 from agent.report.explanation.figure_proof import error_rows, errors_in_words, figure_errors
 from agent.report.explanation.figure_spectrum import figure_spectrum, spectrum_in_words
+from agent.report.explanation.figure_varying import figure_varying, varying_in_words
 from agent.report.explanation.places import variable
 from agent.report.figures.canvas import data_uri
 
@@ -101,11 +102,25 @@ def spectrum_pictures(explanation: Explanation) -> list[Picture]:
     ]
 
 
+def varying_picture(explanation: Explanation) -> Picture | None:
+    """Return which number would have to vary where no law carries a mismatch; None for none."""
+    varies = explanation.unexplained_varies
+    if varies is None:
+        return None
+    return _picture(
+        figure_varying(varies), figure_varying(varies, narrow=True), varying_in_words(varies)
+    )
+
+
 def left_over_pictures(explanation: Explanation) -> list[Picture]:
-    """Return what is left along the axis of every region that has no explanation."""
+    """Return what is left along the axes of regions without an explanation, each in its turn.
+
+    Along the axis of a number that would have to vary its own picture shows more.
+    """
     pictures = []
-    where = explanation.unexplained_where
-    for name in dict.fromkeys(region.variable for region in where):
+    where, varies = explanation.unexplained_where, explanation.unexplained_varies
+    drawn = None if varies is None else varies.variable
+    for name in dict.fromkeys(r.variable for r in where if r.variable != drawn):
         left = left_over(_shown(explanation), name)
         if left is not None:
             pictures.append(

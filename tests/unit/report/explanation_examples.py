@@ -28,6 +28,7 @@ from agent.explain.answer.result import (
     NextExperiment,
     Region,
     Trace,
+    Varying,
     fit_of,
 )
 from agent.explain.answer.sentences import finding_sentence, number_sentence
@@ -388,7 +389,17 @@ def unexplained() -> Explanation:
             _holdout(made), extended=Fit(), improvement_percent=math.nan, floor_ratio=math.nan
         ),
         unexplained_share=0.97,
-        unexplained_where=(Region("velocity_rad_s", 28.0, 48.0, 14.0, 0.5),),
+        unexplained_where=(fast := Region("velocity_rad_s", 28.0, 48.0, 14.0, 0.5),),
+        unexplained_varies=Varying(
+            "coulomb_nm",
+            "velocity_rad_s",
+            0.5,
+            at=np.linspace(-48.0, 48.0, 25),
+            more=np.where(np.linspace(-48.0, 48.0, 25) > 28.0, 0.2, 0.0),
+            half=np.full(25, 0.01),
+            regions=(fast,),
+            amounts=(0.2,),
+        ),
         aliases=(("direction-asymmetry", "torque-offset"),),
     )
 
