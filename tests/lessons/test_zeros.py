@@ -58,3 +58,30 @@ def test_one_zero_that_all_recordings_share_is_a_constant_torque() -> None:
     (finding,) = answer.findings
     assert finding.form != OWN_ZEROS
     assert {finding.effect, *(a.effect for a in finding.alternatives)} >= {"torque-offset"}
+
+
+def one_way(index: int, coulomb_nm: float) -> Run:
+    """Return a recording of a joint that turns one way alone, at several speeds."""
+    period_s = 0.004
+    time_s: Floats = np.arange(6000, dtype=np.float64) * period_s
+    velocity: Floats = 35.0 + 25.0 * np.tanh(4.0 * np.sin(0.9 * time_s + index))
+    torque = TWIN.inertia_kg_m2 * np.gradient(velocity, period_s)
+    torque += TWIN.viscous_nm_s_per_rad * velocity + coulomb_nm
+    torque += 0.02 * np.random.default_rng(index).standard_normal(time_s.size)
+    columns = {
+        "time_s": time_s,
+        "position_rad": np.cumsum(velocity) * period_s,
+        "velocity_rad_s": velocity,
+        "torque_nm": torque,
+    }
+    return Run.from_columns(columns, TWIN.gear_ratio, name=f"run-{index}")
+
+
+def test_where_a_joint_turns_one_way_a_zero_is_no_other_thing_than_friction() -> None:
+    """Zeros of 19 N m beside a Coulomb friction of -17.6 N m were told of 20 mN m of wear."""
+    worn = [one_way(i, TWIN.coulomb_nm * (1.0 + 0.04 * i)) for i in range(7)]
+    answer = explain(TWIN, worn[:5], worn[5:])
+    assert not any(f.form == OWN_ZEROS for f in answer.findings)
+    assert answer.twin is None or answer.twin.coulomb_nm > 0.0
+    moved = {m.parameter: m.extended.value for m in answer.moved}
+    assert 0.5 * TWIN.coulomb_nm < moved["coulomb_nm"] < 2.0 * TWIN.coulomb_nm

@@ -49,11 +49,15 @@ def _recording_by_recording(scene: Scene, point: Point) -> Floats:
 
 
 def _as_left(scene: Scene) -> Sequence[Point]:
-    """Return the zeros that are left beside the twin's own numbers."""
+    """Return the zeros that are left beside the twin's own numbers.
+
+    None where a recording slides one way alone: there a zero and dry friction are the same.
+    """
     table = scene.table
     rows, count = table.sliding, len(table.runs)
     own = table.run[rows, np.newaxis] == np.arange(count)
-    if not own.any(axis=0).all():
+    forward = table.rows["velocity_rad_s"][rows] > 0.0
+    if not (own[forward].any(axis=0) & own[~forward].any(axis=0)).all():
         return ()
     columns = np.column_stack((own.astype(np.float64), table.base[rows][:, table.carried]))
     found = solve(columns.T @ columns, columns.T @ scene.residual_nm[rows])
