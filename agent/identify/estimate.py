@@ -14,6 +14,7 @@ from agent.identify.friction.curve import CurveFit, friction_curve
 from agent.identify.friction.models import fit_friction_models
 from agent.identify.friction.passes import PositionTorque
 from agent.identify.objections import jumps, objections, too_few_speeds, too_slow
+from agent.identify.possible import possible_body, possible_models
 from agent.identify.result import (
     Estimate,
     FrictionModelFit,
@@ -107,7 +108,8 @@ def identify(
     if reasons:
         return _undecided(motions, windows, reasons)
     body = with_twin_numbers(beside_law(regression, models), regression.rows, models)
-    body = None if body is None else without_negative_inertia(body)
+    body = possible_body(None if body is None else without_negative_inertia(body))
+    models = possible_models(models)
     unseen = None if validation is None or body is None else _motion_of(validation)
     validated = None
     if unseen is not None and body is not None:

@@ -243,7 +243,9 @@ def _inertia(estimate: Estimate) -> tuple[float, float]:
     found = None if body is None else body.parameters.get("inertia_kg_m2")
     if found is None or not found.identified or found.ci95 is None:
         return math.nan, math.nan
-    return found.value, (found.ci95[1] - found.ci95[0]) / (2.0 * _NORMAL_975)
+    low, high = found.ci95
+    half = 0.5 * (high - low) if low > 0.0 else high - found.value  # cut at zero: half is missing
+    return found.value, half / _NORMAL_975
 
 
 def _parts(metadata: Mapping[str, Any]) -> dict[str, str]:
