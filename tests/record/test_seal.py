@@ -223,3 +223,16 @@ def test_the_commands_from_a_folder_to_a_verified_catalogue(tmp_path: Path) -> N
     assert run(app, ["verify", str(tmp_path)]).exit_code == 0  # gone with its seal: retention
     write(recording(150), tmp_path / "run3.parquet")
     assert run(app, ["verify", str(tmp_path)]).exit_code == 1  # not what the verdict stands on
+
+
+def test_who_lists_makes_no_catalogue(tmp_path: Path) -> None:
+    made(tmp_path, "run1")
+    before = sorted(tmp_path.iterdir())
+    elsewhere = f"sqlite:///{tmp_path / 'elsewhere.sqlite'}"
+    for more, name in (([], "catalogue.sqlite"), (["--catalogue", elsewhere], "elsewhere.sqlite")):
+        for as_json in ([], ["--json"]):
+            answer = CliRunner().invoke(app, ["catalogue", "list", str(tmp_path), *more, *as_json])
+            assert isinstance(answer.exception, InputError)
+            assert f"There is no catalogue {tmp_path / name}." in str(answer.exception)
+            assert answer.stdout == ""
+    assert sorted(tmp_path.iterdir()) == before

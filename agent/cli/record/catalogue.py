@@ -16,7 +16,7 @@ from agent.errors import InputError
 from agent.night.description import KINDS
 from agent.record.catalogue.catalogue import Catalogue, RecordingRow, VerdictRow
 from agent.record.catalogue.rows import in_utc
-from agent.record.catalogue.schema import catalogue_url, shown
+from agent.record.catalogue.schema import catalogue_url, is_there, shown
 from agent.record.events_file import Event
 from agent.record.reading import find
 from agent.record.retention import MEGABYTE, Limits, apply_retention, plan_retention
@@ -37,8 +37,20 @@ def run_list(
     folder: Path, robot: str | None, axis: int | None, newest: int | None, url: str | None,
     *, as_json: bool,
 ) -> None:  # fmt: skip
-    """Print recordings with their newest verdict, oldest first."""
+    """Print recordings with their newest verdict, oldest first.
+
+    Raises
+    ------
+    agent.errors.InputError
+        There is no catalogue: who reads makes none.
+    """
     _insist(folder)
+    where = catalogue_url(folder, url)
+    if not is_there(where):
+        raise InputError(
+            f"There is no catalogue {shown(where)}.",
+            f"`stribeck catalogue rebuild {folder}` makes one from the folder's files.",
+        )
     with Catalogue(folder, url) as catalogue:
         rows = catalogue.recordings(robot=robot, axis=axis, newest=newest)
         verdicts = {v.recording_sha256: v for v in catalogue.verdicts(robot=robot, axis=axis)}

@@ -64,6 +64,11 @@ def is_sqlite(url: sa.URL) -> bool:
     return url.get_backend_name() == "sqlite"
 
 
+def is_there(url: sa.URL) -> bool:
+    """Tell whether there is something to open; a server is asked when it is."""
+    return not is_sqlite(url) or url.database is None or Path(url.database).exists()
+
+
 def open_engine(url: sa.URL) -> sa.Engine:
     """Return an engine whose transactions are what SQLite (in WAL) and PostgreSQL both mean.
 
