@@ -24,7 +24,7 @@ from agent.record.verdict_file import read_verdict, verdict_path, write_verdict
 from agent.record.verify import Recomputed, verify
 from agent.record.writing import write
 from tests.record.test_catalogue import made, verdict_on
-from tests.unit.record.samples import recording
+from tests.unit.record.samples import metadata, recording
 
 NOW = "2026-04-01T00:00:00.000Z"
 
@@ -213,10 +213,11 @@ def test_the_commands_from_a_folder_to_a_verified_catalogue(tmp_path: Path) -> N
     assert not (tmp_path / "run2.parquet").exists()
     assert run(app, ["verify", str(tmp_path)]).exit_code == 0
     folder = str(tmp_path)
-    noted = run(app, ["catalogue", "note", folder, "oil", "new oil", "--robot", "r", "--axis", "1"])
+    robot = ["--robot", metadata().robot]
+    noted = run(app, ["catalogue", "note", folder, "oil", "new oil", *robot, "--axis", "1"])
     assert "line 1" in noted.stdout
     for bad in (["alarm", "x"], ["oil", "x", "--at", "gestern"]):
-        answer = run(app, ["catalogue", "note", folder, *bad, "--robot", "r"])
+        answer = run(app, ["catalogue", "note", folder, *bad, *robot])
         assert isinstance(answer.exception, InputError)
     seal_path(tmp_path / "run3.parquet").unlink()
     (tmp_path / "run3.parquet").unlink()
@@ -236,3 +237,31 @@ def test_who_lists_makes_no_catalogue(tmp_path: Path) -> None:
             assert f"There is no catalogue {tmp_path / name}." in str(answer.exception)
             assert answer.stdout == ""
     assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_note_is_of_a_joint_that_the_folder_knows(tmp_path: Path) -> None:
+    path = made(tmp_path, "run1", axis=2)
+    robot, folder = metadata().robot, str(tmp_path)
+    before = sorted(tmp_path.iterdir())
+
+    def note(*joint: str) -> str:
+        words = ["catalogue", "note", folder, "oil", "new oil", *joint]
+        answer = CliRunner().invoke(app, words)
+        assert answer.exception is None or isinstance(answer.exception, InputError)
+        return answer.stdout or str(answer.exception)
+
+    assert note("--robot", "nobody") == f"{folder}: holds no recording of nobody, only of {robot}."
+    wrong_axis = f"{folder}: holds no recording of {robot} axis 1, only of axis 2."
+    assert note("--robot", robot, "--axis", "1") == wrong_axis
+    assert sorted(tmp_path.iterdir()) == before  # neither an event nor a catalogue
+    assert "line 1" in note("--robot", robot, "--axis", "2")  # by its file alone
+    assert "line 2" in note("--robot", robot)
+    assert CliRunner().invoke(app, ["catalogue", "add", str(path)]).exit_code == 0
+    seal_path(path).unlink()
+    path.unlink()
+    assert "line 3" in note("--robot", robot, "--axis", "2")  # retention leaves the verdict
+    empty = tmp_path / "empty"
+    empty.mkdir()
+    folder = str(empty)
+    expected = f"{folder}: holds no recording of {robot}, nor of any other robot."
+    assert note("--robot", robot) == expected

@@ -15,6 +15,7 @@ from agent.cli.terminal.talk import talker
 from agent.errors import InputError
 from agent.night.description import KINDS
 from agent.record.catalogue.catalogue import Catalogue, RecordingRow, VerdictRow
+from agent.record.catalogue.files import everything
 from agent.record.catalogue.rows import in_utc
 from agent.record.catalogue.schema import catalogue_url, is_there, shown
 from agent.record.events_file import Event
@@ -117,7 +118,7 @@ def run_note(
     Raises
     ------
     agent.errors.InputError
-        No time, no word, or a word that the night uses for its own.
+        No time, no word, a word that the night uses for its own, or nobody's joint.
     """
     _insist(folder)
     when = in_utc(at) if at else wall_time_utc()
@@ -127,9 +128,42 @@ def run_note(
         raise InputError(f"--at {at!r} is no time in ISO 8601.") from error
     if not kind.isidentifier() or kind in (*KINDS, "begun", "night"):
         raise InputError(f"{kind!r} cannot be the kind of a note.", "Say swap, oil, or a word.")
+    _insist_on_joint(folder, robot, axis, url)
     with Catalogue(folder, url) as catalogue:
         row = catalogue.record_event(Event(when, kind, text, robot, axis, by=by))
     typer.echo(f"{catalogue.folder / row.path}: line {row.line}")
+
+
+def _insist_on_joint(folder: Path, robot: str, axis: int | None, url: str | None) -> None:
+    """Refuse a joint that nothing in the folder is of: a name mistyped would change nothing.
+
+    The catalogue is asked first, and then the files, which are the truth.
+    """
+    known: set[tuple[str, int]] = set()
+    if is_there(catalogue_url(folder, url)):
+        with Catalogue(folder, url) as catalogue:
+            known = _joints([*catalogue.recordings(), *catalogue.verdicts()])
+    if not _is_among(robot, axis, known):
+        found = everything(folder)
+        known |= _joints([*found.recordings, *found.verdicts])
+    if _is_among(robot, axis, known):
+        return
+    robots = sorted({name for name, _ in known})
+    axes = sorted(number for name, number in known if name == robot)
+    if axes:
+        here = f"only of axis {', '.join(map(str, axes))}"
+    else:
+        here = f"only of {', '.join(robots)}" if robots else "nor of any other robot"
+    joint = robot if axis is None else f"{robot} axis {axis}"
+    raise InputError(f"{folder}: holds no recording of {joint}, {here}.")
+
+
+def _joints(rows: Sequence[RecordingRow | VerdictRow]) -> set[tuple[str, int]]:
+    return {(row.robot, row.axis) for row in rows}
+
+
+def _is_among(robot: str, axis: int | None, known: set[tuple[str, int]]) -> bool:
+    return any(robot == name and axis in (None, number) for name, number in known)
 
 
 def run_retain(
