@@ -23,6 +23,8 @@ _WANDERS = 2.0  # times what it moves in a two-hundredth of the time
 _FASTEST_RAD_S = 2000.0  # 19 000 rpm: motors of joints turn at 10 000 at most
 _MOST_TURNS = 5.0  # of an arm behind a gear
 _COASTS_S = 60.0  # joints, drives and bare motors stop by their friction within seconds
+_CLOCKS = ((1e3, "milliseconds"), (1e6, "microseconds"), (1e9, "nanoseconds"))
+_MOST_HZ = 1e5  # no recording of a joint is as fast
 _IN_DEGREES = "as if its motion were in degrees, and not in radians"
 ONE_WAY = "the joint moves in one direction only: friction cannot be told from gravity and offset"
 _LEAST = 1e-12  # rad, or rad/s: slower than any clock's hand
@@ -181,9 +183,10 @@ def coasts_too_long(motions: Sequence[Motion], body: RigidBodyFit | None) -> lis
     coasts_s = needed[0].value * float(max(speeds, default=0.0)) / needed[1].value
     if coasts_s < _COASTS_S:
         return []
+    clock = next((unit for a_s, unit in _CLOCKS if coasts_s / a_s < _COASTS_S), _CLOCKS[-1][1])
     return [
         f"by its inertia and friction the joint would coast for {coasts_s / 60.0:.3g} min, as if "
-        "its time were in milliseconds, and not in seconds"
+        f"its time were in {clock}, and not in seconds"
     ]
 
 
@@ -267,10 +270,30 @@ def _factor(driven: Floats, covered: Floats) -> float:
 def _another_unit(motion: Motion, factor: float) -> str:
     if abs(factor + 1.0) <= _FACTOR:
         return f"{motion.signals.name}: the position counts against the velocity; turn one sign"
-    return (
-        f"{motion.signals.name}: the position moves {factor:.4g} times as far as the velocity "
-        "says; one of the two is in another unit, or on the other side of the gear"
+    far = (
+        f"{motion.signals.name}: the position moves {factor:.4g} times as far as the velocity says"
     )
+    clock = _clock(motion, factor)
+    if clock:
+        return (
+            f"{far}, as if time_s were in {clock}, and not in seconds; or one of the two is in "
+            "another unit"
+        )
+    return f"{far}; one of the two is in another unit, or on the other side of the gear"
+
+
+def _clock(motion: Motion, factor: float) -> str:
+    """Return the unit that time seems to be in; nothing where no clock's unit explains a factor.
+
+    In a thousandth of the unit the same time is a thousand times as long, and so is the way that
+    the velocity makes of it. Samples then come too seldom by as much: where they come as they
+    should, it is the velocity.
+    """
+    rate_hz = motion.timing.sample_rate_hz
+    fitting = (
+        u for a_s, u in _CLOCKS if abs(factor * a_s - 1.0) <= _FACTOR and rate_hz * a_s <= _MOST_HZ
+    )
+    return next(fitting, "")
 
 
 def no_curve(windows: Sequence[SteadyWindow]) -> str:

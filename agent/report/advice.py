@@ -29,7 +29,8 @@ _STEPS: tuple[tuple[str, tuple[str, ...], str], ...] = (
     (
         "units",
         ("gear", "another unit", "other units", "position and velocity", "opposite signs"),
-        "Check units, signs, gear ratio and counts: positions are radians on the motor side.",
+        "Check units, signs, gear ratio and counts: time is seconds, positions are radians on the "
+        "motor side.",
     ),
     (
         "directions",

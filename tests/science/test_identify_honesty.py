@@ -256,6 +256,28 @@ def test_a_joint_that_would_coast_for_minutes_may_be_in_milliseconds() -> None:
     thousandth = replace(seconds, time_s=1e3 * seconds.time_s, velocity_rad_s=None)
     assert not [note for note in estimate([seconds]).notes if "coast" in note]
     assert [note for note in estimate([thousandth]).notes if "in milliseconds" in note]
+    millionth = replace(seconds, time_s=1e6 * seconds.time_s, velocity_rad_s=None)
+    assert [note for note in estimate([millionth]).notes if "in microseconds" in note]
+
+
+@pytest.mark.parametrize(
+    ("channel", "factor", "says"),
+    [
+        ("time_s", 1e3, "as if time_s were in milliseconds, and not in seconds"),
+        ("time_s", 1e6, "as if time_s were in microseconds, and not in seconds"),
+        ("velocity_rad_s", 1e3, "one of the two is in another unit, or on the other side"),
+        ("time_s", 60.0, "one of the two is in another unit, or on the other side"),
+    ],
+)
+def test_time_in_another_unit_is_told_as_time_and_not_as_motion(
+    channel: str, factor: float, says: str
+) -> None:
+    """A velocity in thousandths looks alike, but its samples come as fast as they should."""
+    seconds = record(HEAVY, stair((5.0, 20.0, 60.0), rate_hz=250.0))
+    values = getattr(seconds, channel)
+    (reason,) = estimate([replace(seconds, **{channel: factor * values})]).reasons
+    assert says in reason
+    assert "another unit" in reason
 
 
 @pytest.mark.parametrize("coulomb_nm", [0.3, 2.0])

@@ -113,7 +113,8 @@ ADVICE: Mapping[str, tuple[str, str]] = MappingProxyType(
         ),
         "units": (
             "Lage, Geschwindigkeit oder Übersetzung passen nicht zusammen.",
-            "Einheiten, Übersetzung und Geberstriche prüfen: Lagen sind Radiant der Motorseite.",
+            "Einheiten, Übersetzung und Geberstriche prüfen: Zeit sind Sekunden, Lagen Radiant der "
+            "Motorseite.",
         ),
         "directions": (
             "Es fehlt eine der beiden Richtungen.",
