@@ -39,6 +39,8 @@ def read(path: str | Path) -> Recording:
     from agent.record import checks
     from agent.record.formats import arrow
 
+    if not str(path).strip():
+        raise _nameless()
     path = Path(path)
     where = str(path)
     try:
@@ -129,6 +131,8 @@ def _load_csv(path: Path, where: str) -> tuple[pa.Table, bytes]:
 
 def _expand(pattern: str) -> list[Path]:
     """Return what one argument names, sorted."""
+    if not pattern.strip():
+        raise _nameless()
     path = Path(pattern)
     if path.is_dir():
         inside = _recordings(path.iterdir())
@@ -152,6 +156,14 @@ def _expand(pattern: str) -> list[Path]:
             f"*{STREAM})."
         )
     return inside
+
+
+def _nameless() -> InputError:
+    """Return the refusal of an empty name, as of a variable that was never set.
+
+    A path that is empty would be the current folder, which nobody asked for.
+    """
+    return InputError("An empty name names no recording.", "The current folder is `.`.")
 
 
 def _recordings(paths: Iterable[Path]) -> list[Path]:

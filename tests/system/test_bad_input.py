@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
 import subprocess
 from collections.abc import Callable
@@ -320,3 +321,34 @@ def test_recover_where_there_is_nothing(tmp_path: Path) -> None:
     assert done.returncode == 0
     assert "Nothing to recover" in done.stderr
     assert called("recover", tmp_path / "missing").returncode == BAD_INPUT
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("estimate", ""),
+        ("estimate", "recording.parquet", "--validation", ""),
+        ("twin", " ", "--out", "twin.toml"),
+        ("simulate", "twin.toml", "", "--out", "other.parquet"),
+        ("monitor", "", "--out", "report"),
+        ("export", ""),
+        ("verify", ""),
+        ("recover", ""),
+        ("catalogue", "add", ""),
+        ("catalogue", "rebuild", ""),
+    ],
+    ids=" ".join,
+)
+def test_an_empty_name_is_not_the_current_folder(
+    words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As of a shell's variable that was never set."""
+    save(tmp_path / "recording.parquet", columns())
+    made.twin(tmp_path / "twin.toml")
+    before = sorted(tmp_path.iterdir())
+    monkeypatch.chdir(tmp_path)
+    done = called(*words)
+    assert done.returncode == BAD_INPUT
+    assert re.fullmatch(r"An empty name names no \w+\. The current folder is `\.`\.\n", done.stderr)
+    assert done.stdout == ""
+    assert sorted(tmp_path.iterdir()) == before

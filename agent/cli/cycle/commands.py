@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from agent.cli.terminal.options import Json
+from agent.cli.terminal.options import Json, place
 
 
 def add_commands(app: typer.Typer) -> None:
@@ -118,13 +118,13 @@ def plan(
 
 def recover(
     recordings: Annotated[
-        list[Path], typer.Argument(metavar="FOLDER|FILE...", help="Where a run was cut off.")
+        list[str], typer.Argument(metavar="FOLDER|FILE...", help="Where a run was cut off.")
     ],
 ) -> None:
     """Finish the recordings that a kill or a power cut has left behind."""
     from agent.cli.cycle.recover import run_recover
 
-    run_recover(recordings)
+    run_recover([place(name) for name in recordings])
 
 
 def example_cell() -> None:

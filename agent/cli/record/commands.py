@@ -7,9 +7,11 @@ from typing import Annotated
 
 import typer
 
-from agent.cli.terminal.options import Json, Recordings
+from agent.cli.terminal.options import Json, Recordings, place
 
-Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="A folder of recordings.")]
+Folder = Annotated[
+    Path, typer.Argument(metavar="FOLDER", parser=place, help="A folder of recordings.")
+]
 Url = Annotated[
     str | None,
     typer.Option(
