@@ -30,9 +30,22 @@ app = typer.Typer(
 )
 
 
+def _tell_version(asked: bool) -> None:
+    """Print which version this is, as every recording has it, and end."""
+    if asked:
+        from importlib.metadata import version
+
+        typer.echo(f"stribeck {version('stribeck')}")
+        raise typer.Exit
+
+
 @app.callback()
 def options(
     debug: Annotated[bool, typer.Option("--debug", help="Show a traceback on errors.")] = False,
+    version: Annotated[
+        bool,
+        typer.Option("--version", help="Show the version.", callback=_tell_version, is_eager=True),
+    ] = False,
 ) -> None:
     """Friction of industrial robot joints: drive the stair, record, estimate, explain."""
 
