@@ -23,7 +23,8 @@ from agent.fleet.lake import Lake
 from agent.physics.twin import Twin, TwinError, parse_twin
 
 FILE, SCHEMA = "fleet.toml", "stribeck.fleet/1"
-NO_MODEL = "model not known"
+NO_MODEL = "model not recorded"
+"""Of a robot that neither `fleet.toml` nor its recordings say the model of."""
 
 
 @dataclass(frozen=True)
@@ -54,10 +55,10 @@ class Roster:
         """Return a robot's model, or None where none has a pattern for it."""
         return next((m for m in self.models if any(fnmatchcase(robot, p) for p in m.robots)), None)
 
-    def name_of(self, robot: str) -> str:
-        """Return the name of a robot's model, for tables."""
+    def name_of(self, robot: str, recorded: str = "") -> str:
+        """Return the name of a robot's model, for tables: else as its recordings have it."""
         model = self.model_of(robot)
-        return NO_MODEL if model is None else model.name
+        return (recorded or NO_MODEL) if model is None else model.name
 
 
 def roster_of(lake: Lake) -> Roster:

@@ -13,7 +13,7 @@ from agent.fleet.cluster import Opened
 from agent.fleet.histories import Stand, cycles_of, stands
 from agent.fleet.lake import Lake
 from agent.fleet.results import Results
-from agent.fleet.roster import Roster, roster_of
+from agent.fleet.roster import NO_MODEL, Roster, roster_of
 from agent.fleet.version import monitor_version
 from agent.fleet.work import carry_out
 
@@ -187,6 +187,7 @@ def judge_one(joint: Joint) -> dict[str, Any]:
     interval = low.get("ci95_percent") or [None, None]
     return _row(
         joint,
+        model=found.history.model or NO_MODEL if joint.model == NO_MODEL else joint.model,
         state=found.status,
         alarm=found.alarm,
         sentence=found.sentence,

@@ -46,6 +46,7 @@ def write_fleet_page(path: Path, page: FleetPage) -> Path:
 def fleet_html(page: FleetPage) -> str:
     """Return the page as text; the same input gives the same text."""
     urgent = [j for j in page.joints if j.state != "NF"]
+    alike = [j for j in page.joints if j.model]  # of no known model nobody is anybody's peer
     rises = [j for j in page.joints if j.rise_percent is not None][:_SHOWN]
     return render(
         "fleet.html.j2",
@@ -58,8 +59,9 @@ def fleet_html(page: FleetPage) -> str:
         healthy=[j for j in page.joints if j.state == "NF"][:_LISTED],
         limit=_LISTED,
         rises=_rises(rises),
-        individuals=_individuals(page.joints),
-        models=_models(page.joints),
+        individuals=_individuals(alike),
+        models=_models(alike),
+        unknown=_unknown(page.joints),
     )
 
 
@@ -112,6 +114,15 @@ def _individuals(joints: Sequence[JointRow]) -> Picture | None:
     return Picture(
         data_uri(figure_individuals(known)), data_uri(figure_individuals(known, narrow=True)), alt
     )
+
+
+def _unknown(joints: Sequence[JointRow]) -> str:
+    """Return how many joints are compared with nobody, as nobody says what robots they are of."""
+    number = sum(not j.model for j in joints)
+    if not number:
+        return ""
+    left = f"{_count(number, 'joint')} {'is' if number == 1 else 'are'} compared with no other"
+    return f"{left}: the robot's model is not recorded."
 
 
 def _models(joints: Sequence[JointRow]) -> list[tuple[str, str, int, str, int]]:

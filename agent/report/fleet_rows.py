@@ -21,7 +21,9 @@ class JointRow:
 
     Parameters
     ----------
-    site, robot, axis, model : str, str, int, str
+    site, robot, axis : str, str, int
+    model : str
+        The robot's; empty where nobody recorded it.
     state : str
         ``NF``, ``H0``, ``H1``, ``not-decidable``; empty where it could not be judged.
     sentence : str

@@ -29,6 +29,7 @@ from tests.conftest import REPOSITORY
 from tests.system.processes import PATIENCE_S, STRIBECK, called, stribeck
 
 NIGHTS = 18
+MODELS: dict[str, dict[str, str]] = {"worn": {"robot_model": "IRB 6650"}, "healthy": {}}
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ def plant(tmp_path_factory: pytest.TempPathFactory) -> Plant:
     for robot, wear in (("healthy", None), ("worn", Wear(11.0, 3.0, 0.3))):
         plan = HistoryPlan(cycles=NIGHTS, seed=5, events=() if wear is None else (wear,))
         for run in cycles(plan):
-            known = Metadata.from_json({**run.metadata, "robot": robot}, run.name)
+            known = Metadata.from_json({**run.metadata, "robot": robot, **MODELS[robot]}, run.name)
             path = folder / robot / f"{run.name}.parquet"
             path.parent.mkdir(exist_ok=True)
             lake.push(write(Recording(run.columns, known), path), "north")
@@ -124,6 +125,7 @@ def test_the_worn_joint_is_found_named_and_first(estimated: tuple[Plant, dict[st
     assert (worn["robot"], worn["alarm"]) == ("worn", True)
     assert (healthy["robot"], healthy["state"]) == ("healthy", "NF")
     assert worn["low_rise_from_percent"] > 0.0
+    assert (worn["model"], healthy["model"]) == ("IRB 6650", "model not recorded")
 
     (row,) = [r for r in verdicts_of(plant.lake).rows() if r["robot"] == "worn"]
     everything = f"{plant.lake.url}/recordings/**/robot=worn/**/*"
@@ -134,6 +136,7 @@ def test_the_worn_joint_is_found_named_and_first(estimated: tuple[Plant, dict[st
     done = called("fleet", "report", plant.lake.url, "--out", page)
     assert "see to worn, axis 1 first" in done.stdout
     assert "not what was pushed" in page.read_text()
+    assert "1 joint is compared with no other" in page.read_text()
 
     text = (REPOSITORY / "docs" / "fleet.md").read_text(encoding="utf-8")
     queries = re.findall(r"```sql\n(.*?)```", text, re.DOTALL)

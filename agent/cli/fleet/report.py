@@ -7,7 +7,7 @@ from typing import Any
 from agent.fleet.estimates import estimates_of
 from agent.fleet.explanations import agreements, answers, in_words, questions
 from agent.fleet.lake import Lake
-from agent.fleet.roster import roster_of
+from agent.fleet.roster import NO_MODEL, Roster, roster_of
 from agent.fleet.verdicts import by_risk, present_stands, verdicts, verdicts_of
 from agent.report.fleet import FleetPage
 from agent.report.fleet_rows import AgreementRow, JointRow
@@ -22,12 +22,13 @@ def page_of(lake: Lake, detector: str) -> FleetPage:
         The lake's own files cannot be used.
     """
     rows = by_risk(list(verdicts(verdicts_of(lake), present_stands(lake, detector))))
-    asked = list(questions(lake, roster_of(lake)))
+    roster = roster_of(lake)
+    asked = list(questions(lake, roster))
     agreed = agreements(answers(lake, asked))
     recordings, poisoned = _estimated(lake)
     return FleetPage(
         lake=lake.url,
-        joints=[_joint(r) for r in rows],
+        joints=[_joint(r, roster) for r in rows],
         agreements=[AgreementRow(in_words(a), a.asked, a.effects) for a in agreed],
         unusable=[*poisoned, *(f"{_name(r)}: {r['failure']}" for r in rows if r["failure"])],
         recordings=recordings,
@@ -49,13 +50,15 @@ def _estimated(lake: Lake) -> tuple[int, list[str]]:
     return number, poisoned
 
 
-def _joint(row: dict[str, Any]) -> JointRow:
+def _joint(row: dict[str, Any], roster: Roster) -> JointRow:
+    """Return a joint of the page; its model as `fleet.toml` has it now."""
+    model = roster.name_of(row["robot"], row["model"])
     rise = (row["low_rise_percent"], row["low_rise_from_percent"], row["low_rise_to_percent"])
     return JointRow(
         site=row["site"],
         robot=row["robot"],
         axis=row["axis"],
-        model=row["model"],
+        model="" if model == NO_MODEL else model,
         state=row["state"] or "",
         sentence=row["sentence"] or row["failure"],
         last_cycle=row["last_cycle"] or "",

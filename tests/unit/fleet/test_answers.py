@@ -14,7 +14,7 @@ from agent.errors import InputError
 from agent.fleet.estimates import estimates_of
 from agent.fleet.explanations import agreements, explain_one, in_words, questions
 from agent.fleet.lake import Lake
-from agent.fleet.roster import roster_of
+from agent.fleet.roster import Roster, roster_of
 from agent.fleet.verdicts import by_risk
 from agent.physics.twin import Twin, format_twin
 from agent.record.writing import write
@@ -108,6 +108,10 @@ def test_a_robot_is_of_the_first_model_that_has_its_name(tmp_path: Path) -> None
     )
     roster = roster_of(Lake(str(tmp_path)))
     assert [roster.name_of(r) for r in ("c-6650", "c-4600")] == ["big", "any"]
+    assert roster.name_of("c-6650", "recorded otherwise") == "big"
+    nobody = Roster()
+    assert nobody.name_of("c-6650", "IRB 6650") == "IRB 6650"
+    assert nobody.name_of("c-6650") == "model not recorded"
     assert roster.models[0].twins == {2: "t.toml"}
 
 
@@ -134,6 +138,25 @@ def test_the_page_escapes_what_robots_are_called_and_says_what_is_first() -> Non
     assert "Nothing to do" not in silent
     nothing = fleet_html(FleetPage("lake", [], [], (), 0))
     assert "No joint has been judged by this version yet" in nothing
+
+
+def test_robots_of_no_recorded_model_are_nobody_s_peers() -> None:
+    """Two of unlike makes had been a model of their own, with a median and a spread."""
+    known = [JointRow("s", f"r{k}", 1, "M", "NF", "", "", None, 0.6 + k, 0.01) for k in (0, 1)]
+    strangers = [
+        replace(j, robot=f"x{k}", model="", coulomb_nm=77.5 + k) for k, j in enumerate(known)
+    ]
+    page = fleet_html(FleetPage("lake", [*known, *strangers], [], (), 4))
+    assert "0.6 to 1.6" in page
+    assert "2 joints are compared with no other: the robot&#39;s model is not recorded." in page
+    assert "Coulomb friction of 2 joints, by model and axis." in page
+    assert page.count(">not recorded</td>") == 2
+    assert "77.5" not in page
+    assert "compared with no other" not in fleet_html(FleetPage("lake", known, [], (), 2))
+    alone = fleet_html(FleetPage("lake", strangers[:1], [], (), 1))
+    assert "1 joint is compared with no other" in alone
+    assert "by model and axis" not in alone
+    assert "77.5" not in alone
 
 
 def test_a_phone_tells_the_axes_of_one_robot_apart() -> None:
