@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 _ROW_IN = 0.34
 _LEFT_IN, _NARROW_LEFT_IN = 3.2, 1.62
 _LABEL_CHARS = 50  # that fit there
+_BESIDE_IN, _CHARACTER_IN = 0.12, 0.08  # a number begins beside its dot; in page fonts, not in one
 _LOGARITHMIC_FROM = 25.0
 _AGREE_POINTS = 0.5
 
@@ -114,7 +115,8 @@ def error_rows(explanation: Explanation) -> list[Row]:
         ]
     if explanation.findings:
         interval = extended_interval(explanation.holdout)
-        rows.append(Row("extended by the findings", extended.rmse_nm, MEASURED, interval))
+        extension = Row("extended by the findings", extended.rmse_nm, MEASURED, interval)
+        rows.append(dataclasses.replace(extension, short="with the findings"))
     if any(math.isfinite(row.value) for row in rows):
         rows.append(Row("noise floor", explanation.floor.value_nm, INK, hollow=True, marker="D"))
     return [row for row in rows if math.isfinite(row.value)]
@@ -239,6 +241,20 @@ def _dots(axes: Axes, rows: Sequence[Row], texts: Sequence[str], *, narrow: bool
     axes.tick_params(axis="y", labelcolor=INK)
     axes.grid(axis="y", visible=False)
     _indent(axes, _NARROW_LEFT_IN if narrow else _LEFT_IN)
+    _make_room(axes, rows, texts)
+
+
+def _make_room(axes: Axes, rows: Sequence[Row], texts: Sequence[str]) -> None:
+    """Move the abscissa's end until each number beside its dot is within the panel."""
+    width_in = axes.get_position().width * figure_of(axes).get_figwidth()
+    along = axes.transScale.transform
+    low, high = axes.get_xlim()
+    start, end = (float(along((x, 0.0))[0]) for x in (low, high))
+    for row, text in zip(rows, texts, strict=True):
+        reach = max([row.value, *(row.interval or ())])
+        share = 1.0 - (_BESIDE_IN + _CHARACTER_IN * len(text)) / width_in
+        end = max(end, start + (float(along((reach, 0.0))[0]) - start) / max(share, 0.2))
+    axes.set_xlim(low, float(axes.transScale.inverted().transform((end, 0.0))[0]))
 
 
 def _indent(axes: Axes, left_in: float) -> None:

@@ -166,3 +166,24 @@ def test_moves_are_written_and_what_is_not_identified_has_no_dot() -> None:
     assert "not identified" in [text.get_text() for text in second.texts]
     with pytest.raises(ValueError, match="got none"):
         figure_moved([])
+
+
+@pytest.mark.parametrize("narrow", [False, True])
+@pytest.mark.parametrize("apart", [1.5, 60.0], ids=["linear", "logarithmic"])
+def test_numbers_beside_the_dots_are_within_the_picture(apart: float, *, narrow: bool) -> None:
+    """On a phone the last letter of the largest error was cut off."""
+    found = explanation(examples.explained)
+    assert found.holdout is not None
+    least = found.holdout.extended.rmse_nm
+    findings = [
+        dataclasses.replace(f, holdout_rmse_without_nm=apart * least) for f in found.findings
+    ]
+    one, *others = findings
+    more = dataclasses.replace(found, findings=(one, dataclasses.replace(one, rank=2), *others))
+    figure = figure_errors(more, narrow=narrow)
+    figure.draw_without_rendering()
+    texts = [text for axes in figure.axes for text in (*axes.texts, *axes.get_yticklabels())]
+    assert len(texts) > 6
+    for text in texts:
+        box = text.get_window_extent()
+        assert 0.0 < box.x0 < box.x1 < figure.bbox.x1, text.get_text()
