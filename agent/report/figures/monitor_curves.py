@@ -11,6 +11,7 @@ from agent.monitor.verdict.comparison import Comparison
 from agent.numbers import scale_for
 from agent.report.figures.canvas import (
     INK,
+    KEY_IN,
     MEASURED_PALE,
     MUTED,
     PREDICTED,
@@ -49,7 +50,7 @@ def figure_monitor_curves(
         Draw for a phone's width.
     """
     heights = [Panel(2.3, WITHOUT_LABELS_IN), Panel(1.3, WITH_LABELS_IN)]
-    upper, lower = stacked(heights, narrow=narrow, header_in=0.2)
+    upper, lower = stacked(heights, narrow=narrow, header_in=KEY_IN)
     speed = found.speed_rad_s
     scale = scale_for("N m", found.healthy_nm.tolist())
     bands = (
@@ -79,7 +80,7 @@ def figure_monitor_curves(
     at = "" if math.isnan(found.temperature_degc) else f" at {found.temperature_degc:.0f} °C"
     upper.set_title(f"Friction curve{at}")
     upper.set_ylabel(scale.unit)
-    key_in_header(upper, columns=2)
+    key_in_header(upper, columns=2, over_title=narrow)
     change = scale_for("N m", found.change_nm.tolist())
     reach = _NORMAL_975 * np.sqrt(np.diag(found.covariance_nm2))
     lower.fill_between(

@@ -69,16 +69,19 @@ def figure_monitor_trends(finding: Finding, *, narrow: bool = False) -> Figure:
     count = len(FEATURES) + warm + bool(judged)
     height = _NARROW_HEIGHT_IN if narrow else _HEIGHT_IN
     panels = [Panel(height, WITHOUT_LABELS_IN)] * (count - 1) + [Panel(height, WITH_LABELS_IN)]
+    below_a_key = Panel(height, WITHOUT_LABELS_IN + KEY_IN)
     if narrow and judged:  # the second panel has a key, too
-        panels[0] = Panel(height, WITHOUT_LABELS_IN + KEY_IN)
-    column = stacked(panels, narrow=narrow, header_in=0.22)
+        panels[0] = below_a_key
+    if narrow and warm:  # and the last
+        panels[-2] = below_a_key
+    column = stacked(panels, narrow=narrow, header_in=KEY_IN)
     rest = iter(column)
     if judged:
         _statistic(next(rest), finding, narrow=narrow)
     for name in _TITLES:
         _feature(next(rest), finding, name, narrow=narrow)
     if warm:
-        _temperature(next(rest), finding)
+        _temperature(next(rest), finding, narrow=narrow)
     for axes in column:
         _events(axes, finding, named=axes is column[0])
         axes.tick_params(labelbottom=axes is column[-1])
@@ -186,7 +189,8 @@ def _statistic(axes: Axes, finding: Finding, *, narrow: bool) -> None:
     key_in_header(axes, columns=3, over_title=narrow)
 
 
-def _temperature(axes: Axes, finding: Finding) -> None:
+def _temperature(axes: Axes, finding: Finding, *, narrow: bool) -> None:
+    said = False
     for track in finding.tracks:
         cycles = finding.history.cycles[track.segment.start : track.segment.stop]
         values = np.array([c.temperature_degc for c in cycles])
@@ -203,8 +207,9 @@ def _temperature(axes: Axes, finding: Finding) -> None:
                 color=INK,
                 mfc="white",
                 ms=3.4,
-                label="not seen by the baseline",
+                label=None if said else "not seen by the baseline",
             )
+            said = True
         axes.axvspan(
             when[0],
             when[track.baseline.cycles - 1],
@@ -214,15 +219,8 @@ def _temperature(axes: Axes, finding: Finding) -> None:
         )
     axes.set_title("Gearbox temperature")
     axes.set_ylabel("°C")
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(*_once(axes), loc="lower right", bbox_to_anchor=(1.0, 1.01))
-
-
-def _once(axes: Axes) -> tuple[list[Any], list[str]]:
-    """Return the key's entries, each label once."""
-    handles, labels = axes.get_legend_handles_labels()
-    first = {label: handle for handle, label in reversed(list(zip(handles, labels, strict=True)))}
-    return list(first.values()), list(first)
+    if said:
+        key_in_header(axes, columns=1, over_title=narrow)
 
 
 def _events(axes: Axes, finding: Finding, *, named: bool) -> None:

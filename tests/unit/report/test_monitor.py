@@ -8,12 +8,15 @@ from typing import Any
 
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.text import Text
+from matplotlib.transforms import Bbox
 
 from agent.monitor.detection.detectors import detector
 from agent.monitor.history.history import histories
 from agent.monitor.verdict.verdict import Finding, judge
 from agent.report import monitor as page
+from agent.report.figures.monitor_curves import HEALTHY, figure_monitor_curves
 from agent.report.figures.monitor_trends import figure_monitor_trends
 from tests.unit.monitor.joint import Truth, months
 
@@ -90,11 +93,32 @@ def test_every_panel_of_the_trends_is_drawn_and_events_are_named() -> None:
     assert said == ["oil change (VG150 to VG220)"]
     healthy = figure.axes[1].patches
     assert len(healthy) == 2, "each baseline is shaded"
+    keys_stand_clear(figure)
+
+
+def test_keys_of_a_phones_pictures_stand_clear_of_their_titles(worn: Finding) -> None:
+    """A page's letters may be wider than those that a picture was measured with."""
+    warm = months(1, 50, Truth(wear_nm=0.2, onset=32))
+    warm[-1] = dataclasses.replace(warm[-1], temperature_degc=99.0)
+    (history,) = histories(warm)
+    trends = figure_monitor_trends(judge(history, detector(), 30), narrow=True)
+    said = [t.get_text() for a in trends.axes if (k := a.get_legend()) for t in k.get_texts()]
+    assert said.count("not seen by the baseline") == 1
+    keys_stand_clear(trends)
+    assert worn.comparison is not None
+    for before in (HEALTHY, "the first cycles"):
+        keys_stand_clear(figure_monitor_curves(worn.comparison, 60.0, before, narrow=True))
+
+
+def keys_stand_clear(figure: Figure) -> None:
+    """Check that no key is wider than the picture, or where its title would be in wider letters."""
     figure.draw_without_rendering()
     for axes in figure.axes:
         if (key := axes.get_legend()) is not None:
             covered, title = key.get_window_extent(), title_of(axes)
-            assert not covered.overlaps(title.get_window_extent()), title.get_text()
+            box = title.get_window_extent()
+            beside = Bbox.from_extents(box.x0, box.y0, box.x1 + 0.2 * box.width, box.y1)
+            assert not covered.overlaps(beside), title.get_text()
             assert covered.x0 >= 0.0, "the key is wider than a phone"
 
 
