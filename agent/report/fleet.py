@@ -133,7 +133,8 @@ def _models(joints: Sequence[JointRow]) -> list[tuple[str, str, int, str, int]]:
     rows = []
     for (model, axis), own in sorted(kinds.items()):
         levels = sorted(j.coulomb_nm for j in own if j.coulomb_nm is not None)
-        spread = f"{levels[0]:.3g} to {levels[-1]:.3g}" if levels else "not known"
+        ends = list(dict.fromkeys(f"{level:.3g}" for level in (*levels[:1], *levels[-1:])))
+        spread = " to ".join(ends) or "not known"
         rows.append((model, str(axis), len(own), spread, sum(j.alarm for j in own)))
     return rows
 

@@ -67,10 +67,12 @@ def figure_individuals(joints: Sequence[JointRow], *, narrow: bool = False) -> F
         levels = np.sort(np.array([j.coulomb_nm for j in own], dtype=np.float64))
         aside = np.array([0.22 * (i % 3 - 1) for i in range(levels.size)])  # none hides another
         dots(axes, levels, row + aside, color=MEASURED, size_pt=4.0, alpha=0.55)
-        middle = float(np.median(levels))
-        axes.plot([middle, middle], [row - 0.38, row + 0.38], color=INK, lw=1.4)
+        if levels.size > 1:  # the one dot would be hidden by its own median
+            middle = float(np.median(levels))
+            axes.plot([middle, middle], [row - 0.38, row + 0.38], color=INK, lw=1.4)
     axes.set_ylim(len(kinds) - 0.5, -0.5)
-    axes.set_xlim(left=0.0)
+    most = max((j.coulomb_nm for j in joints if j.coulomb_nm is not None), default=0.0)
+    axes.set_xlim(0.0, 1.05 * most if most > 0.0 else 1.0)  # from zero on, and no dot at the edge
     _name_rows(axes, [f"{model}, axis {axis}" for model, axis in kinds], narrow=narrow)
     when = "" if narrow else " of the last cycle"
     axes.set_xlabel(f"Coulomb friction{when}, N m; line: median")

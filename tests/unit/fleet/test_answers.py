@@ -18,7 +18,7 @@ from agent.fleet.roster import Roster, roster_of
 from agent.fleet.verdicts import by_risk
 from agent.physics.twin import Twin, format_twin
 from agent.record.writing import write
-from agent.report.figures.fleet import figure_rises
+from agent.report.figures.fleet import figure_individuals, figure_rises
 from agent.report.fleet import FleetPage, fleet_html
 from agent.report.fleet_rows import AgreementRow, JointRow
 from tests.benchmarks.fleet import AXES, GEAR, ROBOTS, cycles
@@ -166,6 +166,25 @@ def test_a_phone_tells_the_axes_of_one_robot_apart() -> None:
     ]
     (axes,) = figure_rises(joints, narrow=True).axes
     assert [t.get_text()[-8:] for t in axes.get_yticklabels()] == [", axis 1", ", axis 2"]
+
+
+@pytest.mark.parametrize("narrow", [False, True])
+def test_each_joint_s_dot_is_within_the_picture_of_individuals(*, narrow: bool) -> None:
+    """Of joints that are nearly alike the largest stood on the picture's edge, and was cut."""
+    levels = (0.64, 0.641, 0.65)
+    joints = [
+        JointRow("s", f"r{k}", 1, "M", "NF", "", coulomb_nm=level) for k, level in enumerate(levels)
+    ]
+    (axes,) = figure_individuals(joints, narrow=narrow).axes
+    width_px = axes.get_window_extent().width
+    assert axes.get_xlim()[0] == 0.0
+    assert width_px * (1.0 - max(levels) / axes.get_xlim()[1]) > 8.0
+    assert len(axes.get_lines()) == 1  # the median
+    (alone,) = figure_individuals(joints[:1], narrow=narrow).axes
+    assert not alone.get_lines()
+    page = fleet_html(FleetPage("lake", joints[:1], [], (), 1))
+    assert "0.64 to" not in page  # of one joint there is no spread
+    assert ">0.64<" in page
 
 
 def test_a_models_twin_is_put_to_each_of_its_robots_and_again_when_it_changes(
