@@ -48,7 +48,7 @@ def test_what_was_seen_is_in_the_list_and_refuses_nothing_by_itself(bench: Bench
     may_tell(bench).touch()
     wait_until(lambda: looking.ask(1))
     text = browser.get("/axes/1/preconditions", **{"accept-language": "en"}).text
-    assert "Refused now: 1 reason(s)." in text
+    assert "Refused now. Reasons: 1." in text
     assert "The drive is in &lt;fault&gt;: 0x8611." in text
     assert text.count("read just now, and is judged again after the start") == 1
     assert text.index("Refused now") < text.index("Drive healthy") < text.index("<details")

@@ -100,7 +100,7 @@ def test_a_wide_interval_is_called_unclear_and_a_small_change_as_before(bench: B
     path.write_text(json.dumps(document))
     assert kinds(bench) == {"first": "baseline", "small": "as_before", "wide": "unclear"}
     text = bench.browser(Role.VIEWER).get("/results/wide").text
-    assert "does not tell whether friction has changed since 2026-03-01: +8.0 %" in text
+    assert "does not tell whether friction has changed since 2026-03-01: +8.0\u00a0%" in text
 
 
 def test_a_result_names_the_change_its_interval_and_what_the_temperature_may_do(
@@ -110,10 +110,11 @@ def test_a_result_names_the_change_its_interval_and_what_the_temperature_may_do(
     bench.shelve("warm", 2, friction=0.9, temperature_degc=[34.0, 36.0])
     browser = bench.browser(Role.VIEWER)
     text = browser.get("/results/warm").text
-    assert "Friction is 10.0 % (± 0.1 %) lower than in the baseline of 2026-03-01." in text
+    change = "Friction is 10.0\u00a0% (±\u00a00.1\u00a0%) lower than in the baseline of 2026-03-01."
+    assert change in text
     assert "+9.5 K against the baseline" in text
     browser.get("/language/de?back=/")
-    assert "10,0 % (± 0,1 %) niedriger als in der Referenz vom 01.03.2026" in (
+    assert "10,0\u00a0% (±\u00a00,1\u00a0%) niedriger als in der Referenz vom 01.03.2026" in (
         browser.get("/results/warm").text
     )
 
@@ -154,9 +155,13 @@ def test_an_alarm_is_acknowledged_once_with_a_note_by_somebody(bench: Bench) -> 
 
 def test_an_event_is_kept_with_who_noted_it(bench: Bench) -> None:
     toni = bench.browser(Role.TECHNICIAN)
+    for day in (1, 2):
+        bench.shelve(f"cycle{day}", day)
+    assert 'class="key event"' not in toni.get("/axes/1").text  # none is drawn yet
     assert toni.post("/axes/1/events", {"kind": "party"}).status_code == 422
     assert toni.post("/axes/1/events", {"kind": "oil-change", "note": "2.3 l"}).status_code == 303
     assert "2.3 l" in toni.get("/axes/1").text
+    assert 'class="key event"' in toni.get("/axes/1").text
     ((_, event),) = read_events(bench.recordings)[0]
     assert (event.kind, event.by, event.text) == ("oil-change", "toni", "2.3 l")
 

@@ -83,6 +83,8 @@ def test_numbers_are_written_as_the_language_writes_them() -> None:
     assert number("de", -1.25, 1) == "−1,2"
     assert number("en", 3.0, 1, sign=True) == "+3.0"
     assert number("en", None, 1) == "–"
+    assert [number("en", x, 1, sign=True) for x in (-0.04, 0.0, 0.04)] == ["0.0"] * 3
+    assert number("de", -0.06, 1, sign=True) == "−0,1"
     assert (fine("en", 30000.0), fine("en", 9.84), fine("de", 196.8)) == ("30000", "9.84", "197")
 
 

@@ -5,7 +5,10 @@
   const seconds = told.at.map(at => Date.parse(at) / 1000);
   const events = told.events.map(event => Date.parse(event.at) / 1000);
   const german = document.documentElement.lang === "de";
-  const stamp = s => new Date(s * 1000).toLocaleDateString(german ? "de-DE" : "en-CA", { month: "2-digit", day: "2-digit" });
+  const days = (seconds.at(-1) - seconds[0]) / 86400;
+  const date = { month: "2-digit", day: "2-digit" }, time = { hour: "2-digit", minute: "2-digit", hourCycle: "h23" };
+  const form = days < 1 ? time : days < 7 ? { ...date, ...time } : date;
+  const stamp = s => new Date(s * 1000).toLocaleString(german ? "de-DE" : "en-CA", form).replace(",", "");
   const lines = chart => {
     const { ctx, bbox } = chart;
     ctx.save();
@@ -23,8 +26,8 @@
     ctx.restore();
   };
   const chart = (id, series, data, bands) => Charts.make(document.getElementById(id), {
-    scales: { x: { time: true } }, hooks: { draw: [lines] }, bands,
-    axes: [Charts.axis({ values: (_u, ticks) => ticks.map(stamp), space: 70 }), Charts.axis({ size: 64 })], series: [{}, ...series],
+    scales: { x: { time: true } }, padding: [10, 48, 0, 0], hooks: { draw: [lines] }, bands,
+    axes: [Charts.axis({ values: (_u, ticks) => ticks.map(stamp), space: days >= 1 && days < 7 ? 130 : 70 }), Charts.axis({ size: 64 })], series: [{}, ...series],
   }, [seconds, ...data]);
   const line = colour => Charts.line("", colour, { spanGaps: true, points: { show: true, size: 8, fill: colour } });
   const scaled = (rows, column) => rows.map(row => row[column] === null ? null : 1000 * row[column]);

@@ -3,7 +3,7 @@
 (() => {
   const told = Charts.data("curve-data");
   const element = document.getElementById("curve-chart");
-  const axes = e => [Charts.axis({ label: `${e.dataset.velocity} / (rad/s)`, labelSize: 24 }), Charts.axis({ label: `${e.dataset.friction} / (N m)`, labelSize: 24, size: 64 })];
+  const axes = e => [Charts.axis({ label: `${e.dataset.velocity} / (rad/s)`, labelSize: 24 }), Charts.axis({ label: `${e.dataset.friction} / (N m)`, labelSize: 24, size: 72 })];
   const dots = (stroke, shape) => ({ points: { show: true, size: 9, fill: stroke, stroke, ...shape } });
 
   // uPlot wants one x for all: the union of both, null where a curve has no point.

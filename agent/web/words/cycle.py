@@ -18,7 +18,7 @@ CYCLE_WORDS: dict[str, tuple[str, str]] = {
     "lock": ("Held by", "Belegt"),
     "lock_page": ("this page", "diese Seite"),
     "lock_held": ("another program", "anderes Programm"),
-    "lock_free": ("free", "frei"),
+    "lock_free": ("nobody", "frei"),
     "not_commissioned": ("not commissioned", "nicht freigegeben"),
     "watch": ("Watch", "Ansehen"),
     "start_cycle": ("Start a cycle", "Test starten"),
@@ -59,7 +59,7 @@ CYCLE_WORDS: dict[str, tuple[str, str]] = {
     "quantity_torque": ("Torque", "Moment"),
     "before_motion": ("Before anything moves", "Bevor sich etwas bewegt"),
     "would_start": ("Nothing speaks against it now.", "Jetzt spricht nichts dagegen."),
-    "would_refuse": ("Refused now: {n} reason(s).", "Jetzt verweigert: {n} Grund/Gründe."),
+    "would_refuse": ("Refused now. Reasons: {n}.", "Jetzt verweigert. Gründe: {n}."),
     "judged_after_start": (
         "{n} are judged after the start in any case, before anything moves",
         "{n} werden nach dem Start auf jeden Fall geprüft, bevor sich etwas bewegt",

@@ -65,5 +65,7 @@ def number(language: str, value: float | None, digits: int, *, sign: bool = Fals
     """Return a number as the language writes it; a dash where there is none."""
     if value is None:
         return "–"
-    text = f"{value:{'+' if sign else ''}.{digits}f}".replace("-", "−")
+    nothing = round(value, digits) == 0.0  # which has no sign
+    shown = 0.0 if nothing else value
+    text = f"{shown:{'+' if sign and not nothing else ''}.{digits}f}".replace("-", "−")
     return text.replace(".", ",") if language == "de" else text
