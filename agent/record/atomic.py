@@ -47,19 +47,11 @@ def publish(
     Raises
     ------
     StorageError
-        A name that is taken, or that of a device, a pipe or a recording; a disk that is full or
-        refuses. No temporary file stays behind.
+        A name that is taken, or that of a folder, a device, a pipe or a recording; a disk that is
+        full or refuses. No temporary file stays behind.
     """
     for path in contents:
-        if _is_stream(path):
-            raise StorageError(
-                f"{path} is a device or a pipe, which no file may replace.",
-                "Name a file; where there is --json, that goes to standard output.",
-            )
-        if overwrite and not recording and path.suffix.lower() in RECORDINGS and path.exists():
-            raise StorageError(f"{path} may be a recording and is not overwritten.", _OTHER_NAME)
-        if not overwrite and path.exists():
-            raise _taken(path)
+        _check_name(path, overwrite=overwrite, recording=recording)
     temporary: dict[Path, Path] = {}
     made: list[Path] = []
     path = Path()
@@ -82,6 +74,21 @@ def publish(
         for beside in temporary.values():
             with contextlib.suppress(OSError):
                 beside.unlink(missing_ok=True)
+
+
+def _check_name(path: Path, *, overwrite: bool, recording: bool) -> None:
+    """Refuse a name that no file may have here; see `publish`."""
+    if _is_stream(path):
+        raise StorageError(
+            f"{path} is a device or a pipe, which no file may replace.",
+            "Name a file; where there is --json, that goes to standard output.",
+        )
+    if path.is_dir():  # the current folder has not even a name to write beside
+        raise StorageError(f"{path} is a folder, and no file.", "Name a file in it.")
+    if overwrite and not recording and path.suffix.lower() in RECORDINGS and path.exists():
+        raise StorageError(f"{path} may be a recording and is not overwritten.", _OTHER_NAME)
+    if not overwrite and path.exists():
+        raise _taken(path)
 
 
 def write_all(descriptor: int, content: ReadableBuffer) -> None:

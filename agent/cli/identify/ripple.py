@@ -97,7 +97,7 @@ def ripple_text(found: Ripple) -> str:
     scanned = f"{found.order[0]:.3g} to {found.order[-1]:.4g}"
     passes = f"{found.passes} pass" + ("" if found.passes == 1 else "es")
     if not found.lines:
-        lines = [f"No torque ripple stands out between orders {scanned} ({passes})."]
+        lines = [f"No torque ripple stands out among the orders {scanned} ({passes})."]
     else:
         lines = [
             f"Torque is periodic in motor position at {len(found.lines)} of the orders {scanned} "

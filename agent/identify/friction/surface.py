@@ -156,11 +156,14 @@ def fit_surface(points: SurfacePoints, *, oil: str = "") -> Surface:
     levels = int(groups.max()) + 1
     low, high = float(points.temperature_degc.min()), float(points.temperature_degc.max())
     if high - low < _LEAST_SPAN_DEGC or levels < _LEAST_TEMPERATURES:
+        if levels > 1:
+            these = f"{levels} temperatures from {low:.1f} to {high:.1f} degC carry"
+        else:
+            these = f"one temperature ({0.5 * (low + high):.1f} degC) carries"
         return Surface(
             oil,
             False,
-            f"not identified: {levels} temperature{'s' if levels > 1 else ''} from {low:.1f} to "
-            f"{high:.1f} degC carry no temperature law; record the same cycle at "
+            f"not identified: {these} no temperature law; record the same cycle at "
             f"{_LEAST_TEMPERATURES} or more, over at least {_LEAST_SPAN_DEGC:g} degC",
         )
     if np.unique(np.round(points.speed_rad_s, 6)).size < 3 or float(

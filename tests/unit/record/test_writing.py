@@ -156,6 +156,19 @@ def test_a_folder_that_is_missing_or_a_file(tmp_path: Path) -> None:
         write(recording(), tmp_path / "file" / "run.parquet")
 
 
+@pytest.mark.parametrize("overwrite", [False, True])
+def test_a_folder_is_no_file_to_write(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, overwrite: bool
+) -> None:
+    """`stribeck estimate run.parquet --report .` had been a fault of the program's own."""
+    (tmp_path / "folder").mkdir()
+    monkeypatch.chdir(tmp_path)
+    for path in (Path(), Path(".."), Path("folder"), tmp_path):
+        with pytest.raises(StorageError, match=r"is a folder, and no file\. Name a file in it\."):
+            publish({path: b"report"}, overwrite=overwrite)
+    assert list(tmp_path.rglob("*")) == [tmp_path / "folder"]
+
+
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with a name")
 def test_a_pipe_or_a_device_is_not_replaced_by_a_file(tmp_path: Path) -> None:
     """As root, a report to /dev/null had replaced the device of the whole machine by a file."""
