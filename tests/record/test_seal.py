@@ -265,3 +265,22 @@ def test_a_note_is_of_a_joint_that_the_folder_knows(tmp_path: Path) -> None:
     folder = str(empty)
     expected = f"{folder}: holds no recording of {robot}, nor of any other robot."
     assert note("--robot", robot) == expected
+
+
+@pytest.mark.parametrize(
+    ("asked", "says"),
+    [
+        (["--axis", "9"], "No recording of axis 9 is in the catalogue;"),
+        (["--robot", "x"], "No recording of x is in the catalogue;"),
+        (["--robot", "x", "--axis", "9"], "No recording of x axis 9 is in the catalogue;"),
+    ],
+)
+def test_a_list_says_of_which_joint_it_has_none(
+    tmp_path: Path, asked: list[str], says: str
+) -> None:
+    """That the catalogue had none at all was said of a joint whose name was mistyped."""
+    run = CliRunner().invoke
+    assert run(app, ["catalogue", "add", str(made(tmp_path, "run1"))]).exit_code == 0
+    answer = run(app, ["catalogue", "list", str(tmp_path), *asked])
+    assert (answer.exit_code, answer.stdout) == (0, "")
+    assert " ".join(answer.stderr.split()).startswith(says)

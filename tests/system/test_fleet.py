@@ -162,3 +162,13 @@ def test_what_ends_its_worker_is_known_and_takes_nobody_along(known: list[str]) 
     assert values == {str(i): i * i for i in range(12) if i not in (7, 9)}
     assert "ended its worker process" in failures["7"]
     assert failures["9"] == "ValueError: nine is refused"
+
+
+def test_a_lake_without_estimates_says_what_comes_first(tmp_path: Path, plant: Plant) -> None:
+    first = Path(plant.lake.url) / read_first(plant.lake)
+    lake = str(tmp_path / "lake")
+    assert called("fleet", "push", lake, first, "--site", "north").returncode == 0
+    done = called("fleet", "monitor", lake, "--workers", "1")
+    assert done.returncode == 0
+    assert "`stribeck fleet estimate`" in done.stderr
+    assert "0 joints judged" in done.stdout

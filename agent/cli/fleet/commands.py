@@ -200,6 +200,10 @@ def monitor(
         "unusable": list(judged.failed),
         "joints": [{k: v for k, v in r.items() if k not in ("key", "finding")} for r in ranked],
     }
+    if not ranked and not judged.failed:
+        from agent.cli.terminal.talk import talker
+
+        talker().print("No recording has an estimate by this version: `stribeck fleet estimate`.")
     _answer(document, "\n".join(lines), as_json=json)
     if any(r["alarm"] for r in ranked):
         raise typer.Exit(BAD_NEWS)

@@ -39,7 +39,8 @@ def table_text(document: Numbers) -> str:
     """
     summary = document["summary"]
     head = [
-        f"{document['made']} cases, seeds from {document['first_seed']}; "
+        f"{document['made']} case{'s' * (document['made'] != 1)}, "
+        f"seeds from {document['first_seed']}; "
         f"{len(document['dropped'])} more dropped, which the joint cannot show"
     ]
     if not document["counts_as_score"]:

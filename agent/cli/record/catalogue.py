@@ -65,7 +65,12 @@ def run_list(
     for row in rows:
         typer.echo(_line(row, verdicts.get(row.sha256)))
     if not rows:
-        talker().print("No recording is in the catalogue; `stribeck catalogue rebuild` looks anew.")
+        whose = "" if robot is None else f" of {robot}"
+        which = "" if axis is None else f"{'' if whose else ' of'} axis {axis}"
+        talker().print(
+            f"No recording{whose}{which} is in the catalogue; `stribeck catalogue rebuild` looks "
+            "anew."
+        )
 
 
 def _line(row: RecordingRow, verdict: VerdictRow | None) -> str:
