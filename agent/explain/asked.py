@@ -58,6 +58,8 @@ def tabulated(
     holdout: Sequence[Run],
     late_s: float = 0.0,
     band_hz: float | None = None,
+    *,
+    align_velocity: bool | None = None,
 ) -> tuple[Asked, Table]:
     """Return what is asked about, and the table of the recordings to learn from, creep and all.
 
@@ -75,6 +77,8 @@ def tabulated(
         By what half a sample the torque is known to be later than the motion.
     band_hz : float, optional
         The band, where it and the motion to take are known.
+    align_velocity : bool, optional
+        Whether the velocity is brought in step with the position; chosen where not given.
 
     Raises
     ------
@@ -83,13 +87,14 @@ def tabulated(
     """
     known = band_hz is not None
     asked = as_asked(twin, runs, holdout, twin.inertia_kg_m2, late_s, quieter=not known)
-    table = tabulate(twin, asked.runs, band_hz, elsewhere=asked.elsewhere)
+    step = {"align_velocity": align_velocity}
+    table = tabulate(twin, asked.runs, band_hz, **step, elsewhere=asked.elsewhere)
     shown = _shown_inertia_kg_m2(table, twin)
     if known or 1.0 / _FAR < twin.inertia_kg_m2 / shown < _FAR:
         return asked, table
     asked = as_asked(twin, runs, holdout, shown, late_s)
     band_hz = choose_band([read_motion(run.signals) for run in asked.runs], shown)
-    return asked, tabulate(twin, asked.runs, band_hz, elsewhere=asked.elsewhere)
+    return asked, tabulate(twin, asked.runs, band_hz, **step, elsewhere=asked.elsewhere)
 
 
 def _shown_inertia_kg_m2(table: Table, twin: Twin) -> float:

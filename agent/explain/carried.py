@@ -29,6 +29,7 @@ from agent.physics.rigid_body import gravity_columns
 _EFFECT = "gravity-imbalance"
 _GRAVITY, _INERTIA = ("gravity_sin_nm", "gravity_cos_nm"), "inertia_kg_m2"
 _SHOWN = 20  # recordings by name
+_SURELY = 2.0  # half intervals: which recordings they are was chosen among many sets
 
 
 @dataclass(frozen=True)
@@ -60,6 +61,16 @@ class Carried:
     energy_nm2: float
     without_nm: float
     form: str
+
+    @property
+    def sure(self) -> bool:
+        """Return whether any of its numbers is surely not nothing.
+
+        What sets recordings apart may be anything, as a motor that was warmer in some; shared out
+        among gravity and inertia it leaves none of them known.
+        """
+        known = (p for p in self.numbers.values() if p.ci95 is not None)
+        return any(abs(p.value) > _SURELY * _half(p) for p in known)
 
     def torque_nm(self, run: Run) -> Floats:
         """Return the torque that it asks for where a recording goes, shape (n,)."""
@@ -143,6 +154,11 @@ class Carried:
             holdout_rmse_without_nm=self.without_nm,
             form=self.form,
         )
+
+
+def _half(number: Parameter) -> float:
+    low, high = number.ci95 or (math.nan, math.nan)
+    return 0.5 * (high - low)
 
 
 def _moved(number: Parameter, by: Parameter, sign: float) -> Parameter:

@@ -159,7 +159,9 @@ def _beside(loads: Loads, twin: Twin, table: Table, among: Container[str] | None
         align_velocity=table.aligned,
         elsewhere=table.elsewhere,
     )
-    own = replace(left_out_as_in(without_creep(own), table), one_zero=table.one_zero)
+    own = replace(
+        left_out_as_in(without_creep(own), table), one_zero=table.one_zero, one_load=table.one_load
+    )
     return study(knowing, own, among)
 
 

@@ -9,6 +9,7 @@ from agent.explain.at_edges import edges_said
 from agent.explain.choosing.by_use import clock_or_use
 from agent.explain.choosing.heard import BACKLASH
 from agent.explain.choosing.materiality import FAR
+from agent.explain.choosing.search import DELAY
 from agent.explain.closest import closest_said
 from agent.explain.driven import driven_or_heavier
 from agent.explain.driven_range import hangs_free
@@ -80,10 +81,10 @@ def _late_velocity(found: Study) -> str:
     late_s = found.table.late_s
     if abs(late_s) > _LATE_S:
         later = "later" if late_s > 0.0 else "earlier"
-        return (
-            f"the velocity is reported {1e3 * abs(late_s):.1f} ms {later} than the position, with "
-            "which the torque is in step: it was brought in step with both"
-        )
+        said = f"the velocity is reported {1e3 * abs(late_s):.1f} ms {later} than the position"
+        if DELAY in _effects(found):
+            return f"{said}: it was brought in step, and the torque's delay is against both"
+        return f"{said}, with which the torque is in step: it was brought in step with both"
     if any(is_velocitys(own, found.table) for own in found.model.parameters):
         return (
             "the velocity alone is late, and twin.toml holds that as a torque before the motion: "

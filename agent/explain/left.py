@@ -19,7 +19,8 @@ from agent.explain.rows.unrepeated import does_not_come_again
 from agent.explain.rows.usual import usual_rows
 from agent.identify.result import Floats
 
-_LOUDER = 2.0  # times the noise at held speeds: up to there what is left may be noise
+LOUDER = 2.0
+"""Times the noise at held speeds: up to there what is left may be noise."""
 
 
 @dataclass(frozen=True)
@@ -70,14 +71,14 @@ class Left:
     @cached_property
     def louder_noise(self) -> bool:
         """Return whether what is left is noise, but more than where a speed is held."""
-        if not self.floor.value_nm > 0.0 or not CLOSE < self.over_floor <= _LOUDER:
+        if not self.floor.value_nm > 0.0 or not CLOSE < self.over_floor <= LOUDER:
             return False
         return is_noise_in_kind(self.table, self.rows, self.residual_nm)
 
     @cached_property
     def slower_noise(self) -> bool:
         """Return whether what is left is noise that is slow in part, which the floor leaves out."""
-        if not self._has_no_place or self.over_floor > _LOUDER:
+        if not self._has_no_place or self.over_floor > LOUDER:
             return False
         return is_foretold_by_its_fast_part(self.table, *self._asked)
 

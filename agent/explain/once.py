@@ -25,8 +25,10 @@ from agent.explain.carrying import (
     without_unknown_beginnings,
 )
 from agent.explain.caveats import creeps_held_out
+from agent.explain.choosing.search import DELAY
 from agent.explain.driven_range import further
 from agent.explain.location.moments import Moments, in_moments
+from agent.explain.numbers.late_velocity import hides_in
 from agent.explain.numbers.loads import differs_unsaid, said_of
 from agent.explain.numbers.model import left_by
 from agent.explain.own_effects.doubted import Doubted
@@ -43,6 +45,7 @@ from agent.explain.unlike import held_out_apart
 from agent.explain.unnamed import taken_back
 from agent.explain.written_down import experiments, nothing_decided, written_down
 from agent.explain.zeros import beside_zeros, on_one_zero, on_zeros_of_their_own, own_zeros
+from agent.identify.result import Parameter
 from agent.physics.twin import Twin, TwinError
 from trajectories import AxisLimits
 
@@ -61,21 +64,27 @@ class Known:
         The band of the recordings as they are: a simulation's torque has no noise to choose one by.
     carried : bool
         Whether what some recordings carry is taken off already.
+    one_load : bool
+        Whether all recordings carry the same, or what differs does not surely weigh anything.
     one_zero : bool
         Whether all recordings have one zero, or none shows.
     zeros_off : bool
         Whether their own zeros are taken off already; a hold-out's is read when all else is known.
     doubted : Doubted or None
         The twin as given, where what is asked about lacks some of its effects.
+    aligned : bool or None
+        That the velocity is to be brought in step with the position; None where it may show.
     """
 
     late_s: float = 0.0
     creep_rad_s: float | None = None
     band_hz: float | None = None
     carried: bool = False
+    one_load: bool = False
     one_zero: bool = False
     zeros_off: bool = False
     doubted: Doubted | None = None
+    aligned: bool | None = None
 
 
 def asked_once(
@@ -90,31 +99,28 @@ def asked_once(
     None of the twin's own effects is doubted.
 
     A torque that turns out to be half a sample late is put in step, and everything asked again. So
-    it is where friction is seen to fade near standstill beside what was found only, where each
-    recording has a zero of its own, or where some carry what others do not.
+    it is where a delay is told against a velocity that is late itself, where friction is seen to
+    fade near standstill beside what was found only, where each recording has a zero of its own, or
+    where some carry what others do not.
     """
     names = tuple(run.name for run in runs), tuple(run.name for run in holdout)
     refusal = contradiction((*runs, *holdout)) if runs else "no recording was given"
     if refusal:
         return nothing_decided(f"not decidable: {refusal}", *names), None
     try:
-        asked, table = tabulated(twin, runs, holdout, known.late_s, known.band_hz)
+        asked, table = tabulated(
+            twin, runs, holdout, known.late_s, known.band_hz, align_velocity=known.aligned
+        )
         table = without_creep(table, known.creep_rad_s)
     except ValueError as error:
         return nothing_decided(f"not decidable: {error}", *names), None
     refusal = undecidable(table, twin)
     if refusal:
         return nothing_decided(refusal, *names), None
-    found, given = studied(twin, replace(table, one_zero=known.one_zero))
-    if not known.late_s:
-        late_s = _late_by_holding_s(found, (*asked.runs, *asked.holdout))
-        if late_s:
-            known = replace(known, late_s=late_s, creep_rad_s=found.table.creep_rad_s or None)
-            return asked_once(twin, runs, holdout, limits, known)
-    creep_rad_s = _creep_beside(found, table) if known.creep_rad_s is None else 0.0
-    if creep_rad_s:
-        known = replace(known, creep_rad_s=creep_rad_s)
-        return asked_once(twin, runs, holdout, limits, known)
+    found, given = studied(twin, replace(table, one_zero=known.one_zero, one_load=known.one_load))
+    better = _better_known(found, table, asked, known)
+    if better is not None:
+        return asked_once(twin, runs, holdout, limits, better)
     rows = found.library.weighing.rows
     as_given = fit_of(found.table.measured_nm[rows], given.table.target_nm[rows])
     zeros = own_zeros(found)
@@ -125,6 +131,8 @@ def asked_once(
         again, moments = asked_once(twin, on_one_zero(zeros, runs), holdout, limits, known)
         return beside_zeros(again, zeros, holdout, as_given), moments
     carried = None if known.carried else carried_by_some(found)
+    if carried is not None and not carried.sure:
+        return asked_once(twin, runs, holdout, limits, replace(known, one_load=True))
     if carried is not None:
         carried = _all_of_it(carried, twin, runs, holdout, known)
         lighter, unseen, held_out = freed(carried, runs, holdout, found)
@@ -146,12 +154,26 @@ def _all_of_it(
     """Return what some recordings carry, with what of it shows when it is taken off."""
     try:
         lighter = carried.taken_off_all(runs)
-        table = tabulated(twin, lighter, holdout, known.late_s, known.band_hz)[1]
+        table = tabulated(
+            twin, lighter, holdout, known.late_s, known.band_hz, align_velocity=known.aligned
+        )[1]
     except ValueError:
         return carried
     table = replace(without_creep(table, known.creep_rad_s), one_zero=known.one_zero)
     more = carried_by_some(studied(twin, table)[0])
     return carried.joined_by(more, len(runs)) or carried
+
+
+def _better_known(found: Study, table: Table, asked: Asked, known: Known) -> Known | None:
+    """Return what is known of the signals since something was found; None where it is no more."""
+    if known.aligned is None and any(hides_in(delay, table) for delay in _delays(found)):
+        return replace(known, aligned=True)
+    if not known.late_s:
+        late_s = _late_by_holding_s(found, (*asked.runs, *asked.holdout))
+        if late_s:
+            return replace(known, late_s=late_s, creep_rad_s=found.table.creep_rad_s or None)
+    creep_rad_s = _creep_beside(found, table) if known.creep_rad_s is None else 0.0
+    return replace(known, creep_rad_s=creep_rad_s) if creep_rad_s else None
 
 
 def _creep_beside(found: Study, table: Table) -> float:
@@ -163,9 +185,13 @@ def _creep_beside(found: Study, table: Table) -> float:
 
 def _late_by_holding_s(found: Study, runs: Sequence[Run]) -> float:
     """Return by what half a sample the torque was found to be late; 0 where it is not."""
+    return sum(half_a_sample_s(delay, runs) for delay in _delays(found))
+
+
+def _delays(found: Study) -> list[Parameter]:
+    """Return the delays of the torque that were found."""
     terms = zip(found.model.terms, found.model.parameters, strict=True)
-    numbers = (own for term, own in terms if term.scored.form.effect == "measurement-delay")
-    return sum(half_a_sample_s(own["torque_delay_s"], runs) for own in numbers)
+    return [own["torque_delay_s"] for term, own in terms if term.scored.form.effect == DELAY]
 
 
 def _explained(

@@ -14,6 +14,7 @@ from agent.explain.answer.amounts import torque
 from agent.explain.answer.names import NAMES, OWN_NUMBER
 from agent.explain.answer.result import Finding, Holdout, Verdict
 from agent.explain.choosing.search import Library
+from agent.explain.left import LOUDER
 from agent.explain.numbers.borne_out import borne_out
 from agent.explain.numbers.intervals import named_effects
 from agent.explain.numbers.model import Model, extended_twin, fit_model
@@ -85,13 +86,17 @@ def own_numbers(told: Study) -> frozenset[str]:
 def unproven(proven: Holdout, floors: float = 1.0) -> bool:
     """Return whether unseen data hold far more than noise beside what was found.
 
+    What has no memory may be noise that is louder in motion, up to so much more than at rest: blows
+    of a gear's teeth have none, either.
+
     Parameters
     ----------
     proven : Holdout
     floors : float
         How many times the floor the noise is.
     """
-    return proven.floor_ratio > _UNPROVEN * floors and not proven.white
+    ratio = proven.floor_ratio / floors
+    return ratio > LOUDER or (ratio > _UNPROVEN and not proven.white)
 
 
 def taken_back(verdict: Verdict, findings: Sequence[Finding], proven: Holdout) -> tuple[str, ...]:

@@ -105,6 +105,23 @@ def test_recordings_that_carry_the_same_are_no_two_kinds() -> None:
     assert (answer.verdict, answer.findings) == ("no-mismatch", ())
 
 
+@pytest.mark.parametrize(
+    ("sin_nm", "inertia_kg_m2", "sure"),
+    [
+        (Parameter(-0.053, (-0.12, 0.015)), Parameter(-3.0e-4, (-5.8e-4, -1.4e-5)), False),
+        (Parameter(0.12, (0.10, 0.14)), Parameter(1.0e-5, (-1.0e-4, 1.2e-4)), True),
+        (Parameter(0.01, (-0.12, 0.14)), Parameter(1.0e-3, (0.9e-3, 1.1e-3)), True),
+    ],
+)
+def test_a_load_is_one_of_whose_numbers_one_is_surely_not_nothing(
+    sin_nm: Parameter, inertia_kg_m2: Parameter, sure: bool
+) -> None:
+    """The coolest four of six recordings "carried" what a warmer motor lacked in torque."""
+    none = Parameter(-0.004, (-0.022, 0.014))
+    numbers = {"gravity_sin_nm": sin_nm, "gravity_cos_nm": none, "inertia_kg_m2": inertia_kg_m2}
+    assert Carried((0, 1), ("a", "b"), numbers, 1.0, 0.83, 0.0, 0.0, "").sure is sure
+
+
 def test_a_set_of_recordings_is_a_numbers_bits() -> None:
     assert in_set((38.0,), 7) == (1, 2, 5)
     assert in_set((float(1 << 49),), 50) == (49,)

@@ -85,6 +85,8 @@ def judgeable(table: Table, twin: Twin | None = None) -> tuple[tuple[Form, ...],
     carried = [e.id for e in twin.effects if e.id in CARRIED] if twin is not None else []
     there = set(CARRIED) if carried else set()
     forms = FORMS if table.one_zero else (*FORMS, *zeros_of(len(table.runs)))
+    if table.one_load:
+        forms = tuple(f for f in forms if f.name not in forms_carried.CARRIED_BY_SOME)
     shown = tuple(
         f for f in forms if f.effect not in there and not any(need in reasons for need in _needs(f))
     )
@@ -95,7 +97,7 @@ def judgeable(table: Table, twin: Twin | None = None) -> tuple[tuple[Form, ...],
         else f"the twin's {carried[0]} carries the arm already, so {effect} is not looked for"
         for effect in sorted(there)
     }
-    for form in FORMS:
+    for form in forms:
         if form.effect not in effects | there:
             why = next(reasons[need] for need in _needs(form) if need in reasons)
             out[form.effect] = f"{why}, so {form.effect} cannot be judged"

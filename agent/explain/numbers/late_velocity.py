@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from agent.explain.rows.lag import is_part_of_sample
 from agent.explain.rows.table import Table
 from agent.identify.result import Parameter
 
 _DELAY = "torque_delay_s"
 _SAME = 0.25  # of the lag: a filter's is not the same at all frequencies
+_COUNTS = 0.1  # of a delay: with less the velocity's lag changes nothing that is told
 
 
 def is_velocitys(parameters: Mapping[str, Parameter], table: Table) -> bool:
@@ -26,3 +28,23 @@ def as_velocitys(parameters: Mapping[str, Parameter]) -> dict[str, Parameter]:
     ends = None if delay.ci95 is None else (-delay.ci95[1], -delay.ci95[0])
     others = {name: each for name, each in parameters.items() if name != _DELAY}
     return {"velocity_delay_s": replace(delay, value=-delay.value, ci95=ends), **others}
+
+
+def hides_in(delay: Parameter, table: Table) -> bool:
+    """Return whether a delay is told against a velocity that is late itself, and need not be.
+
+    Whether the torque is in step with position or velocity does not show beside a torque that is
+    late, or teeth that meet; that there is a step between the two does. A velocity that alone is
+    late by more than is usual between samples is what is told, and stays.
+
+    Parameters
+    ----------
+    delay : Parameter
+        Of the torque, in seconds.
+    table : Table
+        Of the recordings.
+    """
+    late_s = abs(table.velocity_late_s)
+    usual = all(is_part_of_sample(late_s, piece.period_s) for piece in table.pieces)
+    told = usual or delay.value > 0.0
+    return told and not table.aligned and late_s > _COUNTS * abs(delay.value)

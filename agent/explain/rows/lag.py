@@ -38,7 +38,7 @@ class Lag:
     @property
     def part_of_sample(self) -> bool:
         """Return whether velocities are usually so late: more is for an explanation to name."""
-        return abs(self.late_s) <= _PART * self.period_s
+        return is_part_of_sample(self.late_s, self.period_s)
 
     def undone(self, velocity: Floats, period_s: float, cutoff_hz: float) -> Floats:
         """Return a velocity in step with the position, shape (n,)."""
@@ -47,6 +47,11 @@ class Lag:
         own = lowpass(velocity, period_s, cutoff_hz)
         bent = self.bend_s2 * slope(slope(own, period_s), period_s)
         return np.asarray(earlier(velocity, self.late_s, period_s) + bent)
+
+
+def is_part_of_sample(late_s: float, period_s: float) -> bool:
+    """Return whether a lag, s, is one that velocities usually have between samples."""
+    return abs(late_s) <= _PART * period_s
 
 
 def lags_of(

@@ -99,6 +99,8 @@ class Table:
         What recordings that nothing is learnt from add to the joint's use.
     one_zero : bool
         Whether no recording's torque is asked for a zero of its own.
+    one_load : bool
+        Whether no recording is asked for a load of its own.
     """
 
     runs: tuple[Run, ...]
@@ -127,6 +129,7 @@ class Table:
     arm_forgets: Forgetting | None = None
     elsewhere: tuple[Recorded, ...] = ()
     one_zero: bool = False
+    one_load: bool = False
 
     @property
     def target_nm(self) -> Floats:
