@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,12 +17,12 @@ from agent.explain.once import Known, asked_once
 from agent.explain.own_effects.against import told_against
 from agent.explain.own_effects.better import SETTLED, is_better, is_settled
 from agent.explain.own_effects.doubted import Doubted, refitted_of
-from agent.explain.own_effects.other_way import BOTH_WAYS, exchanged, freed, too_much_of
+from agent.explain.own_effects.other_way import BOTH_WAYS, exchanged, freed, less, too_much_of
 from agent.explain.rows.creep import without_creep
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import Table
 from agent.identify.result import Floats
-from agent.physics.twin import Twin
+from agent.physics.twin import Effect, Twin
 from trajectories import AxisLimits
 
 _PLAINER = 0.7  # times the torque that the first answer asks for
@@ -47,18 +47,23 @@ def told_both_ways(
     table = without_creep(table)
     known = Known(band_hz=table.cutoff_hz)
     joint = refitted_of(twin, answer)  # as far as a twin knows it
-    other_way, _ = asked_once(joint, exchanged(asked.runs), exchanged(asked.holdout), limits, known)
+    turned = exchanged(asked.runs), exchanged(asked.holdout)
+    other_way, _ = asked_once(joint, *turned, limits, known)
     same = _effects(other_way) == _effects(answer)  # it has no sign here, and is called missing
     as_well = _as_well_said(other_way) if is_settled(answer) and not same else ()
     stays = replace(answer, reasons=(*answer.reasons, *as_well)), moments
+    ways: tuple[Explanation, ...] = (other_way,)
     if is_settled(answer) and (
         same
         or not (is_better(other_way, answer) or _is_plainer(table, twin, answer, joint, other_way))
     ):
-        return stays
+        ways = tuple(
+            asked_once(joint, less(turned[0], others), less(turned[1], others), limits, known)[0]
+            for others in _beside_one_sided(answer, twin)
+        )
     trials: list[tuple[int, float, Explanation, Moments | None]] = []
     most_nm = _PLAINER * _asked_for_nm(table, twin, answer)
-    for doubted in too_much_of(twin, table, answer, other_way):
+    for doubted in (each for way in ways for each in too_much_of(twin, table, answer, way)):
         lighter, unseen = freed(runs, doubted), freed(holdout, doubted)
         bare, apart = asked_once(twin, lighter, unseen, limits, replace(known, doubted=doubted))
         asks_nm = _too_much_nm(table, twin, doubted) + _asked_for_nm(table, twin, bare)
@@ -76,6 +81,18 @@ def told_both_ways(
             further_experiments=other_way.further_experiments,
         )
     return told, apart
+
+
+def _beside_one_sided(answer: Explanation, twin: Twin) -> Iterator[tuple[Effect, ...]]:
+    """Yield the laws of an answer beside each that has a sign, where it has several.
+
+    What the simulation has too much of shows the other way round where the joint's own laws are in
+    both: of what the joint has more there may be none with the other sign.
+    """
+    laws = () if answer.twin is None else answer.twin.effects[len(twin.effects) :]
+    for law in laws if len(laws) > 1 else ():
+        if law.id not in BOTH_WAYS:
+            yield tuple(other for other in laws if other is not law)
 
 
 def _effects(answer: Explanation) -> set[str]:

@@ -90,6 +90,29 @@ def test_what_the_joint_has_more_is_told_beside_it() -> None:
     assert [e.id for e in answer.twin.effects] == ["torque-ripple"]
 
 
+@functools.cache
+def pulled() -> tuple[Run, ...]:
+    """Return a joint without a fall of friction, and with a cable that stiffens."""
+
+    def missing(now: SetPoints, at: Conditions) -> Floats:
+        del at
+        turned = now.position_rad / TWIN.gear_ratio - 0.1
+        return np.asarray(0.1 * turned + 0.06 * turned**3)
+
+    speeds = ([(1.0 + 0.1 * k) * v for v in SPEEDS_RAD_S] for k in range(2))
+    cycles = (stair(v, 300.0, 40.0) for v in speeds)
+    return tuple(record(cycle, missing, Conditions(), k) for k, cycle in enumerate(cycles))
+
+
+def test_what_it_has_too_much_of_shows_beside_a_cable_that_has_no_other_sign() -> None:
+    """It had been friction that bends, with next to no Coulomb friction beside it."""
+    answer = explain(TWIN, beside_a_falling_simulation(pulled()))
+    told = {f.effect: f.form == OWN_EFFECT for f in answer.findings}
+    assert told == {"stribeck": True, "cable-force": False}
+    extra = next(f for f in answer.findings if f.effect == "stribeck").parameters["static_extra_nm"]
+    assert extra.value == pytest.approx(FALL_NM, rel=0.15)
+
+
 def test_the_twin_given_need_not_be_the_recorded_simulation() -> None:
     """What is found is fitted to what the recorded one leaves, whatever the twin's own numbers."""
     plain = [_beside(TWIN, run) for run in measured(RIPPLE_NM)]

@@ -92,5 +92,9 @@ def _having(
 
 def freed(runs: Sequence[Run], doubted: Doubted) -> tuple[Run, ...]:
     """Return recordings whose simulation has none of what is doubted of it."""
-    less = tuple(doubted.twin.effects[place] for place in doubted.places)
-    return tuple(replace(run, simulated_less=less) for run in runs)
+    return less(runs, [doubted.twin.effects[place] for place in doubted.places])
+
+
+def less(runs: Sequence[Run], laws: Sequence[Effect]) -> tuple[Run, ...]:
+    """Return recordings whose simulation has none of some laws."""
+    return tuple(replace(run, simulated_less=tuple(laws)) for run in runs)
