@@ -204,11 +204,22 @@ def number_sentence(
         )
         return Said(lead, worth=worth)
     told = {name: numbers for name, numbers in changes.items() if _differs(numbers, changes)}
+    told = told or {**changes}
     change = _lack if recorded else change_said
-    said = " and ".join(change(name, *numbers) for name, numbers in (told or changes).items())
+    said = " and ".join(change(name, *numbers) for name, numbers in told.items())
     if effect == "gravity-imbalance":
-        return Said(f"The simulation does not know all of the load: {said}.", worth=worth)
-    return Said(f"A number of the simulation is wrong: {said}.", worth=worth)
+        return Said(f"The simulation {_of_the_load(changes)}: {said}.", worth=worth)
+    many = "Numbers of the simulation are" if len(told) > 1 else "A number of the simulation is"
+    return Said(f"{many} wrong: {said}.", worth=worth)
+
+
+def _of_the_load(changes: Mapping[str, tuple[float, float, str]]) -> str:
+    """Return what a simulation does to a load that it has too little or too much of."""
+    given = math.hypot(*(was for was, _, _ in changes.values()))
+    found = math.hypot(*(now for _, now, _ in changes.values()))
+    if sum(was * now for was, now, _ in changes.values()) < 0.0:
+        return "has the load on another side"
+    return "does not know all of the load" if found >= given else "has too much of the load"
 
 
 def _differs(

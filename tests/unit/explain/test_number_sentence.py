@@ -1,0 +1,36 @@
+"""What is said of numbers that are wrong: how many they are, and which way a load is off."""
+
+from __future__ import annotations
+
+import pytest
+
+from agent.explain.answer.sentences import number_sentence
+
+
+@pytest.mark.parametrize(
+    ("given", "found", "said"),
+    [
+        ((0.0, 0.0), (0.3, 0.1), "does not know all of the load"),
+        ((3.0, 0.4), (3.45, 0.46), "does not know all of the load"),
+        ((6.48, 0.54), (6.0, 0.5), "has too much of the load"),
+        ((0.8, 0.0), (-0.8, 0.0), "has the load on another side"),
+    ],
+)
+def test_a_load_is_too_little_too_much_or_on_another_side(
+    given: tuple[float, float], found: tuple[float, float], said: str
+) -> None:
+    names = "gravity's sine part", "gravity's cosine part"
+    changes = {n: (g, f, "N m") for n, g, f in zip(names, given, found, strict=True)}
+    assert number_sentence("gravity-imbalance", changes, 0.9).lead.startswith(
+        f"The simulation {said}: "
+    )
+
+
+def test_two_numbers_are_numbers() -> None:
+    coulomb, viscous = (0.5, 0.6, "N m"), (0.01, 0.008, "N m s/rad")
+    one = number_sentence("wrong-number", {"Coulomb friction": coulomb}, 0.9).lead
+    two = {"Coulomb friction": coulomb, "viscous friction": viscous}
+    assert one == "A number of the simulation is wrong: Coulomb friction is 0.600, not 0.500 N m."
+    assert number_sentence("wrong-number", two, 0.9).lead.startswith(
+        "Numbers of the simulation are wrong: "
+    )
