@@ -48,6 +48,12 @@ def bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
             "what was found beside the plain numbers of a twin that stands for it; if it moved in "
             "a loop of its own instead of as recorded, delays and swings may be that loop's"
         )
+    if any(wrong.effect == "torque-constant-error" for wrong in found.numbers):
+        out.append(
+            "a wrong torque constant and a simulation whose numbers are all off by one factor are "
+            "the same to these recordings: one number that is known otherwise, as the inertia or a "
+            "weight, decides"
+        )
     used = clock_or_use(found.library, found.choice)
     arm = hangs_free(found), driven_or_heavier(found), shaken_said(found), _bent_by(found)
     told = used, *arm, _right_when_cold(found)

@@ -17,6 +17,7 @@ from agent.explain.answer.sentences import change_said
 from agent.explain.asked import tabulated
 from agent.explain.numbers.model import predicted, with_numbers
 from agent.explain.plausible import contradiction
+from agent.explain.rows.creep import without_creep
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import BASE, Table
 from agent.identify.result import Floats
@@ -54,7 +55,7 @@ def read_off(
     if not runs or contradiction((*runs, *holdout)):
         return twin, ()
     try:
-        table = tabulated(twin, runs, holdout)[1]
+        table = without_creep(tabulated(twin, runs, holdout)[1])
     except ValueError:
         return twin, ()  # they cannot be compared, as is said where they are asked about
     twin, left_out = _predictable(table, twin)

@@ -70,6 +70,20 @@ def test_a_twin_that_predicts_the_simulation_but_for_an_effect_stays(
     assert read_off(TWIN, beside(replace(TWIN, effects=effects)), ()) == (TWIN, ())
 
 
+def test_a_simulation_that_smooths_frictions_sign_has_its_friction_where_that_is_whole() -> None:
+    """Near standstill it has less: Coulomb friction was read 5 % too small, and viscous larger."""
+    run = joint()
+    wrong = replace(TWIN, coulomb_nm=1.3 * TWIN.coulomb_nm)
+    torque_nm = simulated_torque_nm(wrong, run.signals, run.columns)
+    velocity = run.signals.velocity_rad_s
+    assert velocity is not None
+    torque_nm += wrong.coulomb_nm * (np.tanh(velocity / 1.5) - np.sign(velocity))
+    columns = {**run.columns, "torque_simulated_nm": torque_nm}
+    found, _ = read_off(TWIN, [replace(run, columns=columns)], ())
+    assert found.coulomb_nm == pytest.approx(wrong.coulomb_nm, rel=0.02)
+    assert found.viscous_nm_s_per_rad == pytest.approx(wrong.viscous_nm_s_per_rad, rel=0.03)
+
+
 def test_noise_in_the_simulations_place_leaves_no_number() -> None:
     run = joint()
     noise = NOISE_NM * np.random.default_rng(0).standard_normal(run.signals.time_s.size)
