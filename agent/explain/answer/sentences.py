@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 from agent.explain.answer.amounts import duration, factor, percent, short, torque
 from agent.explain.answer.names import FOLLOWS_DIRECTION, NAMES, OWN_NUMBER
@@ -18,6 +19,12 @@ _SAME_NUMBER = 0.01  # of it: less is not told where another number of the kind 
 # Of the greater side: less on the other side is not worth a word. Where friction grows, the twin's
 # own level, fitted without it, makes up for some elsewhere.
 _ONE_SIDED, _ONE_SIDED_FRICTION = 0.15, 0.6
+_GROWTH: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "coulomb_nm_per_h": ("Coulomb friction", "N m"),
+        "viscous_nm_s_per_rad_per_h": ("viscous friction", "N m s/rad"),
+    }
+)
 
 
 def finding_sentence(
@@ -141,11 +148,29 @@ def _detail(effect: str, parameters: Mapping[str, Parameter]) -> str:
         return f"the velocity is reported {by} than the position and the torque"
     if effect == "torque-ripple" and {"cos_nm", "sin_nm"} <= known.keys():
         return _amplitudes(known)
+    if effect == "friction-drift":
+        return _growth(known)
     if known.get("period_arm_rad"):
         return "once in every turn of the arm"
     if effect == "torque-saturation" and "limit_nm" in known:
         return f"at {torque(known['limit_nm'])}"
     return ""
+
+
+def _growth(known: Mapping[str, float]) -> str:
+    """Return how fast friction grows with time, where it does so steadily."""
+    said = []
+    for key, (name, unit) in _GROWTH.items():
+        rate = known.get(key, 0.0)
+        if rate:
+            way = "grows" if rate > 0.0 else "falls"
+            said.append(f"{name} {way} by {_amount_of(rate, unit)} an hour")
+    return " and ".join(said)
+
+
+def _amount_of(value: float, unit: str) -> str:
+    scale = scale_for(unit, (value,))
+    return f"{significant(abs(value) * scale.factor, 2)} {scale.unit}"
 
 
 def _amplitudes(known: Mapping[str, float]) -> str:

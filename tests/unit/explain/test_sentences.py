@@ -1,10 +1,12 @@
-"""What is said of numbers that are wrong: how many they are, and which way a load is off."""
+"""What is said of findings: how many numbers are wrong, which way a load is off, what wear does."""
 
 from __future__ import annotations
 
 import pytest
 
-from agent.explain.answer.sentences import number_sentence
+from agent.explain.answer.located import Region
+from agent.explain.answer.sentences import finding_sentence, number_sentence
+from agent.identify.result import Parameter
 
 
 @pytest.mark.parametrize(
@@ -34,3 +36,10 @@ def test_two_numbers_are_numbers() -> None:
     assert number_sentence("wrong-number", two, 0.9).lead.startswith(
         "Numbers of the simulation are wrong: "
     )
+
+
+def test_wear_is_told_with_its_rate_and_its_sign() -> None:
+    runs = (Region("recording", 0.0, 6.0),)
+    rates = {"coulomb_nm_per_h": Parameter(-0.025, (-0.026, -0.024))}
+    said = finding_sentence("friction-drift", runs, (-0.015, 0.015), 0.9, rates).lead
+    assert "time or use (Coulomb friction falls by 25 mN m an hour) explains 90 %" in said
