@@ -100,6 +100,7 @@ def written_down(
         unexplained_share=share,
         unexplained_where=left.regions,
         unexplained_varies=left.varies,
+        unexplained_spells=left.spells,
         cells=found.cells,
         moved=_moves(found),
         next_experiment=menu[0] if menu else None,

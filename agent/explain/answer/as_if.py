@@ -1,4 +1,4 @@
-"""What no law carries, told as a number of the simulation that would have to vary."""
+"""What no law carries, told as a number of the simulation that would have to vary, or as spells."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from agent.explain.answer.amounts import percent
-from agent.explain.answer.located import Region, Varying
+from agent.explain.answer.located import Region, Spells, Varying
 from agent.explain.answer.places import place_in_words
 from agent.numbers import Scale, parameter_unit, scale_for, significant
 
@@ -22,7 +22,7 @@ _CALLED: Mapping[str, str] = MappingProxyType(
     }
 )
 _OF_ITSELF = ("gravity", "scale")
-_MOST_PLACES = 2
+_MOST_PLACES, _MOST_SPELLS = 2, 3
 
 
 def as_if(varies: Varying) -> str:
@@ -65,3 +65,24 @@ def scale_of(number: str, largest: float) -> Scale:
     if number in _OF_ITSELF:
         return Scale(100.0, "%")
     return scale_for("N m" if number == "offset" else parameter_unit(number), (largest,))
+
+
+def in_spells(spells: Spells) -> str:
+    """Return when a mismatch is there, in two sentences.
+
+    Parameters
+    ----------
+    spells : Spells
+    """
+    told = "; ".join(
+        f"{significant(begin, 3)} to {significant(end, 3)} s of {name}"
+        for name, begin, end in spells.at[:_MOST_SPELLS]
+    )
+    holds = (
+        f"{percent(spells.share)} of it in {significant(spells.seconds, 2)} of "
+        f"{significant(spells.whole_s, 3)} s"
+    )
+    if len(spells.at) == 1:
+        return f"It comes in one spell, at {told}, which holds {holds}."
+    strongest = "the strongest " if len(spells.at) > _MOST_SPELLS else ""
+    return f"It comes in {len(spells.at)} spells, {strongest}at {told}. They hold {holds}."

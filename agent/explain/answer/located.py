@@ -86,6 +86,21 @@ class Varying:
 
 
 @dataclass(frozen=True)
+class Spells:
+    """When a mismatch is there that follows nothing that was recorded.
+
+    `at` has recording, begin and end, s, of each spell, the strongest first; `share` is of the
+    energy above the noise that they hold, `seconds` how long they last together and `whole_s` how
+    long all of it.
+    """
+
+    at: tuple[tuple[str, float, float], ...]
+    share: float
+    seconds: float
+    whole_s: float
+
+
+@dataclass(frozen=True)
 class Curve:
     """A finding over the axis on which it lives: the law's line, and the data beneath it.
 

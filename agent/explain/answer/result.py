@@ -23,6 +23,7 @@ from agent.explain.answer.located import (
     PlannedRun,
     Region,
     Ringing,
+    Spells,
     Varying,
 )
 from agent.explain.answer.small_share import weighed
@@ -43,6 +44,7 @@ __all__ = [
     "PlannedRun",
     "Region",
     "Ringing",
+    "Spells",
     "Trace",
     "Varying",
     "Verdict",
@@ -80,6 +82,8 @@ class Explanation:
         Spectra of what swings at a frequency of its own.
     unexplained_varies : Varying or None
         The number of the twin that would have to vary, and along which axis.
+    unexplained_spells : Spells or None
+        When it is there, where it lies along no axis.
     cells : tuple of Cell
         The deficiency map of the refitted twin.
     moved : tuple of Moved
@@ -125,6 +129,7 @@ class Explanation:
     traces: tuple[Trace, ...] = ()
     unexplained_curves: tuple[Curve, ...] = ()
     unexplained_varies: Varying | None = None
+    unexplained_spells: Spells | None = None
     band_hz: float = math.nan
     beside: str = ""
 

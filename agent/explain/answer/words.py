@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from agent.explain.answer.amounts import percent, torque
-from agent.explain.answer.as_if import as_if
+from agent.explain.answer.as_if import as_if, in_spells
 from agent.explain.answer.names import COSTS_NO_TORQUE, OWN_EFFECT, OWN_NUMBER, effect_name
 from agent.explain.answer.places import place_in_words
 from agent.explain.answer.result import Explanation, Finding, Holdout
@@ -148,6 +148,8 @@ def _lies(explanation: Explanation, place: str) -> str:
     varies, left = explanation.unexplained_varies, explanation.unexplained_where
     if varies is not None:
         return as_if(varies)
+    if explanation.unexplained_spells is not None:
+        return in_spells(explanation.unexplained_spells)
     if not place:
         return "It follows nothing that was recorded."
     return f"It lies {place}." if left[0].everywhere else f"It is greatest {place}."

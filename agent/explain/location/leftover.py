@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.answer.located import Cell, Region, Varying
+from agent.explain.answer.located import Cell, Region, Spells, Varying
 from agent.explain.location.deficiency import parameters_of
 from agent.explain.location.regions import axis_values, row_seconds
+from agent.explain.location.spells import spells_of
 from agent.explain.location.varying import FEWEST, OF_GREATEST, Bins, varying
 from agent.explain.rows.lines import Line
 from agent.explain.rows.scene import Scene
@@ -39,10 +40,13 @@ class LeftWhere:
         Connected, with seconds; `share` is of the residual's energy above the noise.
     varies : Varying or None
         Of the cell of the deficiency map that gains most.
+    spells : Spells or None
+        When it is there, where it lies in no region.
     """
 
     regions: tuple[Region, ...] = ()
     varies: Varying | None = None
+    spells: Spells | None = None
 
 
 def left_where(
@@ -106,6 +110,8 @@ def left_where(
         everywhere = np.ones(rows.shape[0], dtype=np.bool_)
         by_travel = None if bins is None else varies(cells[0], bins, everywhere)
         first = _more_telling(first, by_travel)
+    if not out:
+        return LeftWhere(spells=spells_of(scene.table, rows, left_nm, floor_nm, independent))
     return LeftWhere(_places(out, row_s * rows.shape[0])[:_MOST_REGIONS], first)
 
 
