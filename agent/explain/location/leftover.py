@@ -110,7 +110,7 @@ def left_where(
         everywhere = np.ones(rows.shape[0], dtype=np.bool_)
         by_travel = None if bins is None else varies(cells[0], bins, everywhere)
         first = _more_telling(first, by_travel)
-    if not out:
+    if not out and first is None:
         return LeftWhere(spells=spells_of(scene.table, rows, left_nm, floor_nm, independent))
     return LeftWhere(_places(out, row_s * rows.shape[0])[:_MOST_REGIONS], first)
 

@@ -24,6 +24,7 @@ from agent.report.figures.canvas import (
 )
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _HEIGHT_IN = 2.0
@@ -98,17 +99,22 @@ def figure_left_over(
     axes.axhline(0.0, color=MUTED, lw=0.7)
     axes.vlines(at, left.lower_nm * scale.factor, left.upper_nm * scale.factor, color=INK, lw=0.9)
     axes.plot(at, left.mean_nm * scale.factor, ls="none", marker="o", ms=3.6, color=INK)
-    limits = axes.get_xlim()
-    for region in where:
-        if region.variable == left.variable:
-            low, high = abscissa.shown(np.array([region.lower, region.upper]))
-            ends = max(low, limits[0]), min(high, limits[1])
-            axes.axvspan(*ends, color=NOT_EXPLAINED, lw=0, zorder=0)
-    axes.set_xlim(*limits)
+    shade(axes, where, left.variable)
     axes.set_title("What is left without explanation")
     axes.set_xlabel(abscissa.title)
     axes.set_ylabel(f"torque, {scale.unit}")
     return figure_of(axes)
+
+
+def shade(axes: Axes, where: Sequence[Region], name: str) -> None:
+    """Shade the regions of an axis as far as they lie in a picture of it."""
+    limits = axes.get_xlim()
+    for region in where:
+        if region.variable == name:
+            low, high = variable(name).shown(np.array([region.lower, region.upper]))
+            ends = max(low, limits[0]), min(high, limits[1])
+            axes.axvspan(*ends, color=NOT_EXPLAINED, lw=0, zorder=0)
+    axes.set_xlim(*limits)
 
 
 def left_over_in_words(left: LeftOver) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from agent.explain.answer.as_if import called, scale_of
 from agent.explain.answer.result import Varying
 from agent.numbers import Scale, significant
-from agent.report.explanation.figure_cycle import NOT_EXPLAINED
+from agent.report.explanation.figure_left import shade
 from agent.report.explanation.places import variable
 from agent.report.figures.canvas import (
     INK,
@@ -43,13 +43,7 @@ def figure_varying(varies: Varying, *, narrow: bool = False) -> Figure:
         color=INK,
         elinewidth=0.9,
     )
-    limits = axes.get_xlim()
-    for region in varies.regions:
-        if region.variable == varies.variable:
-            low, high = abscissa.shown(np.array([region.lower, region.upper]))
-            ends = max(low, limits[0]), min(high, limits[1])
-            axes.axvspan(*ends, color=NOT_EXPLAINED, lw=0, zorder=0)
-    axes.set_xlim(*limits)
+    shade(axes, varies.regions, varies.variable)
     if varies.variable == "recording":
         axes.set_xticks(abscissa.shown(varies.at))
     axes.set_title(f"By how much {called(varies.number)} would differ")
