@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +21,8 @@ _ABOVE = 1.15  # times the noise's root mean square: less is not said to lie any
 _SIGMAS = 3.0
 _MOST_AXES, _MOST_REGIONS = 2, 3
 _HALF_ORDER = 0.5
+_BETWEEN = ("gearbox_temperature_degc", "motor_temperature_degc", "recording")
+_CARRIES_MOST, _CLEARLY = 0.6, 1.1  # of what is left; times what another number carries
 _EVERYWHERE = 0.8  # of the rows: a place that is so large is none
 _TRAVEL = "after_reversal_rad"
 _AS_COLUMN = {
@@ -75,8 +77,8 @@ def left_where(
     seen: list[str] = []
     columns, row_s = parameters_of(scene), row_seconds(scene.table.pieces)
 
-    def varies(cell: Cell, bins: Bins, there: NDArray[np.bool_]) -> Varying | None:
-        column, number = columns[cell.parameter][rows][there], _number(cell.parameter, scene)
+    def varies(parameter: str, bins: Bins, there: NDArray[np.bool_]) -> Varying | None:
+        column, number = columns[parameter][rows][there], _number(parameter, scene)
         return varying(bins, number, column, left_nm[there], floor_nm, independent, row_s)
 
     first: Varying | None = None
@@ -97,7 +99,7 @@ def left_where(
         bins = Bins.of(variable, values[there])
         if bins is None:
             continue
-        own = varies(cell, bins, there)
+        own = varies(cell.parameter, bins, there)
         found = (
             own.regions if own else _above_noise(bins, left_nm[there], floor_nm, independent, row_s)
         )
@@ -108,11 +110,40 @@ def left_where(
     if cells and cells[0].axis == _TRAVEL:
         bins = Bins.of(_TRAVEL, scene.table.rows["travel_rad"][rows])
         everywhere = np.ones(rows.shape[0], dtype=np.bool_)
-        by_travel = None if bins is None else varies(cells[0], bins, everywhere)
+        by_travel = None if bins is None else varies(cells[0].parameter, bins, everywhere)
         first = _more_telling(first, by_travel)
+    between = _between_recordings(scene, rows, varies)
+    if between is not None and (first is None or between.share > _CLEARLY * first.share):
+        first, out = between, [*between.regions]
     if not out and first is None:
         return LeftWhere(spells=spells_of(scene.table, rows, left_nm, floor_nm, independent))
     return LeftWhere(_places(out, row_s * rows.shape[0])[:_MOST_REGIONS], first)
+
+
+def _between_recordings(
+    scene: Scene,
+    rows: NDArray[np.int64],
+    varies: Callable[[str, Bins, NDArray[np.bool_]], Varying | None],
+) -> Varying | None:
+    """Return the number that carries most of it from recording to recording; None for none.
+
+    The map leaves out whole recordings, each of which may be the only one that is so warm: what
+    differs between them does not count there. Warmth comes before the mere recording.
+    """
+    best: Varying | None = None
+    for variable in _BETWEEN:
+        if variable != "recording" and not scene.has(variable):
+            continue
+        values = axis_values(scene, variable)[rows]
+        there = np.isfinite(values)
+        bins = Bins.of(variable, values[there])
+        if bins is None:
+            continue
+        for parameter in parameters_of(scene):
+            own = varies(parameter, bins, there)
+            least = _CARRIES_MOST if best is None else _CLEARLY * best.share
+            best = own if own is not None and own.share > least else best
+    return best
 
 
 def _more_telling(by_time: Varying | None, by_travel: Varying | None) -> Varying | None:
