@@ -13,7 +13,6 @@ from agent.explain.choosing.search import DELAY
 from agent.explain.closest import closest_said
 from agent.explain.driven import driven_or_heavier
 from agent.explain.driven_range import hangs_free
-from agent.explain.numbers.by_gearbox import warm_magnets_said
 from agent.explain.numbers.late_velocity import is_velocitys
 from agent.explain.numbers.warm_constant import right_at_degc
 from agent.explain.plausible import far_off, turned_gravity
@@ -21,6 +20,7 @@ from agent.explain.rows.table import Table
 from agent.explain.shaken import shaken_said
 from agent.explain.study import Study
 from agent.explain.verdict import far_from_given
+from agent.explain.warm_magnets import warm_magnets_said
 from agent.identify.signals.preprocess import left_out_of
 
 _CLOSER = 1.1  # of the refitted energy, at least: else refitting has brought nothing
