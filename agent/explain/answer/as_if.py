@@ -34,11 +34,12 @@ def as_if(varies: Varying) -> str:
     """
     told = list(zip(varies.regions, varies.amounts, strict=True))[:_MOST_PLACES]
     where = " and ".join(_differs(varies.number, region, amount) for region, amount in told)
+    share = percent(varies.share)
     if varies.number == "offset":
-        return f"It is as if there were {where}: that would carry {percent(varies.share)} of it."
+        return f"It is as if there were {where}: varying so it would carry {share} of it."
     return (
-        f"It is as if {called(varies.number)} were {where} than elsewhere: that would carry "
-        f"{percent(varies.share)} of it."
+        f"It is as if {called(varies.number)} were {where} than usual: varying so it would "
+        f"carry {share} of it."
     )
 
 

@@ -70,12 +70,12 @@ def test_what_would_vary_is_told_with_its_place_its_unit_and_what_it_carries() -
 
     assert said("coulomb_nm", (late, 0.11)) == (
         "It is as if Coulomb friction were 0.11 N m more at times from 0.4 to 9.4 s than "
-        "elsewhere: that would carry 94 % of it."
+        "usual: varying so it would carry 94 % of it."
     )
     assert "viscous friction were 1.2 mN m s/rad less at motor speeds from 7 to 18 rad/s" in said(
         "viscous_nm_s_per_rad", (slow, -0.0012), (late, 0.0008)
     )
     assert "all of the torque were 12 % less at times" in said("scale", (late, -0.12))
     assert said("offset", (late, -0.11)).startswith(
-        "It is as if there were another −0.11 N m of torque at times from 0.4 to 9.4 s: that"
+        "It is as if there were another −0.11 N m of torque at times from 0.4 to 9.4 s: varying so"
     )
