@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from agent.explain.answer.amounts import torque
+from agent.explain.answer.fits import UNSEEN
 from agent.explain.answer.names import NAMES, OWN_NUMBER
 from agent.explain.answer.result import Finding, Holdout, Verdict
 from agent.explain.choosing.search import Library
@@ -96,7 +97,8 @@ def unproven(proven: Holdout, floors: float = 1.0) -> bool:
         How many times the floor the noise is.
     """
     ratio = proven.floor_ratio / floors
-    return ratio > LOUDER or (ratio > _UNPROVEN and not proven.white)
+    far = proven.source == UNSEEN and ratio > LOUDER  # parts left out in turn are no recordings
+    return far or (ratio > _UNPROVEN and not proven.white)
 
 
 def taken_back(verdict: Verdict, findings: Sequence[Finding], proven: Holdout) -> tuple[str, ...]:
