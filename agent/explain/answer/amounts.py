@@ -11,16 +11,20 @@ def percent(share: float) -> str:
     return f"{fixed(whole, 0)} %" if whole >= 1.0 or whole == 0.0 else "less than 1 %"
 
 
+def amount(value: float, unit: str) -> str:
+    """Return a number in SI in the unit that its size asks for."""
+    scale = scale_for(unit, (value,))
+    return f"{significant(value * scale.factor, 2)} {scale.unit}"
+
+
 def torque(value: float) -> str:
     """Return a torque, N m, in its own unit."""
-    scale = scale_for("N m", (value,))
-    return f"{significant(value * scale.factor, 2)} {scale.unit}"
+    return amount(value, "N m")
 
 
 def duration(value: float) -> str:
     """Return the size of a time, s, in its own unit."""
-    scale = scale_for("s", (value,))
-    return f"{significant(abs(value) * scale.factor, 2)} {scale.unit}"
+    return amount(abs(value), "s")
 
 
 def short(value: float) -> str:

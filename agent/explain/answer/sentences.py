@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
-from agent.explain.answer.amounts import duration, factor, percent, short, torque
+from agent.explain.answer.amounts import amount, duration, factor, percent, short, torque
 from agent.explain.answer.names import FOLLOWS_DIRECTION, NAMES, OWN_NUMBER
 from agent.explain.answer.places import place_in_words
 from agent.explain.answer.result import Region, Ringing
@@ -164,13 +164,8 @@ def _growth(known: Mapping[str, float]) -> str:
         rate = known.get(key, 0.0)
         if rate:
             way = "grows" if rate > 0.0 else "falls"
-            said.append(f"{name} {way} by {_amount_of(rate, unit)} an hour")
+            said.append(f"{name} {way} by {amount(abs(rate), unit)} an hour")
     return " and ".join(said)
-
-
-def _amount_of(value: float, unit: str) -> str:
-    scale = scale_for(unit, (value,))
-    return f"{significant(abs(value) * scale.factor, 2)} {scale.unit}"
 
 
 def _amplitudes(known: Mapping[str, float]) -> str:
@@ -228,8 +223,8 @@ def number_sentence(
             f"{factor(found)}."
         )
         return Said(lead, worth=worth)
-    told = {name: numbers for name, numbers in changes.items() if _differs(numbers, changes)}
-    told = told or {**changes}
+    differ = {name: numbers for name, numbers in changes.items() if _differs(numbers, changes)}
+    told = differ or changes
     change = _lack if recorded else change_said
     said = " and ".join(change(name, *numbers) for name, numbers in told.items())
     if effect == "gravity-imbalance":

@@ -94,9 +94,7 @@ def left_where(
             seen.append(variable)
             out.append(Region(variable, order - half, order + half))
             continue
-        values = axis_values(scene, variable)[rows]
-        there = np.isfinite(values)
-        bins = Bins.of(variable, values[there])
+        bins, there = _along(scene, variable, rows)
         if bins is None:
             continue
         own = varies(cell.parameter, bins, there)
@@ -120,6 +118,15 @@ def left_where(
     return LeftWhere(_places(out, row_s * rows.shape[0])[:_MOST_REGIONS], first)
 
 
+def _along(
+    scene: Scene, variable: str, rows: NDArray[np.int64]
+) -> tuple[Bins | None, NDArray[np.bool_]]:
+    """Return an axis in bins, and which of some rows it is known at, shape (m,)."""
+    values = axis_values(scene, variable)[rows]
+    there = np.isfinite(values)
+    return Bins.of(variable, values[there]), there
+
+
 def _between_recordings(
     scene: Scene,
     rows: NDArray[np.int64],
@@ -134,9 +141,7 @@ def _between_recordings(
     for variable in _BETWEEN:
         if variable != "recording" and not scene.has(variable):
             continue
-        values = axis_values(scene, variable)[rows]
-        there = np.isfinite(values)
-        bins = Bins.of(variable, values[there])
+        bins, there = _along(scene, variable, rows)
         if bins is None:
             continue
         for parameter in parameters_of(scene):
