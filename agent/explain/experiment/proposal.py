@@ -27,6 +27,13 @@ DECISIVE = 10.0
 
 _ENOUGH, _PLENTY = 20.0, 100.0  # to decide; to rank: more is no better
 _LONGEST_S = 1800.0  # of driving: an experiment that needs more is none
+_NO_MOTION = (
+    "Within the strokes, speeds and accelerations of these recordings half an hour of driving does "
+    "not tell {}."
+)
+_TOO_SELDOM = "At these recordings' sampling rate no cycle can be followed that would tell {}."
+_SLIDING = "While the joint slides, no motion tells {}."
+_UNTOLD = "These recordings do not tell {}."
 _MOST_RIVALS = 3
 _PAIR = frozenset({"torque-offset", "direction-asymmetry"})
 _PAIR_FORMS = frozenset({"constant", "Coulomb"})
@@ -80,9 +87,9 @@ def next_experiments(
     told = {name for experiment in out for name in experiment.tells_apart}
     left = [h.effect for h in hypotheses[1:] if h.effect not in told]
     if left:
-        out.append(set_up_only(effect, left))
+        out.append(set_up_only(effect, left, _NO_MOTION if followed else _TOO_SELDOM))
     if paired:
-        out.append(set_up_only(effect, [partner]))
+        out.append(set_up_only(effect, [partner], _SLIDING))
     return tuple(out)
 
 
@@ -176,14 +183,11 @@ def _as_experiment(
     )
 
 
-def set_up_only(effect: str, rivals: Sequence[str]) -> NextExperiment:
-    """Return what else decides where no motion does."""
+def set_up_only(effect: str, rivals: Sequence[str], why: str = _UNTOLD) -> NextExperiment:
+    """Return what else decides where none of the menu's motions does, and why none does."""
     advice = " ".join(dict.fromkeys(told_apart_by(effect, rival) for rival in rivals))
     return NextExperiment(
-        sentence=(
-            "No motion within the strokes, speeds and accelerations of these recordings tells "
-            f"{_told(effect, rivals)}: the one copies the other. In general: {advice}"
-        ),
+        sentence=f"{why.format(_told(effect, rivals))} What does: {advice}",
         tells_apart=(effect, *rivals),
         seconds=math.nan,
         gain_per_s=0.0,

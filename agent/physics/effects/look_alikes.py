@@ -63,8 +63,8 @@ PAIRS: tuple[tuple[str, str, str, str], ...] = (
         "torque-offset",
         "a Coulomb level that differs by direction and a constant torque are the same column while"
         " the joint slides",
-        "No run of this axis tells them apart while it slides: read the drive's torque with the"
-        " brake closed and the power stage off, which shows an offset alone.",
+        "Read the drive's torque with the brake closed and the power stage off, which shows an"
+        " offset alone.",
     ),
     (
         "direction-asymmetry",

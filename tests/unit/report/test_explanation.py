@@ -513,7 +513,8 @@ def test_change_of_the_set_up_has_no_command() -> None:
     assert tells_apart(change) == "It tells apart: a b; c; d."
     assert set_up_beside(change) == "Mount 5 kg."
     told = dataclasses.replace(
-        change, sentence="No motion tells a b from c. In general: Mount 5 kg."
+        change,
+        sentence="While the joint slides, no motion tells a b from c. What does: Mount 5 kg.",
     )
     assert (set_up_beside(told), tells_apart(told)) == ("", "")  # said once, and not both ways
     assert variable("recording").shown(np.array([0.0])).tolist() == [1.0]
