@@ -51,8 +51,9 @@ def faster(points: SetPoints, _at: Conditions) -> Floats:
 @pytest.mark.parametrize(
     ("missing", "form", "point", "refused"),
     [
-        (step, FALL, (24.0, 4.0), True),
+        (step, FALL, (28.0, 4.0), True),
         (fall, FALL, (6.0, 2.0), False),
+        (fall, FALL, (6.5, 4.0), False),
         (slower, CHAIN, (0.3, 5.0), True),
         (faster, CHAIN, (0.3, 5.0), False),
     ],

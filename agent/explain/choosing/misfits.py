@@ -5,8 +5,9 @@ form has left is an arm whose friction yields before it slips, which is preslidi
 filter, a lag or a coarse encoder makes of every acceleration.
 
 Friction falls with speed as a film builds up, over a range of speeds. With an exponent as high as
-the search goes all of the fall is at one speed, as where oil begins to churn there: no joint that
-had a Stribeck law was fitted so.
+the search goes all of the fall is at one speed, as where oil begins to churn there. Where slow
+speeds are passed through alone, within a few samples of a start, the exponent is hardly known and
+may end there as well: a fall is a step where a bell-shaped one leaves clearly more.
 
 Friction yields after a reversal. Just before one the joint is as slow; what a law of slow speeds
 leaves there a spring that has long slipped may take, through the filter, which knows no direction.
@@ -24,6 +25,8 @@ from agent.explain.choosing.choice import Choice
 from agent.explain.choosing.search import Library
 
 _AS_HIGH = 0.98  # of the highest exponent
+_BELL, _PLACES = 2.0, np.geomspace(0.5, 1.6, 13)  # exponent, and where its fall may be instead
+_LOST = 0.05  # of what the law removes: what a bell misses of a step, and more
 _RIGID = 1.6  # times the band: every true spring of the scored cases swings below 0.7
 _SEEN = 0.1  # of what it removes: less of it after reversals shows no friction that yields
 
@@ -43,7 +46,7 @@ def misfits(library: Library, choice: Choice) -> set[tuple[str, str]]:
     out = set()
     forms = {candidate.form for candidate in library.candidates}
     for term in choice.candidates:
-        if _is_a_step(library, term):
+        if _is_a_step(library, choice, term):
             out.add((term.form.effect, term.form.name))
         if _is_rigid(library, term) or _is_not_after_reversals(library, choice, term):
             alike = (form for form in (term.form, *forms) if form.effect == term.form.effect)
@@ -51,11 +54,24 @@ def misfits(library: Library, choice: Choice) -> set[tuple[str, str]]:
     return out
 
 
-def _is_a_step(library: Library, term: Candidate) -> bool:
+def _is_a_step(library: Library, choice: Choice, term: Candidate) -> bool:
+    """Return whether friction falls at one speed alone, and not over a range of speeds."""
     if term.form.effect != "stribeck" or term.form.limits is None:
         return False
     place = term.form.nonlinear.index("exponent")
-    return term.point[place] >= _AS_HIGH * term.form.limits(library.scene)[place][1]
+    if term.point[place] < _AS_HIGH * term.form.limits(library.scene)[place][1]:
+        return False
+    others = [other for other in choice.candidates if other is not term]
+    speed = term.form.nonlinear.index("stribeck_velocity_rad_s")
+
+    def left_by(factor: float) -> float:
+        point = list(term.point)
+        point[speed], point[place] = factor * point[speed], _BELL
+        return float(library.errors([*others, library.candidate(term.form, tuple(point))]).sum())
+
+    step = float(library.errors([*others, term]).sum())
+    removed = float(library.errors(others).sum()) - step
+    return min(map(left_by, _PLACES)) - step > _LOST * removed
 
 
 def _is_rigid(library: Library, term: Candidate) -> bool:
