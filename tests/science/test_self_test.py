@@ -146,7 +146,7 @@ def test_the_command_says_what_it_cannot_decide(tmp_path: Path) -> None:
     runner = CliRunner()
     assert runner.invoke(app, ["fake-history", history, "--cycles", "3"]).exit_code == 0
     done = runner.invoke(app, ["self-test", history, "--json", "--no-cache"])
-    assert done.exit_code == 1
+    assert done.exit_code == 0
     (axis,) = json.loads(done.stdout)["axes"]
-    assert axis["decidable"] is False
+    assert (axis["decidable"], axis["passed"]) == (False, False)
     assert "3 of 12" in axis["reason"]

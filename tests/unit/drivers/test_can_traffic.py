@@ -250,3 +250,12 @@ def test_the_command_says_who_talks_and_what_is_odd(
     assert document["schema"] == "stribeck.bus/1"
     assert document["streams"][0]["who"] == "SYNC"
     assert "somebody sends SYNC" in document["remarks"][0]
+
+
+def test_a_silent_bus_is_said_and_is_no_bad_news(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cell = tmp_path / "cell.toml"
+    cell.write_text(fake_cell_text(FakeSpecification(), interface="virtual", channel="silent"))
+    run_bus(cell, 1.0, as_json=True, clock=SteppedClock())
+    assert json.loads(capsys.readouterr().out)["remarks"][0].startswith("nothing was heard")
