@@ -45,13 +45,7 @@ def run_list(
     agent.errors.InputError
         There is no catalogue: who reads makes none.
     """
-    _insist(folder)
-    where = catalogue_url(folder, url)
-    if not is_there(where):
-        raise InputError(
-            f"There is no catalogue {shown(where)}.",
-            f"`stribeck catalogue rebuild {folder}` makes one from the folder's files.",
-        )
+    _insist_on_catalogue(folder, url)
     with Catalogue(folder, url) as catalogue:
         rows = catalogue.recordings(robot=robot, axis=axis, newest=newest)
         verdicts = {v.recording_sha256: v for v in catalogue.verdicts(robot=robot, axis=axis)}
@@ -106,8 +100,14 @@ def run_rebuild(folder: Path, url: str | None) -> None:
 
 
 def run_upgrade(folder: Path, url: str | None) -> None:
-    """Bring the catalogue to this version's tables, and say from where to where."""
-    _insist(folder)
+    """Bring the catalogue to this version's tables, and say from where to where.
+
+    Raises
+    ------
+    agent.errors.InputError
+        There is no catalogue.
+    """
+    _insist_on_catalogue(folder, url)
     with Catalogue(folder, url) as catalogue:
         before, now = catalogue.upgraded
     name = shown(catalogue_url(folder, url))
@@ -179,11 +179,11 @@ def run_retain(
     Raises
     ------
     agent.errors.InputError
-        Neither limit was given.
+        Neither limit was given, or there is no catalogue.
     """
     if days is None and megabytes is None:
         raise InputError("Nothing was asked for.", "Give --days, --max-mb or both.")
-    _insist(folder)
+    _insist_on_catalogue(folder, url)
     with Catalogue(folder, url) as catalogue:
         built = catalogue.rebuild()  # files are the truth, above all before one is removed
         if built.problems:
@@ -226,3 +226,14 @@ def run_verify(folder: Path, *, recompute: bool, as_json: bool) -> None:
 def _insist(folder: Path) -> None:
     if not folder.is_dir():
         raise InputError(f"{folder}: is no folder.")
+
+
+def _insist_on_catalogue(folder: Path, url: str | None) -> None:
+    """Refuse a folder without a catalogue: who reads, or tries, makes none."""
+    _insist(folder)
+    where = catalogue_url(folder, url)
+    if not is_there(where):
+        raise InputError(
+            f"There is no catalogue {shown(where)}.",
+            f"`stribeck catalogue rebuild {folder}` makes one from the folder's files.",
+        )
