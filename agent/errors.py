@@ -3,7 +3,8 @@
 ::
 
     AgentError
-    |-- InputError        exit 3   a file, a cell description or an argument cannot be used
+    |-- InputError        exit 3   a file or a cell description cannot be used
+    |   `-- UsageError    exit 2   an option's value means nothing, whatever the files hold
     |-- StorageError      exit 3   a result cannot be written (disk full, no permission)
     |-- RefusedError      exit 5   nothing has moved, and nothing will: the reasons are listed
     `-- StoppedError      exit 5   the joint was stopped by the agent; the recording so far is kept
@@ -33,7 +34,11 @@ class AgentError(Exception):
 
 
 class InputError(AgentError):
-    """A file, a cell description or an argument cannot be used."""
+    """A file or a cell description cannot be used, or an argument does not fit them."""
+
+
+class UsageError(InputError):
+    """An option's value means nothing, whatever the files hold."""
 
 
 class StorageError(AgentError):

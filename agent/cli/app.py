@@ -19,6 +19,7 @@ from agent.cli.night.commands import add_commands as add_night_commands
 from agent.cli.page.commands import add_commands as add_page_commands
 from agent.cli.prove.commands import add_command as add_prove_command
 from agent.cli.record.commands import add_commands as add_record_commands
+from agent.cli.terminal.options import place
 
 app = typer.Typer(
     name="stribeck",
@@ -52,7 +53,9 @@ def options(
 
 @app.command(short_help="the whole story on a simulated joint, no hardware")
 def demo(
-    out: Annotated[Path, typer.Option(help="Where the files go.")] = Path("stribeck-demo"),
+    out: Annotated[Path, typer.Option(parser=place, help="Where the files go.")] = Path(
+        "stribeck-demo"
+    ),
     seed: Annotated[int, typer.Option(min=0, help="Seed of the simulated robot.")] = 1,
 ) -> None:
     """Show the whole story on a simulated robot joint on a virtual CAN bus; no hardware."""

@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from agent.errors import InputError, StorageError
+from agent.errors import InputError, StorageError, UsageError
 from agent.fleet.entry import Entry, digest_of, entry_of, path_of
 from agent.fleet.index import packed_entry
 from agent.fleet.store import Store
@@ -39,7 +39,7 @@ class Lake(Store):
             The store does not take it.
         """
         if not site:
-            raise InputError("The site needs a name.", "Add --site NAME.")
+            raise UsageError("The site needs a name.", "Add --site NAME.")
         if recording.suffix.lower() != ".parquet":
             raise InputError(
                 f"{recording}: a lake takes Parquet recordings.",

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from agent.errors import InputError
+from agent.errors import InputError, UsageError
 from agent.fleet.cluster import Opened
 from agent.fleet.histories import Stand, cycles_of, stands
 from agent.fleet.lake import Lake
@@ -99,7 +99,7 @@ def monitor_all(
     try:
         detector_of(detector)
     except ValueError as error:
-        raise InputError(f"{str(error)[0].upper()}{str(error)[1:]}.") from error
+        raise UsageError(f"--detector: {error}.") from error
     results = verdicts_of(lake)
     present = present_stands(lake, detector)
     due = _due(present, results)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from agent.errors import InputError
+from agent.errors import InputError, UsageError
 from agent.record.atomic import publish
 from agent.record.reading import CSV
 from agent.record.recording import FLOAT_COLUMNS, TEXT_COLUMNS, Column, Recording
@@ -44,7 +44,7 @@ def export(recording: Recording, path: Path, kind: Format) -> Path:
         The name is taken, or the disk refuses.
     """
     if path.suffix.lower() != SUFFIXES[kind]:
-        raise InputError(f"{path}: a file of {kind} must end in {SUFFIXES[kind]}.")
+        raise UsageError(f"{path}: a file of {kind} must end in {SUFFIXES[kind]}.")
     if kind == "csv":
         try:
             return write(recording, path)

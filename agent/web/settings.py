@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from agent.errors import InputError
+from agent.errors import InputError, UsageError
 
 LOOPBACK_NAMES = ("127.0.0.1", "localhost", "::1")
 
@@ -51,16 +51,17 @@ class PageSettings:
             Half of a TLS pair; another address than loopback without TLS; a bad public URL.
         """
         if (self.tls_cert is None) != (self.tls_key is None):
-            raise InputError("TLS needs both: --tls-cert and --tls-key.")
+            raise UsageError("TLS needs both: --tls-cert and --tls-key.")
         for path in (self.tls_cert, self.tls_key):
             if path is not None and not path.is_file():
                 raise InputError(f"The TLS file {path} is not there.")
         if self.tls_cert is not None and self.tls_key is not None:
             _check_tls(self.tls_cert, self.tls_key)
         if not is_loopback(self.host) and self.tls_cert is None:
-            raise InputError(
-                f"The page does not listen on {self.host} without TLS: passwords and the stop "
-                "would travel in the clear.",
+            where = self.host or "every address"
+            raise UsageError(
+                f"The page does not listen on {where} without TLS: passwords and the stop would "
+                "travel in the clear.",
                 "Give --tls-cert and --tls-key, or listen on 127.0.0.1 behind a reverse proxy "
                 "and name it by --public-url.",
             )
@@ -99,7 +100,7 @@ def _host_of(url: str) -> str:
     except ValueError:
         parts, host = None, None
     if parts is None or parts.scheme != "https" or not host:
-        raise InputError(
+        raise UsageError(
             f"--public-url expects https://NAME, got {url!r}: the proxy has to do the TLS."
         )
     return host.lower()

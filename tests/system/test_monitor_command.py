@@ -227,13 +227,11 @@ def test_what_the_agent_wrote_down_of_a_joint_is_an_event_too(
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (["--baseline", "2"], "A baseline needs at least 3 cycles, got 2."),
-        (["--detector", "tarot"], "--detector: expected a detector (cusum"),
         (["--low-speed", "500"], "must end between"),
         (["--events", "nowhere.toml"], "nowhere.toml: cannot be read"),
     ],
 )
-def test_an_option_that_cannot_be_used_is_bad_input(
+def test_an_option_that_does_not_fit_the_history_is_bad_input(
     arguments: list[str],
     sentence: str,
     kept: Path,

@@ -24,17 +24,21 @@ def add_commands(app: typer.Typer) -> None:
 
 
 def run(
-    cell: Annotated[Path, typer.Argument(metavar="CELL.toml", help="The cell's description.")],
+    cell: Annotated[
+        Path, typer.Argument(parser=place, metavar="CELL.toml", help="The cell's description.")
+    ],
     axis: Annotated[int, typer.Option(help="Number of the axis.")],
     out: Annotated[
-        Path | None, typer.Option(help="Where the files go; else the cell's folder.")
+        Path | None, typer.Option(parser=place, help="Where the files go; else the cell's folder.")
     ] = None,
     reverse: Annotated[
         bool, typer.Option("--reverse", help="Drive the reversed stair (validation run).")
     ] = False,
     trajectory: Annotated[
         Path | None,
-        typer.Option(metavar="PLAN.json", help="Drive this (`plan --out`), or `triangle`."),
+        typer.Option(
+            parser=place, metavar="PLAN.json", help="Drive this (`plan --out`), or `triangle`."
+        ),
     ] = None,
     contour: Annotated[
         bool,
@@ -71,7 +75,9 @@ def run(
 
 
 def plan(
-    cell: Annotated[Path, typer.Argument(metavar="CELL.toml", help="The cell's description.")],
+    cell: Annotated[
+        Path, typer.Argument(parser=place, metavar="CELL.toml", help="The cell's description.")
+    ],
     axis: Annotated[int, typer.Option(help="Number of the axis.")],
     seconds: Annotated[
         float | None,
@@ -80,16 +86,23 @@ def plan(
         ),
     ] = None,
     out: Annotated[
-        Path, typer.Option(help="Folder for plan.json (for `run --trajectory`) and the picture.")
+        Path,
+        typer.Option(
+            parser=place, help="Folder for plan.json (for `run --trajectory`) and the picture."
+        ),
     ] = Path("stribeck-plan"),
     noise_nm: Annotated[
         float,
-        typer.Option(min=0.0, help="Torque noise to reckon with: white, and as much coloured."),
+        typer.Option(
+            min=1e-6, max=1000.0, help="Torque noise to reckon with: white, and as much coloured."
+        ),
     ] = 0.02,
     dwell_s: Annotated[
         float,
         typer.Option(
-            min=0.02, help="No speed is held for less; 0.7 and more where the arm is soft."
+            min=0.02,
+            max=3600.0,
+            help="No speed is held for less; 0.7 and more where the arm is soft.",
         ),
     ] = 0.5,
     aliases: Annotated[

@@ -13,7 +13,7 @@ from agent.cli.cycle.run import show_dry_run
 from agent.cli.terminal.talk import progress_bar, stop_on_signal, talker
 from agent.cycle.contour import contour_of, creep_rad_s, creeping
 from agent.cycle.heaviness import heaviness
-from agent.errors import AgentError, InputError, StoppedError
+from agent.errors import AgentError, InputError, StoppedError, UsageError
 from agent.given_back import said_in
 from agent.record.reading import read
 from agent.wire.replay import clock_for
@@ -73,8 +73,8 @@ def run_contour(
 
 def _asked(cell_path: Path, number: int, torque_nm: float | None) -> tuple[Cell, Axis]:
     """Return the cell, and the axis under the check's limits."""
-    if torque_nm is not None and not torque_nm > 0.0:
-        raise InputError(f"The torque limit must be above zero, got {torque_nm} N m.")
+    if torque_nm is not None and not 0.0 < torque_nm < math.inf:
+        raise UsageError(f"--torque-nm: expected a number above 0, got {torque_nm:g}.")
     cell = read_cell(cell_path)
     axis = cell.axis_numbered(number)
     if axis.drive_ is None:

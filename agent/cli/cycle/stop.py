@@ -17,7 +17,7 @@ import typer
 from agent.cell.cell import read_cell
 from agent.cli.terminal.talk import talker
 from agent.cycle.axis_lock import Holder, holders, is_held, lock_folder, lock_names, word_left
-from agent.errors import InputError, StoppedError
+from agent.errors import InputError, StoppedError, UsageError
 from drivers.clock import Clock, MonotonicClock
 
 PATIENCE_S = 15.0
@@ -81,7 +81,7 @@ def stop(
 def _found(cell_path: Path | None, number: int | None) -> tuple[Holder, ...]:
     """Return whom to ask."""
     if (cell_path is None) != (number is None):
-        raise InputError("Give a cell and --axis, or neither: then every axis is asked to stop.")
+        raise UsageError("Give a cell and --axis, or neither: then every axis is asked to stop.")
     if cell_path is None or number is None:
         found, where = holders(lock_folder()), "this machine"
     else:

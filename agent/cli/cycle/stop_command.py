@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from agent.cli.terminal.options import place
+
 
 def add_commands(app: typer.Typer) -> None:
     """Add the command to the application."""
@@ -15,7 +17,8 @@ def add_commands(app: typer.Typer) -> None:
 
 def stop(
     cell: Annotated[
-        Path | None, typer.Argument(metavar="[CELL.toml]", help="Whose axis; else every one.")
+        Path | None,
+        typer.Argument(parser=place, metavar="[CELL.toml]", help="Whose axis; else every one."),
     ] = None,
     axis: Annotated[int | None, typer.Option(help="Number of the axis.")] = None,
     dry_run: Annotated[

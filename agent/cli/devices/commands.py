@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from agent.cli.terminal.options import Json
+from agent.cli.terminal.options import Json, place
 
 
 def add_commands(app: typer.Typer) -> None:
@@ -33,10 +33,14 @@ def fake(
         typer.Option(metavar="KEY=VALUE", help="Option of the interface; repeatable."),
     ] = None,
     joint: Annotated[
-        Path | None, typer.Option(help="Description of the joint (TOML or JSON); else the default.")
+        Path | None,
+        typer.Option(
+            parser=place, help="Description of the joint (TOML or JSON); else the default."
+        ),
     ] = None,
     write_cell: Annotated[
-        Path | None, typer.Option(help="Write a CELL.toml that drives this very joint.")
+        Path | None,
+        typer.Option(parser=place, help="Write a CELL.toml that drives this very joint."),
     ] = None,
     short: Annotated[
         bool, typer.Option("--short", help="Let that cell ask for a stair of 12 s, not 40 s.")
@@ -53,7 +57,9 @@ def verify_map(
     map_name: Annotated[str, typer.Argument(metavar="MAP", help="A shipped map, or MAP.toml.")],
     tcp: Annotated[str | None, typer.Option(metavar="HOST:PORT", help="Modbus TCP.")] = None,
     rtu: Annotated[str | None, typer.Option(metavar="PORT", help="Modbus RTU.")] = None,
-    baudrate: Annotated[int, typer.Option(min=300, help="Of the serial line.")] = 19_200,
+    baudrate: Annotated[
+        int, typer.Option(min=300, max=20_000_000, help="Of the serial line.")
+    ] = 19_200,
     parity: Annotated[str, typer.Option(help="Of the serial line: N, E or O.")] = "E",
     stopbits: Annotated[int, typer.Option(min=1, max=2, help="Of the serial line.")] = 1,
     device: Annotated[int, typer.Option(min=0, max=255, help="Unit or station.")] = 1,
@@ -61,8 +67,8 @@ def verify_map(
         list[str] | None, typer.Option(metavar="NAME", help="Only this one; repeatable.")
     ] = None,
     rounds: Annotated[int, typer.Option(min=1, max=1000, help="How often to read.")] = 5,
-    interval_s: Annotated[float, typer.Option(min=0.0, help="Between rounds.")] = 0.2,
-    timeout_s: Annotated[float, typer.Option(min=0.01, help="For each request.")] = 1.0,
+    interval_s: Annotated[float, typer.Option(min=0.0, max=3600.0, help="Between rounds.")] = 0.2,
+    timeout_s: Annotated[float, typer.Option(min=0.01, max=3600.0, help="For each request.")] = 1.0,
     json: Json = False,
 ) -> None:
     """Read a Modbus device by a register map and say which of its values make no sense."""
@@ -76,7 +82,9 @@ def verify_map(
 
 
 def eds(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="An EDS or DCF (CiA 306).")],
+    file: Annotated[
+        Path, typer.Argument(parser=place, metavar="FILE", help="An EDS or DCF (CiA 306).")
+    ],
     json: Json = False,
 ) -> None:
     """Say what of a drive's profile its EDS decides, and which lines of it are bad."""
@@ -86,7 +94,7 @@ def eds(
 
 
 def bus(
-    cell: Annotated[Path, typer.Argument(metavar="CELL.toml")],
+    cell: Annotated[Path, typer.Argument(parser=place, metavar="CELL.toml")],
     seconds: Annotated[float, typer.Option(min=0.1, max=3600.0, help="How long to listen.")] = 5.0,
     json: Json = False,
 ) -> None:

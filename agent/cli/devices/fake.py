@@ -11,7 +11,7 @@ from types import FrameType
 from agent.cli.devices.fake_cell import fake_cell_text
 from agent.cli.terminal.talk import talker
 from agent.cycle.precedence import PRIORITY, before_others
-from agent.errors import InputError
+from agent.errors import InputError, UsageError
 from agent.record.atomic import publish
 from drivers.errors import BusError, why_unreadable
 from fakes.process import run_process
@@ -108,7 +108,7 @@ def _options(pairs: tuple[str, ...]) -> dict[str, str | int]:
     for pair in pairs:
         key, equals, value = pair.partition("=")
         if not equals or not key:
-            raise InputError(f"--bus-option expects KEY=VALUE, got {pair!r}.")
+            raise UsageError(f"--bus-option expects KEY=VALUE, got {pair!r}.")
         options[key] = int(value) if value.lstrip("-").isdigit() else value
     return options
 

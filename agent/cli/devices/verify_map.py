@@ -124,6 +124,8 @@ def _endpoint(request: VerifyRequest) -> Endpoint:
         if not port.isdigit() or not 0 < int(port) < 65536 or not host:
             raise typer.BadParameter(f"--tcp expects HOST:PORT, got {request.tcp!r}")
         return TcpEndpoint(host, int(port))
+    if not str(request.rtu).strip():
+        raise typer.BadParameter("--rtu expects the name of a serial port, got ''")
     if request.parity not in ("N", "E", "O") or request.stopbits not in (1, 2):
         raise typer.BadParameter("--parity is N, E or O, --stopbits 1 or 2")
     parity: Literal["N", "E", "O"] = "N"

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from agent.cli.terminal.options import Json, Recordings
+from agent.cli.terminal.options import Json, Recordings, place
 
 
 def add_commands(app: typer.Typer) -> None:
@@ -22,16 +22,22 @@ def add_commands(app: typer.Typer) -> None:
 
 
 def explain(
-    twin: Annotated[Path, typer.Argument(metavar="TWIN.toml", help="What the simulation knows.")],
+    twin: Annotated[
+        Path, typer.Argument(parser=place, metavar="TWIN.toml", help="What the simulation knows.")
+    ],
     recordings: Recordings,
-    out: Annotated[Path, typer.Option(help="Where report, explanation and extended twin go.")],
+    out: Annotated[
+        Path, typer.Option(parser=place, help="Where report, explanation and extended twin go.")
+    ],
     holdout: Annotated[
         list[str] | None,
         typer.Option(metavar="RECORDING", help="Prove it on these; repeatable."),
     ] = None,
     cell: Annotated[
         Path | None,
-        typer.Option(metavar="CELL.toml", help="Plan the next experiment within its limits."),
+        typer.Option(
+            parser=place, metavar="CELL.toml", help="Plan the next experiment within its limits."
+        ),
     ] = None,
     json: Json = False,
 ) -> None:
@@ -42,9 +48,11 @@ def explain(
 
 
 def simulate(
-    twin: Annotated[Path, typer.Argument(metavar="TWIN.toml", help="The twin.")],
+    twin: Annotated[Path, typer.Argument(parser=place, metavar="TWIN.toml", help="The twin.")],
     recording: Annotated[str, typer.Argument(metavar="RECORDING", help="One recording.")],
-    out: Annotated[Path, typer.Option(help="The recording to write (.parquet or .csv).")],
+    out: Annotated[
+        Path, typer.Option(parser=place, help="The recording to write (.parquet or .csv).")
+    ],
 ) -> None:
     """Add torque_simulated_nm: what the twin predicts for the recording's own motion."""
     from agent.cli.explain.simulate import run_simulate

@@ -9,7 +9,7 @@ import typer
 
 from agent.acquisition import Acquisition
 from agent.cli.terminal.talk import talker
-from agent.errors import InputError
+from agent.errors import InputError, UsageError
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.simulated import simulated_torque_nm
 from agent.identify.thermal.stand_in import with_stand_in
@@ -33,7 +33,7 @@ def run_simulate(twin_path: Path, recording_path: str, out: Path) -> None:
         Twin or recording cannot be used, or are not of one axis.
     """
     if out.suffix.lower() not in (".parquet", ".csv"):
-        raise InputError(f"--out: expected a name that ends in .parquet or .csv, got {out}.")
+        raise UsageError(f"--out: expected a name that ends in .parquet or .csv, got {out}.")
     twin = read_twin(twin_path)
     recording = read(recording_path)
     written = write(simulated(twin, recording, str(twin_path)), out)

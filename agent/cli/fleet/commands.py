@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from agent.cli.terminal.options import Json
+from agent.cli.terminal.options import Json, place
 
 if TYPE_CHECKING:
     from agent.fleet.cluster import Opened
@@ -32,7 +32,9 @@ Scheduler = Annotated[
     str, typer.Option(metavar="ADDRESS", help="A Dask scheduler; else workers on this machine.")
 ]
 Workers = Annotated[int, typer.Option(min=1, max=256, help="Worker processes on this machine.")]
-Memory = Annotated[float, typer.Option(min=0.25, help="GiB that each of them may take.")]
+Memory = Annotated[
+    float, typer.Option(min=0.25, max=4096.0, help="GiB that each of them may take.")
+]
 
 
 @fleet_app.command(short_help="put recordings into the lake")
@@ -212,7 +214,9 @@ def monitor(
 @fleet_app.command(short_help="ranking, models, twins: one offline page")
 def report(
     lake: Where,
-    out: Annotated[Path, typer.Option(help="The HTML file to write.")] = Path("fleet.html"),
+    out: Annotated[Path, typer.Option(parser=place, help="The HTML file to write.")] = Path(
+        "fleet.html"
+    ),
     detector: Annotated[str, typer.Option(help="Whose verdicts.")] = "cusum",
 ) -> None:
     """Write the page: joints by urgency with reasons, models compared, what their twins lack."""
@@ -236,18 +240,19 @@ def _month(before: str) -> str:
     import datetime
     import re
 
-    from agent.errors import InputError
+    from agent.errors import UsageError
 
     if not before:
         return f"{datetime.datetime.now(datetime.UTC):%Y-%m}"
     if not re.fullmatch(r"\d{4}-(0[1-9]|1[0-2])", before):
-        raise InputError(f"--before: expected a month such as 2026-11, got {before}.")
+        raise UsageError(f"--before: expected a month such as 2026-11, got {before}.")
     return before
 
 
 def _lake(url: str, *, may_be_new: bool = False) -> Lake:
     from agent.errors import InputError
 
+    place(url)
     try:
         from agent.fleet.lake import Lake
 

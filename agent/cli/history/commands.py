@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from agent.cli.terminal.options import Picture, place
+
 
 def add_commands(app: typer.Typer) -> None:
     """Add the commands to the application."""
@@ -20,25 +22,35 @@ def add_commands(app: typer.Typer) -> None:
 
 
 def fake_history(
-    out: Annotated[Path, typer.Argument(metavar="OUT", help="A new folder.")],
+    out: Annotated[Path, typer.Argument(parser=place, metavar="OUT", help="A new folder.")],
     cycles: Annotated[int, typer.Option(min=1, max=5000, help="How many cycles.")] = 60,
     every_days: Annotated[
         float, typer.Option(min=0.01, max=366.0, help="Days from cycle to cycle; 1: nightly.")
     ] = 1.0,
     seed: Annotated[int, typer.Option(min=0, help="The same seed gives the same recordings.")] = 1,
     wear_day: Annotated[
-        float | None, typer.Option(help="Day on which wear begins; without it, never.")
+        float | None,
+        typer.Option(
+            min=-36500.0, max=36500.0, help="Day on which wear begins; without it, never."
+        ),
     ] = None,
     wear_nm: Annotated[
-        float | None, typer.Option(help="Its friction at low speed, N m; else 0.3.")
+        float | None,
+        typer.Option(min=0.0, max=1000.0, help="Its friction at low speed, N m; else 0.3."),
     ] = None,
     wear_days: Annotated[
-        float | None, typer.Option(help="Days until it has grown to that; else 60.")
+        float | None,
+        typer.Option(min=0.01, max=36500.0, help="Days until it has grown to that; else 60."),
     ] = None,
-    oil_day: Annotated[float | None, typer.Option(help="Day of an oil change.")] = None,
-    swap_day: Annotated[float | None, typer.Option(help="Day of a gearbox swap.")] = None,
+    oil_day: Annotated[
+        float | None, typer.Option(min=-36500.0, max=36500.0, help="Day of an oil change.")
+    ] = None,
+    swap_day: Annotated[
+        float | None, typer.Option(min=-36500.0, max=36500.0, help="Day of a gearbox swap.")
+    ] = None,
     payload_kg: Annotated[
-        list[float] | None, typer.Option(help="One of these is carried each night; repeatable.")
+        list[float] | None,
+        typer.Option(min=0.0, max=10000.0, help="One of these is carried each night; repeatable."),
     ] = None,
     robot: Annotated[str, typer.Option(help="The robot's name in the recordings.")] = "simulated",
     work: Annotated[
@@ -71,9 +83,7 @@ def watch(
     false_rate: Annotated[
         float, typer.Option(help="How often a healthy recording may ask, as a share.")
     ] = 0.01,
-    picture: Annotated[
-        Path | None, typer.Option(help="Write the picture to this file (.svg or .png).")
-    ] = None,
+    picture: Picture = None,
     json: Annotated[
         bool, typer.Option("--json", help="Write the result to stdout as JSON.")
     ] = False,
@@ -136,26 +146,39 @@ def schedule(
         typer.Argument(metavar="HISTORY", help="A joint's cycles, to learn its numbers from."),
     ] = None,
     swing: Annotated[
-        float, typer.Option(help="Half of the gearbox's swing over the year, degC.")
+        float,
+        typer.Option(min=0.0, max=100.0, help="Half of the gearbox's swing over the year, degC."),
     ] = 10.0,
-    wear: Annotated[float, typer.Option(help="Wear to be found, % of friction a month.")] = 5.0,
-    limit: Annotated[float, typer.Option(help="Rise by which it must be found, %.")] = 15.0,
-    minutes: Annotated[float, typer.Option(help="That one experiment stops the robot.")] = 1.5,
-    false_alarms: Annotated[float, typer.Option(help="That are accepted in a year.")] = 0.1,
+    wear: Annotated[
+        float, typer.Option(min=0.01, max=1000.0, help="Wear to be found, % of friction a month.")
+    ] = 5.0,
+    limit: Annotated[
+        float, typer.Option(min=0.01, max=1000.0, help="Rise by which it must be found, %.")
+    ] = 15.0,
+    minutes: Annotated[
+        float, typer.Option(min=0.01, max=1440.0, help="That one experiment stops the robot.")
+    ] = 1.5,
+    false_alarms: Annotated[
+        float, typer.Option(min=0.001, max=365.0, help="That are accepted in a year.")
+    ] = 0.1,
     slope: Annotated[
-        float | None, typer.Option(help="Change of friction, % a degree; else of the history.")
+        float | None,
+        typer.Option(
+            min=-100.0, max=100.0, help="Change of friction, % a degree; else of the history."
+        ),
     ] = None,
     scatter: Annotated[
-        float | None, typer.Option(help="From cycle to cycle, %; else of the history.")
+        float | None,
+        typer.Option(min=0.001, max=100.0, help="From cycle to cycle, %; else of the history."),
     ] = None,
-    ambient: Annotated[float | None, typer.Option(help="The hall's temperature now, degC.")] = None,
+    ambient: Annotated[
+        float | None, typer.Option(min=-100.0, max=100.0, help="The hall's temperature now, degC.")
+    ] = None,
     cooling: Annotated[
         list[str] | None,
         typer.Option(metavar="RECORDING", help="The joint at rest until now; repeatable."),
     ] = None,
-    picture: Annotated[
-        Path | None, typer.Option(help="Write the picture to this file (.svg or .png).")
-    ] = None,
+    picture: Picture = None,
     cache: Annotated[
         bool, typer.Option("--cache/--no-cache", help="Keep what each recording came to.")
     ] = True,

@@ -17,7 +17,7 @@ from agent.cli.terminal.exits import BAD_NEWS
 from agent.cli.terminal.talk import progress_bar, talker
 from agent.conclude.cycles import Unreadable, cache_folder, cycles_of, nothing_usable
 from agent.conclude.monitor_document import to_json
-from agent.errors import InputError
+from agent.errors import InputError, UsageError
 from agent.monitor.detection.detectors import DEFAULT, detector
 from agent.monitor.detection.series import Detector
 from agent.monitor.history.cycle import Cycle, Joint
@@ -118,7 +118,7 @@ def monitor(request: MonitorRequest) -> Monitored:
     try:
         judges = detector(request.detector)
     except ValueError as error:  # known before a year of recordings is estimated
-        raise InputError(f"--detector: {error}.") from error
+        raise UsageError(f"--detector: {error}.") from error
     paths = find(request.patterns)
     cycles, unreadable = _read_cycles(request, paths)
     if not cycles:

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from agent.cli.terminal.options import place
+
 
 def add_commands(app: typer.Typer) -> None:
     """Add the command to the application."""
@@ -20,7 +22,7 @@ def monitor(
     ],
     baseline: Annotated[
         int | None,
-        typer.Option(help="How many of the first cycles are healthy; else chosen by rule."),
+        typer.Option(min=3, help="How many of the first cycles are healthy; else chosen by rule."),
     ] = None,
     siblings: Annotated[
         list[str] | None,
@@ -28,17 +30,23 @@ def monitor(
     ] = None,
     events: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Swaps, oil changes; else events.toml beside them."),
+        typer.Option(
+            parser=place, metavar="FILE", help="Swaps, oil changes; else events.toml beside them."
+        ),
     ] = None,
     detector: Annotated[
         str, typer.Option(help="cusum, thesis, 3-sigma and others (docs/detection.md).")
     ] = "cusum",
     low_speed: Annotated[
         float | None,
-        typer.Option(help="Where the low-speed part ends, rad/s; else a third of the fastest."),
+        typer.Option(
+            min=0.001,
+            max=10000.0,
+            help="Where the low-speed part ends, rad/s; else a third of the fastest.",
+        ),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Folder for report.html and monitor.json.")
+        Path | None, typer.Option(parser=place, help="Folder for report.html and monitor.json.")
     ] = None,
     cache: Annotated[
         bool, typer.Option("--cache/--no-cache", help="Keep what each recording came to.")

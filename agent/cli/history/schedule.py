@@ -67,10 +67,6 @@ def run_schedule(
     agent.errors.InputError
         The recordings are of several joints or cannot be used, or a number makes no sense.
     """
-    asked = (request.swing_degc, *request.wish, request.slope_percent_per_k)
-    for value in (*asked, request.scatter_percent, request.ambient_degc):
-        if value is not None and not math.isfinite(value):
-            raise InputError(f"No schedule can be made of that: {value} is no number to plan with.")
     try:
         found = _schedule(_history(patterns, request) if patterns else None, request)
     except ValueError as error:

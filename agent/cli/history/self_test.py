@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +14,7 @@ from agent.cli.history.self_test_text import AxisTest, axis_json, axis_text
 from agent.cli.terminal.exits import BAD_NEWS
 from agent.cli.terminal.talk import progress_bar, talker
 from agent.conclude.cycles import cache_folder, cycle_from, cycles_of, nothing_usable
-from agent.errors import InputError
+from agent.errors import InputError, UsageError
 from agent.monitor.change.change_time import change_time
 from agent.monitor.detection.detectors import detector as named
 from agent.monitor.detection.series import Detector, State
@@ -38,6 +37,7 @@ from agent.record.recording import Recording
 
 SCHEMA = "stribeck.self-test/1"
 _CHECKED = 3
+_LARGEST_PERCENT = 200.0
 _ANSWERS = (0.9, 1.1)
 
 
@@ -67,9 +67,12 @@ def run_self_test(patterns: Sequence[str], request: SelfTestRequest, *, as_json:
     try:
         detector = named(request.detector)
     except ValueError as error:
-        raise InputError(f"--detector: {error}.") from error
-    if not 0.0 < request.rise_percent < math.inf:
-        raise InputError(f"--rise: expected a number above 0, got {request.rise_percent:g}.")
+        raise UsageError(f"--detector: {error}.") from error
+    if not 0.0 < request.rise_percent <= _LARGEST_PERCENT:
+        raise UsageError(
+            f"--rise: expected a number above 0 and up to {_LARGEST_PERCENT:g}, got "
+            f"{request.rise_percent:g}."
+        )
     paths = find(patterns)
     with progress_bar("estimating") as show:
         cycles, unreadable = cycles_of(paths, cache_folder() if request.cache else None, show)

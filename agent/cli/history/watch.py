@@ -13,7 +13,7 @@ from agent.cli.terminal.exits import BAD_NEWS
 from agent.cli.terminal.pictures import write_picture
 from agent.cli.terminal.talk import talker
 from agent.conclude.outcome import conclude, signals_of
-from agent.errors import InputError
+from agent.errors import InputError, UsageError
 from agent.identify.signals.preprocess import read_motion
 from agent.monitor.observer.band import FEWEST_HEALTHY, HealthyBand, Watch, learn_band
 from agent.monitor.observer.band import watch as watch_one
@@ -42,7 +42,7 @@ def run_watch(
         The recordings cannot be used, are not of one axis, or carry no observer.
     """
     if not 0.0 < false_rate < 0.5:
-        raise InputError(f"--false-rate: expected a share from 0 to 0.5, got {false_rate:g}.")
+        raise UsageError(f"--false-rate: expected a share from 0 to 0.5, got {false_rate:g}.")
     recordings = _in_order(read_all(work))
     reference = read_all(dedicated)
     band = _band(recordings, reference, healthy, false_rate)

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from agent.cli.terminal.options import Json, Recordings
+from agent.cli.terminal.options import Json, Picture, Recordings, place
 
 
 def add_commands(app: typer.Typer) -> None:
@@ -31,7 +31,7 @@ def estimate(
         typer.Option(metavar="RECORDING", help="A run of its own (reversed stair) to predict."),
     ] = None,
     report: Annotated[
-        Path | None, typer.Option(help="Write the offline HTML report to this file.")
+        Path | None, typer.Option(parser=place, help="Write the offline HTML report to this file.")
     ] = None,
     json: Json = False,
 ) -> None:
@@ -43,7 +43,7 @@ def estimate(
 
 def twin(
     recordings: Recordings,
-    out: Annotated[Path, typer.Option(help="The twin to write (TOML).")],
+    out: Annotated[Path, typer.Option(parser=place, help="The twin to write (TOML).")],
 ) -> None:
     """Identify the plain twin (rigid body, gravity, Coulomb, viscous) from recordings."""
     from agent.cli.identify.estimate import run_twin
@@ -56,9 +56,7 @@ def ripple(
     highest_order: Annotated[
         float | None, typer.Option(help="Highest order per motor turn to look for.")
     ] = None,
-    picture: Annotated[
-        Path | None, typer.Option(help="Write the picture to this file (.svg or .png).")
-    ] = None,
+    picture: Picture = None,
     json: Json = False,
 ) -> None:
     """Find the orders and amplitudes of torque ripple from slow passes at constant velocity."""
@@ -69,7 +67,7 @@ def ripple(
 
 def study(
     recordings: Recordings,
-    out: Annotated[Path, typer.Option(help="Where study.html and study.json go.")],
+    out: Annotated[Path, typer.Option(parser=place, help="Where study.html and study.json go.")],
     validation: Annotated[
         str | None,
         typer.Option(metavar="RECORDING", help="Judge the residual on this run (reversed stair)."),
@@ -91,9 +89,7 @@ def thermal(
         ),
     ] = 30.0,
     oil: Annotated[str, typer.Option(help="Name of the oil that the surface is of.")] = "",
-    picture: Annotated[
-        Path | None, typer.Option(help="Write the picture to this file (.svg or .png).")
-    ] = None,
+    picture: Picture = None,
     json: Json = False,
 ) -> None:
     """Identify how the gearbox cools, and its friction over velocity and temperature."""
@@ -111,9 +107,7 @@ def flexible(
         list[str] | None,
         typer.Option(metavar="RECORDING", help="A run that the fit has not seen; repeatable."),
     ] = None,
-    picture: Annotated[
-        Path | None, typer.Option(help="Write the picture to this file (.svg or .png).")
-    ] = None,
+    picture: Picture = None,
     json: Json = False,
 ) -> None:
     """Identify a flexible joint from motor torque and motion; a triangle wave shows most."""
@@ -124,9 +118,7 @@ def flexible(
 
 def reversals(
     recordings: Recordings,
-    picture: Annotated[
-        Path | None, typer.Option(help="Write the picture to this file (.svg or .png).")
-    ] = None,
+    picture: Picture = None,
     json: Json = False,
 ) -> None:
     """Identify presliding (Dahl, Bliman-Sorine, LuGre) and the gear's clearance from reversals."""

@@ -15,7 +15,7 @@ from agent.cli.identify.flexible_text import flexible_text
 from agent.cli.terminal.pictures import write_picture
 from agent.cli.terminal.talk import talker
 from agent.conclude.comparable import one_axis
-from agent.errors import InputError
+from agent.errors import UsageError
 from agent.record.reading import read_all
 
 
@@ -50,7 +50,7 @@ def _choice(kind: str) -> Choice:
         if kind == known:
             choice: Choice = known
             return choice
-    raise InputError(f"--kind: expected one of {', '.join(get_args(Choice))}, got {kind!r}.")
+    raise UsageError(f"--kind: expected one of {', '.join(get_args(Choice))}, got {kind!r}.")
 
 
 def _draw(found: Flexible, path: Path) -> None:

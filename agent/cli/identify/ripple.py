@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import typer
 from agent.cli.terminal.pictures import write_picture
 from agent.conclude.comparable import one_axis
 from agent.conclude.outcome import signals_of
-from agent.errors import InputError
+from agent.errors import InputError, UsageError
 from agent.identify.result import Parameter
 from agent.identify.ripple.change import GONE, OrderChange, RippleChange, compare_ripple
 from agent.identify.ripple.identification import Ripple, find_ripple
@@ -40,8 +41,8 @@ def run_ripple(
     agent.errors.InputError
         A recording cannot be used, they are not of one axis, or an option makes no sense.
     """
-    if highest_order is not None and not highest_order > 0.0:
-        raise InputError(f"--highest-order: expected a number above 0, got {highest_order:g}.")
+    if highest_order is not None and not 0.0 < highest_order < math.inf:
+        raise UsageError(f"--highest-order: expected a number above 0, got {highest_order:g}.")
     recordings = read_all(patterns)
     one_axis(recordings)
     off, on = _by_anticogging(recordings)

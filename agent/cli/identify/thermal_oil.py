@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from agent.errors import InputError
+from agent.errors import InputError, UsageError
 from agent.physics.thermal import THESIS_OILS, Oil
 from agent.record.recording import Recording
 
@@ -41,7 +41,7 @@ def oils_for(text: str, recordings: Sequence[Recording]) -> tuple[str, Mapping[s
         at_40, at_100 = (float(number) for number in numbers.split("/"))
         own = Oil(at_40, at_100)
     except ValueError as error:
-        raise InputError(f"--oil {text}: expected {_FORM} ({error}).") from error
+        raise UsageError(f"--oil {text}: expected {_FORM} ({error}).") from error
     return name.strip(), {name.strip(): own, **THESIS_OILS}
 
 

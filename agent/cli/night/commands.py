@@ -8,10 +8,19 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-Cell = Annotated[Path, typer.Argument(metavar="CELL.toml", help="The cell's description.")]
+from agent.cli.terminal.options import place
+
+Cell = Annotated[
+    Path, typer.Argument(parser=place, metavar="CELL.toml", help="The cell's description.")
+]
 NightFile = Annotated[
     Path | None,
-    typer.Option("--night", metavar="FILE", help="The night's description; else CELL.night.toml."),
+    typer.Option(
+        "--night",
+        parser=place,
+        metavar="FILE",
+        help="The night's description; else CELL.night.toml.",
+    ),
 ]
 
 
@@ -67,7 +76,8 @@ def install(
     night_file: NightFile = None,
     show: Annotated[bool, typer.Option("--show", help="Show the units, install nothing.")] = False,
     folder: Annotated[
-        Path | None, typer.Option(help="Write the units here, and tell systemd nothing.")
+        Path | None,
+        typer.Option(parser=place, help="Write the units here, and tell systemd nothing."),
     ] = None,
 ) -> None:
     """Show the timer and the service, ask, and install them."""

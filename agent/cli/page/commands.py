@@ -7,12 +7,16 @@ from typing import Annotated
 
 import typer
 
-from agent.cli.terminal.options import Json
+from agent.cli.terminal.options import Json, place
 
-CellPath = Annotated[Path, typer.Argument(metavar="CELL.toml", help="The cell's description.")]
+CellPath = Annotated[
+    Path, typer.Argument(parser=place, metavar="CELL.toml", help="The cell's description.")
+]
 State = Annotated[
     Path | None,
-    typer.Option(help="Folder of users, audit trail and runs; else CELL-page beside the cell."),
+    typer.Option(
+        parser=place, help="Folder of users, audit trail and runs; else CELL-page beside the cell."
+    ),
 ]
 
 
@@ -35,8 +39,12 @@ def serve(
     cell: CellPath,
     host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port.")] = 8420,
-    tls_cert: Annotated[Path | None, typer.Option(help="Certificate chain (PEM).")] = None,
-    tls_key: Annotated[Path | None, typer.Option(help="Its private key (PEM).")] = None,
+    tls_cert: Annotated[
+        Path | None, typer.Option(parser=place, help="Certificate chain (PEM).")
+    ] = None,
+    tls_key: Annotated[
+        Path | None, typer.Option(parser=place, help="Its private key (PEM).")
+    ] = None,
     public_url: Annotated[
         str, typer.Option(help="https://NAME of a reverse proxy on this machine.")
     ] = "",
@@ -66,9 +74,9 @@ def serve(
 def serve_run(
     cell: CellPath,
     axis: Annotated[int, typer.Option()],
-    progress: Annotated[Path, typer.Option()],
+    progress: Annotated[Path, typer.Option(parser=place)],
     reverse: Annotated[bool, typer.Option("--reverse")] = False,
-    trajectory: Annotated[Path | None, typer.Option()] = None,
+    trajectory: Annotated[Path | None, typer.Option(parser=place)] = None,
 ) -> None:
     """Drive one cycle for the page, as long as standard input stays open."""
     from agent.cli.page.run import serve_run as run
@@ -79,7 +87,7 @@ def serve_run(
 def serve_look(
     cell: CellPath,
     axis: Annotated[int, typer.Option()],
-    out: Annotated[Path, typer.Option()],
+    out: Annotated[Path, typer.Option(parser=place)],
 ) -> None:
     """Look at an axis for the page, as long as standard input asks for it; nothing is written."""
     from agent.cli.page.look import serve_look as look

@@ -6,13 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
 
-from agent.errors import InputError
+from agent.errors import UsageError
 
 if TYPE_CHECKING:
     from fakes.conceal import Order
 
 _T = TypeVar("_T")
 
+_MOST_CASES = 100_000
 FULL = 120
 """Cases of the whole proof: every effect twice in rich recordings and once in poor ones."""
 
@@ -50,10 +51,10 @@ def plan(count: int, first_seed: int) -> tuple[Asked, ...]:
     whole. Rich single effects take all four SNR levels in turn, all else the three from 0.5 up.
     After `FULL` cases the sequence goes on with new seeds and other SNR levels.
     """
-    if count < 1:
-        raise InputError(f"--cases: expected 1 or more, got {count}.")
+    if not 1 <= count <= _MOST_CASES:
+        raise UsageError(f"--cases: expected 1 to {_MOST_CASES}, got {count}.")
     if first_seed < 0:
-        raise InputError(f"--seed: expected 0 or more, got {first_seed}.")
+        raise UsageError(f"--seed: expected 0 or more, got {first_seed}.")
     groups = _mixed()
     seen = dict.fromkeys(QUOTA, 0)
     out = []

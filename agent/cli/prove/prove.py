@@ -25,7 +25,7 @@ from agent.cli.prove.summary import summary_of
 from agent.cli.prove.table import table_text
 from agent.cli.terminal.talk import talker
 from agent.cli.terminal.threads import LINEAR_ALGEBRA
-from agent.errors import InputError
+from agent.errors import UsageError
 
 SCHEMA = "stribeck.proof/1"
 _MOST_PROCESSES = 64
@@ -83,7 +83,7 @@ def run_prove(cases: int, first_seed: int, *, full: bool, processes: int, as_jso
         An argument cannot be used.
     """
     if not 1 <= processes <= _MOST_PROCESSES:
-        raise InputError(f"--processes: expected 1 to {_MOST_PROCESSES}, got {processes}.")
+        raise UsageError(f"--processes: expected 1 to {_MOST_PROCESSES}, got {processes}.")
     asked = plan(FULL if full else cases, first_seed)
     opened: list[Opened] = []
     dropped: list[Dropped] = []

@@ -12,7 +12,7 @@ import typer
 
 from agent.cli.terminal.exits import BAD_NEWS
 from agent.cli.terminal.talk import talker
-from agent.errors import InputError
+from agent.errors import InputError, UsageError
 from agent.night.description import KINDS
 from agent.record.catalogue.catalogue import Catalogue, RecordingRow, VerdictRow
 from agent.record.catalogue.files import everything
@@ -130,9 +130,9 @@ def run_note(
     try:
         datetime.datetime.fromisoformat(when)
     except ValueError as error:
-        raise InputError(f"--at {at!r} is no time in ISO 8601.") from error
+        raise UsageError(f"--at {at!r} is no time in ISO 8601.") from error
     if not kind.isidentifier() or kind in (*KINDS, "begun", "night"):
-        raise InputError(f"{kind!r} cannot be the kind of a note.", "Say swap, oil, or a word.")
+        raise UsageError(f"{kind!r} cannot be the kind of a note.", "Say swap, oil, or a word.")
     _insist_on_joint(folder, robot, axis, url)
     with Catalogue(folder, url) as catalogue:
         row = catalogue.record_event(Event(when, kind, text, robot, axis, by=by))
@@ -182,7 +182,7 @@ def run_retain(
         Neither limit was given, or there is no catalogue.
     """
     if days is None and megabytes is None:
-        raise InputError("Nothing was asked for.", "Give --days, --max-mb or both.")
+        raise UsageError("Nothing was asked for.", "Give --days, --max-mb or both.")
     _insist_on_catalogue(folder, url)
     with Catalogue(folder, url) as catalogue:
         built = catalogue.rebuild()  # files are the truth, above all before one is removed

@@ -32,7 +32,8 @@ catalogue = typer.Typer(
 def add(
     recordings: Recordings,
     folder: Annotated[
-        Path | None, typer.Option(help="Whose catalogue; else each recording's own folder.")
+        Path | None,
+        typer.Option(parser=place, help="Whose catalogue; else each recording's own folder."),
     ] = None,
     url: Url = None,
 ) -> None:
@@ -47,7 +48,9 @@ def list_(
     folder: Folder,
     robot: Annotated[str | None, typer.Option(help="Of this robot only.")] = None,
     axis: Annotated[int | None, typer.Option(help="Of this axis only.")] = None,
-    newest: Annotated[int | None, typer.Option(min=1, help="Not more than so many.")] = None,
+    newest: Annotated[
+        int | None, typer.Option(min=1, max=1_000_000_000, help="Not more than so many.")
+    ] = None,
     url: Url = None,
     json: Json = False,
 ) -> None:
@@ -76,8 +79,12 @@ def upgrade(folder: Folder, url: Url = None) -> None:
 @catalogue.command(short_help="what may go by age or size; a dry run first")
 def retain(
     folder: Folder,
-    days: Annotated[float | None, typer.Option(min=0.0, help="Keep so many days.")] = None,
-    max_mb: Annotated[float | None, typer.Option(min=0.0, help="Keep so many megabytes.")] = None,
+    days: Annotated[
+        float | None, typer.Option(min=0.0, max=100000.0, help="Keep so many days.")
+    ] = None,
+    max_mb: Annotated[
+        float | None, typer.Option(min=0.0, max=1e12, help="Keep so many megabytes.")
+    ] = None,
     apply: Annotated[bool, typer.Option("--apply", help="Remove them; else say only.")] = False,
     url: Url = None,
 ) -> None:
@@ -120,7 +127,9 @@ def verify(
 def export(
     recording: Annotated[str, typer.Argument(metavar="RECORDING", help="One recording.")],
     kind: Annotated[str, typer.Option("--format", help="csv or mdf4.")] = "csv",
-    out: Annotated[Path | None, typer.Option(help="The file; else beside the recording.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(parser=place, help="The file; else beside the recording.")
+    ] = None,
 ) -> None:
     """Write a recording as CSV with its side file, or as MDF 4, with units."""
     from agent.cli.record.export import run_export
@@ -129,10 +138,12 @@ def export(
 
 
 def import_(
-    file: Annotated[Path, typer.Argument(metavar="FILE.csv", help="As the studio has saved it.")],
+    file: Annotated[
+        Path, typer.Argument(parser=place, metavar="FILE.csv", help="As the studio has saved it.")
+    ],
     robot: Annotated[str, typer.Option(help="Whose joint.")],
     axis: Annotated[int, typer.Option(help="Number of the axis.")],
-    gear_ratio: Annotated[float, typer.Option(help="Motor turns per arm turn.")],
+    gear_ratio: Annotated[float, typer.Option(min=1.0, max=1e6, help="Motor turns per arm turn.")],
     mapping: Annotated[
         str, typer.Option(help="A shipped mapping, or MAPPING.toml (docs/record.md).")
     ] = "epos-studio",
@@ -143,10 +154,12 @@ def import_(
     time_zone: Annotated[
         str, typer.Option(help="Of the studio's computer, such as Europe/Berlin.")
     ] = "UTC",
-    payload_kg: Annotated[float | None, typer.Option(help="What the arm carried.")] = None,
+    payload_kg: Annotated[
+        float | None, typer.Option(min=0.0, max=1e6, help="What the arm carried, kg.")
+    ] = None,
     notes: Annotated[str, typer.Option(help="Anything a reader should know.")] = "",
     out: Annotated[
-        Path | None, typer.Option(help="The recording; else FILE.parquet beside it.")
+        Path | None, typer.Option(parser=place, help="The recording; else FILE.parquet beside it.")
     ] = None,
 ) -> None:
     """Read a drive studio's CSV through a mapping; bad lines are named, nothing is guessed."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import get_args
@@ -9,7 +10,7 @@ from typing import get_args
 import typer
 
 from agent.cli.terminal.talk import talker
-from agent.errors import InputError
+from agent.errors import UsageError
 from agent.record.export import SUFFIXES, Format, export
 from agent.record.importing.mapping import load_mapping
 from agent.record.importing.studio import Joint, import_csv
@@ -27,7 +28,7 @@ def run_export(recording: str, kind: str, out: Path | None) -> None:
     """
     known: dict[str, Format] = {name: name for name in get_args(Format)}
     if kind not in known:
-        raise InputError(f"There is no format {kind!r}; expected {' or '.join(known)}.")
+        raise UsageError(f"There is no format {kind!r}; expected {' or '.join(known)}.")
     what = read(recording)
     path = out or Path(recording).with_suffix(SUFFIXES[kind])
     typer.echo(str(export(what, path, known[kind])))
@@ -64,9 +65,10 @@ def parameters_of(pairs: Sequence[str]) -> dict[str, float]:
     for pair in pairs:
         name, equals, number = pair.partition("=")
         try:
-            found[name.strip()] = float(number)
+            value = float(number)
         except ValueError as error:
-            raise InputError(f"--set expects NAME=NUMBER, got {pair!r}.") from error
-        if not equals or not name.strip():
-            raise InputError(f"--set expects NAME=NUMBER, got {pair!r}.")
+            raise UsageError(f"--set expects NAME=NUMBER, got {pair!r}.") from error
+        if not equals or not name.strip() or not math.isfinite(value):
+            raise UsageError(f"--set expects NAME=NUMBER, got {pair!r}.")
+        found[name.strip()] = value
     return found

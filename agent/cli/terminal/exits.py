@@ -5,7 +5,14 @@ from __future__ import annotations
 import errno
 import re
 
-from agent.errors import AgentError, InputError, RefusedError, StoppedError, StorageError
+from agent.errors import (
+    AgentError,
+    InputError,
+    RefusedError,
+    StoppedError,
+    StorageError,
+    UsageError,
+)
 from drivers.errors import DriverError
 from trajectories import TrajectoryError
 
@@ -40,6 +47,7 @@ NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 EXIT_CODES: tuple[tuple[type[BaseException], int], ...] = (
     (RefusedError, SAFETY),
     (StoppedError, SAFETY),
+    (UsageError, USAGE),
     (InputError, BAD_INPUT),
     (StorageError, BAD_INPUT),
     (TrajectoryError, BAD_INPUT),

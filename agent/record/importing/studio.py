@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from agent.errors import InputError
+from agent.errors import InputError, UsageError
 from agent.record.checks import check
 from agent.record.importing.mapping import (
     DATE,
@@ -209,7 +209,7 @@ def _in_utc(text: str, zone: str, path: Path) -> str:
         local = datetime.datetime.fromisoformat(text)
         aware = local if local.tzinfo else local.replace(tzinfo=zoneinfo.ZoneInfo(zone))
     except (zoneinfo.ZoneInfoNotFoundError, OSError) as error:
-        raise InputError(f"The time zone {zone!r} is not known.") from error
+        raise UsageError(f"--time-zone: {zone!r} is not known.") from error
     except ValueError as error:
         raise InputError(f"{path}: {text!r} is no date and time.") from error
     return _utc(aware.astimezone(datetime.UTC))

@@ -51,8 +51,6 @@ def test_ripple_prints_text_json_and_picture(
     assert document["lines"][0]["kind"] == "torque-ripple"
     with pytest.raises(InputError, match="above 0"):
         run_ripple([name], -1.0, None, as_json=False)
-    with pytest.raises(InputError, match=r"\.svg or \.png"):
-        run_ripple([name], 60.0, tmp_path / "ripple.gif", as_json=False)
 
 
 def test_thermal_prints_the_cooling_and_says_what_is_missing(
