@@ -186,7 +186,10 @@ class Store:
     def _told(self, what: str) -> Iterator[None]:
         try:
             yield
-        except OSError as error:  # what fsspec's stores raise, S3's included
+        except Exception as error:
+            # what fsspec's stores raise, S3's included but for credentials that are not there
+            if not isinstance(error, OSError) and not type(error).__module__.startswith("botocore"):
+                raise
             raise StorageError(
                 f"{self.url}: the lake cannot be {what} ({error}).",
                 "Check the address, the rights and the connection, then start again; what is "

@@ -69,6 +69,8 @@ def publish(
             done.unlink(missing_ok=True)
         if isinstance(error, FileExistsError):
             raise _taken(path) from error
+        if isinstance(error, FileNotFoundError) and path.parent.is_dir():
+            raise _refused(f"{path} cannot be written", path.parent) from error
         raise storage_error(error, f"{path} cannot be written") from error
     finally:
         for beside in temporary.values():
@@ -127,8 +129,14 @@ def sync_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
-def make_folder(folder: Path) -> None:
+def make_folder(folder: Path, mode: int = 0o777) -> None:
     """Make a folder for results, and those above it, unless it is there.
+
+    Parameters
+    ----------
+    folder : pathlib.Path
+    mode : int
+        Of the folder itself, where it is made.
 
     Raises
     ------
@@ -136,7 +144,9 @@ def make_folder(folder: Path) -> None:
         The system refuses, or a file has that name.
     """
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(parents=True, exist_ok=True, mode=mode)
+    except FileNotFoundError as error:
+        raise _refused(f"The folder {folder} cannot be made", folder.parent) from error
     except OSError as error:
         raise storage_error(error, f"The folder {folder} cannot be made") from error
 
@@ -214,6 +224,11 @@ def _is_stream(path: Path) -> bool:
     if path.is_symlink() and str(path.readlink()).startswith("/proc/"):
         return True
     return path.exists() and not path.is_file() and not path.is_dir()
+
+
+def _refused(what: str, folder: Path) -> StorageError:
+    """Return what is to be said where a folder is there and takes nothing, as /proc is."""
+    return StorageError(f"{what}: {folder} takes no files.", "Choose another folder.")
 
 
 def _taken(path: Path) -> StorageError:

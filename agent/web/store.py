@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from agent.errors import StorageError
+from agent.record.atomic import make_folder, storage_error
 
 NAME = "page.sqlite"
 _BUSY_S = 5.0
@@ -59,7 +60,7 @@ class Store:
         self._path = state / NAME
         self._lock = threading.Lock()
         try:
-            state.mkdir(parents=True, exist_ok=True, mode=0o700)
+            make_folder(state, mode=0o700)
             self._path.touch(mode=0o600)
             self._connection = sqlite3.connect(
                 self._path, timeout=_BUSY_S, isolation_level=None, check_same_thread=False
@@ -115,4 +116,6 @@ class Store:
             self._connection.close()
 
     def _unusable(self, error: Exception) -> StorageError:
+        if isinstance(error, OSError):
+            return storage_error(error, f"The page's database {self._path} cannot be made")
         return StorageError(f"The page's database {self._path} cannot be used: {error}.")

@@ -303,6 +303,33 @@ def test_what_cannot_be_used_is_said_in_words_before_any_work(
     assert "Errno" not in done.stderr
 
 
+@pytest.mark.parametrize(
+    ("command", "code", "says"),
+    [
+        ("fake-history months --cycles 1 --robot \n", 3, "a name without control characters"),
+        ("fake-history cell.toml --cycles 1", 3, "a file has that name"),
+        ("catalogue add run.parquet --folder none", 3, "none: is no folder."),
+        ("catalogue add run.parquet --folder other", 3, "run.parquet is not below other."),
+        ("catalogue add run.parquet --catalogue nonsense", 3, "URL cannot be read"),
+        ("catalogue note . oil  --robot cell7", 2, "A note without a word says nothing."),
+        ("user invite cell.toml anna --state other", 3, "other/page.sqlite is not there"),
+        ("plan cell.toml --axis 1 --seconds 20 --out run.parquet", 3, "a file has that name"),
+    ],
+)
+def test_what_is_refused_leaves_nothing_behind(
+    command: str, code: int, says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    save(tmp_path / "run.parquet", columns())
+    Path("other").mkdir()
+    Path("cell.toml").write_text(called("example-cell").stdout)
+    before = sorted(tmp_path.rglob("*"))
+    done = called(*command.split(" "))
+    assert (done.returncode, done.stdout) == (code, "")
+    assert says in done.stderr
+    assert sorted(tmp_path.rglob("*")) == before
+
+
 NO_NUMBER = ("nan", "inf", "-1e9", "1e308")
 
 

@@ -14,7 +14,7 @@ from agent.cli.cycle.plan_aliases import aliases_document, planned_aliases
 from agent.cli.cycle.plan_outlook import Outlook, outlook_of
 from agent.cli.cycle.plan_words import basis, can_see, cannot_see, in_short, rows
 from agent.cycle.plan import stair_of
-from agent.record.atomic import make_folder, publish
+from agent.record.atomic import check_folder, make_folder, publish
 from trajectories import summarise
 from trajectories.summary import Summary
 
@@ -54,6 +54,7 @@ def run_plan(
             )
         _say_aliases(cell, axis, as_json=as_json)
         return
+    check_folder(out)
     outlook = outlook_of(cell, axis, seconds, noise_nm=noise_nm, dwell_s=dwell_s)
     trajectory_path, picture_path = out / "plan.json", out / "plan.html"
     _write(outlook, trajectory_path, picture_path, axis)

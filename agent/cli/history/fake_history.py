@@ -40,9 +40,11 @@ def run_fake_history(out: Path, request: HistoryRequest, *, work: bool) -> None:
     agent.errors.InputError
         The request makes no history, or the folder holds one already.
     """
+    from agent.record.atomic import check_folder
     from fakes.history import cycles, ordinary_runs
 
     plan = _plan(request)
+    check_folder(out)
     if out.exists() and any(out.iterdir()):
         raise InputError(f"{out} is not empty.", "Name a new folder.")
     written = _write(cycles(plan), out, request.cycles)
@@ -77,15 +79,16 @@ def _plan(request: HistoryRequest) -> HistoryPlan:
 
 
 def _write(runs: Iterable[CycleRun], folder: Path, total: int) -> list[Path]:
+    from agent.record.atomic import make_folder
     from agent.record.metadata import Metadata
     from agent.record.recording import Recording
     from agent.record.writing import write
 
-    folder.mkdir(parents=True, exist_ok=True)
     out = []
     with progress_bar("simulating") as show:
         for number, run in enumerate(runs, start=1):
             metadata = Metadata.from_json(dict(run.metadata), run.name)
+            make_folder(folder)  # not before it is known that there is something to write
             path = folder / f"{run.name}.parquet"
             out.append(write(Recording(run.columns, metadata, str(path)), path))
             show(run.name, number / total)

@@ -12,7 +12,7 @@ from agent.errors import InputError
 from agent.record.audit import AuditTrail, verify
 from agent.web.passwords import Argon2
 from agent.web.roles import Role
-from agent.web.store import Store
+from agent.web.store import NAME, Store
 from agent.web.users import INVITATION_HOURS, Users
 
 
@@ -61,9 +61,9 @@ def verify_audit(state: Path, expect: str) -> None:
 
 
 def _users(state: Path) -> Users:
-    if not state.is_dir():
+    if not (state / NAME).is_file():  # another folder would become a page's by a slip
         raise InputError(
-            f"{state} is not there: no page was ever served for this cell.",
+            f"{state / NAME} is not there: no page was ever served for this cell.",
             "Name the folder with --state.",
         )
     return Users(Store(state), Argon2())

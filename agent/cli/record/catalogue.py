@@ -29,6 +29,8 @@ def run_add(patterns: Sequence[str], folder: Path | None, url: str | None) -> No
     """Seal recordings and take them into the catalogue; print their content hashes."""
     from agent.cli.record.keep import take
 
+    if folder is not None:
+        _insist(folder)
     for path in find(patterns):
         row = take(path, url, folder)
         typer.echo(f"{row.sha256}  {path}")
@@ -131,6 +133,8 @@ def run_note(
         datetime.datetime.fromisoformat(when)
     except ValueError as error:
         raise UsageError(f"--at {at!r} is no time in ISO 8601.") from error
+    if not text.strip():
+        raise UsageError("A note without a word says nothing.", "Say it in one sentence.")
     if not kind.isidentifier() or kind in (*KINDS, "begun", "night"):
         raise UsageError(f"{kind!r} cannot be the kind of a note.", "Say swap, oil, or a word.")
     _insist_on_joint(folder, robot, axis, url)

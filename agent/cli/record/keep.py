@@ -53,12 +53,18 @@ def keep(recording: Path, conclusion: Conclusion, url: str | None = None) -> Ver
 
 
 def take(recording: Path, url: str | None = None, folder: Path | None = None) -> RecordingRow:
-    """Seal a recording that somebody has brought, and take it into the catalogue."""
-    from agent.record.catalogue.catalogue import Catalogue  # as above
+    """Seal a recording that somebody has brought, and take it into the catalogue.
 
-    read(recording)  # what is no recording gets no seal
-    seal(recording)
-    with Catalogue(folder or recording.parent, url) as catalogue:
+    What is no recording, or not the folder's, gets no seal, nor where there is no catalogue.
+    """
+    from agent.record.catalogue.catalogue import Catalogue  # as above
+    from agent.record.catalogue.rows import relative
+
+    place = folder or recording.parent
+    read(recording)
+    relative(recording, place)
+    with Catalogue(place, url) as catalogue:
+        seal(recording)
         return catalogue.add(recording)
 
 

@@ -14,7 +14,7 @@ from typing import Any, Self, TypeVar
 
 import sqlalchemy as sa
 
-from agent.errors import StorageError
+from agent.record.atomic import make_folder
 from agent.record.catalogue import schema
 from agent.record.catalogue.files import beside, everything
 from agent.record.catalogue.rows import EstimateRow, EventRow, RecordingRow, VerdictRow
@@ -59,10 +59,7 @@ class Catalogue:
     """
 
     def __init__(self, folder: Path, url: str | None = None) -> None:
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise StorageError(f"The folder {folder} cannot be used: {error}.") from error
+        make_folder(folder)
         self.folder = folder
         self.url = schema.catalogue_url(folder, url)
         # a catalogue inside its folder moves with it; elsewhere the folder's name is the key

@@ -16,6 +16,7 @@ from agent.fleet.lake import Lake
 from agent.fleet.listing import listed
 from agent.fleet.packs import pack_all
 from agent.fleet.results import Results
+from agent.fleet.store import Store
 from agent.record.recording import Metadata, Recording
 from agent.record.writing import write
 from tests.benchmarks.fleet import cycles
@@ -183,3 +184,19 @@ def test_results_are_there_once_and_by_version(lake: Lake) -> None:
 def test_an_address_of_no_store_is_one_sentence() -> None:
     with pytest.raises(InputError, match="cannot be used as a lake"):
         Lake("nowhere://bucket")
+
+
+def test_credentials_that_are_not_there_are_no_fault_of_ours(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """S3's own library says that in a class of its own, which is no error of the system."""
+    from botocore.exceptions import NoCredentialsError
+
+    store = Store(str(tmp_path))
+
+    def nobody(*_: object, **__: object) -> bytes:
+        raise NoCredentialsError
+
+    monkeypatch.setattr(store._store, "cat_file", nobody)
+    with pytest.raises(StorageError, match="Unable to locate credentials"):
+        store.get("x")

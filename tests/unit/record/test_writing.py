@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import re
 import stat
 import subprocess
 import sys
@@ -17,7 +18,7 @@ import pytest
 
 from agent.errors import InputError, StorageError
 from agent.record import atomic
-from agent.record.atomic import publish, storage_error
+from agent.record.atomic import make_folder, publish, storage_error
 from agent.record.reading import read
 from agent.record.streams.recover import recover
 from agent.record.streams.stream import StreamWriter
@@ -101,6 +102,7 @@ def test_a_file_system_without_hard_links_is_served_by_a_rename(
 def test_a_kill_before_the_rename_leaves_no_file_of_that_name(tmp_path: Path) -> None:
     program = f"""
 import os
+import re
 from pathlib import Path
 from agent.record.writing import write
 from tests.unit.record.samples import recording
@@ -243,3 +245,22 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
         yield folder
     finally:
         subprocess.run(["umount", str(folder)], check=True)
+
+
+def test_a_folder_that_takes_nothing_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As /proc for root: it is there, and no folder is missing that could be made first."""
+
+    def nowhere(path: object, *_: object, **__: object) -> None:
+        raise FileNotFoundError(errno.ENOENT, "No such file or directory", str(path))
+
+    monkeypatch.setattr(Path, "mkdir", nowhere)
+    monkeypatch.setattr(os, "open", nowhere)
+    said = re.escape(f": {tmp_path} takes no files. Choose another folder.")
+    with pytest.raises(StorageError, match=f"x cannot be made{said}"):
+        make_folder(tmp_path / "x")
+    with pytest.raises(StorageError, match=f"x cannot be written{said}"):
+        publish({tmp_path / "x": b""})
+    with pytest.raises(StorageError, match="Make the folder first"):
+        publish({tmp_path / "missing" / "x": b""})
