@@ -7,6 +7,7 @@ from trajectories.design_information import Belief, Expectation, TorqueNoise, ex
 from trajectories.design_request import DesignRequest
 from trajectories.document import SCHEMA
 from trajectories.extrema import TorqueModel
+from trajectories.lasting import lasting
 from trajectories.limits import AxisLimits, Excess, Margin, check, margins
 from trajectories.paired_stair import stair_paired
 from trajectories.point_to_point import point_to_point
@@ -50,6 +51,7 @@ __all__ = [
     "check",
     "design_stair",
     "expect",
+    "lasting",
     "margins",
     "motor_rad",
     "point_to_point",

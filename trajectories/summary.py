@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from trajectories.arm import arm_deg
 from trajectories.checks import positive
 from trajectories.extrema import TorqueModel, largest, states
+from trajectories.lasting import lasting
 from trajectories.limits import AxisLimits, Excess, Margin, check, margins
 from trajectories.trajectory import Trajectory
 
@@ -65,7 +66,7 @@ class Summary:
         )
         ways = f"starts and ends at {start}" if start == end else f"from {start} to {end}"
         out = [
-            f"{self.name}: {self.duration_s:.2f} s, {ways} rad (motor)",
+            f"{self.name}: {lasting(self.duration_s)}, {ways} rad (motor)",
             f"positions {low} to {high} rad (motor)",
         ]
         if self.arm_min_deg is not None and self.arm_max_deg is not None:

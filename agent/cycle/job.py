@@ -30,6 +30,7 @@ from drivers.ports import (
     Sample,
     SyncAccount,
 )
+from trajectories import lasting
 
 COLUMNS = ("time_s", "position_rad", "velocity_rad_s", "torque_nm", "phase")
 TEMPERATURE_COLUMN = "gearbox_temperature_degc"
@@ -195,7 +196,7 @@ class JobRunner:
             raise self._trip(f"the job did not begin within {limit_s:.1f} s: it is '{state}'")
         longest_s = SLACK * self.plan.trajectory.duration_s + APPROACH_S
         if elapsed_s > longest_s:
-            raise self._trip(f"the job has not ended within {longest_s:.0f} s")
+            raise self._trip(f"the job has not ended within {lasting(longest_s)}")
         return False
 
     def _insist(self, sample: Sample, unheard: str) -> None:

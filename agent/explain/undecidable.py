@@ -12,6 +12,7 @@ from agent.explain.plausible import of_two_units, runs_backwards
 from agent.explain.rows.scene import refit
 from agent.explain.rows.table import Table
 from agent.physics.twin import Twin
+from trajectories import lasting
 
 _LEAST_ROWS = 120
 _FEWEST_BLOCKS = 12  # of two seconds: folds and the jackknife leave them out in turn
@@ -92,7 +93,7 @@ def _nowhere(table: Table, twin: Twin) -> str:
 
 
 def _seconds(rows: int, table: Table) -> str:
-    return f"{rows * row_seconds(table.pieces):.0f} s"
+    return lasting(rows * row_seconds(table.pieces))
 
 
 def _out_of_band(table: Table, count: int) -> str:
@@ -102,9 +103,9 @@ def _out_of_band(table: Table, count: int) -> str:
     )
     periods = _LEAST_ROWS * row_seconds(table.pieces)
     return (
-        f"not decidable: {_seconds(count, table)} of {recorded_s:.0f} s recorded can be compared, "
-        f"in the band of {table.cutoff_hz:.2g} Hz that the sampling rate and the noise of the "
-        f"velocity allow, and {periods:.0f} s are needed; the rest is near standstill, or in "
-        "stretches that are too short; record longer, at 250 Hz or faster, and hold every speed "
-        "for 2 s"
+        f"not decidable: {_seconds(count, table)} of {lasting(recorded_s)} recorded can be "
+        f"compared, in the band of {table.cutoff_hz:.2g} Hz that the sampling rate and the noise "
+        f"of the velocity allow, and {lasting(periods)} are needed; the rest is near standstill, "
+        "or in stretches that are too short; record longer, at 250 Hz or faster, and hold every "
+        "speed for 2 s"
     )

@@ -16,6 +16,7 @@ from agent.night.description import AxisNight, NightDescription
 from agent.night.warmth import Reading, judge_warmth
 from agent.night.windows import Window, windows_between
 from agent.record.events_file import Event
+from trajectories import lasting
 
 _AHEAD = datetime.timedelta(days=8)
 _MARGIN = datetime.timedelta(minutes=2)  # whoever waits for the last moment must not miss it
@@ -108,8 +109,8 @@ class Night:
         axis = self._axis(window.axis)
         latest = window.ends - self._attempts.needs(window.axis)
         if now > latest:
-            short = f"{_minutes(window.ends - now)} are left of the window, a cycle needs "
-            short += _minutes(window.ends - latest)
+            left, needed = (_lasting(window.ends - moment) for moment in (now, latest))
+            short = f"{left} are left of the window, a cycle needs {needed}"
             return self._end(window, Outcome("skip", f"Skipped, nothing has moved: {short}."))
         blocked = self._attempts.blocked(window.axis)
         if blocked:
@@ -247,9 +248,8 @@ def _nights(nights: list[str]) -> str:
     return nights[0] if len(nights) == 1 else f"{len(nights)} nights ({nights[0]} to {nights[-1]})"
 
 
-def _minutes(span: datetime.timedelta) -> str:
-    seconds = span.total_seconds()
-    return f"{seconds / 60:.0f} min" if seconds >= 120 else f"{max(seconds, 0.0):.0f} s"
+def _lasting(span: datetime.timedelta) -> str:
+    return lasting(max(span.total_seconds(), 0.0))
 
 
 def _capital(text: str) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from agent.identify.result import Quality
 from agent.numbers import fixed, scale_for, significant
 from agent.report.views import RecordingView
+from trajectories import lasting
 
 _LONGEST_TEXT = 320
 _LEAST_JITTER_S = 1e-7  # below, it is rounding
@@ -98,7 +99,7 @@ def recording_rows(views: Sequence[RecordingView]) -> tuple[RecordingRow, ...]:
                 name=signals.name,
                 role="validation" if view.validation else "estimate",
                 started_at=_moment(view.started_at),
-                duration=f"{fixed(lasted_s, 1)} s",
+                duration=lasting(lasted_s),
                 samples=f"{signals.time_s.size:,}".replace(",", "\u202f"),
                 windows=str(len(view.windows)),
                 temperature=warm,

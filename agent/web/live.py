@@ -10,6 +10,7 @@ from typing import Any
 
 from agent.web.attended import Attendant, AttendedRun
 from agent.web.tail import POINT_PERIOD_S, Point
+from trajectories import lasting
 
 LOOK_PERIOD_S = 0.5 * POINT_PERIOD_S
 """As often as points come, two would now and then share a look, and a viewer's picture stutter."""
@@ -107,6 +108,7 @@ def state_of(run: AttendedRun) -> dict[str, Any]:
         "step": run.step,
         "steps": run.steps,
         "left_s": round(run.left_s, 1),
+        "left": lasting(math.ceil(run.left_s)),
         "stair_began_s": run.stair_began_s,
         "ended": run.ended is not None,
     }

@@ -15,7 +15,7 @@ from agent.errors import AgentError
 from agent.web.access import page_of, session_of
 from agent.web.roles import Role
 from agent.web.words import saying
-from agent.web.words.language import LANGUAGES, fine, language_of, number, say
+from agent.web.words.language import LANGUAGES, fine, language_of, lasts, number, say
 
 if TYPE_CHECKING:
     import jinja2
@@ -98,6 +98,7 @@ def voice(language: str) -> dict[str, Callable[..., object]]:
         "t": functools.partial(say, language),
         "num": functools.partial(number, language),
         "fine": functools.partial(fine, language),
+        "lasts": functools.partial(lasts, language),
         "when": functools.partial(when, language),
         "ago": functools.partial(ago, language),
         "verdict_said": functools.partial(saying.verdict, language),

@@ -15,7 +15,7 @@ from agent.cli.cycle.plan_outlook import Outlook, outlook_of
 from agent.cli.cycle.plan_words import basis, can_see, cannot_see, in_short, rows
 from agent.cycle.plan import stair_of
 from agent.record.atomic import check_folder, make_folder, publish
-from trajectories import summarise
+from trajectories import lasting, summarise
 from trajectories.summary import Summary
 
 SCHEMA = "stribeck.plan/1"
@@ -82,7 +82,7 @@ def _say_aliases(cell: Cell, axis: Axis, *, as_json: bool) -> None:
     if as_json:
         typer.echo(json.dumps(aliases_document(cell, axis, stair), indent=2, allow_nan=False))
         return
-    head = f"{cell.robot}, axis {axis.number}: the cell's own stair of {stair.duration_s:.1f} s."
+    head = f"{cell.robot}, axis {axis.number}: the cell's own stair of {lasting(stair.duration_s)}."
     typer.echo("\n".join([head, "", *planned_aliases(cell, axis, stair).lines()]))
 
 
@@ -133,7 +133,7 @@ def _write(outlook: Outlook, trajectory: Path, picture: Path, axis: Axis) -> Non
         outlook.trajectory,
         outlook.design.expectation,
         outlook.nominal,
-        title=f"Plan of {outlook.trajectory.duration_s:.1f} s",
+        title=f"Plan of {lasting(outlook.trajectory.duration_s)}",
         robot=outlook.robot,
         axis=outlook.axis,
         gear_ratio=axis.gear_ratio,

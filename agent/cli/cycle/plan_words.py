@@ -14,6 +14,7 @@ from agent.numbers import (
     scale_for,
     significant,
 )
+from trajectories import lasting
 
 _AS_PRECISE = 1.005  # an interval as wide as another, as far as two decimals show
 _MORE_PRECISE = 0.95
@@ -55,14 +56,14 @@ def in_short(outlook: Outlook, *, fits: bool) -> tuple[str, str]:
     """
     limits = "within all limits" if fits else "NOT within the axis's limits"
     first = (
-        f"{outlook.trajectory.duration_s:.3g} s, {limits}: shows a friction rise of "
+        f"{lasting(outlook.trajectory.duration_s)}, {limits}: shows a friction rise of "
         f"{_rise_percent(outlook)} % between two runs at one temperature."
     )
     beside = _beside_plain(outlook)
     if beside is None:
         return first, ""
     best, worst = beside
-    plain = f"a plain stair of {outlook.design.plain_s or 0.0:.3g} s"
+    plain = f"a plain stair of {lasting(outlook.design.plain_s or 0.0)}"
     if worst.ratio <= _AS_PRECISE:
         more = f", {_times(best)} as precise in {best.label}" if best.ratio < _MORE_PRECISE else ""
         return first, f"As precise as {plain} in every number{more}."
@@ -130,7 +131,7 @@ def can_see(outlook: Outlook) -> list[str]:
             "Every number to an interval that is between "
             f"{significant(best.ratio, 2)} times ({best.label}) and {fixed(worst.ratio, 2)} times "
             f"({worst.label}) as wide as from a plain stair, ten rising speeds over the same "
-            f"stroke in {outlook.design.plain_s:.1f} s."
+            f"stroke in {lasting(outlook.design.plain_s or 0.0)}."
         )
     found = outlook.stribeck_range_rad_s
     if found is not None:

@@ -17,6 +17,7 @@ from agent.wire.drive import bus_config
 from drivers.can.listening import Heard, listen
 from drivers.can.traffic import BUSIEST_OVER_S, Stream, who_says
 from drivers.clock import Clock, MonotonicClock
+from trajectories import lasting
 
 SCHEMA = "stribeck.bus/1"
 SILENCE = (
@@ -45,7 +46,7 @@ def run_bus(cell_path: Path, seconds: float, *, as_json: bool, clock: Clock | No
     if bus.replays:
         raise InputError("This cell plays a recording: there is no bus to listen to.")
     if not as_json:
-        talker().print(f"Listening to {bus.interface}:{bus.channel} for {seconds:g} s ...")
+        talker().print(f"Listening to {bus.interface}:{bus.channel} for {lasting(seconds)} ...")
     heard = listen(bus_config(bus), clock or MonotonicClock(), seconds)
     odd = remarks(heard, bus)
     if as_json:
@@ -93,7 +94,7 @@ def _lines(heard: Heard, bus: Bus) -> list[str]:
     least, most = traffic.load(bus.bitrate, heard.duration_s)
     dropped = heard.reception.dropped_by_kernel
     lines = [
-        f"{traffic.frames} frames in {heard.duration_s:.1f} s; of {bus.bitrate} bit/s "
+        f"{traffic.frames} frames in {lasting(heard.duration_s)}; of {bus.bitrate} bit/s "
         f"{least:.1%} in use, with the worst stuffing {most:.1%}, "
         f"over the busiest {BUSIEST_OVER_S:g} s {traffic.busiest(bus.bitrate):.1%}; "
         f"29-bit {traffic.extended}, remote {traffic.remote}, errors {traffic.error_frames}, "

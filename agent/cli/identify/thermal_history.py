@@ -14,6 +14,7 @@ from agent.conclude.outcome import signals_of
 from agent.errors import InputError
 from agent.identify.result import Floats
 from agent.record.recording import Recording
+from trajectories import lasting
 
 SENSORS = ("gearbox_temperature_degc", "motor_temperature_degc")
 AMBIENT = "ambient_temperature_degc"
@@ -118,7 +119,7 @@ def _refuse_overlap(recordings: Sequence[Recording], offsets_s: Sequence[float])
         if ends > offsets_s[later]:
             names = " and ".join(Path(recordings[i].source).name for i in (earlier, later))
             raise InputError(
-                f"{names} overlap in time by {ends - offsets_s[later]:.3g} s: one joint cannot "
+                f"{names} overlap in time by {lasting(ends - offsets_s[later])}: one joint cannot "
                 "run two cycles at once.",
                 "One is a copy of the other, or a clock was set back: leave one out, or correct "
                 "started_at.",

@@ -23,6 +23,7 @@ from agent.record.reading import find
 from agent.record.retention import MEGABYTE, Limits, apply_retention, plan_retention
 from agent.record.verify import verify
 from drivers.clock import wall_time_utc
+from trajectories import lasting
 
 
 def run_add(patterns: Sequence[str], folder: Path | None, url: str | None) -> None:
@@ -76,7 +77,7 @@ def _line(row: RecordingRow, verdict: VerdictRow | None) -> str:
     says += "" if verdict is None else verdict.sentence
     return (
         f"{row.sha256[:12]}  {row.started_at or 'undated':<24}  {row.robot} axis {row.axis}  "
-        f"{row.duration_s:.1f} s{degrees}  {row.path}\n              {says}"
+        f"{lasting(row.duration_s)}{degrees}  {row.path}\n              {says}"
     )
 
 

@@ -16,6 +16,7 @@ from agent.record.importing.mapping import load_mapping
 from agent.record.importing.studio import Joint, import_csv
 from agent.record.reading import PARQUET, read
 from agent.record.writing import write
+from trajectories import lasting
 
 
 def run_export(recording: str, kind: str, out: Path | None) -> None:
@@ -45,7 +46,7 @@ def run_import(file: Path, mapping: str, joint: Joint, out: Path | None) -> None
     recording = import_csv(file, load_mapping(mapping), joint)
     path = write(recording, out or file.with_suffix(PARQUET))
     talker().print(
-        f"{len(recording)} samples over {recording['time_s'][-1]:.3g} s; columns "
+        f"{len(recording)} samples over {lasting(recording['time_s'][-1])}; columns "
         f"{', '.join(recording.columns)}."
     )
     if not recording.metadata.started_at:

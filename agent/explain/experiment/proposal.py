@@ -20,7 +20,7 @@ from agent.explain.choosing.search import Library
 from agent.explain.experiment.gain import Duel, Experiment, Hypothesis
 from agent.explain.experiment.menu import Proposal, menu
 from agent.explain.experiment.motion import elsewhere
-from trajectories import AxisLimits
+from trajectories import AxisLimits, lasting
 
 DECISIVE = 10.0
 """Difference in log density at which a tie is called broken."""
@@ -171,7 +171,7 @@ def _as_experiment(
     wait = f" {proposal.set_up}" if proposal.set_up else ""
     return NextExperiment(
         sentence=(
-            f"{proposal.what}{often}: {math.ceil(seconds)} s of driving should tell "
+            f"{proposal.what}{often}: {lasting(math.ceil(seconds))} of driving should tell "
             f"{_told(hypotheses[0].effect, rivals)}.{wait}"
         ),
         tells_apart=(hypotheses[0].effect, *rivals),

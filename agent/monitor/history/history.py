@@ -17,6 +17,7 @@ from agent.monitor.history.events import Event, events_between, events_said, vis
 from agent.monitor.history.features import LOW_SHARE, CycleFeatures, SpeedGrid, features_of, grid_of
 from agent.monitor.history.notes import SET_CLOCK_S, notes_on, other_gears, usual
 from agent.monitor.history.table import Features, features_table
+from trajectories import lasting
 
 _SAME_START_S = 0.5
 _OVERLAP_S = 1.0
@@ -204,7 +205,7 @@ def _overlapping(cycles: Sequence[Cycle]) -> dict[int, str]:
         if last is not None and cycle.started_s < last.started_s + last.duration_s - _OVERLAP_S:
             early_s = last.started_s + last.duration_s - cycle.started_s
             out[i] = (
-                f"it started {early_s:.0f} s before {last.name} had ended: a clock was changed, "
+                f"it started {lasting(early_s)} before {last.name} had ended: a clock was changed, "
                 "or it is of another joint"
             )
         else:

@@ -27,6 +27,7 @@ from agent.report.figures.canvas import (
     styled,
 )
 from agent.report.figures.thinning import envelope, polyline, time_span_s
+from trajectories import lasting
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -145,7 +146,7 @@ def residual_in_words(trace: Trace) -> str:
     parts = [f"{line.label} {torque(_rms(line.values_nm))} rms" for line in lines_of(trace)]
     lasted_s = float(trace.time_s[-1] - trace.time_s[0])
     return (
-        f"Motor velocity, and measured less predicted torque, over {lasted_s:.1f} s of "
+        f"Motor velocity, and measured less predicted torque, over {lasting(lasted_s)} of "
         f"{trace.recording}: {', '.join(parts) or 'nothing was compared'}."
     )
 

@@ -12,7 +12,8 @@ import numpy as np
 from agent.explain.answer.result import Region
 from agent.identify.result import Floats
 from agent.numbers import parameter_label, parameter_unit
-from agent.report.explanation.words import duration, share, short
+from agent.report.explanation.words import share, short
+from trajectories import lasting
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ def region_in_words(region: Region, recordings: Sequence[str] = ()) -> str:
     place = _place(region, recordings)
     beside = []
     if math.isfinite(region.seconds):
-        beside.append(duration(region.seconds))
+        beside.append(lasting(region.seconds))
     if math.isfinite(region.share):
         beside.append(f"{share(region.share)} of it lies there")
     return f"{place} ({', '.join(beside)})" if beside else place

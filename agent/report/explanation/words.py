@@ -13,6 +13,7 @@ from agent.explain.answer.names import effect_name
 from agent.explain.answer.result import Explanation, Moved, NextExperiment
 from agent.numbers import NO_NUMBER, fixed, scale_for, significant
 from agent.report.advice import next_steps
+from trajectories import lasting
 
 Tone = Literal["good", "open", "stop"]
 
@@ -176,17 +177,6 @@ def short(value: float) -> str:
     return text.rstrip("0").rstrip(".") if "." in text else text
 
 
-def duration(seconds: float) -> str:
-    """Write how long something takes as a technician says it."""
-    if not math.isfinite(seconds):
-        return NO_NUMBER
-    if seconds < 120.0:
-        return f"{short(seconds)} s"
-    if seconds < 7200.0:
-        return f"{short(round(seconds / 60.0, 1 if seconds < 600.0 else 0))} min"
-    return f"{short(round(seconds / 3600.0, 1))} h"
-
-
 def unexplained_in_words(explanation: Explanation) -> str:
     """Say how much of the mismatch has no explanation."""
     part = explanation.unexplained_share
@@ -222,9 +212,11 @@ def tells_apart(experiment: NextExperiment) -> str:
 def motion_needed(experiment: NextExperiment) -> str:
     """Return how long an experiment must be driven; empty where its sentence says so."""
     lasts = experiment.seconds
-    if not math.isfinite(lasts) or f" {math.ceil(lasts)} s of driving" in experiment.sentence:
+    if not math.isfinite(lasts):
         return ""
-    return f"about {duration(lasts)}"
+    if f" {lasting(math.ceil(lasts))} of driving" in experiment.sentence:
+        return ""
+    return f"about {lasting(lasts)}"
 
 
 def briefly(experiment: NextExperiment) -> str:

@@ -26,6 +26,7 @@ from agent.report.figures.canvas import (
 )
 from agent.report.figures.thinning import polyline, time_span_s
 from agent.report.views import RecordingView
+from trajectories import lasting
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -76,7 +77,7 @@ def cycle_in_words(view: RecordingView) -> str:
     lasted_s = float(np.nanmax(signals.time_s) - np.nanmin(signals.time_s))
     windows = len(view.windows)
     return (
-        f"Lines over {lasted_s:.1f} s of {signals.name}: {', '.join(parts)}. "
+        f"Lines over {lasting(lasted_s)} of {signals.name}: {', '.join(parts)}. "
         f"{windows} steady window{'s are' if windows != 1 else ' is'} shaded."
     )
 

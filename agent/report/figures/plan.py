@@ -23,7 +23,7 @@ from agent.report.figures.canvas import (
     stacked,
     styled,
 )
-from trajectories import Expectation, Trajectory
+from trajectories import Expectation, Trajectory, lasting
 from trajectories.design_information import NORMAL_975
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def plan_figure_in_words(trajectory: Trajectory, expectation: Expectation) -> st
     speeds = expectation.speed_rad_s
     held = ", ".join(f"{v:.3g}" for v in speeds)
     return (
-        f"Motor velocity and arm position over {trajectory.duration_s:.1f} s with "
+        f"Motor velocity and arm position over {lasting(trajectory.duration_s)} with "
         f"{len(trajectory.steady_windows())} steady windows shaded; and the friction curve that "
         f"was assumed, with the expected intervals at {held} rad/s."
     )

@@ -24,6 +24,7 @@ from agent.report.figures.canvas import (
     stacked,
     styled,
 )
+from trajectories import lasting
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -123,8 +124,8 @@ def course_in_words(course: Course) -> str:
         for name, at in course.settled_s().items()
     ]
     return (
-        f"Of {course.time_s[-1]:.3g} s of motion, taken as it came, each number stays within 1 % "
-        f"of its last value: {', '.join(settled)}."
+        f"Of {lasting(float(course.time_s[-1]))} of motion, taken as it came, each number stays "
+        f"within 1 % of its last value: {', '.join(settled)}."
     )
 
 

@@ -60,7 +60,7 @@
     document.getElementById("stage").textContent = now.stopping && !now.ended ? stages.stopping : stages[now.stage] ?? now.stage;
     document.getElementById("step").textContent = now.step;
     document.getElementById("steps").textContent = now.steps;
-    document.getElementById("left").textContent = Math.ceil(now.left_s);
+    document.getElementById("left").textContent = document.documentElement.lang === "de" ? now.left.replace(".", ",") : now.left;
     const whole = plan.length * period;
     document.getElementById("progress").value = whole ? Math.min(1, Math.max(0, 1 - now.left_s / whole)) : 0;
     if (began === null && now.stair_began_s !== null) {

@@ -49,8 +49,8 @@ FRAME_WORDS: dict[str, tuple[str, str]] = {
         "Name und Passwort passen nicht zusammen.",
     ),
     "login_wait": (
-        "Too many tries. Wait {seconds} seconds.",
-        "Zu viele Versuche. Bitte {seconds} Sekunden warten.",
+        "Too many tries. Wait {time}.",
+        "Zu viele Versuche. Bitte {time} warten.",
     ),
     "login_help": (
         "No password yet, or forgotten? An engineer makes a one-time token for you.",

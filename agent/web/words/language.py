@@ -6,12 +6,14 @@ words for it, it stays as it was said, in English, and is marked so for screen r
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from types import MappingProxyType
 
 from agent.web.words.cycle import CYCLE_WORDS
 from agent.web.words.frame import FRAME_WORDS
 from agent.web.words.result import RESULT_WORDS
+from trajectories import lasting
 
 LANGUAGES: Mapping[str, str] = MappingProxyType({"en": "English", "de": "Deutsch"})
 
@@ -59,6 +61,12 @@ def language_of(chosen: str, accepted: str) -> str:
 def fine(language: str, value: float) -> str:
     """Return a number with the digits that its size asks for."""
     return number(language, value, max(0, 3 - len(str(int(abs(value))))))
+
+
+def lasts(language: str, seconds: float) -> str:
+    """Return a length of time, to the second at most, as the language writes it."""
+    text = lasting(math.ceil(seconds))
+    return text.replace(".", ",") if language == "de" else text
 
 
 def number(language: str, value: float | None, digits: int, *, sign: bool = False) -> str:

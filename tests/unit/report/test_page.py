@@ -284,7 +284,7 @@ def test_two_recordings_are_told_apart_and_the_validation_is_named() -> None:
     assert parsed.row("stair-2026-03-01.parquet")[1:] == [
         "estimate",
         "2026-03-01 02:03:04",
-        "40.0 s",
+        "40 s",
         "40\u202f000",
         "20",
         "24.1 to 24.6 °C",

@@ -392,7 +392,7 @@ def test_the_dry_run_in_numbers() -> None:
 def test_the_dry_run_in_words() -> None:
     limits = dataclasses.replace(WIDE, velocity_max_rad_s=150.0)
     lines = summarise(stair(), limits, MODEL, gear_ratio=224.0).lines()
-    assert lines[0].startswith("stair-paired: 40.00 s, from ")
+    assert lines[0].startswith("stair-paired: 40 s, from ")
     assert "degrees (arm)" in lines[1]
     assert lines[3].startswith("22 steady velocities, speeds 2.00 to 200.00 rad/s, held for")
     assert lines[-1].startswith("REFUSED: velocity would reach 200.0 rad/s")
