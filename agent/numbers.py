@@ -41,6 +41,11 @@ _SCALES: Mapping[str, tuple[tuple[float, str], ...]] = {
 }
 _SMALLEST_COMFORTABLE = 0.1
 
+_NO_TEXT = re.compile(
+    r"(<(script|style|title|svg|option|textarea)\b.*?</\2>|<!--.*?-->|<[^>]*>)", re.DOTALL
+)
+_DATE = re.compile(r"(?<![\w./-])\d{4}-\d\d-\d\d(?![\w/-])")
+
 _LABELS = {
     "coulomb_nm": "Coulomb friction",
     "viscous_nm_s_per_rad": "Viscous friction",
@@ -219,6 +224,23 @@ def units_unbroken(sentence: str) -> str:
     unit = r"[mµ]?N m s/rad|[mµ]?N m|rad/s|kg|°C|Hz|%|[mµ]?s\b"
     glued = re.sub(rf"(?<=\d) (?={unit})|(?<=±) | (?=±)", "\u00a0", sentence)
     return re.sub(r"(?<=N) (?=m\b)|(?<=N m|N\u00a0m) (?=s/rad)", "\u00a0", glued)
+
+
+def dates_unbroken(page: str) -> str:
+    """Keep each date of ISO 8601 in a page's text on one line: browsers break it at its hyphens.
+
+    Its characters stay what they are, so that what is copied is a date. Names that hold a date may
+    break, for they may be longer than a line.
+
+    Parameters
+    ----------
+    page : str
+        HTML whose attributes hold no bare ``>``.
+    """
+    parts = _NO_TEXT.split(page)
+    for i in range(0, len(parts), 3):  # between them what is split at, and its element's name
+        parts[i] = _DATE.sub(r'<span class="date">\g<0></span>', parts[i])
+    return "".join(part for i, part in enumerate(parts) if i % 3 != 2)
 
 
 def _suffix(name: str) -> str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from importlib import resources
 
+from agent.numbers import dates_unbroken
+
 
 def render(template: str, /, **values: object) -> str:
     """Return a page as text; every value is escaped, a missing one is an error.
@@ -25,4 +27,4 @@ def render(template: str, /, **values: object) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template(template).render(values)
+    return dates_unbroken(environment.get_template(template).render(values))

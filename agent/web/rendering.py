@@ -12,6 +12,7 @@ from fastapi import Request
 from fastapi.responses import HTMLResponse
 
 from agent.errors import AgentError
+from agent.numbers import dates_unbroken
 from agent.web.access import page_of, session_of
 from agent.web.roles import Role
 from agent.web.words import saying
@@ -82,6 +83,7 @@ def render(
             }
         )
     )
+    text = dates_unbroken(text)
     return HTMLResponse(text, status, headers={"content-language": language, "vary": "Cookie"})
 
 

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from agent.identify.result import Parameter
 from agent.numbers import (
     NO_NUMBER,
+    dates_unbroken,
     decimals_for,
     fixed,
     parameter_label,
@@ -133,3 +134,17 @@ def test_number_and_unit_stay_on_one_line() -> None:
         "2.0\u00a0ms",
         "late",
     ]
+
+
+def test_a_date_in_a_pages_text_stays_on_one_line_and_is_copied_as_it_is() -> None:
+    page = (
+        "<title>2026-03-01</title><style>/* 2026-03-01 */</style>"
+        '<p aria-label="of 2026-03-01">2026-03-01 02:03, and 2026-03-02.</p>'
+        '<td>stair-2026-03-01.parquet</td><svg><text>2026-03-01</text></svg><option value="1">'
+        "2026-03-01</option>"
+    )
+    wrapped = [f'<span class="date">2026-03-0{day}</span>' for day in (1, 2)]
+    expected = page.replace(
+        "2026-03-01 02:03, and 2026-03-02", f"{wrapped[0]} 02:03, and {wrapped[1]}"
+    )
+    assert dates_unbroken(page) == expected
