@@ -13,7 +13,7 @@ from agent.fleet.cluster import Opened
 from agent.fleet.histories import Stand, cycles_of, stands
 from agent.fleet.lake import Lake
 from agent.fleet.results import Results
-from agent.fleet.roster import NO_MODEL, Roster, roster_of
+from agent.fleet.roster import Roster, roster_of
 from agent.fleet.version import monitor_version
 from agent.fleet.work import carry_out
 
@@ -37,7 +37,11 @@ COLUMNS = {
     "viscous_nm_s_per_rad": "double",
     "finding": "string",
 }
-"""Columns of the verdicts' rows; the low-speed rise is at equal temperature; `finding` is JSON."""
+"""Columns of the verdicts' rows; the low-speed rise is at equal temperature; `finding` is JSON.
+
+`model` is what the recordings say, empty where they do not: `fleet.toml` may say otherwise at any
+time, and is asked when rows are read (`verdicts`).
+"""
 
 EVENTS = "events.toml"
 
@@ -49,7 +53,6 @@ class Joint:
     site: str
     robot: str
     axis: int
-    model: str
     detector: str
     cycles: tuple[str, ...]
     events: str
@@ -100,7 +103,7 @@ def monitor_all(
         detector_of(detector)
     except ValueError as error:
         raise UsageError(f"--detector: {error}.") from error
-    results = verdicts_of(lake)
+    roster, results = roster_of(lake), verdicts_of(lake)
     present = present_stands(lake, detector)
     due = _due(present, results)
 
@@ -110,7 +113,7 @@ def monitor_all(
 
     joints = _joints(lake, due, detector)
     done = carry_out(opened, judge_one, joints, results, show)
-    rows = tuple(verdicts(results, present))
+    rows = tuple(verdicts(results, present, roster))
     return Judged(done.done, len(present) - len(due), done.failed, rows)
 
 
@@ -126,10 +129,18 @@ def present_stands(lake: Lake, detector: str) -> dict[str, Stand]:
     return {f"{s.site}/{s.robot}/{s.axis}/{s.digest}": s for s in found}
 
 
-def verdicts(results: Results, present: dict[str, Stand]) -> Iterator[dict[str, Any]]:
-    """Yield the verdicts of the joints as they are now; older ones are passed over."""
+def verdicts(
+    results: Results, present: dict[str, Stand], roster: Roster
+) -> Iterator[dict[str, Any]]:
+    """Yield the verdicts of the joints as they are now; older ones are passed over.
+
+    A joint's model is the one that `fleet.toml` gives its robot now, however long ago the joint was
+    judged: no verdict depends on it.
+    """
     months = sorted({s.month for s in present.values()})
-    return (r for r in results.rows(months=months) if r["key"] in present)
+    for row in results.rows(months=months):
+        if row["key"] in present:
+            yield row | {"model": roster.name_of(row["robot"], row["model"])}
 
 
 def _due(present: dict[str, Stand], results: Results) -> dict[str, Stand]:
@@ -141,20 +152,17 @@ def _due(present: dict[str, Stand], results: Results) -> dict[str, Stand]:
 
 def _joints(lake: Lake, due: dict[str, Stand], detector: str) -> Iterator[Joint]:
     """Yield the joints that are due, each with all of its cycles, some joints read at a time."""
-    events, roster = _events(lake), roster_of(lake)
+    events = _events(lake)
     keys = {stand.prefix: key for key, stand in due.items()}
     for stand, cycles in cycles_of(lake, due.values()):
-        yield _joint(stand, cycles, roster, detector, events, keys[stand.prefix])
+        yield _joint(stand, cycles, detector, events, keys[stand.prefix])
 
 
-def _joint(
-    stand: Stand, cycles: tuple[str, ...], roster: Roster, detector: str, events: str, key: str
-) -> Joint:
+def _joint(stand: Stand, cycles: tuple[str, ...], detector: str, events: str, key: str) -> Joint:
     return Joint(
         stand.site,
         stand.robot,
         stand.axis,
-        roster.name_of(stand.robot),
         detector,
         cycles,
         events,
@@ -187,7 +195,7 @@ def judge_one(joint: Joint) -> dict[str, Any]:
     interval = low.get("ci95_percent") or [None, None]
     return _row(
         joint,
-        model=found.history.model or NO_MODEL if joint.model == NO_MODEL else joint.model,
+        model=found.history.model or "",
         state=found.status,
         alarm=found.alarm,
         sentence=found.sentence,
@@ -244,7 +252,7 @@ def _row(joint: Joint, failure: str = "", **values: Any) -> dict[str, Any]:
         "site": joint.site,
         "robot": joint.robot,
         "axis": joint.axis,
-        "model": joint.model,
+        "model": "",
         "failure": failure,
         **values,
     }

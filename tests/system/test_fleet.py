@@ -127,6 +127,14 @@ def test_the_worn_joint_is_found_named_and_first(estimated: tuple[Plant, dict[st
     assert worn["low_rise_from_percent"] > 0.0
     assert (worn["model"], healthy["model"]) == ("IRB 6650", "model not recorded")
 
+    roster = Path(plant.lake.url) / "fleet.toml"
+    roster.write_text('schema = "stribeck.fleet/1"\n[[model]]\nname = "M"\nrobots = ["healthy"]\n')
+    named = document_of(stribeck(*command), expect=1)
+    assert (named["judged"], named["already"]) == (0, 2)
+    assert [joint["model"] for joint in named["joints"]] == ["IRB 6650", "M"]
+    roster.unlink()
+    assert document_of(stribeck(*command), expect=1)["joints"] == judged["joints"]
+
     (row,) = [r for r in verdicts_of(plant.lake).rows() if r["robot"] == "worn"]
     everything = f"{plant.lake.url}/recordings/**/robot=worn/**/*"
     alone = called("monitor", "--no-cache", "--json", everything)

@@ -7,7 +7,7 @@ from typing import Any
 from agent.fleet.estimates import estimates_of
 from agent.fleet.explanations import agreements, answers, in_words, questions
 from agent.fleet.lake import Lake
-from agent.fleet.roster import NO_MODEL, Roster, roster_of
+from agent.fleet.roster import NO_MODEL, roster_of
 from agent.fleet.verdicts import by_risk, present_stands, verdicts, verdicts_of
 from agent.report.fleet import FleetPage
 from agent.report.fleet_rows import AgreementRow, JointRow
@@ -21,14 +21,14 @@ def page_of(lake: Lake, detector: str) -> FleetPage:
     agent.errors.InputError
         The lake's own files cannot be used.
     """
-    rows = by_risk(list(verdicts(verdicts_of(lake), present_stands(lake, detector))))
     roster = roster_of(lake)
+    rows = by_risk(list(verdicts(verdicts_of(lake), present_stands(lake, detector), roster)))
     asked = list(questions(lake, roster))
     agreed = agreements(answers(lake, asked))
     recordings, poisoned = _estimated(lake)
     return FleetPage(
         lake=lake.url,
-        joints=[_joint(r, roster) for r in rows],
+        joints=[_joint(r) for r in rows],
         agreements=[AgreementRow(in_words(a), a.asked, a.effects) for a in agreed],
         unusable=[*poisoned, *(f"{_name(r)}: {r['failure']}" for r in rows if r["failure"])],
         recordings=recordings,
@@ -50,15 +50,14 @@ def _estimated(lake: Lake) -> tuple[int, list[str]]:
     return number, poisoned
 
 
-def _joint(row: dict[str, Any], roster: Roster) -> JointRow:
-    """Return a joint of the page; its model as `fleet.toml` has it now."""
-    model = roster.name_of(row["robot"], row["model"])
+def _joint(row: dict[str, Any]) -> JointRow:
+    """Return a joint of the page."""
     rise = (row["low_rise_percent"], row["low_rise_from_percent"], row["low_rise_to_percent"])
     return JointRow(
         site=row["site"],
         robot=row["robot"],
         axis=row["axis"],
-        model="" if model == NO_MODEL else model,
+        model="" if row["model"] == NO_MODEL else row["model"],
         state=row["state"] or "",
         sentence=row["sentence"] or row["failure"],
         last_cycle=row["last_cycle"] or "",
