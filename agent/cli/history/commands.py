@@ -189,6 +189,8 @@ def schedule(
     """Say how often to test: what each rate costs and sees at the site's temperature swing."""
     from agent.cli.history.schedule import ScheduleRequest, run_schedule
 
+    if not history and (cooling or ambient is not None):
+        raise typer.BadParameter("--ambient and --cooling say when the joint of a HISTORY is due")
     wish = (wear / 100.0, limit / 100.0, false_alarms, minutes)
     request = ScheduleRequest(swing, wish, slope, scatter, ambient, tuple(cooling or ()), cache)
     run_schedule(history or [], request, picture, as_json=json)
