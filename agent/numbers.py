@@ -221,7 +221,7 @@ def written(parameter: Quantity, factor: float = 1.0) -> tuple[str, str, str]:
 
 def units_unbroken(sentence: str) -> str:
     """Keep each number, its ``±`` and its unit on one line of a sentence."""
-    unit = r"[mµ]?N m s/rad|[mµ]?N m|rad/s|kg|°C|Hz|%|[mµ]?s\b"
+    unit = r"[mµ]?N m s/rad|[mµ]?N m|rad/s|kg|°C|Hz|%|[mµ]?s\b|min\b|h\b"
     glued = re.sub(rf"(?<=\d) (?={unit})|(?<=±) | (?=±)", "\u00a0", sentence)
     return re.sub(r"(?<=N) (?=m\b)|(?<=N m|N\u00a0m) (?=s/rad)", "\u00a0", glued)
 

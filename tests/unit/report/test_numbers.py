@@ -136,6 +136,11 @@ def test_number_and_unit_stay_on_one_line() -> None:
     ]
 
 
+def test_minutes_and_hours_stay_with_their_numbers() -> None:
+    told = units_unbroken("in 10 min, or 2.5 h; 3 minutes and 4 hours are words")
+    assert told == "in 10\u00a0min, or 2.5\u00a0h; 3 minutes and 4 hours are words"
+
+
 def test_a_date_in_a_pages_text_stays_on_one_line_and_is_copied_as_it_is() -> None:
     page = (
         "<title>2026-03-01</title><style>/* 2026-03-01 */</style>"
