@@ -78,12 +78,18 @@ def place_in_words(region: Region | None, effect: str = "") -> str:
         return _after_reversal(scale * low, scale * high, unit)
     if name == "after_reversal_rad":
         return _after_reversal(low, high, "rad of the motor")
-    if name == "frequency_hz" and not effect and high < _LINE * low:
-        return f"at {_short(0.5 * (low + high))} Hz, whatever the joint does"
     if name == "frequency_hz":
-        return f"around the resonance ({_short(low)} to {_short(high)} Hz)"
+        return _at_frequencies(low, high, effect)
     said, scale, unit = _AXES.get(name, (f"at {name}", 1.0, ""))
     return f"{said} from {_short(scale * low)} to {_short(scale * high)} {unit}".rstrip()
+
+
+def _at_frequencies(low: float, high: float, effect: str) -> str:
+    if effect:
+        return f"around the resonance ({_short(low)} to {_short(high)} Hz)"
+    if high < _LINE * low:
+        return f"at {_short(0.5 * (low + high))} Hz, whatever the joint does"
+    return f"between {_short(low)} and {_short(high)} Hz"
 
 
 def _after_reversal(low: float, high: float, unit: str) -> str:

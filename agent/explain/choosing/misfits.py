@@ -18,11 +18,11 @@ law that is at work nowhere but there has guessed it.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.choice import Choice
 from agent.explain.choosing.search import Library
+from agent.explain.rows.strata import after_a_turn
 
 _AS_HIGH = 0.98  # of the highest exponent
 _BELL, _PLACES = 2.0, np.geomspace(0.5, 1.6, 13)  # exponent, and where its fall may be instead
@@ -89,22 +89,5 @@ def _is_not_after_reversals(library: Library, choice: Choice, term: Candidate) -
     terms = choice.candidates
     without = library.residual([other for other in terms if other is not term])
     removed = without**2 - library.residual(terms) ** 2
-    after = _after_a_turn(library)[library.weighing.rows]
-    return float(np.sum(removed[after])) < _SEEN * float(np.sum(removed))
-
-
-def _after_a_turn(library: Library) -> NDArray[np.bool_]:
-    """Return which rows are nearer to the last start or reversal than to the next one, shape (n,).
-
-    Until the first that was recorded no row is; after the last one all are.
-    """
-    table = library.scene.table
-    since, time = table.rows["since_s"], table.rows["time_s"]
-    out = np.zeros(since.shape[0], dtype=np.bool_)
-    for piece in table.pieces:
-        at = np.arange(piece.rows.start, piece.rows.stop)
-        turns = at[1:][np.diff(since[at]) < 0.0]
-        following = np.searchsorted(turns, at, side="right")
-        ahead = np.append(time[turns], np.inf)[following] - time[at]
-        out[at] = (following > 0) & (since[at] <= ahead)
-    return out
+    after = after_a_turn(library.scene.table.rows, library.scene.table.pieces)
+    return float(np.sum(removed[after[library.weighing.rows]])) < _SEEN * float(np.sum(removed))

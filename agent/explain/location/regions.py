@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from agent.explain.answer.result import Curve, Region
 from agent.explain.rows.pieces import Piece
 from agent.explain.rows.scene import Scene
+from agent.explain.rows.strata import after_a_turn
 from agent.explain.rows.table import BASE
 from agent.identify.result import Floats, Parameter
 
@@ -123,6 +124,8 @@ def curve_of(
     if not _follows_sign(effect, added_nm, sign):
         sign = np.ones(rows.shape[0])
     if variable == "after_reversal_s":
+        after = _after(scene, rows, added_nm)
+        values, sign, added_nm, left_nm = (x[after] for x in (values, sign, added_nm, left_nm))
         near = values <= _SEEN * _fades_at(values, added_nm)
         values, sign, added_nm, left_nm = (x[near] for x in (values, sign, added_nm, left_nm))
     edges = _edges(values, variable)
@@ -220,9 +223,21 @@ def regions_of(
     values = axis_values(scene, variable)[rows]
     if effect == "load-dependent-friction" and "arm_share" in parameters:
         values = _behind_gear(scene, parameters)[rows]
+    if variable == "after_reversal_s":
+        after = _after(scene, rows, added_nm)
+        values, added_nm = values[after], added_nm[after]
     if effect in _LOCAL or (effect == "position-dependent-friction" and form == "tight spot"):
         return _where_visible(scene, variable, values, added_nm)
     return (_whole(scene, variable, values),)
+
+
+def _after(scene: Scene, rows: NDArray[np.int64], added_nm: Floats) -> NDArray[np.bool_]:
+    """Return at which rows, shape (m,), a law is at work that follows a start or a reversal.
+
+    What the filter puts before the turn is none of its place; where that is all, it is taken.
+    """
+    after = after_a_turn(scene.table.rows, scene.table.pieces)[rows]
+    return after if added_nm[after].any() else np.ones(rows.shape[0], dtype=np.bool_)
 
 
 def _behind_gear(scene: Scene, parameters: Mapping[str, Parameter]) -> Floats:

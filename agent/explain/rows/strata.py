@@ -71,6 +71,23 @@ def _since_start(
     return np.minimum(out, longest)
 
 
+def after_a_turn(rows: Mapping[str, Floats], pieces: Sequence[Piece]) -> NDArray[np.bool_]:
+    """Return which rows are nearer to the last start or reversal than to the next one, shape (n,).
+
+    A filter that knows no direction puts part of what happens after a turn before it. Until the
+    first turn that was recorded no row is after one; after the last one all are.
+    """
+    since, time = rows["since_s"], rows["time_s"]
+    out = np.zeros(since.shape[0], dtype=np.bool_)
+    for piece in pieces:
+        at = np.arange(piece.rows.start, piece.rows.stop)
+        turns = at[1:][np.diff(since[at]) < 0.0]
+        following = np.searchsorted(turns, at, side="right")
+        ahead = np.append(time[turns], np.inf)[following] - time[at]
+        out[at] = (following > 0) & (since[at] <= ahead)
+    return out
+
+
 def strata_of(
     full: Mapping[str, Floats],
     pieces: Sequence[Piece],
