@@ -22,6 +22,8 @@ from agent.identify.result import Floats
 LOUDER = 2.0
 """Times the noise at held speeds: up to there what is left may be noise."""
 
+_SHOWN = 0.3  # of what stands above the noise at held speeds: louder noise goes along no axis
+
 
 @dataclass(frozen=True)
 class Left:
@@ -73,6 +75,8 @@ class Left:
         """Return whether what is left is noise, but more than where a speed is held."""
         if not self.floor.value_nm > 0.0 or not CLOSE < self.over_floor <= LOUDER:
             return False
+        if self._shown > _SHOWN * (1.0 - self.over_floor**-2):
+            return False
         return is_noise_in_kind(self.table, self.rows, self.residual_nm)
 
     @cached_property
@@ -90,6 +94,11 @@ class Left:
         return does_not_come_again(self.table, *self._asked, self.floor.repeats_nm)
 
     @property
+    def _shown(self) -> float:
+        """Return the greatest share of what is left that goes along an axis, surely."""
+        return max((cell.gain for cell in self.cells if cell.counts), default=0.0)
+
+    @property
     def _asked(self) -> tuple[NDArray[np.int64], Floats]:
         """Return the rows that were asked about, and what is left there."""
         return self.rows[self.usual], self.residual_nm[self.usual]
@@ -99,8 +108,7 @@ class Left:
         """Return whether more than the floor is left, and shows on no axis and no frequency."""
         if not self.floor.value_nm > 0.0 or not self.over_floor > CLOSE:
             return False
-        shown = any(cell.counts for cell in self.cells)
-        return not shown and not any(line.matters for line in self.lines)
+        return not self._shown and not any(line.matters for line in self.lines)
 
     @property
     def noise_all_the_same(self) -> bool:
@@ -123,5 +131,4 @@ class Left:
         """Return the noise floor; where it was not to be had, what the best cell would leave."""
         if self.floor.value_nm > 0.0:
             return self.floor.value_nm
-        gain = max((cell.gain for cell in self.cells if cell.counts), default=0.0)
-        return math.sqrt(float(np.mean(self.residual_nm**2)) * max(1.0 - gain, 0.0))
+        return math.sqrt(float(np.mean(self.residual_nm**2)) * max(1.0 - self._shown, 0.0))

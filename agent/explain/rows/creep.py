@@ -85,7 +85,8 @@ def creep_speed(table: Table) -> float:
     One column for each of some speeds: what ``sign(v) (1 - tanh(|v| / speed))`` takes away of the
     Coulomb level, beside the twin's own numbers and friction that is free along the travel since a
     reversal (friction that yields is a law) and along the load. Where none shows, beside friction
-    that falls with speed, too: what rises towards standstill would hide what fades there.
+    that falls with speed, too: what rises towards standstill would hide what fades there. Beside a
+    simulation with effects of its own it must fade in the measured torque as well.
 
     Parameters
     ----------
@@ -106,13 +107,21 @@ def creep_speed(table: Table) -> float:
     load = np.abs(table.base[rows, BASE.index("inertia_kg_m2")])
     free = [table.base[rows], *(sign * hats(x) for x in (load, table.rows["travel_rad"][rows]))]
     columns, target = np.concatenate(free, axis=1), table.target_nm[rows]
-    level = float(least(table.base[rows], table.measured_nm[rows])[coulomb])
-    found = 0.0
-    for beside in (columns, np.concatenate((columns, fall), axis=1)):
-        most = (1.0 - _WORTH) * _energy(beside, target)
-        found = _fading(beside, target, slow, faded, level=level, most=most)
-        if found:
-            break
+    measured, given = table.measured_nm[rows], table.given_nm[rows]
+    level = float(least(table.base[rows], measured)[coulomb])
+
+    def faded_in(torque: Floats) -> float:
+        for beside in (columns, np.concatenate((columns, fall), axis=1)):
+            most = (1.0 - _WORTH) * _energy(beside, torque)
+            found = _fading(beside, torque, slow, faded, level=level, most=most)
+            if found:
+                return found
+        return 0.0
+
+    found = faded_in(target)
+    # What the simulation has too much of near standstill looks like friction that is not there.
+    if found and _energy(table.base[rows], given) > _WORTH * _energy(table.base[rows], target):
+        found = faded_in(measured)
     return max(
         _GONE * found, _GONE * _simulated(table, slow, faded), _crawl(table, columns, target)
     )

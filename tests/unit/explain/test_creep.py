@@ -13,7 +13,7 @@ from agent.explain.proof import compare_runs
 from agent.explain.rows.creep import creep_speed, without_creep
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import tabulate
-from agent.physics.twin import Twin
+from agent.physics.twin import Effect, Twin
 
 Floats = NDArray[np.float64]
 Friction = Callable[[Floats], Floats]
@@ -71,6 +71,16 @@ def test_where_a_simulator_smooths_the_sign_is_found_and_left_out() -> None:
 @pytest.mark.parametrize("friction", [dry, stribeck, thinning])
 def test_friction_that_is_there_at_low_speed_is_kept(friction: Friction) -> None:
     assert creep_speed(tabulate(TWIN, [run(friction)])) < 0.006 * FASTEST
+
+
+@pytest.mark.parametrize(("friction", "creeps"), [(stribeck, False), (smoothed, True)])
+def test_friction_of_which_the_twin_has_too_much_is_there_at_low_speed(
+    friction: Friction, creeps: bool
+) -> None:
+    """Less than it predicts is not nothing: a Stribeck fall twice as strong was told as agreeing."""
+    fall = {"static_extra_nm": 1.0, "stribeck_velocity_rad_s": 3.0, "exponent": 1.0}
+    twin = replace(TWIN, effects=(Effect("stribeck", fall),))
+    assert (creep_speed(tabulate(twin, [run(friction)])) > 2.0 * SLOW) == creeps
 
 
 @pytest.mark.parametrize(
