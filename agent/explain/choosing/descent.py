@@ -130,11 +130,13 @@ def _normal(
 ) -> tuple[Floats, Floats]:
     """Return the normal equations of the numbers' moves, the coefficients refitted beside them."""
     model = np.concatenate([beside, *at.columns], axis=1)
-    slopes = np.stack([_slope(at, number, columns) for number in numbers], axis=1)
-    across = model.T @ slopes
-    copied = np.stack([solve(model.T @ model, column) for column in across.T], axis=1)
-    slopes = slopes - model @ copied
-    return slopes.T @ slopes, slopes.T @ at.left
+    # Where a law overflows beside its point there is no slope: NaN, whose number is not moved.
+    with np.errstate(over="ignore", invalid="ignore"):
+        slopes = np.stack([_slope(at, number, columns) for number in numbers], axis=1)
+        across = model.T @ slopes
+        copied = np.stack([solve(model.T @ model, column) for column in across.T], axis=1)
+        slopes = slopes - model @ copied
+        return slopes.T @ slopes, slopes.T @ at.left
 
 
 def _slope(at: _Fit, number: Movable, columns: Columns) -> Floats:

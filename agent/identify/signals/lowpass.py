@@ -93,9 +93,8 @@ def response(length: int, cutoff: float) -> Floats:
 
 def _response(length: int, cutoff: float) -> Floats:
     frequency = np.fft.rfftfreq(length)
-    with np.errstate(over="ignore"):
-        ratio = np.tan(np.pi * np.minimum(frequency, 0.499999)) / np.tan(np.pi * cutoff)
-        response = np.asarray(1.0 / (1.0 + ratio ** (2 * ORDER)))
+    ratio = np.tan(np.pi * np.minimum(frequency, 0.499999)) / np.tan(np.pi * cutoff)
+    response = np.asarray(1.0 / (1.0 + ratio ** (2 * ORDER)))
     response.flags.writeable = False
     return response
 

@@ -150,8 +150,7 @@ def _moves(position_rad: Floats) -> NDArray[np.bool_]:
     steps = np.abs(np.diff(position_rad))
     count = float(steps[steps > 0.0].min(initial=np.inf))
     out = np.zeros(position_rad.shape, np.bool_)
-    with np.errstate(invalid="ignore"):
-        way = position_rad[_REACH:] - position_rad[:-_REACH]
-        far = np.where(np.abs(way) > _COUNTS * count * _REACH, np.sign(way), 0.0)
+    way = position_rad[_REACH:] - position_rad[:-_REACH]
+    far = np.where(np.abs(way) > _COUNTS * count * _REACH, np.sign(way), 0.0)
     out[_REACH:-_REACH] = far[_REACH:] * far[:-_REACH] > 0.0
     return out

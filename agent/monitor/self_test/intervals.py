@@ -52,8 +52,7 @@ def catching(missed: Floats, caught: Floats, share: float) -> tuple[float, float
         width = math.exp(at[1])
         centre = at[0] - reach * width
         ends = [log_ndtr((end - centre) / width) for end in (high, low)]
-        with np.errstate(divide="ignore"):
-            logs = ends[0] + np.log1p(-np.exp(np.minimum(ends[1] - ends[0], -1e-12)))
+        logs = ends[0] + np.log1p(-np.exp(np.minimum(ends[1] - ends[0], -1e-12)))
         return -float(np.sum(np.maximum(logs, -1e3)))
 
     start = np.array([middle + reach * spread, math.log(spread)])
