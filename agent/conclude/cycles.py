@@ -123,6 +123,7 @@ def _cycle(path: Path, folder: Path | None, about_to: Callable[[], None]) -> Cyc
     """Take the cycle from the cache, or estimate it and leave it there."""
     kept = None if folder is None else folder / f"cycle-{_key(path)}.json"
     if kept is not None:
+        # What is not there, or not to be read, is estimated.
         with contextlib.suppress(OSError, ValueError, KeyError, TypeError):
             found = Cycle.from_json(json.loads(kept.read_text(encoding="utf-8")))
             return replace(found, name=path.name)
@@ -141,7 +142,7 @@ def _key(path: Path) -> str:
     """Return the hash of a recording's bytes and of the code that estimates it."""
     digest = hashlib.sha256(_code().encode())
     for part in (path, side_file(path)):
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError):  # most have no side file; `read` refuses what has to be
             digest.update(part.read_bytes())
         digest.update(b"\0")
     return digest.hexdigest()

@@ -127,8 +127,8 @@ def looked_at(cell: Cell, axis: Axis, folder: Path | None = None) -> Iterator[bo
         finally:
             if free:
                 for path in paths:
-                    with contextlib.suppress(OSError):
-                        os.truncate(path, 0)  # nobody is here: what it said is over
+                    with contextlib.suppress(OSError):  # nobody reads a look's words after it
+                        os.truncate(path, 0)
 
 
 class Holder(NamedTuple):

@@ -129,9 +129,8 @@ class MqttSink(ByDescription):
         except (OSError, ValueError, KeyError, TypeError):
             last = -1
         number = (last + 1) % 256
-        with contextlib.suppress(
-            StorageError
-        ):  # the number repeats, which tells a host nothing wrong
+        # Where it cannot be kept the number repeats, which tells a host nothing wrong.
+        with contextlib.suppress(StorageError):
             publish({self.state: json.dumps({"bdSeq": number}).encode()}, overwrite=True)
         return number
 

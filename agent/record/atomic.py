@@ -74,7 +74,7 @@ def publish(
         raise storage_error(error, f"{path} cannot be written") from error
     finally:
         for beside in temporary.values():
-            with contextlib.suppress(OSError):
+            with contextlib.suppress(OSError):  # what went wrong before is worth more than this
                 beside.unlink(missing_ok=True)
 
 
@@ -109,7 +109,7 @@ def sync(descriptor: int) -> None:
     if sys.platform == "darwin":
         import fcntl
 
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError):  # this file system cannot
             fcntl.fcntl(descriptor, fcntl.F_FULLFSYNC)
             return
     os.fsync(descriptor)

@@ -105,6 +105,6 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
                 await asyncio.sleep(0.05)
         page.looking.end()
         watching.cancel()
-        with contextlib.suppress(asyncio.CancelledError):
+        with contextlib.suppress(asyncio.CancelledError):  # by the line above
             await watching
         page.store.close()

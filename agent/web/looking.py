@@ -92,7 +92,7 @@ class Looking:
     def _let_go(self, child: _Child | None) -> None:
         if child is None:
             return
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError):  # it has ended by itself
             if child.process.stdin is not None:
                 child.process.stdin.close()
         try:

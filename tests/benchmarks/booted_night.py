@@ -184,7 +184,7 @@ def look(folder: Path) -> None:
         finally:
             for name in ("fake.log", "recordings"):
                 place = work / name
-                with contextlib.suppress(OSError):
+                with contextlib.suppress(OSError):  # a night that failed has not made all of it
                     (shutil.copytree if place.is_dir() else shutil.copy)(place, folder / name)
             (folder / "journal").write_text(said("journalctl", "-b", "--no-pager"))
     (folder / "seen.json").write_text(json.dumps(seen, indent=1))

@@ -119,7 +119,7 @@ async def watched_cycle(
     seen = await asyncio.gather(*(view(client) for _ in range(viewers)))
     share = (watch.cpu_s() - before_s) / (time.monotonic() - began_s)
     looking.cancel()
-    with contextlib.suppress(asyncio.CancelledError):
+    with contextlib.suppress(asyncio.CancelledError):  # by the line above
         await looking
     return share, seen
 

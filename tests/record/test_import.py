@@ -94,7 +94,7 @@ def test_a_real_drive_s_samples_survive_the_studio_s_form(
         (lambda rows: rows[:50], "holds 50 samples, but at least 100"),
         (lambda _rows: [""], "holds no samples"),
     ],
-)  # fmt: skip
+)
 def test_each_bad_line_is_named_by_its_number(
     tmp_path: Path, change: Callable[[list[str]], list[str]], says: str
 ) -> None:

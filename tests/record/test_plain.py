@@ -78,7 +78,7 @@ def test_a_damaged_stream_is_refused_or_read_and_nothing_else(
     for _ in range(3):
         at = data.draw(st.integers(0, len(content) - 1))
         content[at] = data.draw(st.integers(0, 255))
-    with contextlib.suppress(ForeignStreamError):
+    with contextlib.suppress(ForeignStreamError):  # refused, or read: no other error
         read_plainly(bytes(content))
 
 
@@ -124,7 +124,7 @@ def test_a_damaged_footer_is_refused_or_read_and_nothing_else(
         content[data.draw(st.integers(4, len(content) - 1))] = data.draw(st.integers(0, 255))
     cut = data.draw(st.integers(0, 4))
     path.write_bytes(bytes(content[: len(content) - cut]))
-    with contextlib.suppress(ForeignFooterError):
+    with contextlib.suppress(ForeignFooterError):  # as above
         key_values(path)
 
 

@@ -86,7 +86,7 @@ def kill_one(parent: psutil.Process, after_cpu_s: float) -> None:
     end = clock.now() + 120.0
     while clock.now() < end:
         for child in parent.children(recursive=True):
-            with suppress(psutil.NoSuchProcess):
+            with suppress(psutil.NoSuchProcess):  # it has just ended
                 if child.cpu_times().user > after_cpu_s:
                     child.kill()
                     return

@@ -71,7 +71,7 @@ class _Wanted:
         self._over.wait(seconds)
 
     def _listen(self) -> None:
-        with contextlib.suppress(OSError, ValueError):
+        with contextlib.suppress(OSError, ValueError):  # a line that is broken or was never there
             while os.read(sys.stdin.fileno(), 64):
                 self._until_s = self._clock.now() + WANTED_S
         self._over.set()

@@ -108,7 +108,7 @@ def _hold_lifeline() -> None:
     A cycle can be asked while it has its own handlers for signals. Before, nothing moves; after,
     nothing moves any more, and the estimate may be finished in peace.
     """
-    with contextlib.suppress(OSError, ValueError):
+    with contextlib.suppress(OSError, ValueError):  # a line that breaks means as much as its end
         while os.read(sys.stdin.fileno(), 64):
             pass
     kind = getattr(signal, "SIGHUP", signal.SIGTERM)

@@ -111,7 +111,7 @@ class OpenStream:
             sync_folder(self.path.parent)
         except BaseException as error:
             os.close(descriptor)
-            with contextlib.suppress(OSError):
+            with contextlib.suppress(OSError):  # the error that is raised says more
                 self.path.unlink(missing_ok=True)
             if isinstance(error, OSError):
                 raise storage_error(error, f"{self.path} cannot be written") from error

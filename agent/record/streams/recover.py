@@ -133,7 +133,7 @@ def _finish(stream: Path) -> Recovered:
     """Write the recording of a stream that nobody else touches."""
     recording = stream.with_suffix(".parquet")
     for left in stream.parent.glob(f".{glob.escape(recording.name)}.*{TEMPORARY}"):
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError):  # it stays where it is, in nobody's way
             left.unlink()
     if stream.stat().st_size == 0:  # killed before its header
         return Recovered(stream, "empty", f"{stream}: held nothing at all.")

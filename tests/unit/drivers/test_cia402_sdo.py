@@ -279,7 +279,7 @@ NEVER_RAISED_AT_US = {"can.io.blf.BLFParseError"}
 
 
 # every module of the libraries is imported, old interfaces that warn of their age included
-@pytest.mark.filterwarnings("ignore")
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
 @pytest.mark.parametrize("package", [can, canopen])
 def test_every_exception_of_the_libraries_has_a_mapping(package: ModuleType) -> None:
     logging.disable(logging.ERROR)

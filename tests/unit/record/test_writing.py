@@ -133,6 +133,7 @@ def test_a_recorder_on_a_disk_that_fills_up_keeps_what_went_in(small_disk: Path)
     assert f"{saved} samples are saved" in str(told.value)
     assert saved > 1000
     filler = small_disk / "filler"
+    # until the disk is full
     with contextlib.suppress(OSError), filler.open("wb", buffering=0) as file:
         while file.write(bytes(512)):
             pass
