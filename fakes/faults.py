@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
 from fakes import wire_faults
@@ -202,11 +202,6 @@ def fault_from_mapping(data: Mapping[str, Any]) -> Fault:
         return cls(**parameters)
     except TypeError as error:
         raise ValueError(f"{kind}: {error}") from error
-
-
-def fault_to_mapping(fault: Fault) -> dict[str, Any]:
-    """Return the mapping that `fault_from_mapping` reads."""
-    return {"kind": fault.kind} | {k: v for k, v in asdict(fault).items() if v is not None}
 
 
 class FaultPlayer:

@@ -105,10 +105,6 @@ class FakeSpecification:
             (0x6092, 1): self.servo.encoder_counts_per_rev,
         }
 
-    def to_mapping(self) -> dict[str, Any]:
-        """Return plain numbers that `from_mapping` reads back equal."""
-        return asdict(self)
-
 
 def _build(cls: type[T], data: Mapping[str, Any], path: str) -> T:
     assert is_dataclass(cls)

@@ -41,11 +41,6 @@ class Summary:
     margins: tuple[Margin, ...]
     excesses: tuple[Excess, ...]
 
-    @property
-    def stopping_margin_rad(self) -> float | None:
-        """What is left between the position limits and the farthest end of a stop."""
-        return min((m.remaining for m in self.margins if m.quantity == "position"), default=None)
-
     def arm_angle(self, angle_rad: float) -> float:
         """Return a motor angle as degrees of the arm; as it is where no gear ratio was given."""
         return angle_rad if self.gear_ratio is None else arm_deg(angle_rad, self.gear_ratio)

@@ -71,11 +71,6 @@ class Interlock:
         """Return whether a set-point other than standstill may be sent."""
         return self.state is State.MOVING
 
-    @property
-    def may_have_torque(self) -> bool:
-        """Return whether the drive may be asked to be on."""
-        return self.state in (State.ENABLING, State.MOVING)
-
     def after(self, event: Event, reason: str = "") -> Interlock:
         """Return the interlock after `event`.
 

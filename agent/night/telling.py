@@ -7,7 +7,7 @@ before and after it. A sink that does not answer costs its own time-out and noth
 from __future__ import annotations
 
 import ssl
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
@@ -191,8 +191,3 @@ def subject(event: Event) -> str:
     more = {news.WORSE: " got worse", news.REMINDER: " (reminder)", news.CLEARED: ", alarm ended"}
     kind = more.get(str(event.details.get(news.KEY, "")), "")
     return " ".join(f"{joint}: {words.get(event.kind, event.kind)}{kind}".split())
-
-
-def undeliverable(deliveries: Sequence[Delivery]) -> tuple[str, ...]:
-    """Return a sentence for each sink that was not told."""
-    return tuple(d.sentence for d in deliveries if not d.arrived)

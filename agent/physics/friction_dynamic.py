@@ -131,10 +131,6 @@ class LuGre:
             not_negative="viscous_nm_s_per_rad static_extra_nm damping_nm_s_per_rad",
         )
 
-    def steady_nm(self, velocity_rad_s: Floats) -> Floats:
-        """Return the torque of lasting velocity, shape (n,): the Stribeck law, from its home."""
-        return STRIBECK.torque(velocity_rad_s, vars(self))
-
     def level_nm(self, velocity_rad_s: Floats) -> Floats:
         """Return g(v), shape (n,): what the bristles yield at."""
         speed = np.maximum(np.abs(velocity_rad_s), np.finfo(np.float64).tiny)

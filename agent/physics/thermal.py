@@ -102,20 +102,6 @@ class GearboxTemperature:
         """Return the gearbox's temperature, shape (n,), from its start (A.1)."""
         return relaxed_degc(self.rate_per_s, self.final_degc, start_degc, time_s)
 
-    def time_until_s(self, target_degc: float, start_degc: float) -> float | None:
-        """Return when a temperature is reached, or None where it never is."""
-        if target_degc == start_degc:
-            return 0.0
-        if start_degc == self.final_degc:
-            return None
-        time = relaxation_time_s(self.rate_per_s, self.final_degc, start_degc, target_degc)
-        return float(time) if np.isfinite(time) else None
-
-    def at_experiment_degc(self, rest_s: float) -> float:
-        """Return the temperature after a rest from the lasting one (A.3): an offset on Te."""
-        resting = GearboxTemperature(self.rate_per_s, self.environment_degc)
-        return float(resting.temperature_degc(np.array(rest_s), self.final_degc))
-
 
 @dataclass(frozen=True)
 class WindingResistance:
@@ -183,16 +169,6 @@ THESIS_OILS = MappingProxyType(
     {"oil 1": Oil(150.0, 18.0), "oil 2": Oil(220.0, 34.4), "oil 3": Oil(320.0, 52.7)}
 )
 """The three oils of thesis 5.3.2."""
-
-THESIS_COOLING_PER_S = MappingProxyType(
-    {"oil 1": 6.3664e-5, "oil 2": 5.9361e-5, "oil 3": 6.3340e-5}
-)
-"""Their cooling constants r, thesis A.1."""
-
-THESIS_FRICTION_INTEGRAL_SLOPE = MappingProxyType(
-    {"oil 1": -15.09, "oil 2": -20.53, "oil 3": -22.89}
-)
-"""Slopes of their friction integral per kelvin, thesis Appendix A (units not given there)."""
 
 
 def friction_integral(velocity_rad_s: Floats, friction_nm: Floats) -> Floats:

@@ -92,11 +92,6 @@ class Twin:
                 if name in _NOT_NEGATIVE and value < 0.0:
                     raise TwinError(f"{table}.{name}: expected 0 or more, got {value}.")
 
-    @property
-    def is_plain(self) -> bool:
-        """Whether the twin has no effects beside rigid body, gravity, Coulomb and viscous."""
-        return not self.effects
-
     def predict_torque(
         self,
         position_rad: Floats | None,
@@ -180,11 +175,6 @@ class Twin:
             return predict_parts(self, motion, smooth)
         except ValueError as error:
             raise TwinError(f"effects: {error}.") from error
-
-    @property
-    def friction_parameters(self) -> dict[str, float]:
-        """Return the Coulomb and viscous parameters under their contract names."""
-        return {name: getattr(self, name) for name in _TABLES["friction"]}
 
 
 def parse_twin(text: str) -> Twin:

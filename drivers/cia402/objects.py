@@ -73,7 +73,6 @@ class DriveObject:
 
 
 DEVICE_TYPE = DriveObject(0x1000, 0, "u32", "device type")
-ERROR_REGISTER = DriveObject(0x1001, 0, "u8", "error register")
 HEARTBEAT_PRODUCER = DriveObject(0x1017, 0, "u16", "heartbeat producer time")
 VENDOR_ID = DriveObject(0x1018, 1, "u32", "vendor id")
 PRODUCT_CODE = DriveObject(0x1018, 2, "u32", "product code")

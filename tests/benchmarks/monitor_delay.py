@@ -18,11 +18,11 @@ import numpy as np
 from agent.identify.result import Floats
 from agent.monitor.baseline.growth import grown
 from agent.monitor.detection.cusum import DECIDING, Cusum
-from agent.monitor.detection.run_length import brook_evans
 from agent.monitor.detection.series import FeatureSeries, State
 from agent.monitor.detection.tuning import YEAR_S, Target
 from tests.benchmarks.monitor_reference import delay_of
 from tests.science.monitor_fleet import correlated
+from tests.science.run_length_chain import brook_evans
 
 LEVEL = 100.0
 DAY_S = 86400.0

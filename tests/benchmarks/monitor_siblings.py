@@ -31,7 +31,6 @@ from agent.monitor.compensation.compensation import Conditions
 from agent.monitor.compensation.kind import Kind
 from agent.monitor.detection.cusum import DECIDING, Cusum
 from agent.monitor.detection.detectors import detector
-from agent.monitor.detection.run_length import brook_evans
 from agent.monitor.detection.series import FeatureSeries, Judgement, State
 from agent.monitor.detection.tuning import YEAR_S, Target
 from agent.monitor.history.table import Features
@@ -46,6 +45,7 @@ from tests.benchmarks.monitor_delay import (
 from tests.benchmarks.monitor_reference import known_scatter_odds
 from tests.science.monitor_fleet import Life, Nights, episodes, live, low_speed_share
 from tests.science.monitor_joint import Joint
+from tests.science.run_length_chain import brook_evans
 
 KIND = Life()
 OTHER = Life(

@@ -22,7 +22,7 @@ import numpy as np
 from agent.identify.result import Floats
 from agent.monitor.baseline.growth import grown
 from agent.monitor.detection.cusum import DECIDING, Cusum
-from agent.monitor.detection.run_length import brook_evans, siegmund
+from agent.monitor.detection.run_length import siegmund
 from agent.monitor.detection.standing import standing
 from agent.monitor.detection.tuning import Target
 from tests.benchmarks.monitor_delay import (
@@ -33,6 +33,7 @@ from tests.benchmarks.monitor_delay import (
     series_of,
 )
 from tests.benchmarks.monitor_reference import delay_of
+from tests.science.run_length_chain import brook_evans
 
 HISTORY_SEED, FUTURE_SEED = 50_000, 90_000
 LONGEST = 300

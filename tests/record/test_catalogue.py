@@ -21,7 +21,7 @@ from agent.conclude.outcome import conclude
 from agent.errors import InputError, StorageError
 from agent.record.catalogue.catalogue import Catalogue
 from agent.record.catalogue.schema import open_engine, upgrade
-from agent.record.catalogue.tables import HEAD, METADATA, TABLES
+from agent.record.catalogue.tables import HEAD, METADATA, RECORDINGS
 from agent.record.events_file import Event, append_event
 from agent.record.reading import read
 from agent.record.seal import seal
@@ -156,7 +156,7 @@ def test_migrations_make_the_very_tables_that_the_code_asks(tmp_path: Path, serv
         with engine.connect() as connection:
             context = MigrationContext.configure(connection, opts={"compare_type": True})
             assert compare_metadata(context, METADATA) == []
-            assert sa.inspect(connection).has_table(TABLES[0].name)
+            assert sa.inspect(connection).has_table(RECORDINGS.name)
         assert upgrade(engine) == (HEAD, HEAD)
         engine.dispose()
 

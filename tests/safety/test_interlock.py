@@ -50,7 +50,6 @@ def test_every_state_and_event(state: State, event: Event) -> None:
 
 def test_motion_is_allowed_in_one_state_only() -> None:
     assert [s for s in State if Interlock(s).may_move] == [State.MOVING]
-    assert {s for s in State if Interlock(s).may_have_torque} == {State.ENABLING, State.MOVING}
 
 
 @given(st.lists(st.sampled_from(Event), max_size=20))

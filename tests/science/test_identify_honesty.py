@@ -404,7 +404,7 @@ def test_twin_of_an_estimate_reads_back() -> None:
     result = estimate([record(Joint(), stair())])
     twin = twin_from_estimate(result, robot="cell", axis=2, gear_ratio=224.0)
     assert parse_twin(format_twin(twin)) == twin
-    assert twin.is_plain
+    assert twin.effects == ()
     assert twin.coulomb_nm == pytest.approx(0.6042, rel=0.02)
     assert twin.extra["not_identified"] == ["gravity_sin_nm", "gravity_cos_nm"]
     dry = estimate([record(Joint(viscous_nm_s_per_rad=0.0), stair(), seed=2)])

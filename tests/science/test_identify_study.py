@@ -13,7 +13,6 @@ from agent.identify.rigid.course import course_of
 from agent.identify.rigid.instrumental import (
     fit_instrumental,
     instrument_strength,
-    weighted_least_squares,
 )
 from agent.identify.rigid.linear import solve_blocks, time_blocks
 from agent.identify.rigid.recursive import RecursiveLeastSquares
@@ -138,7 +137,7 @@ def test_recursion_with_forgetting_is_weighted_least_squares() -> None:
     (*_, last) = followed(columns, target, 0.98, 50)
     weight = np.asarray(0.98 ** np.arange(399.0, -1.0, -1.0), dtype=np.float64)
     blocks = time_blocks(np.arange(400.0), 20)
-    fit = weighted_least_squares(columns, target, weight, blocks)
+    fit = solve_blocks(columns, columns * weight[:, np.newaxis], target, blocks)
     np.testing.assert_allclose(last, fit.theta, rtol=1e-8)
 
 

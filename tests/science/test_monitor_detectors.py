@@ -14,7 +14,7 @@ from agent.identify.result import Floats
 from agent.monitor.baseline.growth import LAG, MOST_GROWN, MOST_SCATTERED, grown
 from agent.monitor.detection.cusum import Cusum
 from agent.monitor.detection.detectors import DETECTORS, detector
-from agent.monitor.detection.run_length import brook_evans, siegmund, threshold_for
+from agent.monitor.detection.run_length import siegmund, threshold_for
 from agent.monitor.detection.series import FEATURES, FeatureSeries, State
 from agent.monitor.detection.standing import standing
 from agent.monitor.detection.tuning import SLOWEST_CYCLES, Target, tune
@@ -30,6 +30,7 @@ from tests.benchmarks.monitor_delay import (
 from tests.benchmarks.monitor_reference import line_for
 from tests.science.monitor_fleet import Life, episodes, live, low_speed_share
 from tests.science.monitor_joint import DAY_S
+from tests.science.run_length_chain import brook_evans
 
 ORDER = list(State)
 HEALTHY = 20
@@ -158,8 +159,7 @@ def test_run_lengths_agree_with_each_other_and_with_simulation(
     assert float(siegmund(drift, threshold)) == pytest.approx(chain, rel=0.1)
 
 
-def test_one_cycle_that_may_not_decide_makes_runs_longer() -> None:
-    assert brook_evans(-0.5, 3.0, ceiling=1.5) > brook_evans(-0.5, 3.0)
+def test_a_threshold_is_found_for_a_run_length() -> None:
     assert float(siegmund(-0.5, threshold_for(-0.5, 500.0))) == pytest.approx(500.0)
 
 

@@ -57,8 +57,8 @@ def test_what_is_concealed_in_the_demo_is_found(told: tuple[str, Path]) -> None:
     found = {name: number["value"] for name, number in spring["parameters"].items()}
     assert found["stiffness_nm_per_rad"] == pytest.approx(joint.spring_nm_per_rad, rel=0.03)
     assert found["arm_inertia_kg_m2"] == pytest.approx(joint.arm_inertia_kg_m2, rel=0.03)
-    assert parse_twin((out / "simulation.toml").read_text(encoding="utf-8")).is_plain
-    assert not parse_twin((out / "explanation" / "twin.toml").read_text(encoding="utf-8")).is_plain
+    assert not parse_twin((out / "simulation.toml").read_text(encoding="utf-8")).effects
+    assert parse_twin((out / "explanation" / "twin.toml").read_text(encoding="utf-8")).effects
     concealed = text.split("Concealed", 1)[1]
     assert "25.3 N m/rad" in concealed
     assert "not named" not in concealed
@@ -86,7 +86,7 @@ def intervals_in(text: str) -> list[tuple[float, float, float]]:
 
 def test_the_simulation_of_the_demo_is_right_in_what_it_knows() -> None:
     twin = simulation_of(FakeSpecification(), robot="r", axis=1)
-    assert twin.is_plain
+    assert twin.effects == ()
     assert twin.inertia_kg_m2 == pytest.approx(0.0184)
     assert twin.coulomb_nm == pytest.approx(0.6042)
     assert twin.viscous_nm_s_per_rad == pytest.approx(0.0107)

@@ -1,4 +1,4 @@
-"""Weighted least squares, and instrumental variables for a joint in its closed loop.
+"""Instrumental variables for a joint in its closed loop.
 
 The drive's controller turns every error of the measured velocity into torque. Regressor and
 regressand of thesis (4.5) then share their noise, and plain least squares is biased however long
@@ -15,11 +15,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from agent.identify.result import Floats, Parameter
 from agent.identify.rigid.body import fit_rigid_body
-from agent.identify.rigid.linear import LinearFit, solve_blocks, time_blocks
+from agent.identify.rigid.linear import solve_blocks, time_blocks
 from agent.identify.rigid.rows import Rows, collect_rows
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.preprocess import Motion, filter_motion, read_motion
@@ -48,30 +47,6 @@ class InstrumentalFit:
     least_squares: Mapping[str, Parameter]
     strength: float
     moved: tuple[str, ...]
-
-
-def weighted_least_squares(
-    columns: Floats, target: Floats, weight: Floats, blocks: NDArray[np.int64]
-) -> LinearFit:
-    """Minimise ``sum w (y - F theta)^2``.
-
-    Parameters
-    ----------
-    columns : ndarray, shape (n, p)
-    target : ndarray, shape (n,)
-    weight : ndarray, shape (n,)
-        Not negative; best the reciprocal of each row's noise variance.
-    blocks : ndarray of int, shape (n,)
-        See `linear.time_blocks`.
-
-    Raises
-    ------
-    ValueError
-        A weight is negative or not finite, or shapes do not fit.
-    """
-    if weight.shape != target.shape or not np.all(np.isfinite(weight) & (weight >= 0.0)):
-        raise ValueError("expected one finite weight of 0 or more for every row")
-    return solve_blocks(columns, columns * weight[:, np.newaxis], target, blocks)
 
 
 def instrument_strength(columns: Floats, instruments: Floats) -> float:

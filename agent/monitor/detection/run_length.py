@@ -1,4 +1,4 @@
-"""How long a CUSUM runs before it crosses its threshold: Siegmund's law and the Markov chain.
+"""How long a CUSUM runs before it crosses its threshold: Siegmund's law.
 
 The sum is g_t = max(0, g_{t-1} + x_t) with x_t normal, mean `drift`, deviation one, and it ends
 above `threshold`. Siegmund (1985, eq. 2.57) replaces the walk by Brownian motion whose threshold
@@ -6,16 +6,13 @@ is 1.166 further out, for the overshoot at both ends:
 
     ARL = (exp(-2 m b) + 2 m b - 1) / (2 m^2),  b = threshold + 1.166
 
-Brook and Evans (Biometrika 59, 1972) cut [0, threshold] into states and solve (I - Q) L = 1; it is
-exact as the states grow fine, and holds for any law of x_t. The first is quick and is what tuning
-uses, the second judges it in the tests and gives the optimum in the benchmark.
+The Markov chain of Brook and Evans judges it (`tests/science/run_length_chain.py`).
 """
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import norm
 
 from agent.identify.result import Floats
 
@@ -47,31 +44,6 @@ def siegmund(drift: ArrayLike, threshold: ArrayLike) -> Floats:
     law = (np.expm1(np.minimum(x, _LARGEST_EXPONENT)) - x) / (2.0 * safe**2)
     lengths: Floats = np.maximum(1.0, np.where(small, b**2 * (1.0 + x / 3.0), law))
     return lengths
-
-
-def brook_evans(
-    drift: float, threshold: float, *, ceiling: float = np.inf, states: int = 120
-) -> float:
-    """Return the average run length of a CUSUM from zero by the Markov chain.
-
-    Parameters
-    ----------
-    drift, threshold : float
-        As for `siegmund`; runs beyond some 1e14 steps are returned as infinite.
-    ceiling : float
-        No step is taken for more than this (one bad cycle must not decide).
-    states : int
-        Cells that [0, threshold] is cut into.
-    """
-    width = 2.0 * threshold / (2.0 * states - 1.0)
-    centre = width * np.arange(states)
-    # From cell i to cell j: the step falls within half a width of their difference.
-    edge = centre[None, :] - centre[:, None] + 0.5 * width
-    up_to = np.where(edge >= ceiling, 1.0, norm.cdf(edge - drift))
-    moves = np.diff(up_to, axis=1, prepend=0.0)
-    lengths = np.linalg.solve(np.eye(states) - moves, np.ones(states))
-    # Runs longer than the arithmetic's digits bear leave nothing of 1 - Q.
-    return float(lengths[0]) if lengths[0] >= 1.0 else np.inf
 
 
 def threshold_for(drift: float, steps: float) -> float:

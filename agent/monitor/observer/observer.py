@@ -51,11 +51,6 @@ class ObserverRun:
     covariances: Floats
     innovations: Floats
 
-    @property
-    def nis(self) -> Floats:
-        """Return the normalised innovations squared, shape (n,): mean 2 where all is right."""
-        return np.asarray(np.sum(self.innovations**2, axis=1), dtype=np.float64)
-
     def judged(self) -> Floats:
         """Return the innovations without those of the first blocks, shape (m, 2)."""
         return self.innovations[_SETTLING:]

@@ -86,6 +86,5 @@ EVENTS = Table(
     Column("details", Text, nullable=False),
 )
 
-TABLES = (RECORDINGS, ESTIMATES, VERDICTS, EVENTS)
 HEAD = "0001"
 """The newest migration: what a database of this version is at."""

@@ -83,19 +83,6 @@ def figure_flexible(
     return figure_of(magnitude)
 
 
-def flexible_in_words(fit: FlexibleFit, response: Response, stretch: Stretch) -> str:
-    """Say in words what `figure_flexible` shows, for those who do not see it."""
-    low, high = response.excited_hz()
-    marks = ", ".join(f"{word} at {significant(at, 3)} Hz" for word, at in _marks(fit))
-    flexible, rigid = _left(stretch)
-    return (
-        "The motor's acceleration per torque over frequency, measured and fitted, excited from "
-        f"{significant(low, 2)} to {significant(high, 2)} Hz: {marks}. Below, the torque of "
-        f"{stretch.recording}: the flexible joint leaves {significant(flexible, 3)} N m rms, the "
-        f"rigid one {significant(rigid, 3)} N m."
-    )
-
-
 def _marks(fit: FlexibleFit) -> list[tuple[str, float]]:
     """Return the antiresonances and resonances of the fitted joint, in Hz, by their names."""
     assert fit.joint is not None

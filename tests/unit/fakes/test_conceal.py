@@ -306,7 +306,7 @@ def test_what_is_written_is_a_recording_and_tells_nothing(tmp_path: Path) -> Non
     torque = np.asarray(recording["torque_nm"], dtype=np.float64)
     np.testing.assert_allclose(torque, numeric(case.training[0], "torque_nm"), rtol=1e-8)
     assert recording.metadata.samples_lost == case.training[0].metadata["samples_lost"]
-    assert parse_twin(written.twin.read_text(encoding="utf-8")).is_plain
+    assert parse_twin(written.twin.read_text(encoding="utf-8")).effects == ()
     for path in tmp_path.rglob("*"):
         if path.suffix in (".json", ".toml"):
             assert not any(

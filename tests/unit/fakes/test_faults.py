@@ -23,7 +23,6 @@ from fakes.faults import (
     VelocityRunaway,
     WrongIdentity,
     fault_from_mapping,
-    fault_to_mapping,
 )
 from tests.unit.fakes.bench import MASTER, fake_bench
 
@@ -149,11 +148,11 @@ def test_the_player_hands_each_fault_out_once() -> None:
 
 
 @pytest.mark.parametrize("kind", sorted(KINDS))
-def test_every_fault_round_trips_and_is_frozen(kind: str) -> None:
+def test_every_fault_is_made_from_a_mapping_and_frozen(kind: str) -> None:
     needed = {"index": 0x6083} if "index" in {f.name for f in fields(KINDS[kind])} else {}
     fault = fault_from_mapping({"kind": kind, "at_sync": 7} | needed)
     assert isinstance(fault, KINDS[kind])
-    assert fault_from_mapping(fault_to_mapping(fault)) == fault
+    assert fault.at_sync == 7
     with pytest.raises(FrozenInstanceError):
         fault.at_sync = 8  # type: ignore[misc]  # frozen: refused
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
@@ -23,8 +23,8 @@ OTHER = FakeSpecification(
 @pytest.mark.parametrize("specification", [FakeSpecification(), OTHER], ids=["default", "other"])
 def test_files_give_back_the_same_value(specification: FakeSpecification, tmp_path: Path) -> None:
     toml, plain = tmp_path / "fake.toml", tmp_path / "fake.json"
-    toml.write_text(tomli_w.dumps(specification.to_mapping()), encoding="utf-8")
-    plain.write_text(json.dumps(specification.to_mapping()), encoding="utf-8")
+    toml.write_text(tomli_w.dumps(asdict(specification)), encoding="utf-8")
+    plain.write_text(json.dumps(asdict(specification)), encoding="utf-8")
     assert FakeSpecification.load(toml) == specification
     assert FakeSpecification.load(plain) == specification
 

@@ -385,7 +385,7 @@ def test_the_dry_run_in_numbers() -> None:
         next(m.value for m in dry_run.margins if m.quantity == "torque")
     )
     lower = next(m for m in dry_run.margins if m.is_lower)
-    assert dry_run.stopping_margin_rad == pytest.approx(lower.value + 200.0)
+    assert lower.remaining == pytest.approx(lower.value + 200.0)
     assert dry_run.excesses == ()
 
 
@@ -408,7 +408,7 @@ def test_the_dry_run_in_words() -> None:
 
 def test_the_dry_run_without_limits_model_or_ratio() -> None:
     dry_run = summarise(Trajectory("stay", {}, 1.0, ()))
-    assert (dry_run.arm_min_deg, dry_run.peak_torque_nm, dry_run.stopping_margin_rad) == (None,) * 3
+    assert (dry_run.arm_min_deg, dry_run.peak_torque_nm, dry_run.margins) == (None, None, ())
     assert dry_run.lines()[2:] == (
         "peak speed 0.0 rad/s, acceleration 0 rad/s², jerk 0 rad/s³",
         "no steady velocity",
