@@ -138,7 +138,7 @@ def main() -> None:
 
 def draw(folder: Path) -> None:
     """Write the pictures of one history of each case, the first seed, in both readings."""
-    from agent.report.figures.case_study import figure_case_study
+    from tests.benchmarks.monitor_case_figure import figure_case_study
 
     folder.mkdir(parents=True, exist_ok=True)
     for word, reading in (

@@ -7,7 +7,7 @@ import pytest
 from matplotlib.axes import Axes
 
 from agent.monitor.detection.thesis import Thesis
-from agent.report.figures.case_study import figure_case_study
+from tests.benchmarks.monitor_case_figure import figure_case_study
 from tests.benchmarks.monitor_case_study import COURSES, CYCLES, curves, history
 from tests.science.monitor_joint import SPEEDS
 
