@@ -183,7 +183,7 @@ def test_nor_where_the_friction_has_a_viscous_part_that_may_not_be_there() -> No
         at = library.candidate(forms[name], ())
         return replace(term.scored, candidate=at, coefficients=np.array(numbers))
 
-    constant = Rival(scored("constant", 0.05), 0.4, 0.4, 0.99)
+    constant = Rival(scored("constant", 0.05), 0.4, 0.99)
     tied = replace(term, scored=scored("Coulomb and viscous", 0.1, 1e-4), rivals=(constant,))
     (advice,) = next_experiments(library, (tied,), 0, NOISE_NM)
     assert advice.trajectory is None

@@ -28,10 +28,9 @@ _WARMTH_OR_TIME = frozenset({"temperature-dependent-friction", "friction-drift"}
 
 @dataclass(frozen=True)
 class Rival:
-    """Another effect in a term's place, and how far it is behind in log density."""
+    """Another effect in a term's place, how probable it is, and how alike the two are."""
 
     scored: Scored
-    behind: float
     probability: float
     likeness: float
 
@@ -102,7 +101,7 @@ def with_rivals(
     weights = [math.exp(-max(behind, 0.0)) for _, behind in entries]
     total = 1.0 + sum(weights)
     rivals = [
-        Rival(scored, behind, weight / total, likeness(library, others, best, scored))
+        Rival(scored, weight / total, likeness(library, others, best, scored))
         for (scored, behind), weight in zip(entries, weights, strict=True)
         if behind < DECISIVE
     ]

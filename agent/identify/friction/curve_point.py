@@ -27,7 +27,6 @@ class CurvePoint:
     gravity_nm: float
     forward: tuple[float, float] | None  # velocity and torque less nothing
     backward: tuple[float, float] | None
-    paired: bool
 
 
 def paired_point(group: Sequence[Pass]) -> CurvePoint | None:
@@ -98,7 +97,6 @@ def _point(
         gravity_nm=float(np.mean(gravities)),
         forward=(v_forward, float(np.mean(forwards))),
         backward=(v_backward, float(np.mean(backwards))),
-        paired=True,
     )
 
 
@@ -124,7 +122,6 @@ def modelled_point(group: Sequence[Pass], position_torque: PositionTorque) -> Cu
         gravity_nm=gravity_nm,
         forward=(speed, gravity_nm + friction.value) if 1.0 in sides else None,
         backward=(-speed, gravity_nm - friction.value) if -1.0 in sides else None,
-        paired=False,
     )
 
 

@@ -38,16 +38,14 @@ class Seen:
     name : str
     temperature_degc : float
         Mean of the gearbox; NaN where it was not recorded.
-    rises_nm, deviations_nm : tuple of float
-        Rise of friction above the healthy curve at each of the band's speeds, and how well the
-        filter knows it.
+    rises_nm : tuple of float
+        Rise of friction above the healthy curve at each of the band's speeds.
     whiteness : Whiteness
     """
 
     name: str
     temperature_degc: float
     rises_nm: tuple[float, ...]
-    deviations_nm: tuple[float, ...]
     whiteness: Whiteness
 
 
@@ -159,14 +157,12 @@ def seen_of(run: ObserverRun, motion: Motion, shares: Sequence[float], false_rat
             f"{motion.signals.name}: only {tested.innovations} blocks in which the joint slides "
             f"one way, of {_FEWEST_INNOVATIONS} needed: record a longer piece of work"
         )
-    found = [run.rise_nm(share) for share in shares]
     temperature = motion.signals.gearbox_temperature_degc
     known = np.zeros(0) if temperature is None else temperature[np.isfinite(temperature)]
     return Seen(
         motion.signals.name,
         float(known.mean()) if known.size else math.nan,
-        tuple(value for value, _ in found),
-        tuple(deviation for _, deviation in found),
+        tuple(run.rise_nm(share) for share in shares),
         tested,
     )
 

@@ -18,7 +18,6 @@ What a model lacks colours the innovations (`whiteness`).
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,11 +54,9 @@ class ObserverRun:
         """Return the innovations without those of the first blocks, shape (m, 2)."""
         return self.innovations[_SETTLING:]
 
-    def rise_nm(self, share_of_top: float) -> tuple[float, float]:
-        """Return the rise of friction at a share of the top speed at the end, and its deviation."""
-        weight = np.array([0.0, 0.0, 1.0, share_of_top])
-        variance = float(weight @ self.covariances[-1] @ weight)
-        return float(self.states[-1] @ weight), math.sqrt(max(variance, 0.0))
+    def rise_nm(self, share_of_top: float) -> float:
+        """Return the rise of friction at a share of the top speed at the end."""
+        return float(self.states[-1] @ np.array([0.0, 0.0, 1.0, share_of_top]))
 
 
 def observe(blocks: Blocks, model: ObserverModel) -> ObserverRun:
