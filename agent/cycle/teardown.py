@@ -96,22 +96,7 @@ def tear_down(
     at_rest = not has_torque
     rest_after_s: float | None = None
     if has_torque:
-        began_s = clock.now()
-        report = axis.stop(began_s + STOP_TIMEOUT_S)
-        at_rest = report.at_rest
-        if at_rest:
-            rest_after_s = clock.now() - began_s
-        else:
-            problems.append(f"standstill was not seen: {report.reason}")
-        if report.loose_rad > LOOSE_RAD:
-            problems.append(
-                f"while stopping the motor moved by {report.loose_rad:.1f} rad without torque: what"
-                " holds the joint then? Have its brake looked after"
-            )
-        try:
-            keep(report.samples)
-        except AgentError as error:
-            problems.append(str(error))
+        at_rest, rest_after_s = _stop(axis, clock, keep, problems)
     account: SyncAccount | None = None
     restored = True
     try:
@@ -135,6 +120,30 @@ def tear_down(
     return Aftermath(
         at_rest, restored, account, recording, tuple(problems), unfinished, rest_after_s
     )
+
+
+def _stop(
+    axis: Stoppable,
+    clock: Clock,
+    keep: Callable[[tuple[Sample, ...]], None],
+    problems: list[str],
+) -> tuple[bool, float | None]:
+    """Bring the joint to rest; return whether it is, and after how long."""
+    began_s = clock.now()
+    report = axis.stop(began_s + STOP_TIMEOUT_S)
+    rest_after_s = clock.now() - began_s if report.at_rest else None
+    if not report.at_rest:
+        problems.append(f"standstill was not seen: {report.reason}")
+    if report.loose_rad > LOOSE_RAD:
+        problems.append(
+            f"while stopping the motor moved by {report.loose_rad:.1f} rad without torque: what"
+            " holds the joint then? Have its brake looked after"
+        )
+    try:
+        keep(report.samples)
+    except AgentError as error:
+        problems.append(str(error))
+    return report.at_rest, rest_after_s
 
 
 def _changed(what: tuple[str, ...]) -> str:
