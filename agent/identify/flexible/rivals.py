@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -111,6 +111,14 @@ class _Family:
     common: Floats = field(default_factory=lambda: np.zeros(1))
 
 
+class _Taken(NamedTuple):
+    """A rival, its column, and what that and the residual have in common by noise."""
+
+    rival: Rival
+    column: Floats
+    common: float
+
+
 def lack_of(problem: Problem, point: Point) -> Lack:
     """Return what a minimum of a problem with a chain lacks."""
     jacobian = jacobian_of(problem, point)
@@ -124,8 +132,30 @@ def lack_of(problem: Problem, point: Point) -> Lack:
     # A minimum has given way to the noise that columns and residual share.
     given = jacobian @ moved_by_noise(problem, point)
     families = [replace(f, common=f.common + given @ f.columns) for f in _families(problem, point)]
+    taken = _one_by_one(families, basis, problem, point)
+    if not taken:
+        return Lack((), np.zeros(jacobian.shape[1]))
+    columns = np.stack([each.column for each in taken], axis=-1)
+    inside = basis.T @ columns
+    outside = columns - basis @ inside
+    shared = np.array([each.common for each in taken])
+    amplitudes = np.linalg.lstsq(
+        outside.T @ outside, outside.T @ point.residual - shared, rcond=1e-13
+    )[0]
+    shift = np.asarray(-inverse @ (inside @ amplitudes), dtype=np.float64)
+    return Lack(tuple(each.rival for each in taken), shift)
+
+
+def _one_by_one(
+    families: list[_Family], basis: Floats, problem: Problem, point: Point
+) -> list[_Taken]:
+    """Return one column of each family that explains more than chance, the best first.
+
+    Each is weighed beside those before it, whose part is taken from the residual; `basis` is what
+    the model itself can say.
+    """
     whole = {f.effect: f.common for f in families}
-    left, rivals, taken, shared = point.residual, list[Rival](), list[Floats](), list[float]()
+    left, taken = point.residual, list[_Taken]()
     while families:
         found = [_best(f, basis, left, problem, point) for f in families]
         i = max(range(len(found)), key=lambda k: found[k][0])
@@ -133,24 +163,16 @@ def lack_of(problem: Problem, point: Point) -> Lack:
         if share <= 0.0:
             break
         family = families.pop(i)
-        rivals.append(Rival(family.effect, float(family.places_rad_s[column]), share))
-        taken.append(family.columns[:, column])
-        fresh = taken[-1] - basis @ (basis.T @ taken[-1])
+        rival = Rival(family.effect, float(family.places_rad_s[column]), share)
+        own = family.columns[:, column]
+        taken.append(_Taken(rival, own, float(whole[family.effect][column])))
+        fresh = own - basis @ (basis.T @ own)
         norm = float(np.linalg.norm(fresh))
         fresh, bias = fresh / norm, float(family.common[column]) / norm
         families = [replace(f, common=f.common - bias * (fresh @ f.columns)) for f in families]
-        shared.append(float(whole[family.effect][column]))
         basis = np.column_stack((basis, fresh))
         left = left - fresh * float(fresh @ left)
-    if not rivals:
-        return Lack((), np.zeros(jacobian.shape[1]))
-    columns = np.stack(taken, axis=-1)
-    inside = u[:, good].T @ columns
-    outside = columns - u[:, good] @ inside
-    amplitudes = np.linalg.lstsq(
-        outside.T @ outside, outside.T @ point.residual - np.array(shared), rcond=1e-13
-    )[0]
-    return Lack(tuple(rivals), np.asarray(-inverse @ (inside @ amplitudes), dtype=np.float64))
+    return taken
 
 
 def _best(

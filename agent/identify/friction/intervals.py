@@ -43,30 +43,18 @@ def intervals(
     bounds : ndarray, shape (k, 2)
         The `separable.domain`.
     """
-    curve, weight = curve_fit.curve, weights.root
+    curve, fine = curve_fit.curve, grids[1]
     speed, value = curve.velocity_rad_s, curve.friction_nm
-    coarse, fine = grids
-    numbers = numbers_of(law, fine)
     least = float(fine.sse[fine.best])
     free = len(law.linear) + int(np.count_nonzero(bounds[:, 1] > bounds[:, 0]))
     variance, dof = variance_of(curve_fit, weights, least, speed.shape[0] - free)
     limit = least + variance * student_975(dof) ** 2
     region, at_bound = separable.profile_region(
-        law, speed, value, weight, bounds, (coarse, fine), limit
+        law, speed, value, weights.root, bounds, grids, limit
     )
-    inside = region.sse <= limit
-    reach = region.spread[inside] * np.sqrt(limit - region.sse[inside])[:, np.newaxis]
-    lower = (region.linear[inside] - reach).min(axis=0)
-    upper = (region.linear[inside] + reach).max(axis=0)
-    centre = fine.linear[fine.best]
     wider = _unequal_points(law, curve_fit, weights, fine, bounds)
-    own = wider[: centre.size]
-    lower, upper = centre - own * (centre - lower), centre + own * (upper - centre)
-    ends = {n: (float(a), float(b)) for n, a, b in zip(law.linear, lower, upper, strict=True)}
-    for i, name in enumerate(law.nonlinear):
-        column = np.append(region.nonlinear[inside, i], fine.nonlinear[fine.best, i])
-        ends[name] = _widened(law, i, column, wider[centre.size + i], bounds[i])
-    reasons = _not_carried(law, at_bound, bounds)
+    ends = _ends(law, region, limit, fine, wider, bounds)
+    numbers, reasons = numbers_of(law, fine), _not_carried(law, at_bound, bounds)
     parameters = {}
     for name in law.parameters:
         if name in reasons:
@@ -78,6 +66,32 @@ def intervals(
         else:
             parameters[name] = Parameter(numbers[name], ends[name])
     return parameters, region
+
+
+def _ends(
+    law: FrictionLaw,
+    region: separable.GridFit,
+    limit: float,
+    fine: separable.GridFit,
+    wider: Floats,
+    bounds: Floats,
+) -> dict[str, tuple[float, float]]:
+    """Return how far a region with sums of squares up to a limit reaches in each parameter.
+
+    `wider`, shape (p,), is by how much unequal points widen that, linear parameters first.
+    """
+    inside = region.sse <= limit
+    reach = region.spread[inside] * np.sqrt(limit - region.sse[inside])[:, np.newaxis]
+    lower = (region.linear[inside] - reach).min(axis=0)
+    upper = (region.linear[inside] + reach).max(axis=0)
+    centre = fine.linear[fine.best]
+    own = wider[: centre.size]
+    lower, upper = centre - own * (centre - lower), centre + own * (upper - centre)
+    ends = {n: (float(a), float(b)) for n, a, b in zip(law.linear, lower, upper, strict=True)}
+    for i, name in enumerate(law.nonlinear):
+        column = np.append(region.nonlinear[inside, i], fine.nonlinear[fine.best, i])
+        ends[name] = _widened(law, i, column, wider[centre.size + i], bounds[i])
+    return ends
 
 
 def numbers_of(law: FrictionLaw, fine: separable.GridFit) -> dict[str, float]:

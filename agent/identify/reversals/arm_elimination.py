@@ -93,18 +93,18 @@ def reduced(
             np.zeros(n),
         )
     )
-    columns = np.zeros((_BLOCKS * n, len(free)))
     own = [i for i in free if i < at.x.size]
+    columns = np.zeros((_BLOCKS * n, len(free)))
+    by_torque, by_arm = (columns[b * n : (b + 1) * n] for b in (TORQUE, ARM))
     seen, tooth = slopes(record, number, motor_rad, at, own)
-    columns[n : 2 * n, : len(own)] = drawn.weigh_torque[:, np.newaxis] * tooth
-    columns[3 * n : 4 * n, : len(own)] = drawn.weigh_arm[:, np.newaxis] * seen
-    for place, i in enumerate(free):
-        if i >= at.x.size:
-            straight = i - at.x.size
-            if straight < len(MOTOR):
-                columns[n : 2 * n, place] = drawn.weigh_torque * torque_columns[:, straight]
-            elif straight == len(MOTOR) + number:
-                columns[n : 2 * n, place] = drawn.weigh_torque
+    by_torque[:, : len(own)] = drawn.weigh_torque[:, np.newaxis] * tooth
+    by_arm[:, : len(own)] = drawn.weigh_arm[:, np.newaxis] * seen
+    for place, i in enumerate(free[len(own) :], start=len(own)):
+        straight = i - at.x.size
+        if straight < len(MOTOR):
+            by_torque[:, place] = drawn.weigh_torque * torque_columns[:, straight]
+        elif straight == len(MOTOR) + number:
+            by_torque[:, place] = drawn.weigh_torque
     every = np.column_stack((columns, rest))
     solved = _solved(drawn.motion, every)
     left = every - drawn.motion @ solved

@@ -6,7 +6,9 @@ the lost motion; what it has in proportion to velocity is the two encoders' skew
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,56 +83,66 @@ def lead_of(motion: Motion) -> Lead | None:
 def _round(motion: Motion, beyond_rad: float) -> tuple[Floats, Floats, tuple[int, ...]] | None:
     """Return weights, half intervals and the recordings of the constants, from settled samples."""
     recordings = tuple(sorted({t.recording for t in motion.tracks}))
-    rows: list[Floats] = []
-    beside: list[Floats] = []
-    target: list[Floats] = []
-    turn: list[NDArray[np.intp]] = []
-    for track in motion.tracks:
-        filtered = track.filtered(np.asarray(track.lead_rad))
-        # The arm's own motion, not the motor's: an arm that still rings winds up its gear.
-        arm = np.gradient(track.position_rad - filtered, track.period_s)
-        load = np.gradient(arm, track.period_s)
-        slow_hz = min(max(_SLOW / track.period_s, _SLOW_HZ), track.cutoff_hz)
-        slow = lowpass(track.measured_rad, track.period_s, slow_hz)
-        drives = np.gradient(slow, track.period_s)
-        pushes = np.gradient(drives, track.period_s)
-        # A soft gear lets the arm stick and slip: where it stands, its friction may be anything.
-        # Judged by its slow motion: by chance, an encoder's noise follows, too.
-        behind = lowpass(arm, track.period_s, slow_hz)
-        follows = behind * np.sign(drives) > _FOLLOWS * np.abs(drives)
-        for settled in _settled(track, beyond_rad):
-            index = settled[follows[settled]]
-            if index.size < _LEAST_SAMPLES:
-                continue
-            way = np.sign(track.velocity_rad_s[index])
-            offset = np.tile([float(track.recording == r) for r in recordings], (index.size, 1))
-            rows.append(np.column_stack((way, arm[index], load[index], offset)))
-            beside.append(np.column_stack((way, drives[index], pushes[index], offset)))
-            target.append(filtered[index])
-            turn.append(np.full(index.size, len(turn)))
-    if len(turn) < LEAST_TURNS:
+    turns = [t for track in motion.tracks for t in _turns_of(track, recordings, beyond_rad)]
+    if len(turns) < LEAST_TURNS:
         return None
-    columns, lead = np.concatenate(rows), np.concatenate(target)
-    weights, half, beyond = _by_turn(columns, np.concatenate(beside), lead, np.concatenate(turn))
+    weights, half, beyond = _by_turn(turns)
     # Ringing and the gear's own errors are alike at all reversals, which leaving one out does not
     # show: a weight may err by what is left of them.
+    columns = np.concatenate([turn.columns for turn in turns])
     size = np.sqrt(np.mean(columns**2, axis=0))
     return weights, half + beyond / np.where(size > 0.0, size, 1.0), recordings
 
 
-def _by_turn(
-    columns: Floats, instruments: Floats, lead: Floats, turn: NDArray[np.intp]
-) -> tuple[Floats, Floats, float]:
+class _Turn(NamedTuple):
+    """The settled samples after one reversal: regressors, instruments, both (n, p), and the lead.
+
+    The regressors are direction, the arm's velocity and acceleration, and a constant for each
+    recording; the instruments have the motor's slow motion in the arm's place.
+    """
+
+    columns: Floats
+    instruments: Floats
+    lead: Floats
+
+
+def _turns_of(track: Track, recordings: Sequence[int], beyond_rad: float) -> Iterator[_Turn]:
+    """Yield the reversals of a track after which the arm follows for long enough."""
+    filtered = track.filtered(np.asarray(track.lead_rad))
+    # The arm's own motion, not the motor's: an arm that still rings winds up its gear.
+    arm = np.gradient(track.position_rad - filtered, track.period_s)
+    load = np.gradient(arm, track.period_s)
+    slow_hz = min(max(_SLOW / track.period_s, _SLOW_HZ), track.cutoff_hz)
+    slow = lowpass(track.measured_rad, track.period_s, slow_hz)
+    drives = np.gradient(slow, track.period_s)
+    pushes = np.gradient(drives, track.period_s)
+    # A soft gear lets the arm stick and slip: where it stands, its friction may be anything.
+    # Judged by its slow motion: by chance, an encoder's noise follows, too.
+    behind = lowpass(arm, track.period_s, slow_hz)
+    follows = behind * np.sign(drives) > _FOLLOWS * np.abs(drives)
+    for settled in _settled(track, beyond_rad):
+        index = settled[follows[settled]]
+        if index.size < _LEAST_SAMPLES:
+            continue
+        way = np.sign(track.velocity_rad_s[index])
+        offset = np.tile([float(track.recording == r) for r in recordings], (index.size, 1))
+        yield _Turn(
+            np.column_stack((way, arm[index], load[index], offset)),
+            np.column_stack((way, drives[index], pushes[index], offset)),
+            filtered[index],
+        )
+
+
+def _by_turn(turns: Sequence[_Turn]) -> tuple[Floats, Floats, float]:
     """Return weights, half intervals with one reversal left out at a time, and what is left.
 
     The arm's encoder errs in the lead and, twice differentiated, in the arm's acceleration alike:
     least squares take that for a gear that gives, at the lost motion's cost. The motor's slow
     motion is an instrument that knows nothing of it (instrumental variables).
     """
-    count = int(turn[-1]) + 1
-    parts = [(instruments[turn == g], columns[turn == g], lead[turn == g]) for g in range(count)]
-    gram = np.stack([z.T @ x for z, x, _ in parts])
-    moment = np.stack([z.T @ y for z, _, y in parts])
+    count = len(turns)
+    gram = np.stack([turn.instruments.T @ turn.columns for turn in turns])
+    moment = np.stack([turn.instruments.T @ turn.lead for turn in turns])
     weights = _solved(gram.sum(axis=0), moment.sum(axis=0))
     without = np.stack(
         [
@@ -142,7 +154,8 @@ def _by_turn(
     deviation = np.sqrt((count - 1.0) / count * np.sum(spread**2, axis=0))
     half = np.asarray(student_975(count - 1.0) * deviation)
     even = np.full(_ALIKE, 1.0 / _ALIKE)
-    rest = np.concatenate([np.convolve(y - x @ weights, even, "valid") for _, x, y in parts])
+    left = (turn.lead - turn.columns @ weights for turn in turns)
+    rest = np.concatenate([np.convolve(own, even, "valid") for own in left])
     return weights, half, float(np.sqrt(np.mean(rest**2)))
 
 

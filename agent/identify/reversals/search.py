@@ -226,18 +226,8 @@ def _finish(law: ReversalLaw, data: Data, x: Floats, bounds: Floats) -> Solution
     jacobian = np.column_stack((slopes, columns))
     scale = np.sqrt(np.einsum("ij,ij->j", jacobian, jacobian))
     scale[scale == 0.0] = 1.0
-    scaled = jacobian / scale
-    gram = data.sums(scaled[:, :, np.newaxis] * scaled[:, np.newaxis, :])
-    moment = data.sums(scaled * rest[:, np.newaxis])
-    total = gram.sum(axis=0)
-    inverse = np.linalg.pinv(total, rcond=1e-11, hermitian=True)
-    without = np.linalg.pinv(total - gram, rcond=1e-11, hermitian=True)
-    shifts = -np.einsum("gij,gj->gi", without, moment)
-    middle = gram - gram @ inverse @ gram
-    expected = without @ middle @ without
-    unseen = rest - np.einsum("ni,ni->n", scaled, shifts[data.turn])
-    count = data.sums(np.ones(rest.size))
-    at = Linear(scaled, inverse, rest)
+    at, shifts, expected = _left_out(data, jacobian / scale, rest)
+    unseen = rest - np.einsum("ni,ni->n", at.jacobian, shifts[data.turn])
     noise, freedom = noise_covariance(data, at)
     turning = turn_covariance(law, data, x, weights, at)
     squared = scale[:, np.newaxis] * scale
@@ -246,7 +236,7 @@ def _finish(law: ReversalLaw, data: Data, x: Floats, bounds: Floats) -> Solution
         x,
         weights,
         rest,
-        data.sums(unseen**2) / count,
+        data.sums(unseen**2) / data.sums(np.ones(rest.size)),
         shifts / scale,
         expected / squared,
         (noise / squared, freedom),
@@ -254,6 +244,21 @@ def _finish(law: ReversalLaw, data: Data, x: Floats, bounds: Floats) -> Solution
         at_bound,
         _misfit(float(rest @ rest), data),
     )
+
+
+def _left_out(data: Data, jacobian: Floats, rest: Floats) -> tuple[Linear, Floats, Floats]:
+    """Return the linear problem, and what leaving out each of r reversals does to its p numbers.
+
+    The shifts, shape (r, p), and the covariance that chance alone would give them, (r, p, p).
+    """
+    gram = data.sums(jacobian[:, :, np.newaxis] * jacobian[:, np.newaxis, :])
+    moment = data.sums(jacobian * rest[:, np.newaxis])
+    total = gram.sum(axis=0)
+    inverse = np.linalg.pinv(total, rcond=1e-11, hermitian=True)
+    without = np.linalg.pinv(total - gram, rcond=1e-11, hermitian=True)
+    shifts = -np.einsum("gij,gj->gi", without, moment)
+    expected = without @ (gram - gram @ inverse @ gram) @ without
+    return Linear(jacobian, inverse, rest), shifts, expected
 
 
 def _misfit(squares: float, data: Data) -> float:
