@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,19 +74,75 @@ def left_where(
     cells : sequence of Cell
         Those of the deficiency map that count, the most telling first.
     """
+    left = _Left(scene, rows, left_nm, floor_nm, independent)
+    out, first = _in_cells(left, cells)
+    if cells and cells[0].axis == _TRAVEL:
+        first = _more_telling(first, _by_travel(left, cells[0].parameter))
+    between = _between_recordings(left)
+    if between is not None and (first is None or between.share > _CLEARLY * first.share):
+        first, out = between, [*between.regions]
+    if not out and first is None:
+        return LeftWhere(spells=spells_of(scene.table, rows, left_nm, floor_nm, independent))
+    return LeftWhere(_places(out, left.row_s * rows.shape[0])[:_MOST_REGIONS], first)
+
+
+@dataclass(frozen=True)
+class _Left:
+    """What a model leaves at some rows of a scene, as `left_where` is given it."""
+
+    scene: Scene
+    rows: NDArray[np.int64]
+    left_nm: Floats
+    floor_nm: float
+    independent: float
+
+    @cached_property
+    def columns(self) -> Mapping[str, Floats]:
+        """Return the column of each of the twin's numbers, shape (N,) each."""
+        return parameters_of(self.scene)
+
+    @cached_property
+    def row_s(self) -> float:
+        """Return how long a row lasts."""
+        return row_seconds(self.scene.table.pieces)
+
+    def along(self, variable: str) -> tuple[Bins | None, NDArray[np.bool_]]:
+        """Return an axis in bins, and which of the rows it is known at, shape (m,)."""
+        values = axis_values(self.scene, variable)[self.rows]
+        there = np.isfinite(values)
+        return Bins.of(variable, values[there]), there
+
+    def varies(self, parameter: str, bins: Bins, there: NDArray[np.bool_]) -> Varying | None:
+        """Return how a number would have to vary over bins of the rows that are there."""
+        column, number = self.columns[parameter][self.rows][there], _number(parameter, self.scene)
+        left_nm, noise = self.left_nm[there], (self.floor_nm, self.independent)
+        return varying(bins, number, column, left_nm, *noise, self.row_s)
+
+    def above_noise(self, bins: Bins, there: NDArray[np.bool_]) -> tuple[Region, ...]:
+        """Return the connected bins in which the residual is clearly more than noise."""
+        total = bins.total(self.left_nm[there] ** 2)
+        mean = total / np.maximum(bins.count, 1.0)
+        chance = _SIGMAS * np.sqrt(2.0 / np.maximum(bins.count * self.independent, 1.0))
+        high = mean > self.floor_nm**2 * np.maximum(_ABOVE**2, 1.0 + chance)
+        high &= bins.count >= FEWEST
+        greatest = max(float(mean[high].max()) - self.floor_nm**2, 0.0) if high.any() else 0.0
+        high &= mean - self.floor_nm**2 >= OF_GREATEST * greatest
+        excess = np.maximum(total - bins.count * self.floor_nm**2, 0.0)
+        return bins.regions(high, excess, self.row_s)
+
+
+def _in_cells(left: _Left, cells: Sequence[Cell]) -> tuple[list[Region], Varying | None]:
+    """Return where it lies along the axes of the most telling cells, and what varies in the first.
+
+    Frequency is no place: what swings there is told by its line.
+    """
     out: list[Region] = []
     seen: list[str] = []
-    columns, row_s = parameters_of(scene), row_seconds(scene.table.pieces)
-
-    def varies(parameter: str, bins: Bins, there: NDArray[np.bool_]) -> Varying | None:
-        column, number = columns[parameter][rows][there], _number(parameter, scene)
-        return varying(bins, number, column, left_nm[there], floor_nm, independent, row_s)
-
     first: Varying | None = None
     for cell in cells:
         if cell.axis.startswith("frequency_hz"):
             continue
-        variable = _variable(cell.axis, scene)
+        variable = _variable(cell.axis, left.scene)
         if variable in seen or len(seen) == _MOST_AXES:
             continue
         if variable.startswith("order_per_"):
@@ -94,44 +151,26 @@ def left_where(
             seen.append(variable)
             out.append(Region(variable, order - half, order + half))
             continue
-        bins, there = _along(scene, variable, rows)
+        bins, there = left.along(variable)
         if bins is None:
             continue
-        own = varies(cell.parameter, bins, there)
-        found = (
-            own.regions if own else _above_noise(bins, left_nm[there], floor_nm, independent, row_s)
-        )
+        own = left.varies(cell.parameter, bins, there)
+        found = own.regions if own else left.above_noise(bins, there)
         first = own if cell is cells[0] else first
         if found:
             seen.append(variable)
             out += found
-    if cells and cells[0].axis == _TRAVEL:
-        bins = Bins.of(_TRAVEL, scene.table.rows["travel_rad"][rows])
-        everywhere = np.ones(rows.shape[0], dtype=np.bool_)
-        by_travel = None if bins is None else varies(cells[0].parameter, bins, everywhere)
-        first = _more_telling(first, by_travel)
-    between = _between_recordings(scene, rows, varies)
-    if between is not None and (first is None or between.share > _CLEARLY * first.share):
-        first, out = between, [*between.regions]
-    if not out and first is None:
-        return LeftWhere(spells=spells_of(scene.table, rows, left_nm, floor_nm, independent))
-    return LeftWhere(_places(out, row_s * rows.shape[0])[:_MOST_REGIONS], first)
+    return out, first
 
 
-def _along(
-    scene: Scene, variable: str, rows: NDArray[np.int64]
-) -> tuple[Bins | None, NDArray[np.bool_]]:
-    """Return an axis in bins, and which of some rows it is known at, shape (m,)."""
-    values = axis_values(scene, variable)[rows]
-    there = np.isfinite(values)
-    return Bins.of(variable, values[there]), there
+def _by_travel(left: _Left, parameter: str) -> Varying | None:
+    """Return how a number would have to vary with the travel since a reversal."""
+    bins = Bins.of(_TRAVEL, left.scene.table.rows["travel_rad"][left.rows])
+    everywhere = np.ones(left.rows.shape[0], dtype=np.bool_)
+    return None if bins is None else left.varies(parameter, bins, everywhere)
 
 
-def _between_recordings(
-    scene: Scene,
-    rows: NDArray[np.int64],
-    varies: Callable[[str, Bins, NDArray[np.bool_]], Varying | None],
-) -> Varying | None:
+def _between_recordings(left: _Left) -> Varying | None:
     """Return the number that carries most of it from recording to recording; None for none.
 
     The map leaves out whole recordings, each of which may be the only one that is so warm: what
@@ -139,13 +178,13 @@ def _between_recordings(
     """
     best: Varying | None = None
     for variable in _BETWEEN:
-        if variable != "recording" and not scene.has(variable):
+        if variable != "recording" and not left.scene.has(variable):
             continue
-        bins, there = _along(scene, variable, rows)
+        bins, there = left.along(variable)
         if bins is None:
             continue
-        for parameter in parameters_of(scene):
-            own = varies(parameter, bins, there)
+        for parameter in left.columns:
+            own = left.varies(parameter, bins, there)
             least = _CARRIES_MOST if best is None else _CLEARLY * best.share
             best = own if own is not None and own.share > least else best
     return best
@@ -190,18 +229,3 @@ def _variable(axis: str, scene: Scene) -> str:
     if kind == "elapsed_s" and len(scene.table.runs) == 1:
         return "time_s"
     return _AS_COLUMN.get(kind, kind)
-
-
-def _above_noise(
-    bins: Bins, left_nm: Floats, floor_nm: float, independent: float, row_s: float
-) -> tuple[Region, ...]:
-    """Return the connected bins in which the residual is clearly more than noise."""
-    total = bins.total(left_nm**2)
-    mean = total / np.maximum(bins.count, 1.0)
-    chance = _SIGMAS * np.sqrt(2.0 / np.maximum(bins.count * independent, 1.0))
-    high = mean > floor_nm**2 * np.maximum(_ABOVE**2, 1.0 + chance)
-    high &= bins.count >= FEWEST
-    greatest = max(float(mean[high].max()) - floor_nm**2, 0.0) if high.any() else 0.0
-    high &= mean - floor_nm**2 >= OF_GREATEST * greatest
-    excess = np.maximum(total - bins.count * floor_nm**2, 0.0)
-    return bins.regions(high, excess, row_s)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +39,7 @@ def spells_of(
     """
     square = np.full(table.used.shape[0], np.nan)
     square[rows] = left_nm**2
-    found: list[tuple[float, float, str, float, float]] = []
+    found: list[_Spell] = []
     above = whole_s = 0.0
     for piece in table.pieces:
         row_s = piece.period_s * piece.stride
@@ -47,30 +49,44 @@ def spells_of(
         if there.sum() < width:
             continue
         energy = np.where(there, own, 0.0)
-        count = np.convolve(there, np.ones(width), "same")
-        mean = np.convolve(energy, np.ones(width), "same") / np.maximum(count, 1.0)
-        chance = _SIGMAS * np.sqrt(2.0 / np.maximum(count * independent, 1.0))
-        high = there & (mean > floor_nm**2 * np.maximum(_LOUDER, 1.0 + chance))
         above += float(energy.sum()) - floor_nm**2 * float(there.sum())
         whole_s += row_s * float(there.sum())
-        high = _closed(high, width)
-        ends = np.flatnonzero(np.diff(high.astype(np.int8), prepend=0, append=0))
         name = table.runs[piece.run].name
-        for begin, end in zip(ends[::2], ends[1::2], strict=True):
-            inside = slice(int(begin), int(end))
+        for inside in _loud(energy, there, width, floor_nm, independent):
             rows_in = float(there[inside].sum())
             excess = float(energy[inside].sum()) - floor_nm**2 * rows_in
-            last = float(time_s[inside][-1])
-            found.append((excess, row_s * rows_in, name, float(time_s[begin]), last))
+            begins_s, ends_s = float(time_s[inside][0]), float(time_s[inside][-1])
+            found.append(_Spell(excess, row_s * rows_in, (name, begins_s, ends_s)))
     if not found or not above > 0.0:
         return None
-    share = math.fsum(excess for excess, *_ in found) / above
-    seconds = math.fsum(lasts for _, lasts, *_ in found)
+    share = math.fsum(spell.excess for spell in found) / above
+    seconds = math.fsum(spell.lasts_s for spell in found)
     if share < _HOLD or seconds > _MOST * whole_s:
         return None
-    found.sort(key=lambda spell: -spell[0])
-    at = tuple((name, begin, end) for _, _, name, begin, end in found)
-    return Spells(at, min(share, 1.0), seconds, whole_s)
+    found.sort(key=lambda spell: -spell.excess)
+    return Spells(tuple(spell.at for spell in found), min(share, 1.0), seconds, whole_s)
+
+
+class _Spell(NamedTuple):
+    """Energy above the noise, how long it lasts, and the recording, begin and end in seconds."""
+
+    excess: float
+    lasts_s: float
+    at: tuple[str, float, float]
+
+
+def _loud(
+    energy: Floats, there: NDArray[np.bool_], width: int, floor_nm: float, independent: float
+) -> Iterator[slice]:
+    """Yield the rows of a piece over which windows of some rows have far more than the noise."""
+    count = np.convolve(there, np.ones(width), "same")
+    mean = np.convolve(energy, np.ones(width), "same") / np.maximum(count, 1.0)
+    chance = _SIGMAS * np.sqrt(2.0 / np.maximum(count * independent, 1.0))
+    high = there & (mean > floor_nm**2 * np.maximum(_LOUDER, 1.0 + chance))
+    flags = _closed(high, width).astype(np.int8)
+    ends = np.flatnonzero(np.diff(flags, prepend=0, append=0)).tolist()
+    for begin, end in zip(ends[::2], ends[1::2], strict=True):
+        yield slice(begin, end)
 
 
 def _closed(high: NDArray[np.bool_], width: int) -> NDArray[np.bool_]:

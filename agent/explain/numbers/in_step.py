@@ -196,19 +196,13 @@ def _found_late(library: Library, terms: Sequence[Term], near_s: float) -> tuple
 
     def fit(late_s: float, apart: NDArray[np.bool_]) -> tuple[float, Floats]:
         late = table.band(replace(scene, late_s=late_s).as_late(raw))
-        columns = weighing.weighted(late)[apart]
-        theta = solve(columns.T @ columns, columns.T @ target[apart])
-        left = target[apart] - columns @ theta
-        return float(left @ left), theta
+        return _least(weighing.weighted(late)[apart], target[apart])
 
     def slow_fit(late_s: float, apart: NDArray[np.bool_]) -> tuple[float, Floats]:
         # What is slow is shifted well enough from row to row.
         late = weighing.weighted(earlier_by_stretch(on_time, each, -late_s))
         both = slowly(table, weighing, np.column_stack((late, target)) * apart[:, np.newaxis])
-        columns, asked = both[:, :-1], both[:, -1]
-        theta = solve(columns.T @ columns, columns.T @ asked)
-        left = asked - columns @ theta
-        return float(left @ left), theta
+        return _least(both[:, :-1], both[:, -1])
 
     def seen_at(late_s: float) -> NDArray[np.bool_]:
         return without_edges(table, table.creep_rad_s, late_s).used[weighing.rows]
@@ -226,6 +220,13 @@ def _found_late(library: Library, terms: Sequence[Term], near_s: float) -> tuple
     theta = scene.as_given.copy()
     theta[carried] = fit(late_s, apart)[1][: carried.size]
     return late_s, theta
+
+
+def _least(columns: Floats, target: Floats) -> tuple[float, Floats]:
+    """Return the least sum of squares, and the weights of the columns that leave it."""
+    theta = solve(columns.T @ columns, columns.T @ target)
+    left = target - columns @ theta
+    return float(left @ left), theta
 
 
 def _waves(library: Library, others: Sequence[Candidate]) -> list[Floats]:

@@ -23,7 +23,7 @@ from agent.explain.rows.run import Run
 from agent.explain.rows.scene import refit
 from agent.explain.rows.table import BASE, Table
 from agent.identify.result import Floats, Parameter
-from agent.identify.rigid.linear import solve_blocks
+from agent.identify.rigid.linear import LinearFit, solve_blocks
 from agent.numbers import scale_for, significant
 from agent.physics.twin import Effect, Twin
 
@@ -129,13 +129,48 @@ def loads_of(twin: Twin, table: Table, beside_nm: Floats | None = None) -> Loads
         return None
     reference = stated_by(twin)
     unstated = reference if math.isfinite(reference) else known[0]
-    weight_kg = np.array([r.payload_kg for r in table.runs])
-    above = np.where(np.isfinite(weight_kg), weight_kg - unstated, 0.0)[table.run]
+    fit = _worth_fitting(twin, table, beside_nm, table.base[:, kinds] * _above(table, unstated))
+    if fit is None:
+        return None
+    first = int(np.count_nonzero(table.carried))  # behind the twin's own numbers
+    per_kg, moved = fit.theta[first:], np.zeros(len(BASE))
+    moved[table.carried] = fit.theta[:first]
+    if not math.isfinite(reference):
+        # Of the payloads that are there, the one for which the twin's numbers need least moving.
+        reference = min(
+            known,
+            key=lambda kg: float(
+                np.sum((table.base[:, kinds] @ (moved[kinds] + per_kg * (kg - unstated))) ** 2)
+            ),
+        )
+    numbers = {
+        _OF[BASE[kind]]: Parameter(
+            float(fit.theta[at]), (float(fit.ci95[at][0]), float(fit.ci95[at][1]))
+        )
+        for at, kind in enumerate(kinds, start=first)
+    }
+    torque = _above(table, reference)[:, 0] * (table.base[:, kinds] @ per_kg)
+    return Loads(numbers, reference, np.asarray(torque))
+
+
+def _above(table: Table, reference_kg: float) -> Floats:
+    """Return by how much more than a payload every row carries, shape (n, 1); 0 if not known."""
+    weight_kg = np.array([run.payload_kg for run in table.runs])
+    above = np.where(np.isfinite(weight_kg), weight_kg - reference_kg, 0.0)
+    return np.asarray(above[table.run][:, np.newaxis])
+
+
+def _worth_fitting(
+    twin: Twin, table: Table, beside_nm: Floats | None, more: Floats
+) -> LinearFit | None:
+    """Return the fit of the twin's own numbers, then of what is proportional to the payloads.
+
+    None where that explains too little of recordings that it has not seen to be worth a word.
+    """
     target = table.target_nm if beside_nm is None else table.target_nm - beside_nm
     weighing = weigh(table, np.where(table.used, refit(table, beside_nm)[1], 0.0))
-    raw = table.base[:, kinds] * above[:, np.newaxis]
     base = weighing.weighted(table.base)[:, table.carried]
-    columns = np.concatenate((base, weighing.weighted(raw)), axis=1)
+    columns = np.concatenate((base, weighing.weighted(more)), axis=1)
     aim, starts = weighing.weighted(target), weighing.starts
     if starts.size <= columns.shape[1]:
         return None
@@ -149,26 +184,7 @@ def loads_of(twin: Twin, table: Table, beside_nm: Floats | None = None) -> Loads
         return None
     blocks = np.zeros(aim.shape[0], dtype=np.int64)
     blocks[starts] = 1
-    fit = solve_blocks(columns, columns, aim, np.cumsum(blocks))
-    per_kg, moved = fit.theta[base.shape[1] :], np.zeros(len(BASE))
-    moved[table.carried] = fit.theta[: base.shape[1]]
-    if not math.isfinite(reference):
-        # Of the payloads that are there, the one for which the twin's numbers need least moving.
-        reference = min(
-            known,
-            key=lambda kg: float(
-                np.sum((table.base[:, kinds] @ (moved[kinds] + per_kg * (kg - unstated))) ** 2)
-            ),
-        )
-        above = np.where(np.isfinite(weight_kg), weight_kg - reference, 0.0)[table.run]
-    numbers = {
-        _OF[BASE[kind]]: Parameter(
-            float(fit.theta[at]), (float(fit.ci95[at][0]), float(fit.ci95[at][1]))
-        )
-        for at, kind in enumerate(kinds, start=base.shape[1])
-    }
-    torque = above * (table.base[:, kinds] @ per_kg)
-    return Loads(numbers, reference, np.asarray(torque))
+    return solve_blocks(columns, columns, aim, np.cumsum(blocks))
 
 
 def differs_unsaid(table: Table) -> str:
