@@ -12,16 +12,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from agent.explain.answer.amounts import percent, torque
+from agent.explain.answer.amounts import torque
 from agent.explain.answer.fits import Fit
 from agent.explain.answer.result import Explanation, Finding
-from agent.explain.answer.said import Said
 from agent.explain.choosing.shares import shares_of
 from agent.explain.forms.carried import CARRIED_BY_SOME, in_set
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import Table, TooShortError, tabulate
 from agent.explain.study import Study
-from agent.explain.taken_off import told_beside
+from agent.explain.taken_off import taken_off, told_beside
 from agent.identify.result import Floats, Parameter
 from agent.numbers import scale_for, significant
 from agent.physics.rigid_body import gravity_columns
@@ -141,18 +140,14 @@ class Carried:
         plural = len(self.names) > 1
         who = f"The recording{'s' * plural} {_listed(self.names)} carr{'y' if plural else 'ies'}"
         told = f"{who} something that the others do not: {differs}."
-        return Finding(
-            effect=_EFFECT,
-            rank=1,
+        return taken_off(
+            _EFFECT,
+            self.form,
+            told,
+            self.numbers,
             probability=self.probability,
-            energy_share=self.share,
-            where=(),
-            said=Said(
-                told, place=told, worth=f"This explains {percent(self.share)} of the mismatch."
-            ),
-            parameters=self.numbers,
-            holdout_rmse_without_nm=self.without_nm,
-            form=self.form,
+            share=self.share,
+            without_nm=self.without_nm,
         )
 
 

@@ -6,9 +6,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from agent.explain.answer import words
+from agent.explain.answer.amounts import percent
 from agent.explain.answer.fits import Fit
 from agent.explain.answer.names import OWN_NUMBER
 from agent.explain.answer.result import Explanation, Finding, Verdict
+from agent.explain.answer.said import Said
+from agent.identify.result import Parameter
 
 _VERDICTS: Mapping[Verdict, Verdict] = {
     "no-mismatch": "explained",
@@ -19,6 +22,42 @@ _VERDICTS: Mapping[Verdict, Verdict] = {
 def beside_a_finding(verdict: Verdict) -> Verdict:
     """Return a verdict where something has been found beside what it was drawn from."""
     return _VERDICTS.get(verdict, verdict)
+
+
+def taken_off(
+    effect: str,
+    form: str,
+    told: str,
+    parameters: Mapping[str, Parameter],
+    *,
+    probability: float,
+    share: float,
+    without_nm: float,
+) -> Finding:
+    """Return the finding of what some recordings were freed of: it is told by them, not by a place.
+
+    Parameters
+    ----------
+    effect, form, told : str
+        What it is, by its names and in a sentence.
+    parameters : mapping of str to Parameter
+    probability, share : float
+        That it is so; of the mismatch, what it explains.
+    without_nm : float
+        What unseen data leave without it.
+    """
+    worth = f"This explains {percent(share)} of the mismatch."
+    return Finding(
+        effect=effect,
+        rank=1,
+        probability=probability,
+        energy_share=share,
+        where=(),
+        said=Said(told, place=told, worth=worth),
+        parameters=parameters,
+        holdout_rmse_without_nm=without_nm,
+        form=form,
+    )
 
 
 def told_beside(

@@ -12,10 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from agent.explain.answer.amounts import percent, torque
+from agent.explain.answer.amounts import torque
 from agent.explain.answer.fits import Fit
 from agent.explain.answer.result import Explanation, Finding
-from agent.explain.answer.said import Said
 from agent.explain.choosing.candidate import Candidate, basis_of
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.shares import shares_of
@@ -24,7 +23,7 @@ from agent.explain.rows.half_seconds import half_seconds, worth_of
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import BASE, TooShortError, tabulate
 from agent.explain.study import Study
-from agent.explain.taken_off import told_beside
+from agent.explain.taken_off import taken_off, told_beside
 from agent.identify.result import Floats, Parameter
 
 _EFFECT = "torque-offset"
@@ -70,18 +69,14 @@ class Zeros:
         """Return them as a finding."""
         most = torque(max(abs(zero) for zero in self.zeros_nm))
         told = f"The torque has another zero in each recording, by up to {most}."
-        return Finding(
-            effect=_EFFECT,
-            rank=1,
+        return taken_off(
+            _EFFECT,
+            OWN_ZEROS,
+            told,
+            {"zero_spread_nm": self.spread},
             probability=self.probability,
-            energy_share=self.share,
-            where=(),
-            said=Said(
-                told, place=told, worth=f"This explains {percent(self.share)} of the mismatch."
-            ),
-            parameters={"zero_spread_nm": self.spread},
-            holdout_rmse_without_nm=self.without_nm,
-            form=OWN_ZEROS,
+            share=self.share,
+            without_nm=self.without_nm,
         )
 
 
