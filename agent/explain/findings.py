@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from agent.explain.answer import sentences
+from agent.explain.answer.located import Curve
 from agent.explain.answer.names import FOLLOWS_DIRECTION, NAMES, NUMBERS, OWN_NUMBER
 from agent.explain.answer.result import Alternative, Finding, Region
 from agent.explain.choosing.aliases import told_apart_by
@@ -94,20 +95,7 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
     weighing, scene = library.weighing, library.scene
     form, own = term.scored.form, model.parameters[index]
     added = term.candidate.columns @ model.coefficients[model.slices()[index]] / weighing.weight
-    size = effective_size(scene.table, weighing, model.residual_nm * weighing.weight)
     order = order_of(scene, own)
-    if form.effect in _SWINGS:
-        curve = _SWINGS[form.effect](scene, weighing.rows, added, model.residual_nm)
-    else:
-        curve = curve_of(
-            scene,
-            weighing.rows,
-            form.effect,
-            added,
-            model.residual_nm,
-            independent=size / len(weighing.rows),
-            order=order,
-        )
     where = regions_of(scene, weighing.rows, form.effect, form.name, added, own, order)
     parameters = _numbers(study, index)
     parameters.pop(RECORDINGS, None)  # which ones is no quantity
@@ -148,9 +136,19 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
             np.sqrt(_without(study, index).sum() / len(weighing.rows)) * scale
         ),
         form=form.name,
-        curve=curve,
+        curve=_curve(study, form.effect, added, order),
         ringing=blows.ringing if blows else None,
     )
+
+
+def _curve(study: Study, effect: str, added: Floats, order: float) -> Curve | None:
+    """Return what an effect adds over its axis, beside what the whole model leaves."""
+    scene, weighing, left_nm = study.library.scene, study.library.weighing, study.model.residual_nm
+    if effect in _SWINGS:
+        return _SWINGS[effect](scene, weighing.rows, added, left_nm)
+    size = effective_size(scene.table, weighing, left_nm * weighing.weight)
+    share = size / len(weighing.rows)
+    return curve_of(scene, weighing.rows, effect, added, left_nm, independent=share, order=order)
 
 
 def _numbers(study: Study, index: int) -> dict[str, Parameter]:

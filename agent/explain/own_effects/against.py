@@ -48,24 +48,7 @@ def told_against(
     trials = [Energies(doubted, bare.twin, floor_nm2(answer), moved=m) for m in (True, False)]
     energy = next((e for e in trials if e.mismatch > 0.0 and e.helped >= _HELPS), trials[0])
     share = {f.rank: _share(f, bare, answer) for f in bare.findings}
-    own: list[Finding] = []
-    paired: set[int] = set()
-    lost: list[Effect] = []  # too little for a name, found anew or not
-    for place, law in energy.pairs:
-        effect = doubted.twin.effects[place]
-        same = law is not None and law.id == effect.id
-        finding = finding_of(law, bare.findings, paired) if law is not None and same else None
-        if finding is not None:
-            paired.add(finding.rank)
-        worth, too_much = energy.of(place, law), doubted.excess.get(place)
-        if energy.helped >= _HELPS and worth >= MATERIAL:
-            whole = min(worth, 1.0)
-            if too_much is None:
-                own.append(_own_finding(effect, finding, whole, energy, place, law))
-            else:
-                own.append(_too_much_finding(too_much, whole, energy, place, law))
-        elif law is None and too_much is None:
-            lost.append(effect)
+    own, paired, lost = _in_their_place(doubted, bare, energy)
     others = [
         replace(f, energy_share=share[f.rank], said=with_share(f, share[f.rank]))
         for f in bare.findings
@@ -91,6 +74,41 @@ def told_against(
         holdout=_held_out(answer.holdout, bare.holdout),
     )
     return replace(told, sentence=words.summary_of(told))
+
+
+def _in_their_place(
+    doubted: Doubted, bare: Explanation, energy: Energies
+) -> tuple[list[Finding], set[int], list[Effect]]:
+    """Return what the doubted effects are found to be, one by one.
+
+    Returns
+    -------
+    own : list of Finding
+        Those worth a name, as findings about the twin as given.
+    paired : set of int
+        Ranks of the bare twin's findings that are the same law again.
+    lost : list of Effect
+        Too little for a name, found anew or not.
+    """
+    own: list[Finding] = []
+    paired: set[int] = set()
+    lost: list[Effect] = []
+    for place, law in energy.pairs:
+        effect = doubted.twin.effects[place]
+        same = law is not None and law.id == effect.id
+        finding = finding_of(law, bare.findings, paired) if law is not None and same else None
+        if finding is not None:
+            paired.add(finding.rank)
+        worth, too_much = energy.of(place, law), doubted.excess.get(place)
+        if energy.helped >= _HELPS and worth >= MATERIAL:
+            whole = min(worth, 1.0)
+            if too_much is None:
+                own.append(_own_finding(effect, finding, whole, energy, place, law))
+            else:
+                own.append(_too_much_finding(too_much, whole, energy, place, law))
+        elif law is None and too_much is None:
+            lost.append(effect)
+    return own, paired, lost
 
 
 _CHANGED = (
