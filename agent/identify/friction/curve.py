@@ -114,25 +114,15 @@ def friction_curve(
     by_speed = _by_speed([p for p, _ in found])
     noise = _noise(by_speed, found, motions)
     groups = with_correlation(by_speed)
-    paired = [paired_point(group) for group in groups]
-    learned = _learn(groups, paired)
-    # Gravity from the regression is a last resort: it takes up whatever the rigid body lacks.
-    needy = sum(point is not None for point in paired) < _ENOUGH_MEETING
     points: list[CurvePoint] = []
     kept: list[int] = []
     told: dict[str, list[float]] = {}
-    for i, (group, meeting) in enumerate(zip(groups, paired, strict=True)):
-        point, note = meeting, ""
-        if point is None and learned is not None and learned.covers(group):
-            point, note = modelled_point(group, learned.torque), _FROM_MEETING
-        elif point is None and position_torque is not None and needy:
-            point, note = modelled_point(group, position_torque), _FROM_BODY
+    for i, (point, note) in enumerate(_points(groups, position_torque)):
         if point is not None:
-            points.append(point if noise is None else _widened(point, group, noise.spreads[i]))
+            points.append(point if noise is None else _widened(point, groups[i], noise.spreads[i]))
             kept.append(i)
-        note = note if point is not None else _LEFT_OUT
         if note:
-            told.setdefault(note, []).append(mean_speed(group))
+            told.setdefault(note, []).append(mean_speed(groups[i]))
     if not points:
         return None
     notes = [f"at {_speeds(speeds)} {note}" for note, speeds in told.items()]
@@ -144,6 +134,28 @@ def friction_curve(
     warming = warming_of(motions, found, [by_speed[i] for i in kept], temperature)
     fit = replace(fit, curve=curve, shared_gravity=shared, warming=warming)
     return fit if noise is None else replace(fit, noise=noise.of(kept, fit.standard_error_nm))
+
+
+def _points(
+    groups: Sequence[Sequence[Pass]], position_torque: PositionTorque | None
+) -> list[tuple[CurvePoint | None, str]]:
+    """Return each speed's point, where it has one, and what is to be said of it.
+
+    Where passes do not meet, gravity is taken from those that do. That from the regression is a
+    last resort: it takes up whatever the rigid body lacks.
+    """
+    paired = [paired_point(group) for group in groups]
+    learned = _learn(groups, paired)
+    needy = sum(point is not None for point in paired) < _ENOUGH_MEETING
+    out: list[tuple[CurvePoint | None, str]] = []
+    for group, meeting in zip(groups, paired, strict=True):
+        point, note = meeting, ""
+        if point is None and learned is not None and learned.covers(group):
+            point, note = modelled_point(group, learned.torque), _FROM_MEETING
+        elif point is None and position_torque is not None and needy:
+            point, note = modelled_point(group, position_torque), _FROM_BODY
+        out.append((point, note if point is not None else _LEFT_OUT))
+    return out
 
 
 def _noise(
