@@ -35,6 +35,12 @@ def fall(points: SetPoints, _at: Conditions) -> Floats:
     return np.asarray(0.3 * np.exp(-((velocity / 6.0) ** 2)) * np.sign(velocity))
 
 
+def sticking(points: SetPoints, _at: Conditions) -> Floats:
+    """Return what holds a joint back in its first moments, which are not compared."""
+    velocity = points.velocity_rad_s
+    return np.asarray(2.0 * np.exp(-((velocity / 0.3) ** 2)) * np.sign(velocity))
+
+
 def slower(points: SetPoints, _at: Conditions) -> Floats:
     """Return a brake that lets go just before the joint turns: whatever it is, no presliding."""
     velocity = points.velocity_rad_s
@@ -54,6 +60,7 @@ def faster(points: SetPoints, _at: Conditions) -> Floats:
         (step, FALL, (28.0, 4.0), True),
         (fall, FALL, (6.0, 2.0), False),
         (fall, FALL, (6.5, 4.0), False),
+        (sticking, FALL, (0.3, 2.0), True),
         (slower, CHAIN, (0.3, 5.0), True),
         (faster, CHAIN, (0.3, 5.0), False),
     ],

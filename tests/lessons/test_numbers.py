@@ -80,6 +80,21 @@ def test_a_number_that_is_off_by_less_than_anybody_knows_it_is_not_wrong(
     assert bool(numbers) == wrong
 
 
+def test_a_wrong_number_has_the_share_that_it_makes_not_what_a_law_would_leave_of_it() -> None:
+    """Put back as given, a Stribeck fall and viscous friction would take half of it over."""
+
+    def fall(points: SetPoints, _at: Conditions) -> Floats:
+        speed = np.abs(points.velocity_rad_s)
+        return np.asarray(0.15 * np.exp(-speed / 15.0) * np.sign(points.velocity_rad_s))
+
+    twin = replace(TWIN, coulomb_nm=TWIN.coulomb_nm + 1.0)
+    found = study(twin, tabulate(twin, [record(stair(SPEEDS), fall, Conditions(), 0)]))
+    assert [term.scored.form.effect for term in found.choice.terms] == ["stribeck"]
+    (wrong,) = found.numbers
+    assert wrong.effect == "wrong-number"
+    assert wrong.energy_share > 0.9
+
+
 def test_a_constant_on_a_short_stroke_is_a_constant_first_and_may_be_gravity() -> None:
     """Gravity has two numbers, and copies a constant: the one number comes first."""
     first, *more = findings_of(studied(TWIN, stroke_rad=60.0, offset_nm=0.05))

@@ -35,10 +35,11 @@ def unseen_nm2(library: Library, columns: Floats) -> float:
     columns : ndarray, shape (m, p)
         Weighted; none for the twin as given.
     """
-    return _sliding_nm2(library, unseen(columns, library.target, library.weighing))
+    return sliding_nm2(library, unseen(columns, library.target, library.weighing))
 
 
-def _sliding_nm2(library: Library, weighted: Floats) -> float:
+def sliding_nm2(library: Library, weighted: Floats) -> float:
+    """Return the mean square of weighted torques, shape (m,), while sliding, N m squared."""
     weighing = library.weighing
     left = weighted / weighing.weight
     table = library.scene.table
@@ -61,10 +62,10 @@ def shares_of(library: Library, terms: Sequence[Candidate], floor_nm: float) -> 
     floor_nm : float
         The noise; 0 where it is not known.
     """
-    plain = _sliding_nm2(library, _refitted(library, library.target))
+    plain = sliding_nm2(library, _refitted(library, library.target))
     model = library.model(terms)
     numbers = solve(model.T @ model, model.T @ library.target)
-    full = _sliding_nm2(library, library.target - model @ numbers)
+    full = sliding_nm2(library, library.target - model @ numbers)
     above = above_noise(plain, full, floor_nm)
     own, later = library.base.shape[1], library.base_beside(terms) - library.base
     out = []
@@ -72,7 +73,7 @@ def shares_of(library: Library, terms: Sequence[Candidate], floor_nm: float) -> 
         gone = _own_columns(library, terms, index) @ numbers[own:]
         if term.form.effect == DELAY:
             gone = gone + later @ numbers[:own]
-        without = _sliding_nm2(library, _refitted(library, library.target - gone))
+        without = sliding_nm2(library, _refitted(library, library.target - gone))
         out.append(min(max((plain - without) / above, 0.0), 1.0) if above > 0.0 else 0.0)
     return tuple(out)
 

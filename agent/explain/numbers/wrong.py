@@ -18,7 +18,7 @@ import numpy as np
 from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.materiality import FAR, least_gain
 from agent.explain.choosing.search import Library
-from agent.explain.choosing.shares import above_noise, unseen_nm2
+from agent.explain.choosing.shares import above_noise, sliding_nm2, unseen_nm2
 from agent.explain.numbers.factor import Factor, factor_column, may_be_one_factor, one_factor
 from agent.explain.numbers.model import Model
 from agent.explain.numbers.plain_refits import (
@@ -138,7 +138,7 @@ def _found(
         factor = constant(case.columns([name for own in refuted.values() for name in own]))
     if factor is not None:
         return _constant(library, model, factor, floor_nm)
-    out = [_wrong(case, effect, refuted) for effect in refuted]
+    out = _sharing([_wrong(case, names, effect) for effect, names in refuted.items()])
     if not out and not terms:
         return _sorted(_wrong_together(case, material, groups))
     needed = tuple(
@@ -200,21 +200,25 @@ def _sorted(found: Sequence[WrongNumber]) -> tuple[WrongNumber, ...]:
     return tuple(sorted(found, key=lambda wrong: -wrong.energy_share))
 
 
-def _wrong(case: Case, effect: str, refuted: Mapping[str, Sequence[str]]) -> WrongNumber:
+def _wrong(case: Case, names: Sequence[str], effect: str) -> WrongNumber:
     """Return a wrong number with the share of the mismatch that its move removes.
 
-    Beside other wrong numbers alone, where no effect had bent the rest: what is right stays, or it
-    would take up half of what is wrong on a short cycle.
+    With all other numbers and effects as the answer says them, as an effect's share is: what they
+    would take over in its absence is not theirs.
     """
-    names = refuted[effect]
-    freed = case.carried
-    if not case.beside.shape[1]:
-        freed = [name for group in refuted.values() for name in group]
-    held = case.columns([name for name in freed if name not in names])
-    kept = np.concatenate((held, case.beside), axis=1)
-    whole = np.concatenate((case.columns(freed), case.beside), axis=1)
-    share = _share(case.library, kept, whole, case.floor_nm)
+    library = case.library
+    own = case.columns(names) @ np.nan_to_num(case.move(names))
+    every = np.concatenate((case.columns(case.carried), case.beside), axis=1)
+    nothing = np.zeros((library.target.shape[0], 0))
+    above = above_noise(unseen_nm2(library, nothing), unseen_nm2(library, every), case.floor_nm)
+    share = sliding_nm2(library, own) / above if above > 0.0 else 0.0
     return WrongNumber(effect, share, _extras(case.twin, case.model, names))
+
+
+def _sharing(found: Sequence[WrongNumber]) -> list[WrongNumber]:
+    """Return wrong numbers with shares of no more than the whole: one may work against another."""
+    whole = max(1.0, math.fsum(wrong.energy_share for wrong in found))
+    return [replace(wrong, energy_share=wrong.energy_share / whole) for wrong in found]
 
 
 def _wrong_together(

@@ -77,7 +77,7 @@ def test_friction_that_is_there_at_low_speed_is_kept(friction: Friction) -> None
 def test_friction_of_which_the_twin_has_too_much_is_there_at_low_speed(
     friction: Friction, creeps: bool
 ) -> None:
-    """Less than it predicts is not nothing: a Stribeck fall twice as strong was told as agreeing."""
+    """Less than it predicts is not nothing: twice the Stribeck fall was told as agreeing."""
     fall = {"static_extra_nm": 1.0, "stribeck_velocity_rad_s": 3.0, "exponent": 1.0}
     twin = replace(TWIN, effects=(Effect("stribeck", fall),))
     assert (creep_speed(tabulate(twin, [run(friction)])) > 2.0 * SLOW) == creeps
