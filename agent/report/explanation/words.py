@@ -71,6 +71,13 @@ _VERDICTS: Mapping[str, VerdictWords] = MappingProxyType(
         ),
     }
 )
+_NOWHERE = VerdictWords(
+    "Not explained",
+    "More is left between simulation and recordings than the noise that could be measured, along "
+    "nothing that was recorded: slow noise, or something that these recordings do not show.",
+    "stop",
+    "question",
+)
 _NOT_PROVEN = VerdictWords(
     "Named, but not proven",
     "What is listed fits the recordings that it was learnt from. On data that it was not made from "
@@ -113,6 +120,10 @@ def verdict_words(explanation: Explanation) -> VerdictWords:
     holdout = explanation.holdout
     if not proven(explanation):
         return _NOT_PROVEN
+    spells = explanation.unexplained_spells is not None
+    placed = explanation.unexplained_where or explanation.unexplained_varies is not None or spells
+    if explanation.verdict == "unexplained" and not placed:
+        return _NOWHERE
     gained = None if holdout is None else holdout.improvement_ci95_percent
     if explanation.verdict == "explained" and gained is not None and gained[0] <= 0.0:
         return replace(words, meaning=_NOT_WORTH)

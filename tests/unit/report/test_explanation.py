@@ -282,6 +282,13 @@ def test_tie_names_both_causes_and_the_command_that_decides() -> None:
     assert "cannot tell" not in text  # the causes are listed, each with its probability
 
 
+def test_what_lies_nowhere_is_not_called_located() -> None:
+    located = explanation(examples.unexplained)
+    nowhere = dataclasses.replace(located, unexplained_where=(), unexplained_varies=None)
+    assert verdict_words(located).status == "Located, but not explained"
+    assert verdict_words(nowhere).status == "Not explained"
+
+
 def test_unexplained_shows_where_and_in_which_shape_and_invents_no_stage() -> None:
     text, parsed = said(examples.unexplained), page(examples.unexplained)[1]
     assert "97 % of the mismatch has no explanation" in text
