@@ -150,7 +150,7 @@ def test_heating_and_cooling_tell_temperature_from_time(missing: Missing, effect
     assert both == {"temperature-dependent-friction", "friction-drift"}
     best = proposed[0]
     assert "while heating and while cooling" in best.sentence
-    assert best.set_up
+    assert all(each.set_up for each in proposed)
     more = driven(best, missing, [Conditions(33.0, 3000.0), Conditions(25.0, 4500.0)])
     _, after, _ = asked([*runs, *more])
     assert after.terms[0].scored.form.effect == effect
