@@ -94,7 +94,7 @@ def plan(
     noise_nm: Annotated[
         float,
         typer.Option(
-            min=1e-6, max=1000.0, help="Torque noise to reckon with: white, and as much coloured."
+            min=1e-9, max=1000.0, help="Torque noise to reckon with: white, and as much coloured."
         ),
     ] = 0.02,
     dwell_s: Annotated[

@@ -151,7 +151,7 @@ def _lies(explanation: Explanation, place: str) -> str:
     if explanation.unexplained_spells is not None:
         return in_spells(explanation.unexplained_spells)
     if not place:
-        return "It follows nothing that was recorded, as slow noise would not, either."
+        return "It follows nothing that was recorded; slow noise does not, either."
     return f"It lies {place}." if left[0].everywhere else f"It is greatest {place}."
 
 
