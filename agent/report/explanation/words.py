@@ -133,7 +133,7 @@ def verdict_words(explanation: Explanation) -> VerdictWords:
 def qualification(explanation: Explanation) -> str:
     """Return what takes a part of the verdict back; what it means as a rule goes without saying."""
     words = verdict_words(explanation)
-    ordinary = (NOT_DECIDABLE, _VERDICTS[explanation.verdict])
+    ordinary = (NOT_DECIDABLE, _NOWHERE, _VERDICTS[explanation.verdict])
     return "" if words in ordinary else words.meaning
 
 

@@ -287,6 +287,7 @@ def test_what_lies_nowhere_is_not_called_located() -> None:
     nowhere = dataclasses.replace(located, unexplained_where=(), unexplained_varies=None)
     assert verdict_words(located).status == "Located, but not explained"
     assert verdict_words(nowhere).status == "Not explained"
+    assert not qualification(nowhere)  # the sentence says it already
 
 
 def test_unexplained_shows_where_and_in_which_shape_and_invents_no_stage() -> None:
