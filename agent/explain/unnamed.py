@@ -24,6 +24,7 @@ from agent.explain.study import Study
 from agent.explain.verdict import OWN_NUMBERS, SHOWN
 
 _UNPROVEN = 1.5  # times the noise on unseen data, and no noise in kind: not all is explained
+_MOST, _HALF = 0.6, 0.5  # of a mismatch: what laws claim to explain, and take away elsewhere
 _WORSE = 1.1  # times the error of the simulation as given: more, and a law has harmed
 _FAR_WORSE = 1.25  # or this, where a law explains a part anyway
 
@@ -84,21 +85,26 @@ def own_numbers(told: Study) -> frozenset[str]:
     return frozenset((*terms, *(number.effect for number in told.numbers)))
 
 
-def unproven(proven: Holdout, floors: float = 1.0) -> bool:
+def unproven(proven: Holdout, floors: float = 1.0, claimed: float = 0.0) -> bool:
     """Return whether unseen data hold far more than noise beside what was found.
 
     What has no memory may be noise that is louder in motion, up to so much more than at rest: blows
-    of a gear's teeth have none, either.
+    of a gear's teeth have none, either. But not where laws that explain most of what was learnt
+    from take away less than half of it there: the best of many paths of an arm is luck.
 
     Parameters
     ----------
     proven : Holdout
     floors : float
         How many times the floor the noise is.
+    claimed : float
+        Which share of the mismatch the laws explain that were found.
     """
     ratio = proven.floor_ratio / floors
-    far = proven.source == UNSEEN and ratio > LOUDER  # parts left out in turn are no recordings
-    return far or (ratio > _UNPROVEN and not proven.white)
+    unseen = proven.source == UNSEEN  # parts left out in turn are no recordings
+    if unseen and claimed >= _MOST and proven.taken_share(floors) < _HALF:
+        return True
+    return (unseen and ratio > LOUDER) or (ratio > _UNPROVEN and not proven.white)
 
 
 def taken_back(verdict: Verdict, findings: Sequence[Finding], proven: Holdout) -> tuple[str, ...]:

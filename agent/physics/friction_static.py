@@ -88,27 +88,31 @@ class LoadDependent:
 
     law: ClassVar[Law] = Law(
         "load-dependent",
-        "[cl |l| + sl |l| exp(-|v/vl|^a)] sign(v)",
+        "[cl + sl exp(-|v/vl|^a)] |l| |l/lr|^(p - 1) sign(v)",
         {
             "load_coefficient": "cl, friction per load while sliding fast (no unit)",
             "load_boundary_coefficient": "sl, more of it in the boundary region (no unit)",
             "load_velocity_rad_s": "vl, where the boundary part has fallen to 1/e",
             "exponent": "a, how sharply it falls",
+            "load_power": "p, power of the load with which it grows (1: in proportion)",
+            "reference_load_nm": "lr, load at which cl and sl are friction per load",
         },
-        "Bittencourt & Gunnarsson, JDSMC 134 (2012) 051013",
+        "Bittencourt & Gunnarsson, JDSMC 134 (2012) 051013, p = 1; other powers: our own choice",
         "load l is the transmitted torque on the motor side, up to the gear's rated one",
     )
     load_coefficient: float
     load_boundary_coefficient: float = 0.0
     load_velocity_rad_s: float = 1.0
     exponent: float = 1.0
+    load_power: float = 1.0
+    reference_load_nm: float = 1.0
 
     def __post_init__(self) -> None:
         """Refuse a load that would drive the joint."""
         require(
             self.law,
             self,
-            positive="load_velocity_rad_s exponent",
+            positive="load_velocity_rad_s exponent load_power reference_load_nm",
             not_negative="load_coefficient load_boundary_coefficient",
         )
 
@@ -119,4 +123,11 @@ class LoadDependent:
         sign = np.sign(velocity_rad_s) if direction is None else direction
         boundary = boundary_share(velocity_rad_s, self.load_velocity_rad_s, self.exponent)
         share = self.load_coefficient + self.load_boundary_coefficient * boundary
-        return np.asarray(share * np.abs(load_nm) * sign)
+        load = powered_nm(load_nm, self.load_power, self.reference_load_nm)
+        return np.asarray(share * load * sign)
+
+
+def powered_nm(load_nm: Floats, power: float, reference_nm: float) -> Floats:
+    """Return ``|l| |l/lr|^(p - 1)``, shape (n,): a load to a power, itself at the reference."""
+    size = np.abs(load_nm)
+    return size if power == 1.0 else np.asarray(reference_nm * (size / reference_nm) ** power)

@@ -168,6 +168,8 @@ def carried_arm(
     dry_travel: float,
     film: float,
     viscous: float,
+    holds: float,
+    travel: float,
 ) -> Floats:
     """Return the torque, shape (n,), with which the motor carries an arm behind a spring.
 
@@ -175,6 +177,8 @@ def carried_arm(
     `dry_travel`.
     And `viscous`, which grows with its speed.
     A `film` drags the arm along, whether its teeth touch or not.
+    The spring's inner friction `holds` a torque, in full when the twist has gone on for about its
+    `travel`; nothing at first.
 
     At first the arm rides on the spring with `velocity` (the motor's first where it is NaN) and
     `acceleration`; in a gap it lies where they press it.
@@ -195,7 +199,8 @@ def carried_arm(
     speed = velocity_rad_s[0] if math.isnan(velocity) else velocity
     hang = weight + dry[0] * drawn + viscous * speed + inertia * acceleration
     arm = position_rad[0] - _hung(hang, stiffness, cubic, half_gap)
-    push, torque = acceleration, hang
+    push, torque, held = acceleration, hang, 0.0
+    wound = _pressed(position_rad[0] - arm, half_gap)
     out[0] = hang
     for k in range(1, time_s.shape[0]):
         dt = time_s[k] - time_s[k - 1]
@@ -215,8 +220,10 @@ def carried_arm(
             ahead = 0.0
             if damping != 0.0 or film != 0.0:
                 ahead = _rate_between(u, q0, v0, q1, v1) * per_s - half - 0.5 * h * push
-            twist = _between(u, q0, v0, q1, v1) - arm
-            torque = _borne(twist, ahead, stiffness, cubic, damping, half_gap, film)
+            before, wound = wound, _pressed(_between(u, q0, v0, q1, v1) - arm, half_gap)
+            held = _drawn_on(held, (wound - before) / travel)
+            pull = stiffness * wound + cubic * wound * wound * wound + holds * held
+            torque = _borne(wound, ahead, pull, damping, half_gap, film)
             sine, cosine = _turned(sin0, cos0, (arm - began) * per_ratio)
             weight = gravity_sin * sine + gravity_cos * cosine
             push = (torque - weight - dry[k] * drawn - viscous * half) * per_inertia
@@ -250,28 +257,32 @@ def _rate_between(u: float, q0: float, v0: float, q1: float, v1: float) -> float
 
 
 @njit(cache=True)
-def _borne(
-    twist: float,
-    ahead: float,
-    stiffness: float,
-    cubic: float,
-    damping: float,
-    half_gap: float,
-    film: float,
-) -> float:
-    """Return the torque of a gear at a twist that grows by `ahead` a second."""
-    x = 0.0
+def _pressed(twist: float, half_gap: float) -> float:
+    """Return what a twist leaves of it beyond a gap."""
     if twist > half_gap:
-        x = twist - half_gap
-    elif twist < -half_gap:
-        x = twist + half_gap
-    pull = 0.0
-    if x != 0.0:
-        pull = stiffness * x + cubic * x * x * x + damping * ahead
-        # A gap can push, but not pull: without one the spring holds both ways.
-        if half_gap != 0.0 and pull * x <= 0.0:
-            pull = 0.0
-    return pull + film * ahead
+        return twist - half_gap
+    return min(twist + half_gap, 0.0)
+
+
+@njit(cache=True)
+def _drawn_on(held: float, travels: float) -> float:
+    """Return how far inner friction is drawn out, -1 to 1, after so many of its travels."""
+    lost = held * held if held * travels > 0.0 else 0.0
+    return min(max(held + travels * (1.0 - lost), -1.0), 1.0)
+
+
+@njit(cache=True)
+def _borne(
+    pressed: float, ahead: float, pull: float, damping: float, half_gap: float, film: float
+) -> float:
+    """Return the torque of a gear whose spring pulls, and whose twist grows by `ahead` a second."""
+    if half_gap == 0.0:
+        return pull + (damping + film) * ahead
+    if pressed == 0.0:
+        return film * ahead
+    pull += damping * ahead
+    # Without a gap the spring holds both ways; teeth push, but do not pull.
+    return (pull if pull * pressed > 0.0 else 0.0) + film * ahead
 
 
 @njit(cache=True)

@@ -22,8 +22,8 @@ Floats = NDArray[np.float64]
 _LANES, _MOST_BLOCKS = 8, 3
 _NEWTON = 20  # steps: from the linear twist down, ever closer
 _ARM, _TWIST, _DRAWN, _PUSH = 0, _LANES, 2 * _LANES, 3 * _LANES
-_MOTOR, _SLOPE, _WEIGHT, _DT, _PULL, _DRY, _GAP = (k * _LANES for k in range(4, 11))
-_BLOCK = 11 * _LANES
+_MOTOR, _SLOPE, _WEIGHT, _DT, _PULL, _DRY, _GAP, _HELD = (k * _LANES for k in range(4, 12))
+_BLOCK = 12 * _LANES
 
 
 @njit(cache=True, nogil=True)
@@ -40,6 +40,8 @@ def shaft_rad_s2(
     half_gaps: Floats,
     film: float,
     stiffening: float,
+    holds: float,
+    travel: float,
     steps: int,
     out: Floats,
 ) -> None:
@@ -66,6 +68,9 @@ def shaft_rad_s2(
         Damping of what is between the teeth over the arm's inertia, 1/s.
     stiffening : float
         By which share of itself the spring is stiffer at a twist of 1 rad, 1/rad^2.
+    holds, travel : float
+        What the spring's inner friction holds over the arm's inertia, rad/s2, and the twist after a
+        reversal that leaves 1/e of it, rad.
     steps : int
         Of the integration, between two samples.
     out : ndarray, shape (a, N)
@@ -95,7 +100,7 @@ def shaft_rad_s2(
         together = np.min((stop - at)[at < stop])
         for _ in range(together):
             _driven(state, at, stop, velocity, weight, friction, steps)
-            _sample(state, omega, damping, reach, film, stiffening, steps)
+            _sample(state, omega, damping, reach, film, stiffening, holds, travel, steps)
             _told(state, at, stop, which, out)
 
 
@@ -193,6 +198,8 @@ def _sample(
     reach: float,
     film: float,
     stiffening: float,
+    holds: float,
+    travel: float,
     steps: int,
 ) -> None:
     """Move all lanes by one sample; nothing in here branches, so that they move together."""
@@ -209,7 +216,8 @@ def _sample(
                 pull = stiffness * harder * math.copysign(pressed, twist)
                 # The arm's speed stands half a step behind its twist, which damping must not feel.
                 ahead = motor - arm - 0.5 * dt * state[_PUSH + lane]
-                pull += damper * ahead
+                held = state[_HELD + lane]
+                pull += damper * ahead + holds * held
                 pulls = half_gap > 0.0 and pull * twist < 0.0
                 pull = (0.0 if pulls or pressed <= 0.0 else pull) + film * ahead
                 state[_PULL + lane] = pull if j == 0 else state[_PULL + lane]
@@ -218,5 +226,10 @@ def _sample(
                 further = drawn + dt * arm / reach
                 further = -1.0 if further < -1.0 else further
                 state[_DRAWN + lane] = 1.0 if further > 1.0 else further
-                state[_TWIST + lane] = twist + dt * (motor + 0.5 * slope - arm)
+                wound = dt * (motor + 0.5 * slope - arm)
+                state[_TWIST + lane] = twist + wound
+                lost = held * held if held * wound > 0.0 else 0.0
+                more = held + wound * (1.0 - lost) / travel
+                more = -1.0 if more < -1.0 else more
+                state[_HELD + lane] = 1.0 if more > 1.0 else more
                 state[_ARM + lane], state[_PUSH + lane] = arm, push

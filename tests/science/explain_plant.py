@@ -50,6 +50,8 @@ class Joint(NamedTuple):
     rubbing_wave: float = 0.0  # N m, of the motor's dry friction along its turn
     rubbing_order: float = 9.0
     cubic: float = 0.0  # N m/rad3, of the gear: its spring stiffens
+    held: float = 0.0  # N m, what the gear's inner friction holds: half of it early, half later
+    held_over: float = 0.01  # rad of twist, and three times that
 
 
 def moves(seed: int, duration_s: float, *, hardest_rad_s2: float = 150.0) -> Floats:
@@ -81,7 +83,7 @@ def _driven(j: Joint, command: Floats, every: int) -> Floats:
     q, v = command[0, 0], 0.0
     held = j.gravity_sin * math.sin(q / GEAR) + j.gravity_cos * math.cos(q / GEAR)
     arm = q - held / j.stiffness - (math.copysign(j.half_gap, held) if held != 0.0 else 0.0)
-    speed, dry, arm_dry, integral = 0.0, 0.0, 0.0, held
+    speed, dry, arm_dry, integral, early, later = 0.0, 0.0, 0.0, held, 0.0, 0.0
     out = np.empty((command.shape[0] // every, 5))
     for i in range(out.shape[0] * every):
         sine, slope = math.sin(2.0 * q), 2.0 * math.cos(2.0 * q)
@@ -106,7 +108,10 @@ def _driven(j: Joint, command: Floats, every: int) -> Floats:
             shaft = math.copysign(spring, twist) + j.damping * (geared * v - speed)
             if j.half_gap > 0.0 and shaft * twist < 0.0:
                 shaft = 0.0
-        shaft += j.film * (geared * v - speed)
+        shaft += j.film * (geared * v - speed) + 0.5 * j.held * (early + later)
+        wound = dt * (geared * v - speed) / j.held_over
+        early = min(max(early + wound, -1.0), 1.0)
+        later = min(max(later + wound / 3.0, -1.0), 1.0)
         dry += dt * (v - abs(v) * dry) / j.motor_reach
         arm_dry += dt * (speed - abs(speed) * arm_dry) / j.arm_reach
         weight = j.gravity_sin * math.sin(arm / GEAR) + j.gravity_cos * math.cos(arm / GEAR)

@@ -13,6 +13,7 @@ from agent.identify.result import Floats
 UNSEEN = "recordings that it had not seen"
 """The source of a proof on recordings that were held out."""
 
+_STANDS_OUT = 0.3  # of the noise's square: less above it is hardly seen
 _FAR_ABOVE = 1.5  # times the noise floor: there is more to explain than noise
 
 
@@ -81,6 +82,19 @@ class Holdout:
         """Return whether the error stays far above noise, and may not fall at all."""
         interval = self.improvement_ci95_percent
         return interval is not None and interval[0] <= 0.0 and self.floor_ratio > _FAR_ABOVE
+
+    def taken_share(self, floors: float = 1.0) -> float:
+        """Return which share of what the refitted twin leaves above noise is gone; NaN for none.
+
+        Parameters
+        ----------
+        floors : float
+            How many times the floor the noise is.
+        """
+        before, after = self.refitted.rmse_nm**2, self.extended.rmse_nm**2
+        noise = after * (floors / self.floor_ratio) ** 2 if self.floor_ratio > 0.0 else math.nan
+        above = before - noise
+        return (before - after) / above if above > _STANDS_OUT * noise else math.nan
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from agent.explain.answer.amounts import percent, torque
 from agent.explain.answer.as_if import as_if, in_spells
+from agent.explain.answer.fits import UNSEEN
 from agent.explain.answer.names import COSTS_NO_TORQUE, OWN_EFFECT, OWN_NUMBER, effect_name
 from agent.explain.answer.places import place_in_words
 from agent.explain.answer.result import Explanation, Finding, Holdout
@@ -16,6 +17,7 @@ from agent.numbers import scale_for, significant
 TOLD = 3
 """Findings in the summary: smaller ones are counted there."""
 
+_HALF = 0.5  # of what stands above the noise: with less, most of what was found is not there
 _WORSE = 1.1  # times the error before: more is no law for what was not seen
 _LITTLE = 0.01  # of the mismatch: what has no name is in the unseen recordings alone
 _AS_NOISE = 1.1  # times the noise floor: up to there the band of the comparison holds nothing
@@ -130,12 +132,23 @@ def what_stays(explanation: Explanation) -> tuple[str, ...]:
         parts.append(_left_sentence(explanation))
     if holdout is not None and any(map(_costs_torque, findings)):
         parts.append(proof_sentence(holdout, explanation.floor.value_nm))
-        if verdict == "partly-explained" and only_unseen:
+        little = _taken_there(holdout) if verdict == "partly-explained" else ""
+        if little:
+            parts.append(little)
+        elif verdict == "partly-explained" and only_unseen:
             parts.append(
                 f"That is {significant(holdout.floor_ratio, 2)} times the noise: these hold "
                 "something that the recordings to learn from do not show."
             )
     return tuple(parts)
+
+
+def _taken_there(holdout: Holdout) -> str:
+    """Return how little of what stands above the noise is gone on unseen data; empty for most."""
+    share = holdout.taken_share()
+    if holdout.source != UNSEEN or not 0.0 <= share < _HALF:
+        return ""
+    return f"What was found takes away {percent(share)} of what stands above the noise there."
 
 
 def _costs_torque(finding: Finding) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -39,9 +40,15 @@ _MOST_WOUND_UP = 0.1  # rad of the arm, under its weight: belts and soft gears g
 _LEAST_OF_TWIST = 0.12  # of what the contact gives way by: a narrower gap is a soft gear
 _ALL_FRICTION = 1.2  # the arm's share of what the refitted twin has, which may be a little low
 
+_SWING_TRIALS, _DAMPED_AT_FIRST = 14, 0.05
+_SAYS_MUCH = 0.1  # of what is left
+_LITTLE = 0.1  # of the joint's friction, the arm's
+
 _RUBBING = ("antiresonance_hz", "damping_ratio", "friction_share", "friction_reach_rad")
 
 Limits = Sequence[tuple[float, float]]
+
+_LIKELY: WeakKeyDictionary[Scene, tuple[Point, ...]] = WeakKeyDictionary()
 
 
 def _swing_grid(scene: Scene) -> Sequence[Point]:
@@ -53,6 +60,20 @@ def _swing_grid(scene: Scene) -> Sequence[Point]:
 def swing_limits(scene: Scene) -> Limits:
     """Return between which a swing's frequency, Hz, and its damping ratio are looked for."""
     return ((0.1, _STIFFEST * scene.table.cutoff_hz), (1e-3, _DAMPED))
+
+
+def likely_spring(scene: Scene) -> tuple[Point, ...]:
+    """Return frequency, Hz, and damping ratio of the likeliest swing, one point.
+
+    Nothing where no spring alone says much of what is left: searches that begin here are dear.
+    """
+    if scene not in _LIKELY:
+        highest = 1.5 * scene.table.cutoff_hz
+        frequencies = log_grid(max(1.0, highest / 15.0), highest, 16)
+        coarse = [(hertz, _DAMPED_AT_FIRST) for hertz in frequencies]
+        search = coarse, swing_limits(scene), _SWING_TRIALS
+        _LIKELY[scene] = downhill(scene, _flexible, *search, worth=_SAYS_MUCH)[:1]
+    return _LIKELY[scene]
 
 
 def _flexible(scene: Scene, point: Point) -> Floats:
@@ -70,6 +91,7 @@ def _rubbing_grid(scene: Scene) -> Sequence[Point]:
         for j, s in enumerate((0.4, 1.0))
         for k, r in enumerate(reaches)
     ]
+    coarse += [(*spring, _LITTLE, reaches[0]) for spring in likely_spring(scene)]
     # A soft arm's resonance is narrower than the grid, and its four numbers hang together.
     limits = _rubbing_limits(scene)
     return (*coarse, *downhill(scene, _rubbing, coarse, limits, _RUBBING_TRIALS))

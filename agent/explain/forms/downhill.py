@@ -21,6 +21,8 @@ def downhill(
     coarse: Sequence[Point],
     limits: Sequence[tuple[float, float]],
     trials: int,
+    *,
+    worth: float = 0.0,
 ) -> tuple[Point, ...]:
     """Return where a pattern search leads from the best of some points, the best end first.
 
@@ -38,6 +40,8 @@ def downhill(
         Between which every number stays.
     trials : int
         How often a column may be computed from each of them.
+    worth : float
+        Share of what is left that the best of these points must account for, or none is returned.
     """
     rows = scene.table.used
     base = scene.table.base[rows]
@@ -60,6 +64,8 @@ def downhill(
     if not coarse or not rows.any():
         return ()
     scored = sorted(((likeness(point), point) for point in coarse), key=lambda pair: -pair[0])
+    if scored[0][0] < worth * float(target @ target):
+        return ()
     found = [_followed(likeness, *start, trials) for start in scored[:_STARTS]]
     return tuple(point for _, point in sorted(found, key=lambda pair: -pair[0]))
 

@@ -61,6 +61,8 @@ class HiddenArm:
     film_per_s: float = 0.0
     oil_per_s: float = 0.0
     stiffening_per_rad2: float = 0.0
+    holds_rad_s2: float = 0.0
+    travel_rad: float = 1.0
 
     def extra_rad_s2(self, scene: Scene) -> Floats:
         """Return the shaft's torque less that of a stiff gear, over the arm's inertia, (N,)."""
@@ -87,7 +89,8 @@ class HiddenArm:
         omega = 2.0 * math.pi * self.frequency_hz
         # Stiffer friction would ask for smaller steps, and the band would not show the difference.
         reach = max(self.reach_rad, self.friction_rad_s2 / (_HARDEST * omega**2), 1e-12)
-        fastest_hz = math.sqrt(omega**2 + self.friction_rad_s2 / reach) / (2.0 * math.pi)
+        hardest = omega**2 + self.friction_rad_s2 / reach + self.holds_rad_s2 / self.travel_rad
+        fastest_hz = math.sqrt(hardest) / (2.0 * math.pi)
         steps_per_s = _STEPS_PER_SWING * fastest_hz * max(self.damping_ratio, 1.0)
         steps_per_s = max(steps_per_s, _STEPS_PER_DRAG * self.film_per_s)
         steps_per_s *= self._stiffened(motion.stiff_rad_s2 + pull_rad_s2, omega)
@@ -110,6 +113,8 @@ class HiddenArm:
                 np.array(half_gaps_rad, dtype=np.float64),
                 self.film_per_s,
                 self.stiffening_per_rad2,
+                self.holds_rad_s2,
+                self.travel_rad,
                 int(several),
                 out,
             )

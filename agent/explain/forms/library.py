@@ -9,6 +9,7 @@ import numpy as np
 from agent.explain.forms import arm as forms_arm
 from agent.explain.forms import cable as forms_cable
 from agent.explain.forms import carried as forms_carried
+from agent.explain.forms import inner_friction as forms_inner_friction
 from agent.explain.forms import order as forms_order
 from agent.explain.forms import place as forms_place
 from agent.explain.forms import reversal as forms_reversal
@@ -39,6 +40,7 @@ FORMS: tuple[Form, ...] = (
     *forms_signal.FORMS,
     *forms_arm.FORMS,
     *forms_stiffening.FORMS,
+    *forms_inner_friction.FORMS,
 )
 
 _COLUMNS: Mapping[str, str] = {

@@ -12,13 +12,14 @@ from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
 from agent.physics.friction import boundary_share
 from agent.physics.friction_oil import cross_nm, eyring_nm, power_law_nm
-from agent.physics.friction_static import DirectionDependent
+from agent.physics.friction_static import DirectionDependent, powered_nm
 
 _ARM_SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the inertia, behind the gear
 _ARM_FRICTION = (0.0, 0.15, 0.3, 0.45)  # of the dry friction, behind the gear
 _WHOLE = ((0.5, 0.3, 0.5), (0.5, 0.3, 1.0), (1.0, 0.3, 1.0), (1.0, 1.0, 1.0))
 _ALL = 1.2  # of what the refitted twin has, which may be a little low
 _MOST_UNDER_LOAD = 0.6  # with more a gear passes on less than half: sqrt((1 - k)/(1 + k))
+_POWERS, _HARDEST_SHARE = (0.6, 1.5, 2.0, 3.0), 0.95  # of the samples bear less
 _LEVELS_DIFFER, _SLOPES_DIFFER = DirectionDependent(1.0, 0.0), DirectionDependent(0.0, 1.0)
 
 
@@ -140,6 +141,35 @@ def _load_boundary_grid(scene: Scene) -> Sequence[Point]:
     return tuple((share, v) for share in _ARM_SHARES[::2] for v in speeds)
 
 
+def _load_powered(scene: Scene, point: Point) -> Floats:
+    """Return friction that grows with a power of the load, in proportion at a hard one."""
+    share, power = point
+    load = scene.load_nm(share)
+    return stack(scene.direction * powered_nm(load, power, _hard_load_nm(scene, share)))
+
+
+def _hard_load_nm(scene: Scene, share: float) -> float:
+    """Return the load that only few samples exceed, N m."""
+    hard = float(np.quantile(np.abs(scene.load_nm(share)), _HARDEST_SHARE))
+    return max(hard, 1e-12)
+
+
+def _load_powered_grid(scene: Scene) -> Sequence[Point]:
+    del scene
+    return tuple((share, power) for share in _ARM_SHARES[::2] for power in _POWERS)
+
+
+def _load_powered_limits(scene: Scene) -> Sequence[tuple[float, float]]:
+    """Return powers that are told from Coulomb's level below, and from a limit above."""
+    del scene
+    return (0.0, _ALL), (0.3, 5.0)
+
+
+def _load_powered_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    (entry,) = _load_twin(scene, values)
+    return ({**entry, "reference_load_nm": _hard_load_nm(scene, values["arm_share"])},)
+
+
 def _load_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
     numbers = dict(values)
     inertia = numbers.pop("arm_share") * float(scene.theta[0])
@@ -234,6 +264,21 @@ FORMS: tuple[Form, ...] = (
         in_one_product=True,
         needs=("position_rad",),
         to_twin=_load_twin,
+        refines=("proportional",),
+        rests_on_numbers=True,
+    ),
+    Form(
+        "load-dependent-friction",
+        "with a power of the load",
+        ("load_coefficient",),
+        _load_powered,
+        ("arm_share", "load_power"),
+        _load_powered_grid,
+        (1,),
+        highest=(_MOST_UNDER_LOAD,),
+        limits=_load_powered_limits,
+        needs=("position_rad",),
+        to_twin=_load_powered_twin,
         refines=("proportional",),
         rests_on_numbers=True,
     ),

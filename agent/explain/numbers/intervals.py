@@ -78,6 +78,8 @@ def only_together(form: Form, numbers: Mapping[str, Parameter]) -> dict[str, Par
     is none. Nor is one that reaches below zero where physics does not: the law is there, and its
     size would be nothing. Without a weight a load has no scale, and friction under it is a product.
     Nor, whatever the law, one that is as wide as many times the number, on both sides of zero.
+    And where a number along which the error is uneven is not known, the others are known at one of
+    its values only, each of which has its own.
 
     Parameters
     ----------
@@ -85,6 +87,8 @@ def only_together(form: Form, numbers: Mapping[str, Parameter]) -> dict[str, Par
     numbers : mapping of str to Parameter
         With their intervals.
     """
+    if any(not numbers[name].identified for name in form.uneven):
+        return {name: _with_that(number) for name, number in numbers.items()}
     out = dict(numbers)
     loose = not all(numbers[name].identified for name in form.nonlinear)
     for index, name in enumerate(form.linear):
@@ -96,6 +100,11 @@ def only_together(form: Form, numbers: Mapping[str, Parameter]) -> dict[str, Par
             reason = _TOGETHER if loose else _AS_PRODUCT
             out[name] = Parameter.not_identified(reason, numbers[name].value)
     return out
+
+
+def _with_that(number: Parameter) -> Parameter:
+    """Return a number that is known only together with one that is not."""
+    return Parameter.not_identified(_TOGETHER, number.value) if number.identified else number
 
 
 def named_effects(model: Model) -> frozenset[str]:

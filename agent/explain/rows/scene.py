@@ -27,9 +27,9 @@ from agent.physics.rigid_body import gravity_columns
 _WAVES = 12  # of 2 MB each
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Scene:
-    """The table, with what the refitted twin makes of it.
+    """The table, with what the refitted twin makes of it; like another one only if it is that one.
 
     Parameters
     ----------

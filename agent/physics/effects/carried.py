@@ -44,6 +44,8 @@ class Carrier:
     arm_yield_rad: float = _YIELD_RAD
     film_damping_nm_s_per_rad: float = 0.0
     arm_viscous_nm_s_per_rad: float = 0.0
+    hysteresis_nm: float = 0.0
+    hysteresis_travel_rad: float = 1.0
 
     def extra_nm(self, motion: Motion, base: Base, widths: Sequence[float] = (1.0,)) -> Floats:
         """Return the shaft's torque less that of a stiff gear, shape (n,).
@@ -124,6 +126,8 @@ class Carrier:
                 self.arm_yield_rad,
                 self.film_damping_nm_s_per_rad,
                 self.arm_viscous_nm_s_per_rad,
+                self.hysteresis_nm,
+                self.hysteresis_travel_rad,
             )[own]
             for gap in gaps
         ]
@@ -139,6 +143,7 @@ class Carrier:
             load = inertia * fastest + abs(base.gravity_sin_nm) + abs(base.gravity_cos_nm)
             # A spring that is let go swings to twice its load.
             stiffness += 3.0 * self.cubic_stiffness_nm_per_rad3 * (2.0 * load / stiffness) ** 2
+        stiffness += self.hysteresis_nm / self.hysteresis_travel_rad
         damping = self.damping_nm_s_per_rad + self.film_damping_nm_s_per_rad
         return float(np.sqrt(stiffness / inertia) + damping / inertia)
 
@@ -245,11 +250,18 @@ CARDS = (
                     "stiffness_nm_per_rad": positive(),
                     "damping_nm_s_per_rad": not_negative(0.0),
                     "cubic_stiffness_nm_per_rad3": not_negative(0.0),
+                    "hysteresis_nm": not_negative(
+                        0.0, "h, what its inner friction holds (0: a spring without loss)"
+                    ),
+                    "hysteresis_travel_rad": positive(
+                        1.0, meaning="s, twist over which that is drawn out; h/s is its stiffness"
+                    ),
                     **_ARM_FRICTION,
                 },
                 _flexible_alone,
                 equation="tau_s - Ja a - gravity; Ja aa = tau_s - gravity,"
-                " tau_s = k x + k3 x^3 + d dx/dt, x = q - qa",
+                " tau_s = k x + k3 x^3 + h z + d dx/dt, x = q - qa;"
+                " dz/dx = (1 - z^2)/s away from z = 0, 1/s towards it",
             ),
         ),
         ("frequency_hz", "acceleration_rad_s2", "after_reversal_s"),

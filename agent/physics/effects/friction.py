@@ -249,6 +249,8 @@ CARDS = (
                     "load_boundary_coefficient": not_negative(0.0, linear=True),
                     "load_velocity_rad_s": positive(1.0),
                     "exponent": positive(1.0),
+                    "load_power": positive(1.0),
+                    "reference_load_nm": positive(1.0),
                     "arm_inertia_kg_m2": not_negative(
                         0.0, "Ja: the load is Ja a and gravity; Ja seen by the motor"
                     ),

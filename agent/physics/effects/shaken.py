@@ -58,5 +58,7 @@ def shaken_nm(
         _ANY_RAD,
         0.0,
         0.0,
+        0.0,
+        _ANY_RAD,
     )
     return out

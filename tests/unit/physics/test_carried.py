@@ -120,6 +120,32 @@ def test_oil_brakes_the_arm_where_the_gear_is_not_stiff() -> None:
     assert np.sqrt(np.mean((shaft - reference) ** 2)) < 0.01 * np.std(reference)
 
 
+def test_what_a_gear_holds_of_its_twist_is_stiff_at_first_and_lost_after_a_turn() -> None:
+    held_nm, travel = 3.0, 0.05
+    holds = {"hysteresis_nm": held_nm, "hysteresis_travel_rad": travel}
+    torque = twin(Effect("joint-flexibility", {**ARM, **holds})).predict(motion())
+
+    def derivative(t: float, state: Floats) -> list[float]:
+        arm, speed, drawn = state
+        (angle,), (rate,), _ = swing(t)
+        twist, ahead = angle - arm, rate - speed
+        pull = STIFFNESS * twist + CUBIC * twist**3 + DAMPING * ahead + held_nm * drawn
+        gives = 1.0 - drawn**2 if ahead * drawn > 0.0 else 1.0  # Wen (1976), n = 2
+        return [speed, pull / INERTIA, ahead * gives / travel]
+
+    _, _, acceleration = swing(0.0)
+    roots = np.roots([CUBIC, 0.0, STIFFNESS, -INERTIA * acceleration[0]])
+    start = [-float(np.real(roots[np.argmin(np.abs(np.imag(roots)))])), 0.0, 0.0]
+    span = (0.0, TIME[-1])
+    found = solve_ivp(derivative, span, start, "Radau", TIME, rtol=1e-8, atol=1e-10, max_step=1e-3)
+    slopes = [derivative(t, state) for t, state in zip(found.t, found.y.T, strict=True)]
+    reference = INERTIA * np.array(slopes)[:, 1]
+    shaft = torque - (0.018 - INERTIA) * motion().acceleration_rad_s2
+    plain = twin(SPRING).predict(motion()) - (0.018 - INERTIA) * motion().acceleration_rad_s2
+    assert np.std(reference - plain) > 0.1 * np.std(reference)
+    assert np.sqrt(np.mean((shaft - reference) ** 2)) < 0.01 * np.std(reference)
+
+
 def test_both_effects_share_one_arm_and_their_parts_add_up() -> None:
     parts = twin(SPRING, PLAY).predict_parts(motion())
     assert {"joint-flexibility", "backlash"} <= set(parts)

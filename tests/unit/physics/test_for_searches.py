@@ -102,9 +102,13 @@ def test_a_limit_and_a_weight_of_plain_numbers_are_the_laws() -> None:
     assert weight_nm(20.0 / 35.0, 1.7, -0.9) == pytest.approx(float(columns[0]), rel=1e-15)
 
 
-@pytest.mark.parametrize("half_gap", [0.0, 0.05])
-@pytest.mark.parametrize("stiffening", [0.0, 3.0])
-def test_the_arm_of_searches_is_the_arm_of_the_twin(half_gap: float, stiffening: float) -> None:
+@pytest.mark.parametrize(
+    ("half_gap", "stiffening", "holds"),
+    [(0.0, 0.0, 0.0), (0.0, 3.0, 0.0), (0.05, 0.0, 0.0), (0.05, 3.0, 0.0), (0.0, 0.0, 60.0)],
+)
+def test_the_arm_of_searches_is_the_arm_of_the_twin(
+    half_gap: float, stiffening: float, holds: float
+) -> None:
     inertia, omega, damping, reach, film = 0.004, 2.0 * math.pi * 8.0, 0.15, 0.02, 2.0
     friction, stiffness = 30.0, 0.004 * omega**2
     speed = 12.0 * np.sin(4.0 * TIME)
@@ -123,6 +127,8 @@ def test_the_arm_of_searches_is_the_arm_of_the_twin(half_gap: float, stiffening:
         np.array([half_gap]),
         film,
         stiffening,
+        holds,
+        0.03,
         40,
         paths,
     )
@@ -145,6 +151,8 @@ def test_the_arm_of_searches_is_the_arm_of_the_twin(half_gap: float, stiffening:
         reach,
         film * inertia,
         0.0,
+        inertia * holds,
+        0.03,
     )
     # The starts differ: one arm follows the motor's speed, the other its acceleration as well.
     settled = TIME > 1.0
