@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.choice import Choice
 from agent.explain.choosing.heard import BACKLASH, heard
 from agent.explain.choosing.materiality import least_gain, noise_energy
@@ -25,10 +26,10 @@ _LOW_PASSES = frozenset({"joint-flexibility", "measurement-delay"})
 def afloat(library: Library, choice: Choice) -> set[tuple[str, str]]:
     """Return effect and form of laws that remove next to nothing where the speed changes.
 
-    Of gaps; and of soft gears and delays whose rest is not worth a name, and that remove no more
-    than there is noise: a wave may shake an arm behind a spring at any speed, and a gear that rings
-    on while a speed is held shows how late the torque is. Of these all forms, as each would remove
-    as much.
+    Of gaps; and of soft gears, with a gap or without, and delays whose rest is not worth a name,
+    and that remove no more than there is noise: a wave may shake an arm behind a spring at any
+    speed, and a gear that rings on while a speed is held shows how late the torque is. Of these all
+    forms, as each would remove as much.
 
     Parameters
     ----------
@@ -42,13 +43,14 @@ def afloat(library: Library, choice: Choice) -> set[tuple[str, str]]:
     for term in terms:
         effect = term.form.effect
         is_gap = effect == BACKLASH and not heard(library.scene, term.form)
-        if not is_gap and effect not in _LOW_PASSES:
+        rings = effect in _LOW_PASSES or (is_gap and _is_soft(term, library))
+        if not is_gap and not rings:
             continue
         without = library.residual([other for other in terms if other is not term])
         removed = without**2 - library.residual(terms) ** 2
         if not float(np.sum(removed[held])) > _MOSTLY * float(np.sum(removed)) > 0.0:
             continue
-        if is_gap:
+        if not rings:
             out.add((effect, term.form.name))
             continue
         whole, changing = float(np.sum(removed)), float(np.sum(removed[~held]))
@@ -57,3 +59,9 @@ def afloat(library: Library, choice: Choice) -> set[tuple[str, str]]:
             forms = (candidate.form for candidate in library.candidates)
             out |= {(form.effect, form.name) for form in forms if form.effect == effect}
     return out
+
+
+def _is_soft(gap: Candidate, library: Library) -> bool:
+    """Return whether the teeth of a gap meet so softly that the arm rings within the band."""
+    at = gap.form.nonlinear.index("contact_hz")
+    return gap.point[at] < library.scene.table.cutoff_hz

@@ -28,6 +28,9 @@ _EACH_GAP = 14
 _ARMS, _RUBBED, _OIL = (0.4, 0.6, 0.8), (0.3, 0.5), 0.3  # of the joint's, behind a gap that shows
 _CONTACTS = ((1.0, 0.4), (1.6, 0.8))  # cutoffs, damping: hard and soft ones
 _WIDER, _WIDER_IN_FILM = (1.2, 1.6), (0.4, 0.7, 1.0)  # than the likeliest gaps of hard teeth
+_SPRUNG = 0.55  # of the inertia, behind a gap in a spring
+_PARTS = ((0.08, 1.05), (0.15, 1.15), (0.4, 1.4))  # of a spring's hardest twist: the gap; swings
+_RUBS, _GAP_TRIALS = (0.05, 0.35), 40
 _HARD, _SWINGS = 1.3, 0.4  # cutoffs, damping: a contact to begin anew with
 _ELSEWHERE = (0.6, 0.75, 0.87, 0.94, 1.0, 1.06, 1.15, 1.33, 1.6)
 _LITTLE_WIDER = (1.0, 1.25)  # than such a gap of hard teeth
@@ -38,6 +41,7 @@ _FILM_STEP, _THICKEST = 0.3, 500.0  # share, 1/s: an arm dragged faster than tha
 _HARDEST_SHARE = 0.99  # of the samples are gentler
 _MOST_WOUND_UP = 0.1  # rad of the arm, under its weight: belts and soft gears give way by 0.02
 _LEAST_OF_TWIST = 0.12  # of what the contact gives way by: a narrower gap is a soft gear
+_LEAST_OF_SWING = 0.04  # the same where the arm is seen to ring: how it rings tells the gap
 _ALL_FRICTION = 1.2  # the arm's share of what the refitted twin has, which may be a little low
 
 _SWING_TRIALS, _DAMPED_AT_FIRST = 14, 0.05
@@ -227,12 +231,39 @@ def _gap_grid(scene: Scene) -> Sequence[Point]:
         for share in _ARMS
         for friction in _RUBBED
     )
-    return shown + tuple(
-        (wider * gap, share, friction, hertz * cutoff, damping, film, oil)
-        for gap, share, friction, film, oil in found
-        for wider in (_WIDER_IN_FILM if film else _WIDER)
-        for hertz, damping in (_CONTACTS[:1] if film else _CONTACTS)
+    return (
+        shown
+        + _gaps_in_springs(scene)
+        + tuple(
+            (wider * gap, share, friction, hertz * cutoff, damping, film, oil)
+            for gap, share, friction, film, oil in found
+            for wider in (_WIDER_IN_FILM if film else _WIDER)
+            for hertz, damping in (_CONTACTS[:1] if film else _CONTACTS)
+        )
     )
+
+
+def _gaps_in_springs(scene: Scene) -> tuple[Point, ...]:
+    """Return gaps before the spring that a joint seems to have: both are one that stiffens.
+
+    The spring is harder then than it seems, as a part of its twist is none.
+    """
+    hardest = float(np.quantile(np.abs(scene.stiff_rad_s2), _HARDEST_SHARE))
+    coarse = [
+        (
+            part * hardest / (2.0 * math.pi * hertz) ** 2,
+            _SPRUNG,
+            rubs,
+            harder * hertz,
+            swings,
+            0.0,
+            _OIL,
+        )
+        for hertz, swings in likely_spring(scene)
+        for part, harder in _PARTS
+        for rubs in _RUBS
+    ]
+    return (*coarse, *downhill(scene, _gap, coarse, _gap_limits(scene), _GAP_TRIALS))
 
 
 def _other_gaps(scene: Scene, point: Point, far: bool) -> Sequence[Point]:
@@ -336,7 +367,8 @@ def _wider_than_twist(scene: Scene, half_gap_rad: float, contact_hz: float) -> N
     """
     hardest = float(np.quantile(np.abs(scene.full("acceleration_rad_s2")), _HARDEST_SHARE))
     twist_rad = hardest / (2.0 * math.pi * contact_hz) ** 2
-    if half_gap_rad < _LEAST_OF_TWIST * twist_rad:
+    rings = contact_hz < scene.table.cutoff_hz
+    if half_gap_rad < (_LEAST_OF_SWING if rings else _LEAST_OF_TWIST) * twist_rad:
         raise TwinError(
             f"half a gap of {half_gap_rad:.3g} rad is lost in a contact that gives way by "
             f"{twist_rad:.3g} rad"
