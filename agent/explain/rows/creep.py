@@ -19,9 +19,11 @@ from agent.explain.rows.strata import STANDING_S, lasting
 from agent.explain.rows.table import BASE, Table, without_edges
 from agent.identify.result import Floats
 from agent.identify.rigid.fading import missing_share
+from agent.physics.friction import boundary_share
 
 _SLOW = tuple(float(x) for x in np.geomspace(3e-4, 1e-2, 6))  # of the fastest speed
 _FALLS = (0.02, 0.05, 0.12)  # of the fastest speed: over which friction may fall beside it
+_SHARPLY = (1.0, 2.0)  # a bell is flat at first: of steeper falls alone it would be less than all
 _FADED = 0.5  # of the dry level: with more left, friction is there
 _WORTH = 0.02  # of what is left: less does nobody harm
 _GONE = 4.0  # of tanh's scale: up to there friction is not whole
@@ -100,7 +102,11 @@ def creep_speed(table: Table) -> float:
     fastest = float(np.quantile(np.abs(table.rows["velocity_rad_s"][rows]), 0.99))
     slow = fastest * np.array(_SLOW)
     near = (direction * missing_share(velocity, speed) for speed in slow)
-    falling = (direction * np.exp(-np.abs(velocity) / (fastest * share)) for share in _FALLS)
+    falling = (
+        direction * boundary_share(velocity, fastest * share, exponent)
+        for share in _FALLS
+        for exponent in _SHARPLY
+    )
     both = banded(np.stack((*near, *falling), axis=-1), table.pieces)[rows]
     faded, fall = both[:, : slow.size], both[:, slow.size :]
     sign = np.sign(table.rows["velocity_rad_s"][rows])[:, np.newaxis]
