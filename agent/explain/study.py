@@ -279,9 +279,18 @@ def _beside_wrong_numbers(
     ):
         kept = _material(library, choice, twin, beside_wrong_numbers=True)
         if len(kept.terms) < len(choice.terms):
-            model = fit_model(library, twin, kept.terms)
-            return library, kept, model, extended_twin(library, twin, model)
+            bare = fit_model(library, twin, kept.terms)
+            # Alone, a number may be no more sure than the law that goes: then nothing had a name.
+            if kept.terms or _has_a_number(library, twin, bare, taken_for):
+                return library, kept, bare, extended_twin(library, twin, bare)
     return library, choice, model, extended
+
+
+def _has_a_number(library: Library, twin: Twin, model: Model, taken_for: frozenset[str]) -> bool:
+    """Return whether a number of the twin's own is wrong where no law stands beside it."""
+    sure, noise_nm = with_intervals(library, model), _noise_nm(library, model)
+    found = wrong_numbers(library, twin, sure, (), noise_nm, taken_for=taken_for)
+    return bool(borne_out(found, library, sure, noise_nm))
 
 
 def _noise_nm(library: Library, model: Model) -> float:

@@ -69,17 +69,18 @@ def gravity_in_question(scene: Scene, weighing: Weighing, forms: Sequence[Form])
         return False
     rest = np.delete(library.base, gravity, axis=1)
     hidden = _hidden(library, rest, library.base[:, gravity])
-    if not hidden:
-        return False
     free = _errors(library, library.base)
     gained = float((_errors(library, rest) - free).sum())
     material = least_gain(library, free, ())
     if gained < material or one_factor_does(library, library.base, rest[:, :0], material):
         return False
-    for candidate in hidden:
+    # What surely explains more than gravity does, with as few numbers, need not be like it.
+    plain = [c for c in library.candidates if len(c.form.linear) <= len(gravity)]
+    for candidate, is_like in (*((c, True) for c in hidden), *((c, False) for c in plain)):
         loss = _errors(library, np.concatenate((rest, candidate.columns), axis=1)) - free
-        chance = float(np.std(loss)) * float(np.sqrt(loss.shape[0]))
-        if float(loss.sum()) <= min(_SURELY * chance, _MISSED * gained):
+        chance = _SURELY * float(np.std(loss)) * float(np.sqrt(loss.shape[0]))
+        most = min(chance, _MISSED * gained) if is_like else -chance
+        if float(loss.sum()) <= most:
             return True
     return False
 
