@@ -16,6 +16,7 @@ from agent.explain.answer.result import (
     Trace,
     fit_of,
 )
+from agent.explain.answer.words import is_tied
 from agent.explain.asked import Asked, tabulated
 from agent.explain.carried import Carried, beside_carried, carried_by_some, freed
 from agent.explain.carrying import (
@@ -220,7 +221,7 @@ def _explained(
         told = told.without_names(given).judged_again()
         proven, traces, apart = _proof(told.found, given, holdout, named=False)
     menu: tuple[NextExperiment, ...] = ()
-    if any(f.alternatives for f in told.findings):
+    if is_tied(told.findings):
         swings = frozenset(swing.effect for swing in told.swings)
         menu = experiments(found, told.findings, limits, swings)
     answer = written_down(

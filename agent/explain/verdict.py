@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from agent.explain.answer.result import Finding, Verdict
+from agent.explain.answer.words import is_tied
 from agent.explain.choosing.materiality import CLOSE, FAR
 from agent.explain.choosing.shares import unseen_nm2
 from agent.explain.location.regions import AXIS
@@ -53,7 +54,7 @@ def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> 
             return "unexplained"
         if not findings:
             return "unexplained" if far_from_given(study) else "no-mismatch"
-        return "tied" if any(f.alternatives for f in findings) else "explained"
+        return "tied" if is_tied(findings) else "explained"
     plain, full = float(study.choice.plain.sum()), float(study.choice.full.sum())
     best_cell = max((cell.gain for cell in study.cells if cell.counts), default=0.0)
     outdone = best_cell * plain > _CELL_BETTER * (plain - full) and study.left.ratio > CLOSE
@@ -65,7 +66,7 @@ def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> 
         return "unexplained"
     if (missing or lined) and much:
         return "partly-explained"
-    return "tied" if any(f.alternatives for f in findings) else "explained"
+    return "tied" if is_tied(findings) else "explained"
 
 
 def left_without_measure(study: Study, findings: Sequence[Finding]) -> bool:

@@ -11,6 +11,7 @@ from agent.explain.answer.fits import UNSEEN
 from agent.explain.answer.names import OWN_EFFECT, OWN_NUMBER
 from agent.explain.answer.own_effect import own_effect_sentence, too_much_sentence, with_share
 from agent.explain.answer.result import Explanation, Finding, Holdout, Moved
+from agent.explain.answer.words import is_tied
 from agent.explain.choosing.materiality import MATERIAL
 from agent.explain.numbers.wrong import MATERIAL as OF_GIVEN
 from agent.explain.own_effects.better import floor_nm2, is_better, mismatch_nm2, settles_more
@@ -58,8 +59,8 @@ def told_against(
         return None
     found = sorted((*own, *others), key=lambda f: -f.energy_share)
     verdict = beside_a_finding(bare.verdict)
-    if verdict == "explained" and any(f.alternatives for f in own):
-        verdict = "tied"
+    if verdict in ("explained", "tied"):
+        verdict = "tied" if is_tied(found) else "explained"
     reason = _TAKEN_OFF if doubted.excess else _CHANGED if own else _AS_THEY_ARE
     told = replace(
         bare,
