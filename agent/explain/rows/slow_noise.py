@@ -14,7 +14,7 @@ foretells far less of it than there is.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from agent.explain.rows.floor import steady_windows
 from agent.explain.rows.half_seconds import MEAN_S, half_seconds
 from agent.explain.rows.pieces import Piece
 from agent.explain.rows.table import Table
+from agent.explain.rows.unrepeated import has_the_shape_of_noise
 from agent.identify.result import Floats
 
 _FIRST = 3  # of a window's cosines: those before it are a trend's as well
@@ -33,21 +34,33 @@ _FEWEST_PAIRS = 20
 _SLACK = 0.1  # of what is foretold
 _SURELY = 2.0  # standard errors of a mean square
 _SLOWEST_HZ, _FASTEST_HZ, _STEPS = 1e-3, 25.0, 2000
+_LOWEST_CORNER_HZ = 0.32  # 1/(2 pi 0.5 s)
 _STARTS = ((0.0, -5.0), (-2.0, 0.0), (-5.0, 1.0))  # logarithms of white noise and flicker
 
 
 @dataclass(frozen=True)
 class _Spectrum:
-    """White noise and flicker: ``white + flicker/f``, N²m²/Hz, one-sided."""
+    """White noise and slow one, N²m²/Hz, one-sided: ``white + slow/f``, or with a corner.
+
+    With a corner, Hz, it is ``white + slow/(f² + corner²)``: noise that forgets itself within
+    1/(2 pi corner), and may forget no later than half a second.
+    """
 
     white: float
-    flicker: float
+    slow: float
+    corner_hz: float = 0.0
+
+    def density(self, frequency_hz: Floats) -> Floats:
+        """Return the power density, shape (k,)."""
+        if not self.corner_hz:
+            return np.asarray(self.white + self.slow / frequency_hz)
+        return np.asarray(self.white + self.slow / (frequency_hz**2 + self.corner_hz**2))
 
     def difference_nm2(self, apart_s: float) -> float:
         """Return half the mean square by which means differ that begin so far apart."""
         f = np.geomspace(_SLOWEST_HZ, _FASTEST_HZ, _STEPS)
         mean = np.sinc(f * MEAN_S) ** 2 * (1.0 - np.cos(2.0 * np.pi * f * apart_s))
-        return float(np.trapezoid((self.white + self.flicker / f) * mean, f))
+        return float(np.trapezoid(self.density(f) * mean, f))
 
 
 def is_foretold_by_its_fast_part(table: Table, rows: NDArray[np.int64], left_nm: Floats) -> bool:
@@ -67,6 +80,8 @@ def is_foretold_by_its_fast_part(table: Table, rows: NDArray[np.int64], left_nm:
     if power.shape[0] < _FEWEST:
         return False
     spectrum = _fitted(frequency_hz, power)
+    if spectrum.corner_hz and not has_the_shape_of_noise(table, left):
+        return False
     asked = False
     for means in _APART:
         squares = np.concatenate([_squares(left[p.rows], p, means) for p in table.pieces])
@@ -104,19 +119,24 @@ def _within_windows(table: Table, left: Floats) -> tuple[Floats, Floats]:
 
 
 def _fitted(frequency_hz: Floats, power: Floats) -> _Spectrum:
-    """Return white noise and flicker of the greatest likelihood (Whittle's)."""
+    """Return white noise and flicker, or noise with a corner, of the greatest likelihood (Whittle)."""
     from scipy.optimize import minimize
 
     scale = max(float(power.mean()), 1e-300)
     told = power / scale
 
+    def spectrum(x: Floats) -> _Spectrum:
+        corner_hz = 0.0 if x.shape[0] == 2 else _LOWEST_CORNER_HZ + math.exp(min(x[2], 5.0))
+        return _Spectrum(math.exp(x[0]), math.exp(x[1]), corner_hz)
+
     def unlikely(x: Floats) -> float:
-        expected = np.exp(x[0]) + np.exp(x[1]) / frequency_hz
+        expected = spectrum(x).density(frequency_hz)
         return float(np.sum(np.log(expected) + told / expected))
 
-    found = [minimize(unlikely, start, method="Nelder-Mead") for start in _STARTS]
-    white, flicker = scale * np.exp(min(found, key=lambda one: float(one.fun)).x)
-    return _Spectrum(float(white), float(flicker))
+    starts = (*_STARTS, *((*start, 0.0) for start in _STARTS))
+    found = [minimize(unlikely, start, method="Nelder-Mead") for start in starts]
+    best = spectrum(min(found, key=lambda one: float(one.fun)).x)
+    return replace(best, white=scale * best.white, slow=scale * best.slow)
 
 
 def _squares(left: Floats, piece: Piece, apart: int) -> Floats:

@@ -42,9 +42,21 @@ def does_not_come_again(
         return False
     left = np.full(table.used.shape[0], np.nan)
     left[rows] = left_nm
+    return has_the_shape_of_noise(table, left)
+
+
+def has_the_shape_of_noise(table: Table, left_nm: Floats) -> bool:
+    """Return whether what is left leans to no side, along the axis or against the motion.
+
+    Parameters
+    ----------
+    table : Table
+    left_nm : ndarray, shape (n,)
+        What is left at the table's rows; not a number where it is not known.
+    """
     way = np.sign(table.rows["velocity_rad_s"])
-    along = [half_seconds(left[piece.rows], piece) for piece in table.pieces]
-    against = [half_seconds((left * way)[piece.rows], piece) for piece in table.pieces]
+    along = [half_seconds(left_nm[piece.rows], piece) for piece in table.pieces]
+    against = [half_seconds((left_nm * way)[piece.rows], piece) for piece in table.pieces]
     alone = worth_of(along)
     return alone >= _FEWEST and all(_is_a_bell(means, alone) for means in (along, against))
 
