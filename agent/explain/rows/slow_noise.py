@@ -119,7 +119,7 @@ def _within_windows(table: Table, left: Floats) -> tuple[Floats, Floats]:
 
 
 def _fitted(frequency_hz: Floats, power: Floats) -> _Spectrum:
-    """Return white noise and flicker, or noise with a corner, of the greatest likelihood (Whittle)."""
+    """Return white noise and flicker, or with a corner, of the greatest likelihood (Whittle)."""
     from scipy.optimize import minimize
 
     scale = max(float(power.mean()), 1e-300)
