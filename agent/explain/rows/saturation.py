@@ -65,7 +65,7 @@ class SaturationEvidence:
     share : float
         Of all samples, those at the limit.
     shortfall_rad_s : float
-        By how much the velocity falls further behind its command during a flat top, median.
+        By how much the velocity is behind its command during a flat top at most, median.
     missing_nm : float
         How much more torque the drive asks for there than is reported, median of the tops' most.
     reading : bool
@@ -201,10 +201,10 @@ def _holds_speed(table: Table, span: tuple[int, int]) -> bool:
 
 
 def _shortfall(table: Table, span: tuple[int, int]) -> float:
-    """Return by how much the velocity falls further behind during a top, rad/s."""
+    """Return by how much the velocity is behind its command during a top at most, rad/s."""
     at = slice(*span)
     behind = velocity_error(table)[at] * np.sign(np.median(table.full["torque_nm"][at]))
-    return float(np.nanmax(behind) - behind[0])
+    return float(np.nanmax(behind))
 
 
 def _variance_nm2(table: Table, held: Sequence[NDArray[np.int64]], levels: Floats) -> float:
