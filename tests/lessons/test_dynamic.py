@@ -118,7 +118,7 @@ def test_a_gear_stiffens_behind_a_rubbing_arm_only_where_it_does(
 def test_little_friction_of_the_arm_and_what_its_gear_holds_leave_noise(
     joint: Joint, form: str
 ) -> None:
-    """A search from everyday friction had two thirds of this arm's inertia, and left 2.6 times noise.
+    """A search from everyday friction had two thirds of this arm, and left 2.6 times the noise.
 
     And a spring alone left 1.4 times the noise of a gear that holds a part of its twist.
     """

@@ -8,6 +8,8 @@ are so many of these samples that they would be taken for one: for friction that
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,11 +21,9 @@ from agent.explain.rows.strata import STANDING_S, lasting
 from agent.explain.rows.table import BASE, Table, without_edges
 from agent.identify.result import Floats
 from agent.identify.rigid.fading import missing_share
-from agent.physics.friction import boundary_share
 
 _SLOW = tuple(float(x) for x in np.geomspace(3e-4, 1e-2, 6))  # of the fastest speed
 _FALLS = (0.02, 0.05, 0.12)  # of the fastest speed: over which friction may fall beside it
-_SHARPLY = (1.0, 2.0)  # a bell is flat at first: of steeper falls alone it would be less than all
 _FADED = 0.5  # of the dry level: with more left, friction is there
 _WORTH = 0.02  # of what is left: less does nobody harm
 _GONE = 4.0  # of tanh's scale: up to there friction is not whole
@@ -102,11 +102,7 @@ def creep_speed(table: Table) -> float:
     fastest = float(np.quantile(np.abs(table.rows["velocity_rad_s"][rows]), 0.99))
     slow = fastest * np.array(_SLOW)
     near = (direction * missing_share(velocity, speed) for speed in slow)
-    falling = (
-        direction * boundary_share(velocity, fastest * share, exponent)
-        for share in _FALLS
-        for exponent in _SHARPLY
-    )
+    falling = (direction * np.exp(-np.abs(velocity) / (fastest * share)) for share in _FALLS)
     both = banded(np.stack((*near, *falling), axis=-1), table.pieces)[rows]
     faded, fall = both[:, : slow.size], both[:, slow.size :]
     sign = np.sign(table.rows["velocity_rad_s"][rows])[:, np.newaxis]
@@ -117,9 +113,10 @@ def creep_speed(table: Table) -> float:
     level = float(least(table.base[rows], measured)[coulomb])
 
     def faded_in(torque: Floats) -> float:
-        for beside in (columns, np.concatenate((columns, fall), axis=1)):
+        for falls in ((), tuple(fastest * share for share in _FALLS)):
+            beside = np.concatenate((columns, fall[:, : len(falls)]), axis=1)
             most = (1.0 - _WORTH) * _energy(beside, torque)
-            found = _fading(beside, torque, slow, faded, level=level, most=most)
+            found = _fading(beside, torque, slow, faded, level=level, most=most, falls=falls)
             if found:
                 return found
         return 0.0
@@ -134,14 +131,24 @@ def creep_speed(table: Table) -> float:
 
 
 def _fading(
-    columns: Floats, target: Floats, slow: Floats, faded: Floats, *, level: float, most: float
+    columns: Floats,
+    target: Floats,
+    slow: Floats,
+    faded: Floats,
+    *,
+    level: float,
+    most: float,
+    falls: Sequence[float] = (),
 ) -> float:
     """Return the speed whose column of `faded` takes most of a dry level away, or 0.
+
+    At standstill, of what there is where it has faded in: what takes the top off falls that are too
+    steep, as those beside a bell are, takes nothing of the friction that the bell begins with.
 
     Parameters
     ----------
     columns : ndarray, shape (n, k)
-        What it stands beside.
+        What it stands beside; `falls` last.
     target : ndarray, shape (n,)
     slow : ndarray, shape (s,)
         The speeds, rad/s.
@@ -151,12 +158,17 @@ def _fading(
         N m.
     most : float
         The energy that it may leave, N m squared.
+    falls : sequence of float
+        Over which speeds friction falls beside it, rad/s.
     """
     best, found = most, 0.0
     for index, speed in enumerate(slow.tolist()):
         beside = np.column_stack((columns, faded[:, index]))
         left = _energy(beside, target)
-        if left < best and least(beside, target)[-1] < -_FADED * level:
+        *_, missing = of_them = least(beside, target)
+        for fall, size in zip(falls, of_them[-1 - len(falls) : -1], strict=True):
+            missing += size * (1.0 - math.exp(-_GONE * speed / fall))
+        if left < best and missing < -_FADED * level:
             best, found = left, speed
     return found
 
