@@ -22,6 +22,7 @@ from agent.identify.result import Floats
 LOUDER = 2.0
 """Times the noise at held speeds: up to there what is left may be noise."""
 
+_HARDLY = 0.1  # of what stands above the noise at held speeds: so little is no place
 _SHOWN = 0.3  # of what stands above the noise at held speeds: louder noise goes along no axis
 
 
@@ -105,10 +106,14 @@ class Left:
 
     @property
     def _has_no_place(self) -> bool:
-        """Return whether more than the floor is left, and shows on no axis and no frequency."""
+        """Return whether more than the floor is left, and shows next to nothing of it anywhere.
+
+        Slow noise has few independent samples, and along one of a hundred cells of a map it shows.
+        """
         if not self.floor.value_nm > 0.0 or not self.over_floor > CLOSE:
             return False
-        return not self._shown and not any(line.matters for line in self.lines)
+        hardly = self._shown <= _HARDLY * (1.0 - self.over_floor**-2)
+        return hardly and not any(line.matters for line in self.lines)
 
     @property
     def noise_all_the_same(self) -> bool:
