@@ -130,6 +130,19 @@ def test_little_friction_of_the_arm_and_what_its_gear_holds_leave_noise(
     assert left_nm < 1.25 * found.floor.value_nm
 
 
+def test_a_gap_before_a_soft_spring_is_a_gap_and_no_spring_that_stiffens() -> None:
+    """Together they are a spring that stiffens, which had the name, or teeth 27 times as hard."""
+    joint = Joint(
+        stiffness=25.0, damping=0.03, half_gap=0.015, arm_coulomb=0.05, motor_coulomb=0.45
+    )
+    found = study(TWIN, tabulate(TWIN, [record(joint, seed) for seed in (1, 2)]))
+    (gap,) = findings_of(found)
+    assert gap.effect == "backlash"
+    assert gap.parameters["half_gap_rad"].value == pytest.approx(joint.half_gap, rel=0.2)
+    assert gap.parameters["stiffness_nm_per_rad"].value == pytest.approx(joint.stiffness, rel=0.2)
+    assert gap.parameters["arm_inertia_kg_m2"].value == pytest.approx(joint.arm_inertia, rel=0.2)
+
+
 def test_a_tight_stiff_joint_is_not_said_to_have_play() -> None:
     named = {t.scored.form.effect for t in choose(library_of((Joint(), 0.0, True))).terms}
     assert "backlash" not in named
