@@ -280,6 +280,7 @@ FORMS: tuple[Form, ...] = (
         needs=("position_rad",),
         to_twin=_load_powered_twin,
         refines=("proportional",),
+        only_clearly=True,
         rests_on_numbers=True,
     ),
     Form(

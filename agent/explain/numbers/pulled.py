@@ -14,6 +14,7 @@ from dataclasses import replace
 from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.choice import Choice, choose, decided
 from agent.explain.choosing.preferred import LIKE_A_WEIGHT
+from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.together import together
 from agent.explain.numbers.resting import is_possible, numbers_beside, resting_on_none, taken_at
@@ -48,6 +49,7 @@ def chosen_under_its_pull(library: Library, choice: Choice) -> tuple[Library, Ch
     kept = [term for term in choice.terms if term.scored.form.effect not in _STANDS_IN]
     settled = _settled(library, choice)
     found = _pulled(library, settled, [term.candidate for term in kept])
+    found = found or _pulled(library, settled, _plainer(library, kept))
     if found is None:
         return library, choice
     scene, terms = found
@@ -58,6 +60,24 @@ def chosen_under_its_pull(library: Library, choice: Choice) -> tuple[Library, Ch
     ]
     again = choose(moved, rivals=False, begun=begun)
     return (moved, again) if decided(library, again, settled) else (library, choice)
+
+
+def _plainer(library: Library, kept: Sequence[Term]) -> list[Candidate]:
+    """Return laws with friction in proportion to the load, as a pull bends what it is taken for.
+
+    Beside an offset in a cable's place friction grows with a power of the load that it has not.
+    """
+    out = []
+    for term in kept:
+        form, candidate = term.scored.form, term.candidate
+        if form.effect == _LOADED and form.refines:
+            others = [other.candidate for other in kept if other is not term]
+            plain = (c for c in library.candidates if c.form.name in form.refines)
+            own = tuple(c for c in plain if c.form.effect == _LOADED)
+            ranked = replace(library, candidates=own).rank(others)
+            candidate = ranked[0].candidate if ranked else candidate
+        out.append(candidate)
+    return out
 
 
 def _settled(library: Library, choice: Choice) -> Choice:
