@@ -89,7 +89,7 @@ def _rubbing_grid(scene: Scene) -> Sequence[Point]:
     highest = 1.5 * scene.table.cutoff_hz
     frequencies = log_grid(max(1.0, highest / 15.0), highest, 7)
     reaches = [arm * scene.table.gear_ratio for arm in ARM_REACHES]
-    coarse = [
+    coarse: list[Point] = [
         (f, (0.06, 0.2)[(i + j + k) % 2], s, r)
         for i, f in enumerate(frequencies)
         for j, s in enumerate((0.4, 1.0))

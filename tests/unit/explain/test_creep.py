@@ -74,7 +74,7 @@ def test_where_a_simulator_smooths_the_sign_is_found_and_left_out() -> None:
 
 @pytest.mark.parametrize("friction", [dry, stribeck, bell, thinning])
 def test_friction_that_is_there_at_low_speed_is_kept(friction: Friction) -> None:
-    """A bell beside falls that are steep at first was friction that fades: half of it was left out."""
+    """A bell beside falls that are steep at first had been friction that fades, and left out."""
     assert creep_speed(tabulate(TWIN, [run(friction)])) < 0.006 * FASTEST
 
 
