@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from agent.explain.answer.result import Finding, Verdict
-from agent.explain.answer.words import is_tied
+from agent.explain.answer.ties import is_tied
 from agent.explain.choosing.materiality import CLOSE, FAR
 from agent.explain.choosing.shares import unseen_nm2
 from agent.explain.location.regions import AXIS

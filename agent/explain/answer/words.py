@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 from agent.explain.answer.amounts import percent, torque
 from agent.explain.answer.as_if import as_if, in_spells
@@ -12,6 +11,7 @@ from agent.explain.answer.names import COSTS_NO_TORQUE, OWN_EFFECT, OWN_NUMBER, 
 from agent.explain.answer.places import place_in_words
 from agent.explain.answer.result import Explanation, Finding, Holdout
 from agent.explain.answer.small_share import weighed
+from agent.explain.answer.ties import first_tie
 from agent.numbers import scale_for, significant
 
 TOLD = 3
@@ -19,7 +19,6 @@ TOLD = 3
 
 _HALF = 0.5  # of what stands above the noise: with less, most of what was found is not there
 _WORSE = 1.1  # times the error before: more is no law for what was not seen
-_ASIDE = 0.2  # of the difference to the simulation as given: a number that explains less
 _LITTLE = 0.01  # of the mismatch: what has no name is in the unseen recordings alone
 _AS_NOISE = 1.1  # times the noise floor: up to there the band of the comparison holds nothing
 
@@ -116,24 +115,6 @@ def _agreement(explanation: Explanation) -> str:
             f"where noise is {torque(floor_nm)}, follows nothing that was recorded."
         )
     return f"Simulation and recordings agree: what is left, {rest} rms, is noise."
-
-
-def first_tie(findings: Sequence[Finding]) -> Finding | None:
-    """Return the first finding that another effect may be in truth."""
-    return next((f for f in findings if f.alternatives), None)
-
-
-def is_tied(findings: Sequence[Finding]) -> bool:
-    """Return whether the answer is open between effects, and not a number beside it alone.
-
-    A torque constant that is a percent off, or the inertia, does not take back what is missing.
-    """
-    laws = any(f.form != OWN_NUMBER for f in findings)
-    return any(
-        f.alternatives
-        for f in findings
-        if not (laws and f.form == OWN_NUMBER and f.energy_share < _ASIDE)
-    )
 
 
 def what_stays(explanation: Explanation) -> tuple[str, ...]:

@@ -35,7 +35,7 @@ def downhill(
     column : callable
         (scene, point) to one full-rate column, shape (N, 1).
     coarse : sequence of tuple of float
-        All above zero.
+        A number that is zero is not moved.
     limits : sequence of (float, float)
         Between which every number stays.
     trials : int
@@ -77,7 +77,7 @@ def _followed(
     step = _FIRST
     while step >= _LAST and trials > 0:
         moved = False
-        for index in range(len(at)):
+        for index in np.flatnonzero(at).tolist():
             for factor in (1.0 + step, 1.0 / (1.0 + step)):
                 trial = tuple(x * factor if i == index else x for i, x in enumerate(at))
                 trials -= 1

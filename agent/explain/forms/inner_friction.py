@@ -34,7 +34,7 @@ from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 
 _HELD = 0.5  # of the spring's own stiffness, at first: harmonic drives hold a tenth to the half
-_TRAVELS = ((0.2, 0.2), (0.6, 0.5), (2.0, 0.8))  # of the twist under a hard load; how far a spring
+_TRAVELS = ((0.2, 0.2), (0.6, 0.5), (2.0, 0.8))  # of a hard twist; how much it stiffens the swing
 _HARD_SHARE = 0.95  # of the samples are gentler
 _TRIALS = 30
 _MOST_HELD = 10.0  # of the spring's own stiffness: harder, it is the gear's spring itself

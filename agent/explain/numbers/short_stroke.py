@@ -75,8 +75,8 @@ def gravity_in_question(scene: Scene, weighing: Weighing, forms: Sequence[Form])
     if gained < material or one_factor_does(library, library.base, rest[:, :0], material):
         return False
     # What surely explains more than gravity does, with as few numbers, need not be like it.
-    plain = [c for c in library.candidates if len(c.form.linear) <= len(gravity)]
-    for candidate, is_like in (*((c, True) for c in hidden), *((c, False) for c in plain)):
+    few = [c for c in library.candidates if len(c.form.linear + c.form.nonlinear) <= len(gravity)]
+    for candidate, is_like in (*((c, True) for c in hidden), *((c, False) for c in few)):
         loss = _errors(library, np.concatenate((rest, candidate.columns), axis=1)) - free
         chance = _SURELY * float(np.std(loss)) * float(np.sqrt(loss.shape[0]))
         most = min(chance, _MISSED * gained) if is_like else -chance

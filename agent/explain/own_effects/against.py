@@ -11,7 +11,7 @@ from agent.explain.answer.fits import UNSEEN
 from agent.explain.answer.names import OWN_EFFECT, OWN_NUMBER
 from agent.explain.answer.own_effect import own_effect_sentence, too_much_sentence, with_share
 from agent.explain.answer.result import Explanation, Finding, Holdout, Moved
-from agent.explain.answer.words import is_tied
+from agent.explain.answer.ties import is_tied
 from agent.explain.choosing.materiality import MATERIAL
 from agent.explain.numbers.wrong import MATERIAL as OF_GIVEN
 from agent.explain.own_effects.better import floor_nm2, is_better, mismatch_nm2, settles_more

@@ -165,9 +165,10 @@ def _fading(
     for index, speed in enumerate(slow.tolist()):
         beside = np.column_stack((columns, faded[:, index]))
         left = _energy(beside, target)
-        *_, missing = of_them = least(beside, target)
-        for fall, size in zip(falls, of_them[-1 - len(falls) : -1], strict=True):
-            missing += size * (1.0 - math.exp(-_GONE * speed / fall))
+        sizes = least(beside, target)
+        missing = float(sizes[-1])
+        for fall, size in zip(falls, sizes[-1 - len(falls) : -1], strict=True):
+            missing += float(size) * (1.0 - math.exp(-_GONE * speed / fall))
         if left < best and missing < -_FADED * level:
             best, found = left, speed
     return found

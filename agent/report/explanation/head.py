@@ -13,7 +13,8 @@ from agent.explain.answer.own_effect import finding_name
 from agent.explain.answer.result import Explanation, Finding
 from agent.explain.answer.sentences import shared
 from agent.explain.answer.small_share import times_without, without_it
-from agent.explain.answer.words import TOLD, first_tie, smaller_sentence, tie_sentence, what_stays
+from agent.explain.answer.ties import first_tie
+from agent.explain.answer.words import TOLD, smaller_sentence, tie_sentence, what_stays
 from agent.report.explanation.words import LITTLE, decidable, heading, verdict_words
 
 _NEXT_SENTENCE = re.compile(r"(?<=\.) (?=[A-Z0-9±])")

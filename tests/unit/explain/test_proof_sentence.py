@@ -13,7 +13,8 @@ from agent.explain.answer.located import Alternative, Finding
 from agent.explain.answer.names import OWN_NUMBER
 from agent.explain.answer.result import Explanation, Floor, Verdict
 from agent.explain.answer.said import Said
-from agent.explain.answer.words import is_tied, proof_sentence, summary_of
+from agent.explain.answer.ties import is_tied
+from agent.explain.answer.words import proof_sentence, summary_of
 from agent.explain.unnamed import taken_back, unproven
 
 
