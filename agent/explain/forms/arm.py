@@ -48,6 +48,8 @@ _SWING_TRIALS, _DAMPED_AT_FIRST = 14, 0.05
 _SAYS_MUCH = 0.1  # of what is left
 _LITTLE = 0.1  # of the joint's friction, the arm's
 
+_RESTS_ON_YIELD = "known only for how far it gives way, which is not told beside a gap"
+
 _RUBBING = ("antiresonance_hz", "damping_ratio", "friction_share", "friction_reach_rad")
 
 Limits = Sequence[tuple[float, float]]
@@ -430,6 +432,7 @@ FORMS: tuple[Form, ...] = (
         same_beside=_same_gap,
         elsewhere=_other_gaps,
         uneven={"half_gap_rad": _GAP_WIDTHS[-1] - 1.0},
+        assumes={"arm_friction_share": _RESTS_ON_YIELD},
         from_residual=True,
     ),
 )

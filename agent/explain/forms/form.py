@@ -109,6 +109,8 @@ class Form:
     in_one_product : bool
         Whether its coefficient may be known only as a product with the other numbers: then an
         interval of it that reaches where physics does not is none.
+    assumes : mapping of str to str
+        Numbers that are known only for another one that is assumed, and why that is so.
     as_product : str
         Why the twin has other numbers than the form, of which only a product is known; empty where
         the twin's are as well known as the form's.
@@ -143,6 +145,7 @@ class Form:
     only_clearly: bool = False
     rivals_none: bool = False
     in_one_product: bool = False
+    assumes: Mapping[str, str] = field(default_factory=dict, hash=False)
     as_product: str = ""
 
     @property

@@ -89,7 +89,7 @@ def only_together(form: Form, numbers: Mapping[str, Parameter]) -> dict[str, Par
     """
     if any(not numbers[name].identified for name in form.uneven):
         return {name: _with_that(number) for name, number in numbers.items()}
-    out = dict(numbers)
+    out = {n: _assumed(form, n, p) for n, p in numbers.items()}
     loose = not all(numbers[name].identified for name in form.nonlinear)
     for index, name in enumerate(form.linear):
         ci = numbers[name].ci95
@@ -100,6 +100,12 @@ def only_together(form: Form, numbers: Mapping[str, Parameter]) -> dict[str, Par
             reason = _TOGETHER if loose else _AS_PRODUCT
             out[name] = Parameter.not_identified(reason, numbers[name].value)
     return out
+
+
+def _assumed(form: Form, name: str, number: Parameter) -> Parameter:
+    """Return a number without an interval where it is known only for one that is assumed."""
+    known = name not in form.assumes or not number.identified
+    return number if known else Parameter.not_identified(form.assumes[name], number.value)
 
 
 def _with_that(number: Parameter) -> Parameter:
