@@ -40,8 +40,7 @@ def shaft_rad_s2(
     half_gaps: Floats,
     film: float,
     stiffening: float,
-    holds: float,
-    travel: float,
+    held: tuple[float, float] | None,
     steps: int,
     out: Floats,
 ) -> None:
@@ -68,9 +67,9 @@ def shaft_rad_s2(
         Damping of what is between the teeth over the arm's inertia, 1/s.
     stiffening : float
         By which share of itself the spring is stiffer at a twist of 1 rad, 1/rad^2.
-    holds, travel : float
-        What the spring's inner friction holds over the arm's inertia, rad/s2, and the twist after a
-        reversal that leaves 1/e of it, rad.
+    held : tuple of float, or None
+        What the spring's inner friction holds over the arm's inertia, rad/s2, and the twist over
+        which that is drawn out, rad. Compiled apart without: it takes twice as long.
     steps : int
         Of the integration, between two samples.
     out : ndarray, shape (a, N)
@@ -100,11 +99,7 @@ def shaft_rad_s2(
         together = np.min((stop - at)[at < stop])
         for _ in range(together):
             _driven(state, at, stop, velocity, weight, friction, steps)
-            if holds > 0.0:
-                held = holds, travel
-                _sample_holding(state, omega, damping, reach, film, stiffening, *held, steps)
-            else:
-                _sample(state, omega, damping, reach, film, stiffening, steps)
+            _sample(state, omega, damping, reach, film, stiffening, held, steps)
             _told(state, at, stop, which, out)
 
 
@@ -202,6 +197,7 @@ def _sample(
     reach: float,
     film: float,
     stiffening: float,
+    held: tuple[float, float] | None,
     steps: int,
 ) -> None:
     """Move all lanes by one sample; nothing in here branches, so that they move together."""
@@ -219,49 +215,8 @@ def _sample(
                 # The arm's speed stands half a step behind its twist, which damping must not feel.
                 ahead = motor - arm - 0.5 * dt * state[_PUSH + lane]
                 pull += damper * ahead
-                pulls = half_gap > 0.0 and pull * twist < 0.0
-                pull = (0.0 if pulls or pressed <= 0.0 else pull) + film * ahead
-                state[_PULL + lane] = pull if j == 0 else state[_PULL + lane]
-                push = pull - state[_WEIGHT + lane] - state[_DRY + lane] * drawn
-                arm += dt * push
-                further = drawn + dt * arm / reach
-                further = -1.0 if further < -1.0 else further
-                state[_DRAWN + lane] = 1.0 if further > 1.0 else further
-                state[_TWIST + lane] = twist + dt * (motor + 0.5 * slope - arm)
-                state[_ARM + lane], state[_PUSH + lane] = arm, push
-
-
-@njit(cache=True, nogil=True)
-def _sample_holding(
-    states: Floats,
-    omega: float,
-    damping: float,
-    reach: float,
-    film: float,
-    stiffening: float,
-    holds: float,
-    travel: float,
-    steps: int,
-) -> None:
-    """Move all lanes as `_sample` does, with what the spring's inner friction holds.
-
-    Apart, as it takes twice as long.
-    """
-    stiffness, damper = omega * omega, 2.0 * damping * omega
-    for j in range(steps):
-        for block in range(states.shape[0] // _BLOCK):
-            state = states[block * _BLOCK : (block + 1) * _BLOCK]
-            for lane in range(_LANES):
-                arm, twist, drawn = state[_ARM + lane], state[_TWIST + lane], state[_DRAWN + lane]
-                slope, dt, half_gap = state[_SLOPE + lane], state[_DT + lane], state[_GAP + lane]
-                motor = state[_MOTOR + lane] + slope * j
-                pressed = abs(twist) - half_gap
-                harder = 1.0 + stiffening * pressed * pressed
-                pull = stiffness * harder * math.copysign(pressed, twist)
-                # The arm's speed stands half a step behind its twist, which damping must not feel.
-                ahead = motor - arm - 0.5 * dt * state[_PUSH + lane]
-                held = state[_HELD + lane]
-                pull += damper * ahead + holds * held
+                if held is not None:
+                    pull += held[0] * state[_HELD + lane]
                 pulls = half_gap > 0.0 and pull * twist < 0.0
                 pull = (0.0 if pulls or pressed <= 0.0 else pull) + film * ahead
                 state[_PULL + lane] = pull if j == 0 else state[_PULL + lane]
@@ -272,8 +227,10 @@ def _sample_holding(
                 state[_DRAWN + lane] = 1.0 if further > 1.0 else further
                 wound = dt * (motor + 0.5 * slope - arm)
                 state[_TWIST + lane] = twist + wound
-                lost = held * held if held * wound > 0.0 else 0.0
-                more = held + wound * (1.0 - lost) / travel
-                more = -1.0 if more < -1.0 else more
-                state[_HELD + lane] = 1.0 if more > 1.0 else more
+                if held is not None:
+                    drawn_out = state[_HELD + lane]
+                    lost = drawn_out * drawn_out if drawn_out * wound > 0.0 else 0.0
+                    more = drawn_out + wound * (1.0 - lost) / held[1]
+                    more = -1.0 if more < -1.0 else more
+                    state[_HELD + lane] = 1.0 if more > 1.0 else more
                 state[_ARM + lane], state[_PUSH + lane] = arm, push

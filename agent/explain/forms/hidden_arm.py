@@ -98,6 +98,7 @@ class HiddenArm:
         friction = self.friction_rad_s2 * motion.worn_share
         out = np.zeros((len(half_gaps_rad), motion.bridged.size))
         steps = np.maximum(np.ceil(steps_per_s * periods), 1.0).astype(np.int64)
+        held = (self.holds_rad_s2, self.travel_rad) if self.holds_rad_s2 else None
         for several in np.unique(steps):
             alike = steps == several
             shaft_rad_s2(
@@ -113,8 +114,7 @@ class HiddenArm:
                 np.array(half_gaps_rad, dtype=np.float64),
                 self.film_per_s,
                 self.stiffening_per_rad2,
-                self.holds_rad_s2,
-                self.travel_rad,
+                held,
                 int(several),
                 out,
             )

@@ -30,7 +30,10 @@ def test_every_stretch_of_every_arm_has_the_torque_that_it_has_alone(
     velocity = 10.0 * np.sin(0.05 * np.arange(stops[-1])) + rng.standard_normal(stops[-1])
     weight = 30.0 * np.cos(0.01 * np.arange(stops[-1]))
     friction = 40.0 + 10.0 * np.sin(0.003 * np.arange(stops[-1]))
-    arm, rest = (2.0 * math.pi * 30.0, 0.2, 0.005), (film, stiffening, holds, 0.004)
+    arm, rest = (
+        (2.0 * math.pi * 30.0, 0.2, 0.005),
+        (film, stiffening, (holds, 0.004) if holds else None),
+    )
     gaps = np.array(half_gaps)
     together, alone = np.full((2, gaps.size, stops[-1]), np.nan)
     shaft_rad_s2(velocity, weight, friction, starts, stops, periods, *arm, gaps, *rest, 2, together)

@@ -127,8 +127,7 @@ def test_the_arm_of_searches_is_the_arm_of_the_twin(
         np.array([half_gap]),
         film,
         stiffening,
-        holds,
-        0.03,
+        (holds, 0.03) if holds else None,
         40,
         paths,
     )
