@@ -8,28 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import cycle
-from typing import Any
 
 import numpy as np
 
-from agent.explain.forms.arm import (
-    ARM_REACHES,
-    bears_the_weight,
-    friction_entry,
-    friction_limits,
-    other_reaches,
-    same_friction,
-    slowing_rad_s2,
-    spring_entry,
-    stiffer_than_weight,
-    swing_limits,
-)
+from agent.explain.forms.arm import ARM_REACHES, spring_entry, stiffer_than_weight, swing_limits
 from agent.explain.forms.downhill import downhill
-from agent.explain.forms.form import Form, Point, Proportional, stack
+from agent.explain.forms.form import Point, Proportional
+from agent.explain.forms.gears import Gear
 from agent.explain.forms.hidden_arm import HiddenArm, inertia_of
-from agent.explain.forms.twin_law import best_entry
 from agent.explain.rows.scene import Scene, log_grid
-from agent.identify.result import Floats
 
 _STIFFENED = (0.3, 2.0)  # times stiffer, at the twist of a linear spring under the hardest load
 _MOST_STIFFENED = 100.0
@@ -38,12 +25,11 @@ _ARM = 0.6  # of the inertia, at first
 _TRIALS = 36
 _FRICTIONS = (0.4, 0.8)  # of the joint's, the arm's, at first
 _NUMBERS = ("antiresonance_hz", "damping_ratio", "stiffening_per_rad2", "arm_share")
-_RUBBING = (*_NUMBERS, "friction_share", "friction_reach_rad")
 
 
 def _grid(scene: Scene) -> Sequence[Point]:
     coarse = _coarse(scene)
-    return (*coarse, *downhill(scene, _column, coarse, _limits(scene), _TRIALS))
+    return (*coarse, *downhill(scene, _GEAR.column, coarse, _limits(scene), _TRIALS))
 
 
 def _coarse(scene: Scene) -> list[Point]:
@@ -75,55 +61,14 @@ def _step(scene: Scene) -> Point:
     return Proportional(0.2), Proportional(0.5), Proportional(0.5), share
 
 
-def _column(scene: Scene, point: Point) -> Floats:
-    """Return the torque of an arm behind a stiffening spring, over its inertia, shape (N, 1)."""
+def _arm(point: Point) -> HiddenArm:
     hertz, damping, stiffening, share = point
-    arm = HiddenArm(hertz, damping, inertia_share=share, stiffening_per_rad2=stiffening)
-    return stack(arm.extra_rad_s2(scene))
+    return HiddenArm(hertz, damping, inertia_share=share, stiffening_per_rad2=stiffening)
 
 
 def _rubbing_grid(scene: Scene) -> Sequence[Point]:
     reach_rad = ARM_REACHES[0] * scene.table.gear_ratio
     return [(*p, share, reach_rad) for p, share in zip(_coarse(scene), cycle(_FRICTIONS))]
-
-
-def _rubbing_limits(scene: Scene) -> Sequence[tuple[float, float]]:
-    return (*_limits(scene), *friction_limits(scene))
-
-
-def _rubbing_step(scene: Scene) -> Point:
-    return (*_step(scene), Proportional(0.2), Proportional(0.5))
-
-
-def _rubbing(scene: Scene, point: Point) -> Floats:
-    """Return the torque of such an arm with dry friction of its own, over its inertia, (N, 1)."""
-    hertz, damping, stiffening, share, friction, reach = point
-    arm = HiddenArm(
-        hertz,
-        damping,
-        friction * slowing_rad_s2(scene),
-        reach,
-        inertia_share=share,
-        stiffening_per_rad2=stiffening,
-    )
-    return stack(arm.extra_rad_s2(scene))
-
-
-def _same_friction(before: Scene, now: Scene, point: Point) -> Point:
-    """Return the point at which an arm has the friction that it had beside other numbers."""
-    return (*point[:4], same_friction(before, now, point[4]), point[5])
-
-
-def _rubbing_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
-    stiffens = _spring(scene, values)
-    says = values["arm_inertia_kg_m2"] * _rubbing(scene, tuple(values[n] for n in _RUBBING))[:, 0]
-    rubs = {**stiffens, **friction_entry(scene, values)}
-    return best_entry(scene, "joint-flexibility", [rubs, stiffens], says)
-
-
-def _twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
-    says = values["arm_inertia_kg_m2"] * _column(scene, tuple(values[n] for n in _NUMBERS))[:, 0]
-    return best_entry(scene, "joint-flexibility", [_spring(scene, values)], says)
 
 
 def _spring(scene: Scene, values: Mapping[str, float]) -> dict[str, float]:
@@ -135,38 +80,5 @@ def _spring(scene: Scene, values: Mapping[str, float]) -> dict[str, float]:
     return {**spring, "cubic_stiffness_nm_per_rad3": max(cube, 0.0)}
 
 
-FORMS: tuple[Form, ...] = (
-    Form(
-        "joint-flexibility",
-        "one stiffening spring",
-        ("arm_inertia_kg_m2",),
-        _column,
-        _NUMBERS,
-        _grid,
-        (1,),
-        at_edges=True,
-        step=_step,
-        to_twin=_twin,
-        borne=bears_the_weight,
-        limits=_limits,
-        refines=("one spring",),
-    ),
-    Form(
-        "joint-flexibility",
-        "one stiffening spring, and an arm with friction",
-        ("arm_inertia_kg_m2",),
-        _rubbing,
-        _RUBBING,
-        _rubbing_grid,
-        (1,),
-        at_edges=True,
-        step=_rubbing_step,
-        to_twin=_rubbing_twin,
-        borne=bears_the_weight,
-        limits=_rubbing_limits,
-        refines=("one spring", "one spring, and an arm with friction", "one stiffening spring"),
-        rests_on_numbers=True,
-        same_beside=_same_friction,
-        elsewhere=other_reaches,
-    ),
-)
+_GEAR = Gear("one stiffening spring", _NUMBERS, _arm, _grid, _rubbing_grid, _limits, _step, _spring)
+FORMS = _GEAR.forms
