@@ -10,7 +10,7 @@ import pytest
 from agent.explain.choosing.afloat import afloat
 from agent.explain.choosing.choice import choose
 from agent.explain.choosing.search import Library
-from agent.explain.forms import arm
+from agent.explain.forms import arm, gap
 from agent.explain.numbers.heavier import heavier_than_the_joint
 from agent.explain.numbers.model import fit_model
 from agent.explain.rows.evidence import weigh
@@ -20,8 +20,8 @@ from agent.identify.result import Parameter
 from tests.lessons.test_dynamic import GAP, SOFT, seen
 from tests.science.explain_joint import TWIN, Conditions, nothing, record, stair
 
-GAPS = tuple(form for form in arm.FORMS if form.effect == "backlash")
-SPRINGS = tuple(form for form in arm.FORMS if form.effect == "joint-flexibility")
+GAPS = gap.FORMS
+SPRINGS = arm.FORMS
 
 
 def noisy_rigid_joint() -> Library:

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from agent.explain.forms import arm
+from agent.explain.forms import gap
 from agent.explain.forms.arm_encoder import Twist, refuted, twist_of
 from agent.explain.rows.run import Run
 from agent.explain.rows.scene import Scene, refit
@@ -63,7 +63,7 @@ def test_a_gap_that_the_arms_encoder_shows_is_looked_for_as_wide() -> None:
     worn = LOOSE._replace(half_gap=0.05)
     scene, twist = seen(worn, 0.0)
     assert twist.half_gap_rad == pytest.approx(worn.half_gap, rel=0.5)
-    (form,) = (f for f in arm.FORMS if f.effect == "backlash")
+    (form,) = gap.FORMS
     assert twist.half_gap_rad in {point[0] for point in form.grid(scene)}
 
 

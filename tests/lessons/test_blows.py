@@ -10,7 +10,7 @@ import pytest
 
 from agent.explain.choosing.choice import choose
 from agent.explain.choosing.search import Library
-from agent.explain.forms import arm, speed
+from agent.explain.forms import arm, gap, speed
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.run import Run
 from agent.explain.rows.scene import Scene, refit
@@ -105,7 +105,9 @@ def test_a_gap_that_is_heard_needs_no_size_in_the_compared_band(
 ) -> None:
     runs = tuple(falling(run) for run in recorded(Joint(half_gap=half_gap)))
     scene = scene_of(runs)
-    library = Library.of(scene, weigh(scene.table, scene.residual_nm), (*arm.FORMS, *speed.FORMS))
+    library = Library.of(
+        scene, weigh(scene.table, scene.residual_nm), (*arm.FORMS, *gap.FORMS, *speed.FORMS)
+    )
     choice = choose(library, rivals=False)
     effects = [term.scored.form.effect for term in choice.terms]
     assert effects[0] == "stribeck"

@@ -18,6 +18,7 @@ from agent.explain.choosing.search import Library
 from agent.explain.choosing.valleys import deepest
 from agent.explain.findings import findings_of
 from agent.explain.forms import arm as forms_arm
+from agent.explain.forms import gap as forms_gap
 from agent.explain.forms import reversal as forms_reversal
 from agent.explain.forms import signal as forms_signal
 from agent.explain.forms import stiffening as forms_stiffening
@@ -48,7 +49,8 @@ HOLDING = Joint(
     stiffness=8.0, damping=0.01, arm_coulomb=0.0, motor_coulomb=0.5, held=0.2, held_over=0.04
 )
 CREEPING = Joint(motor_reach=0.08)
-ARMS = (*forms_arm.FORMS, *forms_stiffening.FORMS)
+CARRIED = (*forms_arm.FORMS, *forms_gap.FORMS)
+ARMS = (*CARRIED, *forms_stiffening.FORMS)
 
 
 def scene_of(runs: list[Run]) -> Scene:
@@ -208,7 +210,7 @@ def test_a_gap_shows_in_a_narrow_band_behind_an_arm_that_oil_brakes_as_well() ->
 
 def test_a_gap_that_is_lost_in_the_twist_of_its_own_contact_is_a_spring() -> None:
     """A gear of 90 Hz without play had been named a clearance of 0.8 mrad at the motor."""
-    (gap,) = (form for form in forms_arm.FORMS if form.effect == "backlash")
+    (gap,) = forms_gap.FORMS
     values = dict(zip(gap.nonlinear, (1e-5, 0.3, 0.0, 20.0, 0.2, 0.0, 0.0), strict=True))
     with pytest.raises(TwinError, match="lost in a contact"):
         gap.to_twin(seen(SOFT), values)
@@ -216,7 +218,7 @@ def test_a_gap_that_is_lost_in_the_twist_of_its_own_contact_is_a_spring() -> Non
 
 def test_finds_a_gap_whose_arm_is_dragged_along_while_the_teeth_are_apart() -> None:
     scene = seen(OILED, 0.0, False)
-    library = Library.of(scene, weigh(scene.table, scene.residual_nm), forms_arm.FORMS)
+    library = Library.of(scene, weigh(scene.table, scene.residual_nm), CARRIED)
     choice = choose(library, rivals=False)
     # A joint has one arm: no spring carries it again beside the gap.
     assert [t.scored.form.effect for t in choice.terms] == ["backlash"]
@@ -401,7 +403,7 @@ def test_a_heavy_arm_holds_a_wide_gap_shut() -> None:
 def test_an_arm_keeps_its_friction_when_the_twins_numbers_move(name: str) -> None:
     """A law found beside it takes Coulomb friction over: the arm behind the gap does not notice."""
     scene = seen(GAP)
-    form = next(form for form in forms_arm.FORMS if form.name == name)
+    form = next(form for form in ARMS if form.name == name)
     point = form.grid(scene)[0]
     now = replace(scene, theta=scene.theta * (1.0, 0.2, 0.8, 1.0, 1.0))
     carried = form.columns(now, form.carried_over(scene, now, point))

@@ -21,7 +21,7 @@ from trajectories import SetPoints
 
 SPEEDS = (2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 (FALL,) = (form for form in speed.FORMS if form.effect == "stribeck")
-SPRINGS = [form for form in arm.FORMS if form.effect == "joint-flexibility"]
+SPRINGS = list(arm.FORMS)
 CHAIN = next(form for form in reversal.FORMS if form.name == "Maxwell slip")
 
 

@@ -56,7 +56,7 @@ def numbers(*, fine: bool) -> tuple[Numbers, Numbers]:
     delta, left = refit(table)
     theta = np.array([getattr(TWIN, name) for name in BASE]) + delta
     scene = Scene(table, theta, np.where(table.used, left, 0.0), given=theta - delta)
-    springs = [f for f in arm.FORMS if f.effect == "joint-flexibility"]
+    springs = list(arm.FORMS)
     library = Library.of(scene, weigh(table, left), springs)
     choice = choose(library)
     model = with_intervals(library, fit_model(library, TWIN, choice.terms))

@@ -9,6 +9,7 @@ import numpy as np
 from agent.explain.forms import arm as forms_arm
 from agent.explain.forms import cable as forms_cable
 from agent.explain.forms import carried as forms_carried
+from agent.explain.forms import gap as forms_gap
 from agent.explain.forms import inner_friction as forms_inner_friction
 from agent.explain.forms import order as forms_order
 from agent.explain.forms import place as forms_place
@@ -39,6 +40,7 @@ FORMS: tuple[Form, ...] = (
     *forms_reversal.FORMS,
     *forms_signal.FORMS,
     *forms_arm.FORMS,
+    *forms_gap.FORMS,
     *forms_stiffening.FORMS,
     *forms_inner_friction.FORMS,
 )

@@ -1,0 +1,254 @@
+"""The arm behind a gap of its gear, simulated at full rate behind the measured motor motion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from agent.explain.forms.arm import (
+    ALL_FRICTION,
+    ARM_REACHES,
+    Limits,
+    likely_spring,
+    same_friction,
+    slowing_rad_s2,
+    spring_entry,
+    swing_limits,
+)
+from agent.explain.forms.arm_encoder import twist_of
+from agent.explain.forms.crossings import likeliest_arms, likely_gaps
+from agent.explain.forms.downhill import downhill
+from agent.explain.forms.form import Form, Point, Proportional, stack
+from agent.explain.forms.hidden_arm import HiddenArm, inertia_of, mean_extra_rad_s2
+from agent.explain.forms.twin_law import best_entry, coulomb_nm
+from agent.explain.rows.scene import Scene, log_grid
+from agent.identify.result import Floats
+from agent.physics.twin import TwinError
+
+_WIDEST_ARM_GAP = 2e-3  # rad of the arm, half of a worn planetary gear's
+_GAPS, _GAPS_WITH_FILM = 3, 1
+_EACH_GAP = 14
+_ARMS, _RUBBED, _OIL = (0.4, 0.6, 0.8), (0.3, 0.5), 0.3  # of the joint's, behind a gap that shows
+_CONTACTS = ((1.0, 0.4), (1.6, 0.8))  # cutoffs, damping: hard and soft ones
+_WIDER, _WIDER_IN_FILM = (1.2, 1.6), (0.4, 0.7, 1.0)  # than the likeliest gaps of hard teeth
+_SPRUNG = 0.55  # of the inertia, behind a gap in a spring
+_PARTS = ((0.08, 1.05), (0.15, 1.15), (0.4, 1.4))  # of a spring's hardest twist: the gap; swings
+_RUBS, _GAP_TRIALS = (0.05, 0.35), 40
+_HARD, _SWINGS = 1.3, 0.4  # cutoffs, damping: a contact to begin anew with
+_ELSEWHERE = (0.6, 0.75, 0.87, 0.94, 1.0, 1.06, 1.15, 1.33, 1.6)
+_LITTLE_WIDER = (1.0, 1.25)  # than such a gap of hard teeth
+_GAP_WIDTHS = (0.93, 1.0, 1.07)  # of one gap: a gear's is not the same all the way round
+_FILM_STEP, _THICKEST = 0.3, 500.0  # share, 1/s: an arm dragged faster than that follows at once
+_HARDEST_SHARE = 0.99  # of the samples are gentler
+_LEAST_OF_TWIST = 0.12  # of what the contact gives way by: a narrower gap is a soft gear
+_LEAST_OF_SWING = 0.04  # the same where the arm is seen to ring: how it rings tells the gap
+_RESTS_ON_YIELD = "known only for how far it gives way, which is not told beside a gap"
+
+
+def _gap_grid(scene: Scene) -> Sequence[Point]:
+    """Return the likeliest gaps with hard and well damped contacts.
+
+    What a search that starts from soft contacts takes for twist is a part of the gap; and any
+    contact that gives way needs a wider gap than teeth that meet at once, of which these are made.
+    Where a film drags the arm along, it is such teeth that ask for a wider gap. And a gap as wide
+    as an encoder on the arm shows, before arms that are heavy and light.
+    """
+    cutoff = scene.table.cutoff_hz
+    found = likely_gaps(scene, *_gaps_seen(scene), _GAPS, with_film=_GAPS_WITH_FILM)
+    hertz, damping = _CONTACTS[-1]
+    shown = tuple(
+        (gap, share, friction, hertz * cutoff, damping, 0.0, _OIL)
+        for gap in _gaps_shown(scene)
+        for share in _ARMS
+        for friction in _RUBBED
+    )
+    return (
+        shown
+        + _gaps_in_springs(scene)
+        + tuple(
+            (wider * gap, share, friction, hertz * cutoff, damping, film, oil)
+            for gap, share, friction, film, oil in found
+            for wider in (_WIDER_IN_FILM if film else _WIDER)
+            for hertz, damping in (_CONTACTS[:1] if film else _CONTACTS)
+        )
+    )
+
+
+def _gaps_in_springs(scene: Scene) -> tuple[Point, ...]:
+    """Return gaps before the spring that a joint seems to have: both are one that stiffens.
+
+    The spring is harder then than it seems, as a part of its twist is none.
+    """
+    hardest = float(np.quantile(np.abs(scene.stiff_rad_s2), _HARDEST_SHARE))
+    coarse = [
+        (
+            part * hardest / (2.0 * math.pi * hertz) ** 2,
+            _SPRUNG,
+            rubs,
+            harder * hertz,
+            swings,
+            0.0,
+            _OIL,
+        )
+        for hertz, swings in likely_spring(scene)
+        for part, harder in _PARTS
+        for rubs in _RUBS
+    ]
+    return (*coarse, *downhill(scene, _gap, coarse, _gap_limits(scene), _GAP_TRIALS))
+
+
+def _other_gaps(scene: Scene, point: Point, far: bool) -> Sequence[Point]:
+    """Return gaps that are wider and narrower, of the same arm and of likely ones, without a film.
+
+    With the same contact, and with a hard one that swings: a contact that is soft or creeps, or a
+    film, is how a search makes up for a gap that is too wide or too narrow. A wide gap behind
+    little friction is crossed nearly when a narrow one behind more is: every gap has its own arm.
+    """
+    half_gap, inertia_share, friction_share, hertz, damping, _, oil = point
+    near = tuple(wider * half_gap for wider in _ELSEWHERE)
+    hard = _HARD * scene.table.cutoff_hz, _SWINGS
+    arms = likeliest_arms(scene, near, inertia_share, friction_share, oil)
+    if far:
+        arms += likeliest_arms(scene, log_grid(*_gaps_seen(scene), _EACH_GAP))
+    same = [(gap, inertia_share, friction_share, hertz, damping, 0.0, oil) for gap in near]
+    likely = [
+        (wider * gap, share, friction, *hard, film, of_oil)
+        for gap, share, friction, film, of_oil in arms
+        for wider in _LITTLE_WIDER
+    ]
+    anew = [(gap, inertia_share, friction_share, *hard, 0.0, oil) for gap in near]
+    return (*same, *likely, *anew)
+
+
+def _gaps_shown(scene: Scene) -> Sequence[float]:
+    """Return half the gap that an encoder on the arm shows, rad of the motor; nothing for none."""
+    narrowest, widest = _gaps_seen(scene)
+    twist = twist_of(scene) if scene.has("position_arm_rad") else None
+    shows = twist is not None and narrowest < twist.half_gap_rad < widest
+    return (twist.half_gap_rad,) if shows and twist is not None else ()
+
+
+def _gaps_seen(scene: Scene) -> tuple[float, float]:
+    """Return the narrowest half gap that leaves a trace, and the widest of worn gears, rad.
+
+    A gap that is crossed faster than the band can follow leaves none.
+    """
+    narrowest = 0.1 * slowing_rad_s2(scene) / (2.0 * math.pi * scene.table.cutoff_hz) ** 2
+    return narrowest, _WIDEST_ARM_GAP * scene.table.gear_ratio
+
+
+def _gap_step(scene: Scene) -> Point:
+    del scene
+    # A gap without a film is kept without: a thin one makes up for whatever else is not right.
+    steps = Proportional(0.2), Proportional(0.08), 0.04, Proportional(0.5), 0.3
+    return (*steps, Proportional(_FILM_STEP), 0.04)
+
+
+def _gap_limits(scene: Scene) -> Limits:
+    widest = 2.0 * _WIDEST_ARM_GAP * scene.table.gear_ratio
+    shares = (0.01, 1.0), (0.0, ALL_FRICTION)
+    return ((0.0, widest), *shares, *swing_limits(scene), (0.0, _THICKEST), (0.0, ALL_FRICTION))
+
+
+def _gap(scene: Scene, point: Point) -> Floats:
+    """Return the torque of an arm behind a gap, less that of a tight gear, over its inertia.
+
+    The mean over gaps that differ a little: an arm that bounces is thrown to one side or the other
+    by next to nothing, so that one path is no prediction, and the best of many paths is luck.
+    """
+    half_gap, inertia_share, friction_share, hz, damping, film, oil_share = point
+    oil = max(oil_share, 0.0) * _oiled(scene) / inertia_share
+    friction = max(friction_share, 0.0) * slowing_rad_s2(scene) / inertia_share
+    reach = _gap_yields_rad(scene)
+    arm = HiddenArm(hz, damping, friction, reach, half_gap, inertia_share, film, oil)
+    return stack(mean_extra_rad_s2(arm, [width * half_gap for width in _GAP_WIDTHS], scene))
+
+
+def _oiled(scene: Scene) -> float:
+    """Return how fast viscous friction alone would slow the joint, over its speed, 1/s."""
+    return max(float(scene.theta[1]), 0.0) / inertia_of(scene)
+
+
+def _gap_yields_rad(scene: Scene) -> float:
+    """Return how far the friction of an arm in a gap gives way: as far as the joint's was found to.
+
+    Or little, where that was not found.
+    """
+    return max(ARM_REACHES[0] * scene.table.gear_ratio, scene.yields_rad)
+
+
+def _same_gap(before: Scene, now: Scene, point: Point) -> Point:
+    """Return the point at which an arm behind a gap has the friction that it had before."""
+    half_gap, share, friction, *contact, oil = point
+    friction = same_friction(before, now, friction)
+    oil *= _oiled(before) / max(_oiled(now), 1e-300)
+    return (half_gap, share, friction, *contact, min(oil, ALL_FRICTION))
+
+
+def _gap_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    if scene.blows is None:
+        _wider_than_twist(scene, values["half_gap_rad"], values["contact_hz"])
+    inertia = values["arm_share"] * inertia_of(scene)
+    spring = spring_entry(inertia, values["contact_hz"], values["damping_ratio"])
+    gap = {
+        "half_gap_rad": values["half_gap_rad"],
+        "arm_coulomb_nm": max(values["arm_friction_share"], 0.0) * coulomb_nm(scene),
+        "arm_yield_rad": _gap_yields_rad(scene),
+        "film_damping_nm_s_per_rad": values["film_per_s"] * inertia,
+        "arm_viscous_nm_s_per_rad": max(values["arm_viscous_share"] * float(scene.theta[1]), 0.0),
+    }
+    uneven = {**gap, **spring, "half_gap_spread": _GAP_WIDTHS[-1] - 1.0}
+    # What one path of the arm makes better is better in the mean of three, which takes as long.
+    helps = best_entry(scene, "backlash", [{**gap, **spring}])
+    return (uneven,) if helps else best_entry(scene, "backlash", [uneven])
+
+
+def _wider_than_twist(scene: Scene, half_gap_rad: float, contact_hz: float) -> None:
+    """Refuse a gap that is lost in the twist of its own contact: that is a spring, and no play.
+
+    What is left of such a form beside its spring is how a search among bouncing arms fits noise;
+    where blows are heard, the teeth have play.
+    """
+    hardest = float(np.quantile(np.abs(scene.full("acceleration_rad_s2")), _HARDEST_SHARE))
+    twist_rad = hardest / (2.0 * math.pi * contact_hz) ** 2
+    rings = contact_hz < scene.table.cutoff_hz
+    if half_gap_rad < (_LEAST_OF_SWING if rings else _LEAST_OF_TWIST) * twist_rad:
+        raise TwinError(
+            f"half a gap of {half_gap_rad:.3g} rad is lost in a contact that gives way by "
+            f"{twist_rad:.3g} rad"
+        )
+
+
+FORMS: tuple[Form, ...] = (
+    Form(
+        "backlash",
+        "gap",
+        ("arm_inertia_kg_m2",),
+        _gap,
+        (
+            "half_gap_rad",
+            "arm_share",
+            "arm_friction_share",
+            "contact_hz",
+            "damping_ratio",
+            "film_per_s",
+            "arm_viscous_share",
+        ),
+        _gap_grid,
+        (1,),
+        needs=("position_rad",),
+        at_edges=True,
+        step=_gap_step,
+        to_twin=_gap_twin,
+        limits=_gap_limits,
+        rests_on_numbers=True,
+        same_beside=_same_gap,
+        elsewhere=_other_gaps,
+        uneven={"half_gap_rad": _GAP_WIDTHS[-1] - 1.0},
+        assumes={"arm_friction_share": _RESTS_ON_YIELD},
+        from_residual=True,
+    ),
+)
