@@ -97,10 +97,13 @@ class Carried:
 
     def is_in(self, run: Run, found: Study) -> bool:
         """Return whether a recording leaves less beside what was found if it carries this."""
-        table = found.table
+        table, base = found.table, found.model.base
+        # The extended twin knows of no difference: its gravity is that of the mean recording.
+        sine_nm, cosine_nm = (base[name].value for name in _GRAVITY)
+        known = replace(found.extended, gravity_sin_nm=sine_nm, gravity_cos_nm=cosine_nm)
         try:
             as_it_is, without = (
-                tabulate(found.extended, (each,), table.cutoff_hz, align_velocity=table.aligned)
+                tabulate(known, (each,), table.cutoff_hz, align_velocity=table.aligned)
                 for each in (run, self.taken_off(run))
             )
         except (TooShortError, ValueError):

@@ -134,7 +134,7 @@ def study(twin: Twin, table: Table, among: Container[str] | None = None) -> Stud
     lines = lines_of(table, refitted)
     named = _named(library, twin)
     taken_for: frozenset[str] = frozenset()
-    if in_question(library) and not in_its_place(named[1]):
+    if in_question(library) and not in_its_place(*named[:2]):
         if not weight_is_worth_a_name(library):
             taken_for = frozenset({PAYLOAD.effect})
         library, not_judged, refitted = _library(twin, table, among, ask=False)

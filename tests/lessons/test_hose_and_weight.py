@@ -99,3 +99,22 @@ def test_a_straight_spring_stands_for_a_weight_as_far_as_noise_hides_the_rest(
     (weight,) = findings_of(study(given, tabulate(given, runs)))
     assert weight.effect == "gravity-imbalance"
     assert [other.effect for other in weight.alternatives] == ["cable-force"] * tied
+
+
+@pytest.mark.parametrize(("sine_nm", "cosine_nm"), [(2.9575, 0.4974), (3.045, 0.495)])
+def test_a_weight_that_is_one_percent_off_is_a_number_and_no_hose(
+    sine_nm: float, cosine_nm: float
+) -> None:
+    """It was a payload tied with a hose, though its direction is the twin's own."""
+    given = replace(TWIN, gravity_sin_nm=sine_nm, gravity_cos_nm=cosine_nm)
+
+    def weighs(points: SetPoints, at: Conditions) -> Floats:
+        del at
+        arm = points.position_rad / GEAR_RATIO
+        return np.asarray(3.0 * np.sin(arm) + 0.5 * np.cos(arm))
+
+    runs = [record(CYCLE, weighs, Conditions(started_s=100.0 * k), k) for k in range(3)]
+    (weight,) = findings_of(study(given, tabulate(given, runs)))
+    assert weight.effect == "gravity-imbalance"
+    assert not weight.alternatives
+    assert weight.parameters["gravity_sin_nm"].value == pytest.approx(3.0 - sine_nm, abs=0.01)

@@ -22,7 +22,8 @@ from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form, Point
 from agent.explain.numbers.factor import one_factor_does
 from agent.explain.numbers.model import Model
-from agent.explain.rows.evidence import Weighing, heldout, moments
+from agent.explain.numbers.scaled_weight import errors_with, only_its_size
+from agent.explain.rows.evidence import Weighing
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, Table
 from agent.identify.result import Floats
@@ -53,7 +54,7 @@ def gravity_in_question(scene: Scene, weighing: Weighing, forms: Sequence[Form])
     """Return whether what gravity would explain may as well be a constant or a line.
 
     Not where one factor on all of the torque explains what all numbers do: what gravity moves by is
-    the torque constant's then.
+    the torque constant's then. Nor where only the size of the twin's weight is wrong.
 
     Parameters
     ----------
@@ -69,15 +70,17 @@ def gravity_in_question(scene: Scene, weighing: Weighing, forms: Sequence[Form])
         return False
     rest = np.delete(library.base, gravity, axis=1)
     hidden = _hidden(library, rest, library.base[:, gravity])
-    free = _errors(library, library.base)
-    gained = float((_errors(library, rest) - free).sum())
+    free = errors_with(library, library.base)
+    gained = float((errors_with(library, rest) - free).sum())
     material = least_gain(library, free, ())
     if gained < material or one_factor_does(library, library.base, rest[:, :0], material):
+        return False
+    if only_its_size(library, library.base[:, gravity], rest):
         return False
     # What surely explains more than gravity does, with as few numbers, need not be like it.
     few = [c for c in library.candidates if len(c.form.linear + c.form.nonlinear) <= len(gravity)]
     for candidate, is_like in (*((c, True) for c in hidden), *((c, False) for c in few)):
-        loss = _errors(library, np.concatenate((rest, candidate.columns), axis=1)) - free
+        loss = errors_with(library, rest, candidate.columns) - free
         chance = _SURELY * float(np.std(loss)) * float(np.sqrt(loss.shape[0]))
         most = min(chance, _MISSED * gained) if is_like else -chance
         if float(loss.sum()) <= most:
@@ -107,10 +110,17 @@ def weight_is_worth_a_name(library: Library) -> bool:
     return gained >= least_gain(library, plain, weight)
 
 
-def in_its_place(choice: Choice) -> bool:
-    """Return whether something was found of what gravity may be taken for, or gravity itself."""
+def in_its_place(library: Library, choice: Choice) -> bool:
+    """Return whether something was found of what gravity may be taken for, or gravity itself.
+
+    But not where, beside what else was found, the size of the twin's own weight alone is wrong.
+    """
     effects = {term.scored.form.effect for term in choice.terms}
-    return bool(effects & {*LIKE_A_WEIGHT, PAYLOAD.effect})
+    if effects & set(LIKE_A_WEIGHT):
+        return True
+    own = [c for c in choice.candidates if c.form is PAYLOAD]
+    rest = library.model([c for c in choice.candidates if c.form is not PAYLOAD])
+    return bool(own) and not only_its_size(library, own[0].columns, rest)
 
 
 def gravity_look_alikes(library: Library, twin: Twin, model: Model) -> tuple[str, ...]:
@@ -135,7 +145,9 @@ def gravity_look_alikes(library: Library, twin: Twin, model: Model) -> tuple[str
     rest = np.delete(library.base, gravity, axis=1)
     basis = basis_of(rest)
     beside = [term.candidate.columns for term in model.terms]
-    free = _errors(library, np.concatenate((library.base, *beside), axis=1))
+    if only_its_size(library, library.base[:, gravity], np.concatenate((rest, *beside), axis=1)):
+        return ()
+    free = errors_with(library, library.base, *beside)
     torque = library.base[:, gravity] @ moved
     torque = torque - basis @ (basis.T @ torque)
     energy = float(torque @ torque)
@@ -148,8 +160,7 @@ def gravity_look_alikes(library: Library, twin: Twin, model: Model) -> tuple[str
         own = candidate.columns - basis @ (basis.T @ candidate.columns)
         own = basis_of(own, like=candidate.columns)
         if energy > 0.0 and float(np.sum((own.T @ torque) ** 2)) > _ALIKE * energy:
-            copied = np.concatenate((rest, candidate.columns, *beside), axis=1)
-            loss = _errors(library, copied) - free
+            loss = errors_with(library, rest, candidate.columns, *beside) - free
             chance = _SURELY * float(np.std(loss)) * math.sqrt(loss.shape[0])
             if float(loss.sum()) <= max(chance, _SHOWS * float(free.sum())):
                 out.append(effect)
@@ -176,9 +187,3 @@ def _hidden(library: Library, rest: Floats, gravity: Floats) -> list[Candidate]:
         if float(np.linalg.svd(copy.T @ own, compute_uv=False).min()) ** 2 > ALIKE:
             out.append(candidate)
     return out
-
-
-def _errors(library: Library, columns: Floats) -> Floats:
-    """Return the squared error of every block under fits to the other folds, shape (b,)."""
-    part = moments(columns, library.target, library.weighing.starts)
-    return heldout(part, library.weighing.fold)
