@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from agent.explain.answer.fits import Edges
 from agent.explain.answer.sentences import only_heard
 from agent.explain.at_edges import edges_said
 from agent.explain.choosing.by_use import clock_or_use
@@ -28,8 +29,17 @@ _OTHERWISE_WARM_K = 10.0  # magnets lose less than 2 % over it
 _LATE_S = 5e-4  # of a velocity: less is no more than its last difference
 
 
-def bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
-    """Return what limits the answer as a whole."""
+def bear_in_mind(found: Study, edges: Edges | None, *, by_motor: bool) -> tuple[str, ...]:
+    """Return what limits the answer as a whole.
+
+    Parameters
+    ----------
+    found : Study
+    edges : Edges or None
+        What is not compared right after starts and reversals, where the twin is far off there.
+    by_motor : bool
+        Whether the motor's temperature stands in for the gearbox's.
+    """
     far = "" if found.table.simulated else far_off(found.numbers, found.twin)
     turned = "" if found.table.simulated else turned_gravity(found.numbers, found.twin)
     out = [said for said in (far, turned) if said]
@@ -67,7 +77,7 @@ def bear_in_mind(found: Study, *, by_motor: bool) -> tuple[str, ...]:
     blows = found.library.scene.blows
     if blows is not None and BACKLASH not in _effects(found):
         out.append(only_heard(blows.ringing))
-    out += [said for said in (edges_said(found), _late_velocity(found)) if said]
+    out += [said for said in (edges_said(edges), _late_velocity(found)) if said]
     closest = closest_said(found)
     noise = _more_than_the_floor(found, beside=bool(closest))
     if noise:

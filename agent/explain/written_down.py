@@ -22,6 +22,7 @@ from agent.explain.answer.result import (
     Trace,
     fit_of,
 )
+from agent.explain.at_edges import edges_of
 from agent.explain.carrying import Given
 from agent.explain.caveats import bear_in_mind
 from agent.explain.choosing.aliases import aliases
@@ -88,10 +89,11 @@ def written_down(
     given, refitted = (
         fit_of(measured, left[rows]) for left in (as_given.table.target_nm, found.refitted_nm)
     )
+    edges = edges_of(found)
     said = Explanation(
         verdict=verdict,
         sentence="",
-        reasons=bear_in_mind(found, by_motor=by_motor),
+        reasons=bear_in_mind(found, edges, by_motor=by_motor),
         floor=found.floor,
         baseline=given,
         refitted=refitted,
@@ -114,6 +116,7 @@ def written_down(
         traces=traces,
         unexplained_curves=_spectra(found),
         band_hz=table.cutoff_hz,
+        edges=edges,
     )
     return replace(said, sentence=words.summary_of(said))
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agent.explain.at_edges import edges_said
+from agent.explain.at_edges import edges_of
+from agent.explain.explain import explain
 from agent.explain.rows.table import tabulate
 from agent.explain.study import study
 from agent.identify.result import Floats
@@ -30,4 +31,5 @@ def test_contacts_that_yield_within_an_edge_are_not_judged(travel_rad: float, sa
     runs = [record(SLOWLY, yielding, Conditions(), k) for k in range(2)]
     found = study(TWIN, tabulate(TWIN, runs))
     assert found.choice.terms == ()
-    assert bool(edges_said(found)) is said
+    assert bool(edges_of(found)) is said
+    assert ("Not compared is how friction builds up" in explain(TWIN, runs, ()).sentence) is said

@@ -57,6 +57,22 @@ class Floor:
 
 
 @dataclass(frozen=True)
+class Edges:
+    """Right after starts and reversals nothing is compared: how much that is, and how far off.
+
+    Parameters
+    ----------
+    share : float
+        Of the motion.
+    rms_nm : float
+        What the simulation misses there.
+    """
+
+    share: float
+    rms_nm: float
+
+
+@dataclass(frozen=True)
 class Holdout:
     """The proof on data that neither choice nor fit had seen.
 

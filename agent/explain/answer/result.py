@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from agent.explain.answer.fits import Fit, Floor, Holdout, Trace, fit_of, number
+from agent.explain.answer.fits import Edges, Fit, Floor, Holdout, Trace, fit_of, number
 from agent.explain.answer.located import (
     Alternative,
     Cell,
@@ -34,6 +34,7 @@ __all__ = [
     "Alternative",
     "Cell",
     "Curve",
+    "Edges",
     "Explanation",
     "Finding",
     "Fit",
@@ -101,6 +102,8 @@ class Explanation:
         Names.
     band_hz : float
         Up to where torques were compared: errors, floor and shares are of that band.
+    edges : Edges or None
+        What is not compared, where the simulation is far off in it.
     beside : str
         Heading of what was found beside the first finding, where that one alone is what was asked
         about; empty where all of them stand in one list.
@@ -131,6 +134,7 @@ class Explanation:
     unexplained_varies: Varying | None = None
     unexplained_spells: Spells | None = None
     band_hz: float = math.nan
+    edges: Edges | None = None
     beside: str = ""
 
     @property

@@ -6,7 +6,7 @@ import math
 
 from agent.explain.answer.amounts import percent, torque
 from agent.explain.answer.as_if import as_if, in_spells
-from agent.explain.answer.fits import UNSEEN
+from agent.explain.answer.fits import UNSEEN, Edges
 from agent.explain.answer.names import COSTS_NO_TORQUE, OWN_EFFECT, OWN_NUMBER, effect_name
 from agent.explain.answer.places import place_in_words
 from agent.explain.answer.result import Explanation, Finding, Holdout
@@ -77,7 +77,7 @@ def summary_of(explanation: Explanation) -> str:
     explanation : Explanation
     """
     if explanation.verdict == "no-mismatch":
-        return _agreement(explanation)
+        return f"{_agreement(explanation)}{_but_for_edges(explanation.edges)}"
     findings, floor_nm = explanation.findings, explanation.floor.value_nm
     parts = [weighed(f, explanation.holdout, floor_nm).sentence for f in findings[:TOLD]]
     parts.append(smaller_sentence(len(findings)))
@@ -115,6 +115,16 @@ def _agreement(explanation: Explanation) -> str:
             f"where noise is {torque(floor_nm)}, follows nothing that was recorded."
         )
     return f"Simulation and recordings agree: what is left, {rest} rms, is noise."
+
+
+def _but_for_edges(edges: Edges | None) -> str:
+    """Return where agreement was not asked about, and is not; nothing where it was everywhere."""
+    if edges is None:
+        return ""
+    return (
+        f" Not compared is how friction builds up right after starts and reversals: it is off by "
+        f"{torque(edges.rms_nm)} rms there, in {percent(edges.share)} of the motion."
+    )
 
 
 def what_stays(explanation: Explanation) -> tuple[str, ...]:
