@@ -40,6 +40,7 @@ from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Twin
 
 _SLIGHT = 0.0075  # of a number: what a drive knows of its torque is known no better
+_BESIDE_LAWS = 0.015  # of a number: so much a law bends whose shape is not quite the joint's
 MATERIAL = 0.04  # of what the twin as given leaves: less is a number's ordinary uncertainty
 _EVEN, _COINCIDENCE = 0.5, 0.25  # of one number for another; of two that are off alike by chance
 _GROUPS: Mapping[str, tuple[str, ...]] = {
@@ -100,9 +101,9 @@ def wrong_numbers(
     if float(given.sum() - refitted.sum()) < material:
         return ()
     found = _found(library, twin, model, terms, floor_nm, material, taken_for)
-    if not found or not _hardly_shows(library, floor_nm):
-        return found
-    return tuple(wrong for wrong in found if not _is_slight(wrong, twin))
+    if found and _hardly_shows(library, floor_nm):
+        found = tuple(wrong for wrong in found if not _is_slight(wrong, twin, _SLIGHT))
+    return tuple(w for w in found if not (terms and _is_lost(library, w, twin, floor_nm)))
 
 
 def _found(
@@ -154,22 +155,34 @@ def _found(
 
 
 def _hardly_shows(library: Library, floor_nm: float) -> bool:
-    """Return whether what refitting the twin's numbers removes would not stand out of the noise."""
+    """Return whether what refitting the twin's numbers removes would not stand out of the noise.
+
+    Where no noise floor was to be had, all that the refitted twin leaves may be noise.
+    """
     nothing = np.zeros((library.target.shape[0], 0))
-    removed = unseen_nm2(library, nothing) - unseen_nm2(library, library.base)
-    return floor_nm > 0.0 and floor_nm**2 + removed <= (FAR * floor_nm) ** 2
+    refitted = unseen_nm2(library, library.base)
+    noise = floor_nm**2 if floor_nm > 0.0 else refitted
+    return noise + unseen_nm2(library, nothing) - refitted <= FAR**2 * noise
 
 
-def _is_slight(wrong: WrongNumber, twin: Twin) -> bool:
-    """Return whether a wrong number is off by less than any instrument of a joint knows it."""
+def _is_lost(library: Library, wrong: WrongNumber, twin: Twin, floor_nm: float) -> bool:
+    """Return whether beside laws a number is off by no more than they bend, and hardly shows."""
+    if not floor_nm > 0.0 or not _is_slight(wrong, twin, _BESIDE_LAWS):
+        return False
+    given = unseen_nm2(library, np.zeros((library.target.shape[0], 0)))
+    return floor_nm**2 + wrong.energy_share * given <= (FAR * floor_nm) ** 2
+
+
+def _is_slight(wrong: WrongNumber, twin: Twin, slight: float) -> bool:
+    """Return whether a wrong number is off by less than so much of itself."""
     moved = {name: p.value for name, p in wrong.parameters.items()}
     if "factor" in moved:
-        return abs(moved["factor"] - 1.0) < _SLIGHT
+        return abs(moved["factor"] - 1.0) < slight
     if wrong.effect == "gravity-imbalance":
         whole = math.hypot(twin.gravity_sin_nm, twin.gravity_cos_nm)
-        return math.hypot(*moved.values()) < _SLIGHT * whole
+        return math.hypot(*moved.values()) < slight * whole
     given = {extra: float(getattr(twin, name)) for name, extra in _CONTRACT.items()}
-    return all(abs(value) < _SLIGHT * abs(given[name]) for name, value in moved.items())
+    return all(abs(value) < slight * abs(given[name]) for name, value in moved.items())
 
 
 def told_again(numbers: Sequence[WrongNumber], twin: Twin, model: Model) -> tuple[WrongNumber, ...]:
