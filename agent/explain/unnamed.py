@@ -7,7 +7,7 @@ would be missing from where it lies. Nor is a number called wrong that this part
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from agent.explain.answer.amounts import torque
@@ -15,13 +15,15 @@ from agent.explain.answer.fits import UNSEEN
 from agent.explain.answer.names import NAMES, OWN_NUMBER
 from agent.explain.answer.result import Finding, Holdout, Verdict
 from agent.explain.choosing.search import Library
+from agent.explain.forms.form import Form
 from agent.explain.left import LOUDER
-from agent.explain.numbers.borne_out import borne_out
+from agent.explain.numbers.borne_out import borne_out, leaves_out_right
 from agent.explain.numbers.intervals import named_effects
 from agent.explain.numbers.model import Model, extended_twin, fit_model
 from agent.explain.numbers.reach import reach_of
 from agent.explain.study import Study
 from agent.explain.verdict import OWN_NUMBERS, SHOWN
+from agent.identify.result import Parameter
 
 _UNPROVEN = 1.5  # times the noise on unseen data, and no noise in kind: not all is explained
 _MOST, _HALF = 0.6, 0.5  # of a mismatch: what laws claim to explain, and take away elsewhere
@@ -38,8 +40,8 @@ def unnamed(found: Study) -> Study:
         Unexplained.
     """
     library = found.library
-    kept = OWN_NUMBERS | SHOWN
-    terms = tuple(t for t in found.choice.terms if t.scored.form.effect in kept)
+    every = zip(found.choice.terms, found.model.parameters, strict=True)
+    terms = tuple(term for term, numbers in every if _is_told(term.scored.form, numbers))
     model = fit_model(library, found.twin, terms)
     return replace(
         found,
@@ -51,6 +53,16 @@ def unnamed(found: Study) -> Study:
         extended=extended_twin(library, found.twin, model),
         left_cells=found.cells,
     )
+
+
+def _is_told(form: Form, numbers: Mapping[str, Parameter]) -> bool:
+    """Return whether a law stays named: by itself, or as a number that is surely not as given."""
+    if form.effect in SHOWN:
+        return True
+    sizes = {name: numbers[name] for name in form.linear if name in numbers}
+    is_known = any(size.ci95 is not None for size in sizes.values())
+    refuted = any(leaves_out_right(name, size) for name, size in sizes.items())
+    return form.effect in OWN_NUMBERS and (refuted or not is_known)
 
 
 def may_be_the_unnamed(library: Library, model: Model) -> bool:

@@ -52,9 +52,10 @@ def borne_out(
 
 def _refuted(number: WrongNumber) -> bool:
     """Return whether an interval of its own leaves out what the twin says."""
-    return any(_leaves_out(name, p) for name, p in number.parameters.items())
+    return any(leaves_out_right(name, p) for name, p in number.parameters.items())
 
 
-def _leaves_out(name: str, found: Parameter) -> bool:
+def leaves_out_right(name: str, found: Parameter) -> bool:
+    """Return whether a number's interval leaves out what it is where the twin is right."""
     right = 1.0 if name == _FACTOR else 0.0
     return found.ci95 is not None and not found.ci95[0] <= right <= found.ci95[1]
