@@ -9,7 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.physics.friction_dynamic import Dahl
-from agent.physics.friction_place import bump_share
+from agent.physics.friction_place import (
+    BELL,
+    BELL_NOT_NEGATIVE,
+    BELL_POSITIVE,
+    away_from,
+    bump_share,
+)
 from agent.physics.law import Law, require
 
 Floats = NDArray[np.float64]
@@ -91,18 +97,55 @@ class LocalFault:
 
     law: ClassVar[Law] = Law(
         "local-fault",
-        "h exp(-((q - q0)/w)^2/2), q the arm's angle",
-        {
-            "height_nm": "h, torque at the place's middle, in its sign",
-            "center_arm_rad": "q0, its place",
-            "width_arm_rad": "w, half of its width at 61 % of its height",
-            "period_arm_rad": "P, arm travel after which it comes again (0: one place)",
-        },
+        "h exp(-|(q - q0)/w|^p/2), q the arm's angle",
+        {"height_nm": "h, torque at the place's middle, in its sign", **BELL},
         "a bell as the shape of a chipped tooth, dent or rubbing hose: our own choice",
         "one place of the travel, or one in every period, as a tooth of a gear that goes round has:"
         " q0 is then the nearest of its returns",
     )
     height_nm: float
+    center_arm_rad: float
+    width_arm_rad: float
+    period_arm_rad: float = 0.0
+    width_above_arm_rad: float = 0.0
+    shape_exponent: float = 2.0
+
+    def __post_init__(self) -> None:
+        """Refuse a place without a width."""
+        require(self.law, self, positive=BELL_POSITIVE, not_negative=BELL_NOT_NEGATIVE)
+
+    def torque_nm(self, arm_rad: Floats) -> Floats:
+        """Return the bump, shape (n,)."""
+        return self.height_nm * bump_share(
+            arm_rad,
+            self.center_arm_rad,
+            self.width_arm_rad,
+            self.period_arm_rad,
+            self.width_above_arm_rad,
+            self.shape_exponent,
+        )
+
+
+@dataclass(frozen=True)
+class Dent:
+    """A place that holds back what enters it from either side: first against the motion, then with.
+
+    Its torque is the slope of a bell: of a bump that the arm rolls over, or of a dent.
+    """
+
+    law: ClassVar[Law] = Law(
+        "dent",
+        "h ((q - q0)/w) exp(1/2 - ((q - q0)/w)^2/2), q the arm's angle",
+        {
+            "dent_nm": "h, greatest torque, above the place in its sign and below against it",
+            "center_arm_rad": "q0, its place",
+            "width_arm_rad": "w, how far from its place the torque is greatest",
+            "period_arm_rad": "P, arm travel after which it comes again (0: one place)",
+        },
+        "the slope of a bell-shaped potential, as a rolling element over a dent: our own choice",
+        "takes no energy: what is also rubbed there is friction",
+    )
+    dent_nm: float
     center_arm_rad: float
     width_arm_rad: float
     period_arm_rad: float = 0.0
@@ -112,6 +155,14 @@ class LocalFault:
         require(self.law, self, positive="width_arm_rad", not_negative="period_arm_rad")
 
     def torque_nm(self, arm_rad: Floats) -> Floats:
-        """Return the bump, shape (n,)."""
+        """Return the torque, shape (n,)."""
         place = self.center_arm_rad, self.width_arm_rad, self.period_arm_rad
-        return self.height_nm * bump_share(arm_rad, *place)
+        return self.dent_nm * dent_share(arm_rad, *place)
+
+
+def dent_share(
+    arm_rad: Floats, center_arm_rad: float, width_arm_rad: float, period_arm_rad: float = 0.0
+) -> Floats:
+    """Return ``d exp(1/2 - d^2/2)``, d the way from the place over the width: -1 to 1, (n,)."""
+    way = away_from(arm_rad, center_arm_rad, period_arm_rad) / width_arm_rad
+    return np.asarray(way * np.exp(0.5 - 0.5 * way**2))

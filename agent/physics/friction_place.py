@@ -5,6 +5,7 @@ Torques oppose motion with the sign of the velocity (motor side) and are zero at
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -15,6 +16,19 @@ from agent.physics.law import Law, require
 from agent.physics.periodic import wave
 
 Floats = NDArray[np.float64]
+
+
+BELL: Mapping[str, str] = {
+    "center_arm_rad": "q0, its place",
+    "width_arm_rad": "w, half of its width at 61 % of its height",
+    "period_arm_rad": "P, arm travel after which it comes again (0: one place)",
+    "width_above_arm_rad": "w at angles above q0, where it leans to a side (0: the same)",
+    "shape_exponent": "p: 2 is a bell, more has a flat top and steep flanks, less a sharp peak",
+}
+"""What says where a place is, and of which shape."""
+
+BELL_POSITIVE = "width_arm_rad shape_exponent"
+BELL_NOT_NEGATIVE = "period_arm_rad width_above_arm_rad"
 
 
 @dataclass(frozen=True)
@@ -55,14 +69,10 @@ class TightSpot:
 
     law: ClassVar[Law] = Law(
         "tight-spot",
-        "h exp(-((q - q0)/w)^2/2) sign(v), q the arm's angle",
-        {
-            "height_nm": "h, what the friction level has more at the place's middle",
-            "center_arm_rad": "q0, its place",
-            "width_arm_rad": "w, half of its width at 61 % of its height",
-            "period_arm_rad": "P, arm travel after which it comes again (0: one place)",
-        },
-        "Armstrong-Helouvry, Control of Machines with Friction (1991), chapter 4, as one bump",
+        "h exp(-|(q - q0)/w|^p/2) sign(v), q the arm's angle",
+        {"height_nm": "h, what the friction level has more at the place's middle", **BELL},
+        "Armstrong-Helouvry, Control of Machines with Friction (1991), chapter 4, as one bump; its"
+        " shape is our own choice",
         "one place, or one in every period: q0 is then the nearest of its returns; a dent deeper"
         " than the Coulomb level would drive",
     )
@@ -70,25 +80,52 @@ class TightSpot:
     center_arm_rad: float
     width_arm_rad: float
     period_arm_rad: float = 0.0
+    width_above_arm_rad: float = 0.0
+    shape_exponent: float = 2.0
 
     def __post_init__(self) -> None:
         """Refuse a place without a width."""
-        require(self.law, self, positive="width_arm_rad", not_negative="period_arm_rad")
+        require(self.law, self, positive=BELL_POSITIVE, not_negative=BELL_NOT_NEGATIVE)
 
     def torque_nm(self, arm_rad: Floats, direction: Floats) -> Floats:
         """Return the bump of friction, shape (n,)."""
-        place = self.center_arm_rad, self.width_arm_rad, self.period_arm_rad
-        return self.height_nm * bump_share(arm_rad, *place) * direction
+        bell = bump_share(
+            arm_rad,
+            self.center_arm_rad,
+            self.width_arm_rad,
+            self.period_arm_rad,
+            self.width_above_arm_rad,
+            self.shape_exponent,
+        )
+        return self.height_nm * bell * direction
 
 
-def bump_share(
-    arm_rad: Floats, center_arm_rad: float, width_arm_rad: float, period_arm_rad: float = 0.0
-) -> Floats:
-    """Return the bell ``exp(-((q - q0)/w)^2/2)``, from 1 at the place to 0 far from it.
-
-    With a period, of the way to the nearest of the place's returns.
-    """
+def away_from(arm_rad: Floats, center_arm_rad: float, period_arm_rad: float = 0.0) -> Floats:
+    """Return the way from a place, to the nearest of its returns where it has a period, (n,)."""
     away = arm_rad - center_arm_rad
     if period_arm_rad:
         away = away - period_arm_rad * np.round(away / period_arm_rad)
-    return np.asarray(np.exp(-0.5 * (away / width_arm_rad) ** 2))
+    return np.asarray(away)
+
+
+def bump_share(
+    arm_rad: Floats,
+    center_arm_rad: float,
+    width_arm_rad: float,
+    period_arm_rad: float = 0.0,
+    width_above_arm_rad: float = 0.0,
+    shape_exponent: float = 2.0,
+) -> Floats:
+    """Return the bell ``exp(-|(q - q0)/w|^p/2)``, from 1 at the place to 0 far from it, (n,).
+
+    With a width of its own above the place it leans; the greater p, the flatter its top and the
+    steeper its flanks.
+    """
+    away = away_from(arm_rad, center_arm_rad, period_arm_rad)
+    if width_above_arm_rad:
+        widths = np.where(away > 0.0, width_above_arm_rad, width_arm_rad)
+        ways = np.abs(away) / widths
+    else:
+        ways = np.abs(away) / width_arm_rad
+    powers = ways**2 if shape_exponent == 2.0 else ways**shape_exponent
+    return np.asarray(np.exp(-0.5 * powers))

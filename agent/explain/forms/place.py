@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from agent.explain.forms.form import Form, Grid, Point, stack
+from agent.explain.forms.form import Form, Grid, Point, Proportional, stack
 from agent.explain.forms.orders import half_a_line, strong_orders
 from agent.explain.forms.spots import strong_places
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
+from agent.physics.external import dent_share
 from agent.physics.friction_place import bump_share
 
 _PLACES = 24
@@ -22,9 +23,12 @@ _NARROWEST, _WIDEST = 0.003, 0.12
 _FLANK = 0.04  # at an end of the stroke: wider, it is no place
 _WIDEST_SPOT = 0.25  # wider, friction of the path is no spot
 _TURN, _ROUND = 2.0 * math.pi, 1.2  # rad of the arm, turns: what goes no further comes back
+_SHAPES = ((1.0, 1.0, 6.0), (0.7, 0.7, 1.0), (0.3, 1.5, 1.5), (1.5, 0.3, 1.5))
+_EXPONENTS = (0.7, 12.0)
 _POSITION = ("position_rad",)
 
 Limits = Callable[[Scene], Sequence[tuple[float, float]]]
+Borne = Callable[[Scene, Point, Floats], bool]
 
 
 def _half_an_arm_line(scene: Scene) -> Point:
@@ -136,6 +140,65 @@ def _fault(scene: Scene, point: Point) -> Floats:
     return stack(_bump(scene, point))
 
 
+def _of_any_shape(width: float, *, friction: bool) -> Grid:
+    """Return bells where the residual stands out most: flat ones, sharp ones, and leaning ones.
+
+    Parameters
+    ----------
+    width : float
+        Of the stroke.
+    friction : bool
+        Whether the place brakes; else it pushes.
+    """
+
+    def grid(scene: Scene) -> Sequence[Point]:
+        places = strong_places(scene, (width, 3.0 * width), friction=friction)
+        firsts = dict.fromkeys(places[at] for at in (0, len(places) // 2) if places)
+        return tuple(
+            (center, below * wide, above * wide, exponent)
+            for center, wide in firsts
+            for below, above, exponent in _SHAPES
+        )
+
+    return grid
+
+
+def _shape_limits(scene: Scene) -> Sequence[tuple[float, float]]:
+    lower, upper = scene.stroke_arm_rad()
+    widths = (_NARROWEST * (upper - lower), _WIDEST_SPOT * (upper - lower))
+    return (scene.ends_arm_rad(), widths, widths, _EXPONENTS)
+
+
+def _shape_step(scene: Scene) -> Point:
+    lower, upper = scene.stroke_arm_rad()
+    return (0.5 * _LOCAL * (upper - lower), Proportional(0.3), Proportional(0.3), Proportional(0.3))
+
+
+def _is_as_wide(narrowest: float, widest: float) -> Borne:
+    """Return whether a bell of any shape is as wide as that, of the stroke, and whole within it."""
+
+    def borne(scene: Scene, point: Point, coefficients: Floats) -> bool:
+        del coefficients
+        (lower, upper), (center, below, above, _) = scene.stroke_arm_rad(), point
+        wide = narrowest <= 0.5 * (below + above) / max(upper - lower, 1e-9) <= widest
+        return wide and lower + below <= center <= upper - above
+
+    return borne
+
+
+def _shaped(scene: Scene, point: Point) -> Floats:
+    center, below, above, exponent = point
+    return stack(bump_share(scene.arm_rad, center, below, 0.0, above, exponent))
+
+
+def _shaped_friction(scene: Scene, point: Point) -> Floats:
+    return scene.direction[:, np.newaxis] * _shaped(scene, point)
+
+
+def _dent(scene: Scene, point: Point) -> Floats:
+    return stack(dent_share(scene.arm_rad, *point))
+
+
 def _turns_round(scene: Scene) -> bool:
     """Return whether the arm passes its places more than once by going round."""
     lower, upper = scene.stroke_arm_rad()
@@ -225,10 +288,52 @@ FORMS: tuple[Form, ...] = (
         needs=_POSITION,
     ),
     Form(
+        "position-dependent-friction",
+        "tight spot of another shape",
+        ("height_nm",),
+        _shaped_friction,
+        ("center_arm_rad", "width_arm_rad", "width_above_arm_rad", "shape_exponent"),
+        _of_any_shape(_BROAD, friction=True),
+        step=_shape_step,
+        limits=_shape_limits,
+        needs=_POSITION,
+        borne=_is_as_wide(_LOCAL, _WIDEST_SPOT),
+        refines=("tight spot",),
+        from_residual=True,
+        only_clearly=True,
+    ),
+    Form(
         "local-fault",
         "bump",
         ("height_nm",),
         _fault,
+        ("center_arm_rad", "width_arm_rad"),
+        _places((0.01, 0.02, 0.04, 0.08), friction=False),
+        step=_spot_step,
+        limits=_within_stroke(_NARROWEST, _WIDEST),
+        needs=_POSITION,
+        borne=_is_a_place,
+    ),
+    Form(
+        "local-fault",
+        "bump of another shape",
+        ("height_nm",),
+        _shaped,
+        ("center_arm_rad", "width_arm_rad", "width_above_arm_rad", "shape_exponent"),
+        _of_any_shape(0.02, friction=False),
+        step=_shape_step,
+        limits=_shape_limits,
+        needs=_POSITION,
+        borne=_is_as_wide(_NARROWEST, _WIDEST),
+        refines=("bump",),
+        from_residual=True,
+        only_clearly=True,
+    ),
+    Form(
+        "local-fault",
+        "dent",
+        ("dent_nm",),
+        _dent,
         ("center_arm_rad", "width_arm_rad"),
         _places((0.01, 0.02, 0.04, 0.08), friction=False),
         step=_spot_step,
@@ -246,6 +351,21 @@ FORMS: tuple[Form, ...] = (
         step=_spot_step,
         limits=_within_stroke(_NARROWEST, _BROAD),
         needs=_POSITION,
+    ),
+    Form(
+        "local-fault",
+        "rubbing of another shape",
+        ("rubbing_nm",),
+        _shaped_friction,
+        ("center_arm_rad", "width_arm_rad", "width_above_arm_rad", "shape_exponent"),
+        _of_any_shape(0.014, friction=True),
+        step=_shape_step,
+        limits=_shape_limits,
+        needs=_POSITION,
+        borne=_is_as_wide(_NARROWEST, _BROAD),
+        refines=("rubbing",),
+        from_residual=True,
+        only_clearly=True,
     ),
     Form(
         "local-fault",

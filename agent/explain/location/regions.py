@@ -37,7 +37,7 @@ _FOLLOWS_SIGN = frozenset(
     }
 )
 _LOCAL = frozenset({"stribeck", "presliding-hysteresis", "backlash", "local-fault"})
-_TIGHT_SPOT, _HANGS_FREE = ("position-dependent-friction", "tight spot"), "hangs free"
+_AT_A_PLACE, _HANGS_FREE = "center_arm_rad", "hangs free"
 _MOST_ENERGY, _SEEN = 0.95, 2.0  # an effect's energy; how far beyond that its curve is drawn
 _RESONANCE = (0.5, 2.0)  # times its frequency
 _HALF_ORDER = 0.5
@@ -227,7 +227,7 @@ def regions_of(
     if variable == "after_reversal_s":
         after = _after(scene, rows, added_nm)
         values, added_nm = values[after], added_nm[after]
-    if effect in _LOCAL or (effect, form) == _TIGHT_SPOT or _HANGS_FREE in form:
+    if effect in _LOCAL or _AT_A_PLACE in parameters or _HANGS_FREE in form:
         return _where_visible(scene, variable, values, added_nm)
     return (_whole(scene, variable, values),)
 

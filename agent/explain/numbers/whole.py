@@ -25,7 +25,8 @@ AGES = "friction-drift"
 
 _REPORTED = frozenset({"measurement-delay", "torque-saturation"})
 _HOLDS_THE_ARM = frozenset({"cable-force", "gravity-imbalance", "local-fault"})
-_RUBS = frozenset({"rubbing"})  # friction of a place: the laws of a load ask for theirs themselves
+# Friction of a place: the laws of a load ask for theirs themselves.
+_RUBS = frozenset({"rubbing", "rubbing of another shape", "rubbing, every turn"})
 _MOVED = 0.02  # of what is added: less changes no law that is made of it
 
 

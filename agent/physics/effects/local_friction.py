@@ -11,11 +11,11 @@ from agent.physics.effects.card import (
     Numbers,
     Parameter,
     amplitude,
-    free,
     not_negative,
     positive,
 )
 from agent.physics.effects.motion import Base, Motion
+from agent.physics.effects.places import BELL_PARAMETERS
 from agent.physics.friction_place import PositionDependent, TightSpot
 from agent.physics.presliding import MaxwellSlip, YieldingSpring, across_gaps
 
@@ -114,9 +114,7 @@ _PLACE_FORMS = (
         TightSpot.law,
         {
             "height_nm": amplitude(),
-            "center_arm_rad": free(),
-            "width_arm_rad": positive(),
-            "period_arm_rad": not_negative(0.0),
+            **BELL_PARAMETERS,
         },
         _tight_spot,
     ),

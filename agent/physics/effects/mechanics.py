@@ -15,8 +15,9 @@ from agent.physics.effects.card import (
     positive,
 )
 from agent.physics.effects.motion import Base, Motion
-from agent.physics.external import CableForce, LocalFault
-from agent.physics.friction_place import TightSpot
+from agent.physics.effects.places import BELL_PARAMETERS
+from agent.physics.external import CableForce, Dent, LocalFault
+from agent.physics.friction_place import BELL, TightSpot
 from agent.physics.law import Law
 from agent.physics.rigid_body import gravity_columns
 
@@ -86,9 +87,12 @@ def _fault(p: Numbers, motion: Motion, base: Base) -> Floats:
 
 
 def _rubbing(p: Numbers, motion: Motion, base: Base) -> Floats:
-    place = (p[name] for name in ("center_arm_rad", "width_arm_rad", "period_arm_rad"))
-    law = TightSpot(p["rubbing_nm"], *place)
+    law = TightSpot(p["rubbing_nm"], **{name: p[name] for name in BELL})
     return law.torque_nm(base.arm_rad(motion), motion.direction)
+
+
+def _dent(p: Numbers, motion: Motion, base: Base) -> Floats:
+    return Dent(**p).torque_nm(base.arm_rad(motion))
 
 
 CARDS = (
@@ -163,20 +167,27 @@ CARDS = (
                 LocalFault.law,
                 {
                     "height_nm": amplitude(),
+                    **BELL_PARAMETERS,
+                },
+                _fault,
+            ),
+            Form(
+                "dent",
+                Dent.law,
+                {
+                    "dent_nm": amplitude(),
                     "center_arm_rad": free(),
                     "width_arm_rad": positive(),
                     "period_arm_rad": not_negative(0.0),
                 },
-                _fault,
+                _dent,
             ),
             Form(
                 "rubbing",
                 TightSpot.law,
                 {
                     "rubbing_nm": amplitude(meaning="h, friction at the place's middle"),
-                    "center_arm_rad": free(),
-                    "width_arm_rad": positive(),
-                    "period_arm_rad": not_negative(0.0),
+                    **BELL_PARAMETERS,
                 },
                 _rubbing,
             ),

@@ -34,6 +34,7 @@ _LABELS: Mapping[str, str] = MappingProxyType(
         "damping_nm_s_per_rad": "Damping",
         "damping_ratio": "Damping of the swing, over critical damping",
         "decay_k": "Warming by which it falls to 37 %",
+        "dent_nm": "Torque to either side of the place",
         "exponent": "Exponent",
         "factor": "Torque factor (real over reported)",
         "factor_per_k": "Torque factor, growth with temperature",
@@ -106,6 +107,7 @@ _LABELS: Mapping[str, str] = MappingProxyType(
         "viscous_nm_s_per_rad_per_h": "Viscous friction, growth with time",
         "viscous_nm_s_per_rad_per_run": "Viscous friction, growth from run to run",
         "viscous_thermal_nm_s_per_rad": "Viscous friction that warmth takes away",
+        "width_above_arm_rad": "Half of its width above, arm angle",
         "width_arm_rad": "Half of its width, arm angle",
         "zero_spread_nm": "Spread of the recordings' zeros",
     }
