@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -203,6 +204,7 @@ def no_joint_records(recordings: Sequence[Signals]) -> str:
             or not_measured(motion)
             or stands_still(motion)
             or in_another_unit(motion)
+            or arm_elsewhere(motion)
         )
         if said:
             return said
@@ -237,6 +239,49 @@ def in_another_unit(motion: Motion) -> str:
         return ""
     factor = _factor(driven, covered)
     return "" if abs(factor - 1.0) <= _FACTOR else _another_unit(motion, factor)
+
+
+def velocity_over_rate(motion: Motion) -> float:
+    """Return the velocity over the rate at which the position changes; not a number where unknown.
+
+    A few percent from one are no unit, and a scale that one of the two has wrong.
+    """
+    driven, covered = _driven_and_covered(motion)
+    if not (driven.any() and covered.any()) or not _proportional(driven, covered):
+        return math.nan
+    return 1.0 / _factor(driven, covered)
+
+
+def arm_elsewhere(motion: Motion) -> str:
+    """Return that the arm's encoder tells of another motion than the motor's; or nothing.
+
+    A gear twists, has play and wobbles, all of which is little of a stroke.
+    """
+    signals = motion.signals
+    if signals.position_arm_rad is None or signals.position_rad is None:
+        return ""
+    moved, arm = [np.zeros(0)], [np.zeros(0)]
+    for stretch in motion.timing.stretches:
+        angles = stretch.on_grid(signals, signals.position_rad)
+        step = max(angles.shape[0] // 200, 1)
+        moved.append(np.diff(angles[::step]) / signals.gear_ratio)
+        arm.append(np.diff(stretch.on_grid(signals, signals.position_arm_rad)[::step]))
+    by_motor, by_arm = np.concatenate(moved), np.concatenate(arm)
+    if not (by_motor.any() and by_arm.any()) or not _proportional(by_motor, by_arm):
+        return ""
+    factor = _factor(by_motor, by_arm)
+    if abs(factor - 1.0) <= _FACTOR:
+        return ""
+    name = signals.name
+    if abs(factor + 1.0) <= _FACTOR:
+        return f"{name}: position_arm_rad counts against position_rad; turn one sign"
+    far = (
+        f"{name}: position_arm_rad moves {factor:.4g} times as far as position_rad over the gear "
+        f"ratio of {signals.gear_ratio:g}"
+    )
+    if abs(factor / signals.gear_ratio - 1.0) <= _FACTOR:
+        return f"{far}: position_rad counts on the arm's side, and not on the motor's"
+    return f"{far}: one of the two is in another unit, or the gear ratio is another"
 
 
 def _driven_and_covered(motion: Motion) -> tuple[Floats, Floats]:
