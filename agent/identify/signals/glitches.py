@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -12,6 +13,8 @@ from agent.identify.signals.arrays import Signals
 
 _BEYOND = 8.0  # times what one row in a thousand departs from its neighbours: 26 sigmas of noise
 _ONE_IN = 0.999
+_OF_MANY = 0.99
+_TAIL = 1.6  # times what one row in a hundred departs: what one in a thousand of noise does at most
 _BETWEEN = 0.25  # of the departure, at most, lies between the neighbours: else it is a step
 _LEAST = 0.1  # of the signal's range
 _FEWEST = 200  # rows
@@ -59,6 +62,10 @@ def _alone(signals: Signals) -> NDArray[np.bool_]:
             least = _least(values[rows])
             out[rows[1:-1][_spikes(values[rows], least)]] = True
             out[rows[_broken_ends(values[rows], time_s, least)]] = True
+    if signals.velocity_rad_s is not None:
+        torque = signals.torque_nm[rows]
+        kicks = _spikes(torque, _least(torque), at_most=_TAIL * _usual(_departs(torque), _OF_MANY))
+        out[rows[1:-1][kicks & ~_kinks(signals.velocity_rad_s[rows])]] = True
     if signals.position_rad is not None:
         position = signals.position_rad[rows]
         steps = np.abs(np.diff(position))
@@ -70,13 +77,32 @@ def _alone(signals: Signals) -> NDArray[np.bool_]:
     return out
 
 
-def _spikes(values: Floats, least: float) -> NDArray[np.bool_]:
-    """Return which of the inner values, (n - 2,), are far from two neighbours that agree."""
-    departs = np.abs(values[1:-1] - (values[2:] + values[:-2]) / 2.0)
-    usual = max(_usual(departs), least)
+def _departs(values: Floats) -> Floats:
+    """Return how far the inner values are from the mean of their neighbours, shape (n - 2,)."""
+    return np.asarray(np.abs(values[1:-1] - (values[2:] + values[:-2]) / 2.0))
+
+
+def _spikes(values: Floats, least: float, at_most: float = math.inf) -> NDArray[np.bool_]:
+    """Return which of the inner values, (n - 2,), are far from two neighbours that agree.
+
+    Where more than one row in a thousand is out of line, these are what is usual, unless it is
+    said how much that is at most.
+    """
+    departs = _departs(values)
+    usual = max(min(_usual(departs), at_most), least)
     between = np.abs(values[2:] - values[:-2])
     far = (usual > 0.0) & (departs > _BEYOND * usual) & (between < _BETWEEN * departs)
     return np.asarray(far)
+
+
+def _kinks(velocity: Floats) -> NDArray[np.bool_]:
+    """Return where the velocity bends more than it mostly does, shape (n - 2,).
+
+    A kick that the motor really got, as where a joint breaks away, is seen in its velocity.
+    """
+    bends = _departs(velocity)
+    bends[1:-1] = np.maximum(bends[1:-1], np.maximum(bends[2:], bends[:-2]))
+    return np.asarray(bends > _usual(bends, _OF_MANY))
 
 
 def _broken_ends(values: Floats, time_s: Floats, least: float) -> list[int]:
@@ -99,9 +125,9 @@ def _broken_ends(values: Floats, time_s: Floats, least: float) -> list[int]:
     return [*range(before), *range(-behind, 0)]
 
 
-def _usual(values: Floats) -> float:
+def _usual(values: Floats, one_in: float = _ONE_IN) -> float:
     """Return what one of a thousand exceeds, but for the three that a row by itself enlarges."""
-    return float(np.quantile(np.sort(values)[:-3], _ONE_IN))
+    return float(np.quantile(np.sort(values)[:-3], one_in))
 
 
 def _least(values: Floats) -> float:

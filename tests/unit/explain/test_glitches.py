@@ -54,6 +54,25 @@ def test_a_row_that_stands_alone_is_left_out_and_a_step_is_not(run: Run) -> None
         assert bool(said) is bool(rows)
 
 
+@pytest.mark.parametrize("felt", [False, True])
+def test_many_single_rows_are_left_out_but_for_kicks_that_moved_the_motor(
+    run: Run, felt: bool
+) -> None:
+    """Lost bits of a bus were what is usual, and noise three times as loud as it is."""
+    signals = run.signals
+    assert signals.velocity_rad_s is not None
+    torque, velocity = signals.torque_nm.copy(), signals.velocity_rad_s.copy()
+    rows = np.arange(977, torque.shape[0] - 1, 599)
+    torque[rows] += 5.0
+    if felt:
+        velocity[rows] += 3.0
+    hit = replace(run, signals=replace(signals, torque_nm=torque, velocity_rad_s=velocity))
+    (kept,), said = without_glitches([hit])
+    alone = np.flatnonzero(~kept.signals.valid).tolist()
+    assert alone == ([] if felt else rows.tolist())
+    assert bool(said) is not felt
+
+
 def test_a_recording_cut_in_motion_ends_as_it_moves(run: Run) -> None:
     """The last row was the one before once more: a soft gear was 55 % of Stribeck friction."""
     signals = run.signals
