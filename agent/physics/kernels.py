@@ -28,6 +28,26 @@ def relax(steady: Floats, keep: Floats, start: float) -> Floats:
 
 
 @njit(cache=True, nogil=True)
+def smoothed(time: Floats, values: Floats, lag_s: float) -> Floats:
+    """Return what a first-order low-pass makes of values on straight lines, shape (n,).
+
+    It begins settled, and anew behind a value that is not known.
+    """
+    out = np.empty_like(values)
+    state = np.nan
+    for k in range(values.shape[0]):
+        if k == 0 or not (math.isfinite(state) and math.isfinite(values[k])):
+            state = values[k]
+        else:
+            step = time[k] - time[k - 1]
+            keep = math.exp(-step / lag_s)
+            behind = (values[k] - values[k - 1]) / step * lag_s  # a ramp's delay
+            state = values[k] - behind + (state - values[k - 1] + behind) * keep
+        out[k] = state
+    return out
+
+
+@njit(cache=True, nogil=True)
 def settle(velocity: Floats, keep: Floats, start: float) -> Floats:
     """Return a state that goes to the sign of a velocity, shape (n,).
 

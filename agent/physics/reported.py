@@ -116,6 +116,38 @@ class Delay:
         return at_times(time_s, reported, time_s + self.delay_s)
 
 
+@dataclass(frozen=True)
+class Smoothing:
+    """A channel that passes a low-pass before it is told."""
+
+    law: ClassVar[Law] = Law(
+        "measurement-lag",
+        "T dy/dt = x - y",
+        {"lag_s": "T, the filter's time constant"},
+        "a first-order low-pass, as drives and loggers have it before a torque or a current",
+        "one pole; filters of a higher order are one pole and a delay far below their corner",
+    )
+    lag_s: float
+
+    def __post_init__(self) -> None:
+        """Refuse what is not finite, or no filter."""
+        require(self.law, self, positive="lag_s")
+
+    def reported(self, time_s: Floats, true: Floats) -> Floats:
+        """Return what the channel says, shape (n,); it begins settled.
+
+        Parameters
+        ----------
+        time_s : ndarray, shape (n,)
+            Rising, even or not.
+        true : ndarray, shape (n,)
+            What the channel would say without the filter; NaN where it is not known.
+        """
+        from agent.physics.kernels import smoothed
+
+        return np.asarray(smoothed(time_s, true, self.lag_s))
+
+
 def at_times(time_s: Floats, values: Floats, when_s: Floats) -> Floats:
     """Return values between samples by the cubic through the four around, shape of `when_s`.
 

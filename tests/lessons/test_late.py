@@ -9,6 +9,7 @@ import pytest
 
 from agent.explain.choosing.choice import Choice
 from agent.explain.choosing.search import Library
+from agent.explain.explain import explain
 from agent.explain.findings import findings_of
 from agent.explain.numbers.anew import chosen_anew
 from agent.explain.numbers.in_step import begun_late
@@ -19,6 +20,7 @@ from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, tabulate, without_edges
 from agent.explain.study import study
 from agent.identify.result import Floats
+from agent.physics.reported import Delay, Smoothing
 from agent.physics.twin import Effect, Twin
 from tests.science.explain_joint import (
     GEAR_RATIO,
@@ -156,3 +158,26 @@ def test_the_channel_that_is_late_is_named(position_s: float, late: str) -> None
     assert finding.parameters[f"{late}_delay_s"].value == pytest.approx(sign * 0.006, abs=0.0006)
     said = "the velocity is reported" if late == "velocity" else "the motion is reported"
     assert said in finding.sentence
+
+
+@pytest.mark.parametrize("lag_s", [0.006, 0.012])
+def test_a_torque_behind_a_low_pass_is_no_soft_gear(lag_s: float) -> None:
+    """As a plain delay it left an arm that swings at 5 Hz, with a probability of one."""
+    trajectory = stair((4.0, 12.0, 25.0, 45.0))
+    runs = []
+    for seed in range(3):
+        run = record(trajectory, nothing, Conditions(started_s=100.0 * seed), seed)
+        time = run.signals.time_s
+        late = Delay(0.003).reported(time, Smoothing(lag_s).reported(time, run.signals.torque_nm))
+        kept = np.isfinite(late)
+        signals = replace(run.signals, torque_nm=np.where(kept, late, 0.0), valid=kept)
+        runs.append(replace(run, signals=signals))
+    answer = explain(TWIN, runs[:2], runs[2:])
+    assert [finding.effect for finding in answer.findings] == ["measurement-delay"]
+    assert answer.holdout is not None
+    assert answer.holdout.floor_ratio < 1.1
+    found = answer.findings[0].parameters
+    assert found["torque_lag_s"].value == pytest.approx(lag_s, rel=0.15)
+    assert found["torque_delay_s"].value == pytest.approx(0.003, abs=0.001)
+    assert answer.twin is not None
+    assert explain(answer.twin, runs[:2], runs[2:]).verdict == "no-mismatch"

@@ -35,6 +35,7 @@ _CALLED: Mapping[str, str] = {
     "torque_offset_nm": "offset",
     "limit_nm": "limit",
     "torque_delay_s": "delay",
+    "torque_lag_s": "low-pass",
     "velocity_delay_s": "delay",
     "half_gap_rad": "half the gap",
     "stiffness_nm_per_rad": "stiffness",

@@ -137,6 +137,12 @@ def _detail(effect: str, parameters: Mapping[str, Parameter]) -> str:
     known = {n: p.value for n, p in parameters.items() if p.identified and math.isfinite(p.value)}
     if effect == "torque-constant-error":
         return _factor(known)
+    if "torque_lag_s" in known and "torque_delay_s" in known:
+        late_s = known["torque_delay_s"] + known["torque_lag_s"]
+        return (
+            f"the torque is reported {duration(late_s)} later than the motion, "
+            f"{duration(known['torque_lag_s'])} of it by a low-pass"
+        )
     if "torque_delay_s" in known:
         by = duration(known["torque_delay_s"])
         if known["torque_delay_s"] > 0.0:

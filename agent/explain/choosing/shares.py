@@ -119,7 +119,7 @@ def without_term(library: Library, terms: Sequence[Candidate], index: int) -> li
 def _scene_without(scene: Scene, term: Candidate) -> Scene:
     """Return what the other laws are made of where one term is taken away."""
     if term.form.effect == DELAY:
-        return replace(scene, late_s=0.0) if scene.late_s else scene
+        return replace(scene, late_s=0.0, lag_s=0.0) if scene.late_s else scene
     sliding, beside = (_less(known, term) for known in (scene.sliding, scene.beside))
     held = scene.held
     if isinstance(held, Together):

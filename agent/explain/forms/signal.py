@@ -69,10 +69,12 @@ def _own_nm(scene: Scene, theta: Floats) -> Floats:
 
 
 def _later_less_itself(scene: Scene, torque_nm: Floats, by_s: float) -> Floats:
-    out = np.empty_like(torque_nm)
+    out, passed, shift_s = np.empty_like(torque_nm), torque_nm, by_s
+    if scene.late_s and scene.lag_s:  # a part of the lateness is a low-pass's
+        passed, shift_s = scene.smoothed(torque_nm), by_s - scene.lag_s
     for at, _ in scene.each_piece():
-        time, torque = scene.full("time_s")[at], torque_nm[at]
-        out[at] = np.interp(time - by_s, time, torque) - torque
+        time = scene.full("time_s")[at]
+        out[at] = np.interp(time - shift_s, time, passed[at]) - torque_nm[at]
     return out
 
 
@@ -97,7 +99,11 @@ def _delay_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[s
     slow = _slow_delay(scene, found_s)
     far_s = _FAR * max(abs(slow.value), abs(found_s))
     known = slow.known and abs(slow.value - found_s) < far_s
-    return ({"torque_delay_s": slow.value if known else found_s},)
+    late_s = slow.value if known else found_s
+    lag_s = scene.lag_s if scene.late_s else 0.0
+    if not lag_s:
+        return ({"torque_delay_s": late_s},)
+    return ({"torque_delay_s": late_s - lag_s, "torque_lag_s": lag_s},)
 
 
 def _slow_delay(scene: Scene, found_s: float) -> Slow:

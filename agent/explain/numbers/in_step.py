@@ -33,6 +33,8 @@ from agent.physics.effects.library import CARRIED
 
 _ROUNDS = 3
 _ORDERS = 3
+_LAG_SHARES = (0.25, 0.5, 0.75, 1.0)  # of a delay, that a low-pass may have
+_CLEARLY = 0.02  # of what is left: for less a delay is one
 _SETTLED = 0.03  # of a delay: moved by less, it leaves every law where it is
 
 
@@ -60,10 +62,10 @@ def chosen_in_step(library: Library, choice: Choice) -> tuple[Library, Choice]:
         if abs(float(delay.scored.coefficients[0])) < turn_s(library.scene.table):
             break
         others = [term for term in best.terms if term is not delay]
-        late_s, theta = _found_late(found, others, float(delay.scored.coefficients[0]))
+        late_s, lag_s, theta = _found_late(found, others, float(delay.scored.coefficients[0]))
         if abs(late_s - found.scene.late_s) < max(_SETTLED * abs(late_s), CLOSELY_S):
             break
-        moved = _moved(found, late_s, theta)
+        moved = _moved(found, late_s, lag_s, theta)
         own = moved.candidate(delay.scored.form, (late_s,))
         begun = [replace(delay, scored=replace(delay.scored, candidate=own))]
         again = choose(with_new_grids(moved, [own]), rivals=False, begun=begun, held=True)
@@ -98,10 +100,10 @@ def late_beside(library: Library, choice: Choice) -> tuple[Library, Choice]:
     if abs(near_s) < turn_s(before.table):
         return library, choice
     others = [term for term in choice.terms if term is not delay]
-    late_s, _ = _found_late(library, others, near_s)
+    late_s, lag_s, _ = _found_late(library, others, near_s)
     if abs(late_s) < turn_s(before.table) or abs(late_s - before.late_s) < CLOSELY_S:
         return library, choice
-    again = replace(library, scene=replace(before, late_s=late_s), known={})
+    again = replace(library, scene=replace(before, late_s=late_s, lag_s=lag_s), known={})
     own = again.candidate(delay.scored.form, (late_s,))
     terms = tuple(
         replace(delay, scored=replace(delay.scored, candidate=own))
@@ -143,8 +145,8 @@ def begun_late(library: Library, choice: Choice) -> tuple[Library, Choice] | Non
     if abs(slow.value) < turn_s(table) or not slow.known:
         return None
     kept = [t for t in choice.terms if t.scored.form.effect not in CARRIED]
-    late_s, theta = _found_late(library, kept, slow.value)
-    moved = _moved(library, late_s, theta)
+    late_s, lag_s, theta = _found_late(library, kept, slow.value)
+    moved = _moved(library, late_s, lag_s, theta)
     own = moved.candidate(trial.form, (late_s,))
     begun = [Term(Scored(own, np.array([late_s]), 0.0, moved.errors([own])), 0.0)]
     begun += [retaken(moved, term, library.scene) for term in kept]
@@ -162,8 +164,10 @@ def left_share(choice: Choice) -> float:
     return float(choice.full.sum()) / float(choice.plain.sum())
 
 
-def _found_late(library: Library, terms: Sequence[Term], near_s: float) -> tuple[float, Floats]:
-    """Return the delay that fits best, and the twin's numbers, shape (5,), beside it.
+def _found_late(
+    library: Library, terms: Sequence[Term], near_s: float
+) -> tuple[float, float, Floats]:
+    """Return the delay that fits best, what a low-pass has of it, and the twin's numbers, (5,).
 
     The delay's column is made of numbers that an undelayed fit has bent. Here all columns are late,
     so that one number is searched for and nothing leans on a first guess. Nor on the waves that
@@ -194,8 +198,8 @@ def _found_late(library: Library, terms: Sequence[Term], near_s: float) -> tuple
     each = [(piece.rows, piece.period_s * piece.stride) for piece in table.pieces]
     on_time = table.band(raw)
 
-    def fit(late_s: float, apart: NDArray[np.bool_]) -> tuple[float, Floats]:
-        late = table.band(replace(scene, late_s=late_s).as_late(raw))
+    def fit(late_s: float, apart: NDArray[np.bool_], lag_s: float = 0.0) -> tuple[float, Floats]:
+        late = table.band(replace(scene, late_s=late_s, lag_s=lag_s).as_late(raw))
         return _least(weighing.weighted(late)[apart], target[apart])
 
     def slow_fit(late_s: float, apart: NDArray[np.bool_]) -> tuple[float, Floats]:
@@ -217,9 +221,51 @@ def _found_late(library: Library, terms: Sequence[Term], near_s: float) -> tuple
     slowest = partial(_error, slow_fit, seen_at(late_s))
     ends = [nearest_delay(slowest, at_s, min(step_s, REACH_S)) for at_s in (late_s, near_s)]
     late_s = min(ends, key=slowest)
+    late_s, lag_s = _smoothed(partial(fit, apart=apart), late_s, min(step_s, REACH_S))
     theta = scene.as_given.copy()
-    theta[carried] = fit(late_s, apart)[1][: carried.size]
-    return late_s, theta
+    theta[carried] = fit(late_s, apart, lag_s)[1][: carried.size]
+    return late_s, lag_s, theta
+
+
+def _smoothed(
+    fit: Callable[..., tuple[float, Floats]], late_s: float, reach_s: float
+) -> tuple[float, float]:
+    """Return a delay, and what a low-pass has of it: nothing where that leaves hardly less.
+
+    Far below its corner a low-pass is a delay as long as its time constant; nearer to it what is
+    fast is less late, and smaller.
+    """
+    plain = fit(late_s)[0]
+    if late_s <= 0.0:  # the motion is late, and not what was filtered
+        return late_s, 0.0
+    best = plain, late_s, 0.0
+    for share in _LAG_SHARES:
+        late = nearest_delay(partial(_error_behind, fit, share), late_s, reach_s)
+        if late > 0.0:
+            best = min(best, (fit(late, lag_s=share * late)[0], late, share * late))
+    left, late, lag_s = best
+    if left >= (1.0 - _CLEARLY) * plain:
+        return late_s, 0.0
+    for _ in range(_ROUNDS):  # one lengthens as the other gets shorter: by turns
+        dead_s = late - lag_s
+        lag_s = nearest_delay(partial(_error_behind_both, fit, dead_s), lag_s, 0.5 * lag_s)
+        dead_s = nearest_delay(partial(_error_before, fit, lag_s), dead_s, 0.5 * lag_s)
+        late = dead_s + lag_s
+    return late, lag_s
+
+
+def _error_behind(fit: Callable[..., tuple[float, Floats]], share: float, late_s: float) -> float:
+    return fit(late_s, lag_s=share * late_s)[0]
+
+
+def _error_behind_both(
+    fit: Callable[..., tuple[float, Floats]], dead_s: float, lag_s: float
+) -> float:
+    return fit(dead_s + lag_s, lag_s=lag_s)[0]
+
+
+def _error_before(fit: Callable[..., tuple[float, Floats]], lag_s: float, dead_s: float) -> float:
+    return fit(dead_s + lag_s, lag_s=lag_s)[0]
 
 
 def _least(columns: Floats, target: Floats) -> tuple[float, Floats]:
@@ -249,13 +295,13 @@ def _error(
     return fit(late_s, rows)[0]
 
 
-def _moved(library: Library, late_s: float, theta: Floats) -> Library:
+def _moved(library: Library, late_s: float, lag_s: float, theta: Floats) -> Library:
     """Return a library with every law but the delay itself as late as the torque.
 
     Where the torque starts and turns round are edges as much as where the motion does.
     """
     scene = library.scene
     table = without_edges(scene.table, scene.table.creep_rad_s, late_s)
-    scene = replace(scene, table=table, theta=theta, late_s=late_s)
+    scene = replace(scene, table=table, theta=theta, late_s=late_s, lag_s=lag_s)
     forms = tuple(dict.fromkeys(c.form for c in library.candidates))
     return Library.of(scene, weigh(table, left_nm(library, ())), forms)

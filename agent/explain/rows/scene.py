@@ -58,6 +58,8 @@ class Scene:
     late_s : float
         By how much the torque is later than the motion, as far as that was found; below zero
         where the motion is the late one.
+    lag_s : float
+        How much of that is a low-pass that the torque has passed, and no plain delay.
     waves : dict
         The last few of `wave`, by order, with the motion that each is of: searches meet again.
     """
@@ -73,6 +75,7 @@ class Scene:
     yields_rad: float = field(default=0.0, kw_only=True)
     others_nm: Floats | None = field(default=None, kw_only=True)
     late_s: float = field(default=0.0, kw_only=True)
+    lag_s: float = field(default=0.0, kw_only=True)
     waves: dict[float, tuple[Floats, Floats, Floats]] = field(
         default_factory=dict, kw_only=True, compare=False, repr=False
     )
@@ -250,7 +253,23 @@ class Scene:
         """Return full-rate columns, shape (N,) or (N, k), as late as the torque is."""
         if not self.late_s:
             return raw
-        return earlier_by_stretch(raw, self.each_piece(), -self.late_s)
+        if self.lag_s:
+            raw = self.smoothed(raw)
+        return earlier_by_stretch(raw, self.each_piece(), self.lag_s - self.late_s)
+
+    def smoothed(self, raw: Floats) -> Floats:
+        """Return full-rate columns, shape (N,) or (N, k), behind the torque's low-pass."""
+        from agent.physics.kernels import smoothed
+
+        out = np.empty_like(raw)
+        for at, _ in self.each_piece():
+            time = self.full("time_s")[at]
+            if raw.ndim == 1:
+                out[at] = smoothed(time, raw[at], self.lag_s)
+            else:
+                for k in range(raw.shape[1]):
+                    out[at, k] = smoothed(time, np.ascontiguousarray(raw[at, k]), self.lag_s)
+        return out
 
     def on_time(self, rows_nm: Floats) -> Floats:
         """Return a torque at the rows, shape (n,), in step with the motion."""

@@ -21,7 +21,7 @@ from agent.physics.effects.motion import Base, Motion
 from agent.physics.effects.shaken import shaken_nm
 from agent.physics.law import Law
 from agent.physics.periodic import ResolverError
-from agent.physics.reported import Delay, TorqueConstant, TorqueSaturation
+from agent.physics.reported import Delay, Smoothing, TorqueConstant, TorqueSaturation
 
 OFFSET_LAW = Law(
     "torque-offset",
@@ -94,7 +94,10 @@ def _velocity_late(p: Numbers, motion: Motion) -> Motion:
 
 
 def _torque_late(p: Numbers, motion: Motion, torque_nm: Floats) -> Floats:
-    return Delay(p["torque_delay_s"]).reported(motion.need("time_s"), torque_nm)
+    time, lag_s = motion.need("time_s"), p["torque_lag_s"]
+    if lag_s:
+        torque_nm = Smoothing(lag_s).reported(time, torque_nm)
+    return Delay(p["torque_delay_s"]).reported(time, torque_nm)
 
 
 def _constant(p: Numbers, motion: Motion, torque_nm: Floats) -> Floats:
@@ -162,7 +165,12 @@ CARDS = (
             Form(
                 "torque late",
                 Delay.law,
-                {"torque_delay_s": free(meaning="d, of the torque against the motion")},
+                {
+                    "torque_delay_s": free(meaning="d, of the torque against the motion"),
+                    "torque_lag_s": not_negative(
+                        0.0, "T, of a low-pass that it passes before (0: none)"
+                    ),
+                },
                 reported_nm=_torque_late,
             ),
             Form(

@@ -98,6 +98,7 @@ _LABELS: Mapping[str, str] = MappingProxyType(
         "stribeck_velocity_rad_s": "Stribeck velocity",
         "stribeck_velocity_rad_s_per_k": "Stribeck velocity, growth with temperature",
         "torque_delay_s": "Delay of the torque",
+        "torque_lag_s": "Time constant of its low-pass",
         "velocity_delay_s": "Delay of the velocity",
         "viscous_change_nm_s_per_rad": "Viscous friction, change in the end",
         "viscous_difference_nm_s_per_rad": "Viscous friction, forward less backward",
