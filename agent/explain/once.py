@@ -224,13 +224,19 @@ def _explained(
     if is_tied(told.findings):
         swings = frozenset(swing.effect for swing in told.swings)
         menu = experiments(found, told.findings, limits, swings)
+    beyond = further(told.found, asked.runs, asked.holdout)
     answer = written_down(
-        told, given, proven, traces, menu, recordings, held_out, by_motor=asked.by_motor
+        told,
+        given,
+        proven,
+        traces,
+        menu,
+        recordings,
+        held_out,
+        by_motor=asked.by_motor,
+        goes_further=bool(beyond),
     )
-    carried = (
-        *said_of(asked.runs, given.twin, given.loads),
-        *further(told.found, asked.runs, asked.holdout),
-    )
+    carried = (*said_of(asked.runs, given.twin, given.loads), *beyond)
     moment = None
     if answer.verdict in ("unexplained", "partly-explained"):
         study = told.found

@@ -74,6 +74,7 @@ def written_down(
     held_out: tuple[str, ...],
     *,
     by_motor: bool,
+    goes_further: bool,
 ) -> Explanation:
     """Return an explanation with all that was found in it."""
     found, verdict, findings = told.found, told.verdict, told.findings
@@ -116,6 +117,7 @@ def written_down(
         traces=traces,
         unexplained_curves=_spectra(found),
         band_hz=table.cutoff_hz,
+        goes_further=goes_further,
         edges=edges,
     )
     return replace(said, sentence=words.summary_of(said))

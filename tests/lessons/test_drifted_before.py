@@ -13,6 +13,7 @@ from tests.science.explain_joint import TWIN, Conditions, record, stair
 from trajectories import SetPoints
 
 _BEFORE_NM, _GROWS_NM, _SECONDS = 0.06, 0.1, 3000.0
+_RUNS_IN = ((0.15, 900.0), (0.10, 7200.0))
 
 
 def worn(points: SetPoints, at: Conditions) -> Floats:
@@ -35,3 +36,24 @@ def test_a_drift_may_have_begun_before_it_was_recorded(coulomb_nm: float, wrong:
     assert "friction-drift" in effects
     assert ("wrong-number" in effects) is wrong
     assert len(effects) == 1 + wrong
+
+
+def running_in(points: SetPoints, at: Conditions) -> Floats:
+    """Return friction that falls quickly, and slowly for longer than it was recorded."""
+    level = sum(nm * np.exp(-at.started_s / settles_s) for nm, settles_s in _RUNS_IN)
+    return np.asarray(level * np.sign(points.velocity_rad_s))
+
+
+@pytest.mark.parametrize(("coulomb_nm", "wrong"), [(0.5, False), (0.3, True)])
+def test_a_run_in_may_end_after_it_was_recorded(coulomb_nm: float, wrong: bool) -> None:
+    """The twin of a joint that has run in was told a wrong Coulomb level before all else."""
+    cycle = stair([8.0, 20.0, 45.0, 80.0])
+    starts = np.linspace(0.0, _SECONDS, 6)
+    runs = [
+        record(cycle, running_in, Conditions(started_s=at), seed, name=f"run {seed}")
+        for seed, at in enumerate(starts.tolist())
+    ]
+    answer = explain(replace(TWIN, coulomb_nm=coulomb_nm), [*runs[:3], *runs[4:]], [runs[3]])
+    effects = [finding.effect for finding in answer.findings]
+    assert "friction-drift" in effects
+    assert ("wrong-number" in effects) is wrong

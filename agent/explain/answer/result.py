@@ -102,6 +102,8 @@ class Explanation:
         Names.
     band_hz : float
         Up to where torques were compared: errors, floor and shares are of that band.
+    goes_further : bool
+        Whether what was held out goes beyond what the laws that were found were learnt over.
     edges : Edges or None
         What is not compared, where the simulation is far off in it.
     beside : str
@@ -134,6 +136,7 @@ class Explanation:
     unexplained_varies: Varying | None = None
     unexplained_spells: Spells | None = None
     band_hz: float = math.nan
+    goes_further: bool = False
     edges: Edges | None = None
     beside: str = ""
 

@@ -17,6 +17,7 @@ from agent.numbers import scale_for, significant
 TOLD = 3
 """Findings in the summary: smaller ones are counted there."""
 
+_NOT_RECORDED, _SO = "was not recorded", ", so "
 _HALF = 0.5  # of what stands above the noise: with less, most of what was found is not there
 _WORSE = 1.1  # times the error before: more is no law for what was not seen
 _LITTLE = 0.01  # of the mismatch: what has no name is in the unseen recordings alone
@@ -141,10 +142,12 @@ def what_stays(explanation: Explanation) -> tuple[str, ...]:
         if little:
             parts.append(little)
         elif verdict == "partly-explained" and only_unseen:
-            parts.append(
-                f"That is {significant(holdout.floor_ratio, 2)} times the noise: these hold "
-                "something that the recordings to learn from do not show."
+            why = (
+                "they go beyond what was learnt from, where what was found is carried on"
+                if explanation.goes_further
+                else "these hold something that the recordings to learn from do not show"
             )
+            parts.append(f"That is {significant(holdout.floor_ratio, 2)} times the noise: {why}.")
     return tuple(parts)
 
 
@@ -199,12 +202,23 @@ def _left_sentence(explanation: Explanation) -> str:
         )
     if not measured:
         return (
-            f"The simulation, its numbers refitted, is off by {torque(refitted_nm)} rms, and no "
-            f"effect of the library carries that. {lies}"
+            f"The simulation, its numbers refitted, is off by {torque(refitted_nm)} rms, and "
+            f"{_no_effect(explanation)}. {lies}"
         )
     scale = scale_for("N m", (refitted_nm, floor_nm))
     error, noise = (significant(v * scale.factor, 2) for v in (refitted_nm, floor_nm))
     return (
         f"The simulation, its numbers refitted, is off by {error} {scale.unit} rms where noise is "
-        f"{noise}, and no effect of the library carries that. {lies}"
+        f"{noise}, and {_no_effect(explanation)}. {lies}"
     )
+
+
+def _no_effect(explanation: Explanation) -> str:
+    """Return that no effect carries a mismatch, and what kept some from being judged."""
+    missing = [
+        why.partition(_SO)[0] for why in explanation.not_judged.values() if _NOT_RECORDED in why
+    ]
+    if not missing:
+        return "no effect of the library carries that"
+    told = " and ".join(dict.fromkeys(missing))
+    return f"no effect of the library that could be judged carries that ({told})"

@@ -3,7 +3,7 @@
 Friction that drifts, changes with temperature or differs between directions has a level for every
 hour, temperature and direction. A fit gives the mean. A twin that was right when the joint was new,
 or cold, or in one direction, has no wrong number: it lacks the law. A drift may have begun before
-it was recorded. A constant torque is friction
+it was recorded, and a run-in may end after. A constant torque is friction
 that differs between directions by another name, and there only the one or the other direction's
 level counts: between the two no motion shows any.
 
@@ -32,6 +32,7 @@ _BEYOND = 0.25  # of the range on either side: a twin's number and a law's ends 
 _BEFORE = 1.0  # of it: a drift may have gone on for as long before as it was recorded
 _OF_LARGEST = 0.1  # of a column: with less of it, what a number is there is not to be had
 _ENDS = (0.01, 0.99)
+_RUNS_IN = "run_in_nm"
 _NUMBER: Mapping[str, Mapping[str, str]] = {
     "temperature-dependent-friction": {
         "viscous_thermal_nm_s_per_rad": "viscous_nm_s_per_rad",
@@ -44,7 +45,7 @@ _NUMBER: Mapping[str, Mapping[str, str]] = {
         "viscous_nm_s_per_rad_per_operating_h": "viscous_nm_s_per_rad",
         "coulomb_nm_per_1000_turns": "coulomb_nm",
         "viscous_nm_s_per_rad_per_1000_turns": "viscous_nm_s_per_rad",
-        "run_in_nm": "coulomb_nm",
+        _RUNS_IN: "coulomb_nm",
     },
     "direction-asymmetry": {
         "coulomb_difference_nm": "coulomb_nm",
@@ -85,7 +86,8 @@ def varied_through_given(library: Library, twin: Twin, model: Model) -> frozense
             low, high = np.quantile(added / base[there], _ENDS) + model.base[number].value
             given = float(getattr(twin, number))
             grows = form.effect == _DRIFT and _grows(library, there, added / base[there])
-            passes = _passes(float(low), float(high), given, form.effect, grows=grows)
+            ends = float(low), float(high)
+            passes = _passes(*ends, given, form.effect, grows=grows, settles=name == _RUNS_IN)
             if passes or (name == _FALLS and _falls_to_given(library, model, term, number)):
                 out.add(number)
     return frozenset(out)
@@ -134,10 +136,13 @@ def _grows(library: Library, there: NDArray[np.bool_], levels: Floats) -> bool:
     return bool(np.mean(in_time[-tenth:]) > np.mean(in_time[:tenth]))
 
 
-def _passes(low: float, high: float, given: float, effect: str, *, grows: bool) -> bool:
+def _passes(
+    low: float, high: float, given: float, effect: str, *, grows: bool, settles: bool
+) -> bool:
     """Return whether what the twin says lies where the law goes, nearly.
 
-    Or, of friction that drifts, where it came from: it may have begun before it was recorded.
+    Or, of friction that drifts, where it came from: it may have begun before it was recorded. And
+    what settles is where it goes to, which a recording of its way there hardly tells.
     """
     margin = _BEYOND * (high - low)
     if effect in _TWO_LEVELS:
@@ -146,4 +151,6 @@ def _passes(low: float, high: float, given: float, effect: str, *, grows: bool) 
     if effect == _DRIFT:
         before = _BEFORE * (high - low)
         below, above = (before, margin) if grows else (margin, before)
+        if settles:
+            below = above = before
     return low - below <= given <= high + above
