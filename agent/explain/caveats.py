@@ -141,6 +141,8 @@ def _more_than_the_floor(found: Study, *, beside: bool) -> str:
     beside : bool
         Whether what comes closest to it is said, too.
     """
+    if not all(found.in_twin(term.scored.form) for term in found.choice.terms):
+        return ""  # what a law leaves that no simulation bears out is not told to be noise
     times = f"what is left is {found.left.over_floor:.1f} times the noise"
     if found.left.louder_noise and not any(line.matters for line in found.lines):
         how = "as short" if beside else "noise all the same"

@@ -111,6 +111,7 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         parameters,
         first=first,
         beside_numbers=bool(study.numbers),
+        in_twin=study.in_twin(form),
     )
     clipped = saturation_evidence(scene.table) if form.effect == "torque-saturation" else None
     if clipped is not None:

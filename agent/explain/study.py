@@ -19,6 +19,7 @@ from agent.explain.choosing.misfits import misfits
 from agent.explain.choosing.only_fast import only_fast
 from agent.explain.choosing.search import Library
 from agent.explain.forms.arm_encoder import seen_by_the_arm
+from agent.explain.forms.form import Form
 from agent.explain.forms.library import judgeable
 from agent.explain.left import Left
 from agent.explain.location.deficiency import deficiency_map
@@ -98,6 +99,16 @@ class Study:
         """Return what the extended twin leaves."""
         rows, residual_nm = self.library.weighing.rows, self.model.residual_nm
         return Left(self.table, rows, residual_nm, self.floor, self.left_cells, self.lines)
+
+    def in_twin(self, form: Form) -> bool:
+        """Return whether the extended twin has a law that was found, where a twin can have it.
+
+        A hidden state that its own simulation does not bear out is in none.
+        """
+        before, now = (
+            sum(e.id == form.effect for e in twin.effects) for twin in (self.twin, self.extended)
+        )
+        return not form.at_edges or now > before
 
     @cached_property
     def unshaken(self) -> Mapping[int, Mapping[str, Parameter]]:

@@ -36,6 +36,7 @@ def finding_sentence(
     *,
     first: bool = True,
     beside_numbers: bool = False,
+    in_twin: bool = True,
 ) -> Said:
     """Return what is said of a finding: where, how much, what it is, how much it explains.
 
@@ -53,6 +54,8 @@ def finding_sentence(
         Whether this is the main finding; another one is told more shortly.
     beside_numbers : bool
         Whether numbers of the simulation are wrong as well.
+    in_twin : bool
+        Whether the extended twin has it: what no simulation bears out explains nothing yet.
     """
     place = place_in_words(where[0] if where else None, effect)
     begin = f"{place[:1].upper()}{place[1:]} {_amount(effect, reach_nm)}"
@@ -60,7 +63,13 @@ def finding_sentence(
     name = f"{NAMES[effect]} ({detail})" if detail else NAMES[effect]
     whole = shared("", beside_numbers=beside_numbers)
     carried = f"{percent(max(energy_share, LITTLE))} of {whole}"
-    lead = f"{begin}; {name} explains {carried}." if first else f"{begin}: {name}, {carried}."
+    if in_twin:
+        lead = f"{begin}; {name} explains {carried}." if first else f"{begin}: {name}, {carried}."
+    else:
+        lead = (
+            f"{begin}; {name} has the shape of {carried}, with no numbers that a simulation of it "
+            "bears out: twin.toml does not hold it."
+        )
     return Said(lead, f"{begin}: {detail}." if detail else f"{begin}.")
 
 

@@ -17,7 +17,7 @@ from agent.numbers import scale_for, significant
 TOLD = 3
 """Findings in the summary: smaller ones are counted there."""
 
-_NOT_RECORDED, _SO = "was not recorded", ", so "
+_NOT_RECORDED, _SO = " was not recorded", ", so "
 _HALF = 0.5  # of what stands above the noise: with less, most of what was found is not there
 _WORSE = 1.1  # times the error before: more is no law for what was not seen
 _LITTLE = 0.01  # of the mismatch: what has no name is in the unseen recordings alone
@@ -215,10 +215,12 @@ def _left_sentence(explanation: Explanation) -> str:
 
 def _no_effect(explanation: Explanation) -> str:
     """Return that no effect carries a mismatch, and what kept some from being judged."""
-    missing = [
-        why.partition(_SO)[0] for why in explanation.not_judged.values() if _NOT_RECORDED in why
-    ]
+    reasons = (why.partition(_SO)[0] for why in explanation.not_judged.values())
+    missing = [why[: -len(_NOT_RECORDED)] for why in reasons if why.endswith(_NOT_RECORDED)]
     if not missing:
         return "no effect of the library carries that"
     told = " and ".join(dict.fromkeys(missing))
-    return f"no effect of the library that could be judged carries that ({told})"
+    were = "were" if len(set(missing)) > 1 else "was"
+    return (
+        f"no effect of the library that could be judged carries that ({told} {were} not recorded)"
+    )
