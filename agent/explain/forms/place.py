@@ -154,13 +154,18 @@ def _of_any_shape(width: float, *, friction: bool) -> Grid:
     def grid(scene: Scene) -> Sequence[Point]:
         places = strong_places(scene, (width, 3.0 * width), friction=friction)
         firsts = dict.fromkeys(places[at] for at in (0, len(places) // 2) if places)
-        return tuple(
-            (center, below * wide, above * wide, exponent)
-            for center, wide in firsts
-            for below, above, exponent in _SHAPES
-        )
+        return shaped_there(tuple(firsts))
 
     return grid
+
+
+def shaped_there(places: Sequence[tuple[float, float]]) -> tuple[Point, ...]:
+    """Return bells flat, sharp and leaning to either side, at places given by middle and width."""
+    return tuple(
+        (center, below * wide, above * wide, exponent)
+        for center, wide in places
+        for below, above, exponent in _SHAPES
+    )
 
 
 def _shape_limits(scene: Scene) -> Sequence[tuple[float, float]]:
@@ -288,21 +293,6 @@ FORMS: tuple[Form, ...] = (
         needs=_POSITION,
     ),
     Form(
-        "position-dependent-friction",
-        "tight spot of another shape",
-        ("height_nm",),
-        _shaped_friction,
-        ("center_arm_rad", "width_arm_rad", "width_above_arm_rad", "shape_exponent"),
-        _of_any_shape(_BROAD, friction=True),
-        step=_shape_step,
-        limits=_shape_limits,
-        needs=_POSITION,
-        borne=_is_as_wide(_LOCAL, _WIDEST_SPOT),
-        refines=("tight spot",),
-        from_residual=True,
-        only_clearly=True,
-    ),
-    Form(
         "local-fault",
         "bump",
         ("height_nm",),
@@ -313,21 +303,6 @@ FORMS: tuple[Form, ...] = (
         limits=_within_stroke(_NARROWEST, _WIDEST),
         needs=_POSITION,
         borne=_is_a_place,
-    ),
-    Form(
-        "local-fault",
-        "bump of another shape",
-        ("height_nm",),
-        _shaped,
-        ("center_arm_rad", "width_arm_rad", "width_above_arm_rad", "shape_exponent"),
-        _of_any_shape(0.02, friction=False),
-        step=_shape_step,
-        limits=_shape_limits,
-        needs=_POSITION,
-        borne=_is_as_wide(_NARROWEST, _WIDEST),
-        refines=("bump",),
-        from_residual=True,
-        only_clearly=True,
     ),
     Form(
         "local-fault",
@@ -354,21 +329,6 @@ FORMS: tuple[Form, ...] = (
     ),
     Form(
         "local-fault",
-        "rubbing of another shape",
-        ("rubbing_nm",),
-        _shaped_friction,
-        ("center_arm_rad", "width_arm_rad", "width_above_arm_rad", "shape_exponent"),
-        _of_any_shape(0.014, friction=True),
-        step=_shape_step,
-        limits=_shape_limits,
-        needs=_POSITION,
-        borne=_is_as_wide(_NARROWEST, _BROAD),
-        refines=("rubbing",),
-        from_residual=True,
-        only_clearly=True,
-    ),
-    Form(
-        "local-fault",
         "bump, every turn",
         ("height_nm",),
         _fault_every_turn,
@@ -392,3 +352,52 @@ FORMS: tuple[Form, ...] = (
         to_twin=_every_turn_twin,
     ),
 )
+
+SHAPES: tuple[Form, ...] = (
+    Form(
+        "position-dependent-friction",
+        "tight spot of another shape",
+        ("height_nm",),
+        _shaped_friction,
+        ("center_arm_rad", "width_arm_rad", "width_above_arm_rad", "shape_exponent"),
+        _of_any_shape(_BROAD, friction=True),
+        step=_shape_step,
+        limits=_shape_limits,
+        needs=_POSITION,
+        borne=_is_as_wide(_LOCAL, _WIDEST_SPOT),
+        refines=("tight spot",),
+        from_residual=True,
+        only_clearly=True,
+    ),
+    Form(
+        "local-fault",
+        "bump of another shape",
+        ("height_nm",),
+        _shaped,
+        ("center_arm_rad", "width_arm_rad", "width_above_arm_rad", "shape_exponent"),
+        _of_any_shape(0.02, friction=False),
+        step=_shape_step,
+        limits=_shape_limits,
+        needs=_POSITION,
+        borne=_is_as_wide(_NARROWEST, _WIDEST),
+        refines=("bump",),
+        from_residual=True,
+        only_clearly=True,
+    ),
+    Form(
+        "local-fault",
+        "rubbing of another shape",
+        ("rubbing_nm",),
+        _shaped_friction,
+        ("center_arm_rad", "width_arm_rad", "width_above_arm_rad", "shape_exponent"),
+        _of_any_shape(0.014, friction=True),
+        step=_shape_step,
+        limits=_shape_limits,
+        needs=_POSITION,
+        borne=_is_as_wide(_NARROWEST, _BROAD),
+        refines=("rubbing",),
+        from_residual=True,
+        only_clearly=True,
+    ),
+)
+"""Places of any shape: asked only in the place of such as were found."""

@@ -29,6 +29,7 @@ from agent.explain.numbers.resting import (
     numbers_beside,
     taken_at,
 )
+from agent.explain.numbers.shaped import chosen_with_its_shape
 from agent.explain.numbers.whole import AGES, ageing_beside, grown, held_beside, yields_beside
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.floor import noise_floor
@@ -175,7 +176,9 @@ def _further(library: Library, first: Choice) -> tuple[Library, Choice]:
     """Return what is found in step with a first choice, beside it, and where it pulls."""
     library, choice = _found_beside(*chosen_in_step(library, first))
     pulled, again = chosen_under_its_pull(library, choice)
-    return (library, choice) if again is choice else _found_beside(pulled, again)
+    if again is not choice:
+        library, choice = _found_beside(pulled, again)
+    return chosen_with_its_shape(library, choice)
 
 
 def _found_beside(library: Library, choice: Choice) -> tuple[Library, Choice]:
