@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -22,22 +23,6 @@ def worn(points: SetPoints, at: Conditions) -> Floats:
     return np.asarray(level * np.sign(points.velocity_rad_s))
 
 
-@pytest.mark.parametrize(("coulomb_nm", "wrong"), [(0.5, False), (0.3, True)])
-def test_a_drift_may_have_begun_before_it_was_recorded(coulomb_nm: float, wrong: bool) -> None:
-    """It had been two findings: a wrong level, and a drift."""
-    cycle = stair([8.0, 20.0, 45.0, 80.0])
-    starts = np.linspace(0.0, _SECONDS, 6)
-    runs = [
-        record(cycle, worn, Conditions(started_s=at), seed, name=f"run {seed}")
-        for seed, at in enumerate(starts.tolist())
-    ]
-    answer = explain(replace(TWIN, coulomb_nm=coulomb_nm), [*runs[:3], *runs[4:]], [runs[3]])
-    effects = [finding.effect for finding in answer.findings]
-    assert "friction-drift" in effects
-    assert ("wrong-number" in effects) is wrong
-    assert len(effects) == 1 + wrong
-
-
 def running_in(points: SetPoints, at: Conditions) -> Floats:
     """Return friction that falls quickly, and slowly for longer than it was recorded."""
     level = sum(nm * np.exp(-at.started_s / settles_s) for nm, settles_s in _RUNS_IN)
@@ -45,15 +30,19 @@ def running_in(points: SetPoints, at: Conditions) -> Floats:
 
 
 @pytest.mark.parametrize(("coulomb_nm", "wrong"), [(0.5, False), (0.3, True)])
-def test_a_run_in_may_end_after_it_was_recorded(coulomb_nm: float, wrong: bool) -> None:
-    """The twin of a joint that has run in was told a wrong Coulomb level before all else."""
+@pytest.mark.parametrize("changes", [worn, running_in])
+def test_a_drift_may_have_begun_before_it_was_recorded_and_a_run_in_end_after(
+    changes: Callable[[SetPoints, Conditions], Floats], coulomb_nm: float, wrong: bool
+) -> None:
+    """It had been two findings: a wrong level, the twin's when new or run in, and a drift."""
     cycle = stair([8.0, 20.0, 45.0, 80.0])
     starts = np.linspace(0.0, _SECONDS, 6)
     runs = [
-        record(cycle, running_in, Conditions(started_s=at), seed, name=f"run {seed}")
+        record(cycle, changes, Conditions(started_s=at), seed, name=f"run {seed}")
         for seed, at in enumerate(starts.tolist())
     ]
     answer = explain(replace(TWIN, coulomb_nm=coulomb_nm), [*runs[:3], *runs[4:]], [runs[3]])
     effects = [finding.effect for finding in answer.findings]
     assert "friction-drift" in effects
     assert ("wrong-number" in effects) is wrong
+    assert len(effects) == 1 + wrong

@@ -22,6 +22,7 @@ _BROAD = 0.045  # wider, along more than a sixth: friction of the path; between:
 _NARROWEST, _WIDEST = 0.003, 0.12
 _FLANK = 0.04  # at an end of the stroke: wider, it is no place
 _WIDEST_SPOT = 0.25  # wider, friction of the path is no spot
+_SPOTS = (_LOCAL, _WIDEST_SPOT)
 _TURN, _ROUND = 2.0 * math.pi, 1.2  # rad of the arm, turns: what goes no further comes back
 _SHAPES = ((1.0, 1.0, 6.0), (0.7, 0.7, 1.0), (0.3, 1.5, 1.5), (1.5, 0.3, 1.5))
 _EXPONENTS = (0.7, 12.0)
@@ -289,7 +290,7 @@ FORMS: tuple[Form, ...] = (
         _tight_spot,
         ("center_arm_rad", "width_arm_rad"),
         _places((_LOCAL, 0.04, 0.08, 0.16), friction=True),
-        limits=_within_stroke(_LOCAL, _WIDEST_SPOT),
+        limits=_within_stroke(*_SPOTS),
         needs=_POSITION,
     ),
     Form(
@@ -353,51 +354,42 @@ FORMS: tuple[Form, ...] = (
     ),
 )
 
-SHAPES: tuple[Form, ...] = (
-    Form(
-        "position-dependent-friction",
-        "tight spot of another shape",
-        ("height_nm",),
-        _shaped_friction,
+
+def _of_another_shape(
+    effect: str,
+    called: str,
+    height: str,
+    grid: Grid,
+    between: tuple[float, float],
+    *,
+    friction: bool,
+) -> Form:
+    """Return a form's like of any shape, as wide as between two parts of the stroke."""
+    return Form(
+        effect,
+        f"{called} of another shape",
+        (height,),
+        _shaped_friction if friction else _shaped,
         ("center_arm_rad", "width_arm_rad", "width_above_arm_rad", "shape_exponent"),
-        _of_any_shape(_BROAD, friction=True),
+        grid,
         step=_shape_step,
         limits=_shape_limits,
         needs=_POSITION,
-        borne=_is_as_wide(_LOCAL, _WIDEST_SPOT),
-        refines=("tight spot",),
+        borne=_is_as_wide(*between),
+        refines=(called,),
         from_residual=True,
         only_clearly=True,
-    ),
-    Form(
-        "local-fault",
-        "bump of another shape",
-        ("height_nm",),
-        _shaped,
-        ("center_arm_rad", "width_arm_rad", "width_above_arm_rad", "shape_exponent"),
-        _of_any_shape(0.02, friction=False),
-        step=_shape_step,
-        limits=_shape_limits,
-        needs=_POSITION,
-        borne=_is_as_wide(_NARROWEST, _WIDEST),
-        refines=("bump",),
-        from_residual=True,
-        only_clearly=True,
-    ),
-    Form(
-        "local-fault",
-        "rubbing of another shape",
-        ("rubbing_nm",),
-        _shaped_friction,
-        ("center_arm_rad", "width_arm_rad", "width_above_arm_rad", "shape_exponent"),
-        _of_any_shape(0.014, friction=True),
-        step=_shape_step,
-        limits=_shape_limits,
-        needs=_POSITION,
-        borne=_is_as_wide(_NARROWEST, _BROAD),
-        refines=("rubbing",),
-        from_residual=True,
-        only_clearly=True,
-    ),
+    )
+
+
+SHAPES: tuple[Form, ...] = tuple(
+    _of_another_shape(
+        effect, called, height, _of_any_shape(width, friction=friction), between, friction=friction
+    )
+    for effect, called, height, width, between, friction in (
+        ("position-dependent-friction", "tight spot", "height_nm", _BROAD, _SPOTS, True),
+        ("local-fault", "bump", "height_nm", 0.02, (_NARROWEST, _WIDEST), False),
+        ("local-fault", "rubbing", "rubbing_nm", 0.014, (_NARROWEST, _BROAD), True),
+    )
 )
 """Places of any shape: asked only in the place of such as were found."""
