@@ -15,6 +15,7 @@ from agent.explain.answer.result import Alternative, Finding, Region
 from agent.explain.choosing.aliases import told_apart_by
 from agent.explain.choosing.candidate import basis_of
 from agent.explain.choosing.heard import heard
+from agent.explain.choosing.of_the_loop import is_the_loops
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.shares import shares_of, without_term
 from agent.explain.forms.carried import RECORDINGS
@@ -34,6 +35,7 @@ from agent.explain.rows.scene import Scene
 from agent.explain.study import Study
 from agent.identify.result import Floats, Parameter
 from agent.numbers import parameter_unit
+from agent.physics.effects.library import CARRIED
 from agent.physics.twin import Twin, TwinError
 
 _SWINGS = {"joint-flexibility": over_frequency, "backlash": excerpt}  # no mean along an axis
@@ -120,7 +122,9 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         told = sentences.reading_sentence(clipped.limit_nm, clipped.tops, clipped.missing_nm, share)
     if blows:
         told = replace(told, caveat=sentences.ringing_sentence(blows.ringing))
-    if form.effect == "joint-flexibility" and not scene.has("position_arm_rad"):
+    if form.effect in CARRIED and is_the_loops(library, study.choice, index):
+        told = replace(told, caveat=sentences.LOOP)
+    elif form.effect == "joint-flexibility" and not scene.has("position_arm_rad"):
         part = parameters["arm_inertia_kg_m2"].value / inertia_of(scene)
         if math.isfinite(part):
             told = replace(told, caveat=sentences.spring_sentence(part))
