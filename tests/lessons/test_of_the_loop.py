@@ -1,0 +1,60 @@
+"""A recorded simulation that followed the command swings by itself: no spring of the joint's."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import bilinear, lfilter
+
+from agent.explain.choosing.of_the_loop import is_the_loops
+from agent.explain.rows.run import Run
+from agent.explain.rows.table import tabulate
+from agent.explain.study import study
+from agent.identify.result import Floats
+from agent.physics.effects.library import CARRIED
+from tests.science.explain_joint import RATE_HZ, TWIN, Conditions, record, stair
+from trajectories import SetPoints
+
+CYCLE = stair((4.0, 12.0, 25.0, 45.0, 70.0))
+LOOP_RAD_S, DAMPING = 2.0 * math.pi * 18.0, 0.35
+
+
+def through_the_loop(values: Floats) -> Floats:
+    """Return what a position loop of 18 Hz makes of a command, shape (n,)."""
+    square = LOOP_RAD_S**2
+    b, a = bilinear([square], [1.0, 2.0 * DAMPING * LOOP_RAD_S, square], RATE_HZ)
+    return np.asarray(lfilter(b, a, values - values[0]) + values[0])
+
+
+def simulated(seed: int, *, in_a_loop: bool) -> Run:
+    """Return a joint with an arm on a spring, and its simulation's torque, without that arm."""
+
+    def swings(points: SetPoints, at: Conditions) -> Floats:
+        del at
+        rest = 0.5 * TWIN.inertia_kg_m2 * points.acceleration_rad_s2
+        return np.zeros_like(rest) if in_a_loop else through_the_loop(rest) - rest
+
+    run = record(CYCLE, swings, Conditions(started_s=100.0 * seed), seed)
+    asked = CYCLE.sample(run.signals.time_s)
+    position, velocity, acceleration = (
+        through_the_loop(values) if in_a_loop else values
+        for values in (asked.position_rad, asked.velocity_rad_s, asked.acceleration_rad_s2)
+    )
+    torque = TWIN.predict_torque(position, velocity, acceleration, np.sign(velocity))
+    return replace(run, columns={**run.columns, "torque_simulated_nm": torque})
+
+
+@pytest.mark.parametrize("in_a_loop", [False, True])
+def test_a_simulations_own_swing_is_told_from_the_joints(in_a_loop: bool) -> None:
+    runs = [simulated(seed, in_a_loop=in_a_loop) for seed in range(3)]
+    found = study(TWIN, tabulate(TWIN, runs))
+    arms = [
+        is_the_loops(found.library, found.choice, index)
+        for index, term in enumerate(found.choice.terms)
+        if term.scored.form.effect in CARRIED
+    ]
+    assert arms
+    assert all(arms) if in_a_loop else not any(arms)
