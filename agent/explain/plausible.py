@@ -23,6 +23,7 @@ _FAR = 5.0  # times the twin's number, or a part of it
 _LIKE = 0.15  # of the gear ratio, or of a unit: so close a factor is that
 _AS_STRONG = 0.05  # of gravity: so close is no payload
 _TURNED_DEG = 10.0
+_AS_IF = "as if"
 _SAID = {
     "inertia_extra_kg_m2": ("inertia_kg_m2", "inertia"),
     "coulomb_extra_nm": ("coulomb_nm", "Coulomb friction"),
@@ -128,6 +129,15 @@ def far_off(wrong: Sequence[WrongNumber], twin: Twin) -> str:
     )
 
 
+def another_unit(wrong: Sequence[WrongNumber], twin: Twin) -> str:
+    """Return the same as a sentence where the factor is a unit's or the gear's; else nothing.
+
+    It stands before all else then: numbers that are off by a unit are none to be put right.
+    """
+    said = far_off(wrong, twin)
+    return f"{said[:1].upper()}{said[1:]}." if _AS_IF in said else ""
+
+
 def _other_torque(wrong: Sequence[WrongNumber]) -> str:
     """Return that a torque constant is so far off that it is another unit; or nothing."""
     known = (w.parameters["factor"] for w in wrong if "factor" in w.parameters)
@@ -186,4 +196,6 @@ def _in_another_unit(far: Mapping[str, float], gear_ratio: float) -> str:
         (math.pi / 180.0, "positions and velocities were in degrees"),
         (1e6 if told == "inertia" else 1e3, "time were in milliseconds"),
     )
-    return next((f" (as if {s})" for f, s in looks if math.isclose(factor, f, rel_tol=_LIKE)), "")
+    return next(
+        (f" ({_AS_IF} {s})" for f, s in looks if math.isclose(factor, f, rel_tol=_LIKE)), ""
+    )

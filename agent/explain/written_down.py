@@ -31,6 +31,7 @@ from agent.explain.experiment.proposal import next_experiments, set_up_only
 from agent.explain.findings import OFFSET_OR_ASYMMETRY
 from agent.explain.location.dynamic_curves import spectrum_around
 from agent.explain.numbers.model import fit_model, left_by
+from agent.explain.plausible import another_unit
 from agent.explain.rows.table import BASE
 from agent.explain.study import Study
 from agent.explain.told import Told
@@ -120,7 +121,8 @@ def written_down(
         goes_further=goes_further,
         edges=edges,
     )
-    return replace(said, sentence=words.summary_of(said))
+    unit = "" if table.simulated else another_unit(found.numbers, found.twin)
+    return replace(said, sentence=f"{unit} {words.summary_of(said)}".lstrip())
 
 
 def _left_by_twin(found: Study) -> Floats:

@@ -11,6 +11,7 @@ import pytest
 from agent.explain.explain import explain
 from agent.explain.numbers.wrong import WrongNumber
 from agent.explain.plausible import (
+    another_unit,
     contradiction,
     far_off,
     of_two_units,
@@ -22,7 +23,7 @@ from agent.explain.rows.table import tabulate
 from agent.explain.undecidable import undecidable
 from agent.identify.result import Floats, Parameter
 from agent.identify.signals.arrays import Signals
-from tests.science.explain_joint import TWIN, Conditions, record, stair
+from tests.science.explain_joint import GEAR_RATIO, TWIN, Conditions, record, stair
 from trajectories import SetPoints
 
 Change = Callable[[Signals], Signals]
@@ -85,6 +86,39 @@ def test_what_a_drive_reports_passes(run: Run) -> None:
 @pytest.mark.parametrize(
     ("factor", "says"),
     [
+        (1.002, ""),
+        (-1.0, "position_arm_rad counts against position_rad"),
+        (GEAR_RATIO, "position_rad counts on the arm's side"),
+        (1.3, "moves 1.3 times as far as position_rad over the gear ratio"),
+    ],
+)
+def test_an_arms_encoder_that_tells_of_another_motion_is_asked_about(
+    run: Run, factor: float, says: str
+) -> None:
+    """Positions on the arm's side made viscous friction a hundred times the twin's."""
+    position = run.signals.position_rad
+    assert position is not None
+    signals = replace(run.signals, position_arm_rad=factor * position / GEAR_RATIO + 0.3)
+    said = contradiction([replace(run, signals=signals)])
+    assert says in said if says else said == ""
+
+
+@pytest.mark.parametrize(
+    ("factor", "says"), [(1.0, ""), (1.03, "3.0 % more"), (0.97, "3.0 % less")]
+)
+def test_a_velocity_that_is_scaled_wrong_is_told(run: Run, factor: float, says: str) -> None:
+    """It was an inertia that is 3 % wrong, and the twin worse with it."""
+    velocity = run.signals.velocity_rad_s
+    assert velocity is not None
+    scaled = replace(run, signals=replace(run.signals, velocity_rad_s=factor * velocity))
+    reasons = [r for r in explain(TWIN, [scaled], []).reasons if "than the position's rate" in r]
+    assert len(reasons) == bool(says)
+    assert all(says in reason for reason in reasons)
+
+
+@pytest.mark.parametrize(
+    ("factor", "says"),
+    [
         (1.5, ""),
         (4.0, ""),
         (20.0, "20 times the inertia"),
@@ -100,8 +134,9 @@ def test_only_numbers_far_from_the_twins_ask_whether_it_is_this_joint(
     number = WrongNumber(
         "inertia-error", 1.0, {"inertia_extra_kg_m2": Parameter(extra, (extra, extra))}
     )
-    said = far_off((number,), TWIN)
+    said, before_all = far_off((number,), TWIN), another_unit((number,), TWIN)
     assert says in said if says else said == ""
+    assert bool(before_all) is ("as if" in said)
 
 
 def test_milliseconds_show_in_viscous_friction_where_no_change_of_speed_does() -> None:
