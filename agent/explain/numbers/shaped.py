@@ -43,7 +43,8 @@ def chosen_with_its_shape(library: Library, choice: Choice) -> tuple[Library, Ch
     at_places = [t for t in choice.terms if _MIDDLE in t.scored.form.nonlinear]
     along = [t for t in choice.terms if t.scored.form.effect in _OF_A_PLACE]
     before = float(choice.full.sum())
-    for gone in (along, at_places) if at_places else ():
+    both = (along, at_places) if len(along) > len(at_places) else (at_places,)
+    for gone in both if at_places else ():
         rest = [term for term in choice.terms if term not in gone]
         shapes, best = _best_shape(library, rest, at_places)
         most = 1.0 + _AS_WELL if len(gone) > 1 else 1.0 - _CLEARLY
