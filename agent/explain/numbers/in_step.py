@@ -33,7 +33,8 @@ from agent.physics.effects.library import CARRIED
 
 _ROUNDS = 3
 _ORDERS = 3
-_LAG_SHARES = (0.25, 0.5, 0.75, 1.0)  # of a delay, that a low-pass may have
+_LAG_SHARES = (0.4, 0.8)  # of a delay, that a low-pass may have
+_SHORTEST_LAG = 0.1  # of the one that was found first
 _CLEARLY = 0.02  # of what is left: for less a delay is one
 _SETTLED = 0.03  # of a delay: moved by less, it leaves every law where it is
 
@@ -246,26 +247,33 @@ def _smoothed(
     left, late, lag_s = best
     if left >= (1.0 - _CLEARLY) * plain:
         return late_s, 0.0
-    for _ in range(_ROUNDS):  # one lengthens as the other gets shorter: by turns
-        dead_s = late - lag_s
-        lag_s = nearest_delay(partial(_error_behind_both, fit, dead_s), lag_s, 0.5 * lag_s)
-        dead_s = nearest_delay(partial(_error_before, fit, lag_s), dead_s, 0.5 * lag_s)
-        late = dead_s + lag_s
-    return late, lag_s
+    return _together(fit, late, lag_s)
+
+
+def _together(
+    fit: Callable[..., tuple[float, Floats]], late_s: float, lag_s: float
+) -> tuple[float, float]:
+    """Return where both lead together: one lengthens as the other gets shorter."""
+    from scipy.optimize import minimize
+
+    def error(parts: Floats) -> float:
+        dead, lag = (float(part) for part in parts)
+        return fit(dead + lag, lag_s=lag)[0]
+
+    begun = np.array([late_s - lag_s, lag_s])
+    found = minimize(
+        error,
+        begun,
+        method="Nelder-Mead",
+        bounds=[(-math.inf, math.inf), (_SHORTEST_LAG * lag_s, math.inf)],
+        options={"xatol": CLOSELY_S, "fatol": 1e-4 * error(begun)},
+    )
+    dead, lag = (float(part) for part in found.x)
+    return dead + lag, lag
 
 
 def _error_behind(fit: Callable[..., tuple[float, Floats]], share: float, late_s: float) -> float:
     return fit(late_s, lag_s=share * late_s)[0]
-
-
-def _error_behind_both(
-    fit: Callable[..., tuple[float, Floats]], dead_s: float, lag_s: float
-) -> float:
-    return fit(dead_s + lag_s, lag_s=lag_s)[0]
-
-
-def _error_before(fit: Callable[..., tuple[float, Floats]], lag_s: float, dead_s: float) -> float:
-    return fit(dead_s + lag_s, lag_s=lag_s)[0]
 
 
 def _least(columns: Floats, target: Floats) -> tuple[float, Floats]:
