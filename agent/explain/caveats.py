@@ -121,7 +121,7 @@ def _scaled_velocity(found: Study) -> str:
     """Return that the velocity is some percent off the position's rate; nothing where it is not."""
     over = [velocity_over_rate(read_motion(run.signals)) for run in found.table.runs]
     known = [value for value in over if math.isfinite(value)]
-    if not known or min(abs(value - 1.0) for value in known) < _SCALED:
+    if not known or (min(known) < 1.0 + _SCALED and max(known) > 1.0 - _SCALED):
         return ""
     share = float(np.median(known)) - 1.0
     way = "more" if share > 0.0 else "less"

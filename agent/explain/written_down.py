@@ -118,11 +118,11 @@ def written_down(
         traces=traces,
         unexplained_curves=_spectra(found),
         band_hz=table.cutoff_hz,
+        unit_off="" if table.simulated else another_unit(found.numbers, found.twin),
         goes_further=goes_further,
         edges=edges,
     )
-    unit = "" if table.simulated else another_unit(found.numbers, found.twin)
-    return replace(said, sentence=f"{unit} {words.summary_of(said)}".lstrip())
+    return replace(said, sentence=words.summary_of(said))
 
 
 def _left_by_twin(found: Study) -> Floats:

@@ -9,13 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.physics.friction_dynamic import Dahl
-from agent.physics.friction_place import (
-    BELL,
-    BELL_NOT_NEGATIVE,
-    BELL_POSITIVE,
-    away_from,
-    bump_share,
-)
+from agent.physics.friction_place import BELL, AtAPlace, away_from
 from agent.physics.law import Law, require
 
 Floats = NDArray[np.float64]
@@ -92,7 +86,7 @@ def beyond_slack(away_rad: Floats, below_rad: float, above_rad: float) -> Floats
 
 
 @dataclass(frozen=True)
-class LocalFault:
+class LocalFault(AtAPlace):
     """A torque at one place of the arm that does not turn with the direction of motion."""
 
     law: ClassVar[Law] = Law(
@@ -110,20 +104,9 @@ class LocalFault:
     width_above_arm_rad: float = 0.0
     shape_exponent: float = 2.0
 
-    def __post_init__(self) -> None:
-        """Refuse a place without a width."""
-        require(self.law, self, positive=BELL_POSITIVE, not_negative=BELL_NOT_NEGATIVE)
-
     def torque_nm(self, arm_rad: Floats) -> Floats:
         """Return the bump, shape (n,)."""
-        return self.height_nm * bump_share(
-            arm_rad,
-            self.center_arm_rad,
-            self.width_arm_rad,
-            self.period_arm_rad,
-            self.width_above_arm_rad,
-            self.shape_exponent,
-        )
+        return self.height_nm * self.share(arm_rad)
 
 
 @dataclass(frozen=True)

@@ -27,8 +27,34 @@ BELL: Mapping[str, str] = {
 }
 """What says where a place is, and of which shape."""
 
-BELL_POSITIVE = "width_arm_rad shape_exponent"
-BELL_NOT_NEGATIVE = "period_arm_rad width_above_arm_rad"
+
+class AtAPlace:
+    """What the laws of a place have in common: a bell along the arm, whatever it weighs there."""
+
+    law: ClassVar[Law]
+    center_arm_rad: float
+    width_arm_rad: float
+    period_arm_rad: float
+    width_above_arm_rad: float
+    shape_exponent: float
+
+    def __post_init__(self) -> None:
+        """Refuse a place without a width."""
+        positive = "width_arm_rad shape_exponent"
+        require(
+            self.law, self, positive=positive, not_negative="period_arm_rad width_above_arm_rad"
+        )
+
+    def share(self, arm_rad: Floats) -> Floats:
+        """Return the bell, from 1 at the place to 0 far from it, shape (n,)."""
+        return bump_share(
+            arm_rad,
+            self.center_arm_rad,
+            self.width_arm_rad,
+            self.period_arm_rad,
+            self.width_above_arm_rad,
+            self.shape_exponent,
+        )
 
 
 @dataclass(frozen=True)
@@ -64,7 +90,7 @@ class PositionDependent:
 
 
 @dataclass(frozen=True)
-class TightSpot:
+class TightSpot(AtAPlace):
     """More (or less) friction near one place of the arm."""
 
     law: ClassVar[Law] = Law(
@@ -83,21 +109,9 @@ class TightSpot:
     width_above_arm_rad: float = 0.0
     shape_exponent: float = 2.0
 
-    def __post_init__(self) -> None:
-        """Refuse a place without a width."""
-        require(self.law, self, positive=BELL_POSITIVE, not_negative=BELL_NOT_NEGATIVE)
-
     def torque_nm(self, arm_rad: Floats, direction: Floats) -> Floats:
         """Return the bump of friction, shape (n,)."""
-        bell = bump_share(
-            arm_rad,
-            self.center_arm_rad,
-            self.width_arm_rad,
-            self.period_arm_rad,
-            self.width_above_arm_rad,
-            self.shape_exponent,
-        )
-        return self.height_nm * bell * direction
+        return self.height_nm * self.share(arm_rad) * direction
 
 
 def away_from(arm_rad: Floats, center_arm_rad: float, period_arm_rad: float = 0.0) -> Floats:
@@ -122,10 +136,7 @@ def bump_share(
     steeper its flanks.
     """
     away = away_from(arm_rad, center_arm_rad, period_arm_rad)
-    if width_above_arm_rad:
-        widths = np.where(away > 0.0, width_above_arm_rad, width_arm_rad)
-        ways = np.abs(away) / widths
-    else:
-        ways = np.abs(away) / width_arm_rad
+    above = width_above_arm_rad or width_arm_rad
+    ways = np.where(away > 0.0, away / above, -away / width_arm_rad)
     powers = ways**2 if shape_exponent == 2.0 else ways**shape_exponent
     return np.asarray(np.exp(-0.5 * powers))

@@ -102,6 +102,8 @@ class Explanation:
         Names.
     band_hz : float
         Up to where torques were compared: errors, floor and shares are of that band.
+    unit_off : str
+        By what unit or gear the recordings differ from the simulation, said before all else.
     goes_further : bool
         Whether what was held out goes beyond what the laws that were found were learnt over.
     edges : Edges or None
@@ -136,6 +138,7 @@ class Explanation:
     unexplained_varies: Varying | None = None
     unexplained_spells: Spells | None = None
     band_hz: float = math.nan
+    unit_off: str = ""
     goes_further: bool = False
     edges: Edges | None = None
     beside: str = ""

@@ -80,7 +80,8 @@ def summary_of(explanation: Explanation) -> str:
     if explanation.verdict == "no-mismatch":
         return f"{_agreement(explanation)}{_but_for_edges(explanation.edges)}"
     findings, floor_nm = explanation.findings, explanation.floor.value_nm
-    parts = [weighed(f, explanation.holdout, floor_nm).sentence for f in findings[:TOLD]]
+    parts = [explanation.unit_off]
+    parts += [weighed(f, explanation.holdout, floor_nm).sentence for f in findings[:TOLD]]
     parts.append(smaller_sentence(len(findings)))
     parts += what_stays(explanation)
     tied = first_tie(findings)

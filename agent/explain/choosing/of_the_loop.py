@@ -11,8 +11,7 @@ import numpy as np
 
 from agent.explain.choosing.choice import Choice
 from agent.explain.choosing.search import Library
-from agent.explain.rows.evidence import heldout, moments, solve
-from agent.identify.result import Floats
+from agent.explain.rows.evidence import solve
 
 _KEPT = 0.5  # of what an arm removes, beside what the simulation did by itself
 
@@ -33,15 +32,9 @@ def is_the_loops(library: Library, choice: Choice, index: int) -> bool:
         return False
     base, terms = library.base, choice.candidates
     simulated = library.weighing.weighted(table.given_nm)
-    own = simulated - base @ solve(base.T @ base, base.T @ simulated)
+    own = (simulated - base @ solve(base.T @ base, base.T @ simulated))[:, np.newaxis]
     every = library.model(terms)
     rest = library.model([*terms[:index], *terms[index + 1 :]])
-    gain = _error(library, rest) - _error(library, every)
-    return _error(library, rest, own) - _error(library, every, own) < _KEPT * gain
-
-
-def _error(library: Library, columns: Floats, *more: Floats) -> float:
-    """Return the squared error on unseen data of a model, with columns of one number more."""
-    own = (column[:, np.newaxis] for column in more)
-    part = moments(np.concatenate((columns, *own), axis=1), library.target, library.weighing.starts)
-    return float(heldout(part, library.weighing.fold).sum())
+    gain = library.errors_with(rest) - library.errors_with(every)
+    beside = library.errors_with(rest, own) - library.errors_with(every, own)
+    return float(beside.sum()) < _KEPT * float(gain.sum())

@@ -157,8 +157,13 @@ class Library:
 
     def errors(self, terms: Sequence[Candidate]) -> Floats:
         """Return the squared error of every block under fits to the other folds, shape (b,)."""
-        part = moments(self.model(terms), self.target, self.weighing.starts)
-        return heldout(part, self.weighing.fold)
+        return self.errors_with(self.model(terms))
+
+    def errors_with(self, *columns: Floats) -> Floats:
+        """Return the same of a model of weighted columns, each shape (m, k), side by side."""
+        every = np.concatenate(columns, axis=1)
+        part = moments(every, self.target, self.weighing.starts)
+        return heldout(part, self.weighing.fold) if every.shape[1] else part.square
 
     def residual(self, terms: Sequence[Candidate]) -> Floats:
         """Return what a model leaves of the weighted target, fitted to all rows, shape (m,)."""

@@ -13,7 +13,6 @@ from agent.explain.choosing.candidate import basis_of
 from agent.explain.choosing.search import Library
 from agent.explain.numbers.plain_refits import own_structure
 from agent.explain.numbers.reach import reach_of
-from agent.explain.rows.evidence import heldout, moments
 from agent.explain.rows.table import BASE
 from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Twin
@@ -201,6 +200,4 @@ def one_factor(
 
 def _left(library: Library, own: Floats, beside: Floats) -> float:
     """Return the squared error on unseen data; without columns, all of it."""
-    columns = np.concatenate((own, beside), axis=1)
-    part = moments(columns, library.target, library.weighing.starts)
-    return float((heldout(part, library.weighing.fold) if columns.shape[1] else part.square).sum())
+    return float(library.errors_with(own, beside).sum())

@@ -18,7 +18,6 @@ from agent.explain.numbers.intervals import named_effects
 from agent.explain.numbers.model import Model
 from agent.explain.numbers.reach import reach_of
 from agent.explain.numbers.short_stroke import gravity_look_alikes
-from agent.explain.rows.evidence import heldout, moments
 from agent.explain.rows.table import BASE
 from agent.identify.result import Floats
 from agent.physics.twin import Twin
@@ -66,7 +65,7 @@ def is_wrong(case: Case, names: Sequence[str], material: float) -> bool:
     if len(held) == len(case.carried):
         return False
     library, base = case.library, case.columns(held)
-    alone = errors_of(library, base) - errors_of(library, library.base)
+    alone = library.errors_with(base) - library.errors_with(library.base)
     loss = loss_of(case, names)
     # Without the effects a number need not move as far, and what it is worth goes with the square.
     if float(alone.sum()) < _SAME_MOVE**2 * material or float(loss.sum()) < material:
@@ -92,7 +91,7 @@ def loss_of(case: Case, names: Sequence[str]) -> Floats:
     held = case.columns([name for name in case.carried if name not in names])
     kept = np.concatenate((held, case.beside), axis=1)
     whole = np.concatenate((case.library.base, case.beside), axis=1)
-    return errors_of(case.library, kept) - errors_of(case.library, whole)
+    return case.library.errors_with(kept) - case.library.errors_with(whole)
 
 
 def _agrees(case: Case, names: Sequence[str]) -> bool:
@@ -165,14 +164,6 @@ def _scheffe(count: int, blocks: int) -> float:
 
     freedom = max(blocks - count, 1)
     return float(np.sqrt(count * f.ppf(0.95, count, freedom) / f.ppf(0.95, 1, freedom)))
-
-
-def errors_of(library: Library, columns: Floats) -> Floats:
-    """Return the squared error of every block under fits to the other folds, shape (b,)."""
-    part = moments(columns, library.target, library.weighing.starts)
-    if not columns.shape[1]:
-        return part.square
-    return heldout(part, library.weighing.fold)
 
 
 def lasting(loss: Floats) -> bool:

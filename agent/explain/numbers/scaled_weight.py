@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from agent.explain.choosing.search import Library
-from agent.explain.rows.evidence import heldout, moments, solve
+from agent.explain.rows.evidence import solve
 from agent.explain.rows.table import BASE
 from agent.identify.result import Floats
 
@@ -43,11 +43,11 @@ def only_its_size(library: Library, gravity: Floats, rest: Floats) -> bool:
     more = solve(columns.T @ columns, columns.T @ library.target)[: own.shape[0]]
     if np.linalg.norm(more) > _LITTLE * np.linalg.norm(own):
         return False
-    free = errors_with(library, rest, gravity)
+    free = library.errors_with(rest, gravity)
 
     def does(angle: float) -> bool:
         one = gravity @ np.array([[math.cos(angle)], [math.sin(angle)]])
-        loss = errors_with(library, rest, one) - free
+        loss = library.errors_with(rest, one) - free
         chance = _SURELY * float(np.std(loss)) * math.sqrt(loss.shape[0])
         return float(loss.sum()) <= max(chance, 0.0)
 
@@ -57,9 +57,3 @@ def only_its_size(library: Library, gravity: Floats, rest: Floats) -> bool:
         return False
     every = [does(along + math.pi * k / _DIRECTIONS) for k in range(_DIRECTIONS)]
     return float(np.mean(every)) <= _COINCIDENCE
-
-
-def errors_with(library: Library, *columns: Floats) -> Floats:
-    """Return the squared error of every block under fits to the other folds, shape (b,)."""
-    part = moments(np.concatenate(columns, axis=1), library.target, library.weighing.starts)
-    return heldout(part, library.weighing.fold)

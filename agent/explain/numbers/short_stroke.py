@@ -22,7 +22,7 @@ from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form, Point
 from agent.explain.numbers.factor import one_factor_does
 from agent.explain.numbers.model import Model
-from agent.explain.numbers.scaled_weight import errors_with, only_its_size
+from agent.explain.numbers.scaled_weight import only_its_size
 from agent.explain.rows.evidence import Weighing
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, Table
@@ -70,8 +70,8 @@ def gravity_in_question(scene: Scene, weighing: Weighing, forms: Sequence[Form])
         return False
     rest = np.delete(library.base, gravity, axis=1)
     hidden = _hidden(library, rest, library.base[:, gravity])
-    free = errors_with(library, library.base)
-    gained = float((errors_with(library, rest) - free).sum())
+    free = library.errors_with(library.base)
+    gained = float((library.errors_with(rest) - free).sum())
     material = least_gain(library, free, ())
     if gained < material or one_factor_does(library, library.base, rest[:, :0], material):
         return False
@@ -80,7 +80,7 @@ def gravity_in_question(scene: Scene, weighing: Weighing, forms: Sequence[Form])
     # What surely explains more than gravity does, with as few numbers, need not be like it.
     few = [c for c in library.candidates if len(c.form.linear + c.form.nonlinear) <= len(gravity)]
     for candidate, is_like in (*((c, True) for c in hidden), *((c, False) for c in few)):
-        loss = errors_with(library, rest, candidate.columns) - free
+        loss = library.errors_with(rest, candidate.columns) - free
         chance = _SURELY * float(np.std(loss)) * float(np.sqrt(loss.shape[0]))
         most = min(chance, _MISSED * gained) if is_like else -chance
         if float(loss.sum()) <= most:
@@ -147,7 +147,7 @@ def gravity_look_alikes(library: Library, twin: Twin, model: Model) -> tuple[str
     beside = [term.candidate.columns for term in model.terms]
     if only_its_size(library, library.base[:, gravity], np.concatenate((rest, *beside), axis=1)):
         return ()
-    free = errors_with(library, library.base, *beside)
+    free = library.errors_with(library.base, *beside)
     torque = library.base[:, gravity] @ moved
     torque = torque - basis @ (basis.T @ torque)
     energy = float(torque @ torque)
@@ -160,7 +160,7 @@ def gravity_look_alikes(library: Library, twin: Twin, model: Model) -> tuple[str
         own = candidate.columns - basis @ (basis.T @ candidate.columns)
         own = basis_of(own, like=candidate.columns)
         if energy > 0.0 and float(np.sum((own.T @ torque) ** 2)) > _ALIKE * energy:
-            loss = errors_with(library, rest, candidate.columns, *beside) - free
+            loss = library.errors_with(rest, candidate.columns, *beside) - free
             chance = _SURELY * float(np.std(loss)) * math.sqrt(loss.shape[0])
             if float(loss.sum()) <= max(chance, _SHOWS * float(free.sum())):
                 out.append(effect)

@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.numbers.model import Model
-from agent.explain.rows.evidence import heldout, moments
 from agent.explain.rows.table import BASE
 from agent.identify.result import Floats
 from agent.physics.twin import Twin
@@ -106,9 +105,7 @@ def _falls_to_given(library: Library, model: Model, warm: Term, number: str) -> 
     def error(decay_k: float) -> float:
         falling = library.columns(form, (decay_k,)).copy()
         falling[:, form.linear.index(_FALLS)] += library.base[:, at]
-        columns = np.concatenate((rest, falling), axis=1)
-        part = moments(columns, library.target, library.weighing.starts)
-        return float(heldout(part, library.weighing.fold).sum())
+        return float(library.errors_with(rest, falling).sum())
 
     free = float(library.errors([t.candidate for t in model.terms]).sum())
     grid = [decay_k for (decay_k,) in form.grid(scene)]

@@ -29,7 +29,6 @@ from agent.explain.numbers.plain_refits import (
 from agent.explain.numbers.refuted import (
     Case,
     are_refuted,
-    errors_of,
     is_needed,
     is_wrong,
 )
@@ -95,8 +94,8 @@ def wrong_numbers(
     taken_for : frozenset of str
         Effects that may as well be others, none of which was worth a name: nor are these.
     """
-    given = errors_of(library, np.zeros((library.target.shape[0], 0)))
-    refitted = errors_of(library, library.base)
+    given = library.errors_with(np.zeros((library.target.shape[0], 0)))
+    refitted = library.errors_with(library.base)
     material = max(MATERIAL * float(given.sum()), least_gain(library, given, terms))
     if float(given.sum() - refitted.sum()) < material:
         return ()
@@ -246,11 +245,11 @@ def _wrong_together(
     nothing = np.zeros((library.target.shape[0], 0))
     if unseen_nm2(library, nothing) < (FAR * case.floor_nm) ** 2:
         return []
-    best = float(errors_of(library, library.base).sum())
+    best = float(library.errors_with(library.base).sum())
     freed: list[str] = []
     effects: list[str] = []
     while True:
-        left = float(errors_of(library, case.columns(freed)).sum())
+        left = float(library.errors_with(case.columns(freed)).sum())
         if left - best < material:
             break
         groups = {
@@ -260,7 +259,7 @@ def _wrong_together(
         }
         if not groups:
             return []  # what is wrong is none of these
-        errors = {e: float(errors_of(library, case.columns(n)).sum()) for e, n in groups.items()}
+        errors = {e: float(library.errors_with(case.columns(n)).sum()) for e, n in groups.items()}
         following = min(errors, key=lambda effect: errors[effect])
         effects.append(following)
         freed = groups[following]
