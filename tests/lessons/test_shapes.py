@@ -71,6 +71,9 @@ def test_a_dent_that_holds_the_arm_back_is_one_fault() -> None:
     (fault,) = named(dent, 0.08, rubs=False)
     assert fault.effect == "local-fault"
     assert not fault.alternatives
+    (where,) = fault.where
+    assert where.lower < 0.25 < 0.35 < where.upper
+    assert "up to ±" in fault.said.lead
     assert fault.parameters["dent_nm"].value == pytest.approx(0.08, rel=0.05)
     assert fault.parameters["center_arm_rad"].value == pytest.approx(0.3, abs=0.005)
     assert fault.parameters["width_arm_rad"].value == pytest.approx(0.06, rel=0.05)

@@ -172,6 +172,8 @@ def _detail(effect: str, parameters: Mapping[str, Parameter]) -> str:
         return _amplitudes(known)
     if effect == "friction-drift":
         return _growth(known)
+    if "dent_nm" in known:
+        return "a dent, which pushes to one side before it and to the other behind"
     if known.get("period_arm_rad"):
         return "once in every turn of the arm"
     if effect == "torque-saturation" and "limit_nm" in known:

@@ -38,6 +38,7 @@ _FOLLOWS_SIGN = frozenset(
 )
 _LOCAL = frozenset({"stribeck", "presliding-hysteresis", "backlash", "local-fault"})
 _AT_A_PLACE, _HANGS_FREE = "center_arm_rad", "hangs free"
+_TO_BOTH_SIDES = "dent_nm"
 _MOST_ENERGY, _SEEN = 0.95, 2.0  # an effect's energy; how far beyond that its curve is drawn
 _RESONANCE = (0.5, 2.0)  # times its frequency
 _HALF_ORDER = 0.5
@@ -228,8 +229,20 @@ def regions_of(
         after = _after(scene, rows, added_nm)
         values, added_nm = values[after], added_nm[after]
     if effect in _LOCAL or _AT_A_PLACE in parameters or _HANGS_FREE in form:
-        return _where_visible(scene, variable, values, added_nm)
+        visible = _where_visible(scene, variable, values, added_nm)
+        return _one_place(visible) if _TO_BOTH_SIDES in parameters else visible
     return (_whole(scene, variable, values),)
+
+
+def _one_place(regions: tuple[Region, ...]) -> tuple[Region, ...]:
+    """Return the sides of a dent as the one place that they are."""
+    if not regions:
+        return regions
+    low, high = min(r.lower for r in regions), max(r.upper for r in regions)
+    seconds, share = (
+        math.fsum(part) for part in zip(*((r.seconds, r.share) for r in regions), strict=True)
+    )
+    return (Region(regions[0].variable, low, high, seconds, share),)
 
 
 def _after(scene: Scene, rows: NDArray[np.int64], added_nm: Floats) -> NDArray[np.bool_]:
