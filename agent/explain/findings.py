@@ -21,6 +21,7 @@ from agent.explain.choosing.shares import shares_of, without_term
 from agent.explain.forms.carried import RECORDINGS
 from agent.explain.forms.hidden_arm import inertia_of
 from agent.explain.forms.quantities import as_in_twin
+from agent.explain.forms.seen_arm import SEEN, shown_gear
 from agent.explain.location.dynamic_curves import excerpt, over_frequency
 from agent.explain.location.regions import AXIS, axis_values, curve_of, regions_of
 from agent.explain.numbers.cancelling import cancelled_by
@@ -101,6 +102,7 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
     where = regions_of(scene, weighing.rows, form.effect, form.name, added, own, order)
     parameters = _numbers(study, index)
     parameters.pop(RECORDINGS, None)  # which ones is no quantity
+    shown = shown_gear(scene) if form.name == SEEN else None
     if is_velocitys(parameters, study.table):
         parameters = as_velocitys(parameters)
     scale = float(np.sqrt(np.mean(1.0 / weighing.weight**2)))
@@ -122,6 +124,9 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         told = sentences.reading_sentence(clipped.limit_nm, clipped.tops, clipped.missing_nm, share)
     if blows:
         told = replace(told, caveat=sentences.ringing_sentence(blows.ringing))
+    if shown is not None:
+        seen = sentences.shown_sentence(shown.effect, shown.size, scene.table.gear_ratio)
+        told = replace(told, caveat=" ".join(text for text in (told.caveat, seen) if text))
     if form.effect in CARRIED and is_the_loops(library, study.choice, index):
         told = replace(told, caveat=sentences.LOOP)
     elif form.effect == "joint-flexibility" and not scene.has("position_arm_rad"):

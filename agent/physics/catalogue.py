@@ -32,6 +32,7 @@ from agent.physics.periodic import KinematicError, ResolverError, TorqueRipple
 from agent.physics.presliding import MaxwellSlip, YieldingSpring
 from agent.physics.reported import Delay, TorqueConstant, TorqueSaturation
 from agent.physics.rigid_body import MEANING
+from agent.physics.seen_arm import SeenArm
 from agent.physics.thermal import GearboxTemperature, Oil, WindingResistance
 
 _RIGID_BODY = Law(
@@ -97,6 +98,7 @@ LAWS: Mapping[str, Law] = MappingProxyType(
                     ThreeMass,
                     DeadZone,
                     NordinGutman,
+                    SeenArm,
                     TorqueRipple,
                     KinematicError,
                     ResolverError,

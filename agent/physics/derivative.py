@@ -49,3 +49,13 @@ def slope_over(time_s: Floats, values: Floats) -> Floats:
     if float(np.max(np.abs(steps - period_s))) > _EVEN * period_s:
         return np.asarray(np.gradient(values, time_s))
     return slope(values, period_s)
+
+
+def bend_over(time_s: Floats, values: Floats) -> Floats:
+    """Return the second time derivative of values, shape (n,), by three points; 0 at both ends."""
+    out = np.zeros_like(values)
+    if values.shape[0] > 2:
+        before, after = np.diff(time_s)[:-1], np.diff(time_s)[1:]
+        rises = np.diff(values) / np.diff(time_s)
+        out[1:-1] = np.diff(rises) / (0.5 * (before + after))
+    return out

@@ -8,8 +8,10 @@ from functools import cache
 import numpy as np
 import pytest
 
+from agent.explain.explain import explain
 from agent.explain.forms import gap
 from agent.explain.forms.arm_encoder import Twist, refuted, twist_of
+from agent.explain.forms.seen_arm import shown_gear
 from agent.explain.rows.run import Run
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, tabulate
@@ -61,10 +63,59 @@ def test_lost_motion_is_seen_only_where_there_is_some() -> None:
 
 def test_a_gap_that_the_arms_encoder_shows_is_looked_for_as_wide() -> None:
     worn = LOOSE._replace(half_gap=0.05)
-    scene, twist = seen(worn, 0.0)
-    assert twist.half_gap_rad == pytest.approx(worn.half_gap, rel=0.5)
+    scene, _ = seen(worn, 0.0)
+    shown = shown_gear(scene)
     (form,) = gap.FORMS
-    assert twist.half_gap_rad in {point[0] for point in form.grid(scene)}
+    assert shown is not None
+    assert shown.size in {point[0] for point in form.grid(scene)}
+
+
+@pytest.mark.parametrize(
+    ("joint", "effect", "size"),
+    [
+        (LOOSE, "backlash", LOOSE.half_gap),
+        (LOOSE._replace(half_gap=0.02, stiffness=25.0, damping=0.03), "backlash", 0.02),
+        (LOOSE._replace(half_gap=0.01, film=0.1), "backlash", 0.01),
+        (SOFT, "joint-flexibility", SOFT.stiffness),
+        (SOFT._replace(arm_coulomb=0.35, motor_coulomb=0.15), "joint-flexibility", 25.0),
+        (SOFT._replace(stiffness=10.0, cubic=4000.0), "joint-flexibility", None),
+        (SOFT._replace(stiffness=5.0, cubic=2e4), "joint-flexibility", None),
+        (SOFT._replace(held=0.3), "joint-flexibility", None),
+        (STIFF, None, None),
+    ],
+)
+def test_a_gap_is_told_from_a_spring_that_stiffens_or_holds(
+    joint: Joint, effect: str | None, size: float | None
+) -> None:
+    shown = shown_gear(seen(joint, 0.0)[0])
+    assert (shown and shown.effect) == effect
+    if shown is not None and size is not None:
+        assert shown.size == pytest.approx(size, rel=0.06)
+
+
+@pytest.mark.parametrize(
+    ("joint", "effect", "told"),
+    [
+        (LOOSE._replace(half_gap=0.02), "backlash", "half_gap_rad"),
+        (SOFT._replace(held=0.3), "joint-flexibility", "stiffness_nm_per_rad"),
+    ],
+    ids=["an arm that bounces", "a spring whose law nobody has"],
+)
+def test_an_arm_that_is_seen_needs_no_simulation(joint: Joint, effect: str, told: str) -> None:
+    """Without the encoder the first is half explained, and the second not at all."""
+    runs = [record(joint, k, duration_s=20.0, arm_late_s=0.001) for k in (1, 2, 3)]
+    found = explain(TWIN, runs[:2], runs[2:])
+    (finding,) = found.findings
+    assert (found.verdict, finding.effect) == ("explained", effect)
+    assert found.extended.rmse_nm < 1.1 * found.floor.value_nm
+    assert "The arm's encoder shows" in finding.sentence
+    assert finding.parameters["arm_inertia_kg_m2"].value == pytest.approx(
+        joint.arm_inertia, rel=0.1
+    )
+    assert finding.parameters[told].value > 0.0
+    extended = found.twin
+    assert extended is not None
+    assert explain(extended, runs[:2], runs[2:]).verdict == "no-mismatch"
 
 
 def test_recordings_without_the_encoder_leave_what_the_others_show() -> None:

@@ -12,7 +12,7 @@ from agent.explain.answer.words import after_colon
 from agent.numbers import NO_NUMBER
 from agent.report.explanation.errors import error_rows, improvement_in_words
 from agent.report.explanation.head import Head, head_of
-from agent.report.explanation.places import region_in_words
+from agent.report.explanation.places import regions_in_words
 from agent.report.explanation.rows import parameter_rows
 from agent.report.explanation.words import (
     carried,
@@ -120,7 +120,7 @@ def _finding(finding: Finding, explanation: Explanation, head: Head) -> list[str
         lines += _wrapped(said.place or said.lead, "   ")
     lines += _wrapped(said.caveat, "   ")
     if finding.where:
-        places = "; ".join(region_in_words(region, names) for region in finding.where)
+        places = "; ".join(regions_in_words(finding.where, names))
         lines += _wrapped(f"where: {places}", "   ")
     for row in parameter_rows(finding.parameters):
         if row.identified:
@@ -147,7 +147,7 @@ def _unexplained(explanation: Explanation) -> list[str]:
     return [
         "",
         f"{unexplained_in_words(explanation)} It lies here:",
-        *_items(region_in_words(region, names) for region in explanation.unexplained_where),
+        *_items(regions_in_words(explanation.unexplained_where, names)),
     ]
 
 

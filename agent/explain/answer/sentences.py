@@ -97,6 +97,28 @@ def ringing_sentence(ringing: Ringing) -> str:
     )
 
 
+def shown_sentence(effect: str, size: float, gear_ratio: float) -> str:
+    """Return what an encoder on the arm shows of the gear.
+
+    Parameters
+    ----------
+    effect : str
+        Backlash, or a joint's flexibility.
+    size : float
+        Half the gap, rad of the motor, or the stiffness there, N m/rad.
+    gear_ratio : float
+        Motor turns per arm turn.
+    """
+    if effect == "backlash":
+        what = (
+            f"play, {short(2.0 * size)} rad of the motor ({short(2e3 * size / gear_ratio)} mrad of "
+            "the arm) where the load changes sides"
+        )
+    else:
+        what = f"twist, a radian of the motor for {short(size)} N m"
+    return f"The arm's encoder shows the {what}, and how the arm moves: nothing of it is simulated."
+
+
 def spring_sentence(inertia_share: float) -> str:
     """Return where else the spring may be that the motor's signals alone show.
 

@@ -17,6 +17,7 @@ from agent.explain.choosing.choice import Choice
 from agent.explain.choosing.heard import BACKLASH, heard
 from agent.explain.choosing.materiality import least_gain, noise_energy
 from agent.explain.choosing.search import Library
+from agent.explain.forms.seen_arm import SEEN
 from agent.explain.rows.strata import STEADY
 
 _MOSTLY = 0.5  # of what it removes; of play that is there it is a tenth at most
@@ -43,6 +44,8 @@ def afloat(library: Library, choice: Choice) -> set[tuple[str, str]]:
     for term in terms:
         effect = term.form.effect
         is_gap = effect == BACKLASH and not heard(library.scene, term.form)
+        if term.form.name == SEEN:
+            continue  # that arm is measured, and may rattle at any speed
         rings = effect in _LOW_PASSES or (is_gap and _is_soft(term, library))
         if not is_gap and not rings:
             continue

@@ -20,6 +20,7 @@ from agent.explain.choosing.candidate import Candidate, basis_of
 from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form, Point
 from agent.explain.forms.order import at_order, goes_by_order
+from agent.explain.forms.seen_arm import SEEN
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
 from agent.physics.effects.library import card_of
@@ -168,7 +169,7 @@ def usual_points(scene: Scene, form: Form) -> Sequence[Point]:
         return points
     if goes_by_order(form):
         return tuple(at_order(form, order) for order in _USUAL_ORDERS)
-    if form.effect == "backlash":
+    if form.effect == "backlash" and form.name != SEEN:
         cutoff, gear = scene.table.cutoff_hz, scene.table.gear_ratio
         gaps = log_grid(_GAPS_ARM_RAD[0] * gear, _GAPS_ARM_RAD[1] * gear, 6)
         contact = cutoff, _CONTACT_DAMPING, 0.0, 0.0

@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.choice import Choice
 from agent.explain.choosing.search import Library
+from agent.explain.forms.seen_arm import SEEN
 from agent.explain.rows.strata import after_a_turn
 from agent.explain.rows.table import Table
 from agent.identify.result import Floats
@@ -121,7 +122,7 @@ def _is_a_step(library: Library, choice: Choice, term: Candidate) -> bool:
 
 def _is_rigid(library: Library, term: Candidate) -> bool:
     """Return whether a soft gear's spring does not give way in the band that is compared."""
-    if term.form.effect != "joint-flexibility":
+    if term.form.effect != "joint-flexibility" or term.form.name == SEEN:
         return False
     swing_hz = term.point[term.form.nonlinear.index("antiresonance_hz")]
     return swing_hz >= _RIGID * library.scene.table.cutoff_hz

@@ -70,15 +70,12 @@ class Twist:
         Twist per acceleration, the skew's part taken off: one over the squared locked frequency.
     lost_rad : float
         The most that the angles differ by with the torque's or the motion's sign.
-    half_gap_rad : float
-        By how much they do.
     waves : tuple of Wave
     """
 
     skew_s: Bound
     swing_s2: Bound
     lost_rad: float
-    half_gap_rad: float
     waves: tuple[Wave, ...]
 
 
@@ -109,9 +106,8 @@ def twist_of(scene: Scene) -> Twist | None:
     behind = 0.5 * float(fit.theta[at["velocity"]]) ** 2
     swing = tuple(end + behind for end in _ends(fit, at["acceleration"]))
     lost = sum(max(abs(end) for end in _ends(fit, at[name])) for name in ("direction", "side"))
-    half_gap = abs(sum(float(fit.theta[at[name]]) for name in ("direction", "side")))
     waves = tuple(_wave(scene, fit, order, at[f"wave {order}"]) for order in orders)
-    return Twist(skew, (swing[0], swing[1]), lost, half_gap, waves)
+    return Twist(skew, (swing[0], swing[1]), lost, waves)
 
 
 def _columns(

@@ -18,11 +18,11 @@ from agent.explain.forms.arm import (
     spring_entry,
     swing_limits,
 )
-from agent.explain.forms.arm_encoder import twist_of
 from agent.explain.forms.crossings import likeliest_arms, likely_gaps
 from agent.explain.forms.downhill import downhill
 from agent.explain.forms.form import Form, Point, Proportional, stack
 from agent.explain.forms.hidden_arm import HiddenArm, inertia_of, mean_extra_rad_s2
+from agent.explain.forms.seen_arm import BACKLASH, shown_gear
 from agent.explain.forms.twin_law import best_entry, coulomb_nm
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
@@ -126,9 +126,10 @@ def _other_gaps(scene: Scene, point: Point, far: bool) -> Sequence[Point]:
 def _gaps_shown(scene: Scene) -> Sequence[float]:
     """Return half the gap that an encoder on the arm shows, rad of the motor; nothing for none."""
     narrowest, widest = _gaps_seen(scene)
-    twist = twist_of(scene) if scene.has("position_arm_rad") else None
-    shows = twist is not None and narrowest < twist.half_gap_rad < widest
-    return (twist.half_gap_rad,) if shows and twist is not None else ()
+    shown = shown_gear(scene)
+    if shown is None or shown.effect != BACKLASH or not narrowest < shown.size < widest:
+        return ()
+    return (shown.size,)
 
 
 def _gaps_seen(scene: Scene) -> tuple[float, float]:

@@ -21,6 +21,7 @@ from agent.explain.forms import stiffening as forms_stiffening
 from agent.explain.forms import use as forms_use
 from agent.explain.forms import warmth as forms_warmth
 from agent.explain.forms.form import Form
+from agent.explain.forms.seen_arm import seen_beside
 from agent.explain.forms.zeros import zeros_of
 from agent.explain.rows.table import Table
 from agent.explain.rows.use import OPERATING, TURNED
@@ -28,6 +29,12 @@ from agent.identify.result import Floats
 from agent.physics.effects.library import CARRIED, card_of
 from agent.physics.twin import Twin
 
+_SIMULATED_ARMS = (
+    *forms_arm.FORMS,
+    *forms_gap.FORMS,
+    *forms_stiffening.FORMS,
+    *forms_inner_friction.FORMS,
+)
 FORMS: tuple[Form, ...] = (
     *forms_speed.FORMS,
     *forms_warmth.FORMS,
@@ -39,16 +46,15 @@ FORMS: tuple[Form, ...] = (
     *forms_cable.FORMS,
     *forms_reversal.FORMS,
     *forms_signal.FORMS,
-    *forms_arm.FORMS,
-    *forms_gap.FORMS,
-    *forms_stiffening.FORMS,
-    *forms_inner_friction.FORMS,
+    *_SIMULATED_ARMS,
+    *seen_beside(_SIMULATED_ARMS),
 )
 
 _COLUMNS: Mapping[str, str] = {
     "gearbox_temperature_degc": "the gearbox temperature",
     "motor_temperature_degc": "the motor temperature",
     "position_rad": "the position",
+    "position_arm_rad": "the arm's position",
     "velocity_command_rad_s": "the velocity command",
 }
 _CHANGES, _SPEEDS = "speed changes", "speeds"  # no columns: what must be driven and sampled

@@ -219,7 +219,7 @@ def regions_of(
         return (Region("frequency_hz", _RESONANCE[0] * hz, _RESONANCE[1] * hz),)
     if effect == "torque-saturation":
         return _where_visible(scene, "torque_nm", scene.table.measured_nm[rows], added_nm)
-    if effect == "backlash" and "arm_share" in parameters:
+    if effect == "backlash":
         load = _behind_gear(scene, parameters)[rows]
         return _where_visible(scene, "load_torque_nm", load, added_nm)
     values = axis_values(scene, variable)[rows]
@@ -261,6 +261,8 @@ def _behind_gear(scene: Scene, parameters: Mapping[str, Parameter]) -> Floats:
         if share in parameters:
             at = BASE.index(name)
             carried = carried + parameters[share].value * scene.theta[at] * base[:, at]
+    if "arm_share" not in parameters and "arm_inertia_kg_m2" in parameters:
+        carried = carried + parameters["arm_inertia_kg_m2"].value * base[:, 0]
     return np.asarray(carried)
 
 

@@ -15,6 +15,7 @@ from agent.explain.numbers.model import Model
 from agent.identify.result import Parameter
 
 _DELAY, _SPRING = "measurement-delay", "joint-flexibility"
+_SWING = "antiresonance_hz"
 _MOST = 0.5  # of a number: with more, a second-order series says nothing
 
 Numbers = Mapping[str, Parameter]
@@ -30,10 +31,10 @@ def reaching_over_a_filter(model: Model, parameters: Sequence[Numbers]) -> tuple
         By term, with intervals for a delay.
     """
     own = dict(zip((t.scored.form.effect for t in model.terms), parameters, strict=True))
-    if _DELAY not in own or _SPRING not in own:
+    if _DELAY not in own or _SWING not in own.get(_SPRING, {}):
         return tuple(parameters)
     lag_s = max(-own[_DELAY]["torque_delay_s"].value, 0.0)  # of the velocity: its torque is early
-    turned = 2.0 * math.pi * own[_SPRING]["antiresonance_hz"].value * lag_s
+    turned = 2.0 * math.pi * own[_SPRING][_SWING].value * lag_s
     arm = own[_SPRING]["arm_inertia_kg_m2"]
     if arm.ci95 is None:
         return tuple(parameters)

@@ -10,6 +10,7 @@ from agent.physics.twin import Twin
 
 _ARMS = ("joint-flexibility", "backlash")
 _OF_AN_ARM = {"arm_inertia_kg_m2", "stiffness_nm_per_rad"}
+_SEEN = "encoder_late_s"  # an arm that its own encoder shows has nothing to remember
 _FORGOTTEN = 4.0  # time constants of its swing
 _SOONEST_S, _LATEST_S = 0.1, 1.0
 _OF_A_SWING = 0.25  # without samples: in less it does not turn round
@@ -32,7 +33,8 @@ def forgetting(twin: Twin) -> Forgetting | None:
     """Return how the arm that a twin has behind its gear forgets; None where it has none."""
     for effect in twin.effects:
         numbers = effect.parameters
-        if effect.id not in _ARMS or not set(numbers) >= _OF_AN_ARM:
+        simulated = set(numbers) >= _OF_AN_ARM and _SEEN not in numbers
+        if effect.id not in _ARMS or not simulated:
             continue
         inertia, stiffness = numbers["arm_inertia_kg_m2"], numbers["stiffness_nm_per_rad"]
         damping = max(float(numbers.get("damping_nm_s_per_rad", 0.0)), 1e-300)

@@ -104,6 +104,7 @@ def _added_nm(
             tuple(each for each in use if each.started_at_unix_s < started),
             runs[piece.run].payload_kg if math.isfinite(runs[piece.run].payload_kg) else None,
             earlier.get(piece.run),
+            column("position_arm_rad"),
         )
         earlier[piece.run] = motion
         parts = twin.predict_parts(motion)

@@ -12,6 +12,7 @@ from agent.identify.signals.arrays import Signals
 from agent.identify.signals.direction import direction_of
 from agent.identify.signals.lowpass import lowpass
 from agent.identify.signals.preprocess import read_motion, shared_cutoff
+from agent.identify.signals.sampling import Stretch
 from agent.physics.derivative import slope
 from agent.physics.effects.motion import Motion, path_rad
 from agent.physics.twin import Twin
@@ -86,11 +87,22 @@ def simulated_torque_nm(
             turned_rad=stretch.off_grid(signals, path),
             payload_kg=payload_kg,
             before=earlier,
+            position_arm_rad=_smooth_arm(twin, signals, stretch, cutoff_hz),
         )
         earlier = measured
         unknown = stretch.off_grid(signals, (~known).astype(np.float64)) > 0.0
         torque[stretch.index] = np.where(unknown, np.nan, twin.predict(measured))
     return torque
+
+
+def _smooth_arm(twin: Twin, signals: Signals, stretch: Stretch, cutoff_hz: float) -> Floats | None:
+    """Return the arm's angle, its way from the motor's as smooth as the motion is, shape (m,)."""
+    arm, motor = signals.position_arm_rad, signals.position_rad
+    if arm is None or motor is None:
+        return None
+    ahead = stretch.on_grid(signals, twin.gear_ratio * arm - motor)
+    smooth = stretch.off_grid(signals, lowpass(ahead, stretch.period_s, cutoff_hz))
+    return np.asarray((motor[stretch.index] + smooth) / twin.gear_ratio)
 
 
 def _cutoff_hz(velocity: Floats, period_s: float, derived: bool, least_hz: float) -> float:

@@ -25,9 +25,11 @@ from agent.physics.effects.card import (
 from agent.physics.effects.driving import STEPS_PER_RAD, driven, in_a_row, known_of, start_of
 from agent.physics.effects.motion import Base, Motion
 from agent.physics.flexibility import TwoMass
+from agent.physics.seen_arm import SeenArm
 
 _YIELD_RAD = 0.01
 _SPREAD = "half_gap_spread"
+_LATE = "encoder_late_s"
 _SILENT = {"arm_yield_rad": _YIELD_RAD}  # defaults that say nothing against another entry's number
 
 
@@ -167,6 +169,14 @@ def carried_parts_nm(
     """
     if flexible is None and gap is None:
         return {}
+    if _is_seen(flexible) or _is_seen(gap):
+        if flexible is not None and gap is not None:
+            raise ValueError(
+                "joint-flexibility and backlash carry the same arm: where its encoder shows it,"
+                " that is all of it; leave one of them out"
+            )
+        seen = {"joint-flexibility": flexible, "backlash": gap}
+        return {name: _seen_nm(p, motion, base) for name, p in seen.items() if p is not None}
     if gap is None:
         return {"joint-flexibility": _loaded(flexible or {}, base).extra_nm(motion, base)}
     one = {name: value for name, value in gap.items() if name != _SPREAD}
@@ -214,6 +224,19 @@ def _gap_alone(p: Numbers, motion: Motion, base: Base) -> Floats:
     return carried_parts_nm(None, p, motion, base)["backlash"]
 
 
+def _is_seen(numbers: Numbers | None) -> bool:
+    """Tell whether an entry's arm is followed by its own encoder, and not simulated."""
+    return numbers is not None and _LATE in numbers
+
+
+def _seen_nm(p: Numbers, motion: Motion, base: Base) -> Floats:
+    """Return what the arm's motion, as its encoder has it, adds to a stiff gear's torque, (n,)."""
+    inertia = p["arm_inertia_kg_m2"] + base.payload_inertia_kg_m2
+    arm, motor = motion.need("position_arm_rad"), motion.need("position_rad")
+    law = SeenArm(inertia, p[_LATE])
+    return law.extra_nm(motion.need("time_s"), base.gear_ratio * arm, motor)
+
+
 _GAP = {
     "half_gap_rad": not_negative(),
     _SPREAD: Parameter(
@@ -236,6 +259,9 @@ _ARM_FRICTION = {
     ),
     "arm_viscous_nm_s_per_rad": not_negative(0.0, "the arm's part of the twin's viscous friction"),
 }
+
+_SEEN = "arm that its own encoder shows"
+_OF_A_SEEN_ARM = {"arm_inertia_kg_m2": positive(), _LATE: Parameter()}
 
 CARDS = (
     EffectCard(
@@ -262,6 +288,17 @@ CARDS = (
                 equation="tau_s - Ja a - gravity; Ja aa = tau_s - gravity,"
                 " tau_s = k x + k3 x^3 + h z + d dx/dt, x = q - qa;"
                 " dz/dx = (1 - z^2)/s away from z = 0, 1/s towards it",
+            ),
+            Form(
+                _SEEN,
+                SeenArm.law,
+                {
+                    "stiffness_nm_per_rad": positive(
+                        meaning="k, by which the encoders come apart; no torque needs it"
+                    ),
+                    **_OF_A_SEEN_ARM,
+                },
+                _flexible_alone,
             ),
         ),
         ("frequency_hz", "acceleration_rad_s2", "after_reversal_s"),
@@ -295,6 +332,17 @@ CARDS = (
                 _GAP,
                 _gap_alone,
                 equation="tau_s = k D(x) + k3 D(x)^3 in place of joint-flexibility's k x + k3 x^3",
+            ),
+            Form(
+                _SEEN,
+                SeenArm.law,
+                {
+                    "half_gap_rad": not_negative(
+                        meaning="half of what the encoders come apart by; no torque needs it"
+                    ),
+                    **_OF_A_SEEN_ARM,
+                },
+                _gap_alone,
             ),
         ),
         ("after_reversal_s", "acceleration_rad_s2"),

@@ -56,6 +56,8 @@ class Motion:
         What the arm carries.
     before : Motion, optional
         The same recording until samples were lost: what has a memory keeps it across the gap.
+    position_arm_rad : ndarray, shape (n,), optional
+        Of the arm, by an encoder of its own.
     """
 
     velocity_rad_s: Floats
@@ -72,6 +74,7 @@ class Motion:
     recorded_before: tuple[Recorded, ...] = ()
     payload_kg: float | None = None
     before: Motion | None = None
+    position_arm_rad: Floats | None = None
 
     def payload_beyond_kg(self, reference_kg: float) -> float:
         """Return how much more than a reference the arm carries; nothing where that is not said."""

@@ -61,6 +61,8 @@ _VARIABLES: Mapping[str, Variable] = MappingProxyType(
     }
 )
 
+_PLACES = 4  # that are said one by one
+
 
 def variable(name: str) -> Variable:
     """Return how an axis is written; one that is not known keeps its own name and unit.
@@ -76,6 +78,17 @@ def variable(name: str) -> Variable:
         return Variable(f"order {order}{_VARIABLES[kind].label.removeprefix('order')}")
     label = parameter_label(name.replace("-", "_"))
     return Variable(label[:1].lower() + label[1:], parameter_unit(name))
+
+
+def regions_in_words(regions: Sequence[Region], recordings: Sequence[str] = ()) -> tuple[str, ...]:
+    """Say where a mismatch lives, the places with most of it, and how many others there are.
+
+    See `region_in_words`.
+    """
+    said = tuple(region_in_words(region, recordings) for region in regions[:_PLACES])
+    others = len(regions) - len(said)
+    places = "place" if others == 1 else "places"
+    return (*said, f"and in {others} smaller {places}") if others else said
 
 
 def region_in_words(region: Region, recordings: Sequence[str] = ()) -> str:

@@ -35,6 +35,7 @@ _LABELS: Mapping[str, str] = MappingProxyType(
         "damping_ratio": "Damping of the swing, over critical damping",
         "decay_k": "Warming by which it falls to 37 %",
         "dent_nm": "Torque to either side of the place",
+        "encoder_late_s": "Arm's encoder, later than the motor's by",
         "exponent": "Exponent",
         "factor": "Torque factor (real over reported)",
         "factor_per_k": "Torque factor, growth with temperature",

@@ -24,7 +24,7 @@ from agent.numbers import (
 )
 from agent.report.explanation.errors import error_scale, in_scale
 from agent.report.explanation.head import Head
-from agent.report.explanation.places import region_in_words
+from agent.report.explanation.places import regions_in_words
 from agent.report.explanation.quantities import quantity_label, quantity_scale
 from agent.report.explanation.words import carried, heading, is_biased, share
 from agent.report.rows import ParameterRow
@@ -119,7 +119,7 @@ def _without(finding: Finding, explanation: Explanation) -> str:
 
 def places(regions: Sequence[Region], recordings: Sequence[str]) -> tuple[str, ...]:
     """Return where a mismatch lives, as it stands on the page."""
-    return tuple(units_unbroken(heading(region_in_words(region, recordings))) for region in regions)
+    return tuple(units_unbroken(heading(said)) for said in regions_in_words(regions, recordings))
 
 
 def parameter_rows(parameters: Mapping[str, Parameter]) -> tuple[ParameterRow, ...]:

@@ -272,3 +272,26 @@ def test_a_tight_gear_adds_nothing_beside_friction_that_yields() -> None:
     assert np.max(np.abs(added[5:-5])) < 0.02 * rubs["arm_coulomb_nm"]
     alone = replace(joint, effects=(tight,)).predict_parts(motion())["backlash"]
     assert np.max(np.abs(alone)) > rubs["arm_coulomb_nm"]
+
+
+def test_an_arm_that_its_encoder_shows_takes_what_its_own_motion_needs() -> None:
+    """An encoder that is late is put right; whatever the gear is, nothing of it is simulated."""
+    ahead_rad, late_s, rate = 0.01, 2e-3, 40.0
+    time = np.arange(0.0, 1.5, 2e-4)
+    stiff = motion(time)
+    late = swing(time - late_s)[0] + ahead_rad * np.sin(rate * (time - late_s))
+    seen = replace(stiff, position_arm_rad=late / 4.0)
+    told = {"arm_inertia_kg_m2": INERTIA, "encoder_late_s": late_s}
+    gap = Effect("backlash", {"half_gap_rad": GAP, **told})
+    spring = Effect("joint-flexibility", {"stiffness_nm_per_rad": STIFFNESS, **told})
+    needs = -INERTIA * ahead_rad * rate**2 * np.sin(rate * time)
+    for effect in (gap, spring):
+        parts = twin(effect).predict_parts(seen)
+        inner = slice(50, -50)
+        np.testing.assert_allclose(
+            parts[effect.id][inner], needs[inner], atol=0.01 * abs(needs).max()
+        )
+        with pytest.raises(TwinError, match="needs position_arm_rad"):
+            twin(effect).predict(stiff)
+    with pytest.raises(TwinError, match="leave one of them out"):
+        twin(gap, SPRING).predict(seen)

@@ -50,6 +50,7 @@ MOTION = Motion(
     7200.0,
     3.0,
     payload_kg=2.0,
+    position_arm_rad=0.125 * np.sin(2.0 * TIME) + 1e-4 * np.sin(40.0 * TIME),
 )
 
 

@@ -1,0 +1,281 @@
+"""An arm that its own encoder shows: nothing is simulated, its motion is measured.
+
+An arm that bounces between its teeth is thrown to one side or the other by next to nothing, and
+no simulation follows it for long; nor one of a spring whose law nobody knows. Where the arm has an
+encoder, its acceleration is known, and with it what the gear carries. How far the two encoders
+come apart says what it is:
+
+- a spring's twist grows with the shaft's torque, less and less where it stiffens;
+- a gap adds half of itself to the side on which the teeth bear, and jumps where that torque changes
+  sides.
+
+The shaft's torque follows from the measured arm, but for the arm's part of friction, which is
+looked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from agent.explain.forms.form import Form, Point, ToTwin, stack
+from agent.explain.forms.hidden_arm import inertia_of
+from agent.explain.forms.orders import strong_orders
+from agent.explain.rows.scene import Scene
+from agent.identify.result import Floats
+from agent.identify.rigid.linear import solve_blocks
+from agent.physics.derivative import bend_over
+from agent.physics.effects import CARRIED
+from agent.physics.seen_arm import SeenArm
+
+SEEN = "the arm seen"
+"""The forms' name."""
+
+_SPRING, BACKLASH = CARRIED
+_SHOWN = {BACKLASH: "half_gap_rad", _SPRING: "stiffness_nm_per_rad"}
+
+_FRICTIONS = tuple(float(x) for x in np.linspace(0.0, 1.0, 11))  # of the joint's, behind the gear
+_SOFT = (0.02, 0.05, 0.1, 0.2)  # of Coulomb friction: within that the teeth do not bear yet
+_SOFTER = (0.4, 0.8, 1.6, 3.2)  # of it: a spring that is softer within that
+_STIFFENS = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2)  # of it: where a spring that stiffens begins to
+_LESS = 0.9  # of what a spring leaves of the difference: a gap that leaves more is none
+_TWISTS = 0.5  # of the difference: a spring that leaves more of it is none
+_SHARES = (0.05, 1.0)  # of the inertia
+_HEAVIEST = 1.3  # times the joint's inertia, as it was found without the gap
+_WAVES = 2
+_WOBBLES = 0.1  # of the arm's own acceleration: a gear that wobbles has a name of its own
+_LATEST_S, _LATER_S = 0.02, 2e-4
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What the arm's encoder shows of the gear, on the motor side.
+
+    Parameters
+    ----------
+    effect : str
+        Which it is: backlash, or a joint's flexibility.
+    size : float
+        Half the gap, rad, or the spring's stiffness, N m/rad. The gap is somewhat too little where
+        the band blurs its jumps: by 3 to 14 % in eight simulated joints.
+    late_s : float
+        By how much the arm's encoder seems to be later than the motor's.
+    """
+
+    effect: str
+    size: float
+    late_s: float
+
+
+def shown_gear(scene: Scene) -> Shown | None:
+    """Return what the arm's encoder shows; None for a stiff gear, or where there is no encoder.
+
+    Parameters
+    ----------
+    scene : Scene
+    """
+    table = scene.table
+    if not (scene.has("position_rad") and scene.has("position_arm_rad")):
+        return None
+    apart = table.band(-_ahead_rad(scene))
+    rows = table.used & np.isfinite(apart)
+    if not rows.any():
+        return None
+    own, target = _but_for_twist(scene, rows), apart[rows]
+    coulomb = max(float(scene.theta[2]), 1e-12)
+    unit = np.linalg.qr(own / np.sqrt(np.mean(own**2, axis=0)).clip(1e-300))[0]
+
+    def left(*columns: Floats) -> float:
+        both = np.stack((target, *columns), axis=-1)
+        both -= unit @ (unit.T @ both)
+        twist = np.linalg.qr(both[:, 1:])[0]
+        return float(np.sum(both[:, 0] ** 2) - np.sum((twist.T @ both[:, 0]) ** 2))
+
+    springs, stiffening, gaps = [], [], []
+    for friction in _FRICTIONS:
+        shaft = _shaft_nm(scene, friction)[rows]
+        springs.append((left(shaft), friction))
+        stiffening += [left(twist) for twist in _stiffening(shaft / coulomb)]
+        stiffening += [left(shaft, _bearing(shaft, soft * coulomb)) for soft in _SOFTER]
+        gaps += [(left(shaft, _bearing(shaft, soft * coulomb)), friction, soft) for soft in _SOFT]
+    spring, rubs = min(springs)
+    gap, friction, soft = min(gaps)
+    loose = gap < min(_LESS**2 * spring, *stiffening)
+    if not loose and not min(spring, *stiffening) < _TWISTS * left():
+        return None
+    shaft = _shaft_nm(scene, friction if loose else rubs)[rows]
+    last = (shaft, _bearing(shaft, soft * coulomb)) if loose else (shaft,)
+    columns = np.column_stack((own, *last))
+    try:
+        fit = solve_blocks(columns, columns, target, table.block[rows])
+    except ValueError:
+        return None
+    if not fit.ci95[-1][0] > 0.0:
+        return None
+    found = float(fit.theta[-1])
+    late_s = float(fit.theta[0])
+    return Shown(BACKLASH, found, late_s) if loose else Shown(_SPRING, 1.0 / found, late_s)
+
+
+def _bearing(shaft_nm: Floats, within_nm: float) -> Floats:
+    """Return on which side the teeth bear, -1 to 1, that do so within a torque, shape (r,)."""
+    return np.clip(shaft_nm / within_nm, -1.0, 1.0)
+
+
+def _stiffening(shaft: Floats) -> Iterator[Floats]:
+    """Yield the twists, shape (r,), of springs that stiffen with their twist's square.
+
+    Where ``y + y^3 = torque``, by how large a torque is in which they do.
+    """
+    for torque in _STIFFENS:
+        half = 0.5 * np.abs(shaft) / torque
+        root = np.sqrt(half**2 + 1.0 / 27.0)
+        yield np.sign(shaft) * (np.cbrt(half + root) + np.cbrt(half - root))
+
+
+def _ahead_rad(scene: Scene) -> Floats:
+    """Return by how far the arm is ahead of a stiff gear's, seen from the motor, shape (N,)."""
+    return scene.table.gear_ratio * scene.full("position_arm_rad") - scene.full("position_rad")
+
+
+def _but_for_twist(scene: Scene, rows: NDArray[np.bool_]) -> Floats:
+    """Return what else the difference of the encoders may consist of, shape (r, p).
+
+    The first column, the velocity, is a skew between the encoders' clocks; then where they begin,
+    a gear ratio that is a little off, and a gear that wobbles.
+    """
+    table = scene.table
+    run, angle = table.run[rows], table.rows["position_rad"][rows]
+    columns = [table.base[rows, 1], *((run == k).astype(np.float64) for k in np.unique(run)), angle]
+    for order in strong_orders(scene, "inertia")[:_WAVES]:
+        columns += [np.cos(order * angle), np.sin(order * angle)]
+    return np.stack(columns, axis=-1)
+
+
+def _arm_rad_s2(scene: Scene) -> Floats:
+    """Return the arm's acceleration as its encoder has it, seen from the motor, at the rows."""
+    return np.asarray(scene.table.base[:, 0] + scene.table.band(_extra_rad_s2(scene, 0.0)))
+
+
+def _shaft_nm(scene: Scene, friction: float) -> Floats:
+    """Return the torque in the gear at the rows, shape (n,), by the arm's share of dry friction."""
+    arm = _share(scene) * inertia_of(scene) * _arm_rad_s2(scene) + scene.weight_rows()
+    return np.asarray(arm + friction * float(scene.theta[2]) * scene.table.base[:, 2])
+
+
+def _share(scene: Scene) -> float:
+    """Return the arm's share of the inertia by which its own motion carries the residual best."""
+    table = scene.table
+    rows = table.used
+    base = table.base[np.ix_(rows, table.carried)]
+    unit = np.linalg.qr(base / np.sqrt(np.mean(base**2, axis=0)))[0]
+    column = inertia_of(scene) * table.band(_extra_rad_s2(scene, 0.0))[rows]
+    beside = column - unit @ (unit.T @ column)
+    energy = float(beside @ beside)
+    share = float(beside @ scene.residual_nm[rows]) / energy if energy > 0.0 else 0.0
+    return float(np.clip(share, *_SHARES))
+
+
+def _extra_rad_s2(scene: Scene, late_s: float) -> Floats:
+    """Return the arm's acceleration less a stiff gear's, seen from the motor, shape (N,)."""
+    law = SeenArm(1.0, late_s)
+    arm = scene.table.gear_ratio * scene.full("position_arm_rad")
+    motor = scene.full("position_rad")
+    return _by_piece(scene, lambda time, at: law.extra_nm(time, arm[at], motor[at]))
+
+
+def _grid_of(effect: str) -> Callable[[Scene], Sequence[Point]]:
+    def grid(scene: Scene) -> Sequence[Point]:
+        """Return encoders that keep time, and that are as late as they seem; or nothing."""
+        shown = shown_gear(scene)
+        if shown is None or shown.effect != effect or _wobbles(scene):
+            return ()
+        return ((0.0,), (float(np.clip(shown.late_s, *_latest(scene)[0])),))
+
+    return grid
+
+
+def _wobbles(scene: Scene) -> bool:
+    """Return whether a wave along the motor's turn is in what the arm does by itself."""
+    table, orders = scene.table, strong_orders(scene, "inertia")[:_WAVES]
+    rows = table.used
+    extra = table.band(_extra_rad_s2(scene, 0.0))[rows]
+    waves = [_bends(scene, scene.wave(order)[:, k]) for order in orders for k in (0, 1)]
+    if not waves:
+        return False
+    unit = np.linalg.qr(np.stack([table.band(wave)[rows] for wave in waves], axis=-1))[0]
+    return float(np.sum((unit.T @ extra) ** 2)) > _WOBBLES * float(extra @ extra)
+
+
+def _bends(scene: Scene, angle_rad: Floats) -> Floats:
+    """Return the second time derivative of an angle at full rate, shape (N,)."""
+    return _by_piece(scene, lambda time, at: bend_over(time, angle_rad[at]))
+
+
+def _by_piece(scene: Scene, of: Callable[[Floats, slice], Floats]) -> Floats:
+    """Return what is computed of each piece's time and place at full rate, shape (N,)."""
+    out = np.zeros(scene.table.full["time_s"].shape[0])
+    for at, period_s in scene.each_piece():
+        out[at] = of(period_s * np.arange(at.stop - at.start, dtype=np.float64), at)
+    return out
+
+
+def _latest(scene: Scene) -> Sequence[tuple[float, float]]:
+    del scene
+    return ((-_LATEST_S, _LATEST_S),)
+
+
+def _later(scene: Scene) -> Point:
+    del scene
+    return (_LATER_S,)
+
+
+def _columns(scene: Scene, point: Point) -> Floats:
+    return stack(_extra_rad_s2(scene, *point))
+
+
+def _borne(scene: Scene, point: Point, coefficients: Floats) -> bool:
+    del point
+    return bool(coefficients[0] <= _HEAVIEST * inertia_of(scene))
+
+
+def _twin_of(name: str) -> ToTwin:
+    def to_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+        shown = shown_gear(scene)
+        return () if shown is None else ({name: shown.size, **values},)
+
+    return to_twin
+
+
+def seen_beside(simulated: Sequence[Form]) -> tuple[Form, ...]:
+    """Return the forms of an arm that is seen, which refine those that simulate it.
+
+    Parameters
+    ----------
+    simulated : sequence of Form
+    """
+    return tuple(
+        Form(
+            effect,
+            SEEN,
+            ("arm_inertia_kg_m2",),
+            _columns,
+            ("encoder_late_s",),
+            _grid_of(effect),
+            (1,),
+            needs=("position_rad", "position_arm_rad"),
+            at_edges=True,
+            step=_later,
+            limits=_latest,
+            borne=_borne,
+            to_twin=_twin_of(told),
+            refines=tuple(form.name for form in simulated if form.effect == effect),
+            only_clearly=True,
+            from_residual=True,
+        )
+        for effect, told in _SHOWN.items()
+    )
