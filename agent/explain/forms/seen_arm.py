@@ -61,7 +61,7 @@ class Shown:
         Which it is: backlash, or a joint's flexibility.
     size : float
         Half the gap, rad, or the spring's stiffness, N m/rad. The gap is somewhat too little where
-        the band blurs its jumps: by 3 to 14 % in eight simulated joints.
+        the band blurs its jumps: by 2 to 14 % in seven simulated joints.
     late_s : float
         By how much the arm's encoder seems to be later than the motor's.
     """
