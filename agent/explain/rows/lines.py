@@ -30,16 +30,19 @@ from agent.explain.rows.spectra import (
 from agent.explain.rows.table import BASE, Table
 from agent.identify.result import Floats
 from agent.identify.signals.lowpass import lowpass
+from agent.physics.derivative import slope
 
 _SHORTEST_S = 8.0  # stretches: a shorter one has lines as wide as anything else
 _SAME_BAND = 0.99  # of the widest: stretches in a narrower one are not compared with the others
 _GUARD = 6  # bins to either side of a line that are the line's own
+_OWN = 1  # bins to either side that are a line's, and no neighbour's
 _FALSE = 0.01  # over all frequencies
 _MATERIAL = 0.02  # of what is left
 _MOST = 3
 _SPEEDS = 24  # knots
 _SAME_SPEED = 0.1  # of the speed
-_DRIVEN = 2.0  # times a line's torque: a motion that needs more is the drive's, not the line's
+_WRONG = 0.2  # of a number of the twin's: it makes no line of the motion that is stronger
+_LACKS = 0.6  # of a line's torque: with less beside what the motion takes it is the motion's
 _AT_OTHER_SPEEDS = 0.3  # of the line's torque: what is there at two speeds alone is no line of time
 
 
@@ -104,7 +107,8 @@ def lines_of(table: Table, left_nm: Floats) -> tuple[Line, ...]:
     energy = Sought(table, pieces, lambda p: within[p.rows], in_band=True).energy_nm2
     searched = within - _of_speed(table, within)
     inside = Sought(table, pieces, lambda p: searched[p.rows], in_band=True)
-    outside = Sought(table, pieces, lambda p: _above_band(table, p), in_band=False)
+    torque = table.full["torque_nm"]
+    outside = Sought(table, pieces, lambda p: _above(table, p, torque[p.full]), in_band=False)
     found = [
         *_lines(inside, energy),
         *_lines(outside, energy + outside.energy_nm2),
@@ -123,10 +127,9 @@ def _of_speed(table: Table, left_nm: Floats) -> Floats:
     return out
 
 
-def _above_band(table: Table, piece: Piece) -> Floats:
-    """Return the measured torque above the band of the comparison, 0 where rows are not used."""
-    torque = table.full["torque_nm"][piece.full]
-    high = torque - lowpass(torque, piece.period_s, piece.cutoff_hz)
+def _above(table: Table, piece: Piece, values: Floats) -> Floats:
+    """Return a signal above the band of the comparison, 0 where rows are not used."""
+    high = values - lowpass(values, piece.period_s, piece.cutoff_hz)
     return np.where(used_of(table, piece, in_band=False), high, 0.0)
 
 
@@ -144,11 +147,13 @@ def _lines(sought: Sought, energy_nm2: float) -> list[Line]:
     free = np.ones(count, dtype=np.bool_)
     for _ in range(_MOST):
         best = int(np.argmax(np.where(free, standing, -np.inf)))
-        near = slice(max(best - _GUARD, 0), best + _GUARD + 1)
+        near, own = (slice(max(best - n, 0), best + n + 1) for n in (_GUARD, _OWN))
         if not free[best] or p_values[best] * count > _FALSE:
             break
         free[near] = False
-        if moved[near].min() * count <= _FALSE or not _at_other_speeds(sought, spectra.hertz[best]):
+        if moved[own].min() * count <= _FALSE or not _at_other_speeds(sought, spectra.hertz[best]):
+            continue
+        if not sought.in_band and _moves_the_joint(sought, float(spectra.hertz[best])):
             continue
         energy, width = _extent(spectra, best)
         hertz = float(spectra.hertz[best])
@@ -164,8 +169,9 @@ def _lines(sought: Sought, energy_nm2: float) -> list[Line]:
 def _moved(sought: Sought, spectra: Spectra) -> Floats:
     """Return how likely each bin of the motion is without a line there, shape (f,).
 
-    The velocity's, and that of its direction. What shakes the joint moves it: where the velocity
-    swings by no more than such a torque makes the inertia swing, it is no line of the cycle's.
+    The velocity's, and that of its direction, where a number of the twin that is somewhat wrong
+    would make the line of it. What shakes the joint moves it, by more where the drive's loop rings
+    with it, and turns it round where it is slow.
     """
     swing = spectra_of(sought, [speed - speed.mean() for speed in sought.speeds])
     turn = spectra_of(
@@ -175,16 +181,38 @@ def _moved(sought: Sought, spectra: Spectra) -> Floats:
             for piece, speed in zip(sought.pieces, sought.speeds, strict=True)
         ],
     )
-    inertia = _inertia(sought.table)
-    needed = np.mean(swing.power, axis=0) * (2.0 * np.pi * swing.hertz * inertia) ** 2
-    driven = needed > _DRIVEN**2 * np.mean(spectra.power, axis=0)
-    return np.minimum(np.where(driven, swing.standing()[1], 1.0), turn.standing()[1])
+    inertia, coulomb = _numbers(sought.table)
+    found, moves = np.mean(spectra.power, axis=0), np.mean(swing.power, axis=0)
+    driven = moves * (_WRONG * inertia * 2.0 * np.pi * swing.hertz) ** 2 > found
+    turned = np.mean(turn.power, axis=0) * (_WRONG * coulomb) ** 2 > found
+    return np.minimum(
+        np.where(driven, swing.standing()[1], 1.0), np.where(turned, turn.standing()[1], 1.0)
+    )
 
 
-def _inertia(table: Table) -> float:
-    """Return the inertia that the recordings show beside the plain structure, kg m2."""
+def _moves_the_joint(sought: Sought, hertz: float) -> bool:
+    """Return whether a line above the band is what the joint's inertia took to move there.
+
+    What shakes a joint from outside is what the motor's torque lacks beside that. A torque that the
+    motion asks for, as a staircase's even steps do with their drive's ringing, lacks next to none.
+    """
+    inertia, _ = _numbers(sought.table)
+    whole = lacks = 0.0
+    for piece, signal in zip(sought.pieces, sought.signals, strict=True):
+        speed = sought.table.full["velocity_raw_rad_s"][piece.full]
+        moves = inertia * _above(sought.table, piece, slope(speed, piece.period_s))
+        wave = np.exp(-2j * np.pi * hertz * piece.period_s * np.arange(signal.shape[0]))
+        wave *= np.hanning(signal.shape[0] + 2)[1:-1]
+        whole += abs(signal @ wave) ** 2
+        lacks += abs((signal - moves) @ wave) ** 2
+    return lacks < _LACKS**2 * whole
+
+
+def _numbers(table: Table) -> tuple[float, float]:
+    """Return inertia, kg m2, and Coulomb friction, N m, that the recordings show by themselves."""
     found = least(table.base[table.used], table.measured_nm[table.used])
-    return max(float(found[BASE.index("inertia_kg_m2")]), 0.0)
+    inertia, coulomb = (found[BASE.index(name)] for name in ("inertia_kg_m2", "coulomb_nm"))
+    return max(float(inertia), 0.0), max(float(coulomb), 0.0)
 
 
 def _at_other_speeds(sought: Sought, hertz: float) -> bool:
