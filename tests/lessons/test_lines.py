@@ -61,18 +61,39 @@ def test_a_swing_of_its_own_is_found_at_its_frequency(hertz: float) -> None:
     assert line.energy_nm2 == pytest.approx(0.5 * amplitude_nm**2, rel=0.35)
 
 
-def test_a_swing_that_shakes_the_joint_is_its_own_though_the_velocity_shows_it() -> None:
-    """A loop too slow to hold the motor leaves the shaking to the inertia, and none to torque."""
-    hertz, amplitude_nm, shaken = 17.3, 2.0 * NOISE_NM, []
+def shaken(hertz: float, moves_nm: float, *, motor_nm: float = 0.0) -> list[Run]:
+    """Return recordings in which the inertia swings by a torque, the motor's own part of it too."""
+    out = []
     for run in recorded(swinging(hertz, 0.0), seed=5):
         signals, phase = run.signals, 2.0 * math.pi * hertz * run.signals.time_s + run.started_s
         assert signals.velocity_rad_s is not None
-        size = amplitude_nm / (TWIN.inertia_kg_m2 * 2.0 * math.pi * hertz)
-        moved = replace(signals, velocity_rad_s=signals.velocity_rad_s + size * np.sin(phase))
-        shaken.append(replace(run, signals=moved))
-    (line,) = lines_in(shaken)
+        size = moves_nm / (TWIN.inertia_kg_m2 * 2.0 * math.pi * hertz)
+        moved = replace(
+            signals,
+            velocity_rad_s=signals.velocity_rad_s + size * np.sin(phase),
+            torque_nm=signals.torque_nm + motor_nm * np.cos(phase),
+        )
+        out.append(replace(run, signals=moved))
+    return out
+
+
+@pytest.mark.parametrize("motor_nm", [0.0, 2.5 * NOISE_NM])
+def test_a_swing_that_shakes_the_joint_is_its_own_though_the_velocity_shows_it(
+    motor_nm: float,
+) -> None:
+    """A loop too slow to hold the motor leaves the shaking to it; one that rings adds to that."""
+    hertz = 17.3
+    (line,) = lines_in(shaken(hertz, motor_nm + 2.0 * NOISE_NM, motor_nm=motor_nm))
     assert line.frequency_hz == pytest.approx(hertz, abs=0.03)
     assert line.matters
+
+
+def test_a_swing_above_the_band_that_the_inertia_takes_is_the_motions() -> None:
+    """A staircase's even steps ring with their drive's loop at a frequency that is a line."""
+    hertz, size_nm = 87.3, 3.0 * NOISE_NM
+    assert lines_in(shaken(hertz, size_nm, motor_nm=size_nm)) == ()
+    (line,) = lines_in(shaken(hertz, 0.0, motor_nm=size_nm))
+    assert line.frequency_hz == pytest.approx(hertz, abs=0.03)
 
 
 def test_bursts_are_found_with_their_sidebands() -> None:
