@@ -15,7 +15,6 @@ from agent.explain.answer.result import Alternative, Finding, Region
 from agent.explain.choosing.aliases import told_apart_by
 from agent.explain.choosing.candidate import basis_of
 from agent.explain.choosing.heard import heard
-from agent.explain.choosing.of_the_loop import is_the_loops
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.shares import shares_of, without_term
 from agent.explain.forms.carried import RECORDINGS
@@ -36,7 +35,6 @@ from agent.explain.rows.scene import Scene
 from agent.explain.study import Study
 from agent.identify.result import Floats, Parameter
 from agent.numbers import parameter_unit
-from agent.physics.effects.library import CARRIED
 from agent.physics.twin import Twin, TwinError
 
 _SWINGS = {"joint-flexibility": over_frequency, "backlash": excerpt}  # no mean along an axis
@@ -127,9 +125,7 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
     if shown is not None:
         seen = sentences.shown_sentence(shown.effect, shown.size, scene.table.gear_ratio)
         told = replace(told, caveat=" ".join(text for text in (told.caveat, seen) if text))
-    if form.effect in CARRIED and is_the_loops(library, study.choice, index):
-        told = replace(told, caveat=sentences.LOOP)
-    elif form.effect == "joint-flexibility" and not scene.has("position_arm_rad"):
+    if form.effect == "joint-flexibility" and not scene.has("position_arm_rad"):
         part = parameters["arm_inertia_kg_m2"].value / inertia_of(scene)
         if math.isfinite(part):
             told = replace(told, caveat=sentences.spring_sentence(part))

@@ -254,7 +254,8 @@ def _explained(
         *answer.reasons,
         *asked.bettered,
     )
-    return replace(answer, reasons=reasons), moment
+    answer = replace(answer, reasons=reasons)
+    return (told.all_the_simulations(answer) if not back else answer), moment
 
 
 def _proof(

@@ -10,6 +10,8 @@ is none: what is left of the stronger one's shape looks like it. Nor one above t
 which no number is known: there it is one column, an inertia that grows with frequency, which a
 drive's filter or torque that was sampled too seldom looks like.
 
+Nor has one that is in the torque of a recorded simulation and not in the joint's (`of_the_loop`).
+
 A swing beside it whose inertia is known to a third is there: that is six standard errors, which no
 search among many shapes finds by chance.
 """
@@ -21,11 +23,16 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from agent.explain.answer.amounts import percent, short, torque
+from agent.explain.answer.names import OWN_NUMBER
 from agent.explain.answer.result import Finding, Verdict
+from agent.explain.choosing.choice import Choice
+from agent.explain.choosing.of_the_loop import is_the_simulations
+from agent.explain.choosing.search import Library
 from agent.explain.forms.hidden_arm import inertia_of
 from agent.explain.forms.quantities import NOT_NEEDED
 from agent.explain.rows.scene import Scene
 from agent.explain.verdict import MUCH_LEFT
+from agent.physics.effects.library import CARRIED
 
 _SWINGS = "joint-flexibility"
 _GRAVITY_M_S2 = 9.81
@@ -87,6 +94,45 @@ def not_needed(scene: Scene, findings: Sequence[Finding]) -> tuple[Finding, ...]
         for f in findings
         if f.energy_share < strongest
         and any(_may_be_none(f) or _out_of_reach(f, own, scene) for own in _swing(f, scene))
+    )
+
+
+def of_the_simulation(
+    library: Library, choice: Choice, findings: Sequence[Finding]
+) -> tuple[Finding, ...]:
+    """Return the findings of an arm that is a recorded simulation's own, and not the joint's.
+
+    Parameters
+    ----------
+    library : Library
+    choice : Choice
+        In which they were found.
+    findings : sequence of Finding
+    """
+    own = {
+        (term.scored.form.effect, term.scored.form.name)
+        for index, term in enumerate(choice.terms)
+        if term.scored.form.effect in CARRIED and is_the_simulations(library, choice, index)
+    }
+    return tuple(f for f in findings if (f.effect, f.form) in own)
+
+
+def simulations_sentence(swing: Finding, findings: Sequence[Finding]) -> str:
+    """Return that a swing is the simulation's own, and what to do.
+
+    Parameters
+    ----------
+    swing : Finding
+        Of `of_the_simulation`.
+    findings : sequence of Finding
+        What is the joint's.
+    """
+    of = "what the right numbers leave" if any(f.form == OWN_NUMBER for f in findings) else ""
+    return (
+        f"{percent(swing.energy_share)} of {of or 'the mismatch'} is the simulation's own: its "
+        "torque, and not the recorded one, has a part like that of an arm on a spring, as where it "
+        "moved in a loop of its own or was computed from a smoothed velocity; have it follow the "
+        "motion as recorded, before a spring is looked for"
     )
 
 

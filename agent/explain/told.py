@@ -4,24 +4,33 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from agent.explain.answer.result import Finding, Verdict
+from agent.explain.answer.result import Explanation, Finding, Verdict
 from agent.explain.carrying import Given, with_load
 from agent.explain.choosing.materiality import CLOSE
 from agent.explain.findings import findings_of
 from agent.explain.location.leftover import LeftWhere, left_where, line_regions
 from agent.explain.rows.evidence import effective_size
 from agent.explain.study import Study
-from agent.explain.surroundings import beside_the_joint, not_needed, swing_sentence, verdict_beside
+from agent.explain.surroundings import (
+    beside_the_joint,
+    not_needed,
+    of_the_simulation,
+    simulations_sentence,
+    swing_sentence,
+    verdict_beside,
+)
 from agent.explain.unnamed import may_be_the_unnamed, own_numbers, unnamed
 from agent.explain.verdict import SHOWN, left_share, verdict_of
+
+_ALL = 0.9  # of the mismatch
 
 
 @dataclass(frozen=True)
 class Told:
     """A study and what is told of it.
 
-    `named` are its findings, `findings` those with loads, and `swings` what swings beside the joint
-    and has no name.
+    `named` are its findings, `findings` those with loads, `swings` what swings beside the joint
+    and has no name, and `simulations` what swings in a recorded simulation alone.
     """
 
     found: Study
@@ -29,6 +38,7 @@ class Told:
     findings: tuple[Finding, ...]
     verdict: Verdict
     swings: tuple[Finding, ...] = ()
+    simulations: tuple[Finding, ...] = ()
 
     @classmethod
     def of(cls, found: Study, given: Given) -> Told:
@@ -38,14 +48,18 @@ class Told:
         if told.verdict == "partly-explained" and may_be_the_unnamed(found.library, found.model):
             return replace(told, verdict="unexplained")
         scene = found.library.scene
+        simulations = of_the_simulation(found.library, found.choice, named)
         light = beside_the_joint(scene, named)
         swings = (*light, *(f for f in not_needed(scene, named) if f not in light))
-        if not swings or told.verdict == "unexplained":  # what explains too little shows no swing
+        swings = tuple(swing for swing in swings if swing not in simulations)
+        if told.verdict == "unexplained":  # what explains too little shows no swing
             return told
-        kept = [f for f in named if f not in swings]
+        if not swings and not simulations:
+            return told
+        kept = [f for f in named if f not in (*swings, *simulations)]
         named = tuple(replace(f, rank=rank) for rank, f in enumerate(kept, start=1))
         return cls(
-            found, named, with_load(named, found, given), told.verdict, swings
+            found, named, with_load(named, found, given), told.verdict, swings, simulations
         ).judged_again()
 
     def without_names(self, given: Given) -> Told:
@@ -56,11 +70,15 @@ class Told:
         found = unnamed(self.found)
         named = tuple(f for f in self.named if f.effect in own_numbers(found) | SHOWN)
         verdict = "partly-explained" if any(f.effect in SHOWN for f in named) else self.verdict
-        return Told(found, named, with_load(named, found, given), verdict, self.swings)
+        return replace(
+            self, found=found, named=named, findings=with_load(named, found, given), verdict=verdict
+        )
 
     def judged_again(self) -> Told:
         """Return the same with the verdict that these findings have."""
         verdict = verdict_of(self.found, self.findings, left_share(self.found, self.findings))
+        if self.simulations and not self.findings:
+            return replace(self, verdict="unexplained")
         return replace(self, verdict=verdict_beside(verdict, self.findings, self.swings))
 
     def left_share(self) -> float:
@@ -78,7 +96,19 @@ class Told:
         """Return what is said of the swings."""
         kept, scene = self._modelled(), self.found.library.scene
         held = "; twin.toml holds it as a spring, so that the numbers beside it are right"
-        return tuple(f"{swing_sentence(s, scene)}{held if s in kept else ''}" for s in self.swings)
+        swings = (f"{swing_sentence(s, scene)}{held if s in kept else ''}" for s in self.swings)
+        own = (simulations_sentence(swing, self.findings) for swing in self.simulations)
+        return (*own, *swings)
+
+    def all_the_simulations(self, answer: Explanation) -> Explanation:
+        """Return an answer that begins with the simulation's own swing, where that is all."""
+        if self.findings or not sum(s.energy_share for s in self.simulations) > _ALL:
+            return answer
+        own = simulations_sentence(self.simulations[0], self.findings)
+        sentence = f"No physics of the joint is missing that these recordings show: {own}."
+        return replace(
+            answer, sentence=sentence, reasons=tuple(r for r in answer.reasons if r != own)
+        )
 
     def _modelled(self) -> tuple[Finding, ...]:
         """Return the swings that the study's model still holds."""

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from scipy.signal import bilinear, lfilter
 
-from agent.explain.choosing.of_the_loop import is_the_loops
+from agent.explain.findings import findings_of
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import tabulate
 from agent.explain.study import study
+from agent.explain.surroundings import of_the_simulation, simulations_sentence
 from agent.identify.result import Floats
 from agent.physics.effects.library import CARRIED
 from tests.science.explain_joint import RATE_HZ, TWIN, Conditions, record, stair
@@ -51,10 +52,12 @@ def simulated(seed: int, *, in_a_loop: bool) -> Run:
 def test_a_simulations_own_swing_is_told_from_the_joints(in_a_loop: bool) -> None:
     runs = [simulated(seed, in_a_loop=in_a_loop) for seed in range(3)]
     found = study(TWIN, tabulate(TWIN, runs))
-    arms = [
-        is_the_loops(found.library, found.choice, index)
-        for index, term in enumerate(found.choice.terms)
-        if term.scored.form.effect in CARRIED
-    ]
+    findings = findings_of(found)
+    arms = [finding for finding in findings if finding.effect in CARRIED]
     assert arms
-    assert all(arms) if in_a_loop else not any(arms)
+    own = of_the_simulation(found.library, found.choice, findings)
+    assert own == (tuple(arms) if in_a_loop else ())
+    for arm in own:
+        assert "is the simulation's own: its torque, and not the recorded" in simulations_sentence(
+            arm, ()
+        )

@@ -135,13 +135,6 @@ def spring_sentence(inertia_share: float) -> str:
     )
 
 
-LOOP = (
-    "The simulation moved otherwise than the joint did, and what its torque has by that stands for "
-    "most of it: have the simulation follow the recorded motion, before a spring is looked for."
-)
-"""What is said of an arm that a recorded simulation's own loop may have made."""
-
-
 def only_heard(ringing: Ringing) -> str:
     """Return that loose teeth are heard, where no torque shows them."""
     return (
