@@ -49,10 +49,12 @@ def told_apart(
         for c in library.candidates
         if c.form.effect in _OF_ONE_WAVE and abs(c.point[0] - order) <= near
     )
+    # A search that has led one of them far from all points that its form began with begins there.
+    own = [s.candidate for s in best.values()]
+    started = {c.form for c in of_order}
+    of_order += tuple(c for c in own if c.form not in started)
     model = [*others, library.candidate(BESIDE_A_WAVE, (order,))]
-    again = replace(library, candidates=of_order).rank(
-        model, known=[s.candidate for s in best.values()]
-    )
+    again = replace(library, candidates=of_order).rank(model, known=own)
     found: dict[str, Scored] = {}
     for scored in again:
         found.setdefault(scored.form.effect, scored)

@@ -21,7 +21,7 @@ from agent.explain.forms import stiffening as forms_stiffening
 from agent.explain.forms import use as forms_use
 from agent.explain.forms import warmth as forms_warmth
 from agent.explain.forms.form import Form
-from agent.explain.forms.seen_arm import seen_beside
+from agent.explain.forms.seen_arm import SEEN, seen_beside
 from agent.explain.forms.zeros import zeros_of
 from agent.explain.rows.table import Table
 from agent.explain.rows.use import OPERATING, TURNED
@@ -108,7 +108,8 @@ def judgeable(table: Table, twin: Twin | None = None) -> tuple[tuple[Form, ...],
         for effect in sorted(there)
     }
     for form in forms:
-        if form.effect not in effects | there:
+        seen = form.name == SEEN and form.effect in out  # what its simulated forms lack is told
+        if form.effect not in effects | there and not seen:
             why = next(reasons[need] for need in _needs(form) if need in reasons)
             out[form.effect] = f"{why}, so {form.effect} cannot be judged"
     return shown, out

@@ -32,7 +32,7 @@ _FRICTIONS = (0.0, 1.0)
 
 def goes_by_order(form: Form) -> bool:
     """Return whether a form is a wave behind a stiff gear, at any order that `at_order` says."""
-    return form.nonlinear in ((ORDER,), (ORDER, _RUBS))
+    return form.refine and form.nonlinear in ((ORDER,), (ORDER, _RUBS))
 
 
 def at_order(form: Form, order: float) -> Point:

@@ -8,12 +8,14 @@ from typing import Literal
 
 import numpy as np
 
-from agent.explain.rows.orders import FEWEST_WAVES, orders_of
+from agent.explain.rows.in_step import hats, least
+from agent.explain.rows.orders import FEWEST_WAVES, order_of_few_waves, orders_of
 from agent.explain.rows.scene import Scene
 
 ORDER = "order_per_motor_rev"
 Weighting = Literal["torque", "friction", "inertia"]
 _PEAKS = 5
+_SPEEDS = 24  # knots of a curve
 _OF_BAND = 0.9  # of the cutoff: what passes that fast at the slowest speed still shows
 
 
@@ -39,11 +41,32 @@ def strong_orders(scene: Scene, weighting: Weighting) -> tuple[float, ...]:
         "friction": np.sign(velocity),
         "inertia": (velocity / scene.fastest) ** 2,
     }[weighting]
-    highest = _OF_BAND * table.cutoff_hz * 2.0 * math.pi / scene.slowest
+    highest = _highest(scene)
     repeating = weighting != "friction"  # along the path friction varies as it likes
     return orders_of(
         position, residual, weight, highest, table.gear_ratio, _PEAKS, repeating=repeating
     )
+
+
+def few_waves(scene: Scene) -> tuple[float, ...]:
+    """Return the whole order of few waves along the stroke that carries most of the residual.
+
+    Beside what varies with the speed, as friction that a twin lacks.
+    """
+    table = scene.table
+    if not scene.has("position_rad"):
+        return ()
+    rows = table.sliding
+    position, residual = table.rows["position_rad"][rows], scene.residual_nm[rows]
+    curve = hats(table.rows["velocity_rad_s"][rows], _SPEEDS)
+    residual = residual - curve @ least(curve, residual)
+    order = order_of_few_waves(position, residual, _highest(scene))
+    return () if order is None else (order,)
+
+
+def _highest(scene: Scene) -> float:
+    """Return the highest order per motor turn that the band shows at the slowest speed."""
+    return _OF_BAND * scene.table.cutoff_hz * 2.0 * math.pi / scene.slowest
 
 
 def least_order(scene: Scene) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from agent.explain.forms.form import Form, Point, Proportional
 from agent.explain.forms.mixed import Mixed, Part
-from agent.explain.forms.orders import ORDER, half_a_line, order_limits, strong_orders
+from agent.explain.forms.orders import ORDER, few_waves, half_a_line, order_limits, strong_orders
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 
@@ -19,6 +19,10 @@ _GROWN, _MOST_GROWN = (0.7, 5.0), 100.0  # times a ripple's own, what the usual 
 
 def _orders(scene: Scene) -> Sequence[Point]:
     return tuple((order,) for order in strong_orders(scene, "torque"))
+
+
+def _few_waves(scene: Scene) -> Sequence[Point]:
+    return tuple((order,) for order in few_waves(scene))
 
 
 def _ripple(scene: Scene, point: Point) -> Floats:
@@ -104,6 +108,17 @@ FORMS: tuple[Form, ...] = (
         needs=_POSITION,
         step=half_a_line,
         limits=order_limits,
+        from_residual=True,
+    ),
+    Form(
+        "torque-ripple",
+        "a whole order of few waves",
+        ("cos_nm", "sin_nm"),
+        _ripple,
+        (ORDER,),
+        _few_waves,
+        needs=_POSITION,
+        refine=False,
         from_residual=True,
     ),
     Form(

@@ -65,7 +65,7 @@ def blows_of(table: Table, theta: Floats, weight_nm: Floats) -> Blows | None:
         What the arm is held against at full rate.
     """
     above = table.above_band
-    if above is None:
+    if above is None or table.gear_ratio == 1.0:  # a direct drive has no teeth
         return None
     period_s = min(piece.period_s for piece in table.pieces)
     spacing = round(2.0 * WINDOW_S / period_s)

@@ -19,6 +19,9 @@ FEWEST_WAVES = 3.0  # in the range that was driven: fewer are a trend
 _MANY_WAVES = 10.0  # no trend and no bump has a line as narrow as that
 _MOST_PARTS = 6  # of the stroke
 _TREND = 6  # the polynomial along the stroke beside which they are told: three waves as well
+_FEWEST_WHOLE, _FEW_WHOLE = 1.5, 4.5  # waves of a whole order, alone along the stroke
+_MOST_WHOLE = 64
+_ALONE = 0.6  # of what a straight line leaves
 _TOLD = 0.75  # of what a wave explains, told from the other parts: half of its size may be off
 
 
@@ -67,6 +70,36 @@ def orders_of(
         # A strong order's side lobes are higher than the peaks of weaker ones: it is taken out.
         torque_nm = _without(torque_nm, found * position_rad, weight)
     return tuple(dict.fromkeys(out))
+
+
+def order_of_few_waves(position_rad: Floats, torque_nm: Floats, highest: float) -> float | None:
+    """Return the whole order of few waves along the stroke that stands alone; None for none.
+
+    A motor's orders are whole numbers of its turn, which a cable or a bump knows nothing of; and
+    neither is a sine from end to end.
+
+    Parameters
+    ----------
+    position_rad, torque_nm : ndarray, shape (n,)
+    highest : float
+        Order that the band still shows, per motor turn.
+    """
+    turns = float(np.ptp(position_rad)) / (2.0 * math.pi)
+    if not turns > 0.0:
+        return None
+    first, last = max(math.ceil(_FEWEST_WHOLE / turns), 1), min(_FEW_WHOLE / turns, highest)
+    orders = range(first, math.floor(last) + 1)[:_MOST_WHOLE]
+    if not orders:
+        return None
+    trend = np.linalg.qr(np.stack((np.ones_like(position_rad), position_rad), axis=-1))[0]
+    left = torque_nm - trend @ (trend.T @ torque_nm)
+    taken = []
+    for order in orders:
+        wave = _wave(order * position_rad, np.ones_like(position_rad))
+        wave -= trend @ (trend.T @ wave)
+        taken.append(float(np.sum((np.linalg.qr(wave)[0].T @ left) ** 2)))
+    best = int(np.argmax(taken))
+    return float(orders[best]) if taken[best] > _ALONE * float(left @ left) else None
 
 
 def _repeats(
