@@ -11,7 +11,7 @@ from agent.explain.rows.coarser import coarsened
 from agent.explain.rows.full_rate import choose_band
 from agent.explain.rows.glitches import without_glitches
 from agent.explain.rows.half_sample import in_step_with, said_of
-from agent.explain.rows.repeats import without_repeats
+from agent.explain.rows.repeats import with_turns_counted, without_repeats
 from agent.explain.rows.run import Run, stood_in, without_gearbox_temperature
 from agent.explain.rows.scene import refit
 from agent.explain.rows.stamps import put_right
@@ -133,7 +133,8 @@ def as_asked(
     quieter : bool
         Whether the motion is taken from position or velocity, whichever has less noise.
     """
-    everything, repeated = without_repeats((*runs, *holdout))
+    everything, wrapped = with_turns_counted((*runs, *holdout))
+    everything, repeated = without_repeats(everything)
     everything, glitched = without_glitches(everything)
     everything, stamped = put_right(everything)
     better: tuple[str, ...] = ()
@@ -153,5 +154,5 @@ def as_asked(
         tuple(holdout),
         by_motor,
         tuple(apart),
-        (*repeated, *glitched, *stamped, *better, *stepped),
+        (*wrapped, *repeated, *glitched, *stamped, *better, *stepped),
     )

@@ -33,7 +33,7 @@ from agent.explain.numbers.late_velocity import hides_in
 from agent.explain.numbers.loads import differs_unsaid, said_of
 from agent.explain.numbers.model import left_by
 from agent.explain.own_effects.doubted import Doubted
-from agent.explain.plausible import contradiction
+from agent.explain.plausible import contradiction, loses_the_weight
 from agent.explain.rows.creep import creep_beside, without_creep
 from agent.explain.rows.half_sample import half_a_sample_s
 from agent.explain.rows.run import Run
@@ -105,7 +105,10 @@ def asked_once(
     where some carry what others do not.
     """
     names = tuple(run.name for run in runs), tuple(run.name for run in holdout)
-    refusal = contradiction((*runs, *holdout)) if runs else "no recording was given"
+    refusal = "no recording was given"
+    if runs:
+        everything = (*runs, *holdout)
+        refusal = contradiction(everything) or loses_the_weight(twin, everything)
     if refusal:
         return nothing_decided(f"not decidable: {refusal}", *names), None
     try:

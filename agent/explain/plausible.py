@@ -10,10 +10,12 @@ import numpy as np
 
 from agent.explain.numbers.wrong import WrongNumber
 from agent.explain.rows.run import SIMULATED, Run, are_simulated
+from agent.explain.rows.scene import refit
 from agent.explain.rows.table import BASE, Table
-from agent.identify.diagnosis import no_joint_records
+from agent.identify.diagnosis import no_joint_records, too_fast
 from agent.identify.rigid.alike import mixed_units, shown_by
 from agent.identify.signals.preprocess import read_motion
+from agent.identify.signals.wrapped import counted_on
 from agent.numbers import significant
 from agent.physics.twin import Twin
 from agent.samples import usable
@@ -23,7 +25,9 @@ _FAR = 5.0  # times the twin's number, or a part of it
 _LIKE = 0.15  # of the gear ratio, or of a unit: so close a factor is that
 _AS_STRONG = 0.05  # of gravity: so close is no payload
 _TURNED_DEG = 10.0
+_MILLI = 1e-3
 _AS_IF = "as if"
+_NO_MOTORS = "no motor's torque constant is off by a factor of"
 _SAID = {
     "inertia_extra_kg_m2": ("inertia_kg_m2", "inertia"),
     "coulomb_extra_nm": ("coulomb_nm", "Coulomb friction"),
@@ -42,6 +46,27 @@ def contradiction(runs: Sequence[Run]) -> str:
         To learn from, and held out.
     """
     return no_joint_records([run.signals for run in runs]) or _no_simulation(runs)
+
+
+def loses_the_weight(twin: Twin, runs: Sequence[Run]) -> str:
+    """Return that where the arm stands is lost, though it has a weight; nothing where it is known.
+
+    Parameters
+    ----------
+    twin : Twin
+    runs : sequence of Run
+        To learn from, and held out.
+    """
+    if twin.gear_ratio == 1.0 or not (twin.gravity_sin_nm or twin.gravity_cos_nm):
+        return ""
+    for run in runs:
+        if counted_on(run.signals)[1]:
+            return (
+                f"{run.signals.name}: the position begins anew with every turn, so that nobody "
+                "knows where the arm stands, which has a weight: record a position that counts its "
+                "turns"
+            )
+    return ""
 
 
 def _no_simulation(runs: Sequence[Run]) -> str:
@@ -132,10 +157,32 @@ def far_off(wrong: Sequence[WrongNumber], twin: Twin) -> str:
 def another_unit(wrong: Sequence[WrongNumber], twin: Twin) -> str:
     """Return the same as a sentence where the factor is a unit's or the gear's; else nothing.
 
-    It stands before all else then: numbers that are off by a unit are none to be put right.
+    It stands before all else then: numbers that are off by a unit are none to be put right. So does
+    a torque that no motor's constant makes.
     """
     said = far_off(wrong, twin)
-    return f"{said[:1].upper()}{said[1:]}." if _AS_IF in said else ""
+    before_all = _AS_IF in said or said.startswith(_NO_MOTORS)
+    return f"{said[:1].upper()}{said[1:]}." if before_all else ""
+
+
+def in_degrees(table: Table, twin: Twin) -> str:
+    """Return that a motion must be one of degrees; nothing where it may be of radians.
+
+    Some motor would turn as none does, and the torque asks for another inertia than the twin's: a
+    torque constant and bumps would make up for numbers that are a 57th.
+
+    Parameters
+    ----------
+    table : Table
+    twin : Twin
+        As given.
+    """
+    said = (too_fast(read_motion(run.signals)) for run in table.runs)
+    fast = next((text for text in said if text), "")
+    if not fast:
+        return ""
+    shown = twin.inertia_kg_m2 + float(refit(table)[0][BASE.index("inertia_kg_m2")])
+    return "" if 1.0 / _FAR < shown / max(twin.inertia_kg_m2, 1e-300) < _FAR else fast
 
 
 def _other_torque(wrong: Sequence[WrongNumber]) -> str:
@@ -144,8 +191,9 @@ def _other_torque(wrong: Sequence[WrongNumber]) -> str:
     factor = next((p.value for p in known if p.identified), 1.0)
     if 1.0 / _FAR < factor < _FAR:
         return ""
+    likely = ", as if the torque were in mN m" if abs(factor / _MILLI - 1.0) < _LIKE else ""
     return (
-        f"no motor's torque constant is off by a factor of {significant(factor, 3)}: before "
+        f"{_NO_MOTORS} {significant(factor, 3)}{likely}: before "
         "anything else make sure that the torque is the motor's, in N m, and not in percent of the "
         "rated one, in ampere or on the arm's side of the gear"
     )

@@ -8,7 +8,7 @@ import numpy as np
 
 from agent.explain.answer.amounts import torque
 from agent.explain.location.regions import row_seconds
-from agent.explain.plausible import of_two_units, runs_backwards
+from agent.explain.plausible import in_degrees, of_two_units, runs_backwards
 from agent.explain.rows.scene import refit
 from agent.explain.rows.table import Table
 from agent.physics.twin import Twin
@@ -32,7 +32,7 @@ def undecidable(table: Table, twin: Twin) -> str:
     twin : Twin
         As given.
     """
-    return _too_little(table) or _impossible(table) or _nowhere(table, twin)
+    return _too_little(table) or _impossible(table, twin) or _nowhere(table, twin)
 
 
 def _too_little(table: Table) -> str:
@@ -62,9 +62,9 @@ def _too_little(table: Table) -> str:
     return _out_of_band(table, count)
 
 
-def _impossible(table: Table) -> str:
-    """Return that a torque drives where it should brake, or two units were mixed; or nothing."""
-    mixed = of_two_units(table)
+def _impossible(table: Table, twin: Twin) -> str:
+    """Return that a torque drives where it should brake, or what is in another unit; or nothing."""
+    mixed = of_two_units(table) or in_degrees(table, twin)
     if mixed:
         return f"not decidable: {mixed}"
     if not runs_backwards(table):

@@ -159,15 +159,23 @@ def unlikely_units(motions: Sequence[Motion]) -> list[str]:
     said = []
     for motion in motions:
         name, position = motion.signals.name, motion.signals.position_rad
-        fastest = max((float(np.abs(v).max(initial=0.0)) for v in motion.velocity_rad_s), default=0)
+        fast = too_fast(motion)
         where = np.zeros(1) if position is None else position[motion.signals.valid]
         turns = float(np.ptp(where)) / (2.0 * np.pi * motion.signals.gear_ratio)
-        if fastest > _FASTEST_RAD_S:
-            rpm = fastest * 30.0 / np.pi
-            said.append(f"{name}: the motor would turn at {rpm:.0f} rpm, {_IN_DEGREES}")
+        if fast:
+            said.append(fast)
         elif motion.signals.gear_ratio > 1.0 and turns > _MOST_TURNS:
             said.append(f"{name}: the arm would turn {turns:.0f} times, {_IN_DEGREES}")
     return said
+
+
+def too_fast(motion: Motion) -> str:
+    """Return that a motor would turn as fast as none does; nothing where it is likely."""
+    fastest = max((float(np.abs(v).max(initial=0.0)) for v in motion.velocity_rad_s), default=0.0)
+    if fastest <= _FASTEST_RAD_S:
+        return ""
+    rpm = fastest * 30.0 / np.pi
+    return f"{motion.signals.name}: the motor would turn at {rpm:.0f} rpm, {_IN_DEGREES}"
 
 
 def coasts_too_long(motions: Sequence[Motion], body: RigidBodyFit | None) -> list[str]:

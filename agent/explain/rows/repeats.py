@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from agent.explain.rows.run import Run
 from agent.identify.signals import repeats
 from agent.identify.signals.arrays import Signals
+from agent.identify.signals.wrapped import counted_on, wrapped_of
 
 
 def without_repeats(runs: Sequence[Run]) -> tuple[tuple[Run, ...], tuple[str, ...]]:
@@ -31,6 +32,21 @@ def without_repeats(runs: Sequence[Run]) -> tuple[tuple[Run, ...], tuple[str, ..
     twice, held = sum(int(np.count_nonzero(each)) for each in told), sum(n for _, n in moved)
     said = (repeats.said_of(twice, rows) if twice else "", repeats.held_of(held, rows))
     return tuple(kept), tuple(sentence for sentence in said if sentence)
+
+
+def with_turns_counted(runs: Sequence[Run]) -> tuple[tuple[Run, ...], tuple[str, ...]]:
+    """Return recordings whose positions do not begin anew with every turn, and what is said of it.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+    """
+    told = [counted_on(run.signals) for run in runs]
+    count = sum(jumps for _, jumps in told)
+    if not count:
+        return tuple(runs), ()
+    said = wrapped_of(count, runs[0].signals.gear_ratio)
+    return tuple(replace(run, signals=s) for run, (s, _) in zip(runs, told, strict=True)), (said,)
 
 
 def _moving(run: Run, signals: Signals) -> Run:

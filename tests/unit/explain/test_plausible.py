@@ -39,13 +39,26 @@ def _position(signals: Signals, factor: float) -> Signals:
     return replace(signals, position_rad=factor * signals.position_rad)
 
 
+def _in_degrees(signals: Signals) -> Signals:
+    assert signals.velocity_rad_s is not None
+    moved = _position(signals, 57.2958)
+    return replace(moved, velocity_rad_s=57.2958 * signals.velocity_rad_s)
+
+
 MISTAKES: dict[str, tuple[Change, str]] = {
     "degrees": (lambda s: _position(s, 57.2958), "moves 57.3 times as far as the velocity says"),
     "arm": (lambda s: _position(s, 1.0 / s.gear_ratio), "or on the other side of the gear"),
     "mirrored": (lambda s: _position(s, -1.0), "the position counts against the velocity"),
+    "all in degrees": (_in_degrees, "as if its motion were in degrees"),
     "frozen": (lambda s: replace(s, torque_nm=0.0 * s.torque_nm), "the torque never changes"),
     "turned": (lambda s: replace(s, torque_nm=-s.torque_nm), "come out negative"),
 }
+
+
+def _wrapped(run: Run) -> Run:
+    assert run.signals.position_rad is not None
+    turn = np.mod(run.signals.position_rad, 2.0 * np.pi)
+    return replace(run, signals=replace(run.signals, position_rad=turn))
 
 
 @pytest.fixture(scope="module")
@@ -245,3 +258,11 @@ def test_a_column_that_holds_no_simulation_is_not_questioned(level_nm: float, sa
     answer = explain(TWIN, [replace(run, columns=columns)])
     assert answer.verdict == "unexplained"
     assert answer.sentence.startswith(f"Not decidable: run: torque_simulated_nm {said}")
+
+
+def test_a_position_that_begins_anew_with_every_turn_loses_where_a_weight_hangs(run: Run) -> None:
+    """It had been another zero of the torque in each recording; without a weight it is counted."""
+    hanging = replace(TWIN, gravity_sin_nm=0.3)
+    assert "a position that counts its turns" in explain(hanging, [_wrapped(run)]).sentence
+    answer = explain(replace(TWIN, gravity_sin_nm=0.0, gravity_cos_nm=0.0), [_wrapped(run)] * 2)
+    assert any("begins anew with every turn" in reason for reason in answer.reasons)
