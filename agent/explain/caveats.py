@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from agent.explain.answer.amounts import percent
 from agent.explain.answer.fits import Edges
 from agent.explain.answer.sentences import only_heard
 from agent.explain.at_edges import edges_said
@@ -32,6 +33,7 @@ from agent.numbers import significant
 _CLOSER = 1.1  # of the refitted energy, at least: else refitting has brought nothing
 _OTHERWISE_WARM_K = 10.0  # magnets lose less than 2 % over it
 _SCALED = 0.01  # of a velocity, in every recording: no estimate of it from the position is so bad
+_MANY_WITHOUT = 0.005  # of the rows
 _LATE_S = 5e-4  # of a velocity: less is no more than its last difference
 
 
@@ -56,8 +58,8 @@ def bear_in_mind(found: Study, edges: Edges | None, *, by_motor: bool) -> tuple[
         )
     if not found.floor.value_nm > 0.0:
         out.append(
-            "the noise floor could not be measured, as no speed was held long enough: what is left "
-            "may be noise or not"
+            "the noise floor could not be measured, as no speed was held long enough"
+            f"{_cut_up(found)}: what is left may be noise or not"
         )
     if found.table.simulated:
         out.append(
@@ -251,3 +253,15 @@ def _bent(found: Study) -> bool:
     rows = found.library.weighing.rows
     given, refitted = found.table.target_nm[rows], found.refitted_nm[rows]
     return far_from_given(found) and float(given @ given) > _CLOSER * float(refitted @ refitted)
+
+
+def _cut_up(found: Study) -> str:
+    """Return that rows without a number cut the recordings into pieces, where many do."""
+    valid = np.concatenate([run.signals.valid for run in found.table.runs])
+    without = int(np.count_nonzero(~valid))
+    if without < _MANY_WITHOUT * valid.shape[0]:
+        return ""
+    return (
+        f" between the {without} rows ({percent(without / valid.shape[0])}) whose torque or motion "
+        "is no number"
+    )

@@ -95,7 +95,9 @@ def beyond(
         below = name != "velocity_rad_s" and least < low - margin
         if below or most > high + margin:
             there, here = (
-                f"{_short(scale * a)} to {_short(scale * b)}"
+                _short(scale * a)
+                if _short(scale * a) == _short(scale * b)
+                else f"{_short(scale * a)} to {_short(scale * b)}"
                 for a, b in ((least, most), (low, high))
             )
             out.append(f"{called} of {there} {unit} where the law was learnt over {here}")

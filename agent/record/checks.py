@@ -117,9 +117,10 @@ def _check_celsius(degc: Column, name: str, where: str) -> None:
     known = degc[np.isfinite(degc)]
     usual = float(np.median(known)) if known.size else 0.0
     if usual > _HOTTEST_DEGC:
+        dead = "" if np.ptp(known) else ", or, as it never changes, like a sensor that is not there"
         raise InputError(
             f"{where}: column {name} is {usual:.4g} in the median, which no joint bears as degrees "
-            "Celsius; it looks like kelvin.",
+            f"Celsius; it looks like kelvin{dead}.",
             "Take 273.15 off, or leave the column out.",
         )
     if usual < _COLDEST_DEGC:

@@ -81,6 +81,8 @@ def place_in_words(region: Region | None, effect: str = "") -> str:
     if name == "frequency_hz":
         return _at_frequencies(low, high, effect)
     said, scale, unit = _AXES.get(name, (f"at {name}", 1.0, ""))
+    if _short(scale * low) == _short(scale * high):
+        return f"{said} around {_short(scale * low)} {unit}".rstrip()
     return f"{said} from {_short(scale * low)} to {_short(scale * high)} {unit}".rstrip()
 
 

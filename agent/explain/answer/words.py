@@ -190,7 +190,7 @@ def _left_sentence(explanation: Explanation) -> str:
     lies += "" if measured else " How much of it is noise could not be measured."
     if findings and all(f.form == OWN_NUMBER for f in findings):
         return f"What these numbers do not explain has no name in the library. {lies}"
-    if findings:
+    if findings and any(_costs_torque(f) for f in findings):
         much = percent(explanation.unexplained_share)
         return f"{much[0].upper()}{much[1:]} of the mismatch has no name in the library. {lies}"
     if left and left[0].variable == "frequency_hz" and refitted_nm < _AS_NOISE * floor_nm:
