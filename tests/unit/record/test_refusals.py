@@ -100,9 +100,15 @@ COLUMNS: dict[str, tuple[Change, str]] = {
         "column torque_nm must hold numbers (motor torque in N m), its type is string.",
     ),
     "a temperature in kelvin": (
-        having(gearbox_temperature_degc=pa.array([298.2] * 149 + [np.nan])),
+        having(gearbox_temperature_degc=pa.array([298.3] + [298.2] * 148 + [np.nan])),
         "column gearbox_temperature_degc is 298.2 in the median, which no joint bears as degrees "
         "Celsius; it looks like kelvin. Take 273.15 off, or leave the column out.",
+    ),
+    "a temperature that may be another unit or no sensor": (
+        having(gearbox_temperature_degc=pa.array([327.67] * 149 + [np.nan])),
+        "column gearbox_temperature_degc is 327.7 in the median, which no joint bears as degrees "
+        "Celsius; it looks like kelvin, or, as it never changes, like a sensor that is not there. "
+        "Take 273.15 off, or leave the column out.",
     ),
     "a temperature sensor that is not there": (
         having(gearbox_temperature_degc=pa.array([-3276.8] * 149 + [np.nan])),
