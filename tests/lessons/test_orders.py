@@ -238,6 +238,20 @@ def test_a_peak_beside_a_whole_order_in_its_line_is_a_resolver_s_too(
 ) -> None:
     scene = Scene.__new__(Scene)  # only what is found in it counts
     monkeypatch.setattr(forms_order, "strong_orders", lambda *_: (2.034, 3.4, 1.98, 0.4))
+    monkeypatch.setattr(forms_order, "highest_order", lambda _: 4.0)
     monkeypatch.setattr(forms_order, "half_a_line", lambda _: (0.033,))
     resolver = next(f for f in forms_order.FORMS if f.name == "whole order of the motor")
     assert list(resolver.grid(scene)) == [(2.0,)]
+
+
+def test_the_overtone_of_the_strongest_order_is_tried_though_its_line_hides_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A misread angle's second order was a ripple that grows with the torque."""
+    scene = Scene.__new__(Scene)  # only what is found in it counts
+    monkeypatch.setattr(forms_order, "strong_orders", lambda *_: (3.99, 3.85, 4.16))
+    monkeypatch.setattr(forms_order, "half_a_line", lambda _: (0.05,))
+    monkeypatch.setattr(forms_order, "highest_order", lambda _: 20.0)
+    grids = {form.name: form.grid(scene) for form in forms_order.FORMS if len(form.nonlinear) < 3}
+    assert {order for (order,) in grids["whole order of the motor"]} == {4.0, 8.0}
+    assert 7.98 in {point[0] for point in grids["one order"]}

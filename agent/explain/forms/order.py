@@ -10,7 +10,13 @@ import numpy as np
 
 from agent.explain.forms.form import Form, Point, stack
 from agent.explain.forms.hidden_arm import HiddenArm, inertia_of
-from agent.explain.forms.orders import ORDER, half_a_line, order_limits, strong_orders
+from agent.explain.forms.orders import (
+    ORDER,
+    half_a_line,
+    highest_order,
+    order_limits,
+    strong_orders,
+)
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
 from agent.physics.periodic import wave_rates
@@ -83,7 +89,17 @@ def _geared(scene: Scene, order: float, arm_share: float, friction_share: float)
 
 
 def _wobbling_orders(scene: Scene) -> Sequence[Point]:
-    return tuple((order, _ARM_FRICTION) for order in strong_orders(scene, "inertia"))
+    return tuple((order, _ARM_FRICTION) for order in _shaking_orders(scene))
+
+
+def _shaking_orders(scene: Scene) -> tuple[float, ...]:
+    """Return the orders that shake most, and the overtone of the strongest.
+
+    A strong order's line over the stroke has peaks beside it that hide a weaker one.
+    """
+    orders = strong_orders(scene, "inertia")
+    overtones = [2.0 * order for order in orders[:1] if 2.0 * order < highest_order(scene)]
+    return tuple(dict.fromkeys((*orders, *overtones)))
 
 
 def _kinematic(scene: Scene, point: Point) -> Floats:
@@ -103,7 +119,7 @@ def _wobble_grid(scene: Scene) -> Sequence[Point]:
     """Return the strong orders with springs from soft to as good as rigid in the band."""
     cutoff = scene.table.cutoff_hz
     springs = log_grid(0.4 * cutoff, 3.0 * cutoff, 5)
-    orders = strong_orders(scene, "inertia")
+    orders = _shaking_orders(scene)
     begin = (_GEAR_DAMPING, _ARM_SHARE, _ARM_FRICTION)
     return tuple((order, hz, *begin) for order in orders for hz in springs)
 
@@ -165,7 +181,7 @@ def _whole_orders(scene: Scene) -> Sequence[Point]:
     whole order left the wobble without the rival that has the same column.
     """
     width = 2.0 * half_a_line(scene)[0]
-    near = [(o, float(round(o))) for o in strong_orders(scene, "inertia")]
+    near = [(o, float(round(o))) for o in _shaking_orders(scene)]
     whole = (n for o, n in near if n >= 1.0 and abs(o - n) < width)
     return tuple((n,) for n in dict.fromkeys(whole))
 

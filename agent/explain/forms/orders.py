@@ -41,7 +41,7 @@ def strong_orders(scene: Scene, weighting: Weighting) -> tuple[float, ...]:
         "friction": np.sign(velocity),
         "inertia": (velocity / scene.fastest) ** 2,
     }[weighting]
-    highest = _highest(scene)
+    highest = highest_order(scene)
     repeating = weighting != "friction"  # along the path friction varies as it likes
     return orders_of(
         position, residual, weight, highest, table.gear_ratio, _PEAKS, repeating=repeating
@@ -60,11 +60,11 @@ def few_waves(scene: Scene) -> tuple[float, ...]:
     position, residual = table.rows["position_rad"][rows], scene.residual_nm[rows]
     curve = hats(table.rows["velocity_rad_s"][rows], _SPEEDS)
     residual = residual - curve @ least(curve, residual)
-    order = order_of_few_waves(position, residual, _highest(scene))
+    order = order_of_few_waves(position, residual, highest_order(scene))
     return () if order is None else (order,)
 
 
-def _highest(scene: Scene) -> float:
+def highest_order(scene: Scene) -> float:
     """Return the highest order per motor turn that the band shows at the slowest speed."""
     return _OF_BAND * scene.table.cutoff_hz * 2.0 * math.pi / scene.slowest
 

@@ -122,7 +122,9 @@ def without(signals: Signals, rows: NDArray[np.bool_]) -> Signals:
 
 
 def said_of(count: int, of: int) -> str:
-    """Return what is to be said of so many rows of all."""
+    """Return what is to be said of so many rows of all; nothing of a few."""
+    if count < _WORTH_A_WORD * of:
+        return ""
     rows = "1 row repeats" if count == 1 else f"{count} rows repeat"
     return (
         f"{rows} the row before ({100.0 * count / of:.2g} %), as a log that asks faster than the "
