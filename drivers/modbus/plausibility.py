@@ -126,7 +126,7 @@ def _judged(register_map: RegisterMap, register: Register, rounds: Rounds) -> Re
     reasons: list[str] = []
     finding = Finding.PLAUSIBLE
     judged_bad = value.quality is Quality.BAD and register.quality is not None
-    absent = value.quality is Quality.ABSENT and not _strays(register, series)
+    absent = value.quality is Quality.ABSENT and not _strays(register_map, register, series)
     if absent or (judged_bad and _in_range(register, series)):
         finding, reasons = Finding.NO_VALUE, [value.reason]
     elif not _in_range(register, series):
@@ -163,14 +163,22 @@ def _in_range(register: Register, series: Sequence[RawValue]) -> bool:
     return all(limits[0] <= register.physical(n) <= limits[1] for n in numbers)
 
 
-def _strays(register: Register, series: Sequence[RawValue]) -> bool:
+def _strays(register_map: RegisterMap, register: Register, series: Sequence[RawValue]) -> bool:
     """Return whether a register that is now without a value has others that no sensor gives.
 
     A device that has no value says so by one pattern of bits, time and again.
     """
     odd = {v.registers for v in series if not math.isfinite(v.number)}
     numbers = [v for v in series if math.isfinite(v.number)]
-    return len(odd) > 1 or not _in_range(register, numbers)
+    if len(odd) > 1 or not _in_range(register, numbers):
+        return True
+    is_float = register.type != "bit" and register_map.layout(register).is_float
+    return is_float and any(_seldom_measured(v.number) for v in numbers)
+
+
+def _seldom_measured(number: float) -> bool:
+    """Return whether a float is of a size that is hardly ever a measurement."""
+    return number != 0.0 and not _TINY < abs(number) < _HUGE
 
 
 def _outside(register: Register, series: Sequence[RawValue]) -> str:
@@ -228,7 +236,7 @@ def _doubts(layout: Layout, register: Register, series: Sequence[RawValue]) -> l
     """Return what is odd about readings that are inside of their range."""
     doubts = []
     numbers = [v.number for v in series if not register.is_sentinel(v.number)]
-    if layout.is_float and any(n != 0.0 and not _TINY < abs(n) < _HUGE for n in numbers):
+    if layout.is_float and any(map(_seldom_measured, numbers)):
         doubts.append("a float of this size is seldom measured: is the word order right?")
     if layout.registers == 2 and not layout.is_float and _moves_at_the_wrong_end(layout, series):
         doubts.append(

@@ -31,6 +31,8 @@ def counted_on(signals: Signals) -> tuple[Signals, int]:
     steps = np.diff(position[known])
     greatest = float(np.abs(steps).max(initial=0.0))
     jumps = np.abs(steps) > _JUMPS * greatest
+    if (jumps[1:] & jumps[:-1]).any():  # there and back at once: a row that stands alone
+        return signals, 0
     count = int(np.count_nonzero(jumps))
     usual = float(np.abs(steps[~jumps]).max(initial=0.0))
     ranges = float(np.ptp(position[known])) if known.size else 0.0

@@ -39,6 +39,7 @@ def verdict(believed: RegisterMap, series: Sequence[tuple[int, ...]]) -> Registe
     st.floats(15.0, 95.0),
 )
 @example("f32", "high-first", 32.3515625)  # the other way round its last reading is no number
+@example("f64", "high-first", 16.417318636596164)  # nor is this one, beside others next to nothing
 def test_the_other_word_order_is_found_and_named(
     kind: NumberType, order: WordOrder, degc: float
 ) -> None:
