@@ -122,7 +122,7 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         told = sentences.reading_sentence(clipped.limit_nm, clipped.tops, clipped.missing_nm, share)
     if blows:
         told = replace(told, caveat=sentences.ringing_sentence(blows.ringing))
-    if shown is not None:
+    if shown is not None and shown.effect == form.effect:
         seen = sentences.shown_sentence(shown.effect, shown.size, scene.table.gear_ratio)
         told = replace(told, caveat=" ".join(text for text in (told.caveat, seen) if text))
     if form.effect == "joint-flexibility" and not scene.has("position_arm_rad"):

@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,13 +72,23 @@ class Shown:
     late_s: float
 
 
+_KNOWN: WeakKeyDictionary[Scene, Shown | None] = WeakKeyDictionary()
+
+
 def shown_gear(scene: Scene) -> Shown | None:
     """Return what the arm's encoder shows; None for a stiff gear, or where there is no encoder.
 
     Parameters
     ----------
     scene : Scene
+        Asked once: several forms ask.
     """
+    if scene not in _KNOWN:
+        _KNOWN[scene] = _shown(scene)
+    return _KNOWN[scene]
+
+
+def _shown(scene: Scene) -> Shown | None:
     table = scene.table
     if not (scene.has("position_rad") and scene.has("position_arm_rad")):
         return None
@@ -243,10 +254,12 @@ def _borne(scene: Scene, point: Point, coefficients: Floats) -> bool:
     return bool(coefficients[0] <= _HEAVIEST * inertia_of(scene))
 
 
-def _twin_of(name: str) -> ToTwin:
+def _twin_of(effect: str, told: str) -> ToTwin:
     def to_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
         shown = shown_gear(scene)
-        return () if shown is None else ({name: shown.size, **values},)
+        if shown is None or shown.effect != effect:
+            return ()
+        return ({told: shown.size, **values},)
 
     return to_twin
 
@@ -272,7 +285,7 @@ def seen_beside(simulated: Sequence[Form]) -> tuple[Form, ...]:
             step=_later,
             limits=_latest,
             borne=_borne,
-            to_twin=_twin_of(told),
+            to_twin=_twin_of(effect, told),
             refines=tuple(form.name for form in simulated if form.effect == effect),
             only_clearly=True,
             from_residual=True,
