@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from agent.explain.answer.located import Region
+from agent.explain.answer.places import place_in_words
 from agent.explain.answer.sentences import finding_sentence, number_sentence
 from agent.identify.result import Parameter
 
@@ -43,3 +46,10 @@ def test_wear_is_told_with_its_rate_and_its_sign() -> None:
     rates = {"coulomb_nm_per_h": Parameter(-0.025, (-0.026, -0.024))}
     said = finding_sentence("friction-drift", runs, (-0.015, 0.015), 0.9, rates).lead
     assert "time or use (Coulomb friction falls by 25 mN m an hour) explains 90 %" in said
+
+
+def test_a_place_that_is_a_point_is_told_as_one() -> None:
+    """It had been from 33 to 33."""
+    warm = Region("gearbox_temperature_degc", 32.96, 33.04)
+    assert place_in_words(warm, "") == "at gearbox temperatures around 33 °C"
+    assert place_in_words(replace(warm, upper=35.0), "").endswith("from 33 to 35 °C")

@@ -31,7 +31,7 @@ from agent.physics.effects import LIBRARY
 from agent.report.explanation import pictures as explanation_pictures
 from agent.report.explanation.head import head_of
 from agent.report.explanation.page import explanation_page, write_explanation_page
-from agent.report.explanation.places import region_in_words, variable
+from agent.report.explanation.places import region_in_words, regions_in_words, variable
 from agent.report.explanation.quantities import quantity_label, quantity_scale
 from agent.report.explanation.rows import finding_row, parameter_rows
 from agent.report.explanation.words import (
@@ -504,6 +504,13 @@ def test_text_says_what_the_page_says() -> None:
 )
 def test_region_in_words(region: Region, words: str) -> None:
     assert region_in_words(region, ("a.parquet", "b.parquet")) == words
+
+
+def test_many_places_are_the_four_with_most_and_how_many_others() -> None:
+    regions = [Region("time_s", float(k), k + 0.5) for k in range(6)]
+    assert regions_in_words(regions[:4]) == tuple(map(region_in_words, regions[:4]))
+    assert regions_in_words(regions[:5])[3:] == ("time 3 to 3.5 s", "and in 1 smaller place")
+    assert regions_in_words(regions)[-1] == "and in 2 smaller places"
 
 
 def test_command_names_no_file_that_is_not_there() -> None:
