@@ -57,10 +57,10 @@ def loses_the_weight(twin: Twin, runs: Sequence[Run]) -> str:
     runs : sequence of Run
         To learn from, and held out.
     """
-    if twin.gear_ratio == 1.0 or not (twin.gravity_sin_nm or twin.gravity_cos_nm):
+    if not (twin.gravity_sin_nm or twin.gravity_cos_nm):
         return ""
     for run in runs:
-        if counted_on(run.signals)[1]:
+        if counted_on(run.signals).loses_the_arm:
             return (
                 f"{run.signals.name}: the position begins anew with every turn, so that nobody "
                 "knows where the arm stands, which has a weight: record a position that counts its "

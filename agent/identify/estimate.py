@@ -34,7 +34,7 @@ from agent.identify.signals.glitches import without_glitches
 from agent.identify.signals.preprocess import Motion, read_motion
 from agent.identify.signals.repeats import held_of, repeats, said_of, with_motion_between
 from agent.identify.signals.windows import SteadyWindow, find_windows
-from agent.identify.signals.wrapped import counted_on, wrapped_of
+from agent.identify.signals.wrapped import counted_on
 from agent.physics.rigid_body import PARAMETERS
 from agent.physics.twin import Twin
 
@@ -153,7 +153,8 @@ def _in_order(signals: Sequence[Signals], notes: Sequence[str]) -> tuple[str, ..
 
 def _motion_of(signals: Signals) -> Motion:
     """Return a recording's motion without rows that say nothing or stand alone: its notes tell."""
-    signals, jumps = counted_on(signals)
+    counted = counted_on(signals)
+    signals = counted.signals
     twice = repeats(signals)
     again = int(np.count_nonzero(twice))
     # Not cut out: what is shown of a recording stands at its own samples.
@@ -161,8 +162,7 @@ def _motion_of(signals: Signals) -> Motion:
     moving, held = with_motion_between(once)
     kept, alone = without_glitches(moving)
     motion, rows = read_motion(kept), twice.shape[0]
-    turned = wrapped_of(jumps, signals.gear_ratio) if jumps else ""
-    said = (turned, said_of(again, rows) if again else "", held_of(held, rows))
+    said = (counted.said, said_of(again, rows) if again else "", held_of(held, rows))
     notes = [f"{signals.name}: {sentence}" for sentence in said if sentence]
     notes += [alone] if alone else []
     return replace(motion, notes=(*notes, *motion.notes))

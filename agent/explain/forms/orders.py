@@ -8,14 +8,13 @@ from typing import Literal
 
 import numpy as np
 
-from agent.explain.rows.in_step import hats, least
+from agent.explain.rows.lines import of_speed
 from agent.explain.rows.orders import FEWEST_WAVES, order_of_few_waves, orders_of
 from agent.explain.rows.scene import Scene
 
 ORDER = "order_per_motor_rev"
 Weighting = Literal["torque", "friction", "inertia"]
 _PEAKS = 5
-_SPEEDS = 24  # knots of a curve
 _OF_BAND = 0.9  # of the cutoff: what passes that fast at the slowest speed still shows
 
 
@@ -57,10 +56,9 @@ def few_waves(scene: Scene) -> tuple[float, ...]:
     if not scene.has("position_rad"):
         return ()
     rows = table.sliding
-    position, residual = table.rows["position_rad"][rows], scene.residual_nm[rows]
-    curve = hats(table.rows["velocity_rad_s"][rows], _SPEEDS)
-    residual = residual - curve @ least(curve, residual)
-    order = order_of_few_waves(position, residual, highest_order(scene))
+    residual = scene.residual_nm - of_speed(table, scene.residual_nm)
+    position = table.rows["position_rad"][rows]
+    order = order_of_few_waves(position, residual[rows], highest_order(scene))
     return () if order is None else (order,)
 
 

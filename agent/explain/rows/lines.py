@@ -105,7 +105,7 @@ def lines_of(table: Table, left_nm: Floats) -> tuple[Line, ...]:
         return ()
     within = np.where(table.used, left_nm, 0.0)
     energy = Sought(table, pieces, lambda p: within[p.rows], in_band=True).energy_nm2
-    searched = within - _of_speed(table, within)
+    searched = within - of_speed(table, within)
     inside = Sought(table, pieces, lambda p: searched[p.rows], in_band=True)
     torque = table.full["torque_nm"]
     outside = Sought(table, pieces, lambda p: _above(table, p, torque[p.full]), in_band=False)
@@ -116,7 +116,7 @@ def lines_of(table: Table, left_nm: Floats) -> tuple[Line, ...]:
     return tuple(sorted(found, key=lambda line: -line.share)[:_MOST])
 
 
-def _of_speed(table: Table, left_nm: Floats) -> Floats:
+def of_speed(table: Table, left_nm: Floats) -> Floats:
     """Return what of a residual follows the velocity, smooth as that may be, shape (n,).
 
     A cycle that comes back to some speeds every so often has what these speeds lack as a line.

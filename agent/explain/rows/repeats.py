@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from agent.explain.rows.run import Run
 from agent.identify.signals import repeats
 from agent.identify.signals.arrays import Signals
-from agent.identify.signals.wrapped import counted_on, wrapped_of
+from agent.identify.signals.wrapped import counted_on
 
 
 def without_repeats(runs: Sequence[Run]) -> tuple[tuple[Run, ...], tuple[str, ...]]:
@@ -42,11 +42,15 @@ def with_turns_counted(runs: Sequence[Run]) -> tuple[tuple[Run, ...], tuple[str,
     runs : sequence of Run
     """
     told = [counted_on(run.signals) for run in runs]
-    count = sum(jumps for _, jumps in told)
-    if not count:
+    found = [each for each in told if each.times]
+    if not found:
         return tuple(runs), ()
-    said = wrapped_of(count, runs[0].signals.gear_ratio)
-    return tuple(replace(run, signals=s) for run, (s, _) in zip(runs, told, strict=True)), (said,)
+    every = found[0]._replace(
+        times=sum(each.times for each in found),
+        loses_the_arm=any(each.loses_the_arm for each in found),
+    )
+    kept = (replace(run, signals=each.signals) for run, each in zip(runs, told, strict=True))
+    return tuple(kept), (every.said,)
 
 
 def _moving(run: Run, signals: Signals) -> Run:

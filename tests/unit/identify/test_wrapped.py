@@ -36,8 +36,9 @@ def test_where_it_goes_on_is_found(
     if of_the_arm:
         true = begins + turn * 3.0 * np.sin(0.2 * TIME) ** 2
     wrapped = np.mod(true - zero, turn) + zero
-    found, count = counted_on(signals(wrapped))
+    found, count, loses_the_arm = counted_on(signals(wrapped))
     assert count >= 2
+    assert loses_the_arm is not of_the_arm
     assert found.position_rad is not None
     offset = found.position_rad - true
     np.testing.assert_allclose(offset, offset[0], atol=1e-6)
@@ -54,7 +55,7 @@ def test_where_it_goes_on_is_found(
     ],
 )
 def test_what_does_not_begin_anew_stays_as_it_is(position: Floats) -> None:
-    found, count = counted_on(signals(position))
+    found, count, _ = counted_on(signals(position))
     assert count == 0
     assert found.position_rad is not None
     np.testing.assert_array_equal(found.position_rad, position)
