@@ -100,6 +100,15 @@ def arm_load_nm(p: Truth, arm: float, follows: float) -> float:
 
 
 @njit(cache=True)
+def arm_loads_nm(p: Truth, arm: Floats, follows: Floats) -> Floats:
+    """Return `arm_load_nm` at every row, shape (n,)."""
+    out = np.empty(arm.shape[0])
+    for row in range(arm.shape[0]):
+        out[row] = arm_load_nm(p, arm[row], follows[row])
+    return out
+
+
+@njit(cache=True)
 def shaft_nm(p: Truth, twist: float, twisting: float) -> float:
     """Return the torque of a spring and damper with clearance; the damper only acts in contact."""
     if p.half_gap_rad > 0.0:

@@ -11,7 +11,7 @@ import numpy as np
 
 from fakes.conceal.compared import BANDS_HZ, compared, low_passed
 from fakes.conceal.concealment import Basis, Region
-from fakes.conceal.kernel import arm_load_nm
+from fakes.conceal.kernel import arm_loads_nm
 from fakes.conceal.measure import Floats, Seen
 from fakes.conceal.outsiders import PREFIX
 from fakes.conceal.refit import Motion
@@ -255,8 +255,7 @@ def _gear_load_nm(truth: Truth, motion: Motion) -> Floats:
     What the arm weighs, is pulled and dragged by, and resists when it is accelerated.
     """
     direction = np.sign(motion.velocity_rad_s)
-    places = zip(motion.position_rad / truth.gear_ratio, direction, strict=True)
-    held = np.array([arm_load_nm(truth, *each) for each in places])
+    held = arm_loads_nm(truth, motion.position_rad / truth.gear_ratio, direction)
     behind_gear = truth.arm_inertia_kg_m2 + truth.tool_inertia_kg_m2
     return held + behind_gear * motion.acceleration_rad_s2 + truth.arm_coulomb_nm * direction
 
