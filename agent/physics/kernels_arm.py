@@ -22,8 +22,9 @@ Floats = NDArray[np.float64]
 _LANES, _MOST_BLOCKS = 8, 3
 _NEWTON = 20  # steps: from the linear twist down, ever closer
 _ARM, _TWIST, _DRAWN, _PUSH = 0, _LANES, 2 * _LANES, 3 * _LANES
-_MOTOR, _SLOPE, _WEIGHT, _DT, _PULL, _DRY, _GAP, _HELD = (k * _LANES for k in range(4, 12))
-_BLOCK = 12 * _LANES
+_MOTOR, _SLOPE, _WEIGHT, _DRY, _PULL, _DT, _GAP, _HELD = (k * _LANES for k in range(4, 12))
+_DRIVE, _BLOCK = 4 * _LANES, 12 * _LANES
+_CHUNK = 32  # samples that are laid out at a time
 
 
 @njit(cache=True, nogil=True)
@@ -69,7 +70,7 @@ def shaft_rad_s2(
         By which share of itself the spring is stiffer at a twist of 1 rad, 1/rad^2.
     held : tuple of float, or None
         What the spring's inner friction holds over the arm's inertia, rad/s2, and the twist over
-        which that is drawn out, rad. Compiled apart without: it takes twice as long.
+        which that is drawn out, rad. Compiled apart without: most springs have none.
     steps : int
         Of the integration, between two samples.
     out : ndarray, shape (a, N)
@@ -78,6 +79,7 @@ def shaft_rad_s2(
     asked = arms * starts.shape[0]
     blocks = min(_MOST_BLOCKS, -(-asked // _LANES))
     state = np.zeros(blocks * _BLOCK)
+    drives = np.zeros((_CHUNK, blocks, _DRIVE))
     at, stop = np.zeros(blocks * _LANES, dtype=np.int64), np.zeros(blocks * _LANES, dtype=np.int64)
     which = np.zeros(blocks * _LANES, dtype=np.int64)
     following = 0
@@ -97,30 +99,43 @@ def shaft_rad_s2(
         if not np.any(at < stop):
             break
         together = np.min((stop - at)[at < stop])
-        for _ in range(together):
-            _driven(state, at, stop, velocity, weight, friction, steps)
-            _sample(state, omega, damping, reach, film, stiffening, held, steps)
-            _told(state, at, stop, which, out)
+        for begin in range(0, together, _CHUNK):
+            samples = min(_CHUNK, together - begin)
+            _laid_out(drives, samples, at, stop, velocity, weight, friction, steps)
+            for sample in range(samples):
+                _driven(state, drives, sample)
+                _sample(state, omega, damping, reach, film, stiffening, held, steps)
+                _kept(state, drives, sample)
+            _told(drives, samples, at, stop, which, out)
 
 
 @njit(cache=True, nogil=True)
 def less_stiff(
-    shaft: Floats,
+    shafts: Floats,
     weight: Floats,
     stiff: Floats,
     drawn: Floats,
-    friction: Floats,
-    share: float,
-    out: Floats,
-) -> None:
-    """Add to `out` a share of a shaft's torque less that of a stiff gear, over the arm's inertia.
+    friction: float,
+    worn: Floats,
+) -> Floats:
+    """Return the mean torque of shafts less that of a stiff gear, over the arm's inertia, (N,).
 
-    All arrays have shape (N,): the shaft's torque and the arm's weight over the arm's inertia, the
-    acceleration of an arm behind a stiff gear, how far its friction is drawn out there, and that
-    friction over its inertia.
+    Parameters
+    ----------
+    shafts : ndarray, shape (a, N)
+    weight, stiff, drawn, worn : ndarray, shape (N,)
+        The arm's weight over its inertia, the acceleration of an arm behind a stiff gear, how far
+        its friction is drawn out there, and what time and use have made of that friction.
+    friction : float
+        That friction over the arm's inertia, rad/s2.
     """
-    for i in range(shaft.shape[0]):
-        out[i] += share * (shaft[i] - weight[i] - stiff[i] - friction[i] * drawn[i])
+    arms, out = shafts.shape[0], np.empty(weight.shape[0])
+    for i in range(out.shape[0]):
+        torque = 0.0
+        for arm in range(arms):
+            torque += shafts[arm, i]
+        out[i] = torque / arms - weight[i] - stiff[i] - friction * worn[i] * drawn[i]
+    return out
 
 
 @njit(cache=True, nogil=True)
@@ -150,9 +165,10 @@ def _begin(
     state[_ARM + place], state[_TWIST + place], state[_DRAWN + place] = velocity, twist, drawn
 
 
-@njit(cache=True, nogil=True, inline="always")
-def _driven(
-    state: Floats,
+@njit(cache=True, nogil=True)
+def _laid_out(
+    drives: Floats,
+    samples: int,
     at: NDArray[np.int64],
     stop: NDArray[np.int64],
     velocity: Floats,
@@ -160,33 +176,54 @@ def _driven(
     friction: Floats,
     steps: int,
 ) -> None:
-    """Put what drives every lane's arm at its sample into its state."""
-    for block in range(state.shape[0] // _BLOCK):
-        for own in range(_LANES):
-            lane, place = block * _LANES + own, block * _BLOCK + own
-            i = at[lane]
-            if i < stop[lane]:
-                last = i + 1 == stop[lane]
-                state[_MOTOR + place] = velocity[i]
-                state[_SLOPE + place] = 0.0 if last else (velocity[i + 1] - velocity[i]) / steps
-                state[_WEIGHT + place], state[_DRY + place] = weight[i], friction[i]
+    """Put what drives every lane's arm at its next samples side by side, (sample, block, lane).
+
+    A vector that is read right after its parts were written one by one makes a processor wait.
+    """
+    for lane in range(at.shape[0]):
+        block, own = lane // _LANES, lane % _LANES
+        if at[lane] < stop[lane]:
+            for sample in range(samples):
+                i = at[lane] + sample
+                slope = (velocity[i + 1] - velocity[i]) / steps if i + 1 < stop[lane] else 0.0
+                drives[sample, block, own] = velocity[i]
+                drives[sample, block, _LANES + own] = slope
+                drives[sample, block, 2 * _LANES + own] = weight[i]
+                drives[sample, block, 3 * _LANES + own] = friction[i]
 
 
 @njit(cache=True, nogil=True, inline="always")
+def _driven(state: Floats, drives: Floats, sample: int) -> None:
+    """Put what drives every lane's arm at a sample into its state."""
+    for block in range(drives.shape[1]):
+        for own in range(_DRIVE):
+            state[block * _BLOCK + _MOTOR + own] = drives[sample, block, own]
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _kept(state: Floats, drives: Floats, sample: int) -> None:
+    """Put the torque of every lane's shaft where the sample's drive began."""
+    for block in range(drives.shape[1]):
+        for own in range(_LANES):
+            drives[sample, block, own] = state[block * _BLOCK + _PULL + own]
+
+
+@njit(cache=True, nogil=True)
 def _told(
-    state: Floats,
+    drives: Floats,
+    samples: int,
     at: NDArray[np.int64],
     stop: NDArray[np.int64],
     which: NDArray[np.int64],
     out: Floats,
 ) -> None:
-    """Put the torque of every lane's shaft where it belongs, and go on to the next samples."""
-    for block in range(state.shape[0] // _BLOCK):
-        for own in range(_LANES):
-            lane = block * _LANES + own
-            if at[lane] < stop[lane]:
-                out[which[lane], at[lane]] = state[block * _BLOCK + _PULL + own]
-                at[lane] += 1
+    """Put the torques of every lane's shaft where they belong, and go on to the next samples."""
+    for lane in range(at.shape[0]):
+        block, own = lane // _LANES, lane % _LANES
+        if at[lane] < stop[lane]:
+            for sample in range(samples):
+                out[which[lane], at[lane] + sample] = drives[sample, block, own]
+            at[lane] += samples
 
 
 @njit(cache=True, nogil=True)
@@ -201,7 +238,8 @@ def _sample(
     steps: int,
 ) -> None:
     """Move all lanes by one sample; nothing in here branches, so that they move together."""
-    stiffness, damper = omega * omega, 2.0 * damping * omega
+    stiffness, damper, per_reach = omega * omega, 2.0 * damping * omega, 1.0 / reach
+    holds, per_travel = (0.0, 0.0) if held is None else (held[0], 1.0 / held[1])
     for j in range(steps):
         for block in range(states.shape[0] // _BLOCK):
             state = states[block * _BLOCK : (block + 1) * _BLOCK]
@@ -216,13 +254,13 @@ def _sample(
                 ahead = motor - arm - 0.5 * dt * state[_PUSH + lane]
                 pull += damper * ahead
                 if held is not None:
-                    pull += held[0] * state[_HELD + lane]
+                    pull += holds * state[_HELD + lane]
                 pulls = half_gap > 0.0 and pull * twist < 0.0
                 pull = (0.0 if pulls or pressed <= 0.0 else pull) + film * ahead
                 state[_PULL + lane] = pull if j == 0 else state[_PULL + lane]
                 push = pull - state[_WEIGHT + lane] - state[_DRY + lane] * drawn
                 arm += dt * push
-                further = drawn + dt * arm / reach
+                further = drawn + dt * per_reach * arm
                 further = -1.0 if further < -1.0 else further
                 state[_DRAWN + lane] = 1.0 if further > 1.0 else further
                 wound = dt * (motor + 0.5 * slope - arm)
@@ -230,7 +268,7 @@ def _sample(
                 if held is not None:
                     drawn_out = state[_HELD + lane]
                     lost = drawn_out * drawn_out if drawn_out * wound > 0.0 else 0.0
-                    more = drawn_out + wound * (1.0 - lost) / held[1]
+                    more = drawn_out + wound * per_travel * (1.0 - lost)
                     more = -1.0 if more < -1.0 else more
                     state[_HELD + lane] = 1.0 if more > 1.0 else more
                 state[_ARM + lane], state[_PUSH + lane] = arm, push

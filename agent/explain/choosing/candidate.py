@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -118,16 +119,30 @@ def gain_of(candidate: Candidate, basis: Floats, left: Floats) -> float:
     """
     # What the projection leaves of a column is orthogonal to what it takes: products are enough.
     copied = basis.T @ candidate.columns
+    if candidate.columns.shape[1] == 1:
+        return _gain_of_one(candidate, copied[:, 0], basis, left)
     gram = candidate.gram - copied.T @ copied
     scale = np.sqrt(np.maximum(np.diag(gram), 0.0))
     whole = np.sqrt(np.diag(candidate.gram))
     if np.any(scale <= 1e-6 * np.maximum(whole, 1e-300)):
         return 0.0
     gram = gram / np.outer(scale, scale)
-    gram[np.diag_indices_from(gram)] += 1e-9
+    gram.flat[:: gram.shape[0] + 1] += 1e-9
     moment = (candidate.columns.T @ left - copied.T @ (basis.T @ left)) / scale
     theta = np.linalg.solve(gram, moment)
     for i, value in enumerate(theta):
         if candidate.form.sign(i) * value < 0.0:
             return 0.0
     return float(moment @ theta)
+
+
+def _gain_of_one(candidate: Candidate, copied: Floats, basis: Floats, left: Floats) -> float:
+    """Return `gain_of` a candidate of one column, as most are: thousands are asked for."""
+    whole = float(candidate.gram[0, 0])
+    square = max(whole - float(copied @ copied), 0.0)
+    if math.sqrt(square) <= 1e-6 * math.sqrt(max(whole, 1e-300)):
+        return 0.0
+    along = float(candidate.columns[:, 0] @ left - copied @ (basis.T @ left))
+    if candidate.form.sign(0) * along < 0.0:
+        return 0.0
+    return along**2 / (square * (1.0 + 1e-9))

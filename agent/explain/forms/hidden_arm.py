@@ -151,10 +151,9 @@ def mean_extra_rad_s2(arm: HiddenArm, half_gaps_rad: Sequence[float], scene: Sce
     pull = motion.weight_nm / (arm.inertia_share * inertia_of(scene))
     if arm.oil_per_s:
         pull += arm.oil_per_s * motion.oil_rad_s
-    out = np.zeros_like(pull)
-    friction, share = arm.friction_rad_s2 * motion.worn_share, 1.0 / len(half_gaps_rad)
-    for shaft in arm.shafts_rad_s2(motion, pull, half_gaps_rad):
-        less_stiff(shaft, pull, motion.stiff_rad_s2, motion.drawn, friction, share, out)
+    shafts = arm.shafts_rad_s2(motion, pull, half_gaps_rad)
+    own = arm.friction_rad_s2, motion.worn_share
+    out = less_stiff(shafts, pull, motion.stiff_rad_s2, motion.drawn, *own)
     return motion.bridged.recorded(out)
 
 
