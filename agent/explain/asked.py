@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from agent.explain.numbers.loads import without_unknown_loads
 from agent.explain.rows.cleaner import by_the_quieter
 from agent.explain.rows.coarser import coarsened
+from agent.explain.rows.corners import with_corners
 from agent.explain.rows.full_rate import choose_band
 from agent.explain.rows.glitches import without_glitches
 from agent.explain.rows.half_sample import in_step_with, said_of
@@ -140,6 +141,7 @@ def as_asked(
     better: tuple[str, ...] = ()
     if quieter:
         everything, better = by_the_quieter(everything, inertia_kg_m2, stamped=bool(stamped))
+    everything = with_corners(everything)
     stepped = (said_of(late_s),) if late_s else ()
     if late_s:
         everything = in_step_with(everything, late_s)

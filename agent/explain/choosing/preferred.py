@@ -26,6 +26,7 @@ GRAVITY = [BASE.index("gravity_sin_nm"), BASE.index("gravity_cos_nm")]
 _NOT_OVER = 0.1  # of a fall, still there at the fastest speed
 _AS_GOOD = 0.05  # of the gain: what a bend may miss of such a fall's, whose form is not the joint's
 _AS_MUCH = 0.01  # of the gain: what a special case misses of it is small, however significant
+_SHOWS = 0.1  # of what is left: what a weight's look-alike misses, and is none
 _AS_LITTLE = 0.03  # of what is left: for less no spring stiffens, and no catch-all stands first
 
 
@@ -61,9 +62,11 @@ def preferred(library: Library, ranked: Sequence[Scored], without: float) -> Sco
         missed = float(loss.sum()) / max(without - best.error, 1e-300)
         pulls = upright and best.form.effect == WEIGHT and scored.form.effect in LIKE_A_WEIGHT
         hardly = float(loss.sum()) < _AS_LITTLE * best.error
+        small = missed < _AS_MUCH
+        if pulls:  # a strong weight's look-alike misses a small share of it, and is plainly none
+            small = small and float(loss.sum()) < _SHOWS * best.error
         special = ((behind < DECISIVE or hardly) and scored.form.refined_by(best.form)) or (
-            (pulls or scored.form.effect in best.form.contains)
-            and (behind < DECISIVE or missed < _AS_MUCH)
+            (pulls or scored.form.effect in best.form.contains) and (behind < DECISIVE or small)
         )
         special = special or (hardly and best.form.catch_all and not scored.form.catch_all)
         if behind < _SAME or special or (float(loss.sum()) <= error and behind < 2.0 * DECISIVE):

@@ -23,6 +23,8 @@ _NOISE_KNOWN = 0.05  # of its energy
 
 _PER_SHARE = 60.0  # of log density: a twentieth of the gain missed is decisive
 _PER_SHARE_OF_WARMTH = 30.0  # or a tenth: no thermometer is where the oil rubs, and each one lags
+_PULLS = frozenset({"gravity-imbalance", "torque-offset", "direction-asymmetry", "cable-force"})
+_OF_SPEED = frozenset({"stribeck", "viscous-nonlinear"})
 _WARMTH_OR_TIME = frozenset({"temperature-dependent-friction", "friction-drift"})
 
 
@@ -77,7 +79,8 @@ def with_rivals(
     size = effective_size(library.scene.table, library.weighing, residual)
     without = library.errors(others)
     noise = noise_energy(library, [*others, best.candidate])
-    tuned = any(term.form.nonlinear for term in others)  # to the chosen one, not to its rival
+    # To the chosen one, not to its rival: but for laws of the speed, which tell no two pulls apart.
+    tuned = {term.form.effect for term in others if term.form.nonlinear}
     first_of: dict[str, Scored] = {}
     for scored in ranked:
         if not scored.form.rivals_none:
@@ -94,7 +97,9 @@ def with_rivals(
         by_warmth = {effect, best.form.effect} == _WARMTH_OR_TIME
         per_share = _PER_SHARE_OF_WARMTH if by_warmth else _PER_SHARE
         behind = behind_of(own.blocks, other.blocks, size)
-        if tuned or by_warmth or behind < _PLAINLY or not _is_misshapen(own, other, noise):
+        pulls = {effect, best.form.effect} <= _PULLS
+        other_tuned = bool(tuned - _OF_SPEED if pulls else tuned)
+        if other_tuned or by_warmth or behind < _PLAINLY or not _is_misshapen(own, other, noise):
             # No law's form is so exact that missing a few percent of the gain refutes a rival.
             behind = min(behind, per_share * missed)
         entries.append((scored, behind))

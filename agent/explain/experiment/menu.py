@@ -249,7 +249,8 @@ def _set_ups(scene: Scene, driven: Driven) -> Iterator[Proposal]:
         yield Proposal(
             "Drive the stair with a second payload",
             (Part(plain, load=0.5),),
-            "Take off about half of what the axis carries, or add as much.",
+            "Take off about half of what the axis carries, or add as much, and state every "
+            "recording's payload_kg.",
             _PAYLOAD_S,
         )
 

@@ -43,7 +43,7 @@ def _arm_grid(scene: Scene) -> Sequence[Point]:
     longest = 0.5 * 2.0 * math.pi / max(stroke, 1e-6)
     whole = [float(k) for k in (1, 2, 3, 4) if k >= longest]
     low = [longest * k for k in (1.0, 1.5, 2.0, 3.0)]
-    orders = () if _one_way(scene) else strong_orders(scene, "friction")
+    orders = () if scene.one_way else strong_orders(scene, "friction")
     strong = [order * scene.table.gear_ratio for order in orders]
     return tuple((o,) for o in dict.fromkeys((*whole, *low, *strong)))
 
@@ -58,15 +58,9 @@ def _friction_wave_two(scene: Scene, point: Point) -> Floats:
     return np.concatenate((_friction_wave(scene, point), double), axis=1)
 
 
-def _one_way(scene: Scene) -> bool:
-    """Return whether only one direction was driven."""
-    direction = scene.table.rows["direction"][scene.table.sliding]
-    return bool(np.unique(direction[direction != 0.0]).size == 1)
-
-
 def _one_way_grid(scene: Scene) -> Sequence[Point]:
     """Return the strong orders where friction cannot be told from ripple, which comes first."""
-    strong = strong_orders(scene, "torque") if _one_way(scene) else ()
+    strong = strong_orders(scene, "torque") if scene.one_way else ()
     return tuple((o * scene.table.gear_ratio,) for o in strong)
 
 

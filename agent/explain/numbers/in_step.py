@@ -273,7 +273,8 @@ def _together(
 
 
 def _error_behind(fit: Callable[..., tuple[float, Floats]], share: float, late_s: float) -> float:
-    return fit(late_s, lag_s=share * late_s)[0]
+    # Where the torque is early nothing was filtered: a low-pass that foretells runs away.
+    return fit(late_s, lag_s=share * max(late_s, 0.0))[0]
 
 
 def _least(columns: Floats, target: Floats) -> tuple[float, Floats]:

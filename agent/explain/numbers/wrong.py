@@ -42,6 +42,7 @@ _SLIGHT = 0.0075  # of a number: what a drive knows of its torque is known no be
 _BESIDE_LAWS = 0.015  # of a number: so much a law bends whose shape is not quite the joint's
 MATERIAL = 0.04  # of what the twin as given leaves: less is a number's ordinary uncertainty
 _EVEN, _COINCIDENCE = 0.5, 0.25  # of one number for another; of two that are off alike by chance
+_CONSTANT, _THIRD = ("torque-offset", "direction-asymmetry"), 1.0 / 3.0
 _GROUPS: Mapping[str, tuple[str, ...]] = {
     "inertia-error": ("inertia_kg_m2",),
     "wrong-number": ("coulomb_nm", "viscous_nm_s_per_rad"),
@@ -100,6 +101,7 @@ def wrong_numbers(
     if float(given.sum() - refitted.sum()) < material:
         return ()
     found = _found(library, twin, model, terms, floor_nm, material, taken_for)
+    found = tuple(_one_way(library, wrong) for wrong in found)
     if found and _hardly_shows(library, floor_nm):
         found = tuple(wrong for wrong in found if not _is_slight(wrong, twin, _SLIGHT))
     return tuple(w for w in found if not (terms and _is_lost(library, w, twin, floor_nm)))
@@ -151,6 +153,16 @@ def _found(
         other = {"torque-constant-error": _COINCIDENCE}
         return (replace(needed[0], alternatives=other), *needed[1:])
     return needed
+
+
+def _one_way(library: Library, wrong: WrongNumber) -> WrongNumber:
+    """Return a wrong number beside what is the same where the joint slides one way alone.
+
+    Coulomb friction is a constant there, as an offset is, and friction that differs by direction.
+    """
+    if not library.scene.one_way or _CONTRACT["coulomb_nm"] not in wrong.parameters:
+        return wrong
+    return replace(wrong, alternatives={**wrong.alternatives, **dict.fromkeys(_CONSTANT, _THIRD)})
 
 
 def _hardly_shows(library: Library, floor_nm: float) -> bool:

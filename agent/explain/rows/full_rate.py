@@ -11,7 +11,7 @@ from agent.explain.rows.driving import driving_velocity
 from agent.explain.rows.held import Held, direction_in_passes
 from agent.explain.rows.lag import Lag, earlier
 from agent.explain.rows.pieces import Piece
-from agent.explain.rows.run import OPTIONAL, Run
+from agent.explain.rows.run import CORNERS, OPTIONAL, Run
 from agent.identify.result import Floats
 from agent.identify.signals.lowpass import lowpass
 from agent.identify.signals.preprocess import Motion
@@ -100,6 +100,7 @@ def recorded_columns(
     # What was never recorded takes no memory.
     nothing = np.broadcast_to(np.nan, (pieces[-1].full.stop,))
     full |= _empty(optional, pieces) | dict.fromkeys(set(OPTIONAL) - set(optional), nothing)
+    full[CORNERS] = np.zeros(pieces[-1].full.stop)
     known = [run.started_s for run in runs if math.isfinite(run.started_s)]
     origin_s = min(known) if len(known) == len(runs) else math.nan
     first_step = 0.0

@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from agent.explain.rows.run import Run
+from agent.explain.rows.run import CORNERS, Run
 from agent.identify.result import Floats, Parameter
 from agent.numbers import significant
 
@@ -27,6 +27,7 @@ _WITH_THE_MOTION = (
     "position_command_rad",
     "position_arm_rad",
     "torque_simulated_nm",
+    CORNERS,
 )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from agent.explain.rows.pieces import Piece
 from agent.identify.result import Floats
+from agent.physics.beginnings import drawn_at_first
 from agent.physics.presliding import across_gaps
 
 State = Callable[[Floats, Floats, float], Floats]
@@ -40,7 +41,9 @@ def remembered(full: Mapping[str, Floats], pieces: Sequence[Piece], state: State
                 for at in places
             ]
         )
-        found = state(time, velocity, float(full["direction"][places[0]][0]))
+        first = places[0]
+        start = drawn_at_first(full["velocity_raw_rad_s"][first], full["direction"][first])
+        found = state(time, velocity, start)
         for at, own in zip(places, where, strict=True):
             out[at] = found[own]
     return out

@@ -17,6 +17,9 @@ from agent.physics.twin import Effect
 SIMULATED = "torque_simulated_nm"
 """What the user's own simulator predicts for the very run: it takes the twin's place."""
 
+CORNERS = "acceleration_beside_rad_s2"
+"""What the acceleration is at corners, beside differences of the speed: see `rows.corners`."""
+
 OPTIONAL = (
     "gearbox_temperature_degc",
     "motor_temperature_degc",

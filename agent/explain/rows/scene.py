@@ -297,6 +297,12 @@ class Scene:
         return self.speeds[1]
 
     @cached_property
+    def one_way(self) -> bool:
+        """Return whether only one direction was driven."""
+        direction = self.table.rows["direction"][self.table.sliding]
+        return bool(np.unique(direction[direction != 0.0]).size == 1)
+
+    @cached_property
     def speeds(self) -> tuple[float, float]:
         """Return the 2 % and 99 % quantiles of the speed while sliding, rad/s."""
         rows = self.table

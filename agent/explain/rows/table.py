@@ -28,7 +28,7 @@ from agent.explain.rows.pieces import (
     known_part,
     thinned,
 )
-from agent.explain.rows.run import Run, are_simulated
+from agent.explain.rows.run import CORNERS, Run, are_simulated
 from agent.explain.rows.strata import EDGE, blocks_of, since_s, strata_of, travel_rad
 from agent.explain.rows.twin_effects import effects_nm, load_nm
 from agent.explain.rows.use import use_columns
@@ -369,7 +369,7 @@ def _base(full: Mapping[str, Floats], pieces: Sequence[Piece], gear_ratio: float
         out[at] = rigid_body.regressor(
             full["position_rad"][at] if located else None,
             velocity,
-            still if piece.slow else slope(velocity, piece.period_s),
+            still if piece.slow else slope(velocity, piece.period_s) + full[CORNERS][at],
             full["direction"][at],
             gear_ratio,
         )[:, : len(BASE)]

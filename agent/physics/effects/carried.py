@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from agent.physics.backlash import DeadZone
+from agent.physics.beginnings import drawn_at_first
 from agent.physics.effects.card import (
     EffectCard,
     Floats,
@@ -77,7 +78,7 @@ class Carrier:
         time, velocity = motion.need("time_s"), motion.velocity_rad_s
         known, out = known_of(time, velocity), np.full_like(velocity, np.nan)
         stiffness, level = np.array([1.0 / self.arm_yield_rad]), np.ones(1)
-        start = float(motion.direction[known][0])
+        start = drawn_at_first(velocity[known], motion.direction[known])
         out[known] = slipping(time[known].copy(), velocity[known].copy(), stiffness, level, start)
         return out
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from agent.physics.beginnings import drawn_at_first
 from agent.physics.effects.card import (
     EffectCard,
     Floats,
@@ -55,8 +56,9 @@ def _hysteresis(
     parts = motion.with_memory(remembers_rad)
     stretches = [(m.need("time_s"), m.velocity_rad_s, m.position_rad) for m in parts]
     time, velocity, where = across_gaps(stretches)
-    known = np.flatnonzero(np.isfinite(parts[0].direction))
-    start = float(parts[0].direction[known[0]]) if known.size else 0.0
+    first = parts[0]
+    known = np.isfinite(first.direction) & np.isfinite(first.velocity_rad_s)
+    start = drawn_at_first(first.velocity_rad_s[known], first.direction[known])
     level = share * base.dry_level_nm(velocity)
     level[where[-1]] = own
     memory = law.torque_nm(time, velocity, level, start)

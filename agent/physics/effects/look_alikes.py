@@ -38,6 +38,7 @@ def look_alikes(effect: str) -> tuple[LookAlike, ...]:
 
 
 _BOTH_WAYS = "Pass the same places in both directions: friction turns its sign with the motion"
+_OTHER_WAY = "Drive the same speeds in the other direction, too: wrong Coulomb friction"
 _LONGER = "Repeat the cycle over a longer stroke, or about another arm angle"
 _SPEEDS = "Repeat at several speeds"
 _TWO_RAMPS = "Make the same reversal at two accelerations: a delay keeps its seconds"
@@ -241,6 +242,19 @@ PAIRS: tuple[tuple[str, str, str, str], ...] = (
         "torque-constant-error",
         "a wrong torque constant scales friction",
         f"{_RATIOS} is off by one factor in all of them.",
+    ),
+    (
+        "wrong-number",
+        "torque-offset",
+        "in one direction Coulomb friction is a constant torque",
+        f"{_OTHER_WAY} turns its sign with the motion, an offset stays.",
+    ),
+    (
+        "wrong-number",
+        "direction-asymmetry",
+        "in one direction another Coulomb level and one that is that direction's own are the same",
+        f"{_OTHER_WAY} is as much off there, a difference of the directions by as much the other"
+        " way.",
     ),
     (
         "inertia-error",
