@@ -1,4 +1,4 @@
-"""A prescribed motion with corners: its torque jumps between two samples, and that is no finding."""
+"""A prescribed motion with corners, where torque jumps between two samples: that is no finding."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ TWIN = Twin(
     gravity_sin_nm=0.9,
     gravity_cos_nm=-0.2,
 )
-_REST_S, _HOLD_S = 0.25, 1.5
+_REST_S, _HOLD_S, _STILL_RAD_S = 0.25, 1.5, 1e-9
 
 
 @dataclass(frozen=True)
@@ -42,39 +42,45 @@ Extra = Callable[[Driven], Floats]
 
 
 def stair(
-    speeds_rad_s: Sequence[float], acceleration_rad_s2: float = 400.0, rate_hz: float = 500.0
+    speeds_rad_s: Sequence[float],
+    *,
+    ways: Sequence[float] = (1.0, -1.0),
+    acceleration_rad_s2: float = 400.0,
+    rate_hz: float = 500.0,
 ) -> Driven:
-    """Return passes there and back at each speed."""
-    begins, rises = [0.0], [0.0]
+    """Return passes at each speed, there and back or one way alone."""
+    parts: list[tuple[float, float]] = []  # how long, and at which acceleration
     for speed in speeds_rad_s:
-        for way in (1.0, -1.0):
-            ramp_s = speed / acceleration_rad_s2
-            for lasts, level in (
-                (ramp_s, way * acceleration_rad_s2),
-                (_HOLD_S, 0.0),
-                (ramp_s, -way * acceleration_rad_s2),
-                (_REST_S, 0.0),
-            ):
-                begins.append(begins[-1] + lasts)
-                rises.append(level)
-    ends, level = np.array(begins), np.array([*rises[1:], 0.0])
-    time = np.arange(round(begins[-1] * rate_hz)) / rate_hz
-    speed = np.concatenate(([0.0], np.cumsum(level[:-1] * np.diff(ends))))
-    angle = np.concatenate(
-        ([0.0], np.cumsum(speed[:-1] * np.diff(ends) + 0.5 * level[:-1] * np.diff(ends) ** 2))
-    )
-    own = np.searchsorted(ends, time, side="right") - 1
-    since = time - ends[own]
-    velocity = speed[own] + level[own] * since
-    velocity[np.abs(velocity) < 1e-9] = 0.0
-    return Driven(
-        time, angle[own] + speed[own] * since + 0.5 * level[own] * since**2, velocity, level[own]
-    )
+        for way in ways:
+            ramp = speed / acceleration_rad_s2, way * acceleration_rad_s2
+            parts += [ramp, (_HOLD_S, 0.0), (ramp[0], -ramp[1]), (_REST_S, 0.0)]
+    lasts, level = (np.array(each) for each in zip(*parts, strict=True))
+    begins = np.cumsum(lasts) - lasts
+    speed_at = np.cumsum(level * lasts) - level * lasts
+    travelled = speed_at * lasts + 0.5 * level * lasts**2
+    angle_at = np.cumsum(travelled) - travelled
+    time = np.arange(round(float(lasts.sum()) * rate_hz)) / rate_hz
+    own = np.searchsorted(begins, time, side="right") - 1
+    since = time - begins[own]
+    velocity = speed_at[own] + level[own] * since
+    velocity[np.abs(velocity) < _STILL_RAD_S] = 0.0
+    angle = angle_at[own] + speed_at[own] * since + 0.5 * level[own] * since**2
+    return Driven(time, angle, velocity, level[own])
 
 
 def nothing(driven: Driven) -> Floats:
     """Return no torque beside the twin's."""
     return np.zeros_like(driven.time_s)
+
+
+def yielding(driven: Driven, reach_rad: float = 0.5) -> Floats:
+    """Return what Dahl's friction is beside Coulomb's; its springs are relaxed at first."""
+    drawn, level = 0.0, np.empty_like(driven.time_s)
+    for sample, moved in enumerate(np.diff(driven.position_rad, prepend=driven.position_rad[0])):
+        slips = np.sign(moved)
+        drawn = slips + (drawn - slips) * np.exp(-abs(moved) / reach_rad) if moved else drawn
+        level[sample] = drawn
+    return np.asarray(TWIN.coulomb_nm * (level - np.sign(driven.velocity_rad_s)))
 
 
 def recorded(driven: Driven, extra: Extra, noise_nm: float, seed: int, twin: Twin = TWIN) -> Run:

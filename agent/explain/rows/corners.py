@@ -30,6 +30,7 @@ _OF_NOISE = 4.0  # times its own noise: a jump of the torque that tells on which
 _OFF = 0.25  # of the jump: how far such a sample of the torque is from either side of it
 _MOSTLY, _FEWEST = 0.7, 3  # corners at which the torque has to jump from one sample to the next
 _MOST_LATE = 8  # samples that it may do so after the motion
+_STANDS = 1e-3  # of the greatest speed
 _SECOND = 6.0**0.5  # of white noise, its second differences
 _EITHER = 0.5
 
@@ -69,7 +70,8 @@ def _beside(stretch: Stretch, signals: Signals) -> Floats:
     torque = stretch.on_grid(signals, signals.torque_nm)
     corners, out = motion.corners(), np.zeros_like(torque)
     jumps = _Jumps(torque, _OF_NOISE * _noise(torque))
-    late = _late(corners, jumps)
+    # Where the joint starts and stops friction jumps as well.
+    late = _late([c for c in corners if motion.slides(c)], jumps)
     if late is None:
         return out
     across = motion.across
@@ -114,6 +116,10 @@ class _Speed:
         """Return the corners that stand alone, in the order of time."""
         return _corners(self.values, 0.0)
 
+    def slides(self, corner: _Corner) -> bool:
+        """Return whether the joint moves on either side of a corner."""
+        return _moves(self.values, corner.at - 1, corner.after + 1)
+
     def sides(self, corner: _Corner) -> tuple[float, float]:
         """Return the accelerations just before and just after a corner."""
         early = self.values[corner.at - 2 : corner.at + 1]
@@ -152,6 +158,10 @@ class _Angle:
         """Return the corners of its speed that stand alone, in the order of time."""
         return _corners(np.diff(self.values) / self.period_s, 0.5)
 
+    def slides(self, corner: _Corner) -> bool:
+        """Return whether the joint moves on either side of a corner."""
+        return _moves(np.diff(self.values), corner.at - 2, corner.after + 1)
+
     def sides(self, corner: _Corner) -> tuple[float, float]:
         """Return the accelerations just before and just after a corner."""
         early, late = corner.at - 1, corner.after + 1  # whose neighbours are on the same side
@@ -169,6 +179,12 @@ class _Angle:
     def _at(self, sample: int) -> float:
         before, here, after = self.values[sample - 1 : sample + 2]
         return float((after - 2.0 * here + before) / self.period_s**2)
+
+
+def _moves(speed: Floats, before: int, after: int) -> bool:
+    """Return whether a speed is more than a standstill's at two of its samples, and of one sign."""
+    least = _STANDS * float(np.max(np.abs(speed), initial=0.0))
+    return bool(speed[before] * speed[after] > least**2)
 
 
 def _corners(speed: Floats, begins: float) -> list[_Corner]:
@@ -225,12 +241,17 @@ class _Jumps:
             return None
         return (float(self.torque_nm[at]) - before) / (after - before)
 
-    def is_sharp(self, corner: _Corner, late: int) -> bool | None:
+    def is_there(self, corner: _Corner) -> bool:
+        """Return whether it jumps at a corner, at once or a little later."""
+        first, last = corner.at - 1, min(corner.after + _MOST_LATE + 1, self.torque_nm.shape[0] - 1)
+        return abs(float(self.torque_nm[last] - self.torque_nm[first])) > self.least_nm
+
+    def is_sharp(self, corner: _Corner, late: int) -> bool:
         """Return whether it jumps from one sample to the next, at a corner and so much later."""
-        first, last = corner.at + late, corner.at + corner.between + late
+        first, last = corner.at + late, corner.after + late
         begins, ends = self.share(first, first, last), self.share(last, first, last)
         if begins is None or ends is None:
-            return None
+            return False
         if corner.between:
             return abs(begins) < _OFF and abs(1.0 - ends) < _OFF
         return _side(begins) != _EITHER
@@ -243,10 +264,13 @@ def _side(share: float) -> float:
 
 def _late(corners: Sequence[_Corner], jumps: _Jumps) -> int | None:
     """Return by how many samples the torque jumps after the motion; None where it does not jump."""
-    shares = []
-    for late in range(_MOST_LATE + 1):
-        told = [s for s in (jumps.is_sharp(corner, late) for corner in corners) if s is not None]
-        shares.append(float(np.mean(told)) if len(told) >= _FEWEST else 0.0)
+    told = [corner for corner in corners if jumps.is_there(corner)]
+    if len(told) < _FEWEST:
+        return None
+    shares = [
+        float(np.mean([jumps.is_sharp(corner, late) for corner in told]))
+        for late in range(_MOST_LATE + 1)
+    ]
     best = int(np.argmax(shares))
     return best if shares[best] >= _MOSTLY else None
 
