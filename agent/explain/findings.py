@@ -21,6 +21,7 @@ from agent.explain.forms.carried import RECORDINGS
 from agent.explain.forms.hidden_arm import inertia_of
 from agent.explain.forms.quantities import as_in_twin
 from agent.explain.forms.seen_arm import SEEN, shown_gear
+from agent.explain.forms.warmth import changed_between
 from agent.explain.location.dynamic_curves import excerpt, over_frequency
 from agent.explain.location.regions import AXIS, axis_values, curve_of, regions_of
 from agent.explain.numbers.cancelling import cancelled_by
@@ -120,6 +121,9 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         parameters |= {"limit_nm": Parameter(clipped.limit_nm, clipped.limit_ci95_nm)}
     if clipped is not None and clipped.reading:
         told = sentences.reading_sentence(clipped.limit_nm, clipped.tops, clipped.missing_nm, share)
+    changed = changed_between(scene, form, term.candidate.point)
+    if changed is not None:
+        told = replace(told, caveat=sentences.changed_sentence(*changed))
     if blows:
         told = replace(told, caveat=sentences.ringing_sentence(blows.ringing))
     if shown is not None and shown.effect == form.effect:

@@ -61,6 +61,40 @@ class LinearDrift:
 
 
 @dataclass(frozen=True)
+class LevelStep:
+    """Levels that are others from an instant on: new grease, a repair, a seal that has gone."""
+
+    law: ClassVar[Law] = Law(
+        "level-step",
+        "dc sign(v) + dv v, t >= t0",
+        {
+            "coulomb_step_nm": "dc, by how much the Coulomb level is another from then on",
+            "viscous_step_nm_s_per_rad": "dv, the same of the viscous slope",
+        },
+        _SOURCE,
+        "one change, and all at once; what made it is not in the recordings",
+    )
+    coulomb_step_nm: float = 0.0
+    viscous_step_nm_s_per_rad: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is not finite."""
+        require(self.law, self)
+
+    def torque_nm(self, velocity_rad_s: Floats, direction: Floats, since: Floats) -> Floats:
+        """Return what has been added, shape (n,).
+
+        Parameters
+        ----------
+        velocity_rad_s, direction : ndarray, shape (n,)
+        since : ndarray, broadcast to (n,)
+            Time since the instant, in any unit; below zero before it.
+        """
+        slope = self.viscous_step_nm_s_per_rad * velocity_rad_s
+        return np.asarray((self.coulomb_step_nm * direction + slope) * (np.asarray(since) >= 0.0))
+
+
+@dataclass(frozen=True)
 class RunIn:
     """Levels that settle at new values after a reference instant: running-in, new grease."""
 

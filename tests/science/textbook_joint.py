@@ -6,6 +6,7 @@ jump at the ramps' ends, and a sample there is from one side or the other, as ro
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -83,7 +84,14 @@ def yielding(driven: Driven, reach_rad: float = 0.5) -> Floats:
     return np.asarray(TWIN.coulomb_nm * (level - np.sign(driven.velocity_rad_s)))
 
 
-def recorded(driven: Driven, extra: Extra, noise_nm: float, seed: int, twin: Twin = TWIN) -> Run:
+def recorded(
+    driven: Driven,
+    extra: Extra,
+    noise_nm: float,
+    seed: int,
+    twin: Twin = TWIN,
+    started_s: float = math.nan,
+) -> Run:
     """Return what a logger has of it, the torque with white noise."""
     angle = driven.position_rad / twin.gear_ratio
     torque = (
@@ -104,4 +112,5 @@ def recorded(driven: Driven, extra: Extra, noise_nm: float, seed: int, twin: Twi
         },
         twin.gear_ratio,
         name=f"run-{seed}",
+        started_s=started_s,
     )

@@ -26,6 +26,13 @@ _GROWTH: Mapping[str, tuple[str, str]] = MappingProxyType(
     }
 )
 
+_STEPS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "coulomb_step_nm": ("Coulomb friction", "N m"),
+        "viscous_step_nm_s_per_rad": ("viscous friction", "N m s/rad"),
+    }
+)
+
 
 def finding_sentence(
     effect: str,
@@ -86,6 +93,11 @@ def shared(form: str, *, beside_numbers: bool) -> str:
     if form == OWN_NUMBER:
         return "the difference to the simulation as given"
     return "what the right numbers leave" if beside_numbers else "the mismatch"
+
+
+def changed_sentence(before: str, after: str) -> str:
+    """Return between which recordings friction became another."""
+    return f"The change came between {before} and {after}."
 
 
 def ringing_sentence(ringing: Ringing) -> str:
@@ -197,13 +209,18 @@ def _detail(effect: str, parameters: Mapping[str, Parameter]) -> str:
 
 
 def _growth(known: Mapping[str, float]) -> str:
-    """Return how fast friction grows with time, where it does so steadily."""
+    """Return how fast friction grows with time, where it does so steadily or at once."""
     said = []
     for key, (name, unit) in _GROWTH.items():
         rate = known.get(key, 0.0)
         if rate:
             way = "grows" if rate > 0.0 else "falls"
             said.append(f"{name} {way} by {amount(abs(rate), unit)} an hour")
+    for key, (name, unit) in _STEPS.items():
+        step = known.get(key, 0.0)
+        if step:
+            way = "more" if step > 0.0 else "less"
+            said.append(f"{name} is {amount(abs(step), unit)} {way} from one recording on")
     return " and ".join(said)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from agent.explain.forms.form import Form, Point, stack
 from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
-from agent.physics.friction_drift import LinearDrift, coming_share
+from agent.physics.friction_drift import LevelStep, LinearDrift, coming_share
 from agent.physics.friction_oil import TemperatureCoulomb, thinning_share
 
 _HOUR_S = 3600.0
@@ -22,6 +22,7 @@ _USUALLY_K = (
     25.0  # VG 100 to 220 thin by e in 14 to 25 at 20 to 60 degC (D341), friction more slowly
 )
 _STEEPEST_PER_K = 0.01  # five times a ferrite magnet's 0.2 %: steeper is no torque constant
+_CHANGED = "changed_at_elapsed_s"
 _COULOMB_K, _VISCOUS_T = "coulomb_nm_per_k", "viscous_thermal_nm_s_per_rad"
 
 
@@ -114,6 +115,54 @@ def _run_in_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[
     )
 
 
+def _changes(scene: Scene) -> Sequence[Point]:
+    """Return when every recording after the first began, s of the table's clock.
+
+    Of two recordings a change and a steady drift are the same.
+    """
+    begins = _begins(scene)
+    return tuple((at,) for at, _ in begins[1:]) if len(begins) > 2 else ()
+
+
+def changed_between(scene: Scene, form: Form, point: Point) -> tuple[str, str] | None:
+    """Return the names of the recordings between which levels changed; None for another law."""
+    if form.nonlinear != (_CHANGED,):
+        return None
+    names = [name for _, name in _begins(scene)]
+    after = [at for at, _ in _begins(scene)].index(point[0])
+    return names[after - 1], names[after]
+
+
+def _begins(scene: Scene) -> list[tuple[float, str]]:
+    """Return when recordings began, s of the table's clock, and what they are called, in order."""
+    elapsed, run = scene.full("elapsed_s"), scene.full("run")
+    return sorted(
+        (float(np.min(elapsed[run == own])), scene.table.runs[int(own)].name)
+        for own in np.unique(run)
+    )
+
+
+def _step_coulomb(scene: Scene, point: Point) -> Floats:
+    return stack(_stepped(scene, point, LevelStep(coulomb_step_nm=1.0)))
+
+
+def _step_both(scene: Scene, point: Point) -> Floats:
+    slope = stack(_stepped(scene, point, LevelStep(viscous_step_nm_s_per_rad=1.0)))
+    return np.concatenate((_step_coulomb(scene, point), slope), axis=1)
+
+
+def _stepped(scene: Scene, point: Point, law: LevelStep) -> Floats:
+    since_s = scene.full("elapsed_s") - point[0]
+    return law.torque_nm(scene.full("velocity_rad_s"), scene.direction, since_s)
+
+
+def _step_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapping[str, Any]]:
+    if not _dated(scene):
+        return ()
+    steps = {name: value for name, value in values.items() if name != _CHANGED}
+    return ({**steps, "changed_at": _instant(scene, values[_CHANGED])},)
+
+
 def _run_in_grid(scene: Scene) -> Sequence[Point]:
     lower, upper = scene.span("elapsed_s")
     return tuple((t,) for t in log_grid(0.1 * (upper - lower), 1.0 * (upper - lower), 4))
@@ -187,6 +236,30 @@ FORMS: tuple[Form, ...] = (
         _drift_both,
         needs=("elapsed_s",),
         to_twin=_drift_twin,
+        catch_all=True,
+    ),
+    Form(
+        "friction-drift",
+        "Coulomb level, another from one recording on",
+        ("coulomb_step_nm",),
+        _step_coulomb,
+        (_CHANGED,),
+        _changes,
+        needs=("elapsed_s",),
+        refine=False,
+        to_twin=_step_twin,
+        catch_all=True,
+    ),
+    Form(
+        "friction-drift",
+        "Coulomb and viscous, others from one recording on",
+        ("coulomb_step_nm", "viscous_step_nm_s_per_rad"),
+        _step_both,
+        (_CHANGED,),
+        _changes,
+        needs=("elapsed_s",),
+        refine=False,
+        to_twin=_step_twin,
         catch_all=True,
     ),
     Form(

@@ -44,6 +44,8 @@ _NUMBER: Mapping[str, Mapping[str, str]] = {
         "viscous_nm_s_per_rad_per_operating_h": "viscous_nm_s_per_rad",
         "coulomb_nm_per_1000_turns": "coulomb_nm",
         "viscous_nm_s_per_rad_per_1000_turns": "viscous_nm_s_per_rad",
+        "coulomb_step_nm": "coulomb_nm",
+        "viscous_step_nm_s_per_rad": "viscous_nm_s_per_rad",
         _RUNS_IN: "coulomb_nm",
     },
     "direction-asymmetry": {

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from agent.physics.backlash import DeadZone
-from agent.physics.beginnings import drawn_at_first
+from agent.physics.beginnings import begins_at_rest, drawn_at_first
 from agent.physics.effects.card import (
     EffectCard,
     Floats,
@@ -106,7 +106,9 @@ class Carrier:
         angle, speed = driven(
             time, position, velocity, answer_s, by_velocity=motion.velocity_raw_rad_s is not None
         )
-        start = start_of(time, speed, math.pi * answer_s)
+        # An arm on a spring stands still before it is set off; in a gap it lies where it is pushed.
+        still = not self.half_gap_rad and begins_at_rest(speed)
+        start = (0.0, 0.0) if still else start_of(time, speed, math.pi * answer_s)
         worn = base.worn_share(motion)[known]
         before = np.full(time.shape[0] - worn.shape[0], worn[0])
         friction_nm = self.arm_coulomb_nm * np.concatenate((before, worn))

@@ -18,9 +18,10 @@ from agent.physics.effects.card import (
     positive,
 )
 from agent.physics.effects.motion import Base, Motion
-from agent.physics.friction_drift import LinearDrift, Odometer, RunIn
+from agent.physics.friction_drift import LevelStep, LinearDrift, Odometer, RunIn
 
 _HOUR_S = 3600.0
+_CLOCK_S = 0.5  # what an instant that was written down may be rounded by
 _KILOTURN_RAD = 2000.0 * math.pi
 _OPERATING, _TURNS = "operating_h", "motor_1000_turns"  # what odometers count
 _UNITS = {_OPERATING: "operating_h", _TURNS: "1000_turns"}
@@ -54,6 +55,15 @@ def _run_in(p: Numbers, motion: Motion, base: Base) -> Floats:
     numbers = {name: value for name, value in p.items() if name != "reference_started_at"}
     law = RunIn(**numbers)
     return law.torque_nm(motion.velocity_rad_s, motion.direction, _since_h(p, motion))
+
+
+def _step(p: Numbers, motion: Motion, base: Base) -> Floats:
+    del base
+    if motion.started_at_unix_s is None:
+        raise ValueError("needs the instant at which the recording started, and none was given")
+    since_s = motion.started_at_unix_s - p["changed_at"] + motion.need("time_s")
+    law = LevelStep(p["coulomb_step_nm"], p["viscous_step_nm_s_per_rad"])
+    return law.torque_nm(motion.velocity_rad_s, motion.direction, since_s + _CLOCK_S)
 
 
 def _used(p: Numbers, motion: Motion, counted: str) -> Floats:
@@ -175,6 +185,18 @@ _DRIFT_FORMS = (
             "reference_started_at": _REFERENCE,
         },
         _run_in,
+    ),
+    Form(
+        "another level from an instant on",
+        LevelStep.law,
+        {
+            "coulomb_step_nm": amplitude(0.0),
+            "viscous_step_nm_s_per_rad": amplitude(0.0),
+            "changed_at": Parameter(
+                instant=True, meaning="t0, from when on the levels are others: ISO 8601 with a zone"
+            ),
+        },
+        _step,
     ),
     Form(
         "evenly with operating time",

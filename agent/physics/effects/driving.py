@@ -7,7 +7,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from agent.physics.beginnings import begins_at_rest
 from agent.physics.derivative import slope_over
 from agent.physics.effects.card import Floats
 from agent.physics.effects.motion import Motion
@@ -99,17 +98,14 @@ def driven(
 def start_of(time_s: Floats, velocity_rad_s: Floats, half_swing_s: float) -> tuple[float, float]:
     """Return acceleration and velocity that the arm starts with.
 
-    None of either where the motion sets off from rest. Else one noisy sample would make a soft arm
-    ring for long: a straight line is laid through up to half a swing, as far as it departs from the
-    samples by no more than their noise.
+    One noisy sample would make a soft arm ring for long: a straight line is laid through up to
+    half a swing, as far as it departs from the samples by no more than their noise.
 
     Parameters
     ----------
     time_s, velocity_rad_s : ndarray, shape (n,)
     half_swing_s : float
     """
-    if begins_at_rest(velocity_rad_s):
-        return 0.0, 0.0
     count = int(np.searchsorted(time_s, time_s[0] + half_swing_s, side="right"))
     count = min(max(count, _FEWEST), time_s.shape[0])
     if count < _FEWEST:

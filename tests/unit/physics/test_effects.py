@@ -157,6 +157,15 @@ BY_HAND: list[tuple[str, dict[str, Any], Any]] = [
         (-0.2 * SIGN + 1e-3 * VELOCITY) * (1.0 - np.exp(-(3.0 + TIME / 3600.0) / 5.0)),
     ),
     (
+        "friction-drift",
+        {
+            "coulomb_step_nm": 0.2,
+            "viscous_step_nm_s_per_rad": -1e-3,
+            "changed_at": "1970-01-01T03:00:01Z",
+        },
+        (0.2 * SIGN - 1e-3 * VELOCITY) * (TIME >= 0.5),  # half a second for a rounded instant
+    ),
+    (
         "gravity-imbalance",
         {
             "inertia_kg_m2_per_kg": 0.002,
