@@ -37,6 +37,7 @@ def test_a_change_is_told_with_the_recordings_between_which_it_came() -> None:
     assert finding.parameters["coulomb_step_nm"].value == pytest.approx(0.08, abs=0.004)
     assert "80 mN m more from one recording on" in answer.sentence
     assert "The change came between run-1 and run-2." in answer.sentence
+    assert answer.twin is not None
     (entry,) = answer.twin.effects
     assert entry.parameters["changed_at"] == "2023-11-15T00:13:20+00:00"
 
