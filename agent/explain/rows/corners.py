@@ -31,8 +31,8 @@ _OFF = 0.25  # of the jump: how far such a sample of the torque is from either s
 _MOSTLY, _FEWEST = 0.7, 3  # corners at which the torque has to jump from one sample to the next
 _MOST_LATE = 8  # samples that it may do so after the motion
 _STANDS = 1e-3  # of the greatest speed
+_EITHER = 0.5  # of a jump that the torque does not show
 _SECOND = 6.0**0.5  # of white noise, its second differences
-_EITHER = 0.5
 
 
 def with_corners(runs: Sequence[Run]) -> tuple[Run, ...]:
@@ -80,8 +80,8 @@ def _beside(stretch: Stretch, signals: Signals) -> Floats:
         if not corner.between:
             share = jumps.share(corner.at + late, corner.at + late, corner.at + late)
             before, after = motion.sides(corner)
-            after_share = _EITHER if share is None else _side(share)
-            own_side[corner.at] = before + after_share * (after - before)
+            part = _EITHER if share is None else min(max(share, 0.0), 1.0)
+            own_side[corner.at] = before + part * (after - before)
         for sample, acceleration in own_side.items():
             out[sample] = acceleration - across[sample]
     return out
@@ -250,16 +250,12 @@ class _Jumps:
         """Return whether it jumps from one sample to the next, at a corner and so much later."""
         first, last = corner.at + late, corner.after + late
         begins, ends = self.share(first, first, last), self.share(last, first, last)
-        if begins is None or ends is None:
+        if begins is None or ends is None or not 2 <= first <= self.torque_nm.shape[0] - 4:
             return False
-        if corner.between:
-            return abs(begins) < _OFF and abs(1.0 - ends) < _OFF
-        return _side(begins) != _EITHER
-
-
-def _side(share: float) -> float:
-    """Return 0 for a sample from before a jump, 1 from after it, a half where it is unclear."""
-    return _EITHER if min(abs(share), abs(1.0 - share)) >= _OFF else float(share > _EITHER)
+        # It is over where the corner is: a filtered torque would go on to change.
+        further = self.share(first - 2, first, last), self.share(last + 2, first, last)
+        over = all(x is not None and min(abs(x), abs(1.0 - x)) < _OFF for x in further)
+        return over and (not corner.between or (abs(begins) < _OFF and abs(1.0 - ends) < _OFF))
 
 
 def _late(corners: Sequence[_Corner], jumps: _Jumps) -> int | None:
