@@ -132,6 +132,7 @@ FORMS: tuple[Form, ...] = (
         step=half_a_line,
         limits=order_limits,
         to_twin=_ripple_two_twin,
+        refines=("one order",),
         from_residual=True,
     ),
     Form(
