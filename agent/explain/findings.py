@@ -120,7 +120,9 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
     if clipped is not None:
         parameters |= {"limit_nm": Parameter(clipped.limit_nm, clipped.limit_ci95_nm)}
     if clipped is not None and clipped.reading:
-        told = sentences.reading_sentence(clipped.limit_nm, clipped.tops, clipped.missing_nm, share)
+        told = sentences.reading_sentence(
+            clipped.limit_nm, clipped.tops, clipped.missing_nm, share, by_motion=clipped.by_motion
+        )
     changed = changed_between(scene, form, term.candidate.point)
     if changed is not None:
         told = replace(told, caveat=sentences.changed_sentence(*changed))
@@ -295,7 +297,12 @@ def _saturation_findings(study: Study) -> list[Finding]:
             energy_share=0.0,
             where=(),
             said=(
-                sentences.reading_sentence(evidence.limit_nm, evidence.tops, evidence.missing_nm)
+                sentences.reading_sentence(
+                    evidence.limit_nm,
+                    evidence.tops,
+                    evidence.missing_nm,
+                    by_motion=evidence.by_motion,
+                )
                 if evidence.reading
                 else sentences.saturation_sentence(
                     evidence.limit_nm, evidence.tops, evidence.shortfall_rad_s

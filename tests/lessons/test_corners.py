@@ -30,7 +30,7 @@ def runs(extra: Extra, noise_nm: float = 0.02, rate_hz: float = 500.0) -> list[R
 
 
 @pytest.mark.parametrize("rate_hz", [500.0, 1000.0])
-@pytest.mark.parametrize("noise_nm", [0.02, 0.004])
+@pytest.mark.parametrize("noise_nm", [0.02, 0.004, 0.0])
 def test_a_joint_that_lacks_nothing_lacks_nothing(rate_hz: float, noise_nm: float) -> None:
     *fit, held_out = runs(nothing, noise_nm, rate_hz)
     answer = explain(TWIN, fit, [held_out])

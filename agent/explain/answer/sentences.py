@@ -330,12 +330,16 @@ def saturation_sentence(limit_nm: float, tops: int, shortfall_rad_s: float) -> S
     )
 
 
-def reading_sentence(limit_nm: float, tops: int, missing_nm: float, share: float = 0.0) -> Said:
+def reading_sentence(
+    limit_nm: float, tops: int, missing_nm: float, share: float = 0.0, *, by_motion: bool = False
+) -> Said:
     """Return what is said of a reading that ends before the torque does, and what it explains."""
+    asks = "the joint's motion takes" if by_motion else "the drive asks for"
+    goes_on = "" if by_motion else ", and the joint moves as if it had that"
     lead = (
-        f"{_often(tops)} the torque is reported as {torque(limit_nm)} where the drive asks for up "
-        f"to {torque(missing_nm)} more, and the joint moves as if it had that: the reading is "
-        "clipped, at its range, and the drive is at no limit."
+        f"{_often(tops)} the torque is reported as {torque(limit_nm)} where {asks} up to "
+        f"{torque(missing_nm)} more{goes_on}: the reading is clipped, at its range, and the drive "
+        "is at no limit."
     )
     worth = f"This explains {percent(share)} of the mismatch." if share > 0.0 else ""
     return Said(lead, worth=worth)

@@ -162,7 +162,8 @@ def _taken_there(holdout: Holdout) -> str:
 
 def _costs_torque(finding: Finding) -> bool:
     """Return whether the simulation's torque is off by a finding: by a limit of its own it is."""
-    return finding.effect not in COSTS_NO_TORQUE or finding.form == OWN_EFFECT
+    own = finding.form == OWN_EFFECT
+    return own or finding.effect not in COSTS_NO_TORQUE or finding.energy_share > 0.0
 
 
 def _lies(explanation: Explanation, place: str) -> str:

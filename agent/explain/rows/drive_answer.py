@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from agent.explain.rows.table import Table
 from agent.identify.result import Floats
+from agent.physics import rigid_body
 
 SMOOTHED_S = 0.01
 """Of the moving average that torque and velocity pass before they are compared, s."""
@@ -105,6 +106,38 @@ def simulated_answer(table: Table, apart: NDArray[np.bool_], window_s: float) ->
     if not missed.size:
         return None
     return DriveAnswer(asked, float(np.quantile(missed, _CLEAR)), window_s, up_to_a_constant=False)
+
+
+def moved_answer(table: Table, apart: NDArray[np.bool_], window_s: float) -> DriveAnswer | None:
+    """Return what the motion takes of a joint as the twin has it, its numbers refitted.
+
+    Where a reading ends and the motion goes on, it goes on, too.
+
+    Parameters
+    ----------
+    table, apart, window_s
+        As for `drive_answer`; no command is asked for.
+    """
+    if table.simulated or table.twin.effects:
+        return None
+    full, located = table.full, table.has("position_rad")
+    every = rigid_body.regressor(
+        full["position_rad"] if located else None,
+        full["velocity_rad_s"],
+        full["acceleration_rad_s2"],
+        full["direction"],
+        table.gear_ratio,
+    )
+    base = np.stack([boxed(table, own) for own in every[:, :5].T[table.carried]], axis=1)
+    torque = boxed(table, full["torque_nm"])
+    known = np.isfinite(base).all(axis=1) & np.isfinite(torque)
+    learnt = np.flatnonzero(apart & known & (full["direction"] != 0.0))
+    if learnt.shape[0] < 100 * base.shape[1]:
+        return None
+    numbers = np.linalg.lstsq(base[learnt], torque[learnt], rcond=None)[0]
+    asked = base @ numbers
+    error = float(np.quantile(np.abs(torque - asked)[learnt], _CLEAR))
+    return DriveAnswer(asked, error, window_s, up_to_a_constant=False)
 
 
 def velocity_error(table: Table) -> Floats:

@@ -22,6 +22,7 @@ _FEWEST_WINDOWS, _FEWEST_SHORT = 8, 12
 _FEWEST_INDEPENDENT = 6.0  # samples in a window: fewer do not bear a parabola
 _TREND = 3  # numbers that a parabola takes
 _LOUD = 1.5  # times a joint's own noise: the band lets less of the motion's noise into a simulation
+_EXACT = 3e-4  # of the torque, rms: textbook joints without noise leave a third of it at corners
 _SAME_SPEED, _SAME_PLACE = 0.01, 0.02
 
 
@@ -40,7 +41,7 @@ def noise_floor(table: Table, residual_nm: Floats) -> Floor:
     Floor
         Its value is the neighbours' route, else the repeated passes: a joint that stands has
         another noise than one that moves. No less than the rounding of a torque that was reported
-        in coarser steps than its noise.
+        in coarser steps than its noise, and than what differences and filters make of any torque.
     """
     neighbours = _neighbours(table, residual_nm)
     if table.simulated:  # what shakes the motion may shake an arm that it has
@@ -50,8 +51,13 @@ def noise_floor(table: Table, residual_nm: Floats) -> Floor:
     standstill = _standstill(table)
     value = next((v for v in (neighbours, repeats) if math.isfinite(v)), math.nan)
     if math.isfinite(value):
-        value = max(value, resolution_nm(table))
+        value = max(value, resolution_nm(table), _exact_nm(table))
     return Floor(value, repeats, neighbours, standstill)
+
+
+def _exact_nm(table: Table) -> float:
+    """Return what a comparison by differences of samples makes of an exact simulation, N m."""
+    return _EXACT * float(np.sqrt(np.mean(table.measured_nm[table.used] ** 2)))
 
 
 def _window_s(piece: Piece, at_least_s: float = _WINDOW_S) -> float:

@@ -25,6 +25,7 @@ from agent.explain.rows.drive_answer import (
     boxed,
     drive_answer,
     has_command,
+    moved_answer,
     simulated_answer,
     velocity_error,
 )
@@ -46,6 +47,7 @@ _UNANSWERED = 4.0  # times the answer's own error, or the noise: so much torque 
 _AT_LIMIT = 1.0  # of the same: from there on the torque is surely at its limit
 _HELD_SPEED = 0.02  # of itself: a speed that changes less is a limited one
 _FOLLOWED = 0.5  # of what is missing in the reading: then the joint had it
+_THERE = 0.8  # of the samples at which a motion takes clearly more than a limit, at that limit
 _GAUSS = 0.6745  # median absolute deviation over standard deviation
 
 
@@ -70,6 +72,8 @@ class SaturationEvidence:
         How much more torque the drive asks for there than is reported, median of the tops' most.
     reading : bool
         Whether only what is reported ends there: the joint moves as with all that was asked for.
+    by_motion : bool
+        Whether the motion alone says so, as no command was recorded.
     """
 
     limit_nm: float
@@ -79,6 +83,7 @@ class SaturationEvidence:
     shortfall_rad_s: float
     missing_nm: float
     reading: bool = False
+    by_motion: bool = False
 
 
 @dataclass(frozen=True)
@@ -94,18 +99,21 @@ def saturation_evidence(table: Table) -> SaturationEvidence | None:
     """Return what tells of a torque limit, or nothing.
 
     Nothing means that no torque stays at a greatest value, that the drive asks for no more there,
-    that it is the speed that is limited, or that no command was recorded: steady acceleration has
-    flat torque, too, and only the command tells them apart (`has_command`).
+    or that it is the speed that is limited. Where no command was recorded (`has_command`), the
+    motion alone tells: it takes more than a reading that ends.
 
     Parameters
     ----------
     table : Table
     """
-    tops = _flat_tops(table) if has_command(table) else None
+    tops = _flat_tops(table)
     if tops is None:
         return None
     long_s = float(np.clip(np.median(_seconds(table, tops.spans)), *_WINDOWS_S))
     apart = ~_followed(table, tops.flat)
+    if not has_command(table):
+        moved = moved_answer(table, apart, long_s)
+        return None if moved is None else _passed_over(table, tops, moved)
     answers = (answer(table, apart, long_s) for answer in (simulated_answer, drive_answer))
     found = (_evidence(table, tops, answer) for answer in answers if answer is not None)
     return next((evidence for evidence in found if evidence is not None), None)
@@ -142,6 +150,39 @@ def _evidence(table: Table, tops: _Tops, answer: DriveAnswer) -> SaturationEvide
         shortfall_rad_s=float(np.median(grown)),
         missing_nm=float(np.median(most[kept])),
         reading=answer.up_to_a_constant and _moves_as_asked(table, tops, lacking),
+    )
+
+
+def _passed_over(table: Table, tops: _Tops, answer: DriveAnswer) -> SaturationEvidence | None:
+    """Return what the motion alone makes of flat tops; nothing where it takes hardly more there.
+
+    Steady acceleration has flat torque, too, and takes what it has. A reading that ends is there
+    whenever the motion takes clearly more, and nowhere else.
+    """
+    torque = table.full["torque_nm"]
+    limit = float(np.median(np.abs(boxed(table, torque)[tops.flat])))
+    excess = np.sign(boxed(table, torque)) * answer.asked_nm - limit
+    unit = max(answer.error_nm, tops.near_nm)
+    most = np.array([float(np.nanmax(excess[a:b])) for a, b in tops.spans])
+    kept = np.flatnonzero(most > _UNANSWERED * unit)
+    beyond = excess > _UNANSWERED * unit
+    if kept.shape[0] < _FEWEST_TOPS or np.mean(tops.flat[beyond]) < _THERE:
+        return None
+    if np.mean(excess[tops.flat] > -unit) < _THERE:
+        return None
+    held = [np.arange(*tops.spans[k]) for k in kept]
+    levels = np.array([float(np.mean(np.abs(torque[at]))) for at in held])
+    middle = float(np.mean(levels))
+    spread = 1.96 * math.sqrt(_variance_nm2(table, held, levels) + _step_nm(torque) ** 2 / 12.0)
+    return SaturationEvidence(
+        limit_nm=middle,
+        limit_ci95_nm=(middle - spread, middle + spread),
+        tops=kept.shape[0],
+        share=float(np.mean(beyond)),
+        shortfall_rad_s=0.0,
+        missing_nm=float(np.median(most[kept])),
+        reading=True,
+        by_motion=True,
     )
 
 
