@@ -80,9 +80,10 @@ def weigh(table: Table, residual_nm: Floats) -> Weighing:
     weight = np.ones(rows.shape[0])
     for kind in np.unique(stratum):
         inside = stratum == kind
-        # The median does not let one bad stretch decide how a whole stratum counts.
+        # The median does not let one bad stretch decide how a whole stratum counts; without noise
+        # one that is exact would count alone.
         scale = float(np.median(np.abs(residual_nm[rows][inside]))) / 0.6745
-        weight[inside] = 1.0 / max(scale, 1e-12)
+        weight[inside] = 1.0 / max(scale, table.exact_nm, 1e-12)
     starts = np.flatnonzero(np.diff(block, prepend=block[0] - 1)) if rows.size else rows
     run_of_block = run[starts]
     by_run = np.unique(run_of_block).size >= RUNS_FOR_FOLDS

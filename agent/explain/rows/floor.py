@@ -22,7 +22,6 @@ _FEWEST_WINDOWS, _FEWEST_SHORT = 8, 12
 _FEWEST_INDEPENDENT = 6.0  # samples in a window: fewer do not bear a parabola
 _TREND = 3  # numbers that a parabola takes
 _LOUD = 1.5  # times a joint's own noise: the band lets less of the motion's noise into a simulation
-_EXACT = 3e-4  # of the torque, rms: textbook joints without noise leave a third of it at corners
 _SAME_SPEED, _SAME_PLACE = 0.01, 0.02
 
 
@@ -51,13 +50,8 @@ def noise_floor(table: Table, residual_nm: Floats) -> Floor:
     standstill = _standstill(table)
     value = next((v for v in (neighbours, repeats) if math.isfinite(v)), math.nan)
     if math.isfinite(value):
-        value = max(value, resolution_nm(table), _exact_nm(table))
+        value = max(value, resolution_nm(table), table.exact_nm)
     return Floor(value, repeats, neighbours, standstill)
-
-
-def _exact_nm(table: Table) -> float:
-    """Return what a comparison by differences of samples makes of an exact simulation, N m."""
-    return _EXACT * float(np.sqrt(np.mean(table.measured_nm[table.used] ** 2)))
 
 
 def _window_s(piece: Piece, at_least_s: float = _WINDOW_S) -> float:

@@ -44,6 +44,9 @@ BASE: tuple[str, ...] = rigid_body.PARAMETERS[:5]
 """The plain twin's numbers, in the order of the table's base columns."""
 
 
+_EXACT = 3e-4  # of the torque, rms: textbook joints without noise leave a third of it at corners
+
+
 class TooShortError(ValueError):
     """No stretch of the recordings is long enough to be filtered."""
 
@@ -135,6 +138,12 @@ class Table:
     def target_nm(self) -> Floats:
         """Return measured less given torque, shape (n,)."""
         return self.measured_nm - self.given_nm
+
+    @cached_property
+    def exact_nm(self) -> float:
+        """Return what a comparison by differences of samples makes of an exact simulation, N m."""
+        torque = self.measured_nm[self.used]
+        return _EXACT * float(np.sqrt(np.mean(torque**2))) if torque.size else 0.0
 
     @property
     def exchanged(self) -> bool:
