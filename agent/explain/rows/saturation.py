@@ -332,7 +332,7 @@ def _followed(table: Table, flat: NDArray[np.bool_]) -> NDArray[np.bool_]:
     out = flat.copy()
     for piece in table.pieces:
         count = np.cumsum(flat[piece.full].astype(np.int64))
-        reach = round(_AFTER_S / piece.period_s)
+        reach = max(round(_AFTER_S / piece.period_s), 1)
         before = np.concatenate((np.zeros(min(reach, count.shape[0]), np.int64), count[:-reach]))
         out[piece.full] |= count > before[: count.shape[0]]
     return out
