@@ -18,10 +18,10 @@ from agent.explain.choosing.heard import heard
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.shares import shares_of, without_term
 from agent.explain.forms.carried import RECORDINGS
+from agent.explain.forms.drift import changed_between
 from agent.explain.forms.hidden_arm import inertia_of
 from agent.explain.forms.quantities import as_in_twin
 from agent.explain.forms.seen_arm import SEEN, shown_gear
-from agent.explain.forms.warmth import changed_between
 from agent.explain.location.dynamic_curves import excerpt, over_frequency
 from agent.explain.location.regions import AXIS, axis_values, curve_of, regions_of
 from agent.explain.numbers.cancelling import cancelled_by

@@ -9,6 +9,7 @@ import numpy as np
 from agent.explain.forms import arm as forms_arm
 from agent.explain.forms import cable as forms_cable
 from agent.explain.forms import carried as forms_carried
+from agent.explain.forms import drift as forms_drift
 from agent.explain.forms import gap as forms_gap
 from agent.explain.forms import inner_friction as forms_inner_friction
 from agent.explain.forms import order as forms_order
@@ -38,6 +39,7 @@ _SIMULATED_ARMS = (
 FORMS: tuple[Form, ...] = (
     *forms_speed.FORMS,
     *forms_warmth.FORMS,
+    *forms_drift.FORMS,
     *forms_use.FORMS,
     *forms_ripple.FORMS,
     *forms_order.FORMS,

@@ -9,9 +9,9 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from agent.explain.forms.warmth import FORMS
+from agent.explain.forms.drift import FORMS
 
-DRIFTS = [form for form in FORMS if form.effect == "friction-drift"]
+DRIFTS = FORMS
 
 
 def scene(started_s: float) -> Any:
