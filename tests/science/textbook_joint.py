@@ -69,6 +69,20 @@ def stair(
     return Driven(time, angle, velocity, level[own])
 
 
+def waves(seed: int, duration_s: float = 30.0, rate_hz: float = 500.0) -> Driven:
+    """Return a sum of seven sines from 0.1 Hz on: no speed is held."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(round(duration_s * rate_hz)) / rate_hz
+    angle, velocity, acceleration = np.zeros((3, time.shape[0]))
+    for order in range(1, 8):
+        w, phase = 0.2 * math.pi * order, rng.uniform(0.0, 2.0 * math.pi)
+        size = 30.0 / order**2 * rng.uniform(0.5, 1.0)
+        angle += size * np.sin(w * time + phase)
+        velocity += size * w * np.cos(w * time + phase)
+        acceleration -= size * w**2 * np.sin(w * time + phase)
+    return Driven(time, angle, velocity, acceleration)
+
+
 def nothing(driven: Driven) -> Floats:
     """Return no torque beside the twin's."""
     return np.zeros_like(driven.time_s)

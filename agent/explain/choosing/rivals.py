@@ -12,6 +12,7 @@ from agent.explain.choosing.candidate import Candidate, Scored, basis_of
 from agent.explain.choosing.materiality import noise_energy
 from agent.explain.choosing.search import Library
 from agent.explain.rows.evidence import effective_size
+from agent.explain.rows.noise_in_kind import is_noise_in_kind
 from agent.identify.result import Floats
 
 DECISIVE = 3.0
@@ -25,6 +26,7 @@ _PER_SHARE = 60.0  # of log density: a twentieth of the gain missed is decisive
 _PER_SHARE_OF_WARMTH = 30.0  # or a tenth: no thermometer is where the oil rubs, and each one lags
 _PULLS = frozenset({"gravity-imbalance", "torque-offset", "direction-asymmetry", "cable-force"})
 _OF_SPEED = frozenset({"stribeck", "viscous-nonlinear"})
+_OF_WAVES = frozenset({"torque-ripple", "kinematic-error", "resolver-error"})
 _WARMTH_OR_TIME = frozenset({"temperature-dependent-friction", "friction-drift"})
 
 
@@ -78,8 +80,8 @@ def with_rivals(
     residual = library.residual([*others, best.candidate])
     size = effective_size(library.scene.table, library.weighing, residual)
     without = library.errors(others)
-    noise = noise_energy(library, [*others, best.candidate])
-    # To the chosen one, not to its rival: but for laws of the speed, which tell no two pulls apart.
+    noise = noise_energy(library, [*others, best.candidate]) or _as_noise(library, residual)
+    # To the chosen one, not to its rival: but for those that have no bearing on which it is.
     tuned = {term.form.effect for term in others if term.form.nonlinear}
     first_of: dict[str, Scored] = {}
     for scored in ranked:
@@ -97,8 +99,7 @@ def with_rivals(
         by_warmth = {effect, best.form.effect} == _WARMTH_OR_TIME
         per_share = _PER_SHARE_OF_WARMTH if by_warmth else _PER_SHARE
         behind = behind_of(own.blocks, other.blocks, size)
-        pulls = {effect, best.form.effect} <= _PULLS
-        other_tuned = bool(tuned - _OF_SPEED if pulls else tuned)
+        other_tuned = tuned - _without_bearing({effect, best.form.effect})
         if other_tuned or by_warmth or behind < _PLAINLY or not _is_misshapen(own, other, noise):
             # No law's form is so exact that missing a few percent of the gain refutes a rival.
             behind = min(behind, per_share * missed)
@@ -112,6 +113,28 @@ def with_rivals(
     ]
     rivals.sort(key=lambda r: -r.probability)
     return Term(best, chance, 1.0 / total, tuple(rivals))
+
+
+def _without_bearing(effects: set[str]) -> frozenset[str]:
+    """Return the effects whose numbers say nothing of which of two others there is.
+
+    Laws of the speed tell no two pulls apart, and waves no two laws of the speed.
+    """
+    if effects <= _PULLS:
+        return _OF_SPEED
+    return _OF_WAVES if effects <= _OF_SPEED else frozenset()
+
+
+def _as_noise(library: Library, residual: Floats) -> float:
+    """Return the energy of a weighted residual where it is noise in kind; 0 for any other.
+
+    Where no speed is held there is no floor. What is left beside a law says how exact its form is
+    all the same, if it is noise.
+    """
+    weighing = library.weighing
+    left_nm = residual / weighing.weight
+    is_noise = is_noise_in_kind(library.scene.table, weighing.rows, left_nm)
+    return float(residual @ residual) if is_noise else 0.0
 
 
 def _is_misshapen(best: Scored, rival: Scored, noise: float) -> bool:
