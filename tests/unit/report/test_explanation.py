@@ -407,6 +407,7 @@ def test_every_effect_of_the_library_and_each_of_its_numbers_is_called_something
         assert not label.lower().endswith((" k", " h", " per rad")), name
     without_unit = {name for name in names if not quantity_scale(name, [1.0]).unit}
     assert without_unit == {
+        "changed_at",
         "damping_ratio",
         "exponent",
         "shape_exponent",
