@@ -16,6 +16,11 @@ _SLACK_S = 1.0  # a label's rounding: two recordings of one axis do not begin wi
 _SOURCE = "first-order description, no law of wear: LiTH-ISY-R-3058 scales wear, but has no rates"
 
 
+def _levels_nm(coulomb: float, viscous: float, velocity: Floats, direction: Floats) -> Floats:
+    """Return the torque of a Coulomb level and a viscous slope, shape (n,)."""
+    return np.asarray(coulomb * direction + viscous * velocity)
+
+
 def come_share(since: Floats, settling: float) -> Floats:
     """Return which share of a change has come, ``1 - exp(-(t - t0)/th)``, shape (n,); `RunIn`."""
     return np.asarray(-np.expm1(-np.asarray(since) / settling))
@@ -56,8 +61,8 @@ class LinearDrift:
         since : ndarray, broadcast to (n,)
             Hours, runs or use since the reference; below zero before it.
         """
-        slope = self.viscous_nm_s_per_rad_per_step * velocity_rad_s
-        return np.asarray((self.coulomb_nm_per_step * direction + slope) * since)
+        own = self.coulomb_nm_per_step, self.viscous_nm_s_per_rad_per_step
+        return np.asarray(_levels_nm(*own, velocity_rad_s, direction) * since)
 
 
 @dataclass(frozen=True)
@@ -90,8 +95,8 @@ class LevelStep:
         since : ndarray, broadcast to (n,)
             Time since the instant, in any unit; below zero before it.
         """
-        slope = self.viscous_step_nm_s_per_rad * velocity_rad_s
-        return np.asarray((self.coulomb_step_nm * direction + slope) * (np.asarray(since) >= 0.0))
+        own = self.coulomb_step_nm, self.viscous_step_nm_s_per_rad
+        return np.asarray(_levels_nm(*own, velocity_rad_s, direction) * (np.asarray(since) >= 0.0))
 
 
 @dataclass(frozen=True)
@@ -129,9 +134,9 @@ class RunIn:
         """
         if np.any(np.asarray(since_h) < 0.0):
             raise ValueError("run-in: expected a recording that starts after reference_started_at")
-        slope = self.viscous_change_nm_s_per_rad * velocity_rad_s
+        own = self.coulomb_change_nm, self.viscous_change_nm_s_per_rad
         done = come_share(since_h, self.settling_h)
-        return np.asarray((self.coulomb_change_nm * direction + slope) * done)
+        return np.asarray(_levels_nm(*own, velocity_rad_s, direction) * done)
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,8 @@ import numpy as np
 from agent.explain.choosing.candidate import Candidate, Scored, basis_of
 from agent.explain.choosing.heard import LIKE_A_GAP, heard
 from agent.explain.choosing.materiality import least_gain, noise_energy, of_mismatch, worth
-from agent.explain.choosing.preferred import GRAVITY, WEIGHT
-from agent.explain.choosing.rivals import Term
+from agent.explain.choosing.preferred import GRAVITY
+from agent.explain.choosing.rivals import WEIGHT, Term
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.shifts import chance
 from agent.explain.choosing.together import both_moved

@@ -8,20 +8,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from agent.explain.choosing.candidate import Scored
-from agent.explain.choosing.rivals import DECISIVE, log_density_gap
+from agent.explain.choosing.rivals import DECISIVE, LIKE_A_WEIGHT, WEIGHT, log_density_gap
 from agent.explain.choosing.search import Library
 from agent.explain.rows.evidence import effective_size
 from agent.explain.rows.table import BASE
 from agent.physics.friction import boundary_share
 
-LIKE_A_WEIGHT = ("torque-offset", "direction-asymmetry", "cable-force")
-"""What gravity, nearly a constant or a line on a short stroke, is taken for there."""
-
 _SAME = 0.1  # of log density: columns that copy each other differ by no more
 _ONE_SPOT = ("position-dependent-friction", "tight spot"), ("local-fault", "rubbing")
 _AS_WIDE = 0.05  # of its width: a spot that is found as wide under both names, and there
 _BEND = "viscous-nonlinear"
-WEIGHT = "gravity-imbalance"
 GRAVITY = [BASE.index("gravity_sin_nm"), BASE.index("gravity_cos_nm")]
 _NOT_OVER = 0.1  # of a fall, still there at the fastest speed
 _AS_GOOD = 0.05  # of the gain: what a bend may miss of such a fall's, whose form is not the joint's

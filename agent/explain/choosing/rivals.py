@@ -15,6 +15,10 @@ from agent.explain.rows.evidence import effective_size
 from agent.explain.rows.noise_in_kind import is_noise_in_kind
 from agent.identify.result import Floats
 
+WEIGHT = "gravity-imbalance"
+LIKE_A_WEIGHT = ("torque-offset", "direction-asymmetry", "cable-force")
+"""What gravity, nearly a constant or a line on a short stroke, is taken for there."""
+
 DECISIVE = 3.0
 """Of log density: a rival that is further behind is out."""
 
@@ -24,7 +28,7 @@ _NOISE_KNOWN = 0.05  # of its energy
 
 _PER_SHARE = 60.0  # of log density: a twentieth of the gain missed is decisive
 _PER_SHARE_OF_WARMTH = 30.0  # or a tenth: no thermometer is where the oil rubs, and each one lags
-_PULLS = frozenset({"gravity-imbalance", "torque-offset", "direction-asymmetry", "cable-force"})
+_PULLS = frozenset({WEIGHT, *LIKE_A_WEIGHT})
 _OF_SPEED = frozenset({"stribeck", "viscous-nonlinear"})
 _OF_WAVES = frozenset({"torque-ripple", "kinematic-error", "resolver-error"})
 _WARMTH_OR_TIME = frozenset({"temperature-dependent-friction", "friction-drift"})

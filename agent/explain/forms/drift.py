@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from typing import Any
 
@@ -82,9 +83,9 @@ def changed_between(scene: Scene, form: Form, point: Point) -> tuple[str, str] |
     """Return the names of the recordings between which levels changed; None for another law."""
     if form.nonlinear != (_CHANGED,):
         return None
-    names = [name for _, name in _begins(scene)]
-    after = [at for at, _ in _begins(scene)].index(point[0])
-    return names[after - 1], names[after]
+    begins = _begins(scene)
+    after = min(range(1, len(begins)), key=lambda k: abs(begins[k][0] - point[0]))
+    return begins[after - 1][1], begins[after][1]
 
 
 def _begins(scene: Scene) -> list[tuple[float, str]]:
@@ -122,6 +123,18 @@ def _run_in_grid(scene: Scene) -> Sequence[Point]:
     return tuple((t,) for t in log_grid(0.1 * (upper - lower), 1.0 * (upper - lower), 4))
 
 
+_STEP = Form(
+    "friction-drift",
+    "Coulomb level, another from one recording on",
+    ("coulomb_step_nm",),
+    _step_coulomb,
+    (_CHANGED,),
+    _changes,
+    needs=("elapsed_s",),
+    refine=False,
+    to_twin=_step_twin,
+    catch_all=True,
+)
 FORMS: tuple[Form, ...] = (
     Form(
         "friction-drift",
@@ -141,29 +154,12 @@ FORMS: tuple[Form, ...] = (
         to_twin=_drift_twin,
         catch_all=True,
     ),
-    Form(
-        "friction-drift",
-        "Coulomb level, another from one recording on",
-        ("coulomb_step_nm",),
-        _step_coulomb,
-        (_CHANGED,),
-        _changes,
-        needs=("elapsed_s",),
-        refine=False,
-        to_twin=_step_twin,
-        catch_all=True,
-    ),
-    Form(
-        "friction-drift",
-        "Coulomb and viscous, others from one recording on",
-        ("coulomb_step_nm", "viscous_step_nm_s_per_rad"),
-        _step_both,
-        (_CHANGED,),
-        _changes,
-        needs=("elapsed_s",),
-        refine=False,
-        to_twin=_step_twin,
-        catch_all=True,
+    _STEP,
+    replace(
+        _STEP,
+        name="Coulomb and viscous, others from one recording on",
+        linear=("coulomb_step_nm", "viscous_step_nm_s_per_rad"),
+        columns=_step_both,
     ),
     Form(
         "friction-drift",

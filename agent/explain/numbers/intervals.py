@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from agent.explain.choosing.preferred import GRAVITY, WEIGHT
-from agent.explain.choosing.rivals import Term
+from agent.explain.choosing.preferred import GRAVITY
+from agent.explain.choosing.rivals import WEIGHT, Term
 from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form
 from agent.explain.forms.refinement import limits_of, steps_of

@@ -13,8 +13,7 @@ from dataclasses import replace
 
 from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.choice import Choice, choose, decided
-from agent.explain.choosing.preferred import LIKE_A_WEIGHT
-from agent.explain.choosing.rivals import Term
+from agent.explain.choosing.rivals import LIKE_A_WEIGHT, Term
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.together import together
 from agent.explain.numbers.resting import is_possible, numbers_beside, resting_on_none, taken_at

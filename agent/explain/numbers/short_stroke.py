@@ -17,7 +17,7 @@ from agent.explain.choosing.aliases import ALIKE
 from agent.explain.choosing.candidate import Candidate, basis_of, gain_of
 from agent.explain.choosing.choice import Choice
 from agent.explain.choosing.materiality import least_gain
-from agent.explain.choosing.preferred import LIKE_A_WEIGHT
+from agent.explain.choosing.rivals import LIKE_A_WEIGHT
 from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form, Point
 from agent.explain.numbers.factor import one_factor_does

@@ -42,7 +42,7 @@ _SLIGHT = 0.0075  # of a number: what a drive knows of its torque is known no be
 _BESIDE_LAWS = 0.015  # of a number: so much a law bends whose shape is not quite the joint's
 MATERIAL = 0.04  # of what the twin as given leaves: less is a number's ordinary uncertainty
 _EVEN, _COINCIDENCE = 0.5, 0.25  # of one number for another; of two that are off alike by chance
-_CONSTANT, _THIRD = ("torque-offset", "direction-asymmetry"), 1.0 / 3.0
+_CONSTANT = ("torque-offset", "direction-asymmetry")
 _GROUPS: Mapping[str, tuple[str, ...]] = {
     "inertia-error": ("inertia_kg_m2",),
     "wrong-number": ("coulomb_nm", "viscous_nm_s_per_rad"),
@@ -162,7 +162,8 @@ def _one_way(library: Library, wrong: WrongNumber) -> WrongNumber:
     """
     if not library.scene.one_way or _CONTRACT["coulomb_nm"] not in wrong.parameters:
         return wrong
-    return replace(wrong, alternatives={**wrong.alternatives, **dict.fromkeys(_CONSTANT, _THIRD)})
+    others = (*wrong.alternatives, *_CONSTANT)
+    return replace(wrong, alternatives=dict.fromkeys(others, 1.0 / (1.0 + len(others))))
 
 
 def _hardly_shows(library: Library, floor_nm: float) -> bool:
