@@ -58,10 +58,24 @@ def postgresql() -> Iterator[str]:
     with own_folder() as folder:
         data = folder / "data"
         subprocess.run(
-            unprivileged([initdb, "-D", str(data), "-U", "tester", "-A", "trust", "--no-sync",
-                          "--locale=C", "--encoding=UTF8"]),
-            check=True, capture_output=True, cwd=folder,
-        )  # fmt: skip
+            unprivileged(
+                [
+                    initdb,
+                    "-D",
+                    str(data),
+                    "-U",
+                    "tester",
+                    "-A",
+                    "trust",
+                    "--no-sync",
+                    "--locale=C",
+                    "--encoding=UTF8",
+                ]
+            ),
+            check=True,
+            capture_output=True,
+            cwd=folder,
+        )
         command = [program("postgres", _POSTGRES), "-D", str(data), "-k", str(folder)]
         command += ["-c", "listen_addresses=", "-c", "fsync=off"]
         with _running(command, folder, signal.SIGINT):
@@ -125,12 +139,29 @@ def self_signed(folder: Path) -> tuple[Path, Path]:
     """Return a key and a certificate for this machine that nobody vouches for."""
     key, certificate = folder / "key.pem", folder / "cert.pem"
     subprocess.run(
-        [program("openssl"), "req", "-x509", "-newkey", "ec", "-pkeyopt",
-         "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2", "-subj", "/CN=localhost",
-         "-addext", "subjectAltName=DNS:localhost,IP:127.0.0.1", "-keyout", str(key),
-         "-out", str(certificate)],
-        check=True, capture_output=True,
-    )  # fmt: skip
+        [
+            program("openssl"),
+            "req",
+            "-x509",
+            "-newkey",
+            "ec",
+            "-pkeyopt",
+            "ec_paramgen_curve:prime256v1",
+            "-nodes",
+            "-days",
+            "2",
+            "-subj",
+            "/CN=localhost",
+            "-addext",
+            "subjectAltName=DNS:localhost,IP:127.0.0.1",
+            "-keyout",
+            str(key),
+            "-out",
+            str(certificate),
+        ],
+        check=True,
+        capture_output=True,
+    )
     return key, certificate
 
 

@@ -203,9 +203,14 @@ class Launch:
         recordings = self.cell_path.parent / cell.recording.folder
         before = frozenset(p.name for p in recordings.glob(f"*{STREAM}"))
         arguments = [
-            "serve-run", str(self.cell_path), "--axis", str(axis.number),
-            "--progress", str(folder / "progress"), *cycle.arguments,
-        ]  # fmt: skip
+            "serve-run",
+            str(self.cell_path),
+            "--axis",
+            str(axis.number),
+            "--progress",
+            str(folder / "progress"),
+            *cycle.arguments,
+        ]
         with (folder / "out.json").open("wb") as out, (folder / "talk.txt").open("wb") as talk:
             process = subprocess.Popen(
                 [*self.command, *arguments],

@@ -99,9 +99,15 @@ def _curve(axes: Axes, estimate: Mapping[str, Any] | None) -> None:
         axes.text(0.5, 0.5, "no friction curve", transform=axes.transAxes, ha="center")
         return
     axes.errorbar(
-        curve.velocity_rad_s, curve.friction_nm, yerr=curve.half_ci95_nm, color=BLUE, marker="o",
-        ms=4, lw=1.4, capsize=3,
-    )  # fmt: skip
+        curve.velocity_rad_s,
+        curve.friction_nm,
+        yerr=curve.half_ci95_nm,
+        color=BLUE,
+        marker="o",
+        ms=4,
+        lw=1.4,
+        capsize=3,
+    )
     axes.set_title("Friction curve with 95 % intervals", size=10, loc="left", color=INK)
 
 

@@ -30,9 +30,13 @@ from fakes.process import open_bus
 from tests.system.processes import MULTICAST_GROUP, be_patient, free_udp_port, started
 
 CHROMIUM = next(
-    (found for name in ("chromium", "chromium-browser", "google-chrome")
-     if (found := shutil.which(name))), None,
-)  # fmt: skip
+    (
+        found
+        for name in ("chromium", "chromium-browser", "google-chrome")
+        if (found := shutil.which(name))
+    ),
+    None,
+)
 AXE = Path(__file__).with_name("vendor") / "axe-4.14.1.min.js"
 SCREENSHOTS = os.environ.get("STRIBECK_SCREENSHOTS")
 WIDTHS = {"phone": (390, 844), "tablet": (1024, 768), "desktop": (1440, 900)}
@@ -266,8 +270,19 @@ def test_every_page_fits_every_width_has_big_targets_and_nothing_serious_by_axe(
     site: Site, maria: BrowserContext, language: str
 ) -> None:
     result = sorted(site.recordings())[0].stem
-    paths = ["/", "/run", "/axes/1", "/axes/1/start", f"/results/{result}", "/alarms", "/users",
-             "/audit", "/login", "/stopped", "/nowhere"]  # fmt: skip
+    paths = [
+        "/",
+        "/run",
+        "/axes/1",
+        "/axes/1/start",
+        f"/results/{result}",
+        "/alarms",
+        "/users",
+        "/audit",
+        "/login",
+        "/stopped",
+        "/nowhere",
+    ]
     if language == "de":  # longer words: the pages with most of them
         paths = ["/", "/axes/1", "/axes/1/start", f"/results/{result}"]
     state = maria.storage_state()
@@ -292,9 +307,13 @@ def test_on_a_phone_the_head_is_one_row_and_its_menu_never_covers_the_stop(
     site: Site, maria: BrowserContext
 ) -> None:
     with site.browser.new_context(
-        viewport={"width": 390, "height": 480}, has_touch=True, is_mobile=True, locale="en-GB",
-        storage_state=maria.storage_state(), base_url=site.url,
-    ) as context:  # fmt: skip
+        viewport={"width": 390, "height": 480},
+        has_touch=True,
+        is_mobile=True,
+        locale="en-GB",
+        storage_state=maria.storage_state(),
+        base_url=site.url,
+    ) as context:
         page, wrong = opened(context)
         link = page.get_by_role("link", name="Audit trail")
         expect(link).to_be_hidden()

@@ -27,9 +27,15 @@ from tests.servers import mosquitto, self_signed
 NOW = datetime.datetime(2026, 6, 2, 0, 10, 0, 250_000, tzinfo=datetime.UTC)
 NOW_MS = 1_780_359_000_250
 RUN = Event(
-    "2026-06-02T00:10:00.000Z", "run", "As before.", "cell 7", 2, "ab" * 32, "night",
+    "2026-06-02T00:10:00.000Z",
+    "run",
+    "As before.",
+    "cell 7",
+    2,
+    "ab" * 32,
+    "night",
     {"state": "NF", "numbers": {"coulomb_nm": 0.61, "viscous_nm_s_per_rad": 0.011}},
-)  # fmt: skip
+)
 ALARM = Event("2026-06-01T00:10:00.000Z", "alarm", "Grown.", "cell 7", 2, "cd" * 32, "night")
 GOLDEN = (
     "0880d095ffbc3112120a0562645365711880d095ffbc3120045807120e0a01611880d095ffbc31200b700112"
@@ -125,13 +131,25 @@ def listening(port: int) -> Iterator[list[tuple[str, bytes, int, bool]]]:
 
 def sink(port: int, folder: Path, password: str = "", **more: Any) -> MqttSink:
     described = Mqtt.model_validate(
-        {"kind": "mqtt", "host": "127.0.0.1", "port": port, "group": "plant1", "timeout_s": 5.0,
-         "tries": 2, **more}
-    )  # fmt: skip
+        {
+            "kind": "mqtt",
+            "host": "127.0.0.1",
+            "port": port,
+            "group": "plant1",
+            "timeout_s": 5.0,
+            "tries": 2,
+            **more,
+        }
+    )
     return MqttSink(
-        described, "cell 7", password, folder, folder / "state.json", lambda: NOW,
+        described,
+        "cell 7",
+        password,
+        folder,
+        folder / "state.json",
+        lambda: NOW,
         lambda axis: ALARM if axis == 2 else None,
-    )  # fmt: skip
+    )
 
 
 def published(port: int, folder: Path, event: Event) -> list[tuple[str, dict[str, Any], bytes]]:

@@ -17,8 +17,12 @@ from tests.night.simulated import Watch, described
 def alarm(percent: float, state: str = "H0") -> Outcome:
     effect = {"percent": percent, "from": percent - 2.0, "to": percent + 2.0}
     facts = {"said": "increased", "low": effect, "high": {**effect, "percent": 1.0}}
-    return Outcome("alarm", f"Friction has increased: +{percent} %.", "ab" * 32,
-                   {"state": state, "facts": facts})  # fmt: skip
+    return Outcome(
+        "alarm",
+        f"Friction has increased: +{percent} %.",
+        "ab" * 32,
+        {"state": state, "facts": facts},
+    )
 
 
 @dataclass
@@ -80,12 +84,17 @@ def told_on(box: Mailbox) -> list[tuple[str, str]]:
 def test_an_alarm_that_stays_is_told_once_and_then_every_week() -> None:
     news, everything = nights({day: alarm(20.0) for day in range(3, 23)})
     assert told_on(news) == [
-        ("03", "new"), ("10", "reminder"), ("17", "reminder"), ("23", "cleared"),
-    ]  # fmt: skip
+        ("03", "new"),
+        ("10", "reminder"),
+        ("17", "reminder"),
+        ("23", "cleared"),
+    ]
     assert [subject(e) for e in news.told] == [
-        "r axis 1: ALARM", "r axis 1: ALARM (reminder)", "r axis 1: ALARM (reminder)",
+        "r axis 1: ALARM",
+        "r axis 1: ALARM (reminder)",
+        "r axis 1: ALARM (reminder)",
         "r axis 1: done, alarm ended",
-    ]  # fmt: skip
+    ]
     assert len(everything.told) == 21
     assert REMIND_DAYS == 7.0
 
@@ -94,8 +103,11 @@ def test_an_acknowledged_alarm_is_silent_until_it_gets_worse_and_then_again() ->
     size = dict.fromkeys(range(3, 28), 20.0) | dict.fromkeys(range(20, 28), 20.0 + WORSE_PERCENT)
     news, _ = nights({day: alarm(p) for day, p in size.items()}, acknowledged=5)
     assert told_on(news) == [
-        ("03", "new"), ("20", "worse"), ("27", "reminder"), ("28", "cleared"),
-    ]  # fmt: skip
+        ("03", "new"),
+        ("20", "worse"),
+        ("27", "reminder"),
+        ("28", "cleared"),
+    ]
     higher = {day: alarm(20.0, "H1" if day > 9 else "H0") for day in range(3, 15)}
     news, _ = nights(higher, acknowledged=5)
     assert told_on(news) == [("03", "new"), ("10", "worse"), ("15", "cleared")]
@@ -104,8 +116,12 @@ def test_an_acknowledged_alarm_is_silent_until_it_gets_worse_and_then_again() ->
 def test_slow_growth_is_told_step_by_step_not_each_night() -> None:
     news, _ = nights({day: alarm(20.0 + day) for day in range(3, 19)}, acknowledged=4)
     assert told_on(news) == [
-        ("03", "new"), ("08", "worse"), ("13", "worse"), ("18", "worse"), ("19", "cleared"),
-    ]  # fmt: skip
+        ("03", "new"),
+        ("08", "worse"),
+        ("13", "worse"),
+        ("18", "worse"),
+        ("19", "cleared"),
+    ]
 
 
 def test_an_alarm_that_comes_back_is_new_and_a_stop_is_never_old_news() -> None:
@@ -113,8 +129,13 @@ def test_an_alarm_that_comes_back_is_new_and_a_stop_is_never_old_news() -> None:
     faults = {3: alarm(20.0), 5: alarm(20.0), 8: stopped, 9: stopped}
     news, _ = nights(faults)
     assert told_on(news) == [
-        ("03", "new"), ("04", "cleared"), ("05", "new"), ("06", "cleared"), ("08", ""), ("09", ""),
-    ]  # fmt: skip
+        ("03", "new"),
+        ("04", "cleared"),
+        ("05", "new"),
+        ("06", "cleared"),
+        ("08", ""),
+        ("09", ""),
+    ]
 
 
 def test_the_same_refusal_each_night_is_told_weekly_another_one_at_once() -> None:

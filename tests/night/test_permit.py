@@ -103,10 +103,18 @@ def test_a_permit_is_asked_for_used_and_handed_back_and_everybody_is_told(
         (tmp_path / "password").write_text("right")
         mail_port = stack.enter_context(mail_server(postman, self_signed(tmp_path)))
         hook = {"kind": "webhook", "url": receiver.url, "tell": KINDS}
-        mail = {"kind": "email", "host": "localhost", "port": mail_port, "user": "stribeck",
-                "password_file": "password", "ca_file": "cert.pem", "timeout_s": 20.0,
-                "sender": "cell@example.org", "to": ["toni@example.org"],
-                "tell": KINDS}  # fmt: skip
+        mail = {
+            "kind": "email",
+            "host": "localhost",
+            "port": mail_port,
+            "user": "stribeck",
+            "password_file": "password",
+            "ca_file": "cert.pem",
+            "timeout_s": 20.0,
+            "sender": "cell@example.org",
+            "to": ["toni@example.org"],
+            "tell": KINDS,
+        }
         night_path(cell).write_text(night_text(notify=[hook, mail]))
         answer = CliRunner().invoke(app, ["night", str(cell), "--once"])
     assert answer.exit_code == 0, answer.output

@@ -29,9 +29,15 @@ from agent.record.events_file import Event
 from tests.servers import self_signed
 
 ALARM = Event(
-    "2026-06-02T00:10:00.000Z", "alarm", "Reibung um 30 % gewachsen.", "cell7", 1, "ab" * 32,
-    "night", {"night": "2026-06-01", "file": "run.parquet"},
-)  # fmt: skip
+    "2026-06-02T00:10:00.000Z",
+    "alarm",
+    "Reibung um 30 % gewachsen.",
+    "cell7",
+    1,
+    "ab" * 32,
+    "night",
+    {"night": "2026-06-01", "file": "run.parquet"},
+)
 NOW_S = 1_780_000_000.7
 
 
@@ -216,10 +222,19 @@ def _free_port() -> int:
 
 def mail(port: int, folder: Path, password: str = "right", **more: Any) -> MailSink:
     described = Email.model_validate(
-        {"kind": "email", "host": "localhost", "port": port, "sender": "stribeck@cell7.example",
-         "to": ["a@x.example", "b@x.example"], "user": "stribeck", "ca_file": "cert.pem",
-         "timeout_s": 5.0, "tries": 2, **more}
-    )  # fmt: skip
+        {
+            "kind": "email",
+            "host": "localhost",
+            "port": port,
+            "sender": "stribeck@cell7.example",
+            "to": ["a@x.example", "b@x.example"],
+            "user": "stribeck",
+            "ca_file": "cert.pem",
+            "timeout_s": 5.0,
+            "tries": 2,
+            **more,
+        }
+    )
     return MailSink(described, password, folder)
 
 

@@ -86,8 +86,11 @@ def test_systemd_s_timer_elapses_when_a_window_begins_also_when_the_clock_is_cha
     base = f"{since.replace('T', ' ')}:00 UTC"
     said = subprocess.run(
         ["systemd-analyze", "calendar", "--iterations=8", f"--base-time={base}", calendar],
-        capture_output=True, text=True, check=True, env={"TZ": "UTC", "PATH": os.defpath},
-    ).stdout  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=True,
+        env={"TZ": "UTC", "PATH": os.defpath},
+    ).stdout
     elapses = re.findall(r"(?:elapse|#\d+): \w+ (\S+ \S+) UTC", said)
     until = utc(since) + datetime.timedelta(days=21)
     windows = list(windows_between(described, ZONE, utc(since), until))[:8]

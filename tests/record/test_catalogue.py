@@ -62,9 +62,17 @@ def made(folder: Path, name: str, axis: int = 1, day: int = 1, *, alarm: bool = 
 
 def verdict_on(path: Path, axis: int, day: int, *, alarm: bool = False) -> Verdict:
     return Verdict(
-        path.name, seal(path).sha256, "cell7-irb6650", axis, f"2026-03-{day:02}T02:00:00.000Z",
-        "2026-03-30T00:00:00.000Z", decidable=True, alarm=alarm, state="NF", sentence="as before",
-    )  # fmt: skip
+        path.name,
+        seal(path).sha256,
+        "cell7-irb6650",
+        axis,
+        f"2026-03-{day:02}T02:00:00.000Z",
+        "2026-03-30T00:00:00.000Z",
+        decidable=True,
+        alarm=alarm,
+        state="NF",
+        sentence="as before",
+    )
 
 
 def contents(catalogue: Catalogue) -> list[object]:
@@ -89,8 +97,10 @@ def test_what_was_taken_one_by_one_is_what_a_rebuild_finds(tmp_path: Path, url: 
         assert not built.problems
 
         assert [r.started_at[:10] for r in catalogue.recordings()] == [
-            "2026-03-01", "2026-03-02", "2026-03-03",
-        ]  # fmt: skip
+            "2026-03-01",
+            "2026-03-02",
+            "2026-03-03",
+        ]
         assert [r.path for r in catalogue.recordings(axis=2, newest=1)] == ["run3.parquet"]
         (estimate,) = catalogue.estimates(axis=1)
         assert (estimate.coulomb_nm, estimate.coulomb_high_nm) == (0.6, 0.7)

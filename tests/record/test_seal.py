@@ -229,9 +229,14 @@ def test_the_commands_from_a_folder_to_a_verified_catalogue(tmp_path: Path) -> N
 
 @pytest.mark.parametrize(
     "words",
-    [["list"], ["list", "--json"], ["upgrade"], ["retain", "--days", "1"],
-     ["retain", "--days", "0", "--apply"]],
-)  # fmt: skip
+    [
+        ["list"],
+        ["list", "--json"],
+        ["upgrade"],
+        ["retain", "--days", "1"],
+        ["retain", "--days", "0", "--apply"],
+    ],
+)
 def test_who_reads_or_tries_makes_no_catalogue(words: list[str], tmp_path: Path) -> None:
     made(tmp_path, "run1")
     before = sorted(tmp_path.iterdir())

@@ -57,9 +57,17 @@ def test_a_look_says_what_holds_and_sends_requests_to_read_alone(tmp_path: Path)
         found, seen = looked(bench)
         bench.later(0.1)
         assert found == dict.fromkeys(
-            ("identity", "drive healthy", "limits of the drive", "without torque", "at standstill",
-             "inside its window", "gearbox temperature"), "",
-        )  # fmt: skip
+            (
+                "identity",
+                "drive healthy",
+                "limits of the drive",
+                "without torque",
+                "at standstill",
+                "inside its window",
+                "gearbox temperature",
+            ),
+            "",
+        )
         assert seen.untold == ""
         ours = [m for m in kept if m.arbitration_id not in (0x580 + node, 0x700 + node)]
         assert {m.arbitration_id for m in ours} == {0x600 + node}

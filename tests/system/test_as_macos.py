@@ -45,8 +45,11 @@ def test_a_cycle_runs_and_what_is_linuxs_own_says_so(tmp_path: Path) -> None:
     path = os.pathsep.join([str(PLACE), str(REPOSITORY)])
     done = subprocess.run(
         [sys.executable, "-c", CHILD, str(tmp_path)],
-        capture_output=True, text=True, check=False, env={**os.environ, "PYTHONPATH": path},
-    )  # fmt: skip
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "PYTHONPATH": path},
+    )
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     assert found["platform"] == "darwin"

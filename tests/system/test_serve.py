@@ -36,8 +36,9 @@ def test_it_serves_over_tls_and_ends_when_asked(cell: Path, tmp_path: Path) -> N
     name = "-subj /CN=localhost -addext subjectAltName=DNS:localhost"
     subprocess.run(
         [*make.split(), *name.split(), "-keyout", key, "-out", certificate],
-        check=True, capture_output=True,
-    )  # fmt: skip
+        check=True,
+        capture_output=True,
+    )
     options: list[str | Path] = ["--port", "0", "--tls-cert", certificate, "--tls-key", key]
     with started(["serve", cell, *options], log, ready="give it there") as server:
         port = re.search(r"https://127\.0\.0\.1:(\d+)/", log.read_text())

@@ -118,9 +118,17 @@ class Bench:
         path.with_suffix(".report.html").write_text("<!doctype html><p>report", encoding="utf-8")
         if "alarm" in more:
             verdict = Verdict(
-                path.name, "0" * 64, "simulated-joint", 1, metadata.started_at, "", True,
-                bool(more["alarm"]), "H1", "Friction at low speed has risen by 12 %.",
-            )  # fmt: skip
+                path.name,
+                "0" * 64,
+                "simulated-joint",
+                1,
+                metadata.started_at,
+                "",
+                True,
+                bool(more["alarm"]),
+                "H1",
+                "Friction at low speed has risen by 12 %.",
+            )
             write_verdict(path, verdict)
         return name
 

@@ -92,9 +92,14 @@ def test_large_bodies_are_refused_declared_or_not(bench: Bench) -> None:
 @pytest.mark.parametrize("body", [b"\xff\xfe=%zz&&==", b"{" * 5000, b"name=" + b"%00" * 60, b""])
 @pytest.mark.parametrize(
     "kind",
-    ["application/x-www-form-urlencoded", "multipart/form-data; boundary=x", "application/json",
-     "multipart/form-data", "text/\xfcx"],
-)  # fmt: skip
+    [
+        "application/x-www-form-urlencoded",
+        "multipart/form-data; boundary=x",
+        "application/json",
+        "multipart/form-data",
+        "text/\xfcx",
+    ],
+)
 def test_malformed_forms_are_refused_politely(bench: Bench, body: bytes, kind: str) -> None:
     browser = bench.browser(Role.ENGINEER)
     headers = {"content-type": kind.encode("latin-1"), "x-csrf-token": browser.csrf}
@@ -104,9 +109,19 @@ def test_malformed_forms_are_refused_politely(bench: Bench, body: bytes, kind: s
 
 
 NAMES_TRIED = (
-    "../cell.toml", "..%2fcell", "%2e%2e/%2e%2e/etc/passwd", "/etc/passwd", "....//cell",
-    "..\\cell", "first%00", "first/../../cell", "~", "*", "first.parquet", "x" * 4000,
-)  # fmt: skip
+    "../cell.toml",
+    "..%2fcell",
+    "%2e%2e/%2e%2e/etc/passwd",
+    "/etc/passwd",
+    "....//cell",
+    "..\\cell",
+    "first%00",
+    "first/../../cell",
+    "~",
+    "*",
+    "first.parquet",
+    "x" * 4000,
+)
 
 
 def test_no_name_leads_out_of_the_recordings(bench: Bench) -> None:

@@ -27,8 +27,14 @@ from agent.web.tail import POINT_PERIOD_S, Point, StreamTail, Thinner
 from drivers.clock import MonotonicClock
 from tests.web.bench import Bench
 
-COLUMNS = ("time_s", "velocity_rad_s", "velocity_command_rad_s", "torque_nm", "position_rad",
-           "phase")  # fmt: skip
+COLUMNS = (
+    "time_s",
+    "velocity_rad_s",
+    "velocity_command_rad_s",
+    "torque_nm",
+    "position_rad",
+    "phase",
+)
 
 
 def wait_until(true: Callable[[], object], timeout_s: float = 60.0) -> None:
@@ -309,8 +315,10 @@ def test_looking_who_holds_an_axis_does_not_hold_it(
     )
     with subprocess.Popen(
         [sys.executable, "-c", code, str(bench.page.settings.cell_path)],
-        stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
-    ) as other:  # fmt: skip
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as other:
         assert other.stdout is not None
         assert other.stdout.readline().strip() == "True"
         assert f"process {other.pid}" in holder(cell, axis)
@@ -333,8 +341,9 @@ def test_the_stop_reaches_a_cycle_that_another_program_has_started(bench: Bench)
     block = "import signal; signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])\n"
     with subprocess.Popen(
         [sys.executable, "-c", block + code, str(bench.page.settings.cell_path)],
-        stdout=subprocess.PIPE, text=True,
-    ) as other:  # fmt: skip
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as other:
         assert other.stdout is not None
         assert other.stdout.readline().strip() == "held"
         nobody = bench.browser(None)

@@ -57,10 +57,17 @@ def test_curves_without_common_speeds_are_not_compared() -> None:
     assert against(one, other) is None
 
 
-@pytest.mark.parametrize("broken", [None, {}, {"friction_curve": None}, {"friction_curve": []},
-    {"friction_curve": {"velocity_rad_s": [1], "friction_nm": "x", "ci95_nm": [[1, 2]]}},
-    {"friction_curve": {"velocity_rad_s": [1, 2], "friction_nm": [1], "ci95_nm": [[1, 2]]}},
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "broken",
+    [
+        None,
+        {},
+        {"friction_curve": None},
+        {"friction_curve": []},
+        {"friction_curve": {"velocity_rad_s": [1], "friction_nm": "x", "ci95_nm": [[1, 2]]}},
+        {"friction_curve": {"velocity_rad_s": [1, 2], "friction_nm": [1], "ci95_nm": [[1, 2]]}},
+    ],
+)
 def test_an_estimate_without_a_usable_curve_has_none(broken: Any) -> None:
     assert curve_of(broken) is None
 
@@ -81,10 +88,15 @@ def test_each_cycle_says_what_it_is(bench: Bench) -> None:
     bench.shelve("plain", 8).replace("x", "")
     (bench.recordings / "plain.estimate.json").write_text("[not json")
     assert kinds(bench) == {
-        "first": "baseline", "same": "as_before", "more": "changed", "alarm": "alarm",
-        "undecided": "undecidable", "stopped": "stopped", "swapped": "baseline",
+        "first": "baseline",
+        "same": "as_before",
+        "more": "changed",
+        "alarm": "alarm",
+        "undecided": "undecidable",
+        "stopped": "stopped",
+        "swapped": "baseline",
         "plain": "unestimated",
-    }  # fmt: skip
+    }
     assert kinds(bench, "more")["first"] == "changed"
     assert kinds(bench, "more")["more"] == "baseline"
 

@@ -89,10 +89,22 @@ def test_a_form_of_another_site_is_refused_where_it_would_change_something(bench
 
 
 PAGES = (
-    "/", "/run", "/stopped", "/alarms", "/axes/1", "/axes/1/start", "/axes/1/start?cycle=triangle",
-    "/results/first", "/results/second", "/results/undecided", "/results/stopped", "/users",
-    "/audit", "/welcome", "/nowhere",
-)  # fmt: skip
+    "/",
+    "/run",
+    "/stopped",
+    "/alarms",
+    "/axes/1",
+    "/axes/1/start",
+    "/axes/1/start?cycle=triangle",
+    "/results/first",
+    "/results/second",
+    "/results/undecided",
+    "/results/stopped",
+    "/users",
+    "/audit",
+    "/welcome",
+    "/nowhere",
+)
 
 
 @pytest.mark.parametrize("language", ["en", "de"])

@@ -29,9 +29,18 @@ from tests.web.bench import Bench
 
 def verdict_on(finding: Finding) -> Verdict:
     return Verdict(
-        "x.parquet", "0" * 64, "cell7", 2, "2026-03-01", "", True, finding.alarm,
-        finding.status, finding.sentence, facts=facts_of(finding),
-    )  # fmt: skip
+        "x.parquet",
+        "0" * 64,
+        "cell7",
+        2,
+        "2026-03-01",
+        "",
+        True,
+        finding.alarm,
+        finding.status,
+        finding.sentence,
+        facts=facts_of(finding),
+    )
 
 
 def judged(cycles: int, truth: Truth | None = None) -> Verdict:
@@ -84,8 +93,9 @@ def test_a_joint_without_alarm_is_said_in_german_too(cycles: int, begins: str) -
 def test_whatever_may_be_decided_has_its_german(worn: Verdict) -> None:
     assert set(SAID) == set(DECIDED)
     assert set(CAUSES) == set(CAUSE_WORDS)
-    everything = ("too slow; does not move; no torque; saturat; gear; one direction; steady; cold; "
-                  "lost",)  # fmt: skip
+    everything = (
+        "too slow; does not move; no torque; saturat; gear; one direction; steady; cold; lost",
+    )
     assert list(advised(everything)) == list(ADVICE)
     assert len(next_steps(everything)) == len(ADVICE)
     cell = parse_cell(fake_cell_text(FakeSpecification(), interface="virtual", channel="x"))
@@ -98,9 +108,15 @@ def test_whatever_may_be_decided_has_its_german(worn: Verdict) -> None:
 
 @pytest.mark.parametrize(
     "facts",
-    [{}, {"said": "another"}, {"said": "increased"}, {"said": "increased", "low": 3, "high": []},
-     {"said": "moved", "moved": "sideways"}, {"said": ["increased"]}],
-)  # fmt: skip
+    [
+        {},
+        {"said": "another"},
+        {"said": "increased"},
+        {"said": "increased", "low": 3, "high": []},
+        {"said": "moved", "moved": "sideways"},
+        {"said": ["increased"]},
+    ],
+)
 def test_facts_of_another_version_or_spoilt_ones_leave_the_engine_s_english(
     worn: Verdict, facts: dict[str, Any]
 ) -> None:

@@ -19,9 +19,16 @@ from fakes.specification import FakeSpecification
 from trajectories.limits import UNITS
 
 FINDINGS = (
-    "alarm", "undecidable", "stopped", "unestimated", "baseline", "measured", "changed",
-    "unclear", "as_before",
-)  # fmt: skip
+    "alarm",
+    "undecidable",
+    "stopped",
+    "unestimated",
+    "baseline",
+    "measured",
+    "changed",
+    "unclear",
+    "as_before",
+)
 
 
 def _said_by_name() -> set[str]:
@@ -30,8 +37,11 @@ def _said_by_name() -> set[str]:
     text = fake_cell_text(FakeSpecification(), interface="udp_multicast", channel="239.74.163.9")
     cell = parse_cell(text.replace("[[axis]]", f"{release}\n[[axis]]", 1))
     names = [p.name.replace(" ", "_") for p in preconditions(cell, cell.axis[0])]
-    now = [p.name.replace(" ", "_") for p in preconditions(cell, cell.axis[0])
-           if p.judged is Judged.WITHOUT_BUS]  # fmt: skip
+    now = [
+        p.name.replace(" ", "_")
+        for p in preconditions(cell, cell.axis[0])
+        if p.judged is Judged.WITHOUT_BUS
+    ]
     return {
         *(f"condition_{name}" for name in (*names, "nothing_else_runs")),
         *(f"asks_{name}" for name in now),

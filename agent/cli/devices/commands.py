@@ -75,9 +75,18 @@ def verify_map(
     from agent.cli.devices.verify_map import VerifyRequest, run_verify_map
 
     request = VerifyRequest(
-        map_name, tcp, rtu, baudrate, parity, stopbits, device, tuple(register or ()), rounds,
-        interval_s, timeout_s,
-    )  # fmt: skip
+        map_name,
+        tcp,
+        rtu,
+        baudrate,
+        parity,
+        stopbits,
+        device,
+        tuple(register or ()),
+        rounds,
+        interval_s,
+        timeout_s,
+    )
     run_verify_map(request, as_json=json)
 
 

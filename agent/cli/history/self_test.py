@@ -104,8 +104,15 @@ def _axis(
     track, notes = finding.current, list(history.notes)
     start, stop = (0, 0) if track is None else (track.segment.start, track.segment.stop)
     if finding.since_first is not None:
-        nothing = SelfTest("friction has been rising since the first cycle, so that no cycle is "
-                           "known to be healthy", 0, 0, 0, request.within, 0)  # fmt: skip
+        nothing = SelfTest(
+            "friction has been rising since the first cycle, so that no cycle is "
+            "known to be healthy",
+            cycles=0,
+            baseline=0,
+            replays=0,
+            within=request.within,
+            block=0,
+        )
         return AxisTest(history, nothing, {}, (), tuple(notes))
     changed = None if track is None else _changed(track)
     if changed is not None:

@@ -134,10 +134,15 @@ def show_plan(cell_path: Path, night_file: Path | None, *, as_json: bool) -> Non
     blocked = {axis.number: attempts.blocked(axis.number) for axis in asked.description.axis}
     if as_json:
         document = [
-            {"axis": w.axis, "night": w.night.isoformat(), "begins": stamp(w.begins),
-             "ends": stamp(w.ends), "blocked": blocked[w.axis]}
+            {
+                "axis": w.axis,
+                "night": w.night.isoformat(),
+                "begins": stamp(w.begins),
+                "ends": stamp(w.ends),
+                "blocked": blocked[w.axis],
+            }
             for w in windows
-        ]  # fmt: skip
+        ]
         typer.echo(json.dumps(document, indent=2))
         return
     zone = asked.description.zone

@@ -38,9 +38,14 @@ def run_add(patterns: Sequence[str], folder: Path | None, url: str | None) -> No
 
 
 def run_list(
-    folder: Path, robot: str | None, axis: int | None, newest: int | None, url: str | None,
-    *, as_json: bool,
-) -> None:  # fmt: skip
+    folder: Path,
+    robot: str | None,
+    axis: int | None,
+    newest: int | None,
+    url: str | None,
+    *,
+    as_json: bool,
+) -> None:
     """Print recordings with their newest verdict, oldest first.
 
     Raises
@@ -118,9 +123,15 @@ def run_upgrade(folder: Path, url: str | None) -> None:
 
 
 def run_note(
-    folder: Path, kind: str, text: str, robot: str, axis: int | None, at: str, by: str,
+    folder: Path,
+    kind: str,
+    text: str,
+    robot: str,
+    axis: int | None,
+    at: str,
+    by: str,
     url: str | None,
-) -> None:  # fmt: skip
+) -> None:
     """Append an event of a person to the folder's events.
 
     Raises

@@ -269,9 +269,20 @@ def cycles_per_year(series: FeatureSeries) -> float:
 
 def _undecided(reason: str) -> Tuning:
     return Tuning(
-        np.inf, np.inf, np.inf, np.inf, np.inf, 0.0, 0.0, 0.0, (0.0, 0.0), np.inf, np.inf,
-        decidable=False, sentence=f"not decidable: {reason}",
-    )  # fmt: skip
+        rise=np.inf,
+        drift=np.inf,
+        increased=np.inf,
+        high_drift=np.inf,
+        high=np.inf,
+        allowance=0.0,
+        high_allowance=0.0,
+        rate_per_year=0.0,
+        rate_ci95_per_year=(0.0, 0.0),
+        delay_cycles=np.inf,
+        known_delay_cycles=np.inf,
+        decidable=False,
+        sentence=f"not decidable: {reason}",
+    )
 
 
 def allowance(rate_per_year: float) -> float:

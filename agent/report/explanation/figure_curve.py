@@ -173,10 +173,19 @@ def _law(axes: Axes, curve: Curve, abscissa: Variable, scale: Scale) -> None:
 def _means(axes: Axes, curve: Curve, abscissa: Variable, scale: Scale) -> None:
     reach = np.where(np.isfinite(curve.bin_ci_nm), np.abs(curve.bin_ci_nm), 0.0)
     axes.errorbar(
-        abscissa.shown(curve.bin_at), curve.bin_nm * scale.factor, yerr=reach * scale.factor,
-        fmt="o", ms=3.6, mew=0.0, color=INK, ecolor=INK, elinewidth=0.9, capsize=0.0, zorder=4,
+        abscissa.shown(curve.bin_at),
+        curve.bin_nm * scale.factor,
+        yerr=reach * scale.factor,
+        fmt="o",
+        ms=3.6,
+        mew=0.0,
+        color=INK,
+        ecolor=INK,
+        elinewidth=0.9,
+        capsize=0.0,
+        zorder=4,
         label="measured less simulated" if curve.given_nm is None else "measured",
-    )  # fmt: skip
+    )
 
 
 def _by_frequency(axes: Axes, curve: Curve) -> None:

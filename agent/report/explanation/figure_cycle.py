@@ -207,9 +207,16 @@ def _shade(upper: Axes, lower: Axes, time_s: Floats, mask: NDArray[np.bool_], co
     steps = np.append(shaded, shaded[-1])
     for axes in (upper, lower):
         axes.fill_between(
-            edges, 0.0, 1.0, where=steps.tolist(), step="post", color=color, lw=0, zorder=0,
+            edges,
+            0.0,
+            1.0,
+            where=steps.tolist(),
+            step="post",
+            color=color,
+            lw=0,
+            zorder=0,
             transform=axes.get_xaxis_transform(),
-        )  # fmt: skip
+        )
 
 
 def _residual(axes: Axes, trace: Trace, scale: Scale, bins: int, limit: float) -> None:

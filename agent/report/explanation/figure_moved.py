@@ -86,9 +86,12 @@ def _parameter(axes: Axes, moved: Moved) -> None:
         axes.axhline(k, color=GRID, lw=0.8, zorder=1)
         if not parameter.identified:
             axes.annotate(
-                "not identified", (0.02, k), xycoords=("axes fraction", "data"), va="center",
+                "not identified",
+                (0.02, k),
+                xycoords=("axes fraction", "data"),
+                va="center",
                 color=MUTED,
-            )  # fmt: skip
+            )
             continue
         _dot(axes, k, parameter, scale.factor, color, marker)
     axes.set_ylim(2.6, -0.6)
@@ -123,7 +126,12 @@ def _dot(
         end = max(at, high)
     axes.plot([at], [row], marker=marker, ms=6.0, mec=color, mfc=color, ls="none", zorder=4)
     axes.annotate(
-        written(parameter, factor)[0], (end, row), xytext=(7, 0), textcoords="offset points",
-        va="center", fontsize=8.5, zorder=5,
+        written(parameter, factor)[0],
+        (end, row),
+        xytext=(7, 0),
+        textcoords="offset points",
+        va="center",
+        fontsize=8.5,
+        zorder=5,
         bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85},
-    )  # fmt: skip
+    )

@@ -230,9 +230,14 @@ def _dots(axes: Axes, rows: Sequence[Row], texts: Sequence[str], *, narrow: bool
             zorder=4,
         )
         axes.annotate(
-            text, (end, k), xytext=(7, 0), textcoords="offset points", va="center", zorder=5,
+            text,
+            (end, k),
+            xytext=(7, 0),
+            textcoords="offset points",
+            va="center",
+            zorder=5,
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.85},
-        )  # fmt: skip
+        )
     axes.set_ylim(len(rows) - 0.35, -0.65)
     labels = [
         row.short or row.label if narrow else textwrap.fill(row.label, _LABEL_CHARS) for row in rows

@@ -58,8 +58,11 @@ def figure_spectrum(curve: Curve, where: Sequence[Region] = (), *, narrow: bool 
     axes.annotate(
         f"{significant(float(curve.bin_at[peak]), 3)} Hz",
         (float(curve.bin_at[peak]), float(curve.bin_nm[peak]) * scale.factor),
-        xytext=(6.0, -4.0), textcoords="offset points", va="top", color=INK,
-    )  # fmt: skip
+        xytext=(6.0, -4.0),
+        textcoords="offset points",
+        va="top",
+        color=INK,
+    )
     axes.set_xlim(low, high)
     axes.set_ylim(0.0, 1.08 * float(curve.bin_nm[peak]) * scale.factor)
     axes.set_title("What swings of its own" if narrow else "What swings at a frequency of its own")

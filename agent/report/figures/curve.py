@@ -195,10 +195,21 @@ def _points(
     # An interval need not enclose its own point by rounding alone; a bar cannot be negative.
     bars = np.maximum(np.stack((below, above)), 0.0) * scale.factor
     axes.errorbar(
-        velocity, friction_nm * scale.factor, yerr=bars, fmt="o", ms=4.2, mew=1.0, color=INK,
-        mfc="white" if hollow else INK, ecolor=INK, elinewidth=1.0, capsize=2.6, capthick=1.0,
-        zorder=4, label=label or "_points",
-    )  # fmt: skip
+        velocity,
+        friction_nm * scale.factor,
+        yerr=bars,
+        fmt="o",
+        ms=4.2,
+        mew=1.0,
+        color=INK,
+        mfc="white" if hollow else INK,
+        ecolor=INK,
+        elinewidth=1.0,
+        capsize=2.6,
+        capthick=1.0,
+        zorder=4,
+        label=label or "_points",
+    )
 
 
 def _laws(
@@ -219,15 +230,23 @@ def _laws(
         label = model_label(fit.model)
         if fit.selected:
             axes.plot(
-                velocity, friction * scale.factor, color=MEASURED, lw=2.6, zorder=3,
+                velocity,
+                friction * scale.factor,
+                color=MEASURED,
+                lw=2.6,
+                zorder=3,
                 label=label + _SELECTED if labelled else "_law",
-            )  # fmt: skip
+            )
             continue
         axes.plot(
-            velocity, friction * scale.factor, color=RIVALS[rivals % len(RIVALS)], lw=1.2,
-            ls=(0, _RIVAL_DASHES[rivals % len(_RIVAL_DASHES)]), zorder=3.5,
+            velocity,
+            friction * scale.factor,
+            color=RIVALS[rivals % len(RIVALS)],
+            lw=1.2,
+            ls=(0, _RIVAL_DASHES[rivals % len(_RIVAL_DASHES)]),
+            zorder=3.5,
             label=label if labelled else "_law",
-        )  # fmt: skip
+        )
         rivals += 1
 
 

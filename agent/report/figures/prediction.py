@@ -139,8 +139,12 @@ def _keep_readable(axes: Axes, time_s: Floats, residual: Floats, band: float, un
     axes.set_ylim(-_PEAK_IN_RMS * band, _PEAK_IN_RMS * band)
     axes.annotate(
         f"beyond the axis: {significant(float(residual[at]), 3)} {unit} at {time_s[at]:.3g} s",
-        (0.01, 0.97), xycoords="axes fraction", va="top", color=MUTED, fontsize=8.5,
-    )  # fmt: skip
+        (0.01, 0.97),
+        xycoords="axes fraction",
+        va="top",
+        color=MUTED,
+        fontsize=8.5,
+    )
 
 
 def _band(axes: Axes, band: float, *, label: str = "_band") -> None:

@@ -55,10 +55,14 @@ async def show_history(request: Request, _session: Viewer, number: int) -> Respo
     ]
     chosen = page.baseline(number)
     return render(
-        request, "history.html.j2", axis=axis, events=events, kinds=KINDS,
+        request,
+        "history.html.j2",
+        axis=axis,
+        events=events,
+        kinds=KINDS,
         cycles=[finding(cycle, own, chosen) for cycle in own[:SHOWN]],
         chart=trend_of(own, events),
-    )  # fmt: skip
+    )
 
 
 @router.post("/axes/{number}/events")
@@ -113,10 +117,16 @@ async def acknowledge(
     append_event(
         page.recordings,
         Event(
-            wall_time_utc(), ACKNOWLEDGED, text, cycle.metadata.robot, cycle.axis, hash_,
-            session.name, {"name": name},
+            wall_time_utc(),
+            ACKNOWLEDGED,
+            text,
+            cycle.metadata.robot,
+            cycle.axis,
+            hash_,
+            session.name,
+            {"name": name},
         ),
-    )  # fmt: skip
+    )
     page.audit.add(session.name, "alarm acknowledged", recording=name, note=text)
     return RedirectResponse("/alarms", 303)
 

@@ -51,9 +51,14 @@ async def log_in(request: Request, name: Name, password: Secret, back: Back = "/
     wait_s = page.attempts.wait_s(*keys)
     if wait_s > 0.0:
         return render(
-            request, "login.html.j2", status=429, back=back, name=name, trouble="too_many",
+            request,
+            "login.html.j2",
+            status=429,
+            back=back,
+            name=name,
+            trouble="too_many",
             wait_s=round(wait_s + 0.5),
-        )  # fmt: skip
+        )
     page.attempts.failed(*keys)  # before it is known: tries that come together count, too
     user = await anyio.to_thread.run_sync(page.users.authenticate, name, password, limiter=_hashing)
     if user is None:
@@ -75,9 +80,13 @@ async def ask_to_unlock(request: Request, back: Back = "/") -> Response:
     if session is None:
         return RedirectResponse("/login", 303)
     return render(
-        request, "login.html.j2", back=local_path(back), name=session.name, trouble="locked",
+        request,
+        "login.html.j2",
+        back=local_path(back),
+        name=session.name,
+        trouble="locked",
         wait_s=0,
-    )  # fmt: skip
+    )
 
 
 @router.post("/lock")
@@ -171,9 +180,14 @@ async def invite(
     except (AgentError, ValueError) as error:
         trouble = str(error)
     return render(
-        request, "users.html.j2", status=422 if trouble else 200, users=page.users.all(),
-        token=token, name=name, trouble=trouble,
-    )  # fmt: skip
+        request,
+        "users.html.j2",
+        status=422 if trouble else 200,
+        users=page.users.all(),
+        token=token,
+        name=name,
+        trouble=trouble,
+    )
 
 
 @router.post("/users/{name}/disable")
@@ -203,17 +217,26 @@ async def choose_language(request: Request, language: str, back: Back = "/") -> 
         raise TurnedAwayError(404, "not_there")
     answer = RedirectResponse(local_path(back), 303)
     answer.set_cookie(
-        LANGUAGE_COOKIE, language, max_age=365 * 86400, samesite="strict", httponly=True,
+        LANGUAGE_COOKIE,
+        language,
+        max_age=365 * 86400,
+        samesite="strict",
+        httponly=True,
         secure=page_of(request).settings.secure,
-    )  # fmt: skip
+    )
     return answer
 
 
 def _with_session(request: Request, answer: Response, token: str) -> Response:
     answer.set_cookie(
-        cookie_name(request), token, max_age=int(LONGEST_S), path="/", httponly=True,
-        samesite="strict", secure=page_of(request).settings.secure,
-    )  # fmt: skip
+        cookie_name(request),
+        token,
+        max_age=int(LONGEST_S),
+        path="/",
+        httponly=True,
+        samesite="strict",
+        secure=page_of(request).settings.secure,
+    )
     return answer
 
 

@@ -37,10 +37,16 @@ async def show_result(request: Request, _session: Viewer, name: str) -> Response
     """Show what a cycle says."""
     found = await anyio.to_thread.run_sync(_found, request, name)
     return render(
-        request, "result.html.j2", finding=found, cycle=found.cycle, chart=chart_of(found),
-        rigid=_part(found.cycle, "rigid_body"), quality=_part(found.cycle, "quality"),
-        model=_selected(found.cycle), exports=convert.available(),
-    )  # fmt: skip
+        request,
+        "result.html.j2",
+        finding=found,
+        cycle=found.cycle,
+        chart=chart_of(found),
+        rigid=_part(found.cycle, "rigid_body"),
+        quality=_part(found.cycle, "quality"),
+        model=_selected(found.cycle),
+        exports=convert.available(),
+    )
 
 
 @router.get("/results/{name}/report")
@@ -61,9 +67,10 @@ async def show_explanation(request: Request, _session: Viewer, name: str) -> Res
     if cycle.explanation is None:
         raise TurnedAwayError(404, "not_there")
     return FileResponse(
-        cycle.explanation, media_type="text/html",
+        cycle.explanation,
+        media_type="text/html",
         headers={"content-security-policy": REPORT_POLICY},
-    )  # fmt: skip
+    )
 
 
 @router.get("/results/{name}/download/{kind}")
@@ -83,9 +90,11 @@ async def download(request: Request, _session: Viewer, name: str, kind: str) -> 
         raise TurnedAwayError(404, "not_there")
     made = await _made(cycle, kind)
     return FileResponse(
-        made, filename=f"{cycle.name}.{SUFFIX[kind]}", media_type=MADE[kind],
+        made,
+        filename=f"{cycle.name}.{SUFFIX[kind]}",
+        media_type=MADE[kind],
         background=BackgroundTask(made.unlink, missing_ok=True),
-    )  # fmt: skip
+    )
 
 
 @router.post("/results/{name}/baseline")

@@ -56,10 +56,17 @@ async def ask_to_start(
     run = await anyio.to_thread.run_sync(dry_run, cell, axis, cycle)
     look = await _looked_at(request, axis)
     return render(
-        request, "start.html.j2", axis=axis, cycle=cycle, cycles=cycles_of(axis), run=run,
-        conditions=await _judged(request, cell, axis, cycle, look), look=look,
-        persons_word=_persons_word(cell, axis), plan=_plan(run),
-    )  # fmt: skip
+        request,
+        "start.html.j2",
+        axis=axis,
+        cycle=cycle,
+        cycles=cycles_of(axis),
+        run=run,
+        conditions=await _judged(request, cell, axis, cycle, look),
+        look=look,
+        persons_word=_persons_word(cell, axis),
+        plan=_plan(run),
+    )
 
 
 @router.get("/axes/{number}/preconditions")

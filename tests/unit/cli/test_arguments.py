@@ -8,9 +8,18 @@ from agent.cli.terminal.arguments import repeated
 def test_every_value_up_to_the_next_option_is_held_out() -> None:
     given = ["explain", "twin.toml", "a", "--holdout", "b", "c", "d", "--out", "here"]
     assert repeated(given) == [
-        "explain", "twin.toml", "a", "--holdout", "b", "--holdout", "c", "--holdout", "d",
-        "--out", "here",
-    ]  # fmt: skip
+        "explain",
+        "twin.toml",
+        "a",
+        "--holdout",
+        "b",
+        "--holdout",
+        "c",
+        "--holdout",
+        "d",
+        "--out",
+        "here",
+    ]
 
 
 def test_what_has_no_such_option_stays_as_it_is() -> None:

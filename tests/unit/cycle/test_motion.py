@@ -17,9 +17,13 @@ TICK_S, RAMP = 0.004, 200.0
 
 def paired() -> Trajectory:
     return stair_paired(
-        -30.0, 30.0, speeds_rad_s=(20.0, 40.0), duration_s=12.0, acceleration_rad_s2=RAMP,
+        -30.0,
+        30.0,
+        speeds_rad_s=(20.0, 40.0),
+        duration_s=12.0,
+        acceleration_rad_s2=RAMP,
         jerk_rad_s3=10_000.0,
-    )  # fmt: skip
+    )
 
 
 def said(due: Due | None, state: MoveState | None) -> Sample:

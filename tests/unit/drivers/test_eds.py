@@ -140,10 +140,30 @@ def test_a_missing_object_is_said_with_what_it_means(index: str, says: str) -> N
 
 
 DIRT = st.sampled_from(
-    ["", ";", "[", "]", "=", "[]", "[6502]", "[6502sub]", "DefaultValue=", "DefaultValue=0x",
-     "DataType=9999999999999999999999999", "\x00\x00", "ParameterName", "=5", "\t", "[ 6041 ] ; x",
-     "SubNumber=x", "\ufeff", "DefaultValue=1e400", "PDOMapping=yes", "a" * 12_000]
-) | st.text(max_size=40)  # fmt: skip
+    [
+        "",
+        ";",
+        "[",
+        "]",
+        "=",
+        "[]",
+        "[6502]",
+        "[6502sub]",
+        "DefaultValue=",
+        "DefaultValue=0x",
+        "DataType=9999999999999999999999999",
+        "\x00\x00",
+        "ParameterName",
+        "=5",
+        "\t",
+        "[ 6041 ] ; x",
+        "SubNumber=x",
+        "\ufeff",
+        "DefaultValue=1e400",
+        "PDOMapping=yes",
+        "a" * 12_000,
+    ]
+) | st.text(max_size=40)
 
 
 @settings(max_examples=10, deadline=None)

@@ -74,6 +74,7 @@ def test_an_outlook_with_a_date_stays_as_it_is() -> None:
 
 def test_the_news_ends_at_the_first_full_stop_not_at_a_decimal_point() -> None:
     assert parts_of("Up 5.8 % at low speed: wear. Change +5.8 %.") == (
-        "Up 5.8 % at low speed: wear.", "Change +5.8 %.",
-    )  # fmt: skip
+        "Up 5.8 % at low speed: wear.",
+        "Change +5.8 %.",
+    )
     assert parts_of("Not decidable yet: 4 of 8.") == ("Not decidable yet: 4 of 8.", "")

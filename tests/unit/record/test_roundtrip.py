@@ -24,9 +24,19 @@ from tests.unit.record.samples import metadata, recording
 SAMPLES = 100
 
 NUMERIC = [
-    np.float64, np.float32, np.float16, np.int8, np.int16, np.int32, np.int64,
-    np.uint8, np.uint16, np.uint32, np.uint64, np.bool_,
-]  # fmt: skip
+    np.float64,
+    np.float32,
+    np.float16,
+    np.int8,
+    np.int16,
+    np.int32,
+    np.int64,
+    np.uint8,
+    np.uint16,
+    np.uint32,
+    np.uint64,
+    np.bool_,
+]
 
 
 def _objects(items: list[Any]) -> np.ndarray[Any, Any]:

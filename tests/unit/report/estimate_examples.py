@@ -164,9 +164,7 @@ def friction_models() -> tuple[FrictionModelFit, ...]:
     ) -> FrictionModelFit:
         rmse_nm, fit_percent, bic = numbers
         selected = law is STRIBECK
-        return FrictionModelFit(
-            law.name, selected, rmse_nm, fit_percent, bic, parameters, reason
-        )  # fmt: skip
+        return FrictionModelFit(law.name, selected, rmse_nm, fit_percent, bic, parameters, reason)
 
     return (
         fit(

@@ -216,14 +216,19 @@ def whole(
 
 
 TWIN = Twin(
-    "cell7-irb6650", 1, GEAR_RATIO, 0.0184, 0.6042, 0.0107,
+    "cell7-irb6650",
+    1,
+    GEAR_RATIO,
+    0.0184,
+    0.6042,
+    0.0107,
     effects=(
         Effect(
             "stribeck",
             {"static_extra_nm": 0.31, "stribeck_velocity_rad_s": 6.0, "exponent": 1.3},
         ),
     ),
-)  # fmt: skip
+)
 
 
 def stribeck_finding(
