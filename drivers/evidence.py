@@ -137,9 +137,12 @@ class StopReport:
     loose_rad : float
         How far the motor moved meanwhile with no torque on it: coasted, or pulled by the arm's
         weight that no brake holds.
+    unbraked : str
+        What a drive did that was to brake, where its voltage was taken away for it; else empty.
     """
 
     at_rest: bool
     samples: tuple[Sample, ...]
     reason: str
     loose_rad: float = 0.0
+    unbraked: str = ""

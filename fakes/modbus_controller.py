@@ -70,7 +70,8 @@ class FakeController:
     misbehaviour : str
         What it does wrong from now on: ``hangs`` (the program stands still, the axis goes on),
         ``dies`` (the axis is stopped, its count too), ``ignores-abort``, ``runaway``,
-        ``forgets-parameters``, ``never-starts``, ``stops-short`` (idle in the middle of the job).
+        ``forgets-parameters``, ``never-starts``, ``stops-short`` (idle in the middle of the job),
+        ``frozen-position``, ``no-velocity`` (it reports zero), ``other-units`` (tenths of both).
     """
 
     def __init__(
@@ -95,6 +96,7 @@ class FakeController:
         self._seen_at_ms = 0
         self._seen_count = -1
         self._number = 0
+        self._reported_rad = 0.0
         self._parts: list[tuple[str, Trajectory]] = []
         self._part_ms = 0
         self._stair_s = 1.0
@@ -260,7 +262,15 @@ class FakeController:
         self._number = self._number + 1 & 0xFFFF
         torque = (plant.torque_nm if plant.powered else 0.0) + self._noise.gauss(0, self._noise_nm)
         degc = plant.gearbox.sensor_degc
-        values = (plant.motor_position_rad, plant.velocity_measured_rad_s, torque, degc)
+        position, velocity = plant.motor_position_rad, plant.velocity_measured_rad_s
+        if self.misbehaviour == "frozen-position":
+            position = self._reported_rad
+        elif self.misbehaviour == "no-velocity":
+            velocity = 0.0
+        elif self.misbehaviour == "other-units":
+            position, velocity = 0.1 * position, 0.1 * velocity
+        self._reported_rad = position
+        values = (position, velocity, torque, degc)
         self.registers.put(
             INPUT,
             8,

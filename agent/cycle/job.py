@@ -2,7 +2,8 @@
 
 The safety shell is the cycle's: preconditions, interlock, gate, one clean-up path. The gate cannot
 refuse a set-point that it never sees, so it judges what is measured, at every tick: speed, window
-with stopping distance, torque, temperature, freshness. Whatever it refuses aborts the job.
+with stopping distance, torque, temperature, freshness. A position and a velocity that contradict
+each other show nothing, so they are refused as well. Whatever is refused aborts the job.
 """
 
 from __future__ import annotations
@@ -10,8 +11,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from agent.cycle.continuity import Course
 from agent.cycle.ending import CycleResult, conclude
-from agent.cycle.gate import SetPoint, refusals
+from agent.cycle.gate import Asked, SetPoint, refusals
 from agent.cycle.interlock import Event, Interlock
 from agent.cycle.pace import ticks
 from agent.cycle.plan import CyclePlan
@@ -39,6 +41,8 @@ SLACK = 1.5
 
 APPROACH_S = 30.0
 """What a controller may take to go to the start and back, in its own way."""
+
+_STEADY = "steady"  # the phase in which a controller holds one of the stair's speeds
 
 LOOK = (
     "Find the cause at the joint, the controller, its network or the cell, then start a new cycle."
@@ -95,6 +99,8 @@ class JobRunner:
         self._phase = ""
         self._may_move = False
         self._stopped_because = ""
+        self._course = Course(plan.limits)
+        self._fastest_rad_s = 0.0
 
     def run(self) -> CycleResult:
         """Run the job.
@@ -138,10 +144,14 @@ class JobRunner:
             status = self._controller.exchange()
             if status.sample is not None:
                 newest = status.sample
+                self._course.take(newest)
                 self._phase = status.phase
+                if self._phase == _STEADY:
+                    self._fastest_rad_s = max(self._fastest_rad_s, abs(newest.velocity_rad_s))
                 self._keep((newest,))
             if self._has_ended(status, newest, now_s - started_s):
                 self._may_move = False
+                self._insist_on_the_stair()
                 self._progress("done", 1.0)
                 return
             self._progress("stair", status.progress)
@@ -201,15 +211,29 @@ class JobRunner:
 
     def _insist(self, sample: Sample, unheard: str) -> None:
         """Trip unless what is measured is inside every limit; say why nothing newer is known."""
-        measured = SetPoint(
-            sample.velocity_rad_s, sample.position_rad, sample.velocity_rad_s, self.plan.tick_s
-        )
+        speed = self._course.speed_rad_s  # which a wrong velocity would hide
+        asked = Asked(sample.velocity_rad_s, sample.position_rad)
+        measured = SetPoint(speed, sample.position_rad, speed, self.plan.tick_s, answered=asked)
         against = refusals(self.plan.limits, measured, sample, self._clock.now())
+        contradiction = self._course.contradiction()
+        if contradiction:
+            against += (contradiction,)
         if against and unheard:
             what = unheard.rstrip(".")
             against += (f"the controller was not heard: {what}",)
         if against:
             raise self._trip("; ".join(against))
+
+    def _insist_on_the_stair(self) -> None:
+        """Refuse a job as fast or slow as no such stair is: other units, or another program."""
+        speeds = (abs(window.velocity_rad_s) for window in self.plan.trajectory.steady_windows())
+        wanted, measured = max(speeds, default=0.0), self._fastest_rad_s
+        if measured and abs(measured - wanted) > self.plan.limits.velocity_error_max_rad_s:
+            raise StoppedError(
+                f"The job ran to its end, but the fastest steady speed that was measured is "
+                f"{measured:.1f} rad/s where the stair has {wanted:.1f} rad/s.",
+                "Compare units and parameters of the controller's program with docs/modbus.md.",
+            )
 
     def _trip(self, reason: str, do: str = LOOK) -> StoppedError:
         stage = self._phase or self.interlock.state.value

@@ -134,6 +134,11 @@ def _stop(
     rest_after_s = clock.now() - began_s if report.at_rest else None
     if not report.at_rest:
         problems.append(f"standstill was not seen: {report.reason}")
+    elif report.unbraked:
+        problems.append(
+            f"while stopping {report.unbraked}, so its voltage was taken away: have the drive's"
+            " loop, its encoder and its ramps looked at before anything moves again"
+        )
     if report.loose_rad > LOOSE_RAD:
         problems.append(
             f"while stopping the motor moved by {report.loose_rad:.1f} rad without torque: what"

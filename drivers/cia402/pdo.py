@@ -2,7 +2,8 @@
 
 CiA 301's order is kept: invalidate the PDO, set the count to 0, write the entries, set the count,
 set the transmission type, make the PDO valid. A wrong layout would read plausible values, so every
-entry is read back before anything relies on it.
+entry is read back before anything relies on it. What stands already is not written: some drives
+have mappings, or identifiers, that are fixed.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ from drivers.cia402.objects import (
     pdo_communication,
     pdo_mapping,
 )
-from drivers.cia402.sdo import SdoAccess
-from drivers.errors import ConfigurationError
+from drivers.cia402.sdo import READ_ONLY, SdoAccess
+from drivers.errors import ConfigurationError, SdoError
 
 _INVALID = 1 << 31
 _NO_REMOTE = 1 << 30
@@ -85,13 +86,13 @@ class PdoMap:
         return values
 
 
-def snapshot_pdo(sdo: SdoAccess, pdo: PdoMap) -> dict[str, int]:
-    """Return the PDO's parameters as they are: identifier, type, count, mapped entries."""
-    communication = [pdo_communication(pdo.communication_index, sub) for sub in (1, 2)]
-    count = pdo_mapping(pdo.mapping_index, 0)
+def snapshot_pdo(sdo: SdoAccess, communication_index: int) -> dict[str, int]:
+    """Return a PDO's parameters as they are: identifier, type, count, mapped entries."""
+    communication = [pdo_communication(communication_index, sub) for sub in (1, 2)]
+    count = pdo_mapping(communication_index + MAPPING_OFFSET, 0)
     found = {item.key: sdo.read(item) for item in (*communication, count)}
     for number in range(1, found[count.key] + 1):
-        entry = pdo_mapping(pdo.mapping_index, number)
+        entry = pdo_mapping(communication_index + MAPPING_OFFSET, number)
         found[entry.key] = sdo.read(entry)
     return found
 
@@ -103,9 +104,14 @@ def ignored_bits(item: DriveObject) -> int:
 
 
 def write_pdo(
-    sdo: SdoAccess, communication_index: int, values: Mapping[str, int]
+    sdo: SdoAccess,
+    communication_index: int,
+    values: Mapping[str, int],
+    stands: Mapping[str, int] | None = None,
 ) -> dict[str, int]:
     """Bring a PDO to `values` by CiA 301's order and compare what reads back.
+
+    A mapping that stands as it should is not written, nor is a whole PDO that does.
 
     Parameters
     ----------
@@ -115,6 +121,8 @@ def write_pdo(
         Which PDO: 0x1400 for RPDO1, 0x1800 for TPDO1 ...
     values : mapping
         As `PdoMap.wanted` or `snapshot_pdo` give them.
+    stands : mapping, optional
+        What it is now, as `snapshot_pdo` has just given it; read where it is not said.
 
     Returns
     -------
@@ -133,14 +141,43 @@ def write_pdo(
     kind = pdo_communication(communication_index, 2)
     count = pdo_mapping(mapping_index, 0)
     entries = [pdo_mapping(mapping_index, number) for number in range(1, values[count.key] + 1)]
-    sdo.write(cob, values[cob.key] | _INVALID)
-    sdo.write(count, 0)
+    if stands is None:
+        stands = snapshot_pdo(sdo, communication_index)
+    mapped = all(stands.get(item.key) == values[item.key] for item in (count, *entries))
+    sent = stands.get(kind.key) == values[kind.key] and not _unlike(cob, stands, values)
+    if not (mapped and sent):
+        sdo.write(cob, values[cob.key] | _INVALID)
+        if not mapped:
+            _map(sdo, count, entries, values)
+        sdo.write(kind, values[kind.key])
+        sdo.write(cob, values[cob.key])
+    return _read_back(sdo, (cob, kind, count, *entries), values)
+
+
+def _map(
+    sdo: SdoAccess, count: DriveObject, entries: list[DriveObject], values: Mapping[str, int]
+) -> None:
+    """Write a mapping: none, its entries, their number."""
+    try:
+        sdo.write(count, 0)
+    except SdoError as error:
+        if error.abort_code not in READ_ONLY:
+            raise
+        wanted = ", ".join(f"0x{values[entry.key] >> 16:04X}" for entry in entries)
+        raise SdoError(
+            error.what,
+            f"This drive's mapping is fixed: map {wanted} there with its maker's software, or take "
+            "another mode (docs/drives.md).",
+            error.abort_code,
+        ) from error
     for entry in entries:
         sdo.write(entry, values[entry.key])
     sdo.write(count, values[count.key])
-    sdo.write(kind, values[kind.key])
-    sdo.write(cob, values[cob.key])
-    return _read_back(sdo, (cob, kind, count, *entries), values)
+
+
+def _unlike(item: DriveObject, read: Mapping[str, int], values: Mapping[str, int]) -> int:
+    """Return the bits in which an object is not as it should be, but for those that are ignored."""
+    return (read.get(item.key, ~values[item.key]) ^ values[item.key]) & ~ignored_bits(item)
 
 
 def _read_back(
@@ -151,7 +188,7 @@ def _read_back(
     wrong = [
         f"{item} expected 0x{values[item.key]:08X}, read 0x{read[item.key]:08X}"
         for item in items
-        if (read[item.key] ^ values[item.key]) & ~(_NO_REMOTE if item is items[0] else 0)
+        if _unlike(item, read, values)
     ]
     if wrong:
         raise ConfigurationError(

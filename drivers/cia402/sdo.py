@@ -42,15 +42,18 @@ LIBRARY_ERRORS: dict[type[Exception], type[DriverError]] = {
 _OBJECT_ABSENT = 0x06020000
 _SUBINDEX_ABSENT = 0x06090011
 ABSENT = (_OBJECT_ABSENT, _SUBINDEX_ABSENT)
+_NO_ACCESS = 0x06010000
+_READ_ONLY = 0x06010002
+READ_ONLY = (_NO_ACCESS, _READ_ONLY)
 
 _ABORT_WORDS: dict[int, str] = {
     0x05030000: "the toggle bit was not alternated",
     0x05040000: "the transfer timed out in the drive",
     0x05040001: "the drive does not know this SDO command",
     0x05040005: "the drive is out of memory",
-    0x06010000: "access to this object is not supported",
+    _NO_ACCESS: "access to this object is not supported",
     0x06010001: "this object can only be written",
-    0x06010002: "this object can only be read",
+    _READ_ONLY: "this object can only be read",
     _OBJECT_ABSENT: "the drive has no such object",
     0x06040041: "this object cannot be mapped into a PDO",
     0x06040042: "the mapped objects exceed the length of a PDO",

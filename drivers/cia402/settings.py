@@ -43,7 +43,7 @@ def snapshot(sdo: SdoAccess, config: Cia402Config, rung: Rung) -> dict[str, int]
     items = (*wanted_settings(config, rung), objects.MODE)
     found = {item.key: _read(sdo, item) for item in items}
     for pdo in ProcessData.of(config, rung).all:
-        found.update(snapshot_pdo(sdo, pdo))
+        found.update(snapshot_pdo(sdo, pdo.communication_index))
     return found
 
 
@@ -91,7 +91,7 @@ def apply(
     for _, step in _setters(sdo, settings):
         read.update(step())
     for pdo in ProcessData.of(config, rung).all:
-        read.update(write_pdo(sdo, pdo.communication_index, pdo.wanted(found)))
+        read.update(write_pdo(sdo, pdo.communication_index, pdo.wanted(found), found))
     read[objects.MODE.key] = sdo.set(objects.MODE, rung.mode)
     return read
 

@@ -4,17 +4,20 @@
    without the reader process, if there is one and no samples come.
 2. No samples come, or they show that the drive stays enabled because no RPDO reaches it, or that it
    hardly brakes: quick stop by SDO, its ramp written once more before, standstill read by SDO.
-3. It still hardly brakes: the voltage is taken away, so that friction and the holding brake do it.
-   At the ramp that was agreed upon it would have stood long ago; here it would run to its end stop.
+3. It still hardly brakes, runs faster than when it was to brake, or stays enabled: the voltage is
+   taken away, so that friction and the holding brake do it. At the ramp that was agreed upon it
+   would have stood long ago; here it would run to its end stop.
 4. That fails too, or the deadline has passed: NMT stop, and our heartbeat ends, so that the
    drive's own watchdog does what we could not.
 """
 
 from __future__ import annotations
 
+import enum
 import math
 
 from drivers.cia402 import objects
+from drivers.cia402.config import Cia402Config
 from drivers.cia402.exchange import Exchange
 from drivers.cia402.network import NmtOrder
 from drivers.cia402.sdo import SdoAccess
@@ -30,24 +33,52 @@ _SPEED_LEFT = 0.5
 """With more than this share of its speed left after so many times what braking takes, a joint runs
 on: its drive brakes with less than a quarter of what was set."""
 
+_FASTER = 1.25
+_FASTER_RESTS = 10.0
+"""Faster than so many times the speed from which it was to brake, and by so many times what counts
+as rest, a joint is driven by the loop that was to hold it: no ramp will stop it."""
+
+
+class _Braked(enum.Enum):
+    """What a joint does that its drive was told to brake."""
+
+    AS_TOLD = enum.auto()
+    HARDLY = enum.auto()
+    FASTER = enum.auto()
+
+
+_ENABLED = frozenset({State.ENABLED})
+_UNDER_TORQUE = _ENABLED | {State.QUICK_STOP, State.FAULT_REACTION}
+
+_TROUBLES = {
+    _Braked.HARDLY: "the joint hardly braked",
+    _Braked.FASTER: "the joint ran faster than when it was to brake",
+}
+
 
 class _Braking:
     """Whether a joint brakes about as hard as its drive was told to."""
 
-    def __init__(self, deceleration_rad_s2: float, reaction_s: float) -> None:
-        self._deceleration_rad_s2 = deceleration_rad_s2
-        self._reaction_s = reaction_s
+    def __init__(self, config: Cia402Config) -> None:
+        self._deceleration_rad_s2 = config.quick_stop_deceleration_rad_s2
+        self._reaction_s = _SILENCE_TIMEOUTS * config.sync_timeout_s
+        self._faster_by_rad_s = _FASTER_RESTS * config.rest_velocity_rad_s
         self._from_rad_s: float | None = None
-        self._due_s = math.inf
+        self._heeded_s = self._due_s = math.inf
 
-    def seen(self, now_s: float, velocity_rad_s: float) -> bool:
-        """Take in one speed of a drive that is braking; return whether it runs on."""
+    def seen(self, now_s: float, velocity_rad_s: float) -> _Braked:
+        """Take in one speed of a drive that is braking."""
         speed = abs(velocity_rad_s)
         if self._from_rad_s is None:
             self._from_rad_s = speed
-            braking_s = speed / self._deceleration_rad_s2
-            self._due_s = now_s + self._reaction_s + _BRAKING_TIMES * braking_s
-        return now_s > self._due_s and speed > _SPEED_LEFT * self._from_rad_s
+            self._heeded_s = now_s + self._reaction_s
+            self._due_s = self._heeded_s + _BRAKING_TIMES * speed / self._deceleration_rad_s2
+        before = self._from_rad_s
+        if now_s > self._heeded_s and speed > max(_FASTER * before, before + self._faster_by_rad_s):
+            return _Braked.FASTER
+        if now_s > self._due_s and speed > _SPEED_LEFT * before:
+            return _Braked.HARDLY
+        return _Braked.AS_TOLD
 
 
 class _Stop:
@@ -62,8 +93,9 @@ class _Stop:
         self.troubles: list[str] = []
         self.still = 0
         self.obeyed = False  # a sample has shown that the drive is no longer enabled
-        self.runs_on = False  # and others that it hardly brakes all the same
-        self._braking = self._begun()
+        self.unbraked = ""  # why the voltage was taken away
+        self.braked = _Braked.AS_TOLD  # and others that it does not brake all the same
+        self._braking = _Braking(exchange.config)
 
     def by_pdo(self) -> bool:
         """Return whether samples have shown standstill.
@@ -85,8 +117,8 @@ class _Stop:
             if now_s - self.heard_s > patience_s or self._bus_is_dead():
                 self.troubles.append("no samples came while stopping")
                 return False
-            if self.runs_on:
-                self.troubles.append("the joint hardly braked")
+            if self.braked is not _Braked.AS_TOLD:
+                self.troubles.append(_TROUBLES[self.braked])
                 return False
             if not self.obeyed and now_s - began_s > patience_s:
                 self.troubles.append("the drive stayed enabled in spite of quick stop by PDO")
@@ -97,7 +129,7 @@ class _Stop:
         before_deadline = self.exchange.clock.now() < self.deadline_s
         return (
             before_deadline
-            and not self.runs_on
+            and self.braked is _Braked.AS_TOLD
             and self.exchange.owner.receive_without_help(suspected=True)
         )
 
@@ -107,10 +139,14 @@ class _Stop:
         sdo = SdoAccess(exchange.node, attempts=1)
         exchange.node.sdo.give_up_s = self.deadline_s
         try:
-            if self.runs_on:
+            if self.braked is _Braked.HARDLY:
                 self._write_ramp_again(sdo)
-            sdo.order(objects.CONTROLWORD, Controlword.QUICK_STOP)
-            return self._rest_read(sdo)
+            lost = self.braked is _Braked.FASTER  # a ramp would only be time to run in
+            if lost:
+                self._let_go(sdo, _TROUBLES[self.braked])
+            else:
+                sdo.order(objects.CONTROLWORD, Controlword.QUICK_STOP)
+            return self._rest_read(sdo, released=lost)
         except DriverError as error:
             self._note(error)
             return False
@@ -128,28 +164,44 @@ class _Stop:
         except DriverError as error:
             self._note(error)
 
-    def _rest_read(self, sdo: SdoAccess) -> bool:
-        """Return whether what is read shows standstill; let go of a joint that hardly brakes."""
+    def _rest_read(self, sdo: SdoAccess, *, released: bool) -> bool:
+        """Return whether what is read shows standstill; let go of a joint that does not brake.
+
+        Ends early where a drive that was to let go does not.
+        """
         exchange = self.exchange
         config, clock = exchange.config, exchange.clock
-        braking, released, still = self._begun(), False, 0
+        patience_s = _SILENCE_TIMEOUTS * config.sync_timeout_s
+        braking, heeded, due_s = _Braking(config), False, clock.now() + patience_s
+        still = 0
         while still < config.rest_samples and clock.now() < self.deadline_s:
             exchange.keep_alive()
             velocity_rad_s = config.scaling.velocity_rad_s(sdo.read(objects.VELOCITY))
-            enabled = state_of(sdo.read(objects.STATUSWORD)) is State.ENABLED
+            state = state_of(sdo.read(objects.STATUSWORD))
             slow = abs(velocity_rad_s) <= config.rest_velocity_rad_s
-            still = still + 1 if slow and not enabled else 0
-            if not enabled and not released and braking.seen(clock.now(), velocity_rad_s):
-                released = True
-                self.troubles.append("the joint hardly braked, so its voltage was taken away")
-                sdo.order(objects.CONTROLWORD, Controlword.DISABLE_VOLTAGE)
+            still = still + 1 if slow and state is not State.ENABLED else 0
+            heeded = heeded or state not in (_UNDER_TORQUE if released else _ENABLED)
+            trouble = None
+            if not heeded and clock.now() > due_s:
+                trouble = (
+                    "the drive stayed under torque" if released else "the drive stayed enabled"
+                )
+            elif not released and state is not State.ENABLED:
+                trouble = _TROUBLES.get(braking.seen(clock.now(), velocity_rad_s))
+            if trouble is not None and released:
+                self.troubles.append(trouble)
+                return False
+            if trouble is not None:
+                self._let_go(sdo, trouble)
+                released, heeded, due_s = True, False, clock.now() + patience_s
             clock.sleep_until(clock.now() + config.stop_period_s)
         return still >= config.rest_samples
 
-    def _begun(self) -> _Braking:
-        config = self.exchange.config
-        patience_s = _SILENCE_TIMEOUTS * config.sync_timeout_s
-        return _Braking(config.quick_stop_deceleration_rad_s2, patience_s)
+    def _let_go(self, sdo: SdoAccess, why: str) -> None:
+        """Take the voltage away: friction and a holding brake are left."""
+        sdo.order(objects.CONTROLWORD, Controlword.DISABLE_VOLTAGE)
+        self.unbraked = why
+        self.troubles.append(f"{why}, so its voltage was taken away")
 
     def by_silence(self) -> None:
         """Stop the node by NMT and let the drive's own watchdog miss us."""
@@ -167,7 +219,7 @@ class _Stop:
             if emergency.code & 0xFF00
         ]
         reason = "; ".join(dict.fromkeys([how, *self.troubles, *emergencies]))
-        return StopReport(at_rest, tuple(self.samples), reason, self._loose_rad())
+        return StopReport(at_rest, tuple(self.samples), reason, self._loose_rad(), self.unbraked)
 
     def _loose_rad(self) -> float:
         """Return how far the motor moved after the drive had let go of it."""
@@ -197,7 +249,7 @@ class _Stop:
             self.heard_s = self.exchange.clock.now()
             self.obeyed = self.obeyed or sample.state is not DriveState.ON
             if self.obeyed:
-                self.runs_on = self._braking.seen(self.heard_s, sample.velocity_rad_s)
+                self.braked = self._braking.seen(self.heard_s, sample.velocity_rad_s)
             slow = abs(sample.velocity_rad_s) <= self.exchange.config.rest_velocity_rad_s
             self.still = self.still + 1 if slow and sample.state is not DriveState.ON else 0
 

@@ -55,6 +55,19 @@ DRIVE = (
         says="measured",
     ),
     Scenario(
+        "runaway that no ramp brakes",
+        (
+            {
+                "kind": "velocity-runaway",
+                "velocity_rad_s": OneOf((-400.0, -150.0, 150.0, 400.0)),
+                "obeys_ramps": False,
+            },
+        ),
+        codes=(5,),
+        says="measured",
+        within_s=COASTS_S,
+    ),
+    Scenario(
         "torque limit lowered",
         injected(
             SDO_REQUEST,

@@ -169,6 +169,8 @@ FAULTS: dict[str, tuple[Callable[[Bench], None], type[Exception], str]] = {
     "the operator stops it": (stop_asked, StoppedError, "the operator asked for it"),
     "its program dies": (misbehave("dies"), HeartbeatLostError, "alive count has stood still"),
     "it runs away": (misbehave("runaway"), StoppedError, "exceeds|outside"),
+    "its position freezes": (misbehave("frozen-position"), StoppedError, "is not the joint's"),
+    "it tells no velocity": (misbehave("no-velocity"), StoppedError, "is not the joint's|outside"),
     "it gives up": (misbehave("stops-short"), StoppedError, "was running and is now 'idle'"),
     "emergency stop": (emergency, DriveStateError, "EmergencyStop"),
     "switched to manual": (manual, DriveStateError, "MANUAL_REDUCED_SPEED"),
@@ -189,6 +191,17 @@ def test_whatever_goes_wrong_in_motion_ends_at_rest(tmp_path: Path, name: str) -
         assert "The joint is at rest (measured)." in caught.value.__notes__
     (path,) = tmp_path.glob("*.parquet")
     assert read(path).columns["time_s"][-1] > 1.0
+
+
+def test_a_job_that_is_not_the_stair_is_no_result(tmp_path: Path) -> None:
+    with bench(tmp_path) as made:
+        made.fake.misbehaviour = "other-units"
+        with pytest.raises(
+            StoppedError, match=r"fastest steady speed that was measured is \d+\.\d rad/s where"
+        ):
+            made.run()
+        assert made.rests()
+    assert len(list(tmp_path.glob("*.parquet"))) == 1
 
 
 def test_an_agent_that_is_cut_off_is_missed_by_the_controller(tmp_path: Path) -> None:

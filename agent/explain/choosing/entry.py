@@ -184,8 +184,8 @@ def accident_of(
         return None
     model = [t.candidate for t in terms]
     accident = chance(library, model, best)
-    if accident > _ACCIDENT and best.form.effect in _OF_A_PLACE:
-        accident = chance(library, model, best, blocks_alike=True)
+    if accident > _ACCIDENT:
+        accident = chance(library, model, best, blocks_alike=True)  # XX
     return accident if accident <= _ACCIDENT else None
 
 

@@ -40,6 +40,7 @@ class ScriptedServer:
         self.sdo = SdoAccess(self.node, attempts=3)
         self.values: dict[tuple[int, int], bytes] = {}
         self.aborts: dict[tuple[int, int], int] = {}
+        self.read_only: set[tuple[int, int]] = set()
         self.forgets: set[tuple[int, int]] = set()  # accepts, keeps nothing
         self.silent = 0  # so many requests stay unanswered
         self.delay_s = 0.0
@@ -76,6 +77,8 @@ class ScriptedServer:
         if command == 0x40:
             data = self.values[key]
             return struct.pack("<BHB", 0x43 | (4 - len(data)) << 2, *key) + data.ljust(4, b"\x00")
+        if key in self.read_only:
+            return struct.pack("<BHBI", 0x80, index, subindex, 0x06010002)
         size = 4 - (command >> 2 & 3)
         self.writes.append((index, subindex, int.from_bytes(request[4 : 4 + size], "little")))
         if key not in self.forgets:
@@ -215,7 +218,7 @@ def factory_tpdo(server: ScriptedServer) -> None:
 
 def test_a_mapping_is_written_in_the_standards_order(server: ScriptedServer) -> None:
     factory_tpdo(server)
-    found = snapshot_pdo(server.sdo, TPDO1)
+    found = snapshot_pdo(server.sdo, 0x1800)
     write_pdo(server.sdo, 0x1800, TPDO1.wanted(found))
     assert server.writes == [
         (0x1800, 1, 0xC0000180 + NODE),  # invalid; the drive's no-remote bit is kept
@@ -231,10 +234,25 @@ def test_a_mapping_is_written_in_the_standards_order(server: ScriptedServer) -> 
 def test_a_mapping_goes_back_to_what_was_found(server: ScriptedServer) -> None:
     factory_tpdo(server)
     before = dict(server.values)
-    found = snapshot_pdo(server.sdo, TPDO1)
+    found = snapshot_pdo(server.sdo, 0x1800)
     write_pdo(server.sdo, 0x1800, TPDO1.wanted(found))
     write_pdo(server.sdo, 0x1800, found)
     assert {key: server.values[key] for key in before} == before
+
+
+def test_a_fixed_mapping_serves_as_it_stands_and_is_given_back_all_the_same(
+    server: ScriptedServer,
+) -> None:
+    factory_tpdo(server)
+    found = snapshot_pdo(server.sdo, 0x1800)
+    server.read_only |= {(0x1A00, sub) for sub in range(3)}
+    with pytest.raises(SdoError, match="can only be read") as caught:
+        write_pdo(server.sdo, 0x1800, TPDO1.wanted(found))
+    assert "mapping is fixed: map 0x6041, 0x6064" in caught.value.do
+    write_pdo(server.sdo, 0x1800, found)  # which the attempt has left invalid
+    assert snapshot_pdo(server.sdo, 0x1800) == found
+    write_pdo(server.sdo, 0x1800, found | {"0x1800:02": EVERY_SYNC})  # sent otherwise
+    assert server.values[0x1800, 2] == b"\x01"
 
 
 def test_a_mapping_that_does_not_stick_names_expected_and_read(server: ScriptedServer) -> None:
@@ -242,7 +260,7 @@ def test_a_mapping_that_does_not_stick_names_expected_and_read(server: ScriptedS
     server.forgets.add((0x1A00, 1))
     server.values[0x1A00, 1] = struct.pack("<I", 0x60610008)
     with pytest.raises(ConfigurationError) as caught:
-        write_pdo(server.sdo, 0x1800, TPDO1.wanted(snapshot_pdo(server.sdo, TPDO1)))
+        write_pdo(server.sdo, 0x1800, TPDO1.wanted(snapshot_pdo(server.sdo, 0x1800)))
     assert "expected 0x60410010, read 0x60610008" in caught.value.what
 
 
