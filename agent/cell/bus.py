@@ -103,6 +103,7 @@ class Drive(Part):
     heartbeat_consumer: bool | None = None  # None: as the profile says, else that it is there
     abort_connection: bool | None = None
     software_limits: bool | None = None
+    encoder_resolution: bool = True  # whether 0x608F or 0x6092, where it has them, say its counts
     direction: Literal[1, -1] = 1
     zero_position_counts: int = 0
     gearbox_temperature: TemperatureObject | None = None

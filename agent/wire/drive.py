@@ -176,6 +176,7 @@ def drive_config(cell: Cell, axis: Axis) -> Cia402Config:
         velocity_max_rad_s=limits.motor_velocity_max_rad_s,
         has_deceleration=able.deceleration,
         has_quick_stop_deceleration=able.quick_stop_deceleration,
+        says_encoder_resolution=drive.encoder_resolution,
     )
 
 

@@ -22,6 +22,7 @@ from drivers.cia402.network import CanopenNode, NmtOrder, NmtState
 from drivers.cia402.opening import (
     identify,
     mode_for,
+    refuse_other_counts,
     refuse_other_units,
     refuse_unable,
     refuse_unhealthy,
@@ -123,6 +124,7 @@ class Cia402Axis:
         refuse_unhealthy(sdo, config.node_id)
         refuse_unable(sdo, config)
         units = units_of(sdo)
+        refuse_other_counts(config, units)
         refuse_other_units(config, units)
         choice = mode_for(sdo, config)
         orders = [pdo.cob_id for pdo in ProcessData.of(config, choice.rung).orders]

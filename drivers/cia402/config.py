@@ -84,6 +84,8 @@ class Cia402Config:
     has_deceleration, has_quick_stop_deceleration : bool
         False for a drive without 0x6084, which then brakes its moves by 0x6083, too, as CiA 402
         has it; or without 0x6085, whose quick stop brakes as its maker has set it.
+    says_encoder_resolution : bool
+        False for a drive whose 0x608F and 0x6092 do not say what its positions count.
     """
 
     node_id: int
@@ -116,6 +118,7 @@ class Cia402Config:
     velocity_max_rad_s: float | None = None
     has_deceleration: bool = True
     has_quick_stop_deceleration: bool = True
+    says_encoder_resolution: bool = True
     expected_units: ExpectedUnits | None = None
 
     def __post_init__(self) -> None:

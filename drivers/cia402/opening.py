@@ -21,6 +21,9 @@ from drivers.errors import (
 _RATED_TORQUE_TOLERANCE = 0.001
 """0x6076 is whole mN m: a configured value may differ by its rounding, not by more."""
 
+_FEWEST_COUNTS = 16
+"""A drive that counts less in a motor turn does not count encoder increments."""
+
 
 def identify(sdo: SdoAccess, config: Cia402Config, bus: str) -> dict[str, int | str]:
     """Return who answers under the node id, refusing anybody else than expected.
@@ -134,6 +137,42 @@ def units_of(sdo: SdoAccess) -> dict[str, int]:
             if error.abort_code is None:
                 raise
     return read
+
+
+def refuse_other_counts(config: Cia402Config, units: Mapping[str, int]) -> None:
+    """Refuse a drive that says how many counts a motor turn has, and says another number.
+
+    The joint would move by the factor too far and too fast, and every sample would agree. A drive
+    is only taken at its word where its gear (0x6091) and factors (0x6093) leave one meaning: it
+    then counts encoder increments (0x608F) or the feed of a turn (0x6092).
+
+    Raises
+    ------
+    ConfigurationError
+        Naming both numbers.
+    """
+    asked = config.scaling.encoder_counts_per_motor_rev
+    if not config.says_encoder_resolution or any(
+        _ratio(units, index) not in (None, 1.0) for index in (0x6091, 0x6093)
+    ):
+        return
+    said = {index: _ratio(units, index) for index in (0x608F, 0x6092)}
+    told = {i: counts for i, counts in said.items() if counts and counts >= _FEWEST_COUNTS}
+    if told and all(abs(counts - asked) > 0.5 for counts in told.values()):
+        index, counts = next(iter(told.items()))
+        raise ConfigurationError(
+            f"The drive at node {config.node_id} has {counts:.10g} counts in a motor turn "
+            f"(0x{index:04X}), the configuration says {asked:.10g}.",
+            "The joint would move too far or not far enough: find out which is right and put "
+            "encoder_counts_per_motor_rev in line, or where this object of the drive means "
+            "something else, set encoder_resolution = false under [axis.drive].",
+        )
+
+
+def _ratio(units: Mapping[str, int], index: int) -> float | None:
+    """Return what an object's first part is to its second; None where it says nothing."""
+    first, second = (units.get(f"0x{index:04X}:{part:02d}") for part in (1, 2))
+    return first / second if first and second else None
 
 
 def refuse_other_units(config: Cia402Config, units: Mapping[str, int]) -> None:

@@ -118,7 +118,8 @@ def leave_at_rest(sdo: SdoAccess, rung: Rung) -> None:
 def give_back(sdo: SdoAccess, found: Mapping[str, int]) -> list[str]:
     """Bring every object of a snapshot back, in PRE-OPERATIONAL; return what could not be.
 
-    When the drive no longer answers, the rest is not tried but listed.
+    What a drive refuses to take and reads as it was found has never been another: a run may have
+    ended at that very refusal. When the drive no longer answers, the rest is not tried but listed.
 
     Parameters
     ----------
@@ -143,6 +144,8 @@ def give_back(sdo: SdoAccess, found: Mapping[str, int]) -> list[str]:
         try:
             step()
         except DriverError as error:
+            if _refused(error) and _stands(sdo, name, found):
+                continue
             failures.append(f"{name}: {error.what}")
             if _is_silence(error):
                 failures.extend(f"{left}: not tried" for left, _ in steps[number + 1 :])
@@ -188,6 +191,23 @@ def _remapper(sdo: SdoAccess, communication_index: int, found: Mapping[str, int]
 def _is_pdo(key: str) -> bool:
     """Return whether a snapshot's key belongs to a PDO."""
     return 0x1400 <= int(key[2:6], 16) < 0x1C00
+
+
+def _refused(error: DriverError) -> bool:
+    """Return whether it was the drive that did not want what was written."""
+    return isinstance(error, SdoError) and error.abort_code is not None
+
+
+def _stands(sdo: SdoAccess, name: str, found: Mapping[str, int]) -> bool:
+    """Return whether the objects of a step of that name read as they were found."""
+    items = [setting_of(key) for key in found if not _is_pdo(key)]
+    own = [item for item in items if str(item) == name]
+    if own and own[0] in _LIMITS:
+        own = [item for item in items if item in _LIMITS]
+    try:
+        return bool(own) and all(sdo.read(item) == found[item.key] for item in own)
+    except DriverError:
+        return False
 
 
 def _is_silence(error: DriverError) -> bool:

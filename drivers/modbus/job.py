@@ -44,6 +44,7 @@ from drivers.ports import (
 )
 
 REST_RAD_S = 0.5
+_RESOLVED_RAD = 0.02
 RETRY_S = 0.1
 """After a request that failed while stopping or letting go."""
 
@@ -167,7 +168,7 @@ class ModbusJob:
         """Abort, again and again, and wait for a measured standstill. Never raises."""
         samples: list[Sample] = []
         troubles: dict[str, None] = {}
-        still_since_s: float | None = None
+        still_since: Sample | None = None
         while self._clock.now() < deadline_s:
             try:
                 self._write({"command": ABORT})
@@ -179,11 +180,13 @@ class ModbusJob:
                 self._clock.sleep_until(min(deadline_s, self._clock.now() + RETRY_S))
             if sample is not None:
                 samples.append(sample)
+                if still_since is not None and not _stands(still_since, sample):
+                    still_since = None
                 if not abs(sample.velocity_rad_s) < REST_RAD_S:
-                    still_since_s = None
-                elif still_since_s is None:
-                    still_since_s = sample.time_s
-                elif sample.time_s - still_since_s >= self._config.rest_s:
+                    still_since = None
+                elif still_since is None:
+                    still_since = sample
+                elif sample.time_s - still_since.time_s >= self._config.rest_s:
                     return StopReport(True, tuple(samples), "; ".join(troubles))
             self._clock.sleep_until(self._clock.now() + 0.01)
         troubles["standstill was not measured in time"] = None
@@ -299,3 +302,9 @@ class ModbusJob:
             f"The controller did not let go of axis {self._config.axis}: {trouble}",
             "Cancel the job at the controller.",
         )
+
+
+def _stands(before: Sample, now: Sample) -> bool:
+    """Return whether the joint has kept its place, whatever velocity it reports."""
+    moved_rad = abs(now.position_rad - before.position_rad)
+    return moved_rad <= REST_RAD_S * (now.time_s - before.time_s) + _RESOLVED_RAD

@@ -57,6 +57,26 @@ def test_other_units_than_last_time_are_refused_until_the_cell_says_so_too(tmp_p
     assert np.ptp(again) == pytest.approx(np.ptp(true), rel=0.01)
 
 
+def test_a_drive_that_says_another_encoder_than_the_cell_moves_nothing(tmp_path: Path) -> None:
+    """Twice the counts were twice the way and speed, out of the window, with exit code 0."""
+
+    def doubled(cell: dict[str, Any]) -> None:
+        brisk(cell)
+        cell["axis"][0]["drive"]["encoder_counts_per_motor_rev"] *= 2
+
+    with rig(tmp_path, edit=doubled) as bench:
+        found, stands_rad = registers(bench), bench.drive.motor_position_rad
+        with pytest.raises(
+            ConfigurationError, match=r"counts in a motor turn \(0x608F\)"
+        ) as caught:
+            bench.run()
+        assert "encoder_resolution = false" in caught.value.do
+        assert bench.drive.motor_position_rad == stands_rad
+        assert registers(bench) == found
+        bench.drive.dictionary.write_number(bench.drive.dictionary.entry(GEAR_RATIO, 2), 2)
+        bench.run()  # behind a gear in the drive the object says another thing
+
+
 def test_a_note_of_the_units_that_cannot_be_read_moves_nothing(tmp_path: Path) -> None:
     (tmp_path / ".simulated-joint-axis1.units.json").write_text("[]")
     with rig(tmp_path) as bench, pytest.raises(InputError, match="last driven, and cannot be read"):

@@ -5,6 +5,9 @@ at one. Its torque jumps with the acceleration, and a sample of it is from befor
 after it, never from in between. Differences of the speed across the corner are in between: over all
 rows, what they are wrong by is as much as the jump for up to half a sample, at random. Differences
 that stay on the sample's own side of the corner are not.
+
+A ramp of two or three samples, as between the slowest speeds of a stair, has no sample whose
+neighbours are both in it. Where the other ramps have one acceleration it has the same.
 """
 
 from __future__ import annotations
@@ -29,9 +32,15 @@ _UNSURE = 1.5  # times the noise over the jump, of a sample: where a corner may 
 _OF_NOISE = 4.0  # times its own noise: a jump of the torque that tells on which side a sample is
 _OFF = 0.25  # of the jump: how far such a sample of the torque is from either side of it
 _MOSTLY, _FEWEST = 0.7, 3  # corners at which the torque has to jump from one sample to the next
+_SEEN = 0.4  # ... and where the motion has its corner: it may be a sample off, but not mostly
 _MOST_LATE = 8  # samples that it may do so after the motion
 _STANDS = 1e-3  # of the greatest speed
 _EITHER = 0.5  # of a jump that the torque does not show
+_SHORT = 8  # samples: a ramp that is longer has corners that stand alone
+_ALIKE = 0.05  # of an acceleration: by so much at most others differ from it
+_AHEAD = np.array([4.0, 1.0, -2.0]) / 3.0
+"""Where a straight line through three values, the nearest one first, would go on."""
+_BACK = 0.2  # of a ramp's corners together: how much more one of them bends than the other
 _SECOND = 6.0**0.5  # of white noise, its second differences
 
 
@@ -74,17 +83,54 @@ def _beside(stretch: Stretch, signals: Signals) -> Floats:
     late = _late([c for c in corners if motion.slides(c)], jumps)
     if late is None:
         return out
-    across = motion.across
+    across, sizes = motion.across, list[float]()
     for corner in corners:
-        own_side = motion.own_side(corner)
-        if not corner.between:
-            share = jumps.share(corner.at + late, corner.at + late, corner.at + late)
-            before, after = motion.sides(corner)
+        own = jumps.refined(corner, late)
+        first, last = min(corner.at, own.at), max(corner.after, own.after)
+        before, after = motion.sides(first, last)
+        beside = motion.own_side(first, last)
+        sizes.append(abs(motion.well_after(last) - motion.well_before(first)))
+        for sample in range(first, last + 1):
+            beside[sample] = before if sample <= own.at else after
+        if not own.between:
+            share = jumps.share(own.at + late, own.at + late, own.at + late)
             part = _EITHER if share is None else min(max(share, 0.0), 1.0)
-            own_side[corner.at] = before + part * (after - before)
-        for sample, acceleration in own_side.items():
+            beside[own.at] = before + part * (after - before)
+        for sample, acceleration in beside.items():
+            out[sample] = acceleration - across[sample]
+    typical = _typical(sizes)
+    for ramp in motion.ramps() if typical > 0.0 else ():
+        for sample, acceleration in _in_a_ramp(ramp, motion, jumps, late, typical).items():
             out[sample] = acceleration - across[sample]
     return out
+
+
+def _typical(sizes: Sequence[float]) -> float:
+    """Return by how much the acceleration jumps at corners; 0 where they differ."""
+    typical = float(np.median(sizes)) if len(sizes) >= _FEWEST else 0.0
+    unlike = float(np.median(np.abs(np.asarray(sizes) - typical))) if typical else 0.0
+    return typical if unlike < _ALIKE * typical else 0.0
+
+
+def _in_a_ramp(
+    ramp: _Ramp, motion: _Speed | _Angle, jumps: _Jumps, late: int, typical: float
+) -> dict[int, float]:
+    """Return the accelerations of a short ramp's samples and of those around it.
+
+    None where the torque does not show which samples are in it, or shows another ramp.
+    """
+    inside = jumps.pulse(ramp.first + late, ramp.last + late)
+    if inside is None:
+        return {}
+    first, last = inside[0] - late, inside[1] - late
+    before, after = motion.sides(ramp.first, ramp.last)
+    if abs(abs(ramp.change) / motion.period_s / typical - (last - first + 1)) > 1.0:
+        return {}
+    beside = motion.own_side(ramp.first, ramp.last)
+    for sample in range(ramp.first, ramp.last + 1):
+        beside[sample] = before if sample < first else after
+    within = 0.5 * (before + after) + math.copysign(typical, ramp.change)
+    return beside | dict.fromkeys(range(first, last + 1), within)
 
 
 @dataclass(frozen=True)
@@ -98,6 +144,15 @@ class _Corner:
     def after(self) -> int:
         """Return the first sample that is not before it."""
         return self.at + self.between
+
+
+@dataclass(frozen=True)
+class _Ramp:
+    """A ramp whose corners do not stand alone: the samples around it, and by what it changes."""
+
+    first: int
+    last: int
+    change: float
 
 
 @dataclass(frozen=True)
@@ -116,30 +171,37 @@ class _Speed:
         """Return the corners that stand alone, in the order of time."""
         return _corners(self.values, 0.0)
 
+    def ramps(self) -> list[_Ramp]:
+        """Return the ramps between others, in the order of time."""
+        return _ramps(self.values, 0)
+
     def slides(self, corner: _Corner) -> bool:
         """Return whether the joint moves on either side of a corner."""
         return _moves(self.values, corner.at - 1, corner.after + 1)
 
-    def sides(self, corner: _Corner) -> tuple[float, float]:
-        """Return the accelerations just before and just after a corner."""
-        early = self.values[corner.at - 2 : corner.at + 1]
-        late = self.values[corner.after : corner.after + 3]
+    def sides(self, first: int, last: int) -> tuple[float, float]:
+        """Return the accelerations at the last sample before corners and the first one after."""
+        early, late = self.values[first - 2 : first + 1], self.values[last : last + 3]
         before = 3.0 * early[2] - 4.0 * early[1] + early[0]
         after = 4.0 * late[1] - 3.0 * late[0] - late[2]
         return float(0.5 * before / self.period_s), float(0.5 * after / self.period_s)
 
-    def own_side(self, corner: _Corner) -> dict[int, float]:
-        """Return the acceleration of the samples around one that are on one side of it."""
-        early = self.values[corner.at - 2 : corner.at + 1]
-        late = self.values[corner.after : corner.after + 3]
+    def well_before(self, first: int) -> float:
+        """Return the acceleration two samples before one: a filter may reach one further."""
+        return float(0.5 * (self.values[first - 1] - self.values[first - 3]) / self.period_s)
+
+    def well_after(self, last: int) -> float:
+        """Return the acceleration two samples after one."""
+        return float(0.5 * (self.values[last + 3] - self.values[last + 1]) / self.period_s)
+
+    def own_side(self, first: int, last: int) -> dict[int, float]:
+        """Return the accelerations of the samples beside these that are on one side of corners."""
+        early, late = self.values[first - 2 : first + 1], self.values[last : last + 3]
         # Five points reach over the corner from one sample further away.
-        out = {
-            corner.at - 1: float(0.5 * (early[2] - early[0]) / self.period_s),
-            corner.after + 1: float(0.5 * (late[2] - late[0]) / self.period_s),
+        return {
+            first - 1: float(0.5 * (early[2] - early[0]) / self.period_s),
+            last + 1: float(0.5 * (late[2] - late[0]) / self.period_s),
         }
-        if corner.between:
-            out[corner.at], out[corner.after] = self.sides(corner)
-        return out
 
 
 @dataclass(frozen=True)
@@ -158,23 +220,35 @@ class _Angle:
         """Return the corners of its speed that stand alone, in the order of time."""
         return _corners(np.diff(self.values) / self.period_s, 0.5)
 
+    def ramps(self) -> list[_Ramp]:
+        """Return the ramps of its speed between others, in the order of time."""
+        return _ramps(np.diff(self.values) / self.period_s, 1)
+
     def slides(self, corner: _Corner) -> bool:
         """Return whether the joint moves on either side of a corner."""
         return _moves(np.diff(self.values), corner.at - 2, corner.after + 1)
 
-    def sides(self, corner: _Corner) -> tuple[float, float]:
-        """Return the accelerations just before and just after a corner."""
-        early, late = corner.at - 1, corner.after + 1  # whose neighbours are on the same side
-        before = 2.0 * self._at(early) - self._at(early - 1)
-        return before, 2.0 * self._at(late) - self._at(late + 1)
+    def sides(self, first: int, last: int) -> tuple[float, float]:
+        """Return the accelerations at the last sample before corners and the first one after."""
+        own = self.own_side(first, last)
+        before, after = (
+            float(_AHEAD @ [own[at + way * by] for by in (1, 2, 3)])
+            for at, way in ((first, -1), (last, 1))
+        )
+        return before, after
 
-    def own_side(self, corner: _Corner) -> dict[int, float]:
-        """Return the acceleration of the samples around one that are on one side of it."""
-        out = {corner.at - back: self._at(corner.at - back) for back in (1, 2, 3)}
-        out |= {corner.after + on: self._at(corner.after + on) for on in (1, 2, 3)}
-        if corner.between:
-            out[corner.at], out[corner.after] = self.sides(corner)
-        return out
+    def well_before(self, first: int) -> float:
+        """Return the mean acceleration of the three samples before one."""
+        return float(np.mean([self._at(first - back) for back in (1, 2, 3)]))
+
+    def well_after(self, last: int) -> float:
+        """Return the mean acceleration of the three samples after one."""
+        return float(np.mean([self._at(last + on) for on in (1, 2, 3)]))
+
+    def own_side(self, first: int, last: int) -> dict[int, float]:
+        """Return the accelerations of the samples beside these that are on one side of corners."""
+        early = {first - back: self._at(first - back) for back in (1, 2, 3)}
+        return early | {last + on: self._at(last + on) for on in (1, 2, 3)}
 
     def _at(self, sample: int) -> float:
         before, here, after = self.values[sample - 1 : sample + 2]
@@ -187,6 +261,43 @@ def _moves(speed: Floats, before: int, after: int) -> bool:
     return bool(speed[before] * speed[after] > least**2)
 
 
+def _bends(speed: Floats) -> tuple[Floats, float, float]:
+    """Return by how much a speed bends at its samples, the noise of that, and the least corner."""
+    bends = np.zeros_like(speed)
+    bends[1:-1] = np.diff(speed, n=2)
+    noise = float(np.median(np.abs(bends))) / 0.6745
+    return bends, noise, max(_CLEAR * noise, _ROUNDED * float(np.max(np.abs(speed), initial=0.0)))
+
+
+def _ramps(speed: Floats, begins: int) -> list[_Ramp]:
+    """Return what a speed changes by within a few samples, between stretches that do not bend.
+
+    Parameters
+    ----------
+    speed : ndarray, shape (m,)
+    begins : int
+        How many samples of the motion are before the first one of the speed, half ones up.
+    """
+    bends, _, least = _bends(speed)
+    standing = _STANDS * float(np.max(np.abs(speed), initial=0.0))
+    bent = np.flatnonzero(np.abs(bends) > 0.5 * least)
+    out, margin = list[_Ramp](), _ALONE + 2
+    for group in np.split(bent, np.flatnonzero(np.diff(bent) > _ALONE) + 1):
+        if group.shape[0] < 2 or group[-1] - group[0] > _SHORT:
+            continue
+        first, last = int(group[0]) - 1, int(group[-1]) + 1
+        if first < margin or last >= speed.shape[0] - margin:
+            continue
+        own = bends[group]
+        alike = abs(float(own.sum())) < _BACK * float(np.abs(own).sum())
+        moves = min(abs(speed[first]), abs(speed[last])) > standing
+        if alike and moves and float(np.abs(own).max()) > least:
+            line = 0.5 * (speed[first] - speed[first - 1] + speed[last + 1] - speed[last])
+            change = float(speed[last] - speed[first] - line * (last - first))
+            out.append(_Ramp(first, last + begins, change))
+    return out
+
+
 def _corners(speed: Floats, begins: float) -> list[_Corner]:
     """Return the corners of a speed that stand alone, in the order of time.
 
@@ -196,11 +307,8 @@ def _corners(speed: Floats, begins: float) -> list[_Corner]:
     begins : float
         When the first of its samples is, in samples.
     """
-    bends = np.zeros_like(speed)
-    bends[1:-1] = np.diff(speed, n=2)
+    bends, noise, least = _bends(speed)
     size = np.abs(bends)
-    noise = float(np.median(size)) / 0.6745
-    least = max(_CLEAR * noise, _ROUNDED * float(np.max(np.abs(speed), initial=0.0)))
     margin, out = _ALONE + 2, list[_Corner]()
     for k in np.flatnonzero(size > 0.5 * least).tolist():
         if not margin <= k < speed.shape[0] - margin or size[k] < max(size[k - 1], size[k + 1]):
@@ -241,6 +349,30 @@ class _Jumps:
             return None
         return (float(self.torque_nm[at]) - before) / (after - before)
 
+    def refined(self, corner: _Corner, late: int) -> _Corner:
+        """Return where it jumps at a corner, or beside it: a speed is filtered, or comes late."""
+        if self.is_sharp(corner, late):
+            return corner
+        splits = (_Corner(corner.at + by, True) for by in (0, -1, 1))
+        halves = (_Corner(corner.at + by, False) for by in (0, 1, -1))
+        return next((c for c in (*splits, *halves) if self.is_sharp(c, late)), corner)
+
+    def pulse(self, first: int, last: int) -> tuple[int, int] | None:
+        """Return the samples between two that a pulse takes, as sharp at either end; else None."""
+        if first < 2 or last + 3 > self.torque_nm.shape[0]:
+            return None
+        part = self.torque_nm[first - 1 : last + 2]
+        over = part - np.linspace(float(part[0]), float(part[-1]), part.shape[0])
+        height = float(over[np.argmax(np.abs(over))])
+        if not abs(height) > self.least_nm:
+            return None
+        share = over / height
+        within = np.flatnonzero(share > 0.5)
+        clear = np.all((share < _OFF) | (share > 1.0 - _OFF))
+        if not clear or within[-1] - within[0] + 1 != within.shape[0]:
+            return None
+        return first - 1 + int(within[0]), first - 1 + int(within[-1])
+
     def is_there(self, corner: _Corner) -> bool:
         """Return whether it jumps at a corner, at once or a little later."""
         first, last = corner.at - 1, min(corner.after + _MOST_LATE + 1, self.torque_nm.shape[0] - 1)
@@ -268,7 +400,8 @@ def _late(corners: Sequence[_Corner], jumps: _Jumps) -> int | None:
         for late in range(_MOST_LATE + 1)
     ]
     best = int(np.argmax(shares))
-    return best if shares[best] >= _MOSTLY else None
+    sharp = [jumps.is_sharp(jumps.refined(corner, best), best) for corner in told]
+    return best if shares[best] >= _SEEN and float(np.mean(sharp)) >= _MOSTLY else None
 
 
 def _noise(torque_nm: Floats) -> float:

@@ -129,10 +129,14 @@ def motion_columns(
     passes: Sequence[Held],
     position_rad: Floats,
     lags: Sequence[Lag],
+    corners_rad_s2: Floats,
     *,
     align: bool,
 ) -> dict[str, Floats]:
     """Return the smooth motion at full rate and the position in step with it, each shape (N,).
+
+    And by what the acceleration is off beside corners: what it is there does not depend on whether
+    the velocity is brought in step.
 
     Parameters
     ----------
@@ -147,16 +151,21 @@ def motion_columns(
         NaN where not recorded.
     lags : sequence of Lag
         By piece, as `lags_of` gives them.
+    corners_rad_s2 : ndarray, shape (N,)
+        Beside the slope of the velocity as reported.
     align : bool
         Whether the velocity is brought in step with the position, and not the position with it.
     """
     full = _empty(_MOTION, pieces) | {"position_rad": position_rad.copy()}
+    full[CORNERS] = corners_rad_s2.copy()
     driven = any(piece.shows_changes for piece in pieces)
     for piece, reported, held, lag in zip(pieces, velocities, passes, lags, strict=True):
         velocity, cutoff_hz, at = reported, piece.cutoff_hz, piece.full
         position = position_rad[at]
         if align:
             velocity = lag.undone(velocity, piece.period_s, cutoff_hz)
+            step = slope(reported, piece.period_s) - slope(velocity, piece.period_s)
+            full[CORNERS][at] += np.where(corners_rad_s2[at] != 0.0, step, 0.0)
         elif lag.late_s != 0.0 and not motions[piece.run].velocity_derived:
             # Torque is in step with the velocity: so must be the angle that waves go by.
             full["position_rad"][at] = earlier(position, -lag.late_s, piece.period_s)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.explain.rows.orders import orders_of
+from agent.explain.rows.run import CORNERS
 from agent.identify.result import Floats
 from agent.identify.signals.lowpass import lowpass
 from agent.physics.periodic import wave_rates
@@ -19,6 +20,7 @@ _HALF = 0.5  # of the step between velocity and position, or its inverse: no lon
 _SLOWLY = 0.2  # of the band: the driven corners are in it, noise and ripple of the velocity are not
 _CORNERS_HZ = 5.0  # below it are corners: a band that is no wider holds little else
 _ORDERS = 3
+_TOLD = 0.02  # of the most that corners were put right by
 
 
 def in_step(plain: Table, aligned: Table) -> bool:
@@ -33,14 +35,15 @@ def in_step(plain: Table, aligned: Table) -> bool:
     waves of the strongest orders stand beside it, so that what is missing of these does not decide:
     friction under load, and friction that yields, act at corners, too, and the loop turns a wave of
     the torque into one of the velocity. The step itself is jerk, mostly noise: its slow part is the
-    instrument (Young, Automatica 17 (1981) 53), or noise would always say no.
+    instrument (Young, Automatica 17 (1981) 53), or noise would always say no. Where the torque has
+    told on which side of a corner a sample is, it is in step with either.
 
     Parameters
     ----------
     plain, aligned : Table
         With the velocity as it was reported, and in step with the position.
     """
-    rows = plain.sliding & aligned.sliding
+    rows = plain.sliding & aligned.sliding & ~_beside_corners(plain)
     if not rows.any():
         return False
     free, target = _free(plain, rows), plain.target_nm[rows]
@@ -58,6 +61,12 @@ def in_step(plain: Table, aligned: Table) -> bool:
     answers = float(instrument @ step[rows])
     asked = float(instrument @ (target - free @ least(free, target))) / answers if answers else 0.0
     return _HALF < asked < 1.0 / _HALF
+
+
+def _beside_corners(table: Table) -> NDArray[np.bool_]:
+    """Return the rows, shape (n,), of whose acceleration the torque has told the side."""
+    share = table.band(np.abs(table.full[CORNERS])[:, np.newaxis])[:, 0]
+    return np.asarray(share > _TOLD * float(np.max(share, initial=0.0)))
 
 
 def _free(table: Table, rows: NDArray[np.bool_]) -> Floats:

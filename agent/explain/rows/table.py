@@ -278,7 +278,9 @@ def tabulate(
     if align_velocity is None and not all(lag.part_of_sample for lag in lags):
         align_velocity = False  # so late a velocity has a name
     for align in (False, True) if align_velocity is None else (align_velocity,):
-        moved = motion_columns(motions, pieces, velocities, passes, position, lags, align=align)
+        moved = motion_columns(
+            motions, pieces, velocities, passes, position, lags, recorded[CORNERS], align=align
+        )
         full = {**recorded, **moved}
         full |= use_columns(runs, pieces, full, elsewhere)
         table = _table(twin, tuple(runs), pieces, full, widest_hz, aligned=align)

@@ -24,6 +24,7 @@ from agent.identify.uncertainty import block_jackknife, covariance_of_one_memory
 from agent.physics.rigid_body import PARAMETERS
 
 _UNMISTAKABLE = 3.0
+_ALONE = 0.5  # of friction's lateness: as much at most is everything else late
 _BEYOND = 1.5  # times a filter's second order: what its third may add
 
 
@@ -96,7 +97,15 @@ def _beside_lateness(
     friction then looks like inertia. A drive's torque filter or a late velocity (a negative dt) of
     6 ms bent Coulomb friction by 4 % and inertia by 2 %.
     """
+    without = fit
     fit, late_s = _beside(rows, columns, fit, late, blocks, positive=False)
+    turning = _late_friction(rows, columns, without)
+    if turning is not None and (
+        late_s == 0.0 or _friction_alone_is_late(rows, columns, late, turning, blocks)
+    ):
+        beside, turned = _beside(rows, columns, without, turning, blocks, positive=True)
+        if turned != 0.0 or late_s != 0.0:
+            return beside, 0.0
     if late_s == 0.0:
         return fit, 0.0
     # A filter and a delay part in the second derivative, by up to the filter's dt^2.
@@ -104,6 +113,32 @@ def _beside_lateness(
     both = np.column_stack((columns, late))
     moved = np.abs(np.linalg.solve(both.T @ both, both.T @ bend)[:-1])
     return replace(fit, ends=fit.ends + np.stack((-moved, moved), axis=-1)), late_s
+
+
+def _late_friction(rows: Rows, columns: Floats, fit: Fit) -> Floats | None:
+    """Return what a Coulomb friction that comes late changes the torque by per second, (N,)."""
+    dry = rows.columns[:, PARAMETERS.index("coulomb_nm")]
+    own = [k for k in range(columns.shape[1]) if np.array_equal(columns[:, k], dry)]
+    if not own:
+        return None
+    return np.asarray(-np.gradient(columns[:, own[0]] * fit.theta[own[0]], rows.time_s))
+
+
+def _friction_alone_is_late(
+    rows: Rows, columns: Floats, late: Floats, turning: Floats, blocks: NDArray[np.int64]
+) -> bool:
+    """Return whether friction turns later than the motion, and nothing else is late with it.
+
+    Contacts yield before they slip, so that friction has turned some milliseconds after the motion
+    has. A torque that is late is so on every ramp as well, where the inertia shows it.
+    """
+    both = np.column_stack((columns, late - turning, turning))
+    if np.any(variance_inflation(both)[-2:] > INFLATION):
+        return False
+    theta, ends, _ = _with_ends(both, rows.torque_nm, blocks)
+    others, friction = float(theta[-2]), float(theta[-1])
+    most = float(np.max(np.abs(ends[-2])))
+    return abs(others) < most < _ALONE * abs(friction)
 
 
 def _gravity_left_out(rows: Rows, kept: Sequence[int]) -> Floats | None:

@@ -10,6 +10,7 @@ from agent.physics.rigid_body import PARAMETERS
 
 GRAVITY = ("gravity_sin_nm", "gravity_cos_nm")
 INFLATION = 1000.0  # a parameter's variance against that with all other columns orthogonal
+_LEAKS = 0.03  # of one part of gravity: what the other one has of it at most where it is left out
 _DROP_FIRST = (*GRAVITY, "inertia_kg_m2", "torque_offset_nm", "viscous_nm_s_per_rad")
 
 
@@ -33,8 +34,24 @@ def left_out(rows: Rows) -> dict[str, str]:
         mixed = [name for name in _DROP_FIRST if inflation.get(name, 0.0) > INFLATION]
         if not mixed:
             return reasons
+        constant = [name for name in GRAVITY if name in mixed]
+        if len(constant) == 1 and _is_constant(constant[0], kept, rows):
+            reasons[constant[0]] = _mixed_reason(constant[0], rows, alone=True)
+            continue
         for name in GRAVITY if mixed[0] in GRAVITY else mixed[:1]:
             reasons[name] = _mixed_reason(name, rows)
+
+
+def _is_constant(name: str, kept: list[int], rows: Rows) -> bool:
+    """Return whether one part of gravity can go without the other one having to stand in for it.
+
+    About the angle at which the arm hangs, its cosine hardly changes and its sine does: that is
+    told on any stroke. Where both change, leaving one out would bend the other.
+    """
+    others = [i for i in kept if PARAMETERS[i] != name]
+    share = np.linalg.lstsq(rows.some(others), rows.some([PARAMETERS.index(name)]), rcond=None)[0]
+    leaks = [share[others.index(i)] for i in others if PARAMETERS[i] in GRAVITY]
+    return bool(leaks) and abs(float(leaks[0][0])) < _LEAKS
 
 
 def variance_inflation(columns: Floats) -> Floats:
@@ -59,13 +76,14 @@ def variance_inflation(columns: Floats) -> Floats:
     return out
 
 
-def _mixed_reason(name: str, rows: Rows) -> str:
+def _mixed_reason(name: str, rows: Rows, *, alone: bool = False) -> str:
     """Say why a column cannot be told from the others."""
     if name in GRAVITY:
         degrees = np.degrees(rows.arm_stroke_rad)
+        part = {"gravity_sin_nm": "this sine", "gravity_cos_nm": "this cosine"}[name]
         return (
-            f"on a stroke of {degrees:.3g} degrees of the arm, gravity cannot be told from a "
-            "constant torque"
+            f"on a stroke of {degrees:.3g} degrees of the arm, {part if alone else 'gravity'} "
+            "cannot be told from a constant torque"
         )
     constant = (
         "moving one way, a constant torque cannot be told from friction"

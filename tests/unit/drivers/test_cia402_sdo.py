@@ -20,6 +20,7 @@ from drivers.cia402.network import CanopenNode
 from drivers.cia402.objects import DriveObject
 from drivers.cia402.pdo import EVERY_SYNC, PdoMap, snapshot_pdo, write_pdo
 from drivers.cia402.sdo import LIBRARY_ERRORS, SdoAccess, translate
+from drivers.cia402.settings import give_back
 from drivers.clock import SteppedClock
 from drivers.errors import BusError, ConfigurationError, DriverError, SdoError
 
@@ -253,6 +254,16 @@ def test_a_fixed_mapping_serves_as_it_stands_and_is_given_back_all_the_same(
     assert snapshot_pdo(server.sdo, 0x1800) == found
     write_pdo(server.sdo, 0x1800, found | {"0x1800:02": EVERY_SYNC})  # sent otherwise
     assert server.values[0x1800, 2] == b"\x01"
+
+
+def test_what_a_drive_refuses_is_given_back_where_it_never_was_another(
+    server: ScriptedServer,
+) -> None:
+    server.values[0x6085, 0] = struct.pack("<I", 5000)
+    server.read_only.add((0x6085, 0))
+    assert give_back(server.sdo, {"0x6085:00": 5000}) == []
+    (trouble,) = give_back(server.sdo, {"0x6085:00": 4000})
+    assert "can only be read" in trouble
 
 
 def test_a_mapping_that_does_not_stick_names_expected_and_read(server: ScriptedServer) -> None:
