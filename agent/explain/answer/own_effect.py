@@ -62,6 +62,7 @@ def own_effect_sentence(
     times: float,
     *,
     of_all: bool = False,
+    nameless: bool = False,
 ) -> Said:
     """Return what is said of an effect that the simulation has with other numbers.
 
@@ -78,9 +79,14 @@ def own_effect_sentence(
         How many times as strong as the simulation's the joint's is.
     of_all : bool
         Whether the share is of the difference to the simulation as given.
+    nameless : bool
+        Whether far more than noise is left without it: then it is not shown to be missing.
     """
     whole = shared(OWN_NUMBER if of_all else OWN_EFFECT, beside_numbers=False)
     worth = f"This explains {percent(share)} of {whole}."
+    if not found and nameless:
+        lead = f"The {_own(effect)} is not the joint's; what the joint has instead has no name."
+        return Said(lead, worth=f"Without it {percent(share)} of {whole} is gone.")
     if not found:
         name = _AS_OWNED.get(effect, effect_name(effect))
         lead = f"The simulation has {name}, which these recordings do not show."

@@ -24,13 +24,14 @@ from agent.explain.forms.form import Point, Proportional
 from agent.explain.forms.gears import Gear
 from agent.explain.forms.hidden_arm import HiddenArm
 from agent.explain.rows.scene import Scene
+from agent.physics.twin import TwinError
 
 _HELD = 0.5  # of the spring's own stiffness, at first: harmonic drives hold a tenth to the half
 _TRAVELS = ((0.2, 0.2), (0.6, 0.5), (2.0, 0.8))  # of a hard twist; how much it stiffens the swing
 _HARD_SHARE = 0.95  # of the samples are gentler
 _TRIALS = 30
 _MOST_HELD = 10.0  # of the spring's own stiffness: harder, it is the gear's spring itself
-_FURTHEST = 30.0  # twists under a hard load: inner friction that gives way no sooner is a spring
+_FURTHEST = 4.0  # twists under a hard load: inner friction that gives way no sooner is a spring
 _FRICTIONS = (0.15, 0.5)  # of the joint's, the arm's, at first
 _NUMBERS = ("antiresonance_hz", "damping_ratio", "held_share", "hysteresis_travel_rad")
 
@@ -82,6 +83,8 @@ def _rubbing_grid(scene: Scene) -> Sequence[Point]:
 def _spring(scene: Scene, values: Mapping[str, float]) -> dict[str, float]:
     """Return a spring's numbers, and those of its inner friction, as the twin names them."""
     inertia, travel = values["arm_inertia_kg_m2"], values["hysteresis_travel_rad"]
+    if travel > _FURTHEST * _hard_twist_rad(scene, values["antiresonance_hz"]):
+        raise TwinError("what the gear holds gives way nowhere in this motion")
     spring = spring_entry(inertia, values["antiresonance_hz"], values["damping_ratio"])
     stiffer_than_weight(scene, spring)
     held_nm = values["held_share"] * spring["stiffness_nm_per_rad"] * travel

@@ -14,7 +14,13 @@ from agent.explain.answer.result import Explanation, Finding, Holdout, Moved
 from agent.explain.answer.ties import is_tied
 from agent.explain.choosing.materiality import MATERIAL
 from agent.explain.numbers.wrong import MATERIAL as OF_GIVEN
-from agent.explain.own_effects.better import floor_nm2, is_better, mismatch_nm2, settles_more
+from agent.explain.own_effects.better import (
+    floor_nm2,
+    is_better,
+    mismatch_nm2,
+    on_the_floor_of,
+    settles_more,
+)
 from agent.explain.own_effects.doubted import Doubted
 from agent.explain.own_effects.energies import Energies
 from agent.explain.own_effects.pairs import finding_of, numbers_in
@@ -22,6 +28,7 @@ from agent.explain.taken_off import beside_a_finding
 from agent.identify.result import Parameter
 from agent.physics.twin import Effect
 
+_NAMELESS = 2.0  # times the noise: what leaves more is not what the joint has in its place
 _HELPS = 0.1  # of the mismatch: what right numbers in an effect's place take off at least
 
 
@@ -44,6 +51,7 @@ def told_against(
     """
     if bare.twin is None or answer.twin is None:
         return None
+    answer = on_the_floor_of(answer, bare)
     if not (plainer or is_better(bare, answer, len(doubted.excess))):
         return None
     trials = [Energies(doubted, bare.twin, floor_nm2(answer), moved=m) for m in (True, False)]
@@ -71,6 +79,7 @@ def told_against(
         findings=tuple(replace(f, rank=rank) for rank, f in enumerate(found, start=1)),
         cells=answer.cells,
         moved=_moved(answer, bare),
+        unexplained_share=_left_share(answer, bare),
         twin=replace(bare.twin, effects=(*bare.twin.effects, *lost)),
         holdout=_held_out(answer.holdout, bare.holdout),
     )
@@ -94,6 +103,7 @@ def _in_their_place(
     own: list[Finding] = []
     paired: set[int] = set()
     lost: list[Effect] = []
+    nameless = bare.extended.rmse_nm**2 > _NAMELESS**2 * max(floor_nm2(bare), 1e-300)
     for place, law in energy.pairs:
         effect = doubted.twin.effects[place]
         same = law is not None and law.id == effect.id
@@ -104,7 +114,9 @@ def _in_their_place(
         if energy.helped >= _HELPS and worth >= MATERIAL:
             whole = min(worth, 1.0)
             if too_much is None:
-                own.append(_own_finding(effect, finding, whole, energy, place, law))
+                own.append(
+                    _own_finding(effect, finding, whole, energy, place, law, nameless=nameless)
+                )
             else:
                 own.append(_too_much_finding(too_much, whole, energy, place, law))
         elif law is None and too_much is None:
@@ -134,6 +146,8 @@ def _own_finding(
     energy: Energies,
     place: int,
     law: Effect | None,
+    *,
+    nameless: bool,
 ) -> Finding:
     """Return that an effect of the simulation is not as the recordings show it."""
     given = numbers_in(effect)
@@ -145,7 +159,13 @@ def _own_finding(
             name: Parameter(value, None, identified=True) for name, value in numbers_in(law).items()
         }
     said = own_effect_sentence(
-        effect.id, given, numbers, share, energy.times(place, law), of_all=not energy.moved
+        effect.id,
+        given,
+        numbers,
+        share,
+        energy.times(place, law),
+        of_all=not energy.moved,
+        nameless=nameless,
     )
     if found is None:
         return Finding(effect.id, 0, 1.0, share, (), said, numbers, form=OWN_EFFECT)
@@ -191,6 +211,14 @@ def _too_much_finding(
         curve=curve,
         ringing=None,
     )
+
+
+def _left_share(answer: Explanation, bare: Explanation) -> float:
+    """Return which share of what the twin as given leaves has no name."""
+    before, after = mismatch_nm2(answer), mismatch_nm2(bare)
+    if not before > after:
+        return bare.unexplained_share
+    return bare.unexplained_share * after / before
 
 
 def _share(finding: Finding, bare: Explanation, answer: Explanation) -> float:

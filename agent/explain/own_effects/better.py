@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from agent.explain.answer.names import OWN_NUMBER
 from agent.explain.answer.result import Explanation, Verdict
@@ -56,6 +57,20 @@ def settles_more(bare: Explanation, answer: Explanation) -> bool:
         return settled > 0
     left, before = (each.extended.rmse_nm**2 - floor_nm2(answer) for each in (bare, answer))
     return left < _HALF * before
+
+
+def on_the_floor_of(answer: Explanation, other: Explanation) -> Explanation:
+    """Return an answer with another one's noise floor, where that one leaves less than its own.
+
+    A simulated arm that rings where the joint's does not leaves what looks like noise; that it
+    agrees but for noise is not so then.
+    """
+    ours, theirs = floor_nm2(answer), floor_nm2(other)
+    if not (0.0 < theirs < ours and other.extended.rmse_nm**2 < ours):
+        return answer
+    agrees = answer.extended.rmse_nm**2 <= CLOSE**2 * theirs
+    verdict = "unexplained" if answer.verdict == "no-mismatch" and not agrees else answer.verdict
+    return replace(answer, floor=other.floor, verdict=verdict)
 
 
 def is_noise(answer: Explanation) -> bool:
