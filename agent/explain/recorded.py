@@ -8,16 +8,25 @@ from dataclasses import replace
 
 import numpy as np
 
+from agent.explain.answer import words
 from agent.explain.answer.names import OWN_NUMBER, effect_name
 from agent.explain.answer.result import Explanation
 from agent.explain.asked import tabulated
+from agent.explain.choosing.materiality import MATERIAL
 from agent.explain.location.moments import Moments
 from agent.explain.numbers.model import predicted
 from agent.explain.once import Known, asked_once
 from agent.explain.own_effects.against import told_against
-from agent.explain.own_effects.better import SETTLED, is_better, is_settled
+from agent.explain.own_effects.better import SETTLED, is_better, is_settled, mismatch_nm2
 from agent.explain.own_effects.doubted import Doubted, refitted_of
-from agent.explain.own_effects.other_way import BOTH_WAYS, exchanged, freed, less, too_much_of
+from agent.explain.own_effects.other_way import (
+    BOTH_WAYS,
+    exchanged,
+    freed,
+    less,
+    the_simulations_own,
+    too_much_of,
+)
 from agent.explain.rows.creep import without_creep
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import Table
@@ -41,21 +50,29 @@ def told_both_ways(
     The joint lacks that in the simulation's place. Asked is where the answer is not settled, has
     a law with a sign, or several.
     """
-    if is_settled(answer) and len(answer.findings) < 2 and not _is_one_sided(answer):
-        return answer, moments
     asked, table = tabulated(twin, runs, holdout)
     table = without_creep(table)
+    own = the_simulations_own(twin, table, answer)
+    if is_settled(answer) and len(answer.findings) < 2 and not (own or _is_one_sided(answer)):
+        return answer, moments
     known = Known(band_hz=table.cutoff_hz)
     joint = refitted_of(twin, answer)  # as far as a twin knows it
     turned = exchanged(asked.runs), exchanged(asked.holdout)
     other_way, _ = asked_once(joint, *turned, limits, known)
-    same = _effects(other_way) == _effects(answer)  # it has no sign here, and is called missing
+    # Without a sign here it is called missing, but for what the simulation has by itself.
+    same = _effects(other_way) == _effects(answer) and not own
     as_well = _as_well_said(other_way) if is_settled(answer) and not same else ()
     stays = replace(answer, reasons=(*answer.reasons, *as_well)), moments
     ways: tuple[Explanation, ...] = (other_way,)
-    if is_settled(answer) and (
-        same
-        or not (is_better(other_way, answer) or _is_plainer(table, twin, answer, joint, other_way))
+    if (
+        is_settled(answer)
+        and not own
+        and (
+            same
+            or not (
+                is_better(other_way, answer) or _is_plainer(table, twin, answer, joint, other_way)
+            )
+        )
     ):
         ways = tuple(
             asked_once(joint, less(turned[0], others), less(turned[1], others), limits, known)[0]
@@ -63,12 +80,17 @@ def told_both_ways(
         )
     trials: list[tuple[int, float, Explanation, Moments | None]] = []
     most_nm = _PLAINER * _asked_for_nm(table, twin, answer)
-    for doubted in (each for way in ways for each in too_much_of(twin, table, answer, way)):
+    for doubted in (each for way in ways for each in too_much_of(twin, table, answer, way, own)):
         lighter, unseen = freed(runs, doubted), freed(holdout, doubted)
         bare, apart = asked_once(twin, lighter, unseen, limits, replace(known, doubted=doubted))
         asks_nm = _too_much_nm(table, twin, doubted) + _asked_for_nm(table, twin, bare)
-        plainer = _explains_as_much(bare, answer) and asks_nm < most_nm
+        taken = {doubted.twin.effects[place].id for place in doubted.places}
+        instead = bool(taken & own) and _leaves_as_little(bare, answer)
+        plainer = instead or (_explains_as_much(bare, answer) and asks_nm < most_nm)
         told = told_against(doubted, answer, bare, plainer=plainer)
+        if told is not None and instead and SETTLED[told.verdict] < SETTLED[answer.verdict]:
+            told = replace(told, verdict=answer.verdict)  # of the same mismatch, and what is left
+            told = replace(told, sentence=words.summary_of(told))
         if told is not None:
             trials.append((-SETTLED[told.verdict], asks_nm, told, apart))
     if not trials:
@@ -130,6 +152,12 @@ def _explains_as_much(other: Explanation, answer: Explanation) -> bool:
     if not is_settled(other) or SETTLED[other.verdict] < SETTLED[answer.verdict]:
         return False
     return not is_better(answer, other)
+
+
+def _leaves_as_little(other: Explanation, answer: Explanation) -> bool:
+    """Return whether another answer leaves no more than the first, but for what has no name."""
+    more = other.extended.rmse_nm**2 - answer.extended.rmse_nm**2
+    return more <= MATERIAL * mismatch_nm2(answer)
 
 
 def _asked_for_nm(table: Table, twin: Twin, answer: Explanation) -> float:

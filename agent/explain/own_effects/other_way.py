@@ -10,10 +10,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from agent.explain.answer.result import Explanation, Finding
+from agent.explain.numbers.model import predicted
 from agent.explain.own_effects.better import is_settled
 from agent.explain.own_effects.doubted import Doubted, refitted_of
 from agent.explain.own_effects.pairs import finding_of
+from agent.explain.rows.in_step import hats, least
 from agent.explain.rows.run import SIMULATED, Run
 from agent.explain.rows.table import Table
 from agent.physics.twin import Effect, Twin
@@ -33,7 +37,13 @@ BOTH_WAYS = frozenset(
         "torque-saturation",
     }
 )
-"""Effects that have no sign, or that a prediction may not be clipped by: a joint lacks these."""
+"""Effects that have no sign, or that a prediction may not be clipped by: a joint lacks these.
+
+But those that one of both torques has by itself, and the other has not: see `the_simulations_own`.
+"""
+
+_BY_ITSELF = frozenset({"torque-ripple", "position-dependent-friction", "local-fault"})
+_NONE_OF_IT, _ALL_OF_IT = 0.35, 0.65  # of a law: so much at most, or least, is in a torque
 
 
 def exchanged(runs: Sequence[Run]) -> tuple[Run, ...]:
@@ -48,8 +58,43 @@ def exchanged(runs: Sequence[Run]) -> tuple[Run, ...]:
     return tuple(out)
 
 
+def the_simulations_own(twin: Twin, table: Table, answer: Explanation) -> frozenset[str]:
+    """Return which effects of an answer are in the simulated torque alone, and not in the joint's.
+
+    A wave of the motor's angle or a bump along the path is nothing that a plain joint has: where
+    the measured torque has none, it is not missing, and the simulation has it too much.
+
+    Parameters
+    ----------
+    twin : Twin
+        As given beside the recorded simulation.
+    table : Table
+        Of the recordings to learn from, as they are.
+    answer : Explanation
+    """
+    laws = () if answer.twin is None else answer.twin.effects[len(twin.effects) :]
+    own = [law.id for law in laws if law.id in _BY_ITSELF and _is_its_own(twin, table, law)]
+    joints = {law.id for law in laws} - set(own)
+    return frozenset(effect for effect in own if effect not in joints)
+
+
+def _is_its_own(twin: Twin, table: Table, law: Effect) -> bool:
+    plain = replace(twin, effects=())
+    torque = predicted(table, replace(plain, effects=(law,))) - predicted(table, plain)
+    simulated = table.measured_nm - table.target_nm
+    rows = table.sliding & np.isfinite(torque) & np.isfinite(simulated)
+    speed, way = (f(table.rows["velocity_rad_s"][rows]) for f in (np.abs, np.sign))
+    columns = np.column_stack((torque[rows], table.base[rows], way[:, np.newaxis] * hats(speed)))
+    joints, own = (least(columns, each[rows])[0] for each in (table.measured_nm, simulated))
+    return bool(abs(joints) < _NONE_OF_IT and own < -_ALL_OF_IT)
+
+
 def too_much_of(
-    twin: Twin, table: Table, answer: Explanation, other_way: Explanation
+    twin: Twin,
+    table: Table,
+    answer: Explanation,
+    other_way: Explanation,
+    own: frozenset[str] = frozenset(),
 ) -> tuple[Doubted, ...]:
     """Return a recorded simulation as twins that have what was found the other way round.
 
@@ -64,6 +109,8 @@ def too_much_of(
         Of the recordings to learn from, as they are.
     answer, other_way : Explanation
         Of the recordings as they are, and of the exchanged ones.
+    own : frozenset of str
+        Effects without a sign that are the simulation's all the same.
     """
     if other_way.twin is None:
         return ()
@@ -71,7 +118,7 @@ def too_much_of(
     for effect in other_way.twin.effects:
         paired = {finding.rank for finding, _ in found}
         finding = finding_of(effect, other_way.findings, paired)
-        if finding is not None and effect.id not in BOTH_WAYS:
+        if finding is not None and (effect.id not in BOTH_WAYS or effect.id in own):
             found.append((finding, effect))
     found.sort(key=lambda pair: -pair[0].energy_share)
     sets = [found[:1]] if found else []
