@@ -24,6 +24,7 @@ from agent.identify.uncertainty import block_jackknife, covariance_of_one_memory
 from agent.physics.rigid_body import PARAMETERS
 
 _UNMISTAKABLE = 3.0
+_TURNS_LATE = 2.0  # samples: friction that turns within less may be late by the sampling
 _ALONE = 0.5  # of friction's lateness: as much at most is everything else late
 _BEYOND = 1.5  # times a filter's second order: what its third may add
 
@@ -70,7 +71,11 @@ def _beside_spring_and_lateness(
         late = _late(rows, columns, sprung)
         beside, late_s = _beside_lateness(rows, columns, sprung, late, blocks)
         if late_s == 0.0:
-            return beside
+            turning = _late_friction(rows, columns, fit)
+            if turning is None:
+                return beside
+            turned, by = _beside(rows, columns, fit, turning, blocks, positive=True)
+            return turned if by > _TURNS_LATE * _period_s(rows) else beside
         held = Fit(np.append(beside.theta, late_s), np.vstack((beside.ends, (late_s, late_s))))
         both = np.column_stack((columns, late))
         sprung, stiffness = _beside(rows, both, held, snap, blocks, positive=True)
@@ -99,20 +104,21 @@ def _beside_lateness(
     """
     without = fit
     fit, late_s = _beside(rows, columns, fit, late, blocks, positive=False)
-    turning = _late_friction(rows, columns, without)
-    if turning is not None and (
-        late_s == 0.0 or _friction_alone_is_late(rows, columns, late, turning, blocks)
-    ):
-        beside, turned = _beside(rows, columns, without, turning, blocks, positive=True)
-        if turned != 0.0 or late_s != 0.0:
-            return beside, 0.0
     if late_s == 0.0:
         return fit, 0.0
+    turning = _late_friction(rows, columns, without)
+    if turning is not None and _friction_alone_is_late(rows, columns, late, turning, blocks):
+        return _beside(rows, columns, without, turning, blocks, positive=True)[0], 0.0
     # A filter and a delay part in the second derivative, by up to the filter's dt^2.
     bend = _BEYOND * late_s**2 * np.gradient(late, rows.time_s)
     both = np.column_stack((columns, late))
     moved = np.abs(np.linalg.solve(both.T @ both, both.T @ bend)[:-1])
     return replace(fit, ends=fit.ends + np.stack((-moved, moved), axis=-1)), late_s
+
+
+def _period_s(rows: Rows) -> float:
+    """Return the time between rows, s, as most of them have it."""
+    return float(np.median(np.diff(rows.time_s)))
 
 
 def _late_friction(rows: Rows, columns: Floats, fit: Fit) -> Floats | None:
@@ -138,7 +144,7 @@ def _friction_alone_is_late(
     theta, ends, _ = _with_ends(both, rows.torque_nm, blocks)
     others, friction = float(theta[-2]), float(theta[-1])
     most = float(np.max(np.abs(ends[-2])))
-    return abs(others) < most < _ALONE * abs(friction)
+    return abs(others) < most < _ALONE * friction
 
 
 def _gravity_left_out(rows: Rows, kept: Sequence[int]) -> Floats | None:

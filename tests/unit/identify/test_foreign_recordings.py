@@ -100,6 +100,46 @@ def test_gravity_that_a_short_stroke_cannot_tell_is_not_taken_for_inertia() -> N
     assert inertia.value == pytest.approx(joint.inertia_kg_m2, rel=0.004)
 
 
+def test_about_the_angle_at_which_the_arm_hangs_a_short_stroke_tells_its_sine() -> None:
+    # Beside a sine that was left out, the offset had an interval without the truth.
+    joint, speeds = Joint(gravity_sin_nm=0.8, gear_ratio=100.0), [2.0, 5.0, 12.0, 30.0, 70.0]
+    for start_rad, told_apart in ((-30.0, True), (45.0, False)):
+        signals = record(joint, stair(speeds, start_rad=start_rad, longest_s=30.0), noise_nm=0.01)
+        body = estimate([signals]).rigid_body
+        assert body is not None
+        sine, cosine = (body.parameters[f"gravity_{part}_nm"] for part in ("sin", "cos"))
+        assert (sine.identified, cosine.identified) == (told_apart, False)
+        if told_apart:
+            assert "this cosine cannot be told from a constant torque" in cosine.reason
+            assert sine.value == pytest.approx(joint.gravity_sin_nm, rel=0.01)
+            low, high = body.parameters["torque_offset_nm"].ci95 or (1.0, -1.0)
+            assert low <= 0.0 <= high
+
+
+@dataclass(frozen=True)
+class TurnsLate(Joint):
+    """A joint whose contacts yield before they slip: its dry friction turns 16 ms late."""
+
+    late: int = 4
+
+    def friction(self, velocity: Floats) -> Floats:
+        way = np.where(velocity >= 0.0, 1.0, -1.0)
+        dry = self.coulomb_nm * np.concatenate((way[: self.late], way[: -self.late]))
+        return np.asarray(dry + self.viscous_nm_s_per_rad * velocity)
+
+
+def test_friction_that_turns_late_bends_no_inertia() -> None:
+    # It was told as a torque that comes late, or a tenth of the inertia was missing for it.
+    joint = TurnsLate(inertia_kg_m2=0.004)
+    motion = stair([3.0, 6.0, 12.0, 25.0, 50.0] * 3, ramp_s=0.15, longest_s=0.6)
+    result = estimate([record(joint, motion, noise_nm=0.005)])
+    assert not any("later than motion" in note for note in result.notes)
+    assert result.rigid_body is not None
+    for name, share in (("inertia_kg_m2", 0.01), ("viscous_nm_s_per_rad", 0.02)):
+        value = result.rigid_body.parameters[name].value
+        assert value == pytest.approx(getattr(joint, name), rel=share)
+
+
 def test_speeds_of_one_recording_are_one_temperature_however_it_warmed_up() -> None:
     degc = np.array([24.0, 24.6, 25.2, 25.8, 26.4, 27.0, 30.0, 30.6, 31.2])
     points = SurfacePoints(np.ones(9), degc, np.ones(9), np.ones(9), np.repeat([7, 3, 5], 3))
