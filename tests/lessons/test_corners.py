@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from agent.explain.rows.corners import with_corners
 from agent.explain.rows.run import CORNERS, Run
 from agent.identify.result import Floats
 from agent.physics.derivative import slope
-from tests.science.textbook_joint import TWIN, Driven, Extra, nothing, recorded, stair
+from tests.science.textbook_joint import TWIN, Driven, Extra, nothing, recorded, stair, steps
 
 SPEEDS_RAD_S = (4.0, 8.0, 15.0, 28.0, 50.0)
 
@@ -49,6 +50,46 @@ def test_a_bump_beside_them_has_its_name() -> None:
     (finding,) = answer.findings
     assert (answer.verdict, finding.effect) == ("explained", "local-fault")
     assert finding.parameters["height_nm"].value == pytest.approx(0.1, rel=0.06)
+
+
+def stepped(extra: Extra, rate_hz: float, late_s: float) -> list[Run]:
+    """Return stairs through close speeds; the drive's own low-pass makes its velocity late."""
+    out = []
+    for seed in range(4):
+        order = np.random.default_rng(seed).permutation(
+            [-22.0, -9.0, -5.0, -2.0, 2.0, 5.0, 9.0, 22.0]
+        )
+        driven = steps(
+            [(1.0 + 0.07 * seed) * speed for speed in order],
+            acceleration_rad_s2=300.0,
+            rate_hz=rate_hz,
+        )
+        run = recorded(driven, extra, 0.008, seed)
+        velocity = np.interp(driven.time_s - late_s, driven.time_s, driven.velocity_rad_s)
+        signals = replace(run.signals, velocity_rad_s=velocity)
+        out.append(replace(run, signals=signals))
+    return out
+
+
+@pytest.mark.parametrize(("rate_hz", "late_s"), [(250.0, 0.0), (250.0, 0.0008), (500.0, 0.0004)])
+def test_ramps_of_few_samples_and_a_late_velocity_hide_nothing(
+    rate_hz: float, late_s: float
+) -> None:
+    """Joints that lack nothing were unexplained, and a fall of seven times the noise as well."""
+    *fit, held_out = stepped(nothing, rate_hz, late_s)
+    answer = explain(TWIN, fit, [held_out])
+    assert answer.verdict in ("no-mismatch", "explained"), answer.sentence
+    assert not [f for f in answer.findings if f.effect != "measurement-delay"]
+    *fit, held_out = stepped(falling, rate_hz, late_s)
+    answer = explain(TWIN, fit, [held_out])
+    assert answer.findings[0].effect == "stribeck", answer.sentence
+    assert answer.findings[0].parameters["static_extra_nm"].value == pytest.approx(0.06, rel=0.3)
+
+
+def falling(driven: Driven) -> Floats:
+    """Return friction that falls with speed."""
+    speed = np.abs(driven.velocity_rad_s)
+    return 0.06 * np.sign(driven.velocity_rad_s) * np.exp(-speed / 6.0)
 
 
 def delayed_by(samples: int) -> Callable[[Run], Run]:

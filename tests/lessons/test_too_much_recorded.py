@@ -135,3 +135,24 @@ def test_a_fall_that_the_joint_has_beside_a_wrong_number_is_no_bend_of_the_simul
     told = {f.effect: f.form == OWN_EFFECT for f in answer.findings}
     assert told == {"wrong-number": False, "stribeck": False}
     assert any("too much in the simulation explains" in reason for reason in answer.reasons)
+
+
+def with_a_ripple(run: Run) -> Run:
+    """Return a recording beside a simulation that has a ripple."""
+    plain, position = _beside(TWIN, run), run.signals.position_rad
+    assert position is not None
+    rippling = plain.columns["torque_simulated_nm"] + RIPPLE_NM * np.cos(6.0 * position)
+    return replace(plain, columns={**plain.columns, "torque_simulated_nm": rippling})
+
+
+def test_a_ripple_that_the_measured_torque_has_not_is_the_simulations() -> None:
+    # It was missing physics, and put into twin.toml, though the joint has none of it.
+    answer = explain(TWIN, [with_a_ripple(run) for run in measured()])
+    (found,) = answer.findings
+    assert (answer.verdict, found.effect, found.form) == ("explained", "torque-ripple", OWN_EFFECT)
+    assert answer.twin is not None
+    assert not answer.twin.effects
+    answer = explain(TWIN, [_beside(TWIN, run) for run in measured(RIPPLE_NM)])
+    (found,) = answer.findings
+    assert (answer.verdict, found.effect) == ("explained", "torque-ripple")
+    assert found.form != OWN_EFFECT

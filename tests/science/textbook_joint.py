@@ -55,6 +55,23 @@ def stair(
         for way in ways:
             ramp = speed / acceleration_rad_s2, way * acceleration_rad_s2
             parts += [ramp, (_HOLD_S, 0.0), (ramp[0], -ramp[1]), (_REST_S, 0.0)]
+    return _ramped(parts, rate_hz)
+
+
+def steps(
+    speeds_rad_s: Sequence[float], *, acceleration_rad_s2: float = 400.0, rate_hz: float = 500.0
+) -> Driven:
+    """Return passes from one speed to the next without a rest, standstill at either end."""
+    parts, before = [(_REST_S, 0.0)], 0.0
+    for speed in (*speeds_rad_s, 0.0):
+        way = math.copysign(acceleration_rad_s2, speed - before)
+        parts += [(abs(speed - before) / acceleration_rad_s2, way), (_HOLD_S, 0.0)]
+        before = speed
+    return _ramped(parts, rate_hz)
+
+
+def _ramped(parts: Sequence[tuple[float, float]], rate_hz: float) -> Driven:
+    """Return a motion of pieces: how long, and at which acceleration."""
     lasts, level = (np.array(each) for each in zip(*parts, strict=True))
     begins = np.cumsum(lasts) - lasts
     speed_at = np.cumsum(level * lasts) - level * lasts
