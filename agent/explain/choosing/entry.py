@@ -30,7 +30,6 @@ _OF_ITS_OWN = 0.1  # of the mismatch: so much more makes a newcomer an effect, w
 _SHARED_OUT = 0.2  # of what a term had removed: so little is left to it beside a newcomer
 _HEARD = 0.5  # of the gain: what resembles a gap explains that much more where there is none
 _MOST_TIMES = 5.0  # the mismatch, in rms: a term of so much more is taken back by another
-_OF_A_PLACE = frozenset({"position-dependent-friction", "local-fault", "cable-force"})
 _REPEATED = frozenset(
     {
         "torque-ripple",
@@ -184,8 +183,8 @@ def accident_of(
         return None
     model = [t.candidate for t in terms]
     accident = chance(library, model, best)
-    if accident > _ACCIDENT:
-        accident = chance(library, model, best, blocks_alike=True)  # XX
+    if accident > _ACCIDENT:  # a slow pass, or an offset's longest one, may hold half of a gain
+        accident = chance(library, model, best, blocks_alike=True)
     return accident if accident <= _ACCIDENT else None
 
 
