@@ -222,9 +222,13 @@ class _Stop:
         return StopReport(at_rest, tuple(self.samples), reason, self._loose_rad(), self.unbraked)
 
     def _loose_rad(self) -> float:
-        """Return how far the motor moved after the drive had let go of it."""
+        """Return how far the motor moved after the drive had let go of it.
+
+        What a single sample says is no motion: one wrong bit is thousands of turns.
+        """
         loose = [s.position_rad for s in self.samples if s.state is DriveState.OFF]
-        return max((abs(position - loose[0]) for position in loose), default=0.0)
+        borne_out = [sorted(loose[k : k + 3])[1] for k in range(len(loose) - 2)]
+        return max((abs(position - borne_out[0]) for position in borne_out), default=0.0)
 
     def _quick_stop(self) -> None:
         """Order it once; a bus that does not take the frame is noted, and tried again."""

@@ -164,7 +164,8 @@ DRIVE = (
         ({"kind": "ignores-quick-stop"},),
         act="ask to stop",
         codes=(5,),
-        says="stayed enabled in spite of quick stop|The joint is at rest",
+        says="stayed enabled|The joint is at rest",
+        within_s=1.0,  # by PDO, by SDO, and then without its voltage
     ),
     Scenario(
         "brakes next to nothing",
