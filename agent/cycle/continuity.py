@@ -93,7 +93,10 @@ class Course:
             return ""
         (first, begun_rad), (last, ended_rad) = self._seen[0], self._seen[-1]
         moved_rad, summed_rad = last.position_rad - first.position_rad, ended_rad - begun_rad
-        if not abs(moved_rad - summed_rad) > self._limits.following_error_max_rad:
+        # Between two samples the speed may have bent by as much as the acceleration allows.
+        gaps_s = [b.time_s - a.time_s for (a, _), (b, _) in pairwise(self._seen)]
+        bent_rad = sum(self._limits.acceleration_max_rad_s2 * gap_s**2 / 8.0 for gap_s in gaps_s)
+        if not abs(moved_rad - summed_rad) > self._limits.following_error_max_rad + bent_rad:
             return ""
         return (
             f"within {last.time_s - first.time_s:.1f} s the measured position changed by "

@@ -211,13 +211,15 @@ class JobRunner:
 
     def _insist(self, sample: Sample, unheard: str) -> None:
         """Trip unless what is measured is inside every limit; say why nothing newer is known."""
-        speed = self._course.speed_rad_s  # which a wrong velocity would hide
+        fastest = self.plan.limits.velocity_max_rad_s
         asked = Asked(sample.velocity_rad_s, sample.position_rad)
-        measured = SetPoint(speed, sample.position_rad, speed, self.plan.tick_s, answered=asked)
-        against = refusals(self.plan.limits, measured, sample, self._clock.now())
-        contradiction = self._course.contradiction()
-        if contradiction:
-            against += (contradiction,)
+        # What positions show may be what a wrong velocity hides; how fast, they show roughly.
+        shown = min(max(self._course.speed_rad_s, -fastest), fastest)
+        reasons = [self._course.contradiction()]
+        for speed in (sample.velocity_rad_s, shown):
+            at = SetPoint(speed, sample.position_rad, speed, self.plan.tick_s, answered=asked)
+            reasons += refusals(self.plan.limits, at, sample, self._clock.now())
+        against = tuple(dict.fromkeys(reason for reason in reasons if reason))
         if against and unheard:
             what = unheard.rstrip(".")
             against += (f"the controller was not heard: {what}",)

@@ -21,6 +21,7 @@ from agent.explain.own_effects.better import SETTLED, is_better, is_settled, mis
 from agent.explain.own_effects.doubted import Doubted, refitted_of
 from agent.explain.own_effects.other_way import (
     BOTH_WAYS,
+    BY_ITSELF,
     exchanged,
     freed,
     less,
@@ -48,12 +49,15 @@ def told_both_ways(
     """Return an answer about a recorded simulation, or the better one of what it has too much.
 
     The joint lacks that in the simulation's place. Asked is where the answer is not settled, has
-    a law with a sign, or several.
+    a law with a sign, or several, or one that the simulated torque has by itself.
     """
+    plain = is_settled(answer) and len(answer.findings) < 2 and not _is_one_sided(answer)
+    if plain and not BY_ITSELF & _effects(answer):
+        return answer, moments
     asked, table = tabulated(twin, runs, holdout)
     table = without_creep(table)
     own = the_simulations_own(twin, table, answer)
-    if is_settled(answer) and len(answer.findings) < 2 and not (own or _is_one_sided(answer)):
+    if plain and not own:
         return answer, moments
     known = Known(band_hz=table.cutoff_hz)
     joint = refitted_of(twin, answer)  # as far as a twin knows it

@@ -42,7 +42,7 @@ BOTH_WAYS = frozenset(
 But those that one of both torques has by itself, and the other has not: see `the_simulations_own`.
 """
 
-_BY_ITSELF = frozenset({"torque-ripple", "position-dependent-friction", "local-fault"})
+BY_ITSELF = frozenset({"torque-ripple", "position-dependent-friction", "local-fault"})
 _NONE_OF_IT, _ALL_OF_IT = 0.35, 0.65  # of a law: so much at most, or least, is in a torque
 
 
@@ -73,7 +73,7 @@ def the_simulations_own(twin: Twin, table: Table, answer: Explanation) -> frozen
     answer : Explanation
     """
     laws = () if answer.twin is None else answer.twin.effects[len(twin.effects) :]
-    own = [law.id for law in laws if law.id in _BY_ITSELF and _is_its_own(twin, table, law)]
+    own = [law.id for law in laws if law.id in BY_ITSELF and _is_its_own(twin, table, law)]
     joints = {law.id for law in laws} - set(own)
     return frozenset(effect for effect in own if effect not in joints)
 

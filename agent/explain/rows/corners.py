@@ -309,7 +309,7 @@ def _corners(speed: Floats, begins: float) -> list[_Corner]:
     """
     bends, noise, least = _bends(speed)
     size = np.abs(bends)
-    margin, out = _ALONE + 2, list[_Corner]()
+    margin, out = _ALONE + 3, list[_Corner]()  # one more, as the torque may have it a sample off
     for k in np.flatnonzero(size > 0.5 * least).tolist():
         if not margin <= k < speed.shape[0] - margin or size[k] < max(size[k - 1], size[k + 1]):
             continue
