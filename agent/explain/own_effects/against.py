@@ -103,6 +103,7 @@ def _in_their_place(
     own: list[Finding] = []
     paired: set[int] = set()
     lost: list[Effect] = []
+    factor = _factor_of(bare)
     nameless = bare.extended.rmse_nm**2 > _NAMELESS**2 * max(floor_nm2(bare), 1e-300)
     for place, law in energy.pairs:
         effect = doubted.twin.effects[place]
@@ -111,6 +112,8 @@ def _in_their_place(
         if finding is not None:
             paired.add(finding.rank)
         worth, too_much = energy.of(place, law), doubted.excess.get(place)
+        if finding is not None and is_the_factors(effect, finding, factor):
+            continue
         if energy.helped >= _HELPS and worth >= MATERIAL:
             whole = min(worth, 1.0)
             if too_much is None:
@@ -122,6 +125,29 @@ def _in_their_place(
         elif law is None and too_much is None:
             lost.append(effect)
     return own, paired, lost
+
+
+def _factor_of(bare: Explanation) -> float:
+    """Return the factor by which the reported torque was found to be off; 1 where it was not."""
+    factors = (f.parameters["factor"].value for f in bare.findings if "factor" in f.parameters)
+    return next(factors, 1.0)
+
+
+def is_the_factors(effect: Effect, found: Finding, factor: float) -> bool:
+    """Return whether an effect has other numbers by the factor of the torque constant alone.
+
+    All torques are told in reported newton metres, a spring's stiffness and an arm's inertia too.
+    """
+    given = numbers_in(effect)
+    told = {name: p for name, p in found.parameters.items() if name in given and p.ci95 is not None}
+    if factor == 1.0 or not told:
+        return False
+    for name, parameter in told.items():
+        low, high = parameter.ci95 or (math.nan, math.nan)
+        is_torque = "_nm" in name or name.endswith("_kg_m2")
+        if not low <= given[name] / (factor if is_torque else 1.0) <= high:
+            return False
+    return True
 
 
 _CHANGED = (
