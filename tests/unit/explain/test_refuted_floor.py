@@ -1,4 +1,4 @@
-"""What of an own arm that is not the joint's is told: not its ringing as noise, nor a factor twice."""
+"""What is told of an own arm that is not the joint's: no ringing as noise, and no factor twice."""
 
 from __future__ import annotations
 
