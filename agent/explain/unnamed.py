@@ -119,13 +119,20 @@ def unproven(proven: Holdout, floors: float = 1.0, claimed: float = 0.0) -> bool
     return (unseen and ratio > LOUDER) or (ratio > _UNPROVEN and not proven.white)
 
 
+def _no_better(verdict: Verdict, proven: Holdout) -> bool:
+    """Return whether unseen recordings are no better, where nothing else says what is noise."""
+    settled = verdict in ("explained", "tied") and proven.source == UNSEEN
+    return settled and not proven.floor_ratio > 0.0 and proven.improvement_percent <= 0.0
+
+
 def taken_back(verdict: Verdict, findings: Sequence[Finding], proven: Holdout) -> tuple[str, ...]:
     """Return why laws that would explain all are not told after all; nothing where they stand.
 
     They are taken back where unseen data were nearly noise without them, and are clearly worse with
     them: then what they were fitted to is not what the joint does. Where unseen data have a
     mismatch of their own, a law may be right, and its numbers not: friction drifts on. A law that
-    explains a part of what was fitted, and makes unseen data far worse, has neither.
+    explains a part of what was fitted, and makes unseen data far worse, has neither. Where no noise
+    floor is known, unseen recordings are all that speaks for a law: they have to be better with it.
 
     Parameters
     ----------
@@ -136,6 +143,11 @@ def taken_back(verdict: Verdict, findings: Sequence[Finding], proven: Holdout) -
     laws = [NAMES[f.effect] for f in findings if f.form != OWN_NUMBER and f.energy_share > 0.0]
     interval = proven.improvement_ci95_percent
     before, after = proven.baseline.rmse_nm, proven.extended.rmse_nm
+    if laws and _no_better(verdict, proven):
+        return (
+            f"{' and '.join(laws)} would carry what was fitted, and was taken back: on "
+            f"{proven.source} the error stayed {torque(after)}, and noise is not known here",
+        )
     if not laws or interval is None or interval[1] >= 0.0:
         return ()
     in_part = verdict == "partly-explained" and after > _FAR_WORSE * before

@@ -122,6 +122,25 @@ def test_a_law_that_harms_what_it_was_not_fitted_to_is_taken_back(
 
 
 @pytest.mark.parametrize(
+    ("floor_ratio", "improvement_percent", "named"),
+    [(math.nan, -1.3, False), (math.nan, 4.0, True), (1.02, -1.3, True)],
+)
+def test_without_a_noise_floor_unseen_recordings_have_to_be_better(
+    floor_ratio: float, improvement_percent: float, named: bool
+) -> None:
+    """A bump that made 3 % of what a joint leaves that lacks nothing."""
+    bump = Finding("local-fault", 1, 1.0, 0.03, (), Said(""), {}, (), 0.0, "rubbing")
+    proven = replace(
+        _holdout(0.00187, 0.0019),
+        source=UNSEEN,
+        floor_ratio=floor_ratio,
+        improvement_percent=improvement_percent,
+        improvement_ci95_percent=(-3.3, 5.0),
+    )
+    assert (taken_back("tied", [bump], proven) == ()) is named
+
+
+@pytest.mark.parametrize(
     ("refitted_nm", "after_nm", "claimed", "proven"),
     [
         (0.054, 0.049, 0.8, False),  # a third of what stands above the noise
