@@ -13,11 +13,18 @@ from agent.explain.answer.names import OWN_NUMBER, effect_name
 from agent.explain.answer.result import Explanation
 from agent.explain.asked import tabulated
 from agent.explain.choosing.materiality import MATERIAL
+from agent.explain.choosing.rivals import WEIGHT
 from agent.explain.location.moments import Moments
 from agent.explain.numbers.model import predicted
 from agent.explain.once import Known, asked_once
 from agent.explain.own_effects.against import told_against
-from agent.explain.own_effects.better import SETTLED, is_better, is_settled, mismatch_nm2
+from agent.explain.own_effects.better import (
+    SETTLED,
+    is_better,
+    is_settled,
+    mismatch_nm2,
+    settles_more,
+)
 from agent.explain.own_effects.doubted import Doubted, refitted_of
 from agent.explain.own_effects.other_way import (
     BOTH_WAYS,
@@ -35,6 +42,7 @@ from agent.identify.result import Floats
 from agent.physics.twin import Effect, Twin
 from trajectories import AxisLimits
 
+_CABLE = "cable-force"
 _PLAINER = 0.7  # times the torque that the first answer asks for
 
 
@@ -51,7 +59,8 @@ def told_both_ways(
     The joint lacks that in the simulation's place. Asked is where the answer is not settled, has
     a law with a sign, or several, or one that the simulated torque has by itself.
     """
-    plain = is_settled(answer) and len(answer.findings) < 2 and not _is_one_sided(answer)
+    one_sided = _is_one_sided(answer) or WEIGHT in _effects(answer)  # a weight may be a cable
+    plain = is_settled(answer) and len(answer.findings) < 2 and not one_sided
     if plain and not BY_ITSELF & _effects(answer):
         return answer, moments
     asked, table = tabulated(twin, runs, holdout)
@@ -90,6 +99,8 @@ def told_both_ways(
         asks_nm = _too_much_nm(table, twin, doubted) + _asked_for_nm(table, twin, bare)
         taken = {doubted.twin.effects[place].id for place in doubted.places}
         instead = bool(taken & own) and _leaves_as_little(bare, answer)
+        # Weights have no sign, cables have: a line that fits by far better than a sine is none.
+        instead |= WEIGHT in _effects(answer) and _CABLE in taken and settles_more(bare, answer)
         plainer = instead or (_explains_as_much(bare, answer) and asks_nm < most_nm)
         told = told_against(doubted, answer, bare, plainer=plainer)
         if told is not None and instead and SETTLED[told.verdict] < SETTLED[answer.verdict]:

@@ -156,3 +156,20 @@ def test_a_ripple_that_the_measured_torque_has_not_is_the_simulations() -> None:
     (found,) = answer.findings
     assert (answer.verdict, found.effect) == ("explained", "torque-ripple")
     assert found.form != OWN_EFFECT
+
+
+def with_a_hose(run: Run) -> Run:
+    """Return a recording beside a simulation that has a hose's pull."""
+    plain, position = _beside(TWIN, run), run.signals.position_rad
+    assert position is not None
+    pull = plain.columns["torque_simulated_nm"] + 0.5 * position / run.signals.gear_ratio
+    return replace(plain, columns={**plain.columns, "torque_simulated_nm": pull})
+
+
+def test_a_hose_that_a_simulation_has_too_much_is_no_payload_that_lifts() -> None:
+    # A weight has no sign: that it pulled upwards stood for certain, at twice what a line leaves.
+    answer = explain(TWIN, [with_a_hose(run) for run in measured()])
+    found = answer.findings[0]
+    assert (found.effect, found.form) == ("cable-force", OWN_EFFECT)
+    stiffness = found.parameters["stiffness_nm_per_arm_rad"]
+    assert stiffness.value == pytest.approx(0.5, rel=0.1)

@@ -55,7 +55,7 @@ def told_against(
     if not (plainer or is_better(bare, answer, len(doubted.excess))):
         return None
     trials = [Energies(doubted, bare.twin, floor_nm2(answer), moved=m) for m in (True, False)]
-    energy = next((e for e in trials if e.mismatch > 0.0 and e.helped >= _HELPS), trials[0])
+    energy = next((e for e in trials if e.helped >= _HELPS and e.tells), trials[0])
     share = {f.rank: _share(f, bare, answer) for f in bare.findings}
     own, paired, lost = _in_their_place(doubted, bare, energy)
     others = [

@@ -40,6 +40,12 @@ class Energies:
         right = replace(doubted.twin, effects=(*kept, *in_place))
         self.helped = (given - self._left(right)) / max(self.mismatch, 1e-300)
 
+    @property
+    def tells(self) -> bool:
+        """Return whether there is a mismatch, and what each law is worth of it is a number."""
+        worth = (self.of(place, law) for place, law in self.pairs)
+        return self.mismatch > 0.0 and all(math.isfinite(share) for share in worth)
+
     def _paired(
         self, places: Sequence[int], free: list[Effect]
     ) -> tuple[tuple[int, Effect | None], ...]:
