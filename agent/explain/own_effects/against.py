@@ -104,7 +104,8 @@ def _in_their_place(
     paired: set[int] = set()
     lost: list[Effect] = []
     factor = _factor_of(bare)
-    nameless = bare.extended.rmse_nm**2 > _NAMELESS**2 * max(floor_nm2(bare), 1e-300)
+    noise_nm2 = floor_nm2(bare)
+    nameless = noise_nm2 > 0.0 and bare.extended.rmse_nm**2 > _NAMELESS**2 * noise_nm2
     for place, law in energy.pairs:
         effect = doubted.twin.effects[place]
         same = law is not None and law.id == effect.id

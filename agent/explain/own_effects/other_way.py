@@ -79,10 +79,13 @@ def the_simulations_own(twin: Twin, table: Table, answer: Explanation) -> frozen
 
 
 def _is_its_own(twin: Twin, table: Table, law: Effect) -> bool:
+    """Return whether a law is in the simulated torque by itself, and not in the measured one."""
     plain = replace(twin, effects=())
     torque = predicted(table, replace(plain, effects=(law,))) - predicted(table, plain)
     simulated = table.measured_nm - table.target_nm
     rows = table.sliding & np.isfinite(torque) & np.isfinite(simulated)
+    if not rows.any():
+        return False
     speed, way = (f(table.rows["velocity_rad_s"][rows]) for f in (np.abs, np.sign))
     columns = np.column_stack((torque[rows], table.base[rows], way[:, np.newaxis] * hats(speed)))
     joints, own = (least(columns, each[rows])[0] for each in (table.measured_nm, simulated))
