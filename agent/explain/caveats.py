@@ -65,7 +65,8 @@ def bear_in_mind(found: Study, edges: Edges | None, *, by_motor: bool) -> tuple[
         out.append(
             "the simulation questioned is the recordings' own torque_simulated_nm; twin.toml holds "
             "what was found beside the plain numbers of a twin that stands for it; if it moved in "
-            "a loop of its own instead of as recorded, delays and swings may be that loop's"
+            "a loop of its own instead of as recorded, delays, swings and what yields right after "
+            "reversals may be that loop's"
         )
     if any(wrong.effect == "torque-constant-error" for wrong in found.numbers):
         out.append(
