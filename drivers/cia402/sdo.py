@@ -41,7 +41,8 @@ LIBRARY_ERRORS: dict[type[Exception], type[DriverError]] = {
 
 _OBJECT_ABSENT = 0x06020000
 _SUBINDEX_ABSENT = 0x06090011
-ABSENT = (_OBJECT_ABSENT, _SUBINDEX_ABSENT)
+_NO_DATA = 0x08000024
+ABSENT = (_OBJECT_ABSENT, _SUBINDEX_ABSENT, _NO_DATA)
 _NO_ACCESS = 0x06010000
 _READ_ONLY = 0x06010002
 READ_ONLY = (_NO_ACCESS, _READ_ONLY)
@@ -72,6 +73,7 @@ _ABORT_WORDS: dict[int, str] = {
     0x08000020: "the drive cannot take it over",
     0x08000021: "the drive is under local control",
     0x08000022: "the drive cannot take it over in its present state",
+    _NO_DATA: "the drive has no data for it",
 }
 
 

@@ -273,7 +273,9 @@ class ModbusConnection:
             reply = call()
         except FAILURES as error:
             self.close()
-            raise failed(error, self.where, doing, self._budget.bytes_received) from error
+            on_a_line = isinstance(self.endpoint, SerialEndpoint)
+            received = self._budget.bytes_received
+            raise failed(error, self.where, doing, received, on_a_line=on_a_line) from error
         finally:
             self._quiet_until_s = self._clock.now() + self._gap_s
         if isinstance(reply, ExceptionResponse):

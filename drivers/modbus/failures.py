@@ -79,7 +79,9 @@ def refused(where: str, doing: str, code: int) -> AnswerError:
     )
 
 
-def failed(error: Exception, where: str, doing: str, bytes_received: int) -> DriverError:
+def failed(
+    error: Exception, where: str, doing: str, bytes_received: int, *, on_a_line: bool
+) -> DriverError:
     """Return our error for one of `FAILURES`.
 
     Parameters
@@ -90,11 +92,15 @@ def failed(error: Exception, where: str, doing: str, bytes_received: int) -> Dri
         Which device, and what was being done.
     bytes_received : int
         How many bytes had come since the request: silence and noise are different matters.
+    on_a_line : bool
+        Whether it is a serial line, and no network.
     """
     if bytes_received and not isinstance(error, (exceptions.ConnectionException, OSError)):
         return AnswerError(
             f"{where} answered {bytes_received} bytes that are no valid reply ({doing}).",
-            "Check baud rate, parity, termination, and that no two devices share an address.",
+            "Check baud rate, parity, termination, and that no two devices share an address."
+            if on_a_line
+            else "Check the unit, which a reply has to name, and that Modbus TCP is spoken there.",
         )
     if isinstance(error, exceptions.ModbusIOException):
         return NodeMissingError(

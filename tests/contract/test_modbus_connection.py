@@ -199,7 +199,7 @@ def test_every_exception_of_the_library_is_mapped() -> None:
     assert len(classes) >= 6
     for cls in classes:
         assert cls in LIBRARY_ERRORS, f"{cls.__name__} is not mapped"
-        assert isinstance(failed(cls("x"), "there", "doing", 0), DriverError)
+        assert isinstance(failed(cls("x"), "there", "doing", 0, on_a_line=True), DriverError)
 
 
 def test_the_fakes_crc_is_the_standards() -> None:
