@@ -309,9 +309,10 @@ def _corners(speed: Floats, begins: float) -> list[_Corner]:
     """
     bends, noise, least = _bends(speed)
     size = np.abs(bends)
-    margin, out = _ALONE + 3, list[_Corner]()  # one more, as the torque may have it a sample off
+    margin, out = _ALONE + 2, list[_Corner]()
     for k in np.flatnonzero(size > 0.5 * least).tolist():
-        if not margin <= k < speed.shape[0] - margin or size[k] < max(size[k - 1], size[k + 1]):
+        # At the end one more, as the torque may have it a sample later.
+        if not margin <= k < speed.shape[0] - margin - 1 or size[k] < max(size[k - 1 : k + 2]):
             continue
         own = np.maximum(bends[k - 1 : k + 2] * np.sign(bends[k]), 0.0)
         jump = float(own.sum())
