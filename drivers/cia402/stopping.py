@@ -38,6 +38,9 @@ _FASTER_RESTS = 10.0
 """Faster than so many times the speed from which it was to brake, and by so many times what counts
 as rest, a joint is driven by the loop that was to hold it: no ramp will stop it."""
 
+_ANSWERS = 3
+"""Nobody lets go because of what one answer says: a bit of it may be wrong."""
+
 
 class _Braked(enum.Enum):
     """What a joint does that its drive was told to brake."""
@@ -65,6 +68,7 @@ class _Braking:
         self._faster_by_rad_s = _FASTER_RESTS * config.rest_velocity_rad_s
         self._from_rad_s: float | None = None
         self._heeded_s = self._due_s = math.inf
+        self._faster = 0  # speeds in a row
 
     def seen(self, now_s: float, velocity_rad_s: float) -> _Braked:
         """Take in one speed of a drive that is braking."""
@@ -74,7 +78,9 @@ class _Braking:
             self._heeded_s = now_s + self._reaction_s
             self._due_s = self._heeded_s + _BRAKING_TIMES * speed / self._deceleration_rad_s2
         before = self._from_rad_s
-        if now_s > self._heeded_s and speed > max(_FASTER * before, before + self._faster_by_rad_s):
+        faster = speed > max(_FASTER * before, before + self._faster_by_rad_s)
+        self._faster = self._faster + 1 if faster and now_s > self._heeded_s else 0
+        if self._faster >= _ANSWERS:
             return _Braked.FASTER
         if now_s > self._due_s and speed > _SPEED_LEFT * before:
             return _Braked.HARDLY
@@ -173,16 +179,17 @@ class _Stop:
         config, clock = exchange.config, exchange.clock
         patience_s = _SILENCE_TIMEOUTS * config.sync_timeout_s
         braking, heeded, due_s = _Braking(config), False, clock.now() + patience_s
-        still = 0
+        still = answers = 0
         while still < config.rest_samples and clock.now() < self.deadline_s:
             exchange.keep_alive()
             velocity_rad_s = config.scaling.velocity_rad_s(sdo.read(objects.VELOCITY))
             state = state_of(sdo.read(objects.STATUSWORD))
             slow = abs(velocity_rad_s) <= config.rest_velocity_rad_s
             still = still + 1 if slow and state is not State.ENABLED else 0
+            answers += 1
             heeded = heeded or state not in (_UNDER_TORQUE if released else _ENABLED)
             trouble = None
-            if not heeded and clock.now() > due_s:
+            if not heeded and answers >= _ANSWERS and clock.now() > due_s:
                 trouble = (
                     "the drive stayed under torque" if released else "the drive stayed enabled"
                 )
@@ -193,7 +200,8 @@ class _Stop:
                 return False
             if trouble is not None:
                 self._let_go(sdo, trouble)
-                released, heeded, due_s = True, False, clock.now() + patience_s
+                released, heeded, answers = True, False, 0
+                due_s = clock.now() + patience_s
             clock.sleep_until(clock.now() + config.stop_period_s)
         return still >= config.rest_samples
 

@@ -73,9 +73,9 @@ def the_simulations_own(twin: Twin, table: Table, answer: Explanation) -> frozen
     answer : Explanation
     """
     laws = () if answer.twin is None else answer.twin.effects[len(twin.effects) :]
-    own = [law.id for law in laws if law.id in BY_ITSELF and _is_its_own(twin, table, law)]
-    joints = {law.id for law in laws} - set(own)
-    return frozenset(effect for effect in own if effect not in joints)
+    asked = [law for law in laws if law.id in BY_ITSELF]
+    joints = {law.id for law in asked if not _is_its_own(twin, table, law)}
+    return frozenset(law.id for law in asked) - joints
 
 
 def _is_its_own(twin: Twin, table: Table, law: Effect) -> bool:
