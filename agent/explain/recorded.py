@@ -77,15 +77,10 @@ def told_both_ways(
     as_well = _as_well_said(other_way) if is_settled(answer) and not same else ()
     stays = replace(answer, reasons=(*answer.reasons, *as_well)), moments
     ways: tuple[Explanation, ...] = (other_way,)
-    if (
-        is_settled(answer)
-        and not own
-        and (
-            same
-            or not (
-                is_better(other_way, answer) or _is_plainer(table, twin, answer, joint, other_way)
-            )
-        )
+    stands = is_settled(answer) and not own
+    if stands and (
+        same
+        or not (is_better(other_way, answer) or _is_plainer(table, twin, answer, joint, other_way))
     ):
         ways = tuple(
             asked_once(joint, less(turned[0], others), less(turned[1], others), limits, known)[0]
@@ -97,15 +92,8 @@ def told_both_ways(
         lighter, unseen = freed(runs, doubted), freed(holdout, doubted)
         bare, apart = asked_once(twin, lighter, unseen, limits, replace(known, doubted=doubted))
         asks_nm = _too_much_nm(table, twin, doubted) + _asked_for_nm(table, twin, bare)
-        taken = {doubted.twin.effects[place].id for place in doubted.places}
-        instead = bool(taken & own) and _leaves_as_little(bare, answer)
-        # Weights have no sign, cables have: a line that fits by far better than a sine is none.
-        instead |= WEIGHT in _effects(answer) and _CABLE in taken and settles_more(bare, answer)
-        plainer = instead or (_explains_as_much(bare, answer) and asks_nm < most_nm)
-        told = told_against(doubted, answer, bare, plainer=plainer)
-        if told is not None and instead and SETTLED[told.verdict] < SETTLED[answer.verdict]:
-            told = replace(told, verdict=answer.verdict)  # of the same mismatch, and what is left
-            told = replace(told, sentence=words.summary_of(told))
+        plainer = _explains_as_much(bare, answer) and asks_nm < most_nm
+        told = _told(doubted, answer, bare, own, plainer=plainer)
         if told is not None:
             trials.append((-SETTLED[told.verdict], asks_nm, told, apart))
     if not trials:
@@ -118,6 +106,32 @@ def told_both_ways(
             further_experiments=other_way.further_experiments,
         )
     return told, apart
+
+
+def _told(
+    doubted: Doubted, answer: Explanation, bare: Explanation, own: frozenset[str], *, plainer: bool
+) -> Explanation | None:
+    """Return the answer with what is doubted taken off the simulation, where it is to be told.
+
+    Parameters
+    ----------
+    doubted : Doubted
+    answer, bare : Explanation
+        Of the simulation as it was recorded, and without what is doubted.
+    own : frozenset of str
+        What the simulated torque has by itself.
+    plainer : bool
+        Whether it explains as much with far less torque.
+    """
+    taken = {doubted.twin.effects[place].id for place in doubted.places}
+    instead = bool(taken & own) and _leaves_as_little(bare, answer)
+    # Weights have no sign, cables have: a line that fits by far better than a sine is none.
+    instead |= WEIGHT in _effects(answer) and _CABLE in taken and settles_more(bare, answer)
+    told = told_against(doubted, answer, bare, plainer=plainer or instead)
+    if told is None or not instead or SETTLED[told.verdict] >= SETTLED[answer.verdict]:
+        return told
+    told = replace(told, verdict=answer.verdict)  # of the same mismatch, and what is left
+    return replace(told, sentence=words.summary_of(told))
 
 
 def _beside_one_sided(answer: Explanation, twin: Twin) -> Iterator[tuple[Effect, ...]]:
