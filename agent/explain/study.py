@@ -166,7 +166,7 @@ def study(twin: Twin, table: Table, among: Container[str] | None = None) -> Stud
     noise_nm = floor.value_nm if floor.value_nm > 0.0 else 0.0
     numbers = wrong_numbers(library, twin, model, choice.candidates, noise_nm, taken_for=taken_for)
     if not choice.terms:
-        numbers = borne_out(numbers, library, model, noise_nm)
+        numbers = borne_out(numbers, library, model, noise_nm, cells)
     model = reaching_over_the_unnamed(library, model)
     numbers = told_again(numbers, twin, model)
     return Study(

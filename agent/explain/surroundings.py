@@ -10,7 +10,8 @@ is none: what is left of the stronger one's shape looks like it. Nor one above t
 which no number is known: there it is one column, an inertia that grows with frequency, which a
 drive's filter or torque that was sampled too seldom looks like.
 
-Nor has one that is in the torque of a recorded simulation and not in the joint's (`of_the_loop`).
+Nor has one that is in the torque of a recorded simulation and not in the joint's, or friction right
+after starts that is what another motion asks for (`of_the_loop`).
 
 A swing beside it whose inertia is known to a third is there: that is six standard errors, which no
 search among many shapes finds by chance.
@@ -23,11 +24,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from agent.explain.answer.amounts import percent, short, torque
-from agent.explain.answer.names import OWN_NUMBER
+from agent.explain.answer.names import OWN_NUMBER, effect_name
 from agent.explain.answer.result import Finding, Verdict
 from agent.explain.choosing.choice import Choice
-from agent.explain.choosing.of_the_loop import is_the_simulations
-from agent.explain.choosing.search import Library
+from agent.explain.choosing.of_the_loop import (
+    SUMS_WITHIN_S,
+    is_another_motions,
+    is_the_simulations,
+)
+from agent.explain.choosing.search import DELAY, Library
 from agent.explain.forms.hidden_arm import inertia_of
 from agent.explain.forms.quantities import NOT_NEEDED
 from agent.explain.rows.scene import Scene
@@ -35,6 +40,7 @@ from agent.explain.verdict import MUCH_LEFT
 from agent.physics.effects.library import CARRIED
 
 _SWINGS = "joint-flexibility"
+_OF_STARTS = frozenset({"presliding-hysteresis", "local-fault"})
 _GRAVITY_M_S2 = 9.81
 _STEEL_KG_M3 = 7850.0
 _KNOWN = 1.0 / 3.0  # of the inertia that swings: half an interval
@@ -100,7 +106,9 @@ def not_needed(scene: Scene, findings: Sequence[Finding]) -> tuple[Finding, ...]
 def of_the_simulation(
     library: Library, choice: Choice, findings: Sequence[Finding]
 ) -> tuple[Finding, ...]:
-    """Return the findings of an arm that is a recorded simulation's own, and not the joint's.
+    """Return the findings that are a recorded simulation's own, and not the joint's.
+
+    Arms, and what stands for friction where the simulation moved otherwise than the joint.
 
     Parameters
     ----------
@@ -112,27 +120,44 @@ def of_the_simulation(
     own = {
         (term.scored.form.effect, term.scored.form.name)
         for index, term in enumerate(choice.terms)
-        if term.scored.form.effect in CARRIED and is_the_simulations(library, choice, index)
+        if (term.scored.form.effect in CARRIED and is_the_simulations(library, choice, index))
+        or (term.scored.form.effect in _OF_STARTS and is_another_motions(library, choice, index))
     }
     return tuple(f for f in findings if (f.effect, f.form) in own)
 
 
-def simulations_sentence(swing: Finding, findings: Sequence[Finding]) -> str:
-    """Return that a swing is the simulation's own, and what to do.
+def of_its_loop(findings: Sequence[Finding], own: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Return a delay that is less than what is the simulation's own: its loop answers late."""
+    most = max((f.energy_share for f in own), default=0.0)
+    return tuple(f for f in findings if f.effect == DELAY and f.energy_share < most)
+
+
+def simulations_sentence(own: Finding, findings: Sequence[Finding]) -> str:
+    """Return that something is the simulation's own, and what to do.
 
     Parameters
     ----------
-    swing : Finding
+    own : Finding
         Of `of_the_simulation`.
     findings : sequence of Finding
         What is the joint's.
     """
     of = "what the right numbers leave" if any(f.form == OWN_NUMBER for f in findings) else ""
+    why = (
+        "its torque, and not the recorded one, has a part like that of an arm on a spring, as where"
+    )
+    what = "a spring"
+    if own.effect in _OF_STARTS:
+        what = "that"
+        why = (
+            f"like {effect_name(own.effect)}, but it sums to nothing within "
+            f"{short(SUMS_WITHIN_S)} s, as what the inertia asks for another motion does and "
+            "friction does not:"
+        )
     return (
-        f"{percent(swing.energy_share)} of {of or 'the mismatch'} is the simulation's own: its "
-        "torque, and not the recorded one, has a part like that of an arm on a spring, as where it "
+        f"{percent(own.energy_share)} of {of or 'the mismatch'} is the simulation's own: {why} it "
         "moved in a loop of its own or was computed from a smoothed velocity; have it follow the "
-        "motion as recorded, before a spring is looked for"
+        f"motion as recorded, before {what} is looked for"
     )
 
 

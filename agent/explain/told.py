@@ -14,6 +14,7 @@ from agent.explain.study import Study
 from agent.explain.surroundings import (
     beside_the_joint,
     not_needed,
+    of_its_loop,
     of_the_simulation,
     simulations_sentence,
     swing_sentence,
@@ -53,10 +54,11 @@ class Told:
         swings = (*light, *(f for f in not_needed(scene, named) if f not in light))
         swings = tuple(swing for swing in swings if swing not in simulations)
         if told.verdict == "unexplained":  # what explains too little shows no swing
-            return told
+            swings = ()
         if not swings and not simulations:
             return told
-        kept = [f for f in named if f not in (*swings, *simulations)]
+        nameless = (*swings, *simulations, *of_its_loop(named, simulations))
+        kept = [f for f in named if f not in nameless]
         named = tuple(replace(f, rank=rank) for rank, f in enumerate(kept, start=1))
         return cls(
             found, named, with_load(named, found, given), told.verdict, swings, simulations

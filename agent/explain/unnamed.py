@@ -49,7 +49,7 @@ def unnamed(found: Study) -> Study:
             found.choice, terms=terms, full=library.errors([t.candidate for t in terms])
         ),
         model=model,
-        numbers=borne_out(found.numbers, library, model, found.floor.value_nm),
+        numbers=borne_out(found.numbers, library, model, found.floor.value_nm, found.cells),
         extended=extended_twin(library, found.twin, model),
         left_cells=found.cells,
     )

@@ -8,27 +8,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from agent.explain.explain import explain
-from agent.identify.result import Floats
 from agent.identify.signals.simulated import simulated_torque_nm
-from tests.science.explain_joint import TWIN, Conditions, record, stair
-from trajectories import SetPoints
+from tests.science.explain_joint import TWIN, Conditions, record, stair, yields
 
 STUB = replace(TWIN, inertia_kg_m2=1e-4, coulomb_nm=0.0, viscous_nm_s_per_rad=0.0)
-YIELDS_OVER_RAD = 0.15
 SPEEDS_RAD_S = (2.0, 4.0, 8.0, 16.0, 30.0, 50.0)
-
-
-def yields(now: SetPoints, at: Conditions) -> Floats:
-    """Return what Dahl's friction lacks of Coulomb's."""
-    del at
-    drawn = np.ones_like(now.position_rad)
-    for i, step in enumerate(np.diff(now.position_rad), start=1):
-        slope = 1.0 - np.sign(step) * drawn[i - 1]
-        drawn[i] = np.clip(drawn[i - 1] + step / YIELDS_OVER_RAD * slope, -1.0, 1.0)
-    return np.asarray(TWIN.coulomb_nm * (drawn - np.sign(now.velocity_rad_s)))
 
 
 def test_a_simulation_is_questioned_whatever_twin_stands_beside_it() -> None:

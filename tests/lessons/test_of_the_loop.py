@@ -1,4 +1,4 @@
-"""A recorded simulation that followed the command swings by itself: no spring of the joint's."""
+"""What a recorded simulation does that moved otherwise than the joint is none of the joint's."""
 
 from __future__ import annotations
 
@@ -9,18 +9,22 @@ import numpy as np
 import pytest
 from scipy.signal import bilinear, lfilter
 
+from agent.explain.carrying import studied
 from agent.explain.findings import findings_of
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import tabulate
 from agent.explain.study import study
 from agent.explain.surroundings import of_the_simulation, simulations_sentence
+from agent.explain.told import Told
 from agent.identify.result import Floats
+from agent.identify.signals.simulated import simulated_torque_nm
 from agent.physics.effects.library import CARRIED
-from tests.science.explain_joint import RATE_HZ, TWIN, Conditions, record, stair
+from tests.science.explain_joint import RATE_HZ, TWIN, Conditions, Missing, record, stair, yields
 from trajectories import SetPoints
 
 CYCLE = stair((4.0, 12.0, 25.0, 45.0, 70.0))
 LOOP_RAD_S, DAMPING = 2.0 * math.pi * 18.0, 0.35
+HELD_BACK_RAD_S2, CATCHES_UP_S = 60.0, 0.02
 
 
 def through_the_loop(values: Floats) -> Floats:
@@ -61,3 +65,38 @@ def test_a_simulations_own_swing_is_told_from_the_joints(in_a_loop: bool) -> Non
         assert "is the simulation's own: its torque, and not the recorded" in simulations_sentence(
             arm, ()
         )
+
+
+def catches_up(points: SetPoints, at: Conditions) -> Floats:
+    """Return what the inertia asks for where a joint starts late, and catches up with its command.
+
+    It sums to nothing: before and after it the joint is as fast as it is told to be.
+    """
+    del at
+    way = np.sign(points.velocity_rad_s)
+    time, out = np.arange(way.shape[0]) / RATE_HZ, np.zeros_like(way)
+    for start in np.flatnonzero((way[1:] != way[:-1]) & (way[1:] != 0.0)) + 1:
+        since = (time[start:] - time[start]) / CATCHES_UP_S
+        out[start:] -= way[start] * (1.0 - since) * np.exp(-since)
+    return np.asarray(-TWIN.inertia_kg_m2 * HELD_BACK_RAD_S2 * out)
+
+
+@pytest.mark.parametrize(("missing", "is_its_own"), [(catches_up, True), (yields, False)])
+def test_what_sums_to_nothing_after_a_start_is_no_friction(
+    missing: Missing, is_its_own: bool
+) -> None:
+    runs = []
+    for seed in range(2):
+        run = record(CYCLE, missing, Conditions(), seed)
+        torque = simulated_torque_nm(TWIN, run.signals, run.columns)
+        runs.append(replace(run, columns={**run.columns, "torque_simulated_nm": torque}))
+    found, given = studied(TWIN, tabulate(TWIN, runs), {"presliding-hysteresis"})
+    findings = findings_of(found)
+    assert [finding.effect for finding in findings] == ["presliding-hysteresis"]
+    own = of_the_simulation(found.library, found.choice, findings)
+    assert bool(own) is is_its_own
+    if own:
+        assert "sums to nothing within 0.15 s" in simulations_sentence(own[0], ())
+    told = Told.of(found, given)
+    assert told.verdict == ("unexplained" if is_its_own else "explained")
+    assert bool(told.findings) is not is_its_own

@@ -25,6 +25,7 @@ GEAR_RATIO = 100.0
 NOISE_NM = 0.02
 TWIN = Twin("bench", 1, GEAR_RATIO, 0.012, 0.5, 0.01)
 RATE_HZ = 250.0
+YIELDS_OVER_RAD = 0.15
 
 Missing = Callable[[SetPoints, "Conditions"], Floats]
 
@@ -41,6 +42,16 @@ def nothing(points: SetPoints, at: Conditions) -> Floats:
     """Return the law of a joint that lacks none."""
     del at
     return np.zeros_like(points.velocity_rad_s)
+
+
+def yields(now: SetPoints, at: Conditions) -> Floats:
+    """Return what Dahl's friction lacks of Coulomb's."""
+    del at
+    drawn = np.ones_like(now.position_rad)
+    for i, step in enumerate(np.diff(now.position_rad), start=1):
+        slope = 1.0 - np.sign(step) * drawn[i - 1]
+        drawn[i] = np.clip(drawn[i - 1] + step / YIELDS_OVER_RAD * slope, -1.0, 1.0)
+    return np.asarray(TWIN.coulomb_nm * (drawn - np.sign(now.velocity_rad_s)))
 
 
 def stair(

@@ -39,11 +39,15 @@ _CALLED: Mapping[str, str] = {
     "velocity_delay_s": "delay",
     "half_gap_rad": "half the gap",
     "stiffness_nm_per_rad": "stiffness",
+    "load_coefficient": "friction per load",
     "arm_inertia_kg_m2": "the arm's inertia",
     "order_per_motor_rev": "order per motor turn",
     "order_per_arm_rev": "order per arm turn",
 }
 """Numbers that say something by themselves; all of them stand with the finding."""
+
+_ALONE = "load_coefficient"
+"""Beside it an arm's inertia only says what the load is."""
 
 _AS_OWNED: Mapping[str, str] = {
     "measurement-delay": "a delay between its channels",
@@ -139,7 +143,8 @@ def _listed(known: Mapping[str, float]) -> str:
 
 
 def _known(found: Mapping[str, Parameter]) -> dict[str, float]:
-    return {n: p.value for n, p in found.items() if p.identified and math.isfinite(p.value)}
+    known = {n: p.value for n, p in found.items() if p.identified and math.isfinite(p.value)}
+    return {_ALONE: known[_ALONE]} if _ALONE in known else known
 
 
 def finding_name(finding: Finding) -> str:

@@ -4,15 +4,17 @@ A torque that no law carries pulls the twin's numbers its way when they are refi
 is higher after every rest, or while a brake drags, asks for a higher Coulomb level on the average.
 That is no wrong number. Where more than noise stays, a number is told only as it accounts for ten
 times as much as what stays; where far more stays, only as far as its own interval refutes what the
-twin says, too.
+twin says, too. Without a noise floor what stays is at least what goes along an axis, surely.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
+from agent.explain.answer.result import Cell
 from agent.explain.choosing.materiality import CLOSE, FAR
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.shares import unseen_nm2
@@ -25,7 +27,11 @@ _FACTOR = "factor"  # of all torque: right at 1; every other number is told as w
 
 
 def borne_out(
-    numbers: Sequence[WrongNumber], library: Library, model: Model, noise_nm: float
+    numbers: Sequence[WrongNumber],
+    library: Library,
+    model: Model,
+    noise_nm: float,
+    cells: Sequence[Cell] = (),
 ) -> tuple[WrongNumber, ...]:
     """Return the numbers that stay refuted beside a mismatch without a name.
 
@@ -36,11 +42,17 @@ def borne_out(
     model : Model
         Of the twin's own numbers, without laws.
     noise_nm : float
-        Not positive where it could not be measured: then what stays may be noise.
+        Not positive where it could not be measured: then what stays may be noise, but for what
+        the map of it shows.
+    cells : sequence of Cell
+        Of that map.
     """
     left_nm2 = float(np.mean(model.residual_nm**2))
+    if not noise_nm > 0.0:
+        shown = max((cell.gain for cell in cells if cell.counts), default=0.0)
+        noise_nm = math.sqrt(left_nm2 * max(1.0 - shown, 0.0))
     stays_nm2 = left_nm2 - (CLOSE * noise_nm) ** 2
-    if not noise_nm > 0.0 or stays_nm2 <= 0.0:
+    if stays_nm2 <= 0.0:
         return tuple(numbers)
     given_nm2 = unseen_nm2(library, np.zeros((library.target.shape[0], 0)))
     stays = stays_nm2 / max(given_nm2 - noise_nm**2, left_nm2)

@@ -21,10 +21,11 @@ from agent.explain.own_effects.better import (
     on_the_floor_of,
     settles_more,
 )
-from agent.explain.own_effects.doubted import Doubted
+from agent.explain.own_effects.doubted import NAMELESS, Doubted
 from agent.explain.own_effects.energies import Energies
 from agent.explain.own_effects.pairs import finding_of, numbers_in
 from agent.explain.taken_off import beside_a_finding
+from agent.explain.verdict import MUCH_LEFT
 from agent.identify.result import Parameter
 from agent.physics.twin import Effect
 
@@ -49,6 +50,8 @@ def told_against(
     plainer : bool
         Whether it is to be told where it needs as many laws.
     """
+    if doubted.excess:
+        bare = _of_the_whole(bare, answer)
     if bare.twin is None or answer.twin is None:
         return None
     answer = on_the_floor_of(answer, bare)
@@ -84,6 +87,16 @@ def told_against(
         holdout=_held_out(answer.holdout, bare.holdout),
     )
     return replace(told, sentence=words.summary_of(told))
+
+
+def _of_the_whole(bare: Explanation, answer: Explanation) -> Explanation:
+    """Return what is found without what was taken off, with the verdict that all of it has.
+
+    What stays is without a name, but little of what the simulation as recorded leaves.
+    """
+    if bare.verdict in NAMELESS and _left_share(answer, bare) <= MUCH_LEFT:
+        return replace(bare, verdict="explained")
+    return bare
 
 
 def _in_their_place(

@@ -21,7 +21,8 @@ from agent.physics.twin import Effect, Twin, TwinError
 _DOUBTED = 0.2  # of the mismatch: so much of it goes along an effect, or along one of its numbers
 _NUDGE = 1.02  # times a number
 _LOADED = "reference_payload_kg"  # a payload that recordings state
-_NAMELESS: frozenset[Verdict] = frozenset({"unexplained", "partly-explained"})
+NAMELESS: frozenset[Verdict] = frozenset({"unexplained", "partly-explained"})
+"""Verdicts that leave something without a name."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ def doubted_of(twin: Twin, table: Table, answer: Explanation) -> tuple[Doubted, 
             slopes = _slopes(twin, place, table)
             gains[place] = max(_goes_along(slopes, table, answer, moved=m) for m in (True, False))
     order = sorted((p for p in gains if gains[p] >= _DOUBTED), key=lambda p: -gains[p])
-    every = tuple(gains) if answer.verdict in _NAMELESS else ()
+    every = tuple(gains) if answer.verdict in NAMELESS else ()
     sets = dict.fromkeys((tuple(order[:1]), tuple(sorted(order)), every))
     refitted = refitted_of(twin, answer)
     return tuple(Doubted(twin, refitted, table, places) for places in sets if places)
