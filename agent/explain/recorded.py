@@ -124,7 +124,8 @@ def _told(
         Whether it explains as much with far less torque.
     """
     taken = {doubted.twin.effects[place].id for place in doubted.places}
-    instead = bool(taken & own) and _leaves_as_little(bare, answer)
+    # What is in the simulation alone is not missing, whichever of its laws takes that off.
+    instead = bool(own) and _leaves_as_little(bare, answer)
     # Weights have no sign, cables have: a line that fits by far better than a sine is none.
     instead |= WEIGHT in _effects(answer) and _CABLE in taken and settles_more(bare, answer)
     told = told_against(doubted, answer, bare, plainer=plainer or instead)
