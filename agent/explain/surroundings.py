@@ -40,6 +40,7 @@ from agent.explain.verdict import MUCH_LEFT
 from agent.physics.effects.library import CARRIED
 
 _SWINGS = "joint-flexibility"
+_IN_ITS_LOOP = frozenset({*CARRIED, "kinematic-error", "resolver-error"})
 _OF_STARTS = frozenset({"presliding-hysteresis", "local-fault"})
 _GRAVITY_M_S2 = 9.81
 _STEEL_KG_M3 = 7850.0
@@ -120,7 +121,7 @@ def of_the_simulation(
     own = {
         (term.scored.form.effect, term.scored.form.name)
         for index, term in enumerate(choice.terms)
-        if (term.scored.form.effect in CARRIED and is_the_simulations(library, choice, index))
+        if (term.scored.form.effect in _IN_ITS_LOOP and is_the_simulations(library, choice, index))
         or (term.scored.form.effect in _OF_STARTS and is_another_motions(library, choice, index))
     }
     return tuple(f for f in findings if (f.effect, f.form) in own)
@@ -143,16 +144,13 @@ def simulations_sentence(own: Finding, findings: Sequence[Finding]) -> str:
         What is the joint's.
     """
     of = "what the right numbers leave" if any(f.form == OWN_NUMBER for f in findings) else ""
-    why = (
-        "its torque, and not the recorded one, has a part like that of an arm on a spring, as where"
-    )
-    what = "a spring"
+    like = "an arm on a spring" if own.effect in CARRIED else effect_name(own.effect)
+    what = "a spring" if own.effect in CARRIED else "that"
+    why = f"its torque, and not the recorded one, has a part like that of {like}, as where"
     if own.effect in _OF_STARTS:
-        what = "that"
         why = (
-            f"like {effect_name(own.effect)}, but it sums to nothing within "
-            f"{short(SUMS_WITHIN_S)} s, as what the inertia asks for another motion does and "
-            "friction does not:"
+            f"like {like}, but it sums to nothing within {short(SUMS_WITHIN_S)} s, as what the "
+            "inertia asks for another motion does and friction does not:"
         )
     return (
         f"{percent(own.energy_share)} of {of or 'the mismatch'} is the simulation's own: {why} it "

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from agent.explain.answer.result import Explanation, Finding, Verdict
 from agent.explain.carrying import Given, with_load
-from agent.explain.choosing.materiality import CLOSE
+from agent.explain.choosing.materiality import CLOSE, MATERIAL
 from agent.explain.findings import findings_of
 from agent.explain.location.leftover import LeftWhere, left_where, line_regions
 from agent.explain.rows.evidence import effective_size
@@ -99,7 +99,11 @@ class Told:
         kept, scene = self._modelled(), self.found.library.scene
         held = "; twin.toml holds it as a spring, so that the numbers beside it are right"
         swings = (f"{swing_sentence(s, scene)}{held if s in kept else ''}" for s in self.swings)
-        own = (simulations_sentence(swing, self.findings) for swing in self.simulations)
+        own = (
+            simulations_sentence(own, self.findings)
+            for own in self.simulations
+            if own.energy_share >= MATERIAL
+        )
         return (*own, *swings)
 
     def all_the_simulations(self, answer: Explanation) -> Explanation:

@@ -11,7 +11,7 @@ from agent.identify.result import Parameter
 
 _DELAY = "torque_delay_s"
 _SAME = 0.25  # of the lag: a filter's is not the same at all frequencies
-_COUNTS = 0.1  # of a delay: with less the velocity's lag changes nothing that is told
+_COUNTS = 0.1  # of a delay without an interval: a velocity's lag that changes what is told
 
 
 def is_velocitys(parameters: Mapping[str, Parameter], table: Table) -> bool:
@@ -47,4 +47,7 @@ def hides_in(delay: Parameter, table: Table) -> bool:
     late_s = abs(table.velocity_late_s)
     usual = all(is_part_of_sample(late_s, piece.period_s) for piece in table.pieces)
     told = usual or delay.value > 0.0
-    return told and not table.aligned and late_s > _COUNTS * abs(delay.value)
+    counts_s = _COUNTS * abs(delay.value)
+    if delay.ci95 is not None:
+        counts_s = min(counts_s, 0.5 * (delay.ci95[1] - delay.ci95[0]))
+    return told and not table.aligned and late_s > counts_s
