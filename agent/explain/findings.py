@@ -267,7 +267,11 @@ def _number_finding(study: Study, wrong: WrongNumber) -> Finding:
         energy_share=wrong.energy_share,
         where=(),
         said=sentences.number_sentence(
-            wrong.effect, changes, wrong.energy_share, recorded=study.table.simulated
+            wrong.effect,
+            changes,
+            wrong.energy_share,
+            recorded=study.table.simulated,
+            doubtful=bool(alike),
         ),
         parameters=wrong.parameters,
         alternatives=tuple(

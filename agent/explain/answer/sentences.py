@@ -257,6 +257,7 @@ def number_sentence(
     share: float,
     *,
     recorded: bool = False,
+    doubtful: bool = False,
 ) -> Said:
     """Return what is said of a wrong number.
 
@@ -270,13 +271,16 @@ def number_sentence(
     recorded : bool
         Whether the simulation is a recorded one, whose own numbers nobody here knows: then only
         what it lacks can be told.
+    doubtful : bool
+        Whether something else explains as much.
     """
     worth = f"This explains {percent(share)} of {shared(OWN_NUMBER, beside_numbers=True)}."
     if effect == "torque-constant-error":
         _, found, _ = next(iter(changes.values()))
+        wrong, real = ("may be", "would be") if doubtful else ("is", "is")
         lead = (
-            "The torque constant is wrong: the real torque is the reported one times a factor of "
-            f"{factor(found)}."
+            f"The torque constant {wrong} wrong: the real torque {real} the reported one times a "
+            f"factor of {factor(found)}."
         )
         return Said(lead, worth=worth)
     differ = {name: numbers for name, numbers in changes.items() if _differs(numbers, changes)}
@@ -285,8 +289,9 @@ def number_sentence(
     said = " and ".join(change(name, *numbers) for name, numbers in told.items())
     if effect == "gravity-imbalance":
         return Said(f"The simulation {_of_the_load(changes)}: {said}.", worth=worth)
-    many = "Numbers of the simulation are" if len(told) > 1 else "A number of the simulation is"
-    return Said(f"{many} wrong: {said}.", worth=worth)
+    many = "Numbers of the simulation" if len(told) > 1 else "A number of the simulation"
+    wrong = "may be" if doubtful else "are" if len(told) > 1 else "is"
+    return Said(f"{many} {wrong} wrong: {said}.", worth=worth)
 
 
 def _of_the_load(changes: Mapping[str, tuple[float, float, str]]) -> str:

@@ -21,6 +21,7 @@ _NOT_RECORDED, _SO = " was not recorded", ", so "
 _HALF = 0.5  # of what stands above the noise: with less, most of what was found is not there
 _WORSE = 1.1  # times the error before: more is no law for what was not seen
 _LITTLE = 0.01  # of the mismatch: what has no name is in the unseen recordings alone
+_WHOLE = 1.05  # of a mismatch: shares of more are not of one whole
 _AS_NOISE = 1.1  # times the noise floor: up to there the band of the comparison holds nothing
 
 
@@ -181,6 +182,17 @@ def _lies(explanation: Explanation, place: str) -> str:
     return f"It lies {place}." if left[0].everywhere else f"It is greatest {place}."
 
 
+def of_the_mismatch(explanation: Explanation) -> str:
+    """Return of what the share is that has no name.
+
+    What is compared holds nothing that swings above its band, and a finding's share is of that.
+    """
+    swings = any(region.variable == "frequency_hz" for region in explanation.unexplained_where)
+    named = max((f.energy_share for f in explanation.findings), default=0.0)
+    more = named + explanation.unexplained_share > _WHOLE
+    return "all that differs, swings included," if swings and more else "the mismatch"
+
+
 def _left_sentence(explanation: Explanation) -> str:
     """Return how much has no name, and where it lies."""
     findings, left = explanation.findings, explanation.unexplained_where
@@ -193,7 +205,8 @@ def _left_sentence(explanation: Explanation) -> str:
         return f"What these numbers do not explain has no name in the library. {lies}"
     if findings and any(_costs_torque(f) for f in findings):
         much = percent(explanation.unexplained_share)
-        return f"{much[0].upper()}{much[1:]} of the mismatch has no name in the library. {lies}"
+        of = of_the_mismatch(explanation)
+        return f"{much[0].upper()}{much[1:]} of {of} has no name in the library. {lies}"
     if left and left[0].variable == "frequency_hz" and refitted_nm < _AS_NOISE * floor_nm:
         return (
             "The simulation, its numbers refitted, agrees with the recordings but for a torque "

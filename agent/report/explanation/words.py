@@ -11,6 +11,7 @@ from typing import Literal
 from agent.explain.answer import amounts
 from agent.explain.answer.names import effect_name
 from agent.explain.answer.result import Explanation, Moved, NextExperiment
+from agent.explain.answer.words import of_the_mismatch
 from agent.numbers import NO_NUMBER, fixed, scale_for, significant
 from agent.report.advice import next_steps
 from trajectories import lasting
@@ -192,7 +193,7 @@ def unexplained_in_words(explanation: Explanation) -> str:
     """Say how much of the mismatch has no explanation."""
     part = explanation.unexplained_share
     known = share(part) if math.isfinite(part) else "A part"
-    return f"{heading(known)} of the mismatch has no explanation."
+    return f"{heading(known)} of {of_the_mismatch(explanation)} has no explanation."
 
 
 _UNJUDGED = {"torque-constant-error": "a torque constant that changes with temperature"}

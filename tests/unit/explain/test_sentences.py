@@ -39,6 +39,11 @@ def test_two_numbers_are_numbers() -> None:
     assert number_sentence("wrong-number", two, 0.9).lead.startswith(
         "Numbers of the simulation are wrong: "
     )
+    constant = {"the factor": (1.0, 1.012, "")}
+    assert number_sentence("torque-constant-error", constant, 0.9, doubtful=True).lead == (
+        "The torque constant may be wrong: the real torque would be the reported one times a "
+        "factor of 1.012."
+    )
 
 
 def test_wear_is_told_with_its_rate_and_its_sign() -> None:
