@@ -86,6 +86,8 @@ class Breakage:
                 self.position_frozen = True
             case script.IgnoresQuickStop():
                 self._machine.deaf_to_quick_stop = True
+            case script.TakenOver():
+                self._machine.taken_over = True
             case script.BrakesSoftly():
                 self._loop.braking_share = fault.share
             case script.BrakeCloses():

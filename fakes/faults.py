@@ -110,6 +110,13 @@ class IgnoresQuickStop(Fault):
 
 
 @dataclass(frozen=True, kw_only=True)
+class TakenOver(Fault):
+    """Obey no controlword any more: somebody drives it locally, and statusword bit 9 says so."""
+
+    kind: ClassVar[str] = "taken-over"
+
+
+@dataclass(frozen=True, kw_only=True)
 class BrakesSoftly(Fault):
     """Brake with a share of what 0x6084 and 0x6085 ask for, whatever is written there."""
 
@@ -164,6 +171,7 @@ KINDS: dict[str, type[Fault]] = {
         VelocityRunaway,
         FrozenPosition,
         IgnoresQuickStop,
+        TakenOver,
         BrakesSoftly,
         BrakeCloses,
         TemperatureSentinel,

@@ -82,7 +82,7 @@ class LiveValues:
         values[TEMPERATURE] = NO_SENSOR_DECIDEGC if lost else plant.gearbox.sensor_decidegc
 
     def _statusword(self) -> int:
-        word = self._machine.state | VOLTAGE | REMOTE
+        word = self._machine.state | VOLTAGE | (0 if self._machine.taken_over else REMOTE)
         loop = self._loop
         if loop.internal_limit_active:
             word |= INTERNAL_LIMIT

@@ -65,6 +65,8 @@ class StateMachine:
     ----------
     deaf_to_quick_stop : bool
         Whether orders of a quick stop are passed over: a broken drive.
+    taken_over : bool
+        Whether no controlword is obeyed: somebody drives it locally.
     """
 
     def __init__(
@@ -79,6 +81,7 @@ class StateMachine:
         self.state = State.SWITCH_ON_DISABLED
         self.controlword = 0
         self.deaf_to_quick_stop = False
+        self.taken_over = False
         self._ramp = Motion.QUICK_RAMP
         self._after_stop: State | None = None
 
@@ -97,6 +100,8 @@ class StateMachine:
 
     def command(self, controlword: int) -> None:
         """Act on a controlword from the bus."""
+        if self.taken_over:
+            return
         before, self.controlword = self.controlword, controlword
         if self.state is State.FAULT:
             if controlword & ~before & FAULT_RESET_BIT and self._may_reset():

@@ -20,7 +20,7 @@ from drivers.cia402.placing import Placing
 from drivers.cia402.states import next_controlword
 from drivers.cia402.sync import SyncLedger
 from drivers.cia402.wanted import ProcessData
-from drivers.cia402.words import INTERNAL_LIMIT_BIT, REDUCED, State, state_of
+from drivers.cia402.words import INTERNAL_LIMIT_BIT, REDUCED, REMOTE_BIT, State, state_of
 from drivers.clock import Clock
 from drivers.errors import ConfigurationError, DriverError
 from drivers.ports import Command, DriveState, Goal, Sample, SyncAccount
@@ -65,10 +65,12 @@ class Exchange:
         self.state: State | None = None
         self.statusword = 0
         self.left_enabled: State | None = None  # where it went when nobody had asked it to
+        self.unheard = 0  # answers in a row of a drive that obeyed, and says it no longer does
         self.unreadable: DriverError | None = None
         self.muted = False  # no more heartbeats: the drive's own watchdog shall act
         self.last_heartbeat_s = -math.inf  # ours
         self._was_enabled = False
+        self._was_remote = False
         self.has_had_torque = False
         self._next_heartbeat_s = -math.inf
         self._dropped_before = owner.reception().dropped_by_kernel or 0
@@ -174,6 +176,7 @@ class Exchange:
         self.state = state
         self.statusword = statusword
         self._follow(answer.goal, state)
+        self._listens(statusword)
         move = self.orders.heard(statusword, position)
         scaling = self.config.scaling
         source = self.config.temperature
@@ -199,6 +202,12 @@ class Exchange:
             self._was_enabled = True
         elif self._was_enabled and state is not None and self.left_enabled is None:
             self.left_enabled = state
+
+    def _listens(self, statusword: int) -> None:
+        """Note it when the drive, which obeyed controlwords, says that it no longer does."""
+        remote = bool(statusword & REMOTE_BIT)
+        self._was_remote = self._was_remote or remote
+        self.unheard = self.unheard + 1 if self._was_remote and not remote else 0
 
     def _note_unreadable(self, answer: SyncedAnswer) -> None:
         """Keep the first answer whose length is not that of the mapping."""

@@ -15,6 +15,7 @@ from drivers.errors import (
 )
 
 _UNASKED_LIMIT = 20
+_ANSWERS = 3  # in a row: one alone may hold a wrong bit
 _CLEAR_IT = "A person must find the cause and clear the fault at the drive; the agent never does."
 
 
@@ -34,6 +35,7 @@ def judge(exchange: Exchange) -> DriverError | None:
         or exchange.unreadable
         or _fault(exchange)
         or _left(exchange)
+        or _taken_over(exchange)
         or _unanswered(exchange)
         or _silent(exchange)
     )
@@ -90,6 +92,17 @@ def _left(exchange: Exchange) -> DriverError | None:
             "Look for a power cut or another NMT master, then start again.",
         )
     return None
+
+
+def _taken_over(exchange: Exchange) -> DriverError | None:
+    """Return an error when the drive says that it obeys no controlword from the bus any more."""
+    if exchange.unheard < _ANSWERS:
+        return None
+    return DriveStateError(
+        f"The drive at node {exchange.config.node_id} no longer obeys the bus (statusword "
+        f"0x{exchange.statusword:04X}: bit 9, remote, is gone).",
+        "Look for a local/remote switch, or a program of its maker that has taken the drive over.",
+    )
 
 
 def _unanswered(exchange: Exchange) -> DriverError | None:

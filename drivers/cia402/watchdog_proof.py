@@ -21,7 +21,7 @@ from drivers.cia402.exchange import Exchange
 from drivers.cia402.network import NmtOrder, NmtState
 from drivers.cia402.sdo import SdoAccess
 from drivers.cia402.supervision import judge
-from drivers.cia402.words import State, error_words, state_of
+from drivers.cia402.words import REMOTE_BIT, State, error_words, state_of
 from drivers.errors import DriveFaultError, DriveStateError, SdoError
 from drivers.ports import Goal, WatchdogProof
 
@@ -130,7 +130,8 @@ class _Proof:
                     f"The drive at node {exchange.config.node_id} is not "
                     f"'{states[0].value}' after {self.patience_s:g} s of the watchdog's proof "
                     f"(statusword 0x{exchange.statusword:04X}).",
-                    "Look for an enabling switch, a stop input, or missing power of the drive.",
+                    "Look for an enabling switch, a stop input, or missing power of the drive"
+                    f"{_locally(exchange.statusword)}.",
                 )
 
     def fall_silent(self) -> None:
@@ -271,3 +272,10 @@ class _Proof:
 def _is_own(emergency: EmcyError) -> bool:
     """Return whether an emergency is one of the connection, such as 0x8130: heartbeat lost."""
     return int(emergency.code) & 0xFF00 == 0x8100
+
+
+def _locally(statusword: int) -> str:
+    """Return where else to look at a drive that does not say that it obeys the bus."""
+    if statusword & REMOTE_BIT:
+        return ""
+    return "; it does not say that it obeys the bus (bit 9, remote): see whether it is set to local"

@@ -49,6 +49,9 @@ class Mode(enum.IntEnum):
     CYCLIC_TORQUE = 10
 
 
+REMOTE_BIT = 1 << 9
+"""Set while the drive obeys controlwords from the network; some drives never set it."""
+
 INTERNAL_LIMIT_BIT = 1 << 11
 
 _PATTERNS: tuple[tuple[int, int, State], ...] = (

@@ -168,6 +168,13 @@ DRIVE = (
         within_s=1.0,  # by PDO, by SDO, and then without its voltage
     ),
     Scenario(
+        "taken over locally",
+        ({"kind": "taken-over"},),
+        codes=(4,),
+        phases=("approach", "ramp", "plateau", "reversal"),
+        says="no longer obeys the bus",
+    ),
+    Scenario(
         "brakes next to nothing",
         ({"kind": "brakes-softly", "share": Between(0.005, 0.05)},),
         act="ask to stop",

@@ -18,7 +18,7 @@ from agent.record.reading import read
 from drivers.cia402.axis import Cia402Axis
 from drivers.errors import DriverError
 from drivers.ports import SyncAccount
-from fakes import faults
+from fakes import faults, live_values
 from fakes.fault import Fault
 from fakes.specification import FakeSpecification
 from tests.system.rig import RATE_HZ, Rig, rig
@@ -70,6 +70,16 @@ def test_a_cycle_records_every_sample_and_leaves_the_drive_as_it_was(tmp_path: P
     assert watchdog["proven"]
     assert watchdog["timeout_s"] <= watchdog["reaction_s"] < watchdog["timeout_s"] + 0.02
     assert watchdog["emergencies"] == ["0x8130"]
+
+
+def test_a_drive_that_never_says_that_it_obeys_the_bus_is_driven(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Bit 9 is an answer to "no longer" alone: drives that leave it out have nothing to say.
+    monkeypatch.setattr(live_values, "REMOTE", 0)
+    with rig(tmp_path, edit=brisk) as bench:
+        assert bench.run().account.lost == 0
+
 
 
 def test_the_same_seed_gives_the_same_recording(tmp_path: Path) -> None:
