@@ -71,10 +71,7 @@ def fit_model(library: Library, twin: Twin, terms: Sequence[Term]) -> Model:
     blocks[library.weighing.starts] = 1
     fit = solve_blocks(columns, columns, library.target, np.cumsum(blocks))
     carried = library.scene.table.carried
-    base = {
-        name: Parameter.not_identified("these recordings do not excite it", getattr(twin, name))
-        for name in BASE
-    }
+    base = {name: _held(library.scene.table, name, float(getattr(twin, name))) for name in BASE}
     for at, name in enumerate(np.array(BASE)[carried].tolist()):
         given = float(getattr(twin, name))
         low, high = (float(x) for x in fit.ci95[at])
@@ -95,6 +92,22 @@ def fit_model(library: Library, twin: Twin, terms: Sequence[Term]) -> Model:
         parameters=tuple(parameters),
         residual_nm=fit.residual / library.weighing.weight,
     )
+
+
+def _held(table: Table, name: str, given: float) -> Parameter:
+    """Return a number that is not refitted, with why.
+
+    Where a cable or an offset may stand for gravity it is held, and asked among the effects.
+    """
+    if name.startswith("gravity"):
+        column = table.base[table.used, BASE.index(name)]
+        if column.any():
+            return Parameter.not_identified(
+                "held as given: on these strokes what it lacks is told as an effect, beside others "
+                "that look like it",
+                given,
+            )
+    return Parameter.not_identified("these recordings do not excite it", given)
 
 
 def extended_twin(library: Library, twin: Twin, model: Model) -> Twin:
