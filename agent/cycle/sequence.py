@@ -12,7 +12,7 @@ from collections.abc import Sequence as Many
 
 from agent.cycle.answered import Asking
 from agent.cycle.blocked import blocked
-from agent.cycle.continuity import jump
+from agent.cycle.continuity import Course, jump
 from agent.cycle.feed import Feed
 from agent.cycle.gate import Asked, SetPoint, move_refusals, refusals
 from agent.cycle.interlock import Event, Interlock
@@ -65,6 +65,7 @@ class Sequence:
         self._sent_velocity_rad_s = 0.0
         self._last_tick_s: float | None = None
         self._asking = Asking()
+        self._course = Course(plan.limits)
         try:
             self._feed.along(plan.trajectory, self._stand_rad)
         except TrajectoryError as error:
@@ -101,7 +102,10 @@ class Sequence:
         if samples:
             impossible = jump(self.plan.limits, (self._newest, *samples))
             self._newest = samples[-1]
+            for sample in samples:
+                self._course.take(sample)
             self._asking.forget_before(self._newest.time_s)
+            impossible = impossible or self._course.contradiction()
             if impossible:
                 raise self.trip(impossible)
         step_s = 0.0 if self._last_tick_s is None else self._feed.step_s(now_s - self._last_tick_s)
@@ -237,7 +241,8 @@ class Sequence:
             against = (f"the interlock is {self.interlock.state.value}", *against)
         if against:
             asked = wanted.answered or wanted
-            look = blocked(self.plan.limits, asked.velocity_rad_s, self._newest)
+            unlike = self._course.unlike_rad_s
+            look = blocked(self.plan.limits, asked.velocity_rad_s, self._newest, unlike)
             raise self.trip("; ".join(against), look)
 
     def _set_out(self, stage: Stage, now_s: float, to_rad: float) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -26,13 +25,11 @@ from agent.explain.shaken import shaken_said
 from agent.explain.study import Study
 from agent.explain.verdict import far_from_given
 from agent.explain.warm_magnets import warm_magnets_said
-from agent.identify.diagnosis import velocity_over_rate
+from agent.identify.diagnosis import scaled_velocity
 from agent.identify.signals.preprocess import left_out_of, read_motion
-from agent.numbers import significant
 
 _CLOSER = 1.1  # of the refitted energy, at least: else refitting has brought nothing
 _OTHERWISE_WARM_K = 10.0  # magnets lose less than 2 % over it
-_SCALED = 0.01  # of a velocity, in every recording: no estimate of it from the position is so bad
 _MANY_WITHOUT = 0.005  # of the rows
 _LATE_S = 5e-4  # of a velocity: less is no more than its last difference
 
@@ -86,7 +83,8 @@ def bear_in_mind(found: Study, edges: Edges | None, *, by_motor: bool) -> tuple[
     blows = found.library.scene.blows
     if blows is not None and BACKLASH not in _effects(found):
         out.append(only_heard(blows.ringing))
-    signals = edges_said(edges), _late_velocity(found), _scaled_velocity(found)
+    motions = [read_motion(run.signals) for run in found.table.runs]
+    signals = edges_said(edges), _late_velocity(found), scaled_velocity(motions)
     out += [said for said in signals if said]
     closest = closest_said(found)
     noise = _more_than_the_floor(found, beside=bool(closest))
@@ -118,21 +116,6 @@ def _late_velocity(found: Study) -> str:
             "a velocity taken from the position needs neither"
         )
     return ""
-
-
-def _scaled_velocity(found: Study) -> str:
-    """Return that the velocity is some percent off the position's rate; nothing where it is not."""
-    over = [velocity_over_rate(read_motion(run.signals)) for run in found.table.runs]
-    known = [value for value in over if math.isfinite(value)]
-    if not known or (min(known) < 1.0 + _SCALED and max(known) > 1.0 - _SCALED):
-        return ""
-    share = float(np.median(known)) - 1.0
-    way = "more" if share > 0.0 else "less"
-    return (
-        f"the velocity is {significant(100.0 * abs(share), 2)} % {way} than the position's rate: "
-        "one of the two is scaled wrong, and inertia and viscous friction are off by as much "
-        "where it is the velocity"
-    )
 
 
 def _more_than_the_floor(found: Study, *, beside: bool) -> str:

@@ -12,6 +12,7 @@ from agent.identify.signals.arrays import Signals
 from agent.identify.signals.frames import objections_of_frames
 from agent.identify.signals.preprocess import Motion, read_motion
 from agent.identify.signals.windows import SteadyWindow
+from agent.numbers import significant
 
 _SAMPLES = 100
 _MOVING = 100
@@ -19,6 +20,7 @@ _KEPT = 0.5
 _MEMORY = 0.8
 _SATURATED = 0.2
 _FACTOR = 0.1
+_SCALED = 0.01  # of a velocity, in every recording: no estimate of it from the position is so bad
 _WRAPS = 0.5
 _WANDERS = 2.0  # times what it moves in a two-hundredth of the time
 _FASTEST_RAD_S = 2000.0  # 19 000 rpm: motors of joints turn at 10 000 at most
@@ -249,11 +251,25 @@ def in_another_unit(motion: Motion) -> str:
     return "" if abs(factor - 1.0) <= _FACTOR else _another_unit(motion, factor)
 
 
-def velocity_over_rate(motion: Motion) -> float:
-    """Return the velocity over the rate at which the position changes; not a number where unknown.
+def scaled_velocity(motions: Sequence[Motion]) -> str:
+    """Return that the velocity is some percent off the position's rate; nothing where it is not.
 
-    A few percent from one are no unit, and a scale that one of the two has wrong.
+    A few percent are no unit, and a scale that one of the two has wrong.
     """
+    known = [value for value in map(_velocity_over_rate, motions) if math.isfinite(value)]
+    if not known or (min(known) < 1.0 + _SCALED and max(known) > 1.0 - _SCALED):
+        return ""
+    share = float(np.median(known)) - 1.0
+    way = "more" if share > 0.0 else "less"
+    return (
+        f"the velocity is {significant(100.0 * abs(share), 2)} % {way} than the position's rate: "
+        "one of the two is scaled wrong, and inertia and viscous friction are off by as much "
+        "where it is the velocity"
+    )
+
+
+def _velocity_over_rate(motion: Motion) -> float:
+    """Return the velocity over the position's rate; not a number where that is not known."""
     driven, covered = _driven_and_covered(motion)
     if not (driven.any() and covered.any()) or not _proportional(driven, covered):
         return math.nan

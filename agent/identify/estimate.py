@@ -120,6 +120,8 @@ def identify(
         )
     notes = [note for motion in motions for note in motion.notes]
     notes += [*diagnosis.unlikely_units(motions), *diagnosis.coasts_too_long(motions, body)]
+    scaled = diagnosis.scaled_velocity(motions)
+    notes += [scaled] if scaled else []
     notes += [] if models else [f"no friction curve: {diagnosis.no_curve(windows)}"]
     notes += regression.notes
     notes += [NOTE] if body is not None and body.straight_line else []

@@ -81,7 +81,6 @@ def test_a_drive_that_never_says_that_it_obeys_the_bus_is_driven(
         assert bench.run().account.lost == 0
 
 
-
 def test_the_same_seed_gives_the_same_recording(tmp_path: Path) -> None:
     columns = []
     for name in ("one", "two"):

@@ -53,3 +53,5 @@ def test_a_frozen_position_and_a_velocity_that_is_none_are_found() -> None:
             assert "one of them is not the joint's" in silent.contradiction()
     assert frozen.speed_rad_s == 0.0
     assert silent.speed_rad_s != 0.0
+    assert frozen.unlike_rad_s is None  # it may stand: that is told by what its motor does
+    assert silent.unlike_rad_s == (silent.speed_rad_s, 0.0)

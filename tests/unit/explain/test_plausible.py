@@ -21,6 +21,7 @@ from agent.explain.plausible import (
 from agent.explain.rows.run import Run
 from agent.explain.rows.table import tabulate
 from agent.explain.undecidable import undecidable
+from agent.identify.estimate import estimate
 from agent.identify.result import Floats, Parameter
 from agent.identify.signals.arrays import Signals
 from tests.science.explain_joint import GEAR_RATIO, TWIN, Conditions, record, stair
@@ -127,6 +128,10 @@ def test_a_velocity_that_is_scaled_wrong_is_told(run: Run, factor: float, says: 
     reasons = [r for r in explain(TWIN, [scaled], []).reasons if "than the position's rate" in r]
     assert len(reasons) == bool(says)
     assert all(says in reason for reason in reasons)
+    notes = [
+        note for note in estimate([scaled.signals]).notes if "than the position's rate" in note
+    ]
+    assert notes == reasons
 
 
 @pytest.mark.parametrize(
