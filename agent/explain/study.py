@@ -36,6 +36,7 @@ from agent.explain.numbers.short_stroke import (
     gravity_in_question,
     in_its_place,
     in_question,
+    is_the_factors_weight,
     weight_is_worth_a_name,
     without_gravity,
 )
@@ -130,7 +131,9 @@ class Study:
         return apart.used[rows]
 
 
-def study(twin: Twin, table: Table, among: Container[str] | None = None) -> Study:
+def study(
+    twin: Twin, table: Table, among: Container[str] | None = None, *, ask: bool = True
+) -> Study:
     """Locate, name and model what a twin leaves of a table.
 
     Parameters
@@ -140,8 +143,11 @@ def study(twin: Twin, table: Table, among: Container[str] | None = None) -> Stud
         Of recordings that slide.
     among : container of str, optional
         The effects to choose from; all.
+    ask : bool
+        Whether gravity is put in question where the first recording's stroke is too short for it.
     """
-    library, not_judged, refitted = _library(twin, table, among)
+    asked = table
+    library, not_judged, refitted = _library(twin, table, among, ask=ask)
     lines = lines_of(table, refitted)
     named = _named(library, twin)
     taken_for: frozenset[str] = frozenset()
@@ -165,6 +171,9 @@ def study(twin: Twin, table: Table, among: Container[str] | None = None) -> Stud
     floor = noise_floor(table, left)
     noise_nm = floor.value_nm if floor.value_nm > 0.0 else 0.0
     numbers = wrong_numbers(library, twin, model, choice.candidates, noise_nm, taken_for=taken_for)
+    factor = next((n.parameters["factor"].value for n in numbers if "factor" in n.parameters), 1.0)
+    if ask and factor != 1.0 and is_the_factors_weight(twin, choice, model, factor):
+        return study(twin, asked, among, ask=False)
     if not choice.terms:
         numbers = borne_out(numbers, library, model, noise_nm, cells)
     model = reaching_over_the_unnamed(library, model)

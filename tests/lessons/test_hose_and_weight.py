@@ -120,3 +120,25 @@ def test_a_weight_that_is_one_percent_off_is_a_number_and_no_hose(
     assert weight.effect == "gravity-imbalance"
     assert not weight.alternatives
     assert weight.parameters["gravity_sin_nm"].value == pytest.approx(3.0 - sine_nm, abs=0.01)
+
+
+def test_a_weight_that_follows_a_wrong_torque_constant_is_no_payload_as_well() -> None:
+    """Held as given beside friction that falls, it was off by the constant, and told once more."""
+    joint, factor, fall_nm = replace(TWIN, gravity_sin_nm=2.0), 0.94, 0.1
+
+    def reported_otherwise(points: SetPoints, at: Conditions) -> Floats:
+        del at
+        way = np.sign(points.velocity_rad_s)
+        motion = points.position_rad, points.velocity_rad_s, points.acceleration_rad_s2
+        fall = fall_nm * way * np.exp(-np.abs(points.velocity_rad_s) / 6.0)
+        real = joint.predict_torque(*motion, way) + fall
+        return np.asarray(real / factor - TWIN.predict_torque(*motion, way))
+
+    runs = [record(CYCLE, reported_otherwise, Conditions(), k) for k in range(3)]
+    named = {
+        finding.effect: finding for finding in findings_of(study(joint, tabulate(joint, runs)))
+    }
+    assert named.keys() == {"torque-constant-error", "stribeck"}
+    assert named["torque-constant-error"].parameters["factor"].value == pytest.approx(
+        factor, abs=0.005
+    )

@@ -2,7 +2,8 @@
 
 Freed with the twin's own numbers it takes up whatever an offset, an asymmetry or a cable adds, and
 none of these would ever be seen. Where one of them does as well as gravity, gravity steps back
-into the library, and stands beside them as one of their alternatives.
+into the library, and stands beside them as one of their alternatives. Where its part is what the
+torque constant is off by, it is a base number again: nothing is told twice.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ from agent.physics.twin import Twin
 
 _ALIKE = 0.98  # of the energy beside the other numbers: on a stroke of radians a cosine is none
 _MISSED = 0.05  # of what gravity gains: a look-alike that misses more is none
+_BY_THE_FACTOR = 0.01  # of the weight: so near it is off by what the torque constant is
 _SHOWS = 0.1  # of what is left on unseen data: a look-alike that leaves so much more is none
 _SURELY = 3.0  # standard errors, as between any two laws: what misses so much more is none either
 
@@ -41,6 +43,7 @@ def _payload(scene: Scene, point: Point) -> Floats:
     return gravity_columns(scene.full("position_rad"), scene.table.gear_ratio)
 
 
+_WEIGHT = tuple(name for name in BASE if name.startswith("gravity"))
 PAYLOAD = Form(
     "gravity-imbalance",
     "a payload",
@@ -187,3 +190,29 @@ def _hidden(library: Library, rest: Floats, gravity: Floats) -> list[Candidate]:
         if float(np.linalg.svd(copy.T @ own, compute_uv=False).min()) ** 2 > ALIKE:
             out.append(candidate)
     return out
+
+
+def is_the_factors_weight(twin: Twin, choice: Choice, model: Model, factor: float) -> bool:
+    """Return whether a weight beside a wrong torque constant is off by that constant alone.
+
+    Held as given while all other numbers follow the constant, it looks like a payload of its own.
+
+    Parameters
+    ----------
+    twin : Twin
+        As given.
+    choice : Choice
+    model : Model
+        Of the choice.
+    factor : float
+        Real over reported torque.
+    """
+    own = np.array([getattr(twin, name) for name in _WEIGHT])
+    for term, found in zip(choice.terms, model.parameters, strict=True):
+        if term.candidate.form is PAYLOAD and own.any():
+            more = np.array([found[name].value for name in _WEIGHT])
+            ends = [found[name].ci95 or (math.nan, math.nan) for name in _WEIGHT]
+            reach = float(np.linalg.norm([high - low for low, high in ends]))
+            off = float(np.linalg.norm(more - own * (1.0 / factor - 1.0)))
+            return off <= max(_BY_THE_FACTOR * float(np.linalg.norm(own)), reach)
+    return False
