@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from agent.explain.answer import words
 from agent.explain.answer.names import OWN_NUMBER
@@ -26,6 +27,7 @@ from agent.explain.at_edges import edges_of
 from agent.explain.carrying import Given
 from agent.explain.caveats import bear_in_mind
 from agent.explain.choosing.aliases import aliases
+from agent.explain.choosing.materiality import MATERIAL
 from agent.explain.driven_range import noted_in
 from agent.explain.experiment.proposal import next_experiments, set_up_only
 from agent.explain.findings import OFFSET_OR_ASYMMETRY
@@ -91,6 +93,7 @@ def written_down(
     given, refitted = (
         fit_of(measured, left[rows]) for left in (as_given.table.target_nm, found.refitted_nm)
     )
+    share = min(share + _lost_in_writing(found, extended, known), 1.0)
     edges = edges_of(found)
     said = Explanation(
         verdict=verdict,
@@ -129,6 +132,30 @@ def _left_by_twin(found: Study) -> Floats:
     """Return what the twin that is written leaves of the rows learnt from, shape (m,)."""
     rows = found.library.weighing.rows
     return left_by(found.extended, found.table)[rows]
+
+
+def _lost_in_writing(found: Study, extended: Floats, known: NDArray[np.bool_]) -> float:
+    """Return which share of the mismatch the written twin leaves beyond the model, 0 to 1.
+
+    Laws that stand in each other's friction add up to another torque than their columns do.
+
+    Parameters
+    ----------
+    found : Study
+    extended : ndarray, shape (m,)
+        What the twin leaves of the rows learnt from.
+    known : ndarray of bool, shape (m,)
+        Which of them are compared.
+    """
+    if not known.any() or not all(found.in_twin(t.scored.form) for t in found.choice.terms):
+        return 0.0
+    rows = found.library.weighing.rows
+    by_twin, by_model, before = (
+        float(np.mean(left[known] ** 2))
+        for left in (extended, found.model.residual_nm, found.refitted_nm[rows])
+    )
+    lost, above = by_twin - by_model, before - found.left.noise_nm**2
+    return lost / above if lost > MATERIAL * before and above > 0.0 else 0.0
 
 
 def experiments(
