@@ -27,11 +27,25 @@ def _presliding_grid(scene: Scene) -> Sequence[Point]:
 
 
 def _presliding(scene: Scene, point: Point) -> Floats:
-    """Return a rate-independent hysteresis of unit height, less the sign it settles to.
+    """Return a hysteresis of unit height, less the sign it settles to.
 
-    Unit height is Coulomb friction's: what else the joint has of sliding friction yields alike.
+    Unit height is Coulomb friction's. What else the joint has of sliding friction hangs on the same
+    spring, which then has further to go: as a twin's law has it, and LuGre's.
     """
-    return stack(scene.level_share * (hysteresis(scene, point[0]) - scene.direction))
+    if not scene.sliding:
+        return stack(hysteresis(scene, point[0]) - scene.direction)
+    from agent.physics.kernels import yielding
+
+    level = scene.level_share
+    held = remembered(
+        scene.table.full,
+        scene.table.pieces,
+        lambda time, velocity, level, start: yielding(
+            time, velocity, level, 1.0 / point[0], 1.0, start * level[0]
+        ),
+        level,
+    )
+    return stack(held - level * scene.direction)
 
 
 def hysteresis(scene: Scene, reach_rad: float) -> Floats:
@@ -42,7 +56,7 @@ def hysteresis(scene: Scene, reach_rad: float) -> Floats:
     return remembered(
         scene.table.full,
         scene.table.pieces,
-        lambda time, velocity, start: dahl_share(time, velocity, reach_rad, start),
+        lambda time, velocity, _, start: dahl_share(time, velocity, reach_rad, start),
     )
 
 
@@ -94,7 +108,7 @@ def _slipping(scene: Scene, point: Point) -> Floats:
     out = remembered(
         scene.table.full,
         scene.table.pieces,
-        lambda time, velocity, start: slipping(time, velocity, stiffness, level, start),
+        lambda time, velocity, _, start: slipping(time, velocity, stiffness, level, start),
     )
     return stack(scene.level_share * (out - scene.direction))
 

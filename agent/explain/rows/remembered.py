@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from itertools import groupby
+from itertools import groupby, pairwise
 
 import numpy as np
 
@@ -12,10 +12,15 @@ from agent.identify.result import Floats
 from agent.physics.beginnings import drawn_at_first
 from agent.physics.presliding import across_gaps
 
-State = Callable[[Floats, Floats, float], Floats]
+State = Callable[[Floats, Floats, Floats, float], Floats]
 
 
-def remembered(full: Mapping[str, Floats], pieces: Sequence[Piece], state: State) -> Floats:
+def remembered(
+    full: Mapping[str, Floats],
+    pieces: Sequence[Piece],
+    state: State,
+    level: Floats | None = None,
+) -> Floats:
     """Return a state along the motion of every recording, shape (N,).
 
     Parameters
@@ -24,9 +29,12 @@ def remembered(full: Mapping[str, Floats], pieces: Sequence[Piece], state: State
         As the table has it; a position that is not known is NaN.
     pieces : sequence of Piece
     state : callable
-        Time, velocity, both shape (n,), and how far the springs are drawn out at first to the
-        state, (n,).
+        Time, velocity and level, each shape (n,), and how far the springs are drawn out at first to
+        the state, (n,).
+    level : ndarray, shape (N,), optional
+        What the state tends to; 1 where it is not given.
     """
+    level = np.ones(full["direction"].shape[0]) if level is None else level
     out = np.zeros(full["direction"].shape[0])
     located = bool(np.isfinite(full["position_rad"]).all())
     for _, run in groupby(pieces, key=lambda piece: piece.run):
@@ -43,7 +51,16 @@ def remembered(full: Mapping[str, Floats], pieces: Sequence[Piece], state: State
         )
         first = places[0]
         start = drawn_at_first(full["velocity_raw_rad_s"][first], full["direction"][first])
-        found = state(time, velocity, start)
+        tends_to = np.concatenate(_halfway([level[at] for at in places]))
+        found = state(time, velocity, tends_to, start)
         for at, own in zip(places, where, strict=True):
             out[at] = found[own]
+    return out
+
+
+def _halfway(stretches: Sequence[Floats]) -> list[Floats]:
+    """Return values of stretches with one in the middle of every gap, as `across_gaps` has them."""
+    out = [stretches[0]]
+    for before, after in pairwise(stretches):
+        out += [np.array([0.5 * (before[-1] + after[0])]), after]
     return out

@@ -175,7 +175,7 @@ class Scene:
         return remembered(
             self.table.full,
             self.table.pieces,
-            lambda time, velocity, start: slipping(time, velocity, stiffness, level, start),
+            lambda time, velocity, _, start: slipping(time, velocity, stiffness, level, start),
         )
 
     @cached_property
