@@ -87,7 +87,9 @@ def _presliding_twin(scene: Scene, values: Mapping[str, float]) -> Sequence[Mapp
     def entry(travel: float) -> Mapping[str, float]:
         return {"stiffness_nm_per_rad": level / travel}
 
-    entries = [nearest(plain, _EFFECT, entry, reach, torque)]
+    # Beside sliding friction the form has the twin's own steps already.
+    alone = not scene.sliding
+    entries = [nearest(plain, _EFFECT, entry, reach, torque) if alone else entry(reach)]
     entries += [
         {"stiffness_nm_per_rad": share * level / reach, _SHARE: share}
         for share in _of_the_level(scene, values)

@@ -66,9 +66,29 @@ def test_creeping_is_known_behind_a_gap_as_it_is_without_one(form: Form) -> None
     assert said(~LOST) == pytest.approx(whole, abs=0.01)
 
 
-@pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
-def test_what_yields_is_all_of_sliding_friction(form: Form) -> None:
+def test_what_yields_is_all_of_sliding_friction() -> None:
     scene = scene_of(run_of(np.ones(TIME.shape, dtype=np.bool_)))
-    point = (0.3, 2.0)[: len(form.nonlinear)]
     half = replace(scene, sliding=(lambda of: -0.5 * of.theta[2] * of.direction,))
-    assert form.columns(half, point) == pytest.approx(0.5 * form.columns(scene, point))
+    spring, elements = FORMS
+    # Elements that each slip at a travel of their own know no level; one spring has half as far.
+    assert elements.columns(half, (0.3, 2.0)) == pytest.approx(
+        0.5 * elements.columns(scene, (0.3, 2.0))
+    )
+    assert spring.columns(half, (0.3,)) == pytest.approx(
+        0.5 * spring.columns(scene, (0.15,)), abs=0.01
+    )
+
+
+def test_a_spring_beside_friction_that_falls_is_the_twins_own() -> None:
+    """Its reach had been Coulomb friction's, whatever hung on it: a twin left six times as much."""
+    fall = {"static_extra_nm": 0.4, "stribeck_velocity_rad_s": 1.0, "exponent": 1.0}
+    laws = Effect("stribeck", fall), Effect("presliding-hysteresis", {"stiffness_nm_per_rad": 3.0})
+    scene = scene_of(run_of(np.ones(TIME.shape, dtype=np.bool_)))
+    table = scene.table
+    falls, both = (
+        effects_nm(replace(PLAIN, effects=laws[:n]), table.runs, table.pieces, table.full)
+        for n in (1, 2)
+    )
+    beside = replace(scene, sliding=(lambda _: falls,))
+    column = FORMS[0].columns(beside, (0.6 / 3.0,))[:, 0]
+    assert 0.6 * column == pytest.approx(both - falls, abs=0.01)
