@@ -19,6 +19,7 @@ from agent.explain.driven import driven_or_heavier
 from agent.explain.driven_range import hangs_free
 from agent.explain.numbers.late_velocity import is_velocitys
 from agent.explain.numbers.warm_constant import right_at_degc
+from agent.explain.off_alike import off_alike_said
 from agent.explain.plausible import far_off, turned_gravity
 from agent.explain.rows.table import Table
 from agent.explain.shaken import shaken_said
@@ -73,7 +74,7 @@ def bear_in_mind(found: Study, edges: Edges | None, *, by_motor: bool) -> tuple[
         )
     used = clock_or_use(found.library, found.choice)
     arm = hangs_free(found), driven_or_heavier(found), shaken_said(found), _bent_by(found)
-    told = used, *arm, _right_when_cold(found), warm_magnets_said(found)
+    told = used, *arm, _right_when_cold(found), warm_magnets_said(found), off_alike_said(found)
     out += [said for said in told if said]
     if not found.choice.terms and not found.numbers and _bent(found):
         out.append(

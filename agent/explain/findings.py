@@ -29,7 +29,7 @@ from agent.explain.numbers.late_velocity import as_velocitys, is_velocitys
 from agent.explain.numbers.model import beside_others
 from agent.explain.numbers.short_stroke import gravity_look_alikes
 from agent.explain.numbers.unshaken import UNKNOWN
-from agent.explain.numbers.wrong import WrongNumber
+from agent.explain.numbers.wrong import WrongNumber, factor_of
 from agent.explain.rows.evidence import effective_size
 from agent.explain.rows.saturation import saturation_evidence
 from agent.explain.rows.scene import Scene
@@ -332,9 +332,11 @@ def _changes(twin: Twin, study: Study, wrong: WrongNumber) -> dict[str, tuple[fl
     """Return what is wrong in words: what the twin says, what the recordings say, the unit."""
     if wrong.effect == "torque-constant-error":
         return {"factor": (1.0, wrong.parameters["factor"].value, "")}
+    factor = factor_of(study.numbers)
+    told = "" if factor == 1.0 else ", in the torque that is reported,"
     return {
-        NUMBERS[name]: (
-            float(getattr(twin, name)),
+        f"{NUMBERS[name]}{told}": (
+            float(getattr(twin, name)) / factor,
             study.model.base[name].value,
             parameter_unit(name),
         )

@@ -43,7 +43,7 @@ from agent.explain.numbers.short_stroke import (
 from agent.explain.numbers.typical import at_typical
 from agent.explain.numbers.unshaken import unshaken
 from agent.explain.numbers.written import not_as_found
-from agent.explain.numbers.wrong import WrongNumber, told_again, wrong_numbers
+from agent.explain.numbers.wrong import WrongNumber, factor_of, told_again, wrong_numbers
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.floor import noise_floor
 from agent.explain.rows.lines import Line, lines_of
@@ -171,7 +171,7 @@ def study(
     floor = noise_floor(table, left)
     noise_nm = floor.value_nm if floor.value_nm > 0.0 else 0.0
     numbers = wrong_numbers(library, twin, model, choice.candidates, noise_nm, taken_for=taken_for)
-    factor = next((n.parameters["factor"].value for n in numbers if "factor" in n.parameters), 1.0)
+    factor = factor_of(numbers)
     if ask and factor != 1.0 and is_the_factors_weight(twin, choice, model, factor):
         return study(twin, asked, among, ask=False)
     if not choice.terms:

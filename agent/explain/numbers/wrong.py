@@ -42,6 +42,7 @@ _SLIGHT = 0.0075  # of a number: what a drive knows of its torque is known no be
 _BESIDE_LAWS = 0.015  # of a number: so much a law bends whose shape is not quite the joint's
 MATERIAL = 0.04  # of what the twin as given leaves: less is a number's ordinary uncertainty
 _EVEN, _COINCIDENCE = 0.5, 0.25  # of one number for another; of two that are off alike by chance
+_WEIGHT = "gravity-imbalance"
 _CONSTANT = ("torque-offset", "direction-asymmetry")
 _GROUPS: Mapping[str, tuple[str, ...]] = {
     "inertia-error": ("inertia_kg_m2",),
@@ -140,6 +141,13 @@ def _found(
         factor = constant(case.columns([name for own in refuted.values() for name in own]))
     if factor is not None:
         return _constant(library, model, factor, floor_nm)
+    if _WEIGHT in refuted and len(refuted) > 1:
+        free = np.concatenate((open_numbers, case.columns(_GROUPS[_WEIGHT])), axis=1)
+        factor = one_factor(library, twin, beside, free, material, named)
+        constant_too = () if factor is None else _constant(library, model, factor, floor_nm)
+        if constant_too:
+            weight = _wrong(case, refuted[_WEIGHT], _WEIGHT, factor_of(constant_too))
+            return tuple(_sharing([*constant_too, weight]))
     out = _sharing([_wrong(case, names, effect) for effect, names in refuted.items()])
     if not out and not terms:
         return _sorted(_wrong_together(case, material, groups))
@@ -199,10 +207,11 @@ def _is_slight(wrong: WrongNumber, twin: Twin, slight: float) -> bool:
 
 def told_again(numbers: Sequence[WrongNumber], twin: Twin, model: Model) -> tuple[WrongNumber, ...]:
     """Return wrong numbers with the intervals that a model has now; a factor's is its own."""
-    out = []
+    out, factor = [], factor_of(numbers)
     for wrong in numbers:
         names = [name for name, extra in _CONTRACT.items() if extra in wrong.parameters]
-        out.append(replace(wrong, parameters={**wrong.parameters, **_extras(twin, model, names)}))
+        extras = _extras(twin, model, names, factor)
+        out.append(replace(wrong, parameters={**wrong.parameters, **extras}))
     return tuple(out)
 
 
@@ -225,19 +234,31 @@ def _sorted(found: Sequence[WrongNumber]) -> tuple[WrongNumber, ...]:
     return tuple(sorted(found, key=lambda wrong: -wrong.energy_share))
 
 
-def _wrong(case: Case, names: Sequence[str], effect: str) -> WrongNumber:
+def _wrong(case: Case, names: Sequence[str], effect: str, factor: float = 1.0) -> WrongNumber:
     """Return a wrong number with the share of the mismatch that its move removes.
 
     With all other numbers and effects as the answer says them, as an effect's share is: what they
-    would take over in its absence is not theirs.
+    would take over in its absence is not theirs. Beside a wrong torque constant's `factor` a number
+    is wrong by what that does not make of it.
     """
     library = case.library
-    own = case.columns(names) @ np.nan_to_num(case.move(names))
+    moves = case.move(names) - (1.0 / factor - 1.0) * _given(case.twin, names, case.carried)
+    own = case.columns(names) @ np.nan_to_num(moves)
     every = np.concatenate((case.columns(case.carried), case.beside), axis=1)
     nothing = np.zeros((library.target.shape[0], 0))
     above = above_noise(unseen_nm2(library, nothing), unseen_nm2(library, every), case.floor_nm)
     share = sliding_nm2(library, own) / above if above > 0.0 else 0.0
-    return WrongNumber(effect, share, _extras(case.twin, case.model, names))
+    return WrongNumber(effect, share, _extras(case.twin, case.model, names, factor))
+
+
+def _given(twin: Twin, names: Sequence[str], carried: Sequence[str]) -> Floats:
+    """Return what the twin says of some numbers, those that are excited."""
+    return np.array([float(getattr(twin, name)) for name in carried if name in names])
+
+
+def factor_of(numbers: Sequence[WrongNumber]) -> float:
+    """Return the factor of a wrong torque constant among some numbers; 1 where there is none."""
+    return next((n.parameters["factor"].value for n in numbers if "factor" in n.parameters), 1.0)
 
 
 def _sharing(found: Sequence[WrongNumber]) -> list[WrongNumber]:
@@ -297,13 +318,16 @@ def _share(library: Library, kept: Floats, whole: Floats, floor_nm: float) -> fl
     return min(max(removed / above, 0.0), 1.0) if above > 0.0 else 0.0
 
 
-def _extras(twin: Twin, model: Model, names: Sequence[str]) -> dict[str, Parameter]:
+def _extras(
+    twin: Twin, model: Model, names: Sequence[str], factor: float = 1.0
+) -> dict[str, Parameter]:
+    """Return what numbers have more than the twin says times what a constant's factor makes."""
     out = {}
     for name in names:
         found = model.base[name]
         if found.ci95 is None:
             continue
-        given = float(getattr(twin, name))
+        given = float(getattr(twin, name)) / factor
         out[_CONTRACT[name]] = Parameter(
             found.value - given, (found.ci95[0] - given, found.ci95[1] - given)
         )
