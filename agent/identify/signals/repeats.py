@@ -64,7 +64,7 @@ def with_motion_between(signals: Signals) -> tuple[Signals, int]:
     position = signals.position_rad
     if position is None or position.shape[0] <= 2 * _REACH or not signals.valid.all():
         return signals, 0
-    held = np.concatenate(([False], position[1:] == position[:-1]))
+    held = np.concatenate(([False], position[1:] == position[:-1])) & ~_stands(signals, position)
     moves = _moves(position)
     count = int(np.count_nonzero(held & moves))
     if not count:
@@ -88,6 +88,24 @@ def with_motion_between(signals: Signals) -> tuple[Signals, int]:
         position_arm_rad=between(signals.position_arm_rad),
     )
     return filled, count
+
+
+def _stands(signals: Signals, position_rad: Floats) -> NDArray[np.bool_]:
+    """Return where a joint stands by its own velocity, shape (n,): nowhere where it has none.
+
+    As it comes to rest between two moves of one direction, for a few rows.
+    """
+    velocity = signals.velocity_rad_s
+    if velocity is None:
+        return np.zeros(position_rad.shape, np.bool_)
+    row_s = float(np.median(np.diff(signals.time_s)))
+    return np.asarray(np.abs(velocity) * row_s < _count_of(position_rad))
+
+
+def _count_of(position_rad: Floats) -> float:
+    """Return the least step of a position; infinite where it never moves."""
+    steps = np.abs(np.diff(position_rad))
+    return float(steps[steps > 0.0].min(initial=np.inf))
 
 
 def _are_held(values: Floats, rows: NDArray[np.bool_]) -> bool:
@@ -149,8 +167,7 @@ def _moves(position_rad: Floats) -> NDArray[np.bool_]:
     Before and behind, and the same way: where it comes to rest an angle that stays is no repeat,
     nor is one that comes again as it turns round.
     """
-    steps = np.abs(np.diff(position_rad))
-    count = float(steps[steps > 0.0].min(initial=np.inf))
+    count = _count_of(position_rad)
     out = np.zeros(position_rad.shape, np.bool_)
     way = position_rad[_REACH:] - position_rad[:-_REACH]
     far = np.where(np.abs(way) > _COUNTS * count * _REACH, np.sign(way), 0.0)

@@ -100,6 +100,17 @@ def test_motion_that_is_slower_than_the_torque_is_taken_from_its_neighbours() ->
     assert with_motion_between(drive) == (drive, 0)
 
 
+def test_a_joint_that_stands_for_a_moment_on_its_way_holds_nothing() -> None:
+    """Between two moves of one direction it was "a torque that is told more often"."""
+    drive = answers()
+    speed = np.where(np.arange(drive.time_s.size) % 50 < 6, 0.0, 3.0)
+    speed[:50] = 0.02  # by which its least step is known
+    position = np.floor(np.cumsum(speed) * PERIOD_S / COUNT_RAD) * COUNT_RAD
+    stops = replace(drive, position_rad=position, velocity_rad_s=speed)
+    assert with_motion_between(stops) == (stops, 0)
+    assert with_motion_between(replace(stops, velocity_rad_s=None))[1] > 0  # nobody can tell
+
+
 def test_a_slow_joint_and_one_at_rest_are_no_repeats() -> None:
     drive = answers(0.05)
     assert drive.position_rad is not None
