@@ -23,7 +23,7 @@ from agent.explain.surroundings import (
 from agent.explain.unnamed import may_be_the_unnamed, own_numbers, unnamed
 from agent.explain.verdict import SHOWN, left_share, verdict_of
 
-_ALL = 0.9  # of the mismatch
+_ALL, _MOST = 0.9, 0.5  # of the mismatch
 
 
 @dataclass(frozen=True)
@@ -107,11 +107,14 @@ class Told:
         return (*own, *swings)
 
     def all_the_simulations(self, answer: Explanation) -> Explanation:
-        """Return an answer that begins with the simulation's own swing, where that is all."""
-        if self.findings or not sum(s.energy_share for s in self.simulations) > _ALL:
+        """Return an answer that begins with what is the simulation's own, where that is most."""
+        share = sum(s.energy_share for s in self.simulations)
+        if self.findings or not share > _MOST:
             return answer
         own = simulations_sentence(self.simulations[0], self.findings)
         sentence = f"No physics of the joint is missing that these recordings show: {own}."
+        if share <= _ALL:
+            sentence = f"{own[0].upper()}{own[1:]}. The rest has no name in the library."
         return replace(
             answer, sentence=sentence, reasons=tuple(r for r in answer.reasons if r != own)
         )

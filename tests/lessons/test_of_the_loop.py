@@ -16,6 +16,7 @@ from agent.explain.rows.table import tabulate
 from agent.explain.study import study
 from agent.explain.surroundings import of_the_simulation, simulations_sentence
 from agent.explain.told import Told
+from agent.explain.written_down import nothing_decided
 from agent.identify.result import Floats
 from agent.identify.signals.simulated import simulated_torque_nm
 from agent.physics.effects.library import CARRIED
@@ -100,3 +101,11 @@ def test_what_sums_to_nothing_after_a_start_is_no_friction(
     told = Told.of(found, given)
     assert told.verdict == ("unexplained" if is_its_own else "explained")
     assert bool(told.findings) is not is_its_own
+    if own:
+        blank = nothing_decided("", (), ())
+        said = told.all_the_simulations(blank).sentence
+        assert said.startswith("No physics of the joint is missing")
+        most = replace(told, simulations=(replace(own[0], energy_share=0.7),))
+        said = most.all_the_simulations(blank).sentence
+        assert said.startswith("70 % of the mismatch is the simulation's own")
+        assert said.endswith("The rest has no name in the library.")
