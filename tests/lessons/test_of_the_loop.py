@@ -102,7 +102,7 @@ def test_what_sums_to_nothing_after_a_start_is_no_friction(
     assert told.verdict == ("unexplained" if is_its_own else "explained")
     assert bool(told.findings) is not is_its_own
     if own:
-        blank = nothing_decided("", (), ())
+        blank = nothing_decided("nothing was asked", (), ())
         said = told.all_the_simulations(blank).sentence
         assert said.startswith("No physics of the joint is missing")
         most = replace(told, simulations=(replace(own[0], energy_share=0.7),))
