@@ -33,15 +33,17 @@ from agent.explain.choosing.of_the_loop import (
     is_the_simulations,
 )
 from agent.explain.choosing.search import DELAY, Library
+from agent.explain.forms.form import Form
 from agent.explain.forms.hidden_arm import inertia_of
 from agent.explain.forms.quantities import NOT_NEEDED
+from agent.explain.numbers.whole import RUBS
 from agent.explain.rows.scene import Scene
 from agent.explain.verdict import MUCH_LEFT
-from agent.physics.effects.library import CARRIED
+from agent.physics.effects.library import CARRIED, YIELDING
 
 _SWINGS = "joint-flexibility"
 _IN_ITS_LOOP = frozenset({*CARRIED, "kinematic-error", "resolver-error"})
-_OF_STARTS = frozenset({"presliding-hysteresis", "local-fault"})
+_OF_STARTS = frozenset({YIELDING, "local-fault"})
 _GRAVITY_M_S2 = 9.81
 _STEEL_KG_M3 = 7850.0
 _KNOWN = 1.0 / 3.0  # of the inertia that swings: half an interval
@@ -122,9 +124,17 @@ def of_the_simulation(
         (term.scored.form.effect, term.scored.form.name)
         for index, term in enumerate(choice.terms)
         if (term.scored.form.effect in _IN_ITS_LOOP and is_the_simulations(library, choice, index))
-        or (term.scored.form.effect in _OF_STARTS and is_another_motions(library, choice, index))
+        or (_is_friction(term.scored.form) and is_another_motions(library, choice, index))
     }
     return tuple(f for f in findings if (f.effect, f.form) in own)
+
+
+def _is_friction(form: Form) -> bool:
+    """Return whether a form is friction that stands for another motion right after starts.
+
+    A dent pushes to both sides, and sums to nothing by itself.
+    """
+    return form.effect == YIELDING or form.name in RUBS
 
 
 def of_its_loop(findings: Sequence[Finding], own: Sequence[Finding]) -> tuple[Finding, ...]:

@@ -25,8 +25,9 @@ AGES = "friction-drift"
 
 _REPORTED = frozenset({"measurement-delay", "torque-saturation"})
 _HOLDS_THE_ARM = frozenset({"cable-force", "gravity-imbalance", "local-fault"})
-# Friction of a place: the laws of a load ask for theirs themselves.
-_RUBS = frozenset({"rubbing", "rubbing of another shape", "rubbing, every turn"})
+RUBS = frozenset({"rubbing", "rubbing of another shape", "rubbing, every turn"})
+"""Forms of friction at a place: the laws of a load ask for theirs themselves."""
+
 _MOVED = 0.02  # of what is added: less changes no law that is made of it
 
 
@@ -84,7 +85,7 @@ def held_beside(library: Library, terms: Sequence[Candidate]) -> Together | None
     holding = tuple(
         k
         for k in _known(library, terms)
-        if k.candidate.form.effect in _HOLDS_THE_ARM and k.candidate.form.name not in _RUBS
+        if k.candidate.form.effect in _HOLDS_THE_ARM and k.candidate.form.name not in RUBS
     )
     return Together(holding) if holding else None
 
