@@ -26,6 +26,7 @@ SUMS_WITHIN_S = 0.15
 
 _PERIODS = 5  # of the rows: no shorter
 _SUMS_UP = 1.0 / 3.0  # of friction that yields: less of it in the sums is none
+_SURELY = 2.0  # standard errors
 _OF_THE_JOINT = 0.5  # of an arm: with less of it in its own torque, the joint has none
 
 
@@ -73,16 +74,28 @@ def is_another_motions(library: Library, choice: Choice, index: int) -> bool:
     rest = np.nan_to_num(np.column_stack((table.base[:, table.carried], *terms)))
     target, rows = np.nan_to_num(table.target_nm), library.weighing.rows
     law = own @ least(np.column_stack((rest, own))[rows], target[rows])[-own.shape[1] :]
-    sums = _summed(table, np.column_stack((rest, law, target)))
-    return bool(least(sums[:, :-1], sums[:, -1])[-1] < _SUMS_UP)
+    sums, count = _summed(table, np.column_stack((rest, law, target)))
+    basis = basis_of(sums[:, : rest.shape[1]])
+    law, target = (sums[:, rest.shape[1] :] - basis @ (basis.T @ sums[:, rest.shape[1] :])).T
+    energy = float(law @ law)
+    if not energy > 0.0:
+        return False
+    share = float(law @ target) / energy
+    left = target - share * law
+    error = float(np.sqrt(left @ left / energy / max(count, 1.0)))
+    return bool(share + _SURELY * error < _SUMS_UP)
 
 
-def _summed(table: Table, columns: Floats) -> Floats:
-    """Return columns at the rows, shape (n, k), each row the mean of those about it."""
+def _summed(table: Table, columns: Floats) -> tuple[Floats, float]:
+    """Return columns at the rows, shape (n, k), each row the mean of those about it.
+
+    And how many such means there are that have no row in common.
+    """
     from scipy.ndimage import uniform_filter1d
 
-    out = np.empty_like(columns)
+    out, count = np.empty_like(columns), 0.0
     for piece in table.pieces:
         many = max(round(SUMS_WITHIN_S / (piece.period_s * piece.stride)), _PERIODS)
         out[piece.rows] = uniform_filter1d(columns[piece.rows], many, axis=0, mode="nearest")
-    return out
+        count += (piece.rows.stop - piece.rows.start) / many
+    return out, count
