@@ -11,9 +11,10 @@ import numpy as np
 from agent.explain.rows.run import Run
 from agent.explain.study import Study
 from agent.identify.result import Floats
-from agent.physics.learnt_over import beyond, noted, ranges_of
+from agent.physics.learnt_over import beyond, known_to, noted, ranges_of
 from agent.physics.twin import Twin
 
+_WARMTH, _GEARBOX = "temperature-dependent-friction", "gearbox_temperature_degc"
 _DEGREES = math.degrees(1.0)
 _ELSEWHERE = "spring at rest elsewhere"
 _ALSO = (
@@ -47,6 +48,27 @@ def further(found: Study, runs: Sequence[Run], holdout: Sequence[Run]) -> tuple[
     return (
         f"the recordings held out go beyond those to learn from ({'; '.join(where)}): what was "
         "found is carried on there, and not known",
+    )
+
+
+def otherwise_warm(found: Study) -> str:
+    """Return that friction told as wrong may be a gear's that is otherwise warm; or nothing.
+
+    Where the twin notes over which temperatures it was learnt, and no law says what warmth does.
+    """
+    laws = {e.id for e in found.twin.effects} | {t.scored.form.effect for t in found.choice.terms}
+    if _WARMTH in laws or not any(n.effect == "wrong-number" for n in found.numbers):
+        return ""
+    learnt, driven = (
+        {name: ends for name, ends in ranges.items() if name == _GEARBOX}
+        for ranges in (known_to(found.twin), _ranges(found.table.runs))
+    )
+    where = beyond(learnt, driven)
+    if not where:
+        return ""
+    return (
+        f"{where[0]}: friction changes with a gear's warmth, and what is told as a wrong number "
+        "may be right at the temperature at which it was learnt; recordings at both would tell"
     )
 
 

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from agent.explain.explain import explain
 from agent.explain.findings import findings_of
 from agent.explain.rows.table import tabulate
 from agent.explain.study import Study, study
@@ -16,7 +17,7 @@ from agent.explain.verdict import left_share, verdict_of
 from agent.explain.written_down import experiments
 from agent.identify.result import Floats
 from agent.physics.twin import Twin
-from tests.science.explain_joint import NOISE_NM, TWIN, Conditions, record, stair
+from tests.science.explain_joint import NOISE_NM, TWIN, Conditions, nothing, record, stair
 from trajectories import SetPoints
 
 SPEEDS = (2.0, 6.0, 20.0, 50.0)
@@ -196,3 +197,14 @@ def test_a_factor_that_rests_on_one_or_two_numbers_may_be_those(
     (advice,) = experiments(found, [finding], None, frozenset())
     assert advice.trajectory is None
     assert "gravity and friction" in advice.set_up
+
+
+@pytest.mark.parametrize(("warm_degc", "said"), [(45.0, True), (26.0, False)])
+def test_friction_of_a_gear_that_is_otherwise_warm_may_be_no_wrong_number(
+    warm_degc: float, said: bool
+) -> None:
+    learnt = {"learnt_over": {"gearbox_temperature_degc": [24.0, 25.0]}}
+    twin = replace(TWIN, coulomb_nm=1.3 * TWIN.coulomb_nm, extra=learnt)
+    runs = [record(stair(SPEEDS), nothing, Conditions(warm_degc), seed) for seed in range(2)]
+    reasons = explain(twin, runs).reasons
+    assert any("gearbox temperatures of 45 °C where" in reason for reason in reasons) is said
