@@ -22,6 +22,8 @@ OF_GREATEST = 0.2
 
 LEAST_SHARE = 0.15
 _SIGMAS, _NORMAL = 3.0, 1.96
+_FELT = 0.03  # of the greatest mean square torque that one of the number makes in a bin
+_NEARLY_ALL = 0.9  # of what a number makes of the torque
 _CARRIES = 0.3  # of what is left above the noise: else no number that varies says what it is
 _BY_QUANTILES = (
     "velocity_rad_s",
@@ -130,7 +132,10 @@ def varying(
     carried = float(np.sum(own[known] ** 2 * weight[known])) - by_chance
     if carried < _CARRIES * above:
         return None
-    usual = _median(own[known], bins.count[known])
+    # Where a number hardly makes a torque, as an inertia at a steady speed, it is nowhere usual.
+    torque = weight / np.maximum(bins.count, 1.0)
+    felt = known & (torque >= _FELT * float(torque[known].max()))
+    usual = _median(own[felt], bins.count[felt])
     more = np.where(known, own - usual, 0.0)
     error = floor_nm / np.sqrt(np.maximum(weight * independent, 1e-300))
     excess = more**2 * weight
@@ -142,8 +147,9 @@ def varying(
         for side in (more > 0.0, more < 0.0)
         for region in bins.regions(high & side, excess, row_s)
     ]
-    if not regions:
-        return None
+    inside = np.any([_inside(region, bins) for region in regions], axis=0) & known
+    if not regions or float(weight[inside].sum()) > _NEARLY_ALL * float(weight.sum()):
+        return None  # where all of it is otherwise, nothing is usual
     regions.sort(key=lambda region: -region.share)
     return Varying(
         number=number,
@@ -159,9 +165,13 @@ def varying(
 
 def _mean_in(region: Region, bins: Bins, more: Floats, weight: Floats) -> float:
     """Return by how much a number differs in a region, every bin by what it weighs."""
-    at = bins.middles
-    inside = (at >= region.lower) & (at <= region.upper)
+    inside = _inside(region, bins)
     return float(np.average(more[inside], weights=weight[inside]))
+
+
+def _inside(region: Region, bins: Bins) -> NDArray[np.bool_]:
+    """Return which bins lie in a region, shape (b,)."""
+    return (bins.middles >= region.lower) & (bins.middles <= region.upper)
 
 
 def _median(values: Floats, weight: Floats) -> float:

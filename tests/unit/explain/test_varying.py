@@ -79,3 +79,18 @@ def test_what_would_vary_is_told_with_its_place_its_unit_and_what_it_carries() -
     assert said("offset", (late, -0.11)).startswith(
         "It is as if there were another −0.11 N m of torque at times from 0.4 to 9.4 s: varying so"
     )
+
+
+def test_an_inertia_is_usual_where_it_makes_a_torque() -> None:
+    """It had been usual at steady speeds, where noise says what it is, and tenfold elsewhere."""
+    random = np.random.default_rng(4)
+    swing = np.where(random.random(TIME_S.size) < 0.3, 300.0, 4.0)
+    acceleration = swing * np.sin(2.0 * np.pi * TIME_S / 3.7)
+    left = -2e-4 * acceleration + FLOOR_NM * random.standard_normal(TIME_S.size)
+    steady = np.abs(acceleration) < 4.0
+    left[steady] += 5e-3 * acceleration[steady]  # the torque's own hysteresis, say
+    bins = Bins.of("acceleration_rad_s2", acceleration)
+    assert bins is not None
+    found = varying(bins, "inertia_kg_m2", acceleration, left, FLOOR_NM, 1.0, ROW_S)
+    assert found is not None
+    assert all(-10.0 < region.lower < region.upper < 10.0 for region in found.regions)
