@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agent.explain.choosing.rivals import Term
+from agent.explain.choosing.candidate import Known, Together
+from agent.explain.choosing.rivals import Term, with_rivals
 from agent.explain.choosing.search import Library
 from agent.explain.findings import findings_of
 from agent.explain.forms.library import FORMS
@@ -142,3 +143,34 @@ def test_a_weight_that_follows_a_wrong_torque_constant_is_no_payload_as_well() -
     assert named["torque-constant-error"].parameters["factor"].value == pytest.approx(
         factor, abs=0.005
     )
+
+
+def test_friction_under_a_load_is_no_rival_of_what_the_load_is_made_of() -> None:
+    """Of a load that swings less than the dry friction it is that load's own copy.
+
+    A cable stayed tied with it, and experiments to decide between the two were offered for ever.
+    """
+    joint = replace(TWIN, gravity_sin_nm=0.12)
+
+    def pulls(points: SetPoints, at: Conditions) -> Floats:
+        del at
+        arm = points.position_rad / GEAR_RATIO
+        return np.asarray(0.15 * arm + joint.gravity_sin_nm * np.sin(arm))
+
+    cycle = stair((3, 10, 30, 60), 1.7 * GEAR_RATIO, 40.0)
+    runs = [record(cycle, pulls, Conditions(), seed) for seed in range(3)]
+    table = without_gravity(tabulate(joint, runs))
+    delta, left = refit(table)
+    given = np.array([getattr(joint, name) for name in BASE])
+    scene = Scene(table, given + delta, np.where(table.used, left, 0.0), given=given)
+    forms = [f for f in FORMS if f.name == "proportional, with viscous friction in the load"]
+    forms += [f for f in FORMS if (f.effect, f.name) == ("cable-force", "spring")]
+    library = Library.of(scene, weigh(table, left), forms)
+    (hose,) = (s for s in library.rank([]) if s.form.effect == "cable-force")
+    held = Together((Known(hose.candidate, hose.coefficients),))
+    library = Library.of(replace(scene, held=held), library.weighing, forms)
+    ranked = library.rank([])
+    copy, hose = ranked
+    assert copy.form.effect == "load-dependent-friction"
+    assert copy.error < hose.error
+    assert with_rivals(library, [], ranked, hose, 0.0, {}).rivals == ()

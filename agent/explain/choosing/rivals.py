@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agent.explain.choosing.candidate import Candidate, Scored, basis_of
+from agent.explain.choosing.candidate import Candidate, Scored, Together, basis_of
 from agent.explain.choosing.materiality import noise_energy
 from agent.explain.choosing.search import Library
 from agent.explain.rows.evidence import effective_size
@@ -16,6 +16,7 @@ from agent.explain.rows.noise_in_kind import is_noise_in_kind
 from agent.identify.result import Floats
 
 WEIGHT = "gravity-imbalance"
+_UNDER_LOAD = "load-dependent-friction"
 LIKE_A_WEIGHT = ("torque-offset", "direction-asymmetry", "cable-force")
 """What gravity, nearly a constant or a line on a short stroke, is taken for there."""
 
@@ -95,6 +96,8 @@ def with_rivals(
     for effect, scored in first_of.items():
         if effect == best.form.effect or best.form.effect in scored.form.contains:
             continue
+        if effect == _UNDER_LOAD and best.form.effect in _held_by(library):
+            continue
         own, other = best, scored
         if best.form.effect in alike and effect in alike:
             own, other = alike[best.form.effect], alike[effect]
@@ -117,6 +120,17 @@ def with_rivals(
     ]
     rivals.sort(key=lambda r: -r.probability)
     return Term(best, chance, 1.0 / total, tuple(rivals))
+
+
+def _held_by(library: Library) -> frozenset[str]:
+    """Return the effects that a load is made of: friction under it holds their torque itself.
+
+    Friction is F + c |l| along the motion. Of a load that swings less than F it may be F and c l:
+    a copy of what the load is made of, which it cannot stand for.
+    """
+    held = library.scene.held
+    known = held.known if isinstance(held, Together) else ()
+    return frozenset(each.candidate.form.effect for each in known)
 
 
 def _without_bearing(effects: set[str]) -> frozenset[str]:
