@@ -174,3 +174,28 @@ def test_friction_under_a_load_is_no_rival_of_what_the_load_is_made_of() -> None
     assert copy.form.effect == "load-dependent-friction"
     assert copy.error < hose.error
     assert with_rivals(library, [], ranked, hose, 0.0, {}).rivals == ()
+
+
+def test_a_torque_constant_beside_a_payload_is_no_wrong_inertia() -> None:
+    """The payload took the weight's part of it, and what was left of friction was not told."""
+    joint, factor, payload_nm = replace(TWIN, gravity_sin_nm=2.0), 0.9, 0.3
+
+    def reported_otherwise(points: SetPoints, at: Conditions) -> Floats:
+        del at
+        motion = points.position_rad, points.velocity_rad_s, points.acceleration_rad_s2
+        real = joint.predict_torque(*motion, np.sign(points.velocity_rad_s))
+        real = real + payload_nm * np.sin(points.position_rad / GEAR_RATIO)
+        plain = TWIN.predict_torque(*motion, np.sign(points.velocity_rad_s))
+        return np.asarray(real / factor - plain)
+
+    cycle = stair((10, 30, 60, 90), 5.0 * GEAR_RATIO, 60.0)
+    runs = [record(cycle, reported_otherwise, Conditions(), seed) for seed in range(2)]
+    named = {
+        finding.effect: finding for finding in findings_of(study(joint, tabulate(joint, runs)))
+    }
+    assert named.keys() == {"torque-constant-error", "gravity-imbalance"}
+    constant, weight = named["torque-constant-error"], named["gravity-imbalance"]
+    assert constant.parameters["factor"].value == pytest.approx(factor, abs=0.005)
+    more = weight.parameters["gravity_sin_nm"]
+    assert more.value == pytest.approx(payload_nm / factor, abs=0.02)  # in reported torque
+    assert "in the torque that is reported" in weight.said.lead

@@ -141,10 +141,12 @@ def _found(
         factor = constant(case.columns([name for own in refuted.values() for name in own]))
     if factor is not None:
         return _constant(library, model, factor, floor_nm)
-    if _WEIGHT in refuted and len(refuted) > 1:
+    besides = [names for effect, names in refuted.items() if effect != _WEIGHT]
+    if _WEIGHT in refuted and any(is_needed(case, names) for names in besides):
         free = np.concatenate((open_numbers, case.columns(_GROUPS[_WEIGHT])), axis=1)
         factor = one_factor(library, twin, beside, free, material, named)
-        constant_too = () if factor is None else _constant(library, model, factor, floor_nm)
+        sure = factor is not None and not factor.instead  # else a number or two are as likely
+        constant_too = _constant(library, model, factor, floor_nm) if factor and sure else ()
         if constant_too:
             weight = _wrong(case, refuted[_WEIGHT], _WEIGHT, factor_of(constant_too))
             return tuple(_sharing([*constant_too, weight]))
