@@ -22,6 +22,8 @@ _SPEED_S = 0.2
 """Over which positions and velocities are compared, and a speed is taken from positions."""
 
 _LATE_S = 0.05  # of a velocity that is filtered, behind its position
+_COARSE_RAD_S = 0.2  # two revolutions a minute: drives count speeds in whole ones, and cut them off
+_SCALE = 0.05  # of the way: what scale a velocity has wrong is told when its recording is read
 _ANOTHER_SCALE = 3.0  # times what velocities amount to: no noise and no late SYNC
 
 
@@ -121,7 +123,8 @@ class Course:
         moved_rad = last.sample.position_rad - first.sample.position_rad
         summed_rad = last.summed_rad - first.summed_rad
         late_rad = _LATE_S * abs(last.sample.velocity_rad_s - first.sample.velocity_rad_s)
-        allowed_rad = self._limits.following_error_max_rad + late_rad
+        coarse_rad = _COARSE_RAD_S * lasted_s + _SCALE * abs(moved_rad)
+        allowed_rad = self._limits.following_error_max_rad + late_rad + coarse_rad
         if not abs(moved_rad - summed_rad) > allowed_rad + last.bent_rad - first.bent_rad:
             return ""
         return (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -55,3 +56,17 @@ def test_a_frozen_position_and_a_velocity_that_is_none_are_found() -> None:
     assert silent.speed_rad_s != 0.0
     assert frozen.unlike_rad_s is None  # it may stand: that is told by what its motor does
     assert silent.unlike_rad_s == (silent.speed_rad_s, 0.0)
+
+
+def test_a_direct_drives_coarse_velocity_contradicts_nothing() -> None:
+    """Its following error is less than what whole revolutions a minute add up to in a second."""
+    tight, rpm = replace(LIMITS, following_error_max_rad=0.03), 2.0 * math.pi / 60.0
+    course, at_rad = Course(tight), 0.0
+    for k in range(600):
+        speed_rad_s = (20.0 if k < 300 else -20.0) * rpm + 0.09
+        at_rad += 0.01 * speed_rad_s
+        told_rad_s = math.floor(speed_rad_s / rpm) * rpm
+        course.take(
+            SAMPLE._replace(time_s=0.01 * k, position_rad=at_rad, velocity_rad_s=told_rad_s)
+        )
+        assert course.contradiction() == ""
