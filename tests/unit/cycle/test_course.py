@@ -60,13 +60,13 @@ def test_a_frozen_position_and_a_velocity_that_is_none_are_found() -> None:
 
 def test_a_direct_drives_coarse_velocity_contradicts_nothing() -> None:
     """Its following error is less than what whole revolutions a minute add up to in a second."""
-    tight, rpm = replace(LIMITS, following_error_max_rad=0.03), 2.0 * math.pi / 60.0
+    tight, rpm = replace(LIMITS, following_error_max_rad=0.005), 2.0 * math.pi / 60.0
     course, at_rad = Course(tight), 0.0
-    for k in range(600):
-        speed_rad_s = (20.0 if k < 300 else -20.0) * rpm + 0.09
-        at_rad += 0.01 * speed_rad_s
+    for k in range(3000):
+        speed_rad_s = 20.0 * rpm + 0.1
+        at_rad += 0.001 * speed_rad_s
         told_rad_s = math.floor(speed_rad_s / rpm) * rpm
         course.take(
-            SAMPLE._replace(time_s=0.01 * k, position_rad=at_rad, velocity_rad_s=told_rad_s)
+            SAMPLE._replace(time_s=0.001 * k, position_rad=at_rad, velocity_rad_s=told_rad_s)
         )
         assert course.contradiction() == ""
