@@ -60,7 +60,8 @@ def test_a_frozen_position_and_a_velocity_that_is_none_are_found() -> None:
 
 def test_a_direct_drives_coarse_velocity_contradicts_nothing() -> None:
     """Its following error is less than what whole revolutions a minute add up to in a second."""
-    tight, rpm = replace(LIMITS, following_error_max_rad=0.005), 2.0 * math.pi / 60.0
+    tight = replace(LIMITS, following_error_max_rad=0.005, acceleration_max_rad_s2=50.0)
+    rpm = 2.0 * math.pi / 60.0
     course, at_rad = Course(tight), 0.0
     for k in range(3000):
         speed_rad_s = 20.0 * rpm + 0.1
