@@ -159,7 +159,7 @@ def simulations_sentence(own: Finding, findings: Sequence[Finding]) -> str:
     why = f"its torque, and not the recorded one, has a part like that of {like}, as where"
     if own.effect in _OF_STARTS:
         why = (
-            f"like {like}, but it sums to nothing within {short(SUMS_WITHIN_S)} s, as what the "
+            f"it is like {like}, but sums to nothing within {short(SUMS_WITHIN_S)} s, as what the "
             "inertia asks for another motion does and friction does not:"
         )
     return (

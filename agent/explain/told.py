@@ -112,9 +112,11 @@ class Told:
         if self.findings or not share > _MOST:
             return answer
         own = simulations_sentence(self.simulations[0], self.findings)
-        sentence = f"No physics of the joint is missing that these recordings show: {own}."
+        sentence = f"No physics of the joint is missing that these recordings show. {own}."
         if share <= _ALL:
-            sentence = f"{own[0].upper()}{own[1:]}. The rest has no name in the library."
+            much, why = own.split(": ", 1)
+            rest = "The rest has no name in the library."
+            sentence = f"{much}. {why[0].upper()}{why[1:]}. {rest}"
         return replace(
             answer, sentence=sentence, reasons=tuple(r for r in answer.reasons if r != own)
         )
