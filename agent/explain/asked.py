@@ -19,6 +19,7 @@ from agent.explain.rows.stamps import put_right
 from agent.explain.rows.table import BASE, Table, tabulate
 from agent.explain.rows.use import used_elsewhere
 from agent.identify.signals.preprocess import read_motion
+from agent.identify.slips import slips_said
 from agent.physics.effects.motion import Recorded
 from agent.physics.twin import Twin
 
@@ -36,9 +37,9 @@ class Asked:
     by_motor : bool
         Whether the motor's temperature stands in for the gearbox's.
     apart, bettered : tuple of str
-        Which hold-outs were left out; which rows were told twice or stood alone, which stamps were
-        put right, whether the motion was taken from the position alone, and whether it was half a
-        sample off.
+        Which hold-outs were left out; where a position jumps, which rows were told twice or stood
+        alone, which stamps were put right, whether the motion was taken from the position alone,
+        and whether it was half a sample off.
     """
 
     runs: tuple[Run, ...]
@@ -135,6 +136,7 @@ def as_asked(
         Whether the motion is taken from position or velocity, whichever has less noise.
     """
     everything, wrapped = with_turns_counted((*runs, *holdout))
+    jumped = slips_said([run.signals for run in everything])
     everything, repeated = without_repeats(everything)
     everything, glitched = without_glitches(everything)
     everything, stamped = put_right(everything)
@@ -156,5 +158,5 @@ def as_asked(
         tuple(holdout),
         by_motor,
         tuple(apart),
-        (*wrapped, *repeated, *glitched, *stamped, *better, *stepped),
+        (*wrapped, *jumped, *repeated, *glitched, *stamped, *better, *stepped),
     )

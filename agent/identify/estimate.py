@@ -35,6 +35,7 @@ from agent.identify.signals.preprocess import Motion, read_motion
 from agent.identify.signals.repeats import held_of, repeats, said_of, with_motion_between
 from agent.identify.signals.windows import SteadyWindow, find_windows
 from agent.identify.signals.wrapped import counted_on
+from agent.identify.slips import slips_said
 from agent.physics.rigid_body import PARAMETERS
 from agent.physics.twin import Twin
 
@@ -120,6 +121,7 @@ def identify(
         )
     notes = [note for motion in motions for note in motion.notes]
     notes += [*diagnosis.unlikely_units(motions), *diagnosis.coasts_too_long(motions, body)]
+    notes += slips_said([motion.signals for motion in motions])
     scaled = diagnosis.scaled_velocity(motions)
     notes += [scaled] if scaled else []
     notes += [] if models else [f"no friction curve: {diagnosis.no_curve(windows)}"]
