@@ -14,6 +14,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from agent.physics.learnt_over import known_to
+from agent.physics.twin import parse_twin
 from agent.record.recording import Metadata, Recording
 from agent.record.writing import write
 from tests.science.identify_plant import Floats, Joint, Motion, record, stair
@@ -230,3 +232,18 @@ def test_a_temperature_law_needs_temperatures_that_differ(tmp_path: Path) -> Non
     assert "31.0 degC" in law
     assert "record the same cycle at" in law
     assert "N m" not in law
+
+
+def test_a_twin_says_over_what_it_was_learnt(tmp_path: Path) -> None:
+    columns = columns_of(stair())
+    warm = np.full(columns["time_s"].size, 31.0)
+    path = save(tmp_path, columns | {"gearbox_temperature_degc": warm})
+    twin = tmp_path / "twin.toml"
+    assert called("twin", path, "--out", twin).returncode == 0
+    learnt = known_to(parse_twin(twin.read_text(encoding="utf-8")))
+    assert learnt["gearbox_temperature_degc"] == (31.0, 31.0)
+    assert learnt["velocity_rad_s"][1] == pytest.approx(140.0, rel=0.05)
+    (tmp_path / "later").mkdir()
+    hotter = save(tmp_path / "later", columns | {"gearbox_temperature_degc": warm + 20.0})
+    done = called("simulate", twin, hotter, "--out", tmp_path / "beside.parquet")
+    assert "gearbox temperatures of 51 °C where the law was learnt over 31" in done.stderr

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import typer
 
 from agent.acquisition import Acquisition
 from agent.cli.terminal.talk import talker
+from agent.conclude.driven import driven
 from agent.errors import InputError, UsageError
 from agent.identify.signals.arrays import Signals
 from agent.identify.signals.simulated import simulated_torque_nm
 from agent.identify.thermal.stand_in import with_stand_in
 from agent.physics.effects import unix_s
-from agent.physics.learnt_over import beyond, known_to, ranges_of
+from agent.physics.learnt_over import beyond, known_to
 from agent.physics.twin import Twin, TwinError, parse_twin
 from agent.record.reading import read
 from agent.record.recording import Recording
@@ -37,7 +37,7 @@ def run_simulate(twin_path: Path, recording_path: str, out: Path) -> None:
     twin = read_twin(twin_path)
     recording = read(recording_path)
     written = write(simulated(twin, recording, str(twin_path)), out)
-    for where in beyond(known_to(twin), _driven(recording)):
+    for where in beyond(known_to(twin), driven([recording])):
         talker().print(
             f"{recording_path} goes beyond what {twin_path.name} was learnt over: {where}. Its "
             "laws are carried on there, and not known."
@@ -82,19 +82,6 @@ def simulated(twin: Twin, recording: Recording, where: str) -> Recording:
     except TwinError as error:
         raise InputError(f"{where}: {error}") from error
     return recording.with_columns({COLUMN: torque})
-
-
-def _driven(recording: Recording) -> dict[str, tuple[float, float]]:
-    """Return what a recording drove through, as far as a twin may note it."""
-    columns = {
-        name: np.asarray(recording[name], dtype=np.float64)
-        for name in ("velocity_rad_s", "gearbox_temperature_degc")
-        if name in recording
-    }
-    if "position_rad" in recording:
-        arm = np.asarray(recording["position_rad"], dtype=np.float64)
-        columns["arm_position_rad"] = arm / recording.metadata.gear_ratio
-    return ranges_of(columns)
 
 
 def _instant_unix_s(started_at: str) -> float | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import typer
@@ -10,10 +11,12 @@ import typer
 from agent.cli.identify.summary import summary
 from agent.cli.identify.twin_file import check_twin_place
 from agent.cli.terminal.talk import talker
+from agent.conclude.driven import driven
 from agent.conclude.outcome import Conclusion, conclude
 from agent.errors import InputError
 from agent.identify.estimate import twin_from_estimate
 from agent.identify.rigid.forward import in_words
+from agent.physics.learnt_over import noted
 from agent.physics.twin import format_twin
 from agent.record.atomic import publish
 from agent.record.reading import read, read_all
@@ -71,6 +74,8 @@ def run_twin(patterns: Sequence[str], out: Path) -> None:
         )
     except ValueError as error:
         raise InputError(f"No twin is written: {str(error).rstrip('.')}.") from error
+    ranges = noted(driven(conclusion.recordings))
+    twin = replace(twin, extra={**twin.extra, **ranges})
     publish({out: format_twin(twin).encode()}, overwrite=True)
     talker().print(conclusion.estimate.sentence)
     for note in conclusion.estimate.notes:
