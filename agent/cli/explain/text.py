@@ -125,7 +125,8 @@ def _finding(finding: Finding, explanation: Explanation, head: Head) -> list[str
     for row in parameter_rows(finding.parameters):
         if row.identified:
             value = f"{row.value} {row.unit}".strip()
-            interval = f" ({row.interval})" if row.interval else ""
+            beside = row.interval or row.reason
+            interval = f" ({beside})" if beside else ""
             lines += textwrap.wrap(
                 f"   {row.label:<40} {value}{interval}", WIDTH, subsequent_indent=44 * " "
             )

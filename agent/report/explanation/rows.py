@@ -30,6 +30,8 @@ from agent.report.explanation.words import carried, heading, is_biased, share
 from agent.report.rows import ParameterRow
 
 _CHOSEN = "chosen, not measured"  # where the law's numbers are said to hold
+_TAKEN = frozenset({"half_gap_spread", "arm_yield_rad"})
+"""Numbers of a gap's law that are the same for every gear, unless they come with an interval."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +135,8 @@ def parameter_rows(parameters: Mapping[str, Parameter]) -> tuple[ParameterRow, .
             continue
         scale = quantity_scale(name, [parameter.value])
         value, interval, _ = written(parameter, scale.factor)
-        chosen = _CHOSEN if name.startswith("reference_") else ""
+        taken = name in _TAKEN and parameter.ci95 is None
+        chosen = _CHOSEN if name.startswith("reference_") or taken else ""
         rows.append(ParameterRow(label, value, interval, scale.unit, True, chosen))
     return tuple(rows)
 
