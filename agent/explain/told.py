@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from agent.explain.answer.result import Explanation, Finding, Verdict
@@ -59,6 +60,8 @@ class Told:
             return told
         nameless = (*swings, *simulations, *of_its_loop(named, simulations))
         kept = [f for f in named if f not in nameless]
+        most = 1.0 - left_share(found, named)  # what is left over is nobody's
+        simulations = tuple(_at_most(most, simulations))
         named = tuple(replace(f, rank=rank) for rank, f in enumerate(kept, start=1))
         return cls(
             found, named, with_load(named, found, given), told.verdict, swings, simulations
@@ -125,6 +128,13 @@ class Told:
         """Return the swings that the study's model still holds."""
         effects = {term.scored.form.effect for term in self.found.choice.terms}
         return tuple(swing for swing in self.swings if swing.effect in effects)
+
+
+def _at_most(most: float, findings: Sequence[Finding]) -> Iterator[Finding]:
+    """Yield findings with shares that add up to no more than so much of the mismatch."""
+    whole = max(sum(f.energy_share for f in findings), 1e-300)
+    for finding in findings:
+        yield replace(finding, energy_share=finding.energy_share * min(most / whole, 1.0))
 
 
 def _left_where(found: Study) -> LeftWhere:
