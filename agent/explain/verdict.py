@@ -18,6 +18,7 @@ from agent.explain.study import Study
 
 _MOST_LEFT = 0.30  # of the mismatch: with more left over, what was named explains too little
 _OUTWEIGHS = 0.5  # of what was named: so much of what is left along one axis unsays it
+_MUCH = 0.05  # of the torque, rms
 _CELL_BETTER = 1.20
 _STILL_VARIES = 0.15  # of what is left, along the axis of the main finding
 
@@ -72,10 +73,18 @@ def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> 
 def left_without_measure(study: Study, findings: Sequence[Finding]) -> bool:
     """Return whether more than noise stays beside what is named, though no floor says how much.
 
-    Without a name there is nothing to hold it against: it may be noise.
+    Without a name there is nothing to hold it against: it may be noise, as long as it is little of
+    the torque.
     """
     named = study.choice.terms or any(f.effect in SHOWN for f in findings)
-    return bool(named) and study.left.without_measure
+    return (bool(named) or _is_much(study)) and study.left.without_measure
+
+
+def _is_much(study: Study) -> bool:
+    """Return whether what is left is more of the torque than drives and laws are exact to."""
+    rows = study.library.weighing.rows[study.left.usual]
+    torque, left = study.table.measured_nm[rows], study.model.residual_nm[study.left.usual]
+    return float(left @ left) > _MUCH**2 * float(torque @ torque)
 
 
 def _left_within(study: Study) -> float:
