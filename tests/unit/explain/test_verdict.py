@@ -71,9 +71,12 @@ def test_what_a_twins_effects_left_is_no_new_mismatch(
     assert verdict_of(cast("Study", study), (), left_share=share) == verdict
 
 
-@pytest.mark.parametrize(("shown", "verdict"), [(True, "partly-explained"), (False, "no-mismatch")])
+@pytest.mark.parametrize(
+    ("shown", "torque_nm", "verdict"),
+    [(True, 10.0, "partly-explained"), (False, 10.0, "no-mismatch"), (False, 1.0, "unexplained")],
+)
 def test_what_is_left_without_a_noise_floor_may_be_noise_only_beside_no_name(
-    shown: bool, verdict: str
+    shown: bool, torque_nm: float, verdict: str
 ) -> None:
     """A drive clips its torque: its simulation in a loop of its own goes astray for longer."""
     clipped = SimpleNamespace(effect="torque-saturation", alternatives=())
@@ -89,10 +92,10 @@ def test_what_is_left_without_a_noise_floor_may_be_noise_only_beside_no_name(
         model=SimpleNamespace(residual_nm=np.full(100, 0.12)),
         library=SimpleNamespace(weighing=SimpleNamespace(rows=rows)),
         twin=SimpleNamespace(effects=()),
-        table=SimpleNamespace(simulated=True),
+        table=SimpleNamespace(simulated=True, measured_nm=np.full(100, torque_nm)),
     )
     share = left_share(cast("Study", study), findings)
-    assert share == (1.0 if shown else 0.0)
+    assert share == (0.0 if verdict == "no-mismatch" else 1.0)
     assert verdict_of(cast("Study", study), findings, left_share=share) == verdict
 
 
