@@ -176,7 +176,8 @@ class Exchange:
         self.state = state
         self.statusword = statusword
         self._follow(answer.goal, state)
-        self._listens(statusword)
+        if state is State.ENABLED:
+            self._listens(statusword)
         move = self.orders.heard(statusword, position)
         scaling = self.config.scaling
         source = self.config.temperature
@@ -204,7 +205,10 @@ class Exchange:
             self.left_enabled = state
 
     def _listens(self, statusword: int) -> None:
-        """Note it when the drive, which obeyed controlwords, says that it no longer does."""
+        """Note it when an enabled drive, which obeyed controlwords, says that it no longer does.
+
+        Without torque, or in a fault, a drive may say so and mean nothing by it.
+        """
         remote = bool(statusword & REMOTE_BIT)
         self._was_remote = self._was_remote or remote
         self.unheard = self.unheard + 1 if self._was_remote and not remote else 0
