@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from agent.explain.forms.balancer import COIL, FORCE
 from agent.explain.rows.run import Run
 from agent.explain.study import Study
 from agent.identify.result import Floats
@@ -23,6 +24,13 @@ _ALSO = (
     "read the drive's torque with the brake closed and the power stage off, which shows an offset "
     "alone"
 )
+_SINE = (
+    "the part of a balancer's force that grows with its length pulls by a sine of the arm's angle, "
+    "as a weight does"
+)
+_TO_TELL = "with the spring taken off, or from its data sheet, the two can be told"
+_STIFF = f"{_SINE}: its stiffness is what the simulation's own weight, taken as right, leaves of it"
+_WEIGHS = f"{_SINE}: what is told as a payload may in part be that; {_TO_TELL}"
 
 
 def noted_in(found: Study) -> Twin:
@@ -86,6 +94,15 @@ def hangs_free(found: Study) -> str:
         return ""
     outside = "" if low <= free[-1] <= high else ", where these recordings have not been"
     return f"the cable would hang free at {free[-1] * _DEGREES:.3g} degrees{outside}: {_ALSO}"
+
+
+def carries(found: Study) -> str:
+    """Return what a balancer's spring cannot be told apart from; nothing without one."""
+    forms = {term.scored.form for term in found.choice.terms}
+    if COIL in forms:
+        return _STIFF
+    told = {n.effect for n in found.numbers} | {form.effect for form in forms}
+    return _WEIGHS if FORCE in forms and "gravity-imbalance" in told else ""
 
 
 def _ranges(runs: Sequence[Run]) -> dict[str, tuple[float, float]]:

@@ -24,6 +24,7 @@ from agent.explain.forms.library import judgeable
 from agent.explain.left import Left
 from agent.explain.location.deficiency import deficiency_map
 from agent.explain.numbers.anew import chosen_anew
+from agent.explain.numbers.balanced import spring_does_without
 from agent.explain.numbers.borne_out import borne_out
 from agent.explain.numbers.explained_before import least_beside_effects
 from agent.explain.numbers.heavier import heavier_than_the_joint
@@ -213,9 +214,12 @@ def _library(
     forms = tuple(f for f in forms if among is None or f.effect in among)
     weighing = weigh(table, left)
     usual = weighing.part(usual_blocks(table, weighing))[0]
-    if ask and gravity_in_question(scene, usual, forms):
-        scene, left = _refitted(twin, without_gravity(table))
-        forms = (*forms, PAYLOAD)
+    held = _refitted(twin, without_gravity(table)) if ask else (scene, left)
+    if ask and (
+        gravity_in_question(scene, usual, forms)
+        or spring_does_without(scene, held[0], usual, forms)
+    ):
+        (scene, left), forms = held, (*forms, PAYLOAD)
     return Library.of(scene, weigh(table, left), forms), not_judged, left
 
 

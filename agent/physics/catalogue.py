@@ -12,6 +12,7 @@ from types import MappingProxyType
 
 from agent.physics import friction, phenomena
 from agent.physics.backlash import DeadZone, NordinGutman
+from agent.physics.balancer import Balancer
 from agent.physics.effects import LIBRARY, EffectCard, Form, Parameter
 from agent.physics.external import CableForce, LocalFault
 from agent.physics.flexibility import ThreeMass, TwoMass
@@ -106,6 +107,7 @@ LAWS: Mapping[str, Law] = MappingProxyType(
                     TorqueSaturation,
                     Delay,
                     CableForce,
+                    Balancer,
                     LocalFault,
                     GearboxTemperature,
                     WindingResistance,
@@ -187,7 +189,8 @@ def _allowed(parameter: Parameter) -> str:
     if parameter.instant:
         return "date and time with its zone"
     if math.isfinite(parameter.lower):
-        return f"above {parameter.lower:g}" if parameter.above else f"from {parameter.lower:g}"
+        most = f" to {parameter.upper:g}" if math.isfinite(parameter.upper) else ""
+        return f"{'above' if parameter.above else 'from'} {parameter.lower:g}{most}"
     return "any"
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from types import MappingProxyType
 
 NAMES: Mapping[str, str] = MappingProxyType(
@@ -37,6 +37,15 @@ NAMES: Mapping[str, str] = MappingProxyType(
 def effect_name(effect: str) -> str:
     """Return what an effect is called; one that is not known keeps its own id's words."""
     return NAMES.get(effect, effect.replace("-", " "))
+
+
+_BALANCER = "lever_ratio", "a spring on levers that carries the arm (a balancer)"
+
+
+def law_name(effect: str, numbers: Container[str]) -> str:
+    """Return what a law of an effect is called: of some, its numbers say more than the effect."""
+    number, name = _BALANCER
+    return name if number in numbers else effect_name(effect)
 
 
 NUMBERS: Mapping[str, str] = MappingProxyType(

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from agent.explain.answer.amounts import percent
 from agent.explain.answer.located import Finding
-from agent.explain.answer.names import OWN_EFFECT, OWN_NUMBER, effect_name
+from agent.explain.answer.names import OWN_EFFECT, OWN_NUMBER, effect_name, law_name
 from agent.explain.answer.said import Said
 from agent.explain.answer.sentences import LITTLE, shared
 from agent.identify.result import Parameter
@@ -151,7 +151,7 @@ def finding_name(finding: Finding) -> str:
     """Return what a finding is called: an effect, or that of the simulation's own."""
     if finding.form == OWN_EFFECT:
         return _own(finding.effect)
-    return effect_name(finding.effect)
+    return law_name(finding.effect, finding.parameters)
 
 
 def _own(effect: str) -> str:

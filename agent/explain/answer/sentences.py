@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from agent.explain.answer.amounts import amount, duration, factor, percent, short, torque
-from agent.explain.answer.names import FOLLOWS_DIRECTION, NAMES, OWN_NUMBER
+from agent.explain.answer.names import FOLLOWS_DIRECTION, OWN_NUMBER, law_name
 from agent.explain.answer.places import place_in_words
 from agent.explain.answer.result import Region, Ringing
 from agent.explain.answer.said import Said
@@ -67,7 +67,8 @@ def finding_sentence(
     place = place_in_words(where[0] if where else None, effect)
     begin = f"{place[:1].upper()}{place[1:]} {_amount(effect, reach_nm)}"
     detail = _detail(effect, parameters)
-    name = f"{NAMES[effect]} ({detail})" if detail else NAMES[effect]
+    called = law_name(effect, parameters)
+    name = f"{called} ({detail})" if detail else called
     whole = shared("", beside_numbers=beside_numbers)
     carried = f"{percent(max(energy_share, LITTLE))} of {whole}"
     if in_twin:

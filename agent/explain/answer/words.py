@@ -8,6 +8,7 @@ from agent.explain.answer.amounts import percent, torque
 from agent.explain.answer.as_if import as_if, in_spells
 from agent.explain.answer.fits import UNSEEN, Edges
 from agent.explain.answer.names import COSTS_NO_TORQUE, OWN_EFFECT, OWN_NUMBER, effect_name
+from agent.explain.answer.own_effect import finding_name
 from agent.explain.answer.places import place_in_words
 from agent.explain.answer.result import Explanation, Finding, Holdout
 from agent.explain.answer.small_share import weighed
@@ -55,7 +56,7 @@ def _unsure(holdout: Holdout) -> str:
 def tie_sentence(finding: Finding, *, to_decide: bool = True) -> str:
     """Return what a finding cannot be told apart from, and what decides."""
     others = " or ".join(effect_name(a.effect) for a in finding.alternatives)
-    said = f"These recordings cannot tell {effect_name(finding.effect)} from {others}."
+    said = f"These recordings cannot tell {finding_name(finding)} from {others}."
     first = after_colon(finding.alternatives[0].told_apart_by)
     return f"{said} To decide: {first}" if to_decide else said
 

@@ -21,6 +21,7 @@ from agent.explain.choosing.rivals import WEIGHT, Term
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.shifts import chance
 from agent.explain.choosing.together import both_moved
+from agent.explain.forms.balancer import COIL
 from agent.explain.rows.evidence import solve
 from agent.identify.result import Floats
 from agent.physics.effects.library import CARRIED
@@ -56,11 +57,16 @@ class Asked(NamedTuple):
 def allowed(ranked: Sequence[Scored], chosen: Sequence[Term]) -> list[Scored]:
     """Leave out effects that are there already, but for those that may come at several places.
 
-    A joint has one arm: where a spring or a gap carries it, the other cannot carry it again.
+    A joint has one arm: where a spring or a gap carries it, the other cannot carry it again. And a
+    balancer's stiffness is a sine, as a weight is: one of the two has it.
     """
     there = {t.scored.form.effect for t in chosen}
     if not there.isdisjoint(CARRIED):
         there.update(CARRIED)
+    if any(t.scored.form is COIL for t in chosen):
+        there.add(WEIGHT)
+    if WEIGHT in there:
+        ranked = [s for s in ranked if s.form is not COIL]
     return [s for s in ranked if s.form.effect not in there or s.form.effect in _REPEATED]
 
 

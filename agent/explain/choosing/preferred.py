@@ -10,6 +10,8 @@ import numpy as np
 from agent.explain.choosing.candidate import Scored
 from agent.explain.choosing.rivals import DECISIVE, LIKE_A_WEIGHT, WEIGHT, log_density_gap
 from agent.explain.choosing.search import Library
+from agent.explain.forms.balancer import BALANCERS
+from agent.explain.forms.form import Form
 from agent.explain.rows.evidence import effective_size
 from agent.explain.rows.table import BASE
 from agent.physics.friction import boundary_share
@@ -56,7 +58,7 @@ def preferred(library: Library, ranked: Sequence[Scored], without: float) -> Sco
         error = float(np.std(loss)) * math.sqrt(loss.shape[0])
         behind = log_density_gap(best.blocks, scored.blocks, size)
         missed = float(loss.sum()) / max(without - best.error, 1e-300)
-        pulls = upright and best.form.effect == WEIGHT and scored.form.effect in LIKE_A_WEIGHT
+        pulls = upright and best.form.effect == WEIGHT and _is_like_a_weight(scored.form)
         hardly = float(loss.sum()) < _AS_LITTLE * best.error
         small = missed < _AS_MUCH
         if pulls:  # a strong weight's look-alike misses a small share of it, and is plainly none
@@ -67,6 +69,10 @@ def preferred(library: Library, ranked: Sequence[Scored], without: float) -> Sco
         special = special or (hardly and best.form.catch_all and not scored.form.catch_all)
         if behind < _SAME or special or (float(loss.sum()) <= error and behind < 2.0 * DECISIVE):
             close.append(scored)
+    if any(s.form.effect == WEIGHT for s in close):
+        # A spring whose shorter lever is nothing is a weight: it stands for one as any law that has
+        # one more number would.
+        close = [s for s in close if s.form not in BALANCERS]
     # Of laws as simple, the one whose effect can explain most: by its other forms, too.
     of_effect: dict[str, float] = {}
     for scored in ranked:
@@ -83,6 +89,11 @@ def preferred(library: Library, ranked: Sequence[Scored], without: float) -> Sco
         ),
         default=best,
     )
+
+
+def _is_like_a_weight(form: Form) -> bool:
+    """Return whether a form is taken for a weight, and is not one with another number."""
+    return form.effect in LIKE_A_WEIGHT and form not in BALANCERS
 
 
 def named_by_width(library: Library, ranked: Sequence[Scored], best: Scored) -> Scored:

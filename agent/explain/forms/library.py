@@ -21,6 +21,7 @@ from agent.explain.forms import speed as forms_speed
 from agent.explain.forms import stiffening as forms_stiffening
 from agent.explain.forms import use as forms_use
 from agent.explain.forms import warmth as forms_warmth
+from agent.explain.forms.balancer import BALANCERS
 from agent.explain.forms.form import Form
 from agent.explain.forms.seen_arm import SEEN, seen_beside
 from agent.explain.forms.zeros import zeros_of
@@ -46,6 +47,7 @@ FORMS: tuple[Form, ...] = (
     *forms_place.FORMS,
     *forms_carried.FORMS,
     *forms_cable.FORMS,
+    *BALANCERS,
     *forms_reversal.FORMS,
     *forms_signal.FORMS,
     *_SIMULATED_ARMS,

@@ -14,6 +14,7 @@ import numpy as np
 
 from agent.explain.choosing.candidate import basis_of
 from agent.explain.choosing.search import Library
+from agent.explain.forms.balancer import BALANCERS
 from agent.explain.numbers.intervals import named_effects
 from agent.explain.numbers.model import Model
 from agent.explain.numbers.reach import reach_of
@@ -22,6 +23,7 @@ from agent.explain.rows.table import BASE
 from agent.identify.result import Floats
 from agent.physics.twin import Twin
 
+_WEIGHT = ("gravity_sin_nm", "gravity_cos_nm")
 _NEEDED = 0.25  # of the noise's energy: less is lost in it where something else was found
 _SAME_MOVE = 0.6  # of the move beside the effects
 _BENT = 0.25  # of that move: a fit that ends so close to the number as given is where it is from
@@ -68,11 +70,28 @@ def is_wrong(case: Case, names: Sequence[str], material: float) -> bool:
     alone = library.errors_with(base) - library.errors_with(library.base)
     loss = loss_of(case, names)
     # Without the effects a number need not move as far, and what it is worth goes with the square.
-    if float(alone.sum()) < _SAME_MOVE**2 * material or float(loss.sum()) < material:
+    if float(alone.sum()) < _SAME_MOVE**2 * material:
+        return False
+    if float(loss.sum()) < material and not (_beside_a_sine(case, names) and _shows(case, loss)):
         return False
     if not lasting(loss):
         return False
     return _agrees(case, names) and are_refuted(case, names)
+
+
+def _beside_a_sine(case: Case, names: Sequence[str]) -> bool:
+    """Return whether numbers are the weight's beside a balancer's spring, most of which is a sine.
+
+    Either takes up what the other lacks: however wrong the weight is, holding it costs little.
+    """
+    sines = any(term.scored.form in BALANCERS for term in case.model.terms)
+    return sines and set(names) <= set(_WEIGHT)
+
+
+def _shows(case: Case, loss: Floats) -> bool:
+    """Return whether a loss, shape (b,), stands out of the noise."""
+    noise = case.floor_nm**2 * float(np.sum(case.library.weighing.weight**2))
+    return float(loss.sum()) >= noise
 
 
 def is_needed(case: Case, names: Sequence[str]) -> bool:
@@ -99,7 +118,9 @@ def _agrees(case: Case, names: Sequence[str]) -> bool:
 
     Where most of the move appears only beside the effects, or only in one kind of fit, the numbers
     had been bent by their absence: the twin had them right for its own structure. Moves are
-    compared by the torque that they make beside the other numbers.
+    compared by the torque that they make beside the other numbers. A weight beside a balancer's
+    spring, most of which is a sine, may have to move another way than without it: there the twin is
+    right for neither structure.
     """
     basis = basis_of(case.columns([name for name in case.carried if name not in names]))
     columns = case.columns(names)
@@ -113,6 +134,9 @@ def _agrees(case: Case, names: Sequence[str]) -> bool:
     def share(fit: Mapping[str, float]) -> float:
         return float(torque @ (columns @ np.array([fit[name] for name in there]))) / energy
 
+    if _beside_a_sine(case, names):
+        plain = (np.array([fit[n] for n in there]) for fit in (*case.by_itself, *case.earlier))
+        return all(float(np.sum((columns @ move) ** 2)) > _BENT * energy for move in plain)
     in_band, *others = (share(fit) for fit in case.by_itself if all(n in fit for n in there))
     if any(abs(share(fit)) < _BENT for fit in case.earlier if all(n in fit for n in there)):
         return False

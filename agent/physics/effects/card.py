@@ -15,6 +15,8 @@ from agent.physics.effects.look_alikes import LookAlike, look_alikes
 from agent.physics.effects.motion import Base, Motion
 from agent.physics.law import Law
 
+_BELOW_ONE = 0.999
+
 Floats = NDArray[np.float64]
 Numbers = Mapping[str, float]
 Added = Callable[[Numbers, Motion, Base], Floats]
@@ -88,6 +90,11 @@ def amplitude(default: float | None = None, meaning: str = "") -> Parameter:
 def positive(default: float | None = None, meaning: str = "") -> Parameter:
     """Return a parameter above zero that the torque is not proportional to."""
     return Parameter(default, lower=0.0, above=True, meaning=meaning)
+
+
+def share(meaning: str = "") -> Parameter:
+    """Return a parameter above zero that stays below one."""
+    return Parameter(None, lower=0.0, upper=_BELOW_ONE, above=True, meaning=meaning)
 
 
 def not_negative(

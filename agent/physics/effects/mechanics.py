@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from agent.physics.balancer import Balancer
 from agent.physics.effects.card import (
     EffectCard,
     Floats,
@@ -13,6 +14,7 @@ from agent.physics.effects.card import (
     free,
     not_negative,
     positive,
+    share,
 )
 from agent.physics.effects.motion import Base, Motion
 from agent.physics.effects.places import BELL_PARAMETERS
@@ -82,6 +84,10 @@ def _cable(p: Numbers, motion: Motion, base: Base) -> Floats:
     return spring + law.hysteresis_part_nm(motion.need("time_s"), arm_velocity_rad_s)
 
 
+def _balancer(p: Numbers, motion: Motion, base: Base) -> Floats:
+    return Balancer(**p).torque_nm(base.arm_rad(motion))
+
+
 def _fault(p: Numbers, motion: Motion, base: Base) -> Floats:
     return LocalFault(**p).torque_nm(base.arm_rad(motion))
 
@@ -136,7 +142,7 @@ CARDS = (
     ),
     EffectCard(
         "cable-force",
-        "Hoses or cables pull at the arm like a spring.",
+        "Hoses or cables pull at the arm like a spring, or a spring that carries its weight does.",
         (
             Form(
                 "spring",
@@ -152,6 +158,17 @@ CARDS = (
                     "stiffening_arm_rad": not_negative(0.0),
                 },
                 _cable,
+            ),
+            Form(
+                "a balancer's spring",
+                Balancer.law,
+                {
+                    "balancer_nm": amplitude(),
+                    "lever_ratio": share(),
+                    "dead_center_arm_rad": free(),
+                    "balancer_stiffness_nm": not_negative(0.0, linear=True),
+                },
+                _balancer,
             ),
         ),
         ("arm_position_rad", "after_reversal_s"),

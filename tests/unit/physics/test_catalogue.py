@@ -36,4 +36,4 @@ def test_every_law_is_complete() -> None:
         assert law.parameters, law.id
         assert law.source, law.id
         assert law.limits, law.id
-    assert len(LAWS) == 38
+    assert len(LAWS) == 39

@@ -231,6 +231,11 @@ BY_HAND: list[tuple[str, dict[str, Any], Any]] = [
         0.2 * np.sinh((ARM - 0.1) / 0.4),
     ),
     (
+        "cable-force",
+        {"balancer_nm": 0.5, "lever_ratio": 0.6, "dead_center_arm_rad": 0.1},
+        0.5 * np.sin(ARM - 0.1) / np.sqrt(1.36 - 1.2 * np.cos(ARM - 0.1)),
+    ),
+    (
         "local-fault",
         {"height_nm": 0.2, "center_arm_rad": 0.1, "width_arm_rad": 0.02},
         0.2 * np.exp(-0.5 * ((ARM - 0.1) / 0.02) ** 2),
