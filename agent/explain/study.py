@@ -214,12 +214,11 @@ def _library(
     forms = tuple(f for f in forms if among is None or f.effect in among)
     weighing = weigh(table, left)
     usual = weighing.part(usual_blocks(table, weighing))[0]
-    held = _refitted(twin, without_gravity(table)) if ask else (scene, left)
-    if ask and (
-        gravity_in_question(scene, usual, forms)
-        or spring_does_without(scene, held[0], usual, forms)
-    ):
-        (scene, left), forms = held, (*forms, PAYLOAD)
+    if ask:
+        held = _refitted(twin, without_gravity(table))
+        as_given = spring_does_without(scene, held[0], usual, forms)
+        if gravity_in_question(scene, usual, forms) if as_given is None else as_given:
+            (scene, left), forms = held, (*forms, PAYLOAD)
     return Library.of(scene, weigh(table, left), forms), not_judged, left
 
 

@@ -61,7 +61,8 @@ def preferred(library: Library, ranked: Sequence[Scored], without: float) -> Sco
         pulls = upright and best.form.effect == WEIGHT and _is_like_a_weight(scored.form)
         hardly = float(loss.sum()) < _AS_LITTLE * best.error
         small = missed < _AS_MUCH
-        if pulls:  # a strong weight's look-alike misses a small share of it, and is plainly none
+        if pulls or best.form in BALANCERS:
+            # A strong weight's look-alike misses a small share of it, and is plainly none.
             small = small and float(loss.sum()) < _SHOWS * best.error
         special = ((behind < DECISIVE or hardly) and scored.form.refined_by(best.form)) or (
             (pulls or scored.form.effect in best.form.contains) and (behind < DECISIVE or small)

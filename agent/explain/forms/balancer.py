@@ -52,7 +52,8 @@ def _levers_of_a_coil(scene: Scene) -> Sequence[Point]:
     """Return the same of a force with stiffness; nothing where gravity takes that itself."""
     if any(scene.table.carried[_GRAVITY]):
         return ()
-    return _places(scene, with_gravity=False, with_sine=True)
+    stiff, plain = (_places(scene, with_gravity=False, with_sine=sine) for sine in (True, False))
+    return tuple(dict.fromkeys((*stiff, *plain)))
 
 
 def _places(scene: Scene, *, with_gravity: bool, with_sine: bool) -> Sequence[Point]:

@@ -8,26 +8,22 @@ part does as well as the spring beside any weight, the weight is as it was given
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
-import numpy as np
-
+from agent.explain.choosing.candidate import Scored
+from agent.explain.choosing.rivals import DECISIVE, LIKE_A_WEIGHT, log_density_gap
 from agent.explain.choosing.search import Library
-from agent.explain.forms.balancer import COIL, FORCE
+from agent.explain.forms.balancer import BALANCERS, COIL, FORCE
 from agent.explain.forms.form import Form
-from agent.explain.rows.evidence import Weighing
+from agent.explain.rows.evidence import Weighing, effective_size
 from agent.explain.rows.scene import Scene
-from agent.identify.result import Floats
 
-_SURELY = 3.0  # standard errors: what misses more is none
-_SHOWS = 0.02  # of what is left: so much a spring may miss whose shape is not quite the law's
 _LESS = 0.9  # of what gravity alone leaves: where no spring is left to see there is none
 
 
 def spring_does_without(
     scene: Scene, held: Scene, weighing: Weighing, forms: Sequence[Form]
-) -> bool:
+) -> bool | None:
     """Return whether a balancer's spring explains what it and a wrong weight explain.
 
     Parameters
@@ -37,22 +33,27 @@ def spring_does_without(
     weighing : Weighing
     forms : sequence of Form
         All that these recordings can show.
+
+    Returns
+    -------
+    bool or None
+        None where no such spring stands beside gravity, or a hose leaves as little.
     """
     if FORCE not in forms or not COIL.grid(held):
-        return False
-    beside = _left(scene, weighing, FORCE)
-    instead = _left(held, weighing, COIL)
-    if beside is None or instead is None:
-        return False
-    plain = Library.of(scene, weighing, ()).errors(())
-    if float(beside.sum()) > _LESS * float(plain.sum()):
-        return False
-    loss = instead - beside
-    chance = _SURELY * float(np.std(loss)) * math.sqrt(loss.shape[0])
-    return float(loss.sum()) <= max(chance, _SHOWS * float(beside.sum()))
+        return None
+    library = Library.of(scene, weighing, (FORCE,))
+    beside = _best(library)
+    if beside is None or beside.error > _LESS * float(library.errors(()).sum()):
+        return None
+    like = _best(Library.of(scene, weighing, [f for f in forms if f.effect in LIKE_A_WEIGHT]))
+    instead = _best(Library.of(held, weighing, BALANCERS))
+    if like is None or like.form is not FORCE or instead is None:
+        return None
+    left = library.residual([beside.candidate])
+    size = effective_size(scene.table, weighing, left)
+    return log_density_gap(beside.blocks, instead.blocks, size) < DECISIVE
 
 
-def _left(scene: Scene, weighing: Weighing, form: Form) -> Floats | None:
-    """Return what a form leaves on unseen blocks, shape (b,), or nothing where it helps nowhere."""
-    ranked = Library.of(scene, weighing, (form,)).rank(())
-    return ranked[0].blocks if ranked else None
+def _best(library: Library) -> Scored | None:
+    ranked = library.rank(())
+    return ranked[0] if ranked else None
