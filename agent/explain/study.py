@@ -19,10 +19,12 @@ from agent.explain.choosing.misfits import misfits
 from agent.explain.choosing.only_fast import only_fast
 from agent.explain.choosing.search import Library
 from agent.explain.forms.arm_encoder import seen_by_the_arm
+from agent.explain.forms.balancer import COIL
 from agent.explain.forms.form import Form
 from agent.explain.forms.library import judgeable
 from agent.explain.left import Left
 from agent.explain.location.deficiency import deficiency_map
+from agent.explain.numbers.alike import off_alike
 from agent.explain.numbers.anew import chosen_anew
 from agent.explain.numbers.balanced import spring_does_without
 from agent.explain.numbers.borne_out import borne_out
@@ -173,7 +175,7 @@ def study(
     noise_nm = floor.value_nm if floor.value_nm > 0.0 else 0.0
     numbers = wrong_numbers(library, twin, model, choice.candidates, noise_nm, taken_for=taken_for)
     factor = factor_of(numbers)
-    if ask and factor != 1.0 and is_the_factors_weight(twin, choice, model, factor):
+    if ask and _weighs_by_the_factor(twin, choice, model, factor):
         return study(twin, asked, among, ask=False)
     if not choice.terms:
         numbers = borne_out(numbers, library, model, noise_nm, cells)
@@ -194,6 +196,15 @@ def study(
         refitted_nm=refitted,
         not_judged=not_judged,
     )
+
+
+def _weighs_by_the_factor(twin: Twin, choice: Choice, model: Model, factor: float) -> bool:
+    """Return whether a weight that is held as given is off as all other numbers are."""
+    forms = [term.scored.form for term in choice.terms]
+    if factor != 1.0 and (COIL in forms or is_the_factors_weight(twin, choice, model, factor)):
+        return True
+    sines = PAYLOAD in forms or COIL in forms
+    return sines and off_alike(twin, model, BASE) is not None
 
 
 def _library(

@@ -192,10 +192,15 @@ def _share(scene: Scene) -> float:
 
 
 def _extra_rad_s2(scene: Scene, late_s: float) -> Floats:
-    """Return the arm's acceleration less a stiff gear's, seen from the motor, shape (N,)."""
+    """Return the arm's acceleration less a stiff gear's, seen from the motor, shape (N,).
+
+    None where nobody has seen it: on a motion that is only proposed the arm follows the motor.
+    """
     law = SeenArm(1.0, late_s)
     arm = scene.table.gear_ratio * scene.full("position_arm_rad")
     motor = scene.full("position_rad")
+    if not np.isfinite(arm).any():
+        return np.zeros_like(motor)
     return _by_piece(scene, lambda time, at: law.extra_nm(time, arm[at], motor[at]))
 
 

@@ -19,6 +19,7 @@ from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.materiality import FAR, least_gain
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.shares import above_noise, sliding_nm2, unseen_nm2
+from agent.explain.numbers.alike import OffAlike, off_alike
 from agent.explain.numbers.factor import Factor, factor_column, may_be_one_factor, one_factor
 from agent.explain.numbers.model import Model
 from agent.explain.numbers.plain_refits import (
@@ -141,6 +142,11 @@ def _found(
         factor = constant(case.columns([name for own in refuted.values() for name in own]))
     if factor is not None:
         return _constant(library, model, factor, floor_nm)
+    alike = off_alike(twin, model, [name for name in carried if name not in varied])
+    if refuted and alike is not None:
+        together = _alike(case, alike)
+        if together:
+            return together
     besides = [names for effect, names in refuted.items() if effect != _WEIGHT]
     if _WEIGHT in refuted and any(is_needed(case, names) for names in besides):
         free = np.concatenate((open_numbers, case.columns(_GROUPS[_WEIGHT])), axis=1)
@@ -163,6 +169,16 @@ def _found(
         other = {"torque-constant-error": _COINCIDENCE}
         return (replace(needed[0], alternatives=other), *needed[1:])
     return needed
+
+
+def _alike(case: Case, alike: OffAlike) -> tuple[WrongNumber, ...]:
+    """Return the torque constant's error, and the number that it does not make; nothing if warm."""
+    constant = _constant(case.library, case.model, Factor(alike.factor), case.floor_nm)
+    effect = next((e for e, names in _GROUPS.items() if set(alike.but) & set(names)), None)
+    if not constant or effect is None:
+        return constant
+    beside = _wrong(case, alike.but, effect, factor_of(constant))
+    return _sorted(_sharing([*constant, beside]))
 
 
 def _one_way(library: Library, wrong: WrongNumber) -> WrongNumber:
