@@ -8,10 +8,13 @@ from functools import cache
 import numpy as np
 import pytest
 
+from agent.explain.experiment.menu import menu
+from agent.explain.experiment.motion import elsewhere
 from agent.explain.explain import explain
 from agent.explain.forms import gap
 from agent.explain.forms.arm_encoder import Twist, refuted, twist_of
-from agent.explain.forms.seen_arm import shown_gear
+from agent.explain.forms.library import FORMS
+from agent.explain.forms.seen_arm import SEEN, shown_gear
 from agent.explain.rows.run import Run
 from agent.explain.rows.scene import Scene, refit
 from agent.explain.rows.table import BASE, tabulate
@@ -116,6 +119,15 @@ def test_an_arm_that_is_seen_needs_no_simulation(joint: Joint, effect: str, told
     extended = found.twin
     assert extended is not None
     assert explain(extended, runs[:2], runs[2:]).verdict == "no-mismatch"
+
+
+def test_on_a_motion_that_is_only_proposed_nobody_has_seen_the_arm() -> None:
+    """An experiment to tell what stands beside the spring ended in a fault of our own."""
+    scene, _ = seen(SOFT, 0.0)
+    form = next(form for form in FORMS if form.name == SEEN)
+    assert np.any(form.columns(scene, (0.0,)))
+    proposed = elsewhere(scene, [proposal.parts for proposal in menu(scene, None)[:1]])
+    np.testing.assert_array_equal(form.columns(proposed, (0.0,)), 0.0)
 
 
 def test_recordings_without_the_encoder_leave_what_the_others_show() -> None:
