@@ -80,6 +80,18 @@ def otherwise_warm(found: Study) -> str:
     )
 
 
+def may_be_warmth(found: Study) -> str:
+    """Return that friction told as changing with time may follow the gear's warmth; or nothing."""
+    drifts = any(term.scored.form.effect == "friction-drift" for term in found.choice.terms)
+    if not drifts or found.table.has(_GEARBOX):
+        return ""
+    return (
+        "no gearbox temperature was recorded, and a gear that is warm from being driven, or cold "
+        "in the morning, changes its friction from recording to recording as well: with the "
+        "temperature the two can be told"
+    )
+
+
 def hangs_free(found: Study) -> str:
     """Return what a cable that pulls to an angle elsewhere may as well be; nothing without one."""
     if not any(term.scored.form.name == _ELSEWHERE for term in found.choice.terms):

@@ -47,8 +47,14 @@ from agent.explain.unnamed import taken_back
 from agent.explain.written_down import experiments, nothing_decided, written_down
 from agent.explain.zeros import beside_zeros, on_one_zero, on_zeros_of_their_own, own_zeros
 from agent.identify.result import Parameter
-from agent.physics.twin import Twin, TwinError
+from agent.physics.twin import DrivingFrictionError, Twin, TwinError
 from trajectories import AxisLimits
+
+_STAND_IN = "parts of the other recordings stand in"
+_DRIVES = (
+    "the drift cannot have gone on: carried on to them it leaves friction below zero, and friction "
+    "would drive the joint"
+)
 
 
 @dataclass(frozen=True)
@@ -217,8 +223,11 @@ def _explained(
     except (TooShortError, TwinError) as error:
         # Too little of it moves, or it lacks a column that a law needs: what was learnt stands.
         holdout = ()
-        useless = (f"the hold-out says nothing: {error}; parts of the other recordings stand in",)
         proven, traces, apart = _proof(told.found, given, holdout, named=is_named)
+        if isinstance(error, DrivingFrictionError):
+            proven = replace(proven, denied=_DRIVES)
+        else:
+            useless = (f"the hold-out says nothing: {error}; {_STAND_IN}",)
     back = taken_back(told.verdict, told.findings, proven)
     if back:
         told = told.without_names(given).judged_again()

@@ -86,7 +86,8 @@ def written_down(
     share, left = told.left_share(), told.left_where()
     floors = found.left.over_floor if found.left.noise_all_the_same else 1.0
     claimed = math.fsum(f.energy_share for f in findings if f.form != OWN_NUMBER)
-    if verdict in ("explained", "tied") and unproven(proven, floors, claimed):
+    not_proven = bool(proven.denied) or unproven(proven, floors, claimed)
+    if verdict in ("explained", "tied") and not_proven:
         verdict = "partly-explained"
     extended = _left_by_twin(found)
     known = np.isfinite(extended) & found.apart_from_edges

@@ -58,6 +58,10 @@ class _Entry:
     numbers: dict[str, float]
 
 
+class DrivenByFrictionError(ValueError):
+    """A drift was carried on until friction would drive the joint."""
+
+
 def predict_parts(twin: Twin, motion: Motion, smooth: Smooth | None = None) -> dict[str, Floats]:
     """Return the torque by part, each shape (n,); their sum is the prediction.
 
@@ -135,7 +139,7 @@ def _refuse_driving_friction(
     if any(e.id == "friction-drift" for e in entries):
         friction = parts["friction"] + sum(parts[label] for label in levels)
         if np.any(friction * motion.direction < 0.0):
-            raise ValueError(
+            raise DrivenByFrictionError(
                 "friction-drift: carried on to this recording it leaves friction below zero; the"
                 " drift is known only near the recordings that it was found in"
             )

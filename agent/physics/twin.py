@@ -35,6 +35,10 @@ class TwinError(ValueError):
     """A twin's text cannot be used; the message is one sentence that names the key."""
 
 
+class DrivingFrictionError(TwinError):
+    """A drift of a twin was carried on until friction would drive the joint."""
+
+
 @dataclass(frozen=True)
 class Effect:
     """One more thing that the simulation includes: an id of contract section 4 and its numbers.
@@ -169,10 +173,12 @@ class Twin:
         TwinError
             An effect cannot be predicted, lacks a number, or a column is not there.
         """
-        from agent.physics.prediction import predict_parts
+        from agent.physics.prediction import DrivenByFrictionError, predict_parts
 
         try:
             return predict_parts(self, motion, smooth)
+        except DrivenByFrictionError as error:
+            raise DrivingFrictionError(f"effects: {error}.") from error
         except ValueError as error:
             raise TwinError(f"effects: {error}.") from error
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from agent.explain.explain import explain
+from agent.explain.rows.run import Run
 from agent.identify.result import Floats
 from tests.science.explain_joint import TWIN, Conditions, record, stair
 from trajectories import SetPoints
@@ -29,6 +30,11 @@ def running_in(points: SetPoints, at: Conditions) -> Floats:
     return np.asarray(level * np.sign(points.velocity_rad_s))
 
 
+def without_thermometer(run: Run) -> Run:
+    columns = {n: x for n, x in run.columns.items() if n != "gearbox_temperature_degc"}
+    return replace(run, columns=columns)
+
+
 @pytest.mark.parametrize(("coulomb_nm", "wrong"), [(0.5, False), (0.3, True)])
 @pytest.mark.parametrize("changes", [worn, running_in])
 def test_a_drift_may_have_begun_before_it_was_recorded_and_a_run_in_end_after(
@@ -46,3 +52,27 @@ def test_a_drift_may_have_begun_before_it_was_recorded_and_a_run_in_end_after(
     assert "friction-drift" in effects
     assert ("wrong-number" in effects) is wrong
     assert len(effects) == 1 + wrong
+
+
+def test_a_drift_that_another_day_denies_is_not_proven() -> None:
+    """It had been explained, for certain: the hold-out "said nothing", and parts stood in for it.
+
+    Nobody had recorded how warm the gear was.
+    """
+
+    def warms_up(points: SetPoints, at: Conditions) -> Floats:
+        falls_nm = -0.06 * at.started_s / 600.0 if at.started_s < 5000.0 else -0.1
+        return np.asarray(falls_nm * np.sign(points.velocity_rad_s))
+
+    cycle = stair([8.0, 20.0, 45.0, 80.0])
+    morning, next_day = (0.0, 600.0, 1200.0, 1800.0, 2400.0), 86400.0
+    *runs, unseen = (
+        without_thermometer(
+            record(cycle, warms_up, Conditions(started_s=at), seed, name=f"run {seed}")
+        )
+        for seed, at in enumerate((*morning, next_day))
+    )
+    answer = explain(TWIN, runs, [unseen])
+    assert answer.verdict == "partly-explained"
+    assert "drift cannot have gone on" in answer.sentence
+    assert any("no gearbox temperature was recorded" in said for said in answer.reasons)

@@ -79,6 +79,7 @@ class Holdout:
     `source` says which data: the hold-out recordings, or folds that stand in for them.
     `placebo_percent` is the improvement that the same search reaches on axes that were shifted;
     `wins` of `blocks` were predicted better; `white` is whether what is left looks like noise.
+    `denied` says why recordings that were held out cannot be as what was found has them.
     """
 
     source: str
@@ -92,10 +93,16 @@ class Holdout:
     blocks: int
     placebo_percent: float
     white: bool
+    denied: str = ""
 
     @property
     def unsure(self) -> bool:
-        """Return whether the error stays far above noise, and may not fall at all."""
+        """Return whether unseen data may not be as what was found has them.
+
+        Their error stays far above noise, and may not fall at all; or they cannot be so.
+        """
+        if self.denied:
+            return True
         interval = self.improvement_ci95_percent
         return interval is not None and interval[0] <= 0.0 and self.floor_ratio > _FAR_ABOVE
 

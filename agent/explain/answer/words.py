@@ -35,6 +35,9 @@ def proof_sentence(holdout: Holdout, floor_nm: float) -> str:
     noise = f"; noise is {texts[2]} {scale.unit}" if math.isfinite(floor_nm) else ""
     if texts[0] == texts[1]:  # what keeps the motion back, as a torque limit does, costs no torque
         return f"On {holdout.source} the error stays at {texts[0]} {scale.unit}{noise}."
+    if holdout.denied:
+        goes = f"the error goes from {texts[0]} to {texts[1]} {scale.unit}{noise}"
+        return f"On {holdout.source} {goes}. On the recordings held out {holdout.denied}."
     falls = "falls" if after < before else "does not fall: it goes"
     lost = " What was found does not hold there." if after > _WORSE * before else ""
     unsure = "" if lost else _unsure(holdout)
@@ -137,14 +140,15 @@ def what_stays(explanation: Explanation) -> tuple[str, ...]:
     nowhere = not explanation.unexplained_where and explanation.unexplained_share < _LITTLE
     only_unseen = bool(findings) and nowhere
     parts = []
-    if verdict in ("unexplained", "partly-explained") and not only_unseen:
+    denied = holdout is not None and bool(holdout.denied)
+    if verdict in ("unexplained", "partly-explained") and not only_unseen and not denied:
         parts.append(_left_sentence(explanation))
     if holdout is not None and any(map(_costs_torque, findings)):
         parts.append(proof_sentence(holdout, explanation.floor.value_nm))
         little = _taken_there(holdout) if verdict == "partly-explained" else ""
         if little:
             parts.append(little)
-        elif verdict == "partly-explained" and only_unseen:
+        elif verdict == "partly-explained" and only_unseen and not denied:
             why = (
                 "they go beyond what was learnt from, where what was found is carried on"
                 if explanation.goes_further

@@ -87,6 +87,12 @@ _NOT_PROVEN = VerdictWords(
     "open",
     "half",
 )
+_DENIED = replace(
+    _NOT_PROVEN,
+    meaning="What is listed fits the recordings that it was learnt from, and those that were held "
+    "out cannot be so: take the names as suspicions, and record more before the simulation is "
+    "corrected by them.",
+)
 _NOT_WORTH = (
     "The mismatch has a name; that correcting it makes the error smaller on data that the "
     "correction was not made from is not shown: it is short, or small against the noise."
@@ -120,7 +126,7 @@ def verdict_words(explanation: Explanation) -> VerdictWords:
     words = _VERDICTS[explanation.verdict]
     holdout = explanation.holdout
     if not proven(explanation):
-        return _NOT_PROVEN
+        return _NOT_PROVEN if holdout is None or not holdout.denied else _DENIED
     spells = explanation.unexplained_spells is not None
     placed = explanation.unexplained_where or explanation.unexplained_varies is not None or spells
     if explanation.verdict == "unexplained" and not placed:
