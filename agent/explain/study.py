@@ -18,6 +18,7 @@ from agent.explain.choosing.materiality import least_gain, noise_energy, worth
 from agent.explain.choosing.misfits import misfits
 from agent.explain.choosing.only_fast import only_fast
 from agent.explain.choosing.search import Library
+from agent.explain.choosing.unlevered import unlevered
 from agent.explain.forms.arm_encoder import seen_by_the_arm
 from agent.explain.forms.balancer import COIL
 from agent.explain.forms.form import Form
@@ -255,6 +256,7 @@ def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
         choice = _material(library, choice, twin)
         refused = afloat(library, choice) | misfits(library, choice)
         refused |= only_in_a_band(library, choice) | only_fast(library, choice)
+        refused |= unlevered(library, choice)
         if not refused:
             model = fit_model(library, twin, choice.terms)
             refused = heavier_than_the_joint(library, model)

@@ -17,10 +17,10 @@ from agent.physics.balancer import balancer_share
 
 _SHORTEST_STROKE = 1.0  # rad of the arm: on less it is a spring that stiffens
 _ROWS = 2000  # at most, to look at
-_RATIOS = (0.25, 0.4, 0.55, 0.7, 0.8, 0.88, 0.94)
+_RATIOS = (0.25, 0.4, 0.55, 0.7, 0.8, 0.88)
 _CENTERS = 48  # around the turn
 _FOLLOWED = 3  # places: there are many valleys, of a spring that pushes and of one that pulls
-_LEAST_RATIO, _MOST_RATIO = 0.2, 0.97  # nearer to none it is a sine, nearer to one a step
+LEAST_RATIO, MOST_RATIO = 0.2, 0.9  # nearer to none it is a sine, nearer to one a step
 _OF_ITS_OWN = 1e-6  # of its energy: what is all but a sine is gravity's
 _STEP = (0.08, 0.1)
 _GRAVITY = [BASE.index("gravity_sin_nm"), BASE.index("gravity_cos_nm")]
@@ -110,7 +110,7 @@ def _step(scene: Scene) -> Point:
 def _limits(scene: Scene) -> Sequence[tuple[float, float]]:
     lower, upper = scene.stroke_arm_rad()
     middle = 0.5 * (lower + upper)
-    return (_LEAST_RATIO, _MOST_RATIO), (middle - 1.5 * np.pi, middle + 1.5 * np.pi)
+    return (LEAST_RATIO, MOST_RATIO), (middle - 1.5 * np.pi, middle + 1.5 * np.pi)
 
 
 _LEVERS = ("lever_ratio", "dead_center_arm_rad")

@@ -1,0 +1,63 @@
+"""A balancer whose levers do not show: a weight, or what has a corner, drawn by a law with a bend.
+
+Its shorter lever nothing, a balancer's spring is a weight; both levers alike, it is a step where it
+is shortest. Between the two it bends as many curves do. Where either end of that does as well, the
+recordings do not show that there are levers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from agent.explain.choosing.candidate import Candidate
+from agent.explain.choosing.choice import Choice
+from agent.explain.choosing.rivals import DECISIVE, log_density_gap
+from agent.explain.choosing.search import Library
+from agent.explain.forms.balancer import BALANCERS, LEAST_RATIO, MOST_RATIO
+from agent.explain.rows.evidence import effective_size
+from agent.identify.result import Floats
+
+_CENTERS = 32  # around the turn: a valley at a ratio that is far off lies elsewhere
+_ROUNDS = 12  # halvings of the way to the next of them
+
+
+def unlevered(library: Library, choice: Choice) -> set[tuple[str, str]]:
+    """Return effect and name of all balancers, where one was chosen whose levers do not show.
+
+    Parameters
+    ----------
+    library : Library
+    choice : Choice
+        Settled.
+    """
+    for term in choice.candidates:
+        if term.form in BALANCERS:
+            others = [other for other in choice.candidates if other is not term]
+            own = library.errors([*others, term])
+            left = library.residual([*others, term])
+            size = effective_size(library.scene.table, library.weighing, left)
+            ends = (_best_at(library, others, term, ratio) for ratio in (LEAST_RATIO, MOST_RATIO))
+            if any(log_density_gap(own, end, size) < DECISIVE for end in ends):
+                return {(form.effect, form.name) for form in BALANCERS}
+    return set()
+
+
+def _best_at(
+    library: Library, others: Sequence[Candidate], term: Candidate, ratio: float
+) -> Floats:
+    """Return what the same law leaves on unseen blocks with other levers, shape (b,)."""
+
+    def errors(center: float) -> Floats:
+        columns = library.columns(term.form, (ratio, center))
+        return library.errors_with(library.model(others), columns)
+
+    def left(center: float) -> float:
+        return float(errors(center).sum())
+
+    step = 2.0 * math.pi / _CENTERS
+    best = min((term.point[1] + k * step for k in range(_CENTERS)), key=left)
+    for _ in range(_ROUNDS):
+        step *= 0.5
+        best = min((best - step, best, best + step), key=left)
+    return errors(best)
