@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from agent.explain.choosing.candidate import basis_of
+from agent.explain.choosing.rivals import LIKE_A_WEIGHT
 from agent.explain.choosing.search import Library
 from agent.explain.forms.balancer import BALANCERS
 from agent.explain.numbers.intervals import named_effects
@@ -72,18 +73,24 @@ def is_wrong(case: Case, names: Sequence[str], material: float) -> bool:
     # Without the effects a number need not move as far, and what it is worth goes with the square.
     if float(alone.sum()) < _SAME_MOVE**2 * material:
         return False
-    if float(loss.sum()) < material and not (_beside_a_sine(case, names) and _shows(case, loss)):
+    if float(loss.sum()) < material and not (_beside_its_like(case, names) and _shows(case, loss)):
         return False
     if not lasting(loss):
         return False
     return _agrees(case, names) and are_refuted(case, names)
 
 
-def _beside_a_sine(case: Case, names: Sequence[str]) -> bool:
-    """Return whether numbers are the weight's beside a balancer's spring, most of which is a sine.
+def _beside_its_like(case: Case, names: Sequence[str]) -> bool:
+    """Return whether numbers are the weight's beside what looks like one, as far as strokes go.
 
     Either takes up what the other lacks: however wrong the weight is, holding it costs little.
     """
+    like = any(term.scored.form.effect in LIKE_A_WEIGHT for term in case.model.terms)
+    return like and set(names) <= set(_WEIGHT)
+
+
+def _beside_a_sine(case: Case, names: Sequence[str]) -> bool:
+    """Return whether numbers are the weight's beside a spring, most of which is a sine."""
     sines = any(term.scored.form in BALANCERS for term in case.model.terms)
     return sines and set(names) <= set(_WEIGHT)
 
