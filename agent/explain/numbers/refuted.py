@@ -25,6 +25,8 @@ from agent.identify.result import Floats
 from agent.physics.twin import Twin
 
 _WEIGHT = ("gravity_sin_nm", "gravity_cos_nm")
+_FAR_OFF = 0.05  # of a number
+_OUTSTANDING = 2.0  # times the noise's energy
 _NEEDED = 0.25  # of the noise's energy: less is lost in it where something else was found
 _SAME_MOVE = 0.6  # of the move beside the effects
 _BENT = 0.25  # of that move: a fit that ends so close to the number as given is where it is from
@@ -70,6 +72,8 @@ def is_wrong(case: Case, names: Sequence[str], material: float) -> bool:
     library, base = case.library, case.columns(held)
     alone = library.errors_with(base) - library.errors_with(library.base)
     loss = loss_of(case, names)
+    if _is_far_off(case, names):
+        material = min(material, _OUTSTANDING * _noise(case))
     # Without the effects a number need not move as far, and what it is worth goes with the square.
     if float(alone.sum()) < _SAME_MOVE**2 * material:
         return False
@@ -97,8 +101,27 @@ def _beside_a_sine(case: Case, names: Sequence[str]) -> bool:
 
 def _shows(case: Case, loss: Floats) -> bool:
     """Return whether a loss, shape (b,), stands out of the noise."""
-    noise = case.floor_nm**2 * float(np.sum(case.library.weighing.weight**2))
-    return float(loss.sum()) >= noise
+    return float(loss.sum()) >= _noise(case)
+
+
+def _noise(case: Case) -> float:
+    """Return the noise's weighted energy at all rows."""
+    return case.floor_nm**2 * float(np.sum(case.library.weighing.weight**2))
+
+
+def _is_far_off(case: Case, names: Sequence[str]) -> bool:
+    """Return whether beside a law numbers are off by more than drives and laws are.
+
+    A strong law makes any wrong number a small share of the mismatch, and no more right.
+    """
+    if not case.model.terms or not case.floor_nm > 0.0:
+        return False
+    there = [name for name in case.carried if name in names]
+    given = np.array([float(getattr(case.twin, name)) for name in there])
+    moves = np.abs(case.move(names))
+    if set(there) <= set(_WEIGHT):
+        return float(np.linalg.norm(moves)) > _FAR_OFF * float(np.linalg.norm(given))
+    return bool(np.any((moves > _FAR_OFF * np.abs(given)) & (given != 0.0)))
 
 
 def is_needed(case: Case, names: Sequence[str]) -> bool:
@@ -107,9 +130,7 @@ def is_needed(case: Case, names: Sequence[str]) -> bool:
     Beside other findings a number takes up what their laws' forms leave of them, and the joint's
     small effects. Less than half the noise's amplitude is no reason to say that it is wrong.
     """
-    weighing = case.library.weighing
-    noise = case.floor_nm**2 * float(np.sum(weighing.weight**2))
-    return float(loss_of(case, names).sum()) >= _NEEDED * noise
+    return float(loss_of(case, names).sum()) >= _NEEDED * _noise(case)
 
 
 def loss_of(case: Case, names: Sequence[str]) -> Floats:

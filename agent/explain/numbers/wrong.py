@@ -100,7 +100,7 @@ def wrong_numbers(
     given = library.errors_with(np.zeros((library.target.shape[0], 0)))
     refitted = library.errors_with(library.base)
     material = max(MATERIAL * float(given.sum()), least_gain(library, given, terms))
-    if float(given.sum() - refitted.sum()) < material:
+    if not terms and float(given.sum() - refitted.sum()) < material:
         return ()
     found = _found(library, twin, model, terms, floor_nm, material, taken_for)
     found = tuple(_one_way(library, wrong) for wrong in found)
