@@ -25,7 +25,8 @@ from numpy.typing import NDArray
 
 from agent.explain.forms.form import Form, Point, ToTwin, stack
 from agent.explain.forms.hidden_arm import inertia_of
-from agent.explain.forms.orders import strong_orders
+from agent.explain.forms.orders import highest_order, strong_orders
+from agent.explain.rows.orders import orders_of
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 from agent.identify.rigid.linear import solve_blocks
@@ -44,11 +45,14 @@ _SOFT = (0.02, 0.05, 0.1, 0.2)  # of Coulomb friction: within that the teeth do 
 _SOFTER = (0.4, 0.8, 1.6, 3.2)  # of it: a spring that is softer within that
 _STIFFENS = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2)  # of it: where a spring that stiffens begins to
 _LESS = 0.9  # of what a spring leaves of the difference: a gap that leaves more is none
+_AS_LITTLE = 1.05  # times what any other spring leaves: the band blurs where teeth begin to bear
 _TWISTS = 0.5  # of the difference: a spring that leaves more of it is none
 _SHARES = (0.05, 1.0)  # of the inertia
 _HEAVIEST = 1.3  # times the joint's inertia, as it was found without the gap
 _WAVES = 2
 _WOBBLES = 0.1  # of the arm's own acceleration: a gear that wobbles has a name of its own
+_PEAKS, _LEAST_ORDER = 3, 0.5  # an arm's encoder that is off its center has one over the ratio
+_MOSTLY_WAVE = 0.5  # of what a spring leaves
 _LATEST_S, _LATER_S = 0.02, 2e-4
 
 
@@ -115,7 +119,7 @@ def _shown(scene: Scene) -> Shown | None:
         gaps += [(left(shaft, _bearing(shaft, soft * coulomb)), friction, soft) for soft in _SOFT]
     spring, rubs = min(springs)
     gap, friction, soft = min(gaps)
-    loose = gap < min(_LESS**2 * spring, *stiffening)
+    loose = gap < min(_LESS**2 * spring, _AS_LITTLE * min(stiffening))
     if not loose and not min(spring, *stiffening) < _TWISTS * left():
         return None
     shaft = _shaft_nm(scene, friction if loose else rubs)[rows]
@@ -217,6 +221,8 @@ def _grid_of(effect: str) -> Callable[[Scene], Sequence[Point]]:
 
 def _wobbles(scene: Scene) -> bool:
     """Return whether a wave along the motor's turn is in what the arm does by itself."""
+    if _waves_apart(scene):
+        return True
     table, orders = scene.table, strong_orders(scene, "inertia")[:_WAVES]
     rows = table.used
     extra = table.band(_extra_rad_s2(scene, 0.0))[rows]
@@ -225,6 +231,33 @@ def _wobbles(scene: Scene) -> bool:
         return False
     unit = np.linalg.qr(np.stack([table.band(wave)[rows] for wave in waves], axis=-1))[0]
     return float(np.sum((unit.T @ extra) ** 2)) > _WOBBLES * float(extra @ extra)
+
+
+def _waves_apart(scene: Scene) -> bool:
+    """Return whether most of what a spring leaves of the encoders' difference is such a wave.
+
+    Near the arm's resonance it swings as the wave shakes it, in another phase at every speed: there
+    the acceleration has no wave, and the angle still has it.
+    """
+    table = scene.table
+    apart = table.band(-_ahead_rad(scene))
+    rows = table.used & np.isfinite(apart)
+    if not rows.any():
+        return False
+    run, angle = table.run[rows], table.rows["position_rad"][rows]
+    each = ((run == k).astype(np.float64) for k in np.unique(run))
+    shaft, rubs = _shaft_nm(scene, 0.0)[rows], table.base[rows, 2]
+    plain = np.stack((table.base[rows, 1], *each, angle, shaft, rubs), axis=-1)
+    unit = np.linalg.qr(plain / np.sqrt(np.mean(plain**2, axis=0)).clip(1e-300))[0]
+    left = apart[rows] - unit @ (unit.T @ apart[rows])
+    highest, ratio = highest_order(scene), table.gear_ratio
+    found = orders_of(angle, left, np.ones_like(left), highest, ratio, _PEAKS, repeating=True)
+    for order in (order for order in found if order >= _LEAST_ORDER):
+        wave = np.stack((np.cos(order * angle), np.sin(order * angle)), axis=-1)
+        wave = np.linalg.qr(wave - unit @ (unit.T @ wave))[0]
+        if float(np.sum((wave.T @ left) ** 2)) > _MOSTLY_WAVE * float(left @ left):
+            return True
+    return False
 
 
 def _bends(scene: Scene, angle_rad: Floats) -> Floats:
