@@ -7,6 +7,7 @@ import pytest
 
 from agent.explain.answer.result import Explanation
 from agent.explain.explain import explain
+from agent.explain.rows.coarser import coarsened
 from agent.explain.rows.half_sample import half_a_sample_s, in_step_with
 from agent.explain.rows.run import Run
 from agent.identify.result import Floats, Parameter
@@ -83,3 +84,18 @@ def test_the_motion_moves_and_the_torque_stays() -> None:
     between = 0.5 * (before[1:] + before[:-1])
     assert np.max(np.abs(after[1:] - between)) < 1e-2 * np.max(np.abs(np.diff(before)))
     assert moved.signals.torque_nm is run.signals.torque_nm
+
+
+def test_the_sample_is_that_of_the_recording_and_not_of_what_is_compared() -> None:
+    """Recordings of 1 kHz are thinned: half a millisecond had been a quarter of a sample."""
+    time = np.arange(4000) * 1e-3
+    columns = {
+        "time_s": time,
+        "position_rad": np.sin(time),
+        "velocity_rad_s": np.cos(time),
+        "torque_nm": np.cos(time),
+    }
+    (run,) = coarsened([Run.from_columns(columns, 100.0, name="1 kHz")])
+    assert run.signals.time_s.shape[0] < 2100
+    assert half_a_sample_s(Parameter(0.51e-3, (0.49e-3, 0.53e-3)), [run]) == pytest.approx(0.5e-3)
+    assert half_a_sample_s(Parameter(1.0e-3, (0.98e-3, 1.02e-3)), [run]) == 0.0

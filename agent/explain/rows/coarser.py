@@ -68,6 +68,7 @@ def _coarsened(run: Run) -> Run:
     return replace(
         run,
         signals=sparser,
+        recorded_every_s=float(np.median([stretch.period_s for stretch, _ in parts])),
         columns={name: thinned(values) for name, values in run.columns.items()},
         thinned_away_nm2=max(float(np.mean(lost)), 0.0),
     )

@@ -41,7 +41,7 @@ def half_a_sample_s(delay: Parameter, runs: Sequence[Run]) -> float:
     runs : sequence of Run
         All that is compared.
     """
-    periods_s = [float(np.median(np.diff(run.signals.time_s))) for run in runs]
+    periods_s = [run.sampled_every_s for run in runs]
     period_s = periods_s[0]
     if delay.ci95 is None or any(abs(p - period_s) > _ALIKE * period_s for p in periods_s):
         return 0.0

@@ -48,6 +48,8 @@ class Run:
         NaN if not known.
     thinned_away_nm2 : float
         Mean square of the torque that was recorded and is not in it any more: see `rows.coarser`.
+    recorded_every_s : float
+        The period of the recording that was thinned; NaN where it was not.
     simulated_less : tuple of Effect
         What is taken off its recorded simulation: see `own_effects.other_way`.
     exchanged : bool
@@ -59,6 +61,7 @@ class Run:
     started_s: float = math.nan
     payload_kg: float = math.nan
     thinned_away_nm2: float = 0.0
+    recorded_every_s: float = math.nan
     simulated_less: tuple[Effect, ...] = ()
     exchanged: bool = False
 
@@ -66,6 +69,12 @@ class Run:
     def name(self) -> str:
         """Return what the recording is called."""
         return self.signals.name
+
+    @property
+    def sampled_every_s(self) -> float:
+        """Return the period that it was recorded with."""
+        thinned = math.isfinite(self.recorded_every_s)
+        return self.recorded_every_s if thinned else float(np.median(np.diff(self.signals.time_s)))
 
     @classmethod
     def from_columns(
