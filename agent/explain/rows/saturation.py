@@ -42,6 +42,7 @@ _FEWEST_TOPS = 2
 _LONG_S, _BY_FAR = 0.2, 2.0  # one top is enough that lasts so long, and lacks so much more
 _PARTS = 4  # in which one top is compared with itself
 _LEAST_SHARE = 0.001
+_BEYOND = 0.1  # of the samples that are flat
 _AFTER_S = 0.3  # in which the velocity catches up
 _UNANSWERED = 4.0  # times the answer's own error, or the noise: so much torque is missing
 _AT_LIMIT = 1.0  # of the same: from there on the torque is surely at its limit
@@ -98,9 +99,9 @@ class _Tops:
 def saturation_evidence(table: Table) -> SaturationEvidence | None:
     """Return what tells of a torque limit, or nothing.
 
-    Nothing means that no torque stays at a greatest value, that the drive asks for no more there,
-    or that it is the speed that is limited. Where no command was recorded (`has_command`), the
-    motion alone tells: it takes more than a reading that ends.
+    Nothing means that no torque stays at a greatest value, that some goes beyond it, that the drive
+    asks for no more there, or that it is the speed that is limited. Where no command was recorded
+    (`has_command`), the motion alone tells: it takes more than a reading that ends.
 
     Parameters
     ----------
@@ -207,6 +208,9 @@ def _flat_tops(table: Table) -> _Tops | None:
     for a, b in spans:
         flat[a:b] = True
     if not spans or float(np.mean(flat)) < _LEAST_SHARE:
+        return None
+    # A steady acceleration has flat tops as well; at a limit nothing is beyond it.
+    if np.count_nonzero(finite > limit + near) > _BEYOND * np.count_nonzero(flat):
         return None
     return _Tops(near, tuple(spans), flat)
 
