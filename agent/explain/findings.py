@@ -22,6 +22,7 @@ from agent.explain.forms.drift import changed_between
 from agent.explain.forms.hidden_arm import inertia_of
 from agent.explain.forms.quantities import as_in_twin
 from agent.explain.forms.seen_arm import SEEN, shown_gear
+from agent.explain.forms.speed import brakes_both_ways
 from agent.explain.location.dynamic_curves import excerpt, over_frequency
 from agent.explain.location.regions import AXIS, axis_values, curve_of, regions_of
 from agent.explain.numbers.cancelling import cancelled_by
@@ -46,6 +47,8 @@ _NUMBERS: Mapping[str, tuple[str, ...]] = {
     "wrong-number": ("coulomb_nm", "viscous_nm_s_per_rad"),
     "gravity-imbalance": ("gravity_sin_nm", "gravity_cos_nm"),
 }
+_PLACE = "position-dependent-friction"
+_OF_THE_PLACE = 0.3  # of what friction is told to differ by at a place: so much its level moved
 
 
 def findings_of(study: Study) -> tuple[Finding, ...]:
@@ -106,10 +109,11 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         parameters = as_velocitys(parameters)
     scale = float(np.sqrt(np.mean(1.0 / weighing.weight**2)))
     blows = scene.blows if heard(scene, form) else None
+    reach_nm = _reach(study, form.effect, added, where)
     told = sentences.finding_sentence(
         form.effect,
         where,
-        _reach(study, form.effect, added, where),
+        reach_nm,
         share,
         parameters,
         first=first,
@@ -123,6 +127,9 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         told = sentences.reading_sentence(
             clipped.limit_nm, clipped.tops, clipped.missing_nm, share, by_motion=clipped.by_motion
         )
+    level_nm = _level_nm(study)
+    if form.effect == _PLACE and _counted_from(level_nm, reach_nm):
+        told = sentences.counted_from(told, level_nm, first=first)
     changed = changed_between(scene, form, term.candidate.point)
     if changed is not None:
         told = replace(told, caveat=sentences.changed_sentence(*changed))
@@ -143,7 +150,7 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         where=where,
         said=told,
         parameters=parameters,
-        alternatives=_alternatives(term),
+        alternatives=_alternatives(scene, term),
         holdout_rmse_without_nm=float(
             np.sqrt(_without(study, index).sum() / len(weighing.rows)) * scale
         ),
@@ -151,6 +158,22 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         curve=_curve(study, form.effect, added, order),
         ringing=blows.ringing if blows else None,
     )
+
+
+def _level_nm(study: Study) -> float:
+    """Return by how much Coulomb friction moved beside the laws; 0 where it is told as wrong."""
+    if any("coulomb_extra_nm" in number.parameters for number in study.numbers):
+        return 0.0
+    return study.model.base["coulomb_nm"].value - study.twin.coulomb_nm
+
+
+def _counted_from(level_nm: float, reach_nm: tuple[float, float]) -> bool:
+    """Return whether friction at a place is counted from another level than the simulation's.
+
+    Where all of the stroke but that place rubs more, the law is a place that rubs less.
+    """
+    largest = reach_nm[0] if -reach_nm[0] > reach_nm[1] else reach_nm[1]
+    return level_nm * largest < 0.0 and abs(level_nm) > _OF_THE_PLACE * abs(largest)
 
 
 def _curve(study: Study, effect: str, added: Floats, order: float) -> Curve | None:
@@ -238,7 +261,7 @@ def order_of(scene: Scene, parameters: Mapping[str, Parameter]) -> float:
     return 0.0
 
 
-def _alternatives(term: Term) -> tuple[Alternative, ...]:
+def _alternatives(scene: Scene, term: Term) -> tuple[Alternative, ...]:
     """Return a term's rivals, each with the measurement that decides."""
     effect = term.scored.form.effect
     out = []
@@ -247,7 +270,9 @@ def _alternatives(term: Term) -> tuple[Alternative, ...]:
         out.append(Alternative(other, rival.probability, told_apart_by(effect, other)))
     if effect in OFFSET_OR_ASYMMETRY and not any(a.effect in OFFSET_OR_ASYMMETRY for a in out):
         partner = next(iter(OFFSET_OR_ASYMMETRY - {effect}))
-        if term.scored.form.name in ("constant", "Coulomb"):
+        constant = term.scored.form.name == "constant"
+        braking = constant and brakes_both_ways(scene, (), 2.0 * term.scored.coefficients)
+        if braking or term.scored.form.name == "Coulomb":
             out.insert(0, Alternative(partner, 0.5, told_apart_by(effect, partner)))
     return tuple(out)
 

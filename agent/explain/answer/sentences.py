@@ -14,6 +14,7 @@ from agent.explain.answer.said import Said
 from agent.identify.result import Parameter
 from agent.numbers import scale_for, significant
 
+_THAN = " than the simulation"
 LITTLE = 1e-6  # of the mismatch: what has a name is not nothing, though others take all from it
 _SAME_NUMBER = 0.01  # of it: less is not told where another number of the kind moved more
 # Of the greater side: less on the other side is not worth a word. Where friction grows, the twin's
@@ -94,6 +95,25 @@ def shared(form: str, *, beside_numbers: bool) -> str:
     if form == OWN_NUMBER:
         return "the difference to the simulation as given"
     return "what the right numbers leave" if beside_numbers else "the mismatch"
+
+
+def counted_from(said: Said, level_nm: float, *, first: bool) -> Said:
+    """Return what is said of a place where friction elsewhere is not the simulation's, either.
+
+    Parameters
+    ----------
+    said : Said
+    level_nm : float
+        By how much Coulomb friction is more than the simulation's elsewhere.
+    first : bool
+        Whether this is the main finding, with which it is said.
+    """
+    way = "more" if level_nm > 0.0 else "less"
+    lead, place = (t.replace(_THAN, " than elsewhere") for t in (said.lead, said.place))
+    level = f"Elsewhere it needs {torque(abs(level_nm))} {way} than the simulation."
+    if first:
+        return Said(f"{lead} {level}", f"{place} {level}" if place else "", said.worth, said.caveat)
+    return Said(lead, place, said.worth, " ".join(t for t in (level, said.caveat) if t))
 
 
 def changed_sentence(before: str, after: str) -> str:

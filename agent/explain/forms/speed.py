@@ -20,6 +20,7 @@ _WHOLE = ((0.5, 0.3, 0.5), (0.5, 0.3, 1.0), (1.0, 0.3, 1.0), (1.0, 1.0, 1.0))
 _ALL = 1.2  # of what the refitted twin has, which may be a little low
 _MOST_UNDER_LOAD = 0.6  # with more a gear passes on less than half: sqrt((1 - k)/(1 + k))
 _POWERS, _HARDEST_SHARE = (0.6, 1.5, 2.0, 3.0), 0.95  # of the samples bear less
+_ALL_OF_IT = 1.25  # times what friction is there: so much both directions may differ by, twice
 _LEVELS_DIFFER, _SLOPES_DIFFER = DirectionDependent(1.0, 0.0), DirectionDependent(0.0, 1.0)
 
 
@@ -97,6 +98,18 @@ def _asymmetric_both(scene: Scene, point: Point) -> Floats:
     return np.concatenate(
         (_asymmetric_coulomb(scene, point), _asymmetric_viscous(scene, point)), axis=1
     )
+
+
+def brakes_both_ways(scene: Scene, point: Point, coefficients: Floats) -> bool:
+    """Return whether friction that differs so much still brakes where it is less.
+
+    Else it would drive the joint: what differs so between the directions is no friction.
+    """
+    del point
+    _, viscous, coulomb = np.maximum(scene.theta[:3], scene.as_given[:3])
+    usual = float(np.median(np.abs(scene.table.rows["velocity_rad_s"][scene.table.sliding])))
+    level = max(float(coulomb), 0.0) + max(float(viscous), 0.0) * usual
+    return bool(abs(float(coefficients[0])) <= 2.0 * _ALL_OF_IT * level)
 
 
 def _load(scene: Scene, point: Point) -> Floats:
@@ -223,7 +236,13 @@ FORMS: tuple[Form, ...] = (
         limits=_shear_limits,
     ),
     Form("torque-offset", "constant", ("torque_offset_nm",), _offset),
-    Form("direction-asymmetry", "Coulomb", ("coulomb_difference_nm",), _asymmetric_coulomb),
+    Form(
+        "direction-asymmetry",
+        "Coulomb",
+        ("coulomb_difference_nm",),
+        _asymmetric_coulomb,
+        borne=brakes_both_ways,
+    ),
     Form(
         "direction-asymmetry",
         "viscous",
@@ -235,6 +254,7 @@ FORMS: tuple[Form, ...] = (
         "Coulomb and viscous",
         ("coulomb_difference_nm", "viscous_difference_nm_s_per_rad"),
         _asymmetric_both,
+        borne=brakes_both_ways,
     ),
     Form(
         "load-dependent-friction",

@@ -8,7 +8,7 @@ import pytest
 
 from agent.explain.answer.located import Region
 from agent.explain.answer.places import place_in_words
-from agent.explain.answer.sentences import finding_sentence, number_sentence
+from agent.explain.answer.sentences import counted_from, finding_sentence, number_sentence
 from agent.identify.result import Parameter
 
 
@@ -58,3 +58,17 @@ def test_a_place_that_is_a_point_is_told_as_one() -> None:
     warm = Region("gearbox_temperature_degc", 32.96, 33.04)
     assert place_in_words(warm, "") == "at gearbox temperatures around 33 °C"
     assert place_in_words(replace(warm, upper=35.0), "").endswith("from 33 to 35 °C")
+
+
+def test_a_place_that_rubs_less_than_a_level_that_is_higher_is_no_place_below_the_simulation() -> (
+    None
+):
+    """A brake that dragged on one half of the stroke sent a technician to the other."""
+    where = (Region("arm_position_rad", 0.0, 1.0, 2.0, 0.9),)
+    plain = finding_sentence("position-dependent-friction", where, (-0.25, 0.0), 0.9, {})
+    told = counted_from(plain, 0.24, first=True)
+    assert "less friction torque than elsewhere" in told.lead
+    assert told.lead.endswith("Elsewhere it needs 0.24 N m more than the simulation.")
+    second = counted_from(plain, 0.24, first=False)
+    assert "Elsewhere" not in second.lead
+    assert second.caveat == "Elsewhere it needs 0.24 N m more than the simulation."
