@@ -169,9 +169,13 @@ def spring_sentence(inertia_share: float) -> str:
 
 
 def only_heard(ringing: Ringing) -> str:
-    """Return that loose teeth are heard, where no torque shows them."""
+    """Return that loose teeth are heard, where no torque shows them.
+
+    A spring that is soft at little load and stiffens strikes as they do.
+    """
     return (
-        f"the gear has play: {ringing.instants} times the load on it changed sides in motion, and "
+        "the gear may have play, or be much softer under little load: "
+        f"{ringing.instants} times the load on it changed sides in motion, and "
         f"right after that the motor rang {_times(ringing.louder)} as strongly as before and later;"
         " in the torque that is compared it does not show"
     )
