@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from agent.explain.answer.amounts import percent
 from agent.explain.answer.fits import Edges
-from agent.explain.answer.sentences import only_heard
+from agent.explain.answer.sentences import RIGHT_AFTER_S, only_heard
 from agent.explain.at_edges import edges_said
 from agent.explain.choosing.by_use import clock_or_use
 from agent.explain.choosing.heard import BACKLASH
@@ -21,6 +22,8 @@ from agent.explain.numbers.late_velocity import is_velocitys
 from agent.explain.numbers.warm_constant import right_at_degc
 from agent.explain.off_alike import off_alike_said
 from agent.explain.plausible import far_off, turned_gravity
+from agent.explain.rows.blows import Blows
+from agent.explain.rows.pieces import thinned
 from agent.explain.rows.table import Table
 from agent.explain.shaken import shaken_said
 from agent.explain.study import Study
@@ -85,7 +88,7 @@ def bear_in_mind(found: Study, edges: Edges | None, *, by_motor: bool) -> tuple[
         )
     blows = found.library.scene.blows
     if blows is not None and BACKLASH not in _effects(found):
-        out.append(only_heard(blows.ringing))
+        out.append(only_heard(blows.ringing, *_right_after(found, blows)))
     motions = [read_motion(run.signals) for run in found.table.runs]
     signals = edges_said(edges), _late_velocity(found), scaled_velocity(motions)
     out += [said for said in signals if said]
@@ -179,6 +182,20 @@ def _bent_by(found: Study) -> str:
         "that, or not at all, and twin.toml holds the softer and more damped ones that predict "
         "best behind a motion that is measured so"
     )
+
+
+def _right_after(found: Study, blows: Blows) -> tuple[float, float]:
+    """Return which share of what is left, and of the motion, lies right after blows."""
+    table, rows = found.table, found.library.weighing.rows
+    after = np.zeros(table.full["time_s"].shape[0])
+    for piece in table.pieces:
+        reach = math.ceil(RIGHT_AFTER_S / piece.period_s)
+        there = (blows.instants >= piece.full.start) & (blows.instants < piece.full.stop)
+        for at in blows.instants[there]:
+            after[at : min(at + reach, piece.full.stop)] = 1.0
+    near = thinned(after, table.pieces)[rows] > 0.0
+    left = found.model.residual_nm**2
+    return float(left[near].sum() / max(float(left.sum()), 1e-300)), float(np.mean(near))
 
 
 def _right_when_cold(found: Study) -> str:

@@ -14,6 +14,8 @@ from agent.explain.answer.said import Said
 from agent.identify.result import Parameter
 from agent.numbers import scale_for, significant
 
+_SHOWS_THERE, _TIMES_MORE = 0.2, 3.0  # of what is left; of its usual share
+RIGHT_AFTER_S = 0.1
 _THAN = " than the simulation"
 LITTLE = 1e-6  # of the mismatch: what has a name is not nothing, though others take all from it
 _SAME_NUMBER = 0.01  # of it: less is not told where another number of the kind moved more
@@ -168,16 +170,27 @@ def spring_sentence(inertia_share: float) -> str:
     )
 
 
-def only_heard(ringing: Ringing) -> str:
-    """Return that loose teeth are heard, where no torque shows them.
+def only_heard(ringing: Ringing, near: float, of_time: float) -> str:
+    """Return that loose teeth are heard, where they have no name.
 
     A spring that is soft at little load and stiffens strikes as they do.
+
+    Parameters
+    ----------
+    ringing : Ringing
+    near, of_time : float
+        Which share of what is left lies right after they meet, and of the motion.
     """
+    shows = (
+        f"{percent(near)} of what is left lies within {RIGHT_AFTER_S:g} s of that, in "
+        f"{percent(of_time)} of the motion"
+        if near > max(_SHOWS_THERE, _TIMES_MORE * of_time)
+        else "in the torque that is compared it does not show"
+    )
     return (
         "the gear may have play, or be much softer under little load: "
-        f"{ringing.instants} times the load on it changed sides in motion, and "
-        f"right after that the motor rang {_times(ringing.louder)} as strongly as before and later;"
-        " in the torque that is compared it does not show"
+        f"{ringing.instants} times the load on it changed sides in motion, and right after that "
+        f"the motor rang {_times(ringing.louder)} as strongly as before and later; {shows}"
     )
 
 

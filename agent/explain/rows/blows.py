@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,12 +45,15 @@ class Blows:
         What the arm is held against beside its weight, as far as that tells it.
     ringing : Ringing
         About those instants, reversals left out; what jerk makes of it is taken off the factor.
+    instants : ndarray, shape (k,)
+        The full-rate samples of those instants.
     """
 
     arm_share: float
     friction_share: float
     offset_nm: float
     ringing: Ringing
+    instants: NDArray[np.int64] = field(compare=False, repr=False)
 
 
 def blows_of(table: Table, theta: Floats, weight_nm: Floats) -> Blows | None:
@@ -92,7 +95,8 @@ def blows_of(table: Table, theta: Floats, weight_nm: Floats) -> Blows | None:
     if not instants.size:
         return None
     factor = math.exp(float(above.louder[instants].mean()))
-    return Blows(*shares, _about(above.energy, above.judged, instants, period_s, factor, best))
+    ringing = _about(above.energy, above.judged, instants, period_s, factor, best)
+    return Blows(*shares, ringing, instants)
 
 
 def _instants(load: Floats, rows: NDArray[np.int64], spacing: int) -> NDArray[np.int64]:

@@ -4,11 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from agent.explain.answer.located import Region
+from agent.explain.answer.located import Region, Ringing
 from agent.explain.answer.places import place_in_words
-from agent.explain.answer.sentences import counted_from, finding_sentence, number_sentence
+from agent.explain.answer.sentences import (
+    counted_from,
+    finding_sentence,
+    number_sentence,
+    only_heard,
+)
 from agent.identify.result import Parameter
 
 
@@ -72,3 +78,17 @@ def test_a_place_that_rubs_less_than_a_level_that_is_higher_is_no_place_below_th
     second = counted_from(plain, 0.24, first=False)
     assert "Elsewhere" not in second.lead
     assert second.caveat == "Elsewhere it needs 0.24 N m more than the simulation."
+
+
+@pytest.mark.parametrize(
+    ("near", "of_time", "said"),
+    [
+        (0.48, 0.03, "48 % of what is left lies within 0.1 s of that, in 3 % of the motion"),
+        (0.1, 0.03, "in the torque that is compared it does not show"),
+        (0.5, 0.4, "in the torque that is compared it does not show"),  # nearly all of the motion
+    ],
+)
+def test_blows_say_where_what_is_left_lies(near: float, of_time: float, said: str) -> None:
+    """Half of what was left lay in a thirtieth of the time, and was said not to show."""
+    heard = Ringing(*(np.zeros(1) for _ in range(4)), 0.0, 23, 57.8, 9.0)
+    assert only_heard(heard, near, of_time).endswith(said)
