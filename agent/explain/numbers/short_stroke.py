@@ -43,6 +43,7 @@ def _payload(scene: Scene, point: Point) -> Floats:
     return gravity_columns(scene.full("position_rad"), scene.table.gear_ratio)
 
 
+_OFFSET = "torque-offset"
 _WEIGHT = tuple(name for name in BASE if name.startswith("gravity"))
 PAYLOAD = Form(
     "gravity-imbalance",
@@ -167,7 +168,25 @@ def gravity_look_alikes(library: Library, twin: Twin, model: Model) -> tuple[str
             chance = _SURELY * float(np.std(loss)) * math.sqrt(loss.shape[0])
             if float(loss.sum()) <= max(chance, _SHOWS * float(free.sum())):
                 out.append(effect)
+    own_size = _its_size_and_a_constant(library, library.base[:, gravity], twin)
+    if own_size is not None and _OFFSET not in out:
+        loss = library.errors_with(rest, own_size, *beside) - free
+        chance = _SURELY * float(np.std(loss)) * math.sqrt(loss.shape[0])
+        if float(loss.sum()) <= chance:
+            out.append(_OFFSET)
     return tuple(out)
+
+
+def _its_size_and_a_constant(library: Library, gravity: Floats, twin: Twin) -> Floats | None:
+    """Return the twin's own weight and a constant beside it, shape (m, 2); nothing without one.
+
+    A weight that is off in its size alone, and an offset, are as many numbers as a payload's parts.
+    """
+    given = np.array([float(getattr(twin, name)) for name in _WEIGHT])
+    constant = [c for c in library.candidates if c.form.effect == _OFFSET and not c.point]
+    if gravity.shape[1] < len(_WEIGHT) or not given.any() or not constant:
+        return None
+    return np.concatenate(((gravity @ given)[:, np.newaxis], constant[0].columns), axis=1)
 
 
 def _gravity_at(library: Library) -> list[int]:
