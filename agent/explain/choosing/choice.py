@@ -27,6 +27,7 @@ from agent.explain.choosing.search import Library
 from agent.explain.choosing.together import newcomer_beside_moved
 from agent.explain.choosing.valleys import deepest
 from agent.explain.forms.form import Form
+from agent.explain.forms.seen_wave import SHOWN, WAVE
 from agent.explain.rows.evidence import effective_size
 from agent.explain.rows.usual import usual_blocks
 from agent.identify.result import Floats
@@ -210,6 +211,8 @@ def settled(library: Library, chosen: list[Term]) -> tuple[list[Term], Floats]:
         if heard(library.scene, chosen[i].scored.form):
             # Nothing else gives blows: no other effect stands in its place.
             ranked = [s for s in ranked if heard(library.scene, s.form)]
+        if chosen[i].scored.form is WAVE:
+            ranked = [s for s in ranked if s.form.effect in SHOWN]
         without = float(library.errors(others).sum())
         best = preferred(library, ranked, without)
         if best is not None:

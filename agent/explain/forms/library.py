@@ -24,6 +24,7 @@ from agent.explain.forms import warmth as forms_warmth
 from agent.explain.forms.balancer import BALANCERS
 from agent.explain.forms.form import Form
 from agent.explain.forms.seen_arm import SEEN, seen_beside
+from agent.explain.forms.seen_wave import WAVE
 from agent.explain.forms.zeros import zeros_of
 from agent.explain.rows.table import Table
 from agent.explain.rows.use import OPERATING, TURNED
@@ -52,6 +53,7 @@ FORMS: tuple[Form, ...] = (
     *forms_signal.FORMS,
     *_SIMULATED_ARMS,
     *seen_beside(_SIMULATED_ARMS),
+    WAVE,
 )
 
 _COLUMNS: Mapping[str, str] = {

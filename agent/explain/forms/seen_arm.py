@@ -47,7 +47,7 @@ _STIFFENS = (0.05, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2)  # of it: where a spring that s
 _LESS = 0.9  # of what a spring leaves of the difference: a gap that leaves more is none
 _AS_LITTLE = 1.05  # times what any other spring leaves: the band blurs where teeth begin to bear
 _TWISTS = 0.5  # of the difference: a spring that leaves more of it is none
-_SHARES = (0.05, 1.0)  # of the inertia
+_LEAST_SHARE = 0.05  # of the inertia
 _HEAVIEST = 1.3  # times the joint's inertia, as it was found without the gap
 _WAVES = 2
 _WOBBLES = 0.1  # of the arm's own acceleration: a gear that wobbles has a name of its own
@@ -77,6 +77,7 @@ class Shown:
 
 
 _KNOWN: WeakKeyDictionary[Scene, Shown | None] = WeakKeyDictionary()
+_WAVES_OF: WeakKeyDictionary[Scene, tuple[float, ...]] = WeakKeyDictionary()
 
 
 def shown_gear(scene: Scene) -> Shown | None:
@@ -178,21 +179,24 @@ def _arm_rad_s2(scene: Scene) -> Floats:
 
 def _shaft_nm(scene: Scene, friction: float) -> Floats:
     """Return the torque in the gear at the rows, shape (n,), by the arm's share of dry friction."""
-    arm = _share(scene) * inertia_of(scene) * _arm_rad_s2(scene) + scene.weight_rows()
+    arm = arm_inertia(scene) * _arm_rad_s2(scene) + scene.weight_rows()
     return np.asarray(arm + friction * float(scene.theta[2]) * scene.table.base[:, 2])
 
 
-def _share(scene: Scene) -> float:
-    """Return the arm's share of the inertia by which its own motion carries the residual best."""
-    table = scene.table
-    rows = table.used
+def _carried_by(scene: Scene, torque_nm: Floats) -> float:
+    """Return the arm's inertia by which its own motion carries a torque at the rows, (n,), best.
+
+    Beside what a gear that wobbles makes of the shaft's torque.
+    """
+    table, rows = scene.table, scene.table.used
     base = table.base[np.ix_(rows, table.carried)]
+    bent = [table.band(column)[rows] for column in _bent_by_waves(scene)]
+    base = np.column_stack((base, *bent))
     unit = np.linalg.qr(base / np.sqrt(np.mean(base**2, axis=0)))[0]
-    column = inertia_of(scene) * table.band(_extra_rad_s2(scene, 0.0))[rows]
+    column = table.band(_extra_rad_s2(scene, 0.0))[rows]
     beside = column - unit @ (unit.T @ column)
     energy = float(beside @ beside)
-    share = float(beside @ scene.residual_nm[rows]) / energy if energy > 0.0 else 0.0
-    return float(np.clip(share, *_SHARES))
+    return float(beside @ torque_nm[rows]) / energy if energy > 0.0 else 0.0
 
 
 def _extra_rad_s2(scene: Scene, late_s: float) -> Floats:
@@ -221,8 +225,6 @@ def _grid_of(effect: str) -> Callable[[Scene], Sequence[Point]]:
 
 def _wobbles(scene: Scene) -> bool:
     """Return whether a wave along the motor's turn is in what the arm does by itself."""
-    if _waves_apart(scene):
-        return True
     table, orders = scene.table, strong_orders(scene, "inertia")[:_WAVES]
     rows = table.used
     extra = table.band(_extra_rad_s2(scene, 0.0))[rows]
@@ -233,31 +235,72 @@ def _wobbles(scene: Scene) -> bool:
     return float(np.sum((unit.T @ extra) ** 2)) > _WOBBLES * float(extra @ extra)
 
 
-def _waves_apart(scene: Scene) -> bool:
-    """Return whether most of what a spring leaves of the encoders' difference is such a wave.
+def _bent_by_waves(scene: Scene) -> Iterator[Floats]:
+    """Yield what the slopes of waves between the encoders make of weight and arm, each (N,)."""
+    for order in waves_apart(scene):
+        angle = order * scene.full("position_rad")
+        for slope in (np.sin(angle), np.cos(angle)):
+            yield slope * scene.weight_nm
+            yield slope * _arm_full_rad_s2(scene)
+
+
+def waves_apart(scene: Scene) -> tuple[float, ...]:
+    """Return the orders per motor turn that are most of what a spring leaves of the difference.
 
     Near the arm's resonance it swings as the wave shakes it, in another phase at every speed: there
-    the acceleration has no wave, and the angle still has it.
+    the acceleration has no wave, and the angle between the encoders still has it.
+
+    Parameters
+    ----------
+    scene : Scene
     """
+    if scene not in _WAVES_OF:
+        _WAVES_OF[scene] = _waves_of(scene)
+    return _WAVES_OF[scene]
+
+
+def _waves_of(scene: Scene) -> tuple[float, ...]:
     table = scene.table
+    if not (scene.has("position_rad") and scene.has("position_arm_rad")):
+        return ()
     apart = table.band(-_ahead_rad(scene))
     rows = table.used & np.isfinite(apart)
     if not rows.any():
-        return False
+        return ()
     run, angle = table.run[rows], table.rows["position_rad"][rows]
     each = ((run == k).astype(np.float64) for k in np.unique(run))
-    shaft, rubs = _shaft_nm(scene, 0.0)[rows], table.base[rows, 2]
-    plain = np.stack((table.base[rows, 1], *each, angle, shaft, rubs), axis=-1)
+    weight, rubs = scene.weight_rows()[rows], table.base[rows, 2]
+    plain = np.stack(
+        (table.base[rows, 1], *each, angle, _arm_rad_s2(scene)[rows], weight, rubs), axis=-1
+    )
+    plain = plain[:, np.any(plain, axis=0)]
     unit = np.linalg.qr(plain / np.sqrt(np.mean(plain**2, axis=0)).clip(1e-300))[0]
     left = apart[rows] - unit @ (unit.T @ apart[rows])
     highest, ratio = highest_order(scene), table.gear_ratio
     found = orders_of(angle, left, np.ones_like(left), highest, ratio, _PEAKS, repeating=True)
+    out = []
     for order in (order for order in found if order >= _LEAST_ORDER):
         wave = np.stack((np.cos(order * angle), np.sin(order * angle)), axis=-1)
         wave = np.linalg.qr(wave - unit @ (unit.T @ wave))[0]
         if float(np.sum((wave.T @ left) ** 2)) > _MOSTLY_WAVE * float(left @ left):
-            return True
-    return False
+            out.append(float(order))
+    return tuple(out)
+
+
+def shaft_nm(scene: Scene) -> Floats:
+    """Return the torque in the gear at full rate, shape (N,), but for the arm's dry friction."""
+    return np.asarray(arm_inertia(scene) * _arm_full_rad_s2(scene) + scene.weight_nm)
+
+
+def _arm_full_rad_s2(scene: Scene) -> Floats:
+    """Return the arm's acceleration as its encoder has it, seen from the motor, shape (N,)."""
+    return np.asarray(scene.table.full["acceleration_rad_s2"] + _extra_rad_s2(scene, 0.0))
+
+
+def arm_inertia(scene: Scene) -> float:
+    """Return the arm's inertia on the motor side, as its own motion carries all torque best."""
+    target = np.where(scene.table.used, scene.table.target_nm, 0.0)
+    return max(_carried_by(scene, target), _LEAST_SHARE * inertia_of(scene))
 
 
 def _bends(scene: Scene, angle_rad: Floats) -> Floats:

@@ -41,7 +41,13 @@ SLIDING = frozenset(
 )
 """Effects that friction of lasting motion has beside Coulomb's: before it slips it yields whole."""
 
-HOLDING = frozenset({("cable-force", "spring"), ("local-fault", "bump")})
+HOLDING = frozenset(
+    {
+        ("cable-force", "spring"),
+        ("cable-force", "a balancer's spring"),
+        ("local-fault", "bump"),
+    }
+)
 """Effects, and their forms, that pull at the arm: a load that the gear has to bear."""
 
 YIELDING = "presliding-hysteresis"

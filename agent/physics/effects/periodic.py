@@ -19,7 +19,8 @@ from agent.physics.effects.card import (
 )
 from agent.physics.effects.motion import Base, Motion
 from agent.physics.effects.shaken import shaken_nm
-from agent.physics.periodic import KinematicError, TorqueRipple
+from agent.physics.periodic import KinematicError, TorqueRipple, wave_slope
+from agent.physics.seen_arm import SeenArm
 
 
 def _ripple(order_per_motor_rev: float, p: Numbers, motion: Motion, base: Base) -> Floats:
@@ -47,6 +48,16 @@ def _wobble(order_per_motor_rev: float, p: Numbers, motion: Motion, base: Base) 
     wobbles = law.shaking(*moved, seen)
     shaken = shaken_nm(motion.need("time_s"), *wobbles, inertia, spring, p["damping_ratio"])
     return law.torque_nm(*moved, load, shaken, seen)
+
+
+def _seen_wave(p: Numbers, motion: Motion, base: Base) -> Floats:
+    """Return what a wave adds behind which an encoder shows the arm, its own motion taken."""
+    inertia, order = p["arm_inertia_kg_m2"], p["order_per_motor_rev"]
+    arm, motor = motion.need("position_arm_rad"), motion.need("position_rad")
+    seen = SeenArm(inertia, p["encoder_late_s"])
+    extra = seen.extra_nm(motion.need("time_s"), base.gear_ratio * arm, motor)
+    shaft = inertia * motion.acceleration_rad_s2 + extra + base.held_nm(motion)
+    return wave_slope(order * motor, p["cos_rad"], p["sin_rad"]) * order * shaft
 
 
 def _per_motor_turn(
@@ -131,6 +142,20 @@ CARDS = (
                 {**_ANGLE, **_BY_MOTOR, **_ARM},
                 _per_motor_turn(_wobble),
                 equation=_WOBBLE,
+            ),
+            Form(
+                "per motor turn, the arm followed by its encoder",
+                KinematicError.law,
+                {
+                    **_ANGLE,
+                    **_BY_MOTOR,
+                    "arm_inertia_kg_m2": positive(),
+                    "encoder_late_s": free(
+                        meaning="s, by how much the arm's encoder is later than the motor's"
+                    ),
+                },
+                _seen_wave,
+                equation="e' (Ja d2(N qa)/dt2 + l), e = c cos(n q) + s sin(n q), qa the encoder's",
             ),
             Form(
                 "per arm turn",

@@ -233,7 +233,8 @@ def drawn(parameter: Parameter) -> st.SearchStrategy[Any]:
         allow_infinity=False,
         exclude_min=parameter.above,
     )
-    return numbers | st.integers(1, int(min(9, parameter.upper)))
+    most = int(min(9, parameter.upper))
+    return numbers | st.integers(1, most) if most else numbers
 
 
 @st.composite
