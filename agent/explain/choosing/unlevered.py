@@ -2,7 +2,8 @@
 
 Its shorter lever nothing, a balancer's spring is a weight; both levers alike, it is a step where it
 is shortest. Between the two it bends as many curves do. Where either end of that does as well, the
-recordings do not show that there are levers.
+recordings do not show that there are levers; nor where it is a little of the mismatch, and hardly
+better than either: that is what other laws leave.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from agent.explain.forms.balancer import BALANCERS, LEAST_RATIO, MOST_RATIO
 from agent.explain.rows.evidence import effective_size
 from agent.identify.result import Floats
 
+_SMALL = 0.01  # of the mismatch
+_PLAINLY = 0.1  # of what is left
 _CENTERS = 32  # around the turn: a valley at a ratio that is far off lies elsewhere
 _ROUNDS = 12  # halvings of the way to the next of them
 
@@ -37,8 +40,13 @@ def unlevered(library: Library, choice: Choice) -> set[tuple[str, str]]:
             own = library.errors([*others, term])
             left = library.residual([*others, term])
             size = effective_size(library.scene.table, library.weighing, left)
-            ends = (_best_at(library, others, term, ratio) for ratio in (LEAST_RATIO, MOST_RATIO))
-            if any(log_density_gap(own, end, size) < DECISIVE for end in ends):
+            ends = [_best_at(library, others, term, ratio) for ratio in (LEAST_RATIO, MOST_RATIO)]
+            removed = float((library.errors(others) - own).sum())
+            small = removed < _SMALL * float(choice.plain.sum())
+            nearest = min(float((end - own).sum()) for end in ends)
+            if any(log_density_gap(own, end, size) < DECISIVE for end in ends) or (
+                small and nearest < _PLAINLY * float(own.sum())
+            ):
                 return {(form.effect, form.name) for form in BALANCERS}
     return set()
 

@@ -20,6 +20,7 @@ from agent.explain.choosing.choice import Choice
 from agent.explain.choosing.materiality import least_gain
 from agent.explain.choosing.rivals import LIKE_A_WEIGHT
 from agent.explain.choosing.search import Library
+from agent.explain.forms.balancer import BALANCERS
 from agent.explain.forms.form import Form, Point
 from agent.explain.numbers.factor import one_factor_does
 from agent.explain.numbers.model import Model
@@ -68,7 +69,9 @@ def gravity_in_question(scene: Scene, weighing: Weighing, forms: Sequence[Form])
     forms : sequence of Form
         All that these recordings can show.
     """
-    library = Library.of(scene, weighing, [f for f in forms if f.effect in LIKE_A_WEIGHT])
+    # A balancer's spring copies any weight, as one of its levers is nothing: see `balanced`.
+    like = [f for f in forms if f.effect in LIKE_A_WEIGHT and f not in BALANCERS]
+    library = Library.of(scene, weighing, like)
     gravity = _gravity_at(library)
     if not gravity:
         return False
@@ -161,6 +164,8 @@ def gravity_look_alikes(library: Library, twin: Twin, model: Model) -> tuple[str
         # One column each: a form with more would copy more, and not for its own sake.
         if effect not in LIKE_A_WEIGHT or effect in out or len(candidate.form.linear) > 1:
             continue
+        if candidate.form in BALANCERS:
+            continue
         own = candidate.columns - basis @ (basis.T @ candidate.columns)
         own = basis_of(own, like=candidate.columns)
         if energy > 0.0 and float(np.sum((own.T @ torque) ** 2)) > _ALIKE * energy:
@@ -170,9 +175,11 @@ def gravity_look_alikes(library: Library, twin: Twin, model: Model) -> tuple[str
                 out.append(effect)
     own_size = _its_size_and_a_constant(library, library.base[:, gravity], twin)
     if own_size is not None and _OFFSET not in out:
-        loss = library.errors_with(rest, own_size, *beside) - free
-        chance = _SURELY * float(np.std(loss)) * math.sqrt(loss.shape[0])
-        if float(loss.sum()) <= chance:
+        both = library.errors_with(rest, own_size, *beside)
+        gained = library.errors_with(rest, own_size[:, :1], *beside) - both
+        needed = _SURELY * float(np.std(gained)) * math.sqrt(gained.shape[0])
+        # As good, and not only nearly so: a payload's two parts are looked for in their own right.
+        if float((both - free).sum()) <= 0.0 and float(gained.sum()) > needed:
             out.append(_OFFSET)
     return tuple(out)
 
