@@ -34,6 +34,8 @@ _WITH_THE_MOTION = (
 def half_a_sample_s(delay: Parameter, runs: Sequence[Run]) -> float:
     """Return by how much the torque is late where that is half a sample of all runs; else 0.
 
+    Of a sample that was recorded, or of what is compared of recordings that are thinned.
+
     Parameters
     ----------
     delay : Parameter
@@ -41,7 +43,13 @@ def half_a_sample_s(delay: Parameter, runs: Sequence[Run]) -> float:
     runs : sequence of Run
         All that is compared.
     """
-    periods_s = [run.sampled_every_s for run in runs]
+    recorded = [run.sampled_every_s for run in runs]
+    compared = [float(np.median(np.diff(run.signals.time_s))) for run in runs]
+    return _half_of(delay, recorded) or _half_of(delay, compared)
+
+
+def _half_of(delay: Parameter, periods_s: Sequence[float]) -> float:
+    """Return half of a period by which a torque is late or early; 0 where it is another delay."""
     period_s = periods_s[0]
     if delay.ci95 is None or any(abs(p - period_s) > _ALIKE * period_s for p in periods_s):
         return 0.0
