@@ -90,5 +90,6 @@ def test_a_place_that_rubs_less_than_a_level_that_is_higher_is_no_place_below_th
 )
 def test_blows_say_where_what_is_left_lies(near: float, of_time: float, said: str) -> None:
     """Half of what was left lay in a thirtieth of the time, and was said not to show."""
-    heard = Ringing(*(np.zeros(1) for _ in range(4)), 0.0, 23, 57.8, 9.0)
+    none = np.zeros(1)
+    heard = Ringing(none, none, none, none, 0.0, 23, 57.8, 9.0)
     assert only_heard(heard, near, of_time).endswith(said)
