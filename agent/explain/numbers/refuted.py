@@ -100,8 +100,8 @@ def _beside_a_sine(case: Case, names: Sequence[str]) -> bool:
 
 
 def _shows(case: Case, loss: Floats) -> bool:
-    """Return whether a loss, shape (b,), stands out of the noise."""
-    return float(loss.sum()) >= _noise(case)
+    """Return whether a loss, shape (b,), stands out of the noise, as far as that is known."""
+    return float(loss.sum()) >= _noise(case) > 0.0
 
 
 def _noise(case: Case) -> float:
@@ -163,8 +163,9 @@ def _agrees(case: Case, names: Sequence[str]) -> bool:
         return float(torque @ (columns @ np.array([fit[name] for name in there]))) / energy
 
     if _beside_a_sine(case, names):
-        plain = (np.array([fit[n] for n in there]) for fit in (*case.by_itself, *case.earlier))
-        return all(float(np.sum((columns @ move) ** 2)) > _BENT * energy for move in plain)
+        fits = (f for f in (*case.by_itself, *case.earlier) if all(n in f for n in there))
+        moves = (np.array([fit[name] for name in there]) for fit in fits)
+        return all(float(np.sum((columns @ move) ** 2)) > _BENT * energy for move in moves)
     in_band, *others = (share(fit) for fit in case.by_itself if all(n in fit for n in there))
     if any(abs(share(fit)) < _BENT for fit in case.earlier if all(n in fit for n in there)):
         return False
