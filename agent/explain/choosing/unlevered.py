@@ -2,8 +2,8 @@
 
 Its shorter lever nothing, a balancer's spring is a weight; both levers alike, it is a step where it
 is shortest. Between the two it bends as many curves do. Where either end of that does as well, the
-recordings do not show that there are levers; nor where it is a little of the mismatch, and hardly
-better than either: that is what other laws leave.
+recordings do not show that there are levers; nor where it is a little of the mismatch, or leaves
+more than noise, and is hardly better than either: that is what other laws leave.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.choice import Choice
+from agent.explain.choosing.materiality import noise_energy
 from agent.explain.choosing.rivals import DECISIVE, log_density_gap
 from agent.explain.choosing.search import Library
 from agent.explain.forms.balancer import BALANCERS, LEAST_RATIO, MOST_RATIO
@@ -20,6 +21,7 @@ from agent.explain.rows.evidence import effective_size
 from agent.identify.result import Floats
 
 _SMALL = 0.01  # of the mismatch
+_FAR = 1.1  # times the noise: what leaves more is not the joint's law
 _PLAINLY = 0.1  # of what is left
 _CENTERS = 32  # around the turn: a valley at a ratio that is far off lies elsewhere
 _ROUNDS = 12  # halvings of the way to the next of them
@@ -43,6 +45,8 @@ def unlevered(library: Library, choice: Choice) -> set[tuple[str, str]]:
             ends = [_best_at(library, others, term, ratio) for ratio in (LEAST_RATIO, MOST_RATIO)]
             removed = float((library.errors(others) - own).sum())
             small = removed < _SMALL * float(choice.plain.sum())
+            noise = noise_energy(library, [*others, term])
+            small |= float(own.sum()) > _FAR**2 * noise
             nearest = min(float((end - own).sum()) for end in ends)
             if any(log_density_gap(own, end, size) < DECISIVE for end in ends) or (
                 small and nearest < _PLAINLY * float(own.sum())
