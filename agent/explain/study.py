@@ -20,7 +20,7 @@ from agent.explain.choosing.only_fast import only_fast
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.unlevered import unlevered
 from agent.explain.forms.arm_encoder import seen_by_the_arm
-from agent.explain.forms.balancer import COIL
+from agent.explain.forms.balancer import BALANCERS, COIL
 from agent.explain.forms.form import Form
 from agent.explain.forms.library import judgeable
 from agent.explain.left import Left
@@ -151,14 +151,18 @@ def study(
         Whether gravity is put in question where the first recording's stroke is too short for it.
     """
     asked = table
-    library, not_judged, refitted = _library(twin, table, among, ask=ask)
+    library, not_judged, refitted, by_spring = _library(twin, table, among, ask=ask)
     lines = lines_of(table, refitted)
     named = _named(library, twin)
+    if by_spring and not any(term.scored.form in BALANCERS for term in named[1].terms):
+        # The weight was held for a spring that is not there: it is asked about without one.
+        library, not_judged, refitted, _ = _library(twin, table, among, ask=ask, springs=False)
+        named = _named(library, twin)
     taken_for: frozenset[str] = frozenset()
     if in_question(library) and not in_its_place(*named[:2]):
         if not weight_is_worth_a_name(library):
             taken_for = frozenset({PAYLOAD.effect})
-        library, not_judged, refitted = _library(twin, table, among, ask=False)
+        library, not_judged, refitted, _ = _library(twin, table, among, ask=False)
         named = _named(library, twin)
     cells = deficiency_map(library, lines=lines)
     library, choice, model, extended = _beside_wrong_numbers(*named, twin, taken_for)
@@ -209,9 +213,16 @@ def _weighs_by_the_factor(twin: Twin, choice: Choice, model: Model, factor: floa
 
 
 def _library(
-    twin: Twin, table: Table, among: Container[str] | None, *, ask: bool = True
-) -> tuple[Library, Mapping[str, str], Floats]:
+    twin: Twin,
+    table: Table,
+    among: Container[str] | None,
+    *,
+    ask: bool = True,
+    springs: bool = True,
+) -> tuple[Library, Mapping[str, str], Floats, bool]:
     """Return all candidates, what cannot be judged, and what the twin's refitted numbers leave.
+
+    And whether gravity is held as given because a balancer's spring does without any other.
 
     Parameters
     ----------
@@ -220,10 +231,14 @@ def _library(
     among : container of str, optional
     ask : bool
         Whether gravity is put in question where the first recording's stroke is too short for it.
+    springs : bool
+        Whether a balancer's spring may be there.
     """
     scene, left = _refitted(twin, table)
     forms, not_judged = seen_by_the_arm(scene, *judgeable(table, twin))
     forms = tuple(f for f in forms if among is None or f.effect in among)
+    forms = tuple(f for f in forms if springs or f not in BALANCERS)
+    as_given: bool | None = None
     weighing = weigh(table, left)
     usual = weighing.part(usual_blocks(table, weighing))[0]
     if ask:
@@ -231,7 +246,7 @@ def _library(
         as_given = spring_does_without(scene, held[0], usual, forms)
         if gravity_in_question(scene, usual, forms) if as_given is None else as_given:
             (scene, left), forms = held, (*forms, PAYLOAD)
-    return Library.of(scene, weigh(table, left), forms), not_judged, left
+    return Library.of(scene, weigh(table, left), forms), not_judged, left, bool(as_given)
 
 
 def _refitted(twin: Twin, table: Table) -> tuple[Scene, Floats]:

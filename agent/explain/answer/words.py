@@ -33,11 +33,11 @@ def proof_sentence(holdout: Holdout, floor_nm: float) -> str:
     scale = scale_for("N m", [v for v in values if math.isfinite(v)])
     texts = [significant(value * scale.factor, 2) for value in values]
     noise = f"; noise is {texts[2]} {scale.unit}" if math.isfinite(floor_nm) else ""
-    if texts[0] == texts[1]:  # what keeps the motion back, as a torque limit does, costs no torque
-        return f"On {holdout.source} the error stays at {texts[0]} {scale.unit}{noise}."
     if holdout.denied:
         goes = f"the error goes from {texts[0]} to {texts[1]} {scale.unit}{noise}"
         return f"On {holdout.source} {goes}. On the recordings held out {holdout.denied}."
+    if texts[0] == texts[1]:  # what keeps the motion back, as a torque limit does, costs no torque
+        return f"On {holdout.source} the error stays at {texts[0]} {scale.unit}{noise}."
     falls = "falls" if after < before else "does not fall: it goes"
     lost = " What was found does not hold there." if after > _WORSE * before else ""
     unsure = "" if lost else _unsure(holdout)
