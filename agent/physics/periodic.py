@@ -250,8 +250,3 @@ def _along(
         np.asarray(slope * velocity_rad_s),
         np.asarray(slope * acceleration_rad_s2 + bend),
     )
-
-
-def wave_slope(angle_rad: Floats, cosine: float, sine: float) -> Floats:
-    """Return the slope of ``c cos(x) + s sin(x)`` over its angle, shape (n,)."""
-    return np.asarray(sine * np.cos(angle_rad) - cosine * np.sin(angle_rad))

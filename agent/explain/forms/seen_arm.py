@@ -238,8 +238,7 @@ def _wobbles(scene: Scene) -> bool:
 def _bent_by_waves(scene: Scene) -> Iterator[Floats]:
     """Yield what the slopes of waves between the encoders make of weight and arm, each (N,)."""
     for order in waves_apart(scene):
-        angle = order * scene.full("position_rad")
-        for slope in (np.sin(angle), np.cos(angle)):
+        for slope in scene.wave(order).T:
             yield slope * scene.weight_nm
             yield slope * _arm_full_rad_s2(scene)
 

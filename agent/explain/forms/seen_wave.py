@@ -15,15 +15,15 @@ from agent.explain.forms.orders import ORDER
 from agent.explain.forms.seen_arm import arm_inertia, shaft_nm, shown_gear, waves_apart
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
-from agent.physics.periodic import wave_slope
 
 _NEAR = 0.005  # of an order
 
 
 def _columns(scene: Scene, point: Point) -> Floats:
     (order,) = point
-    angle, shaft = order * scene.full("position_rad"), order * shaft_nm(scene)
-    return stack(wave_slope(angle, 1.0, 0.0) * shaft, wave_slope(angle, 0.0, 1.0) * shaft)
+    cosine, sine = scene.wave(order).T
+    shaft = order * shaft_nm(scene)
+    return stack(-sine * shaft, cosine * shaft)
 
 
 def _orders(scene: Scene) -> Sequence[Point]:

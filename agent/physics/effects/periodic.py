@@ -19,7 +19,7 @@ from agent.physics.effects.card import (
 )
 from agent.physics.effects.motion import Base, Motion
 from agent.physics.effects.shaken import shaken_nm
-from agent.physics.periodic import KinematicError, TorqueRipple, wave_slope
+from agent.physics.periodic import KinematicError, TorqueRipple
 from agent.physics.seen_arm import SeenArm
 
 
@@ -57,7 +57,8 @@ def _seen_wave(p: Numbers, motion: Motion, base: Base) -> Floats:
     seen = SeenArm(inertia, p["encoder_late_s"])
     extra = seen.extra_nm(motion.need("time_s"), base.gear_ratio * arm, motor)
     shaft = inertia * motion.acceleration_rad_s2 + extra + base.held_nm(motion)
-    return wave_slope(order * motor, p["cos_rad"], p["sin_rad"]) * order * shaft
+    slope = p["sin_rad"] * np.cos(order * motor) - p["cos_rad"] * np.sin(order * motor)
+    return np.asarray(motion.followed(order) * order * slope * shaft)
 
 
 def _per_motor_turn(
