@@ -23,10 +23,10 @@ from agent.explain.study import Study
 from agent.explain.taken_off import taken_off, told_beside
 from agent.identify.result import Floats, Parameter
 from agent.numbers import scale_for, significant
-from agent.physics.rigid_body import gravity_columns
+from agent.physics.rigid_body import GRAVITY, gravity_columns
 
 _EFFECT = "gravity-imbalance"
-_GRAVITY, _INERTIA = ("gravity_sin_nm", "gravity_cos_nm"), "inertia_kg_m2"
+_INERTIA = "inertia_kg_m2"
 _SHOWN = 20  # recordings by name
 _SURELY = 2.0  # half intervals: which recordings they are was chosen among many sets
 
@@ -99,7 +99,7 @@ class Carried:
         """Return whether a recording leaves less beside what was found if it carries this."""
         table, base = found.table, found.model.base
         # The extended twin knows of no difference: its gravity is that of the mean recording.
-        sine_nm, cosine_nm = (base[name].value for name in _GRAVITY)
+        sine_nm, cosine_nm = (base[name].value for name in GRAVITY)
         known = replace(found.extended, gravity_sin_nm=sine_nm, gravity_cos_nm=cosine_nm)
         try:
             as_it_is, without = (
@@ -135,7 +135,7 @@ class Carried:
     def finding(self) -> Finding:
         """Return it as a finding."""
         known = {name: p.value for name, p in self.numbers.items()}
-        differs = f"gravity's torque differs by {torque(math.hypot(*(known[n] for n in _GRAVITY)))}"
+        differs = f"gravity's torque differs by {torque(math.hypot(*(known[n] for n in GRAVITY)))}"
         if _INERTIA in known:
             scale = scale_for("kg m²", (known[_INERTIA],))
             more = significant(abs(known[_INERTIA]) * scale.factor, 2)

@@ -11,11 +11,11 @@ import math
 
 from agent.explain.answer.amounts import percent, short
 from agent.explain.study import Study
+from agent.physics.rigid_body import GRAVITY
 
 _LEAST = 0.005  # of the weight: less is no payload that anybody asks about
 _ACROSS = 0.2  # of the payload: with more of it elsewhere it does not hang where the weight does
 _LOADED, _WEIGHT = "load-dependent-friction", "gravity-imbalance"
-_GRAVITY = ("gravity_sin_nm", "gravity_cos_nm")
 
 
 def driven_or_heavier(found: Study) -> str:
@@ -27,7 +27,7 @@ def driven_or_heavier(found: Study) -> str:
     for number in found.numbers:
         named.setdefault(number.effect, {n: p.value for n, p in number.parameters.items()})
     friction = named.get(_LOADED, {}).get("load_coefficient", math.nan)
-    sine, cosine = (named.get(_WEIGHT, {}).get(name, 0.0) for name in _GRAVITY)
+    sine, cosine = (named.get(_WEIGHT, {}).get(name, 0.0) for name in GRAVITY)
     weight = found.twin.gravity_sin_nm, found.twin.gravity_cos_nm
     return losses_said(friction, (sine, cosine), weight)
 

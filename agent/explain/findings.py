@@ -37,6 +37,7 @@ from agent.explain.rows.scene import Scene
 from agent.explain.study import Study
 from agent.identify.result import Floats, Parameter
 from agent.numbers import parameter_unit
+from agent.physics.rigid_body import GRAVITY
 from agent.physics.twin import Twin, TwinError
 
 _SWINGS = {"joint-flexibility": over_frequency, "backlash": excerpt}  # no mean along an axis
@@ -45,7 +46,7 @@ OFFSET_OR_ASYMMETRY = frozenset({"torque-offset", "direction-asymmetry"})
 _NUMBERS: Mapping[str, tuple[str, ...]] = {
     "inertia-error": ("inertia_kg_m2",),
     "wrong-number": ("coulomb_nm", "viscous_nm_s_per_rad"),
-    "gravity-imbalance": ("gravity_sin_nm", "gravity_cos_nm"),
+    "gravity-imbalance": GRAVITY,
 }
 _PLACE = "position-dependent-friction"
 _OF_THE_PLACE = 0.3  # of what friction is told to differ by at a place: so much its level moved

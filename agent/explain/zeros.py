@@ -21,13 +21,12 @@ from agent.explain.choosing.shares import shares_of
 from agent.explain.forms.zeros import OWN_ZEROS
 from agent.explain.rows.half_seconds import half_seconds, worth_of
 from agent.explain.rows.run import Run
-from agent.explain.rows.table import BASE, TooShortError, tabulate
+from agent.explain.rows.table import GRAVITY_AT, TooShortError, tabulate
 from agent.explain.study import Study
 from agent.explain.taken_off import taken_off, told_beside
 from agent.identify.result import Floats, Parameter
 
 _EFFECT = "torque-offset"
-_GRAVITY = [BASE.index("gravity_sin_nm"), BASE.index("gravity_cos_nm")]
 _SHOWN = 20  # recordings by name
 _SURELY = 1.96
 _APART = 0.05  # of a constant: with less of it that is not gravity's, gravity is one
@@ -130,7 +129,7 @@ def _beside(library: Library, terms: Sequence[Candidate]) -> tuple[Floats, Float
     table, weighing = library.scene.table, library.weighing
     run, count = table.run[weighing.rows], len(table.runs)
     shares = (run[:, np.newaxis] == np.arange(count)) * weighing.weight[:, np.newaxis]
-    model, pulls = library.model(terms), np.isin(np.flatnonzero(table.carried), _GRAVITY)
+    model, pulls = library.model(terms), np.isin(np.flatnonzero(table.carried), GRAVITY_AT)
     weight = model[:, : pulls.size][:, pulls]
     alike = basis_of(weight)
     apart = weighing.weight - alike @ (alike.T @ weighing.weight)

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,16 +32,14 @@ from agent.physics.effects import (
     numbers_of,
 )
 from agent.physics.effects.carried import carried_parts_nm
-
-if TYPE_CHECKING:
-    from agent.physics.twin import Twin
+from agent.physics.twin import DrivingFrictionError, Twin
 
 Floats = NDArray[np.float64]
 Smooth = Callable[[Floats], Floats]
 
 PLAIN_PARTS: Mapping[str, tuple[str, ...]] = {
     "rigid-body": ("inertia_kg_m2",),
-    "gravity": ("gravity_sin_nm", "gravity_cos_nm"),
+    "gravity": rigid_body.GRAVITY,
     "friction": ("coulomb_nm", "viscous_nm_s_per_rad"),
 }
 """The parts of a plain twin and the parameters of thesis (4.5) that they are made of."""
@@ -56,10 +53,6 @@ class _Entry:
     id: str
     form: Form
     numbers: dict[str, float]
-
-
-class DrivenByFrictionError(ValueError):
-    """A drift was carried on until friction would drive the joint."""
 
 
 def predict_parts(twin: Twin, motion: Motion, smooth: Smooth | None = None) -> dict[str, Floats]:
@@ -139,9 +132,9 @@ def _refuse_driving_friction(
     if any(e.id == "friction-drift" for e in entries):
         friction = parts["friction"] + sum(parts[label] for label in levels)
         if np.any(friction * motion.direction < 0.0):
-            raise DrivenByFrictionError(
-                "friction-drift: carried on to this recording it leaves friction below zero; the"
-                " drift is known only near the recordings that it was found in"
+            raise DrivingFrictionError(
+                "effects: friction-drift: carried on to this recording it leaves friction below"
+                " zero; the drift is known only near the recordings that it was found in."
             )
 
 

@@ -25,6 +25,9 @@ PARAMETERS: tuple[str, ...] = (
 )
 """The regression's parameters in the order of thesis (4.5), with the torque offset last."""
 
+GRAVITY: tuple[str, ...] = ("gravity_sin_nm", "gravity_cos_nm")
+"""Those of a weight, which belong together: what it is depends on where zero is."""
+
 MEANING = MappingProxyType(
     {
         "inertia_kg_m2": "inertia of motor and arm, seen by the motor",

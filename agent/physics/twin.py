@@ -173,12 +173,12 @@ class Twin:
         TwinError
             An effect cannot be predicted, lacks a number, or a column is not there.
         """
-        from agent.physics.prediction import DrivenByFrictionError, predict_parts
+        from agent.physics.prediction import predict_parts
 
         try:
             return predict_parts(self, motion, smooth)
-        except DrivenByFrictionError as error:
-            raise DrivingFrictionError(f"effects: {error}.") from error
+        except DrivingFrictionError:
+            raise
         except ValueError as error:
             raise TwinError(f"effects: {error}.") from error
 

@@ -16,13 +16,13 @@ import numpy as np
 from agent.explain.choosing.candidate import Candidate, Scored, basis_of
 from agent.explain.choosing.heard import LIKE_A_GAP, heard
 from agent.explain.choosing.materiality import least_gain, noise_energy, of_mismatch, worth
-from agent.explain.choosing.preferred import GRAVITY
 from agent.explain.choosing.rivals import WEIGHT, Term
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.shifts import chance
 from agent.explain.choosing.together import both_moved
 from agent.explain.forms.balancer import COIL
 from agent.explain.rows.evidence import solve
+from agent.explain.rows.table import GRAVITY_AT
 from agent.identify.result import Floats
 from agent.physics.effects.library import CARRIED
 
@@ -206,7 +206,7 @@ def _twice(
     """
     if float(current.sum()) - best.error >= _OF_ITS_OWN * float(plain.sum()):
         return False
-    weighs = bool(np.any(library.scene.as_given[GRAVITY]))
+    weighs = bool(np.any(library.scene.as_given[GRAVITY_AT]))
     if weighs and best.form.effect == WEIGHT:
         return False
     for index in range(len(chosen)):

@@ -13,14 +13,13 @@ from agent.explain.choosing.search import Library
 from agent.explain.forms.balancer import BALANCERS
 from agent.explain.forms.form import Form
 from agent.explain.rows.evidence import effective_size
-from agent.explain.rows.table import BASE
+from agent.explain.rows.table import GRAVITY_AT
 from agent.physics.friction import boundary_share
 
 _SAME = 0.1  # of log density: columns that copy each other differ by no more
 _ONE_SPOT = ("position-dependent-friction", "tight spot"), ("local-fault", "rubbing")
 _AS_WIDE = 0.05  # of its width: a spot that is found as wide under both names, and there
 _BEND = "viscous-nonlinear"
-GRAVITY = [BASE.index("gravity_sin_nm"), BASE.index("gravity_cos_nm")]
 _NOT_OVER = 0.1  # of a fall, still there at the fastest speed
 _AS_GOOD = 0.05  # of the gain: what a bend may miss of such a fall's, whose form is not the joint's
 _AS_MUCH = 0.01  # of the gain: what a special case misses of it is small, however significant
@@ -51,7 +50,7 @@ def preferred(library: Library, ranked: Sequence[Scored], without: float) -> Sco
     ):
         return preferred(library, ranked[1:], without)
     size = effective_size(library.scene.table, library.weighing, library.residual([best.candidate]))
-    upright = not np.any(library.scene.as_given[GRAVITY])
+    upright = not np.any(library.scene.as_given[GRAVITY_AT])
     close = []
     for scored in ranked:
         loss = scored.blocks - best.blocks

@@ -44,12 +44,12 @@ def unlevered(library: Library, choice: Choice) -> set[tuple[str, str]]:
             size = effective_size(library.scene.table, library.weighing, left)
             ends = [_best_at(library, others, term, ratio) for ratio in (LEAST_RATIO, MOST_RATIO)]
             removed = float((library.errors(others) - own).sum())
-            small = removed < _SMALL * float(choice.plain.sum())
+            is_little = removed < _SMALL * float(choice.plain.sum())
             noise = noise_energy(library, [*others, term])
-            small |= float(own.sum()) > _FAR**2 * noise
+            leaves_more = float(own.sum()) > _FAR**2 * noise
             nearest = min(float((end - own).sum()) for end in ends)
             if any(log_density_gap(own, end, size) < DECISIVE for end in ends) or (
-                small and nearest < _PLAINLY * float(own.sum())
+                (is_little or leaves_more) and nearest < _PLAINLY * float(own.sum())
             ):
                 return {(form.effect, form.name) for form in BALANCERS}
     return set()

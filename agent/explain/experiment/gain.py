@@ -30,11 +30,11 @@ from agent.explain.experiment.rivals import (
 from agent.explain.forms.form import Form, Point
 from agent.explain.rows.evidence import effective_size
 from agent.explain.rows.scene import Scene
+from agent.explain.rows.table import GRAVITY_AT
 from agent.identify.result import Floats
 
 _MOST_ROWS = 3000
 _INEXACT = 0.05  # of an effect's energy: no law's form is so exact that missing less refutes
-_GRAVITY = np.array([3, 4])  # among the base columns
 
 Contest = tuple[int, int, int]
 """Number of the truth, of its rival, and of the rival's point; one of the two is 0."""
@@ -227,7 +227,7 @@ class Experiments:
         rows = np.flatnonzero(table.used & np.isin(table.run, np.asarray(runs)))
         # Another payload is not known beforehand: its gravity is fitted with the rest.
         loaded = not np.allclose(self.scene.theta, self.scene.home.theta)
-        side = self.side.part(rows, table.base[np.ix_(rows, _GRAVITY)] if loaded else None)
+        side = self.side.part(rows, table.base[np.ix_(rows, GRAVITY_AT)] if loaded else None)
         contests = _contests(self.duel.points)
         return Experiment(self.duel, {contest: side.gram(contest) for contest in contests})
 

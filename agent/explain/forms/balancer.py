@@ -11,7 +11,7 @@ import numpy as np
 from agent.explain.forms.cable import FORMS as HOSES
 from agent.explain.forms.form import Form, Point, stack
 from agent.explain.rows.scene import Scene
-from agent.explain.rows.table import BASE
+from agent.explain.rows.table import GRAVITY_AT
 from agent.identify.result import Floats
 from agent.physics.balancer import balancer_share
 
@@ -23,7 +23,6 @@ _FOLLOWED = 3  # places: there are many valleys, of a spring that pushes and of 
 LEAST_RATIO, MOST_RATIO = 0.2, 0.9  # nearer to none it is a sine, nearer to one a step
 _OF_ITS_OWN = 1e-6  # of its energy: what is all but a sine is gravity's
 _STEP = (0.08, 0.1)
-_GRAVITY = [BASE.index("gravity_sin_nm"), BASE.index("gravity_cos_nm")]
 
 
 def _pull(scene: Scene, point: Point) -> Floats:
@@ -42,7 +41,7 @@ def _levers(scene: Scene) -> Sequence[Point]:
     Beside a weight that is refitted, or that may stand beside it in the model.
     """
     beside_weight = _places(scene, with_gravity=True, with_sine=False)
-    if any(scene.table.carried[_GRAVITY]):
+    if any(scene.table.carried[GRAVITY_AT]):
         return beside_weight
     alone = _places(scene, with_gravity=False, with_sine=False)
     return tuple(dict.fromkeys((*alone, *beside_weight)))
@@ -50,7 +49,7 @@ def _levers(scene: Scene) -> Sequence[Point]:
 
 def _levers_of_a_coil(scene: Scene) -> Sequence[Point]:
     """Return the same of a force with stiffness; nothing where gravity takes that itself."""
-    if any(scene.table.carried[_GRAVITY]):
+    if any(scene.table.carried[GRAVITY_AT]):
         return ()
     stiff, plain = (_places(scene, with_gravity=False, with_sine=sine) for sine in (True, False))
     return tuple(dict.fromkeys((*stiff, *plain)))
@@ -76,7 +75,7 @@ def _places(scene: Scene, *, with_gravity: bool, with_sine: bool) -> Sequence[Po
         return ()
     rows = rows[:: math.ceil(rows.size / _ROWS)]
     beside = table.carried.copy()
-    beside[_GRAVITY] = with_gravity
+    beside[GRAVITY_AT] = with_gravity
     basis = np.linalg.qr(table.base[np.ix_(rows, beside)])[0]
 
     def own(columns: Floats) -> Floats:

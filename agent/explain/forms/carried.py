@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from agent.explain.forms.form import Columns, Form, Point
 from agent.explain.rows.evidence import solve
 from agent.explain.rows.scene import Scene
-from agent.explain.rows.table import BASE
+from agent.explain.rows.table import GRAVITY_AT
 from agent.identify.result import Floats
-from agent.physics.rigid_body import gravity_columns
+from agent.physics.rigid_body import GRAVITY, gravity_columns
 
 RECORDINGS = "recordings"
 _GRAVITY_ALONE = "some recordings carry something else"
@@ -28,7 +28,6 @@ CARRIED_BY_SOME = frozenset({_GRAVITY_ALONE, _WITH_INERTIA})
 
 _FEWEST, _MOST = 3, 50  # recordings: of two nobody knows which one is loaded; a point is a double
 _CUTS = 3
-_GRAVITY = [BASE.index("gravity_sin_nm"), BASE.index("gravity_cos_nm")]
 
 
 def in_set(point: Point, count: int) -> tuple[int, ...]:
@@ -64,7 +63,7 @@ def _sets(scene: Scene) -> Sequence[Point]:
     grams, moments = np.zeros((count, 2, 2)), np.zeros((count, 2))
     for run in range(count):
         rows = table.sliding & (table.run == run)
-        columns = table.base[rows][:, _GRAVITY]
+        columns = table.base[rows][:, GRAVITY_AT]
         grams[run] = columns.T @ columns
         moments[run] = columns.T @ scene.residual_nm[rows]
     total, moment = grams.sum(axis=0), moments.sum(axis=0)
@@ -81,7 +80,7 @@ def _sets(scene: Scene) -> Sequence[Point]:
         return sum(float(m @ solve(g, m)) for g, m in both)
 
     cuts = sorted(range(1, count), key=gain, reverse=True)[:_CUTS]
-    moved = (scene.theta - scene.as_given)[_GRAVITY]
+    moved = (scene.theta - scene.as_given)[GRAVITY_AT]
 
     def unknown(runs: NDArray[np.int64]) -> float:
         """Return how far gravity in some recordings is from what the twin as given has of it."""
@@ -114,9 +113,7 @@ def _form(name: str, linear: tuple[str, ...], columns: Columns, refines: tuple[s
     )
 
 
-_GRAVITY_NM = ("gravity_sin_nm", "gravity_cos_nm")
-
 FORMS: tuple[Form, ...] = (
-    _form(_GRAVITY_ALONE, _GRAVITY_NM, _loaded, ()),
-    _form(_WITH_INERTIA, (*_GRAVITY_NM, "inertia_kg_m2"), _accelerated, (_GRAVITY_ALONE,)),
+    _form(_GRAVITY_ALONE, GRAVITY, _loaded, ()),
+    _form(_WITH_INERTIA, (*GRAVITY, "inertia_kg_m2"), _accelerated, (_GRAVITY_ALONE,)),
 )

@@ -14,18 +14,19 @@ from itertools import combinations
 
 from agent.explain.numbers.model import Model
 from agent.identify.result import Parameter
+from agent.physics.rigid_body import GRAVITY
 from agent.physics.twin import Twin
 
-_WEIGHT = ("gravity_sin_nm", "gravity_cos_nm")
 _GROUPS: tuple[tuple[str, ...], ...] = (
     ("inertia_kg_m2",),
     ("coulomb_nm",),
     ("viscous_nm_s_per_rad",),
-    _WEIGHT,
+    GRAVITY,
 )
 _FEWEST = 3  # of them that are off alike
 _OFF = 0.03  # of a number: drives know their torque to that
 _APART = 0.1  # of the factor's way from one: so much each may be off by itself
+_NOTHING = 1e-6  # of what is known of a number: a twin that says less of it says that it has none
 _SAYS = 0.5  # of that way: a number whose interval begins nearer to one says nothing of it
 
 
@@ -82,11 +83,12 @@ def _ratio(twin: Twin, model: Model, names: Sequence[str]) -> _Ratio | None:
     given = [float(getattr(twin, name)) for name in names]
     size = math.hypot(*given)
     found = [model.base[name] for name in names]
-    if not size > 0.0 or any(p.ci95 is None for p in found):
-        return None
-    along = sum(p.value * g for p, g in zip(found, given, strict=True)) / size**2
     halves = [0.5 * (p.ci95[1] - p.ci95[0]) for p in found if p.ci95 is not None]
-    half = math.hypot(*(h * g for h, g in zip(halves, given, strict=True))) / size**2
+    if len(halves) < len(found) or not size > _NOTHING * math.hypot(*halves):
+        return None
+    way = [g / size for g in given]
+    along = sum(p.value * w for p, w in zip(found, way, strict=True)) / size
+    half = math.hypot(*(h * w for h, w in zip(halves, way, strict=True))) / size
     # What a weight has beside its direction is a load of its own, whatever its size is.
     beside = math.hypot(*(p.value - along * g for p, g in zip(found, given, strict=True)))
     if beside > max(math.hypot(*halves), _APART * abs(along - 1.0) * size):

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from agent.explain.choosing.preferred import GRAVITY
 from agent.explain.choosing.rivals import WEIGHT, Term
 from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form
@@ -17,7 +16,7 @@ from agent.explain.numbers.model import Model
 from agent.explain.numbers.profile import profiled
 from agent.explain.numbers.reach import Reach, reach_of
 from agent.explain.numbers.uneven import compared
-from agent.explain.rows.table import BASE
+from agent.explain.rows.table import BASE, GRAVITY_AT
 from agent.identify.result import Floats, Parameter
 
 _TOGETHER = "known only together with a number that the squared error hardly depends on"
@@ -66,7 +65,7 @@ def _weighs_beside(library: Library, model: Model) -> bool:
     Though a hose is told in its place, the weight is there as well, and as well known as the twin's
     other numbers: five percent of it are a third of a hose's stiffness.
     """
-    weighs = bool(np.any(library.scene.as_given[GRAVITY]))
+    weighs = bool(np.any(library.scene.as_given[GRAVITY_AT]))
     return weighs and all(term.scored.form.effect != WEIGHT for term in model.terms)
 
 

@@ -22,9 +22,9 @@ from agent.explain.numbers.reach import reach_of
 from agent.explain.numbers.short_stroke import gravity_look_alikes
 from agent.explain.rows.table import BASE
 from agent.identify.result import Floats
+from agent.physics.rigid_body import GRAVITY
 from agent.physics.twin import Twin
 
-_WEIGHT = ("gravity_sin_nm", "gravity_cos_nm")
 _FAR_OFF = 0.05  # of a number
 _OUTSTANDING = 2.0  # times the noise's energy
 _NEEDED = 0.25  # of the noise's energy: less is lost in it where something else was found
@@ -90,13 +90,13 @@ def _beside_its_like(case: Case, names: Sequence[str]) -> bool:
     Either takes up what the other lacks: however wrong the weight is, holding it costs little.
     """
     like = any(term.scored.form.effect in LIKE_A_WEIGHT for term in case.model.terms)
-    return like and set(names) <= set(_WEIGHT)
+    return like and set(names) <= set(GRAVITY)
 
 
 def _beside_a_sine(case: Case, names: Sequence[str]) -> bool:
     """Return whether numbers are the weight's beside a spring, most of which is a sine."""
     sines = any(term.scored.form in BALANCERS for term in case.model.terms)
-    return sines and set(names) <= set(_WEIGHT)
+    return sines and set(names) <= set(GRAVITY)
 
 
 def _shows(case: Case, loss: Floats) -> bool:
@@ -122,7 +122,7 @@ def _is_far_off(case: Case, names: Sequence[str]) -> bool:
     there = [name for name in case.carried if name in names]
     given = np.array([float(getattr(case.twin, name)) for name in there])
     moves = np.abs(case.move(names))
-    if set(there) <= set(_WEIGHT):
+    if set(there) <= set(GRAVITY):
         return float(np.linalg.norm(moves)) > _FAR_OFF * float(np.linalg.norm(given))
     return bool(np.any((moves > _FAR_OFF * np.abs(given)) & (given != 0.0)))
 
@@ -134,6 +134,16 @@ def is_needed(case: Case, names: Sequence[str]) -> bool:
     small effects. Less than half the noise's amplitude is no reason to say that it is wrong.
     """
     return float(loss_of(case, names).sum()) >= _NEEDED * _noise(case)
+
+
+def stands_out(case: Case, names: Sequence[str]) -> bool:
+    """Return whether beside a law holding some numbers as given costs more than noise makes.
+
+    Whatever they are in a fit without the law.
+    """
+    loss = loss_of(case, names)
+    far = bool(case.model.terms) and float(loss.sum()) >= _OUTSTANDING * _noise(case) > 0.0
+    return far and lasting(loss)
 
 
 def loss_of(case: Case, names: Sequence[str]) -> Floats:

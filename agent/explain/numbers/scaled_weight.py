@@ -16,13 +16,13 @@ from agent.explain.choosing.search import Library
 from agent.explain.rows.evidence import solve
 from agent.explain.rows.table import BASE
 from agent.identify.result import Floats
+from agent.physics.rigid_body import GRAVITY
 
 _DIRECTIONS = 24  # of half a turn: a vector and its opposite are one
 _COINCIDENCE = 0.15  # of all directions: no more do as well, and the twin's is one of them
 _IN_LINE_RAD = math.radians(10.0)  # sine and cosine part may each be off by a little
 _LITTLE = 0.03  # of the twin's weight: one rarely knows it better, and few hoses pull so weakly
 _SURELY = 3.0  # standard errors, as between any two laws
-_GRAVITY = tuple(name for name in BASE if name.startswith("gravity"))
 
 
 def only_its_size(library: Library, gravity: Floats, rest: Floats) -> bool:
@@ -36,7 +36,7 @@ def only_its_size(library: Library, gravity: Floats, rest: Floats) -> bool:
     rest : ndarray, shape (m, p)
         Weighted columns of all that is fitted beside it.
     """
-    own = np.array([library.scene.as_given[BASE.index(name)] for name in _GRAVITY])
+    own = np.array([library.scene.as_given[BASE.index(name)] for name in GRAVITY])
     if gravity.shape[1] < own.shape[0] or not own.any():
         return False
     columns = np.concatenate((gravity, rest), axis=1)

@@ -29,7 +29,7 @@ from agent.explain.rows.evidence import Weighing
 from agent.explain.rows.scene import Scene
 from agent.explain.rows.table import BASE, Table
 from agent.identify.result import Floats
-from agent.physics.rigid_body import gravity_columns
+from agent.physics.rigid_body import GRAVITY, gravity_columns
 from agent.physics.twin import Twin
 
 _ALIKE = 0.98  # of the energy beside the other numbers: on a stroke of radians a cosine is none
@@ -45,11 +45,10 @@ def _payload(scene: Scene, point: Point) -> Floats:
 
 
 _OFFSET = "torque-offset"
-_WEIGHT = tuple(name for name in BASE if name.startswith("gravity"))
 PAYLOAD = Form(
     "gravity-imbalance",
     "a payload",
-    ("gravity_sin_nm", "gravity_cos_nm"),
+    GRAVITY,
     _payload,
     needs=("position_rad",),
 )
@@ -189,9 +188,9 @@ def _its_size_and_a_constant(library: Library, gravity: Floats, twin: Twin) -> F
 
     A weight that is off in its size alone, and an offset, are as many numbers as a payload's parts.
     """
-    given = np.array([float(getattr(twin, name)) for name in _WEIGHT])
+    given = np.array([float(getattr(twin, name)) for name in GRAVITY])
     constant = [c for c in library.candidates if c.form.effect == _OFFSET and not c.point]
-    if gravity.shape[1] < len(_WEIGHT) or not given.any() or not constant:
+    if gravity.shape[1] < len(GRAVITY) or not given.any() or not constant:
         return None
     return np.concatenate(((gravity @ given)[:, np.newaxis], constant[0].columns), axis=1)
 
@@ -233,11 +232,11 @@ def is_the_factors_weight(twin: Twin, choice: Choice, model: Model, factor: floa
     factor : float
         Real over reported torque.
     """
-    own = np.array([getattr(twin, name) for name in _WEIGHT])
+    own = np.array([getattr(twin, name) for name in GRAVITY])
     for term, found in zip(choice.terms, model.parameters, strict=True):
         if term.candidate.form is PAYLOAD and own.any():
-            more = np.array([found[name].value for name in _WEIGHT])
-            ends = [found[name].ci95 or (math.nan, math.nan) for name in _WEIGHT]
+            more = np.array([found[name].value for name in GRAVITY])
+            ends = [found[name].ci95 or (math.nan, math.nan) for name in GRAVITY]
             reach = float(np.linalg.norm([high - low for low, high in ends]))
             off = float(np.linalg.norm(more - own * (1.0 / factor - 1.0)))
             return off <= max(_BY_THE_FACTOR * float(np.linalg.norm(own)), reach)

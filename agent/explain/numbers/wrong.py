@@ -32,11 +32,13 @@ from agent.explain.numbers.refuted import (
     are_refuted,
     is_needed,
     is_wrong,
+    stands_out,
 )
 from agent.explain.numbers.varied import varied_through_given
 from agent.explain.numbers.warm_constant import right_at_degc
 from agent.explain.rows.table import BASE
 from agent.identify.result import Floats, Parameter
+from agent.physics.rigid_body import GRAVITY
 from agent.physics.twin import Twin
 
 _SLIGHT = 0.0075  # of a number: what a drive knows of its torque is known no better
@@ -48,7 +50,7 @@ _CONSTANT = ("torque-offset", "direction-asymmetry")
 _GROUPS: Mapping[str, tuple[str, ...]] = {
     "inertia-error": ("inertia_kg_m2",),
     "wrong-number": ("coulomb_nm", "viscous_nm_s_per_rad"),
-    "gravity-imbalance": ("gravity_sin_nm", "gravity_cos_nm"),
+    "gravity-imbalance": GRAVITY,
 }
 _CONTRACT: Mapping[str, str] = {
     "inertia_kg_m2": "inertia_extra_kg_m2",
@@ -145,7 +147,7 @@ def _found(
     if factor is not None:
         return _constant(library, model, factor, floor_nm)
     alike = off_alike(twin, model, [name for name in carried if name not in varied])
-    if refuted and alike is not None:
+    if alike is not None and (refuted or (not alike.but and stands_out(case, case.carried))):
         together = _alike(case, alike)
         if together:
             return together

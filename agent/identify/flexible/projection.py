@@ -31,6 +31,7 @@ from agent.identify.flexible.chain import (
 from agent.identify.flexible.preparation import Prepared
 from agent.identify.result import Floats
 from agent.physics.friction import FrictionLaw
+from agent.physics.rigid_body import GRAVITY
 
 
 @dataclass(frozen=True)
@@ -77,7 +78,7 @@ class Problem:
         """Return the names of the linear parameters, free motions apart."""
         inertias = _INERTIAS.get(self.kind, _FLEXIBLE)
         cubic = () if self.cubes is None else (CUBIC,)
-        gravity = ("gravity_sin_nm", "gravity_cos_nm") if self.has_gravity else ()
+        gravity = GRAVITY if self.has_gravity else ()
         return (*inertias, *cubic, *self.law.linear, *gravity, "torque_offset_nm")
 
     @cached_property

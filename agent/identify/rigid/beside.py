@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.identify.result import Floats
-from agent.identify.rigid.carried import GRAVITY, INFLATION, variance_inflation
+from agent.identify.rigid.carried import INFLATION, variance_inflation
 from agent.identify.rigid.rows import Rows
 from agent.identify.uncertainty import block_jackknife, covariance_of_one_memory, student_975
-from agent.physics.rigid_body import PARAMETERS
+from agent.physics.rigid_body import GRAVITY, PARAMETERS
 
 _UNMISTAKABLE = 3.0
 _TURNS_LATE = 2.0  # samples: friction that turns within less may be late by the sampling

@@ -6,9 +6,8 @@ import numpy as np
 
 from agent.identify.result import Floats
 from agent.identify.rigid.rows import Rows
-from agent.physics.rigid_body import PARAMETERS
+from agent.physics.rigid_body import GRAVITY, PARAMETERS
 
-GRAVITY = ("gravity_sin_nm", "gravity_cos_nm")
 INFLATION = 1000.0  # a parameter's variance against that with all other columns orthogonal
 _LEAKS = 0.03  # of one part of gravity: what the other one has of it at most where it is left out
 _DROP_FIRST = (*GRAVITY, "inertia_kg_m2", "torque_offset_nm", "viscous_nm_s_per_rad")

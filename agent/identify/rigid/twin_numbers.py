@@ -20,12 +20,11 @@ from agent.identify.result import Floats, FrictionModelFit, Parameter, RigidBody
 from agent.identify.rigid.beside import fit_beside
 from agent.identify.rigid.beside_law import is_bent
 from agent.identify.rigid.body import BLOCKS, NOT_NEGATIVE
-from agent.identify.rigid.carried import GRAVITY
 from agent.identify.rigid.linear import time_blocks
 from agent.identify.rigid.rows import Rows
 from agent.identify.uncertainty import block_jackknife
 from agent.physics.friction import COULOMB_VISCOUS
-from agent.physics.rigid_body import PARAMETERS
+from agent.physics.rigid_body import GRAVITY, PARAMETERS
 
 _OFFSET = "torque_offset_nm"
 _BY_CHANCE = 3.2  # 95 % of F(2, 40): how far two numbers together are from zero by chance
