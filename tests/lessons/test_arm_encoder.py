@@ -64,6 +64,14 @@ def test_lost_motion_is_seen_only_where_there_is_some() -> None:
     assert "backlash" not in refuted(scene, twist)
 
 
+@pytest.mark.parametrize("half_gap", [0.0, 0.001, 0.004])
+def test_a_spring_that_the_arms_encoder_shows_is_no_gap(half_gap: float) -> None:
+    """It stayed tied with one, and an encoder on the arm was advised, which was there."""
+    rubs_at_the_motor = SOFT._replace(motor_coulomb=0.5, arm_coulomb=0.0)
+    why = refuted(*seen(rubs_at_the_motor._replace(half_gap=half_gap), 0.0))
+    assert ("backlash" in why) == (half_gap == 0.0)
+
+
 def test_a_gap_that_the_arms_encoder_shows_is_looked_for_as_wide() -> None:
     worn = LOOSE._replace(half_gap=0.05)
     scene, _ = seen(worn, 0.0)

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from agent.explain.forms.form import Form
 from agent.explain.forms.orders import strong_orders
+from agent.explain.forms.seen_arm import shown_gear
 from agent.explain.rows.scene import Scene
 from agent.identify.result import Floats
 from agent.identify.rigid.linear import LinearFit, solve_blocks
@@ -33,6 +34,8 @@ from agent.physics.periodic import wave_rates
 _WAVES = 2
 _SOFTENS = 0.15  # of the cutoff's square over the swing's: less of a spring does not show
 _CROSSED = 0.1  # of a cutoff's period, squared: a gap that is crossed faster leaves no trace
+_HARDEST_SHARE = 0.99  # of the samples are gentler
+_NARROW = 0.08  # of a spring's twist there: a gap that is not wider is none
 _UNSEEN = 0.3  # of the residual's root mean square: less ripple is not what is looked for
 _WHOLE = 0.9  # of the inertia: the motor, which a resolver's error shakes as well, has the rest
 
@@ -185,6 +188,11 @@ def refuted(scene: Scene, twist: Twist) -> dict[str, str]:
     slowing = max(float(scene.theta[2]), 0.0) / inertia
     if twist.lost_rad < _CROSSED * slowing / cutoff**2:
         out["backlash"] = "the arm's encoder shows no lost motion where the torque changes sides"
+    hardest = float(np.quantile(np.abs(scene.stiff_rad_s2), _HARDEST_SHARE))
+    shown = shown_gear(scene)
+    is_spring = shown is not None and shown.effect == "joint-flexibility"
+    if is_spring and twist.lost_rad < _NARROW * twist.swing_s2[0] * hardest:
+        out["backlash"] = "the arm's encoder shows a spring's twist, and next to no lost motion"
     waves = twist.waves
     unseen = _UNSEEN * float(np.sqrt(np.mean(scene.residual_nm[table.sliding] ** 2)))
     ripples = [inertia * (w.order * scene.fastest) ** 2 * w.most_rad for w in waves]
