@@ -32,6 +32,7 @@ from agent.explain.numbers.borne_out import borne_out
 from agent.explain.numbers.explained_before import least_beside_effects
 from agent.explain.numbers.heavier import heavier_than_the_joint
 from agent.explain.numbers.hidden import reaching_over_the_unnamed
+from agent.explain.numbers.instead import with_laws_instead
 from agent.explain.numbers.intervals import with_intervals
 from agent.explain.numbers.model import Model, extended_twin, fit_model, predicted
 from agent.explain.numbers.resting import settled_beside
@@ -186,6 +187,8 @@ def study(
         numbers = borne_out(numbers, library, model, noise_nm, cells)
     model = reaching_over_the_unnamed(library, model)
     numbers = told_again(numbers, twin, model)
+    if not choice.terms:
+        numbers = with_laws_instead(numbers, library)
     return Study(
         twin=twin,
         table=table,
