@@ -45,6 +45,7 @@ from agent.explain.numbers.short_stroke import (
     weight_is_worth_a_name,
     without_gravity,
 )
+from agent.explain.numbers.smoothing import only_smooths
 from agent.explain.numbers.typical import at_typical
 from agent.explain.numbers.unshaken import unshaken
 from agent.explain.numbers.written import not_as_found
@@ -274,7 +275,7 @@ def _named(library: Library, twin: Twin) -> tuple[Library, Choice, Model, Twin]:
         choice = _material(library, choice, twin)
         refused = afloat(library, choice) | misfits(library, choice)
         refused |= only_in_a_band(library, choice) | only_fast(library, choice)
-        refused |= unlevered(library, choice)
+        refused |= unlevered(library, choice) | only_smooths(library, choice)
         if not refused:
             model = fit_model(library, twin, choice.terms)
             refused = heavier_than_the_joint(library, model)

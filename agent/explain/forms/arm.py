@@ -105,9 +105,11 @@ def other_reaches(scene: Scene, point: Point, far: bool) -> Sequence[Point]:
 
     An arm that swings sticks once more or less as that changes: the error has several valleys.
     """
-    del scene, far
+    del far
     *arm, reach = point
-    return tuple((*arm, factor * reach) for factor in _OTHER_REACHES)
+    low, high = friction_limits(scene)[1]
+    others = (factor * reach for factor in _OTHER_REACHES)
+    return tuple((*arm, other) for other in others if low <= other <= high)
 
 
 def slowing_rad_s2(scene: Scene) -> float:

@@ -21,9 +21,7 @@ from agent.explain.forms.form import Form, Point
 from agent.explain.forms.hidden_arm import inertia_of
 from agent.explain.forms.refinement import limits_of
 from agent.explain.numbers.model import Model
-from agent.explain.rows.motion_noise import drawn_noise_rad_s
-from agent.explain.rows.scene import Scene
-from agent.explain.rows.table import BASE
+from agent.explain.numbers.noisier import Noisier, inertia_at, noisier
 from agent.identify.result import Floats, Parameter
 
 _FORMS = ("one spring", "one spring, and an arm with friction")
@@ -54,8 +52,7 @@ class _Shaken:
     library: Library
     form: Form
     others: Floats
-    noisier: tuple[Library, ...]
-    inertia_noise: tuple[Floats, ...]
+    behind: tuple[Noisier, ...]
     inertia_at: int
 
     def columns(self, point: Point) -> tuple[Floats, Floats]:
@@ -63,10 +60,11 @@ class _Shaken:
         own = self.library.columns(self.form, point)[:, 0]
         noise = np.zeros((self.others.shape[1] + 1,) * 2)
         pair = [self.inertia_at, -1] if self.inertia_at >= 0 else [-1]
-        for library, of_inertia in zip(self.noisier, self.inertia_noise, strict=True):
-            of_arm = library.columns(self.form, point)[:, 0] - own
-            both = np.stack((of_inertia, of_arm) if len(pair) > 1 else (of_arm,), axis=-1)
-            noise[np.ix_(pair, pair)] += both.T @ both / len(self.noisier)
+        for other in self.behind:
+            of_arm = other.library.columns(self.form, point)[:, 0] - own
+            added = (other.inertia_noise, of_arm) if len(pair) > 1 else (of_arm,)
+            both = np.stack(added, axis=-1)
+            noise[np.ix_(pair, pair)] += both.T @ both / len(self.behind)
         return np.column_stack((self.others, own)), noise
 
     def fit(self, point: Point) -> _Fit:
@@ -120,29 +118,9 @@ def unshaken(library: Library, model: Model) -> Mapping[int, Mapping[str, Parame
 
 def _case(library: Library, model: Model, index: int) -> _Shaken:
     """Return what one arm is judged by."""
-    scene = library.scene
     others = library.model([t.candidate for i, t in enumerate(model.terms) if i != index])
-    noise = drawn_noise_rad_s(scene.table, np.random.default_rng(0))
-    noisier = tuple(
-        replace(library, scene=_moved_by(scene, sign * noise), known={}) for sign in (1.0, -1.0)
-    )
-    carried = scene.table.carried
-    at = BASE.index("inertia_kg_m2")
-    of_inertia = tuple(
-        library.weighing.weighted(
-            scene.table.band(scene.as_late(other.scene.stiff_rad_s2 - scene.stiff_rad_s2))
-        )
-        for other in noisier
-    )
     form = model.terms[index].scored.form
-    place = int(np.count_nonzero(carried[:at])) if carried[at] else -1
-    return _Shaken(library, form, others, noisier, of_inertia, place)
-
-
-def _moved_by(scene: Scene, noise_rad_s: Floats) -> Scene:
-    full = dict(scene.table.full)
-    full["velocity_raw_rad_s"] = full["velocity_raw_rad_s"] + noise_rad_s
-    return replace(scene, table=replace(scene.table, full=full))
+    return _Shaken(library, form, others, noisier(library), inertia_at(library))
 
 
 def _corrected(
@@ -175,8 +153,8 @@ def _end(case: _Shaken, point: Point, limits: Sequence[tuple[float, float]]) -> 
     free = [k for k, value in enumerate(point) if value > 0.0]
     bounds = [
         (
-            math.log(max(limits[k][0], point[k] / _FARTHEST)),
-            math.log(min(limits[k][1], point[k] * _FARTHEST)),
+            math.log(max(min(limits[k][0], point[k]), point[k] / _FARTHEST)),
+            math.log(min(max(limits[k][1], point[k]), point[k] * _FARTHEST)),
         )
         for k in free
     ]
