@@ -1,15 +1,18 @@
 """A balancer whose levers do not show: a weight, or what has a corner, drawn by a law with a bend.
 
 Its shorter lever nothing, a balancer's spring is a weight; both levers alike, it is a step where it
-is shortest. Between the two it bends as many curves do. Where either end of that does as well, the
-recordings do not show that there are levers; nor where it is a little of the mismatch, or leaves
-more than noise, and is hardly better than either: that is what other laws leave.
+is shortest. Between the two it bends as many curves do. Where either end of that does as well, or a
+weight and a constant torque, the recordings do not show that there are levers; nor where it is a
+little of the mismatch, or leaves more than noise, and is hardly better than either end: that is
+what other laws leave.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+
+import numpy as np
 
 from agent.explain.choosing.candidate import Candidate
 from agent.explain.choosing.choice import Choice
@@ -18,6 +21,7 @@ from agent.explain.choosing.rivals import DECISIVE, log_density_gap
 from agent.explain.choosing.search import Library
 from agent.explain.forms.balancer import BALANCERS, LEAST_RATIO, MOST_RATIO
 from agent.explain.rows.evidence import effective_size
+from agent.explain.rows.table import GRAVITY_AT
 from agent.identify.result import Floats
 
 _SMALL = 0.01  # of the mismatch
@@ -48,11 +52,19 @@ def unlevered(library: Library, choice: Choice) -> set[tuple[str, str]]:
             noise = noise_energy(library, [*others, term])
             leaves_more = float(own.sum()) > _FAR**2 * noise
             nearest = min(float((end - own).sum()) for end in ends)
-            if any(log_density_gap(own, end, size) < DECISIVE for end in ends) or (
+            weight = library.errors_with(library.model(others), _weight_and_constant(library))
+            if any(log_density_gap(own, left, size) < DECISIVE for left in (*ends, weight)) or (
                 (is_little or leaves_more) and nearest < _PLAINLY * float(own.sum())
             ):
                 return {(form.effect, form.name) for form in BALANCERS}
     return set()
+
+
+def _weight_and_constant(library: Library) -> Floats:
+    """Return the weighted columns of a weight, and of a constant torque, shape (m, 3)."""
+    rows, weight = library.weighing.rows, library.weighing.weight[:, np.newaxis]
+    gravity = library.scene.table.base[np.ix_(rows, GRAVITY_AT)]
+    return np.asarray(weight * np.column_stack((gravity, np.ones(rows.shape[0]))))
 
 
 def _best_at(

@@ -45,12 +45,16 @@ def spring_does_without(
     beside = _best(library)
     if beside is None or beside.error > _LESS * float(library.errors(()).sum()):
         return None
-    like = _best(Library.of(scene, weighing, [f for f in forms if f.effect in LIKE_A_WEIGHT]))
-    instead = _best(Library.of(held, weighing, BALANCERS))
-    if like is None or like.form is not FORCE or instead is None:
-        return None
     left = library.residual([beside.candidate])
     size = effective_size(scene.table, weighing, left)
+    # Between its two ends a spring bends as many curves do: what has no levers is likelier.
+    hoses = [f for f in forms if f.effect in LIKE_A_WEIGHT and f not in BALANCERS]
+    hose = _best(Library.of(scene, weighing, hoses))
+    instead = _best(Library.of(held, weighing, BALANCERS))
+    if instead is None or (
+        hose is not None and log_density_gap(beside.blocks, hose.blocks, size) < DECISIVE
+    ):
+        return None
     return log_density_gap(beside.blocks, instead.blocks, size) < DECISIVE
 
 
