@@ -88,7 +88,8 @@ def bear_in_mind(found: Study, edges: Edges | None, *, by_motor: bool) -> tuple[
         )
     blows = found.library.scene.blows
     if blows is not None and BACKLASH not in _effects(found):
-        out.append(only_heard(blows.ringing, *_right_after(found, blows)))
+        swings = "joint-flexibility" in _effects(found)
+        out.append(only_heard(blows.ringing, *_right_after(found, blows), swings=swings))
     motions = [read_motion(run.signals) for run in found.table.runs]
     signals = edges_said(edges), _late_velocity(found), scaled_velocity(motions)
     out += [said for said in signals if said]

@@ -170,16 +170,19 @@ def spring_sentence(inertia_share: float) -> str:
     )
 
 
-def only_heard(ringing: Ringing, near: float, of_time: float) -> str:
+def only_heard(ringing: Ringing, near: float, of_time: float, *, swings: bool = False) -> str:
     """Return that loose teeth are heard, where they have no name.
 
-    A spring that is soft at little load and stiffens strikes as they do.
+    A spring that is soft at little load and stiffens strikes as they do; and any soft gear rings
+    where an acceleration that begins or ends is what turns the load.
 
     Parameters
     ----------
     ringing : Ringing
     near, of_time : float
         Which share of what is left lies right after they meet, and of the motion.
+    swings : bool
+        Whether a soft gear was found.
     """
     shows = (
         f"{percent(near)} of what is left lies within {RIGHT_AFTER_S:g} s of that, in "
@@ -187,8 +190,9 @@ def only_heard(ringing: Ringing, near: float, of_time: float) -> str:
         if near > max(_SHOWS_THERE, _TIMES_MORE * of_time)
         else "in the torque that is compared it does not show"
     )
+    ringing_alone = ", if it is not the soft gear that rings" if swings else ""
     return (
-        "the gear may have play, or be much softer under little load: "
+        f"the gear may have play, or be much softer under little load{ringing_alone}: "
         f"{ringing.instants} times the load on it changed sides in motion, and right after that "
         f"the motor rang {_times(ringing.louder)} as strongly as before and later; {shows}"
     )

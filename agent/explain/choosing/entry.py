@@ -21,6 +21,7 @@ from agent.explain.choosing.search import Library
 from agent.explain.choosing.shifts import chance
 from agent.explain.choosing.together import both_moved
 from agent.explain.forms.balancer import COIL
+from agent.explain.forms.gap import is_a_spring
 from agent.explain.rows.evidence import solve
 from agent.explain.rows.table import GRAVITY_AT
 from agent.identify.result import Floats
@@ -30,6 +31,8 @@ _ACCIDENT = 0.01
 _OF_ITS_OWN = 0.1  # of the mismatch: so much more makes a newcomer an effect, whatever it copies
 _SHARED_OUT = 0.2  # of what a term had removed: so little is left to it beside a newcomer
 _HEARD = 0.5  # of the gain: what resembles a gap explains that much more where there is none
+_FAR_LESS = 2.0  # times as much above the noise: true gaps leave less than what they resemble
+_NOISE_KNOWN = 0.1  # of the noise's energy: so well is it known
 _MOST_TIMES = 5.0  # the mismatch, in rms: a term of so much more is taken back by another
 _REPEATED = frozenset(
     {
@@ -92,7 +95,9 @@ def _named(
 ) -> Scored | None:
     """Return the next term: the best one if it is material, or a gap whose blows are heard.
 
-    Such a gap stands before what it looks like within the band, unless that explains far more.
+    Such a gap stands before what it looks like within the band, unless that explains far more, or
+    leaves far less above the noise: a spring that swings close to the band's end is heard, too, and
+    a gap of next to no width is that spring.
     """
     without = float(current.sum())
     gain = without - best.error
@@ -100,6 +105,12 @@ def _named(
     gap = next((s for s in ranked if heard(library.scene, s.form) and s.error < without), None)
     if gap is not None:
         instead = not named or best.form.effect in LIKE_A_GAP
+        above = [max(s.error - asked.noise, 0.0) for s in (gap, best)]
+        far_less = above[0] > _FAR_LESS * above[1] + _NOISE_KNOWN * asked.noise
+        own = library.scene, gap.form, gap.candidate.point
+        a_spring = is_a_spring(*own) and best.error < gap.error
+        if named and (far_less or a_spring):
+            return best
         if instead and without - gap.error > _HEARD * gain:
             return gap
     return best if named else None

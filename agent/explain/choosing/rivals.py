@@ -11,6 +11,7 @@ import numpy as np
 from agent.explain.choosing.candidate import Candidate, Scored, Together, basis_of
 from agent.explain.choosing.materiality import noise_energy
 from agent.explain.choosing.search import Library
+from agent.explain.forms.gap import is_a_spring
 from agent.explain.rows.evidence import effective_size
 from agent.explain.rows.noise_in_kind import is_noise_in_kind
 from agent.identify.result import Floats
@@ -97,6 +98,8 @@ def with_rivals(
         if effect == best.form.effect or best.form.effect in scored.form.contains:
             continue
         if effect == _UNDER_LOAD and best.form.effect in _held_by(library):
+            continue
+        if is_a_spring(library.scene, scored.form, scored.candidate.point):
             continue
         own, other = best, scored
         if best.form.effect in alike and effect in alike:

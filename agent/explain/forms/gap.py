@@ -213,14 +213,27 @@ def _wider_than_twist(scene: Scene, half_gap_rad: float, contact_hz: float) -> N
     What is left of such a form beside its spring is how a search among bouncing arms fits noise;
     where blows are heard, the teeth have play.
     """
-    hardest = float(np.quantile(np.abs(scene.full("acceleration_rad_s2")), _HARDEST_SHARE))
-    twist_rad = hardest / (2.0 * math.pi * contact_hz) ** 2
-    rings = contact_hz < scene.table.cutoff_hz
-    if half_gap_rad < (_LEAST_OF_SWING if rings else _LEAST_OF_TWIST) * twist_rad:
+    least = _LEAST_OF_SWING if contact_hz < scene.table.cutoff_hz else _LEAST_OF_TWIST
+    twist_rad = _twist_rad(scene, contact_hz)
+    if half_gap_rad < least * twist_rad:
         raise TwinError(
             f"half a gap of {half_gap_rad:.3g} rad is lost in a contact that gives way by "
             f"{twist_rad:.3g} rad"
         )
+
+
+def is_a_spring(scene: Scene, form: Form, point: Point) -> bool:
+    """Return whether it is a gap of next to nothing beside what its own contact gives way by."""
+    if form not in FORMS:
+        return False
+    half_gap_rad, _, _, contact_hz, *_ = point
+    return half_gap_rad < _LEAST_OF_SWING * _twist_rad(scene, contact_hz)
+
+
+def _twist_rad(scene: Scene, contact_hz: float) -> float:
+    """Return what a contact gives way by under the hardest acceleration, rad of the motor."""
+    hardest = float(np.quantile(np.abs(scene.full("acceleration_rad_s2")), _HARDEST_SHARE))
+    return hardest / (2.0 * math.pi * contact_hz) ** 2
 
 
 FORMS: tuple[Form, ...] = (
