@@ -8,7 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from agent.explain.choosing.candidate import Scored
 from agent.explain.choosing.choice import choose
+from agent.explain.choosing.entry import Asked, entered
+from agent.explain.choosing.rivals import with_rivals
 from agent.explain.choosing.search import Library
 from agent.explain.forms import arm, gap, speed
 from agent.explain.rows.evidence import weigh
@@ -117,3 +120,31 @@ def test_a_gap_that_is_heard_needs_no_size_in_the_compared_band(
         others = [t.candidate for t in choice.terms if t.scored.form.effect != "backlash"]
         gain = float(library.errors(others).sum() - choice.full.sum())
         assert 0.0 < gain < 0.02 * float(choice.plain.sum())
+
+
+@pytest.mark.parametrize(
+    ("half_gap", "expected"), [(0.0, "joint-flexibility"), (0.001, "backlash")]
+)
+def test_a_soft_gear_that_rings_is_no_gap_of_no_width(half_gap: float, expected: str) -> None:
+    """It was told as backlash for certain: three of eight springs that swing near the band's end.
+
+    Every acceleration that begins turns the load there, and rings; and a gap of next to no width in
+    front of a spring removes most of what the spring does.
+    """
+    stiffness = Joint().arm_inertia * (2.0 * np.pi * 28.0) ** 2
+    joint = Joint(half_gap=half_gap, stiffness=stiffness, damping=0.04)
+    scene = scene_of(recorded(joint))
+    vars(scene)["blows"] = scene_of(recorded(HAIR)).blows  # a soft gear's own ringing is enough
+    library = Library.of(scene, weigh(scene.table, scene.residual_nm), (*arm.FORMS, *gap.FORMS))
+    ranked = library.rank([])
+    best = ranked[0]
+    if half_gap == 0.0:
+        point = (1e-4, 0.5, 0.3, best.candidate.point[0], 0.2, 0.0, 0.0)
+        narrow = library.candidate(gap.FORMS[0], point)
+        ranked.append(Scored(narrow, np.ones(1), 0.0, library.errors([narrow])))
+    plain = library.errors([])
+    named = entered(library, plain, [], plain, ranked, best, Asked.of(library, plain, []))
+    assert named is not None
+    assert named[1].form.effect == expected
+    term = with_rivals(library, [], ranked, best, 0.0, {})
+    assert ("backlash" in {r.scored.form.effect for r in (term, *term.rivals)}) == bool(half_gap)
