@@ -49,7 +49,13 @@ from agent.explain.numbers.smoothing import only_smooths
 from agent.explain.numbers.typical import at_typical
 from agent.explain.numbers.unshaken import unshaken
 from agent.explain.numbers.written import not_as_found
-from agent.explain.numbers.wrong import WrongNumber, factor_of, told_again, wrong_numbers
+from agent.explain.numbers.wrong import (
+    WrongNumber,
+    factor_of,
+    possible_ones,
+    told_again,
+    wrong_numbers,
+)
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.floor import noise_floor
 from agent.explain.rows.lines import Line, lines_of
@@ -187,7 +193,7 @@ def study(
     if not choice.terms:
         numbers = borne_out(numbers, library, model, noise_nm, cells)
     model = reaching_over_the_unnamed(library, model)
-    numbers = told_again(numbers, twin, model)
+    numbers = possible_ones(told_again(numbers, twin, model), twin)
     if not choice.terms:
         numbers = with_laws_instead(numbers, library)
     return Study(
