@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
@@ -50,7 +50,29 @@ def choose_band(motions: Sequence[Motion], inertia_kg_m2: float) -> float:
     drive and encoder, and so one for all recordings; `band_of` fits it to a sampling rate. Where
     only the position was recorded it is its noise that is differentiated, twice.
     """
-    chosen: float = _WIDEST_HZ
+    balances = (max(balance, _NARROWEST_HZ) for balance in _balances(motions, inertia_kg_m2))
+    return min([_WIDEST_HZ, *balances])
+
+
+def shaken_by_noise(motions: Sequence[Motion], inertia_kg_m2: float, cutoff_hz: float) -> float:
+    """Return how much noise there is below a cutoff, over that of the torque alone; at least 1.
+
+    Parameters
+    ----------
+    motions : sequence of Motion
+        All of velocities that were recorded, or all of velocities that were taken from the angle.
+    inertia_kg_m2 : float
+        By which the noise of the acceleration is one of torque.
+    cutoff_hz : float
+    """
+    derived = any(motion.velocity_derived for motion in motions)
+    shares = [cutoff_hz / max(b, 1e-9) for b in _balances(motions, inertia_kg_m2)]
+    ratios = [_CLEAN * share**2 if derived else share for share in shares]
+    return math.sqrt(1.0 + float(np.mean(np.square(ratios)))) if ratios else 1.0
+
+
+def _balances(motions: Sequence[Motion], inertia_kg_m2: float) -> Iterator[float]:
+    """Yield the cutoff of every stretch at which the motion's noise is as much as the torque's."""
     for motion in motions:
         for stretch, velocity in zip(motion.timing.stretches, motion.velocity_rad_s, strict=True):
             if velocity.shape[0] < 16 or _NARROWEST_HZ * stretch.period_s > WIDEST_SHARE:
@@ -58,15 +80,13 @@ def choose_band(motions: Sequence[Motion], inertia_kg_m2: float) -> float:
             torque = stretch.on_grid(motion.signals, motion.signals.torque_nm)
             torque_noise = float(np.sqrt(np.mean(np.diff(torque, n=2) ** 2) / 6.0))
             if motion.velocity_derived:
-                balance = _balance_of_steps(stretch, motion, torque_noise, inertia_kg_m2)
-            else:
-                # High-passed near Nyquist, where neither motion nor its harmonics are left.
-                rough = np.diff(velocity, n=3)
-                velocity_noise = float(np.sqrt(np.mean(rough**2) / 20.0))
-                shaken = inertia_kg_m2 * velocity_noise * 2.0 * math.pi / math.sqrt(3.0)
-                balance = torque_noise / shaken if shaken > 0.0 else math.inf
-            chosen = min(chosen, max(balance, _NARROWEST_HZ))
-    return chosen
+                yield _balance_of_steps(stretch, motion, torque_noise, inertia_kg_m2)
+                continue
+            # High-passed near Nyquist, where neither motion nor its harmonics are left.
+            rough = np.diff(velocity, n=3)
+            velocity_noise = float(np.sqrt(np.mean(rough**2) / 20.0))
+            shaken = inertia_kg_m2 * velocity_noise * 2.0 * math.pi / math.sqrt(3.0)
+            yield torque_noise / shaken if shaken > 0.0 else math.inf
 
 
 def _balance_of_steps(
