@@ -11,11 +11,11 @@ from agent.explain.rows.run import Run
 PERIOD_S, INERTIA = 0.002, 0.002
 
 
-def recorded(noise_rad_s: float, late_s: float = 0.0) -> Run:
-    """Return 20 s of swings of a joint with a 17-bit encoder, and 1 mN m of noise."""
+def recorded(noise_rad_s: float, late_s: float = 0.0, bits: int = 17) -> Run:
+    """Return 20 s of swings of a joint with such an encoder, and 1 mN m of noise."""
     rng = np.random.default_rng(0)
     time_s = np.arange(10_000, dtype=np.float64) * PERIOD_S
-    step = 2.0 * np.pi / 2**17
+    step = 2.0 * np.pi / 2**bits
     velocity = 60.0 * np.cos(6.0 * (time_s - late_s))
     return Run.from_columns(
         {
@@ -36,6 +36,8 @@ def recorded(noise_rad_s: float, late_s: float = 0.0) -> Run:
         (recorded(0.2), True),
         (recorded(0.2, late_s=0.001), True),  # half a sample, as a simulator's steps are apart
         (recorded(0.2, late_s=0.005), False),  # one channel is late: that is to be named
+        (recorded(0.0036, bits=20), True),  # within the band as much as the torque's
+        (recorded(0.0036), False),  # the encoder has nearly as much there
         (recorded(0.001), False),  # as good as the encoder
     ],
 )
