@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from agent.explain.rows.run import CORNERS, Run
 from agent.identify.result import Floats
@@ -63,9 +64,24 @@ def _with_corners(run: Run) -> Run:
     signals = run.signals
     beside = np.zeros_like(signals.torque_nm)
     for stretch in find_stretches(signals).stretches:
-        if not stretch.resampled:
-            beside[stretch.index] = _beside(stretch, signals)
+        own = _places(stretch, signals)
+        if own is not None:
+            beside[stretch.index] = _beside(stretch, signals)[own]
     return replace(run, columns={**run.columns, CORNERS: beside}) if beside.any() else run
+
+
+def _places(stretch: Stretch, signals: Signals) -> NDArray[np.int64] | None:
+    """Return where on its even grid a stretch's samples are, shape (m,); None where they are not.
+
+    A lost row leaves the others where they were: what is filled in is beside a hole, and is not
+    compared.
+    """
+    if not stretch.resampled:
+        return np.arange(stretch.index.shape[0])
+    steps = (signals.time_s[stretch.index] - stretch.time_s[0]) / stretch.period_s
+    places = np.rint(steps).astype(np.int64)
+    inside = places[-1] < stretch.time_s.shape[0]
+    return places if inside and float(np.max(np.abs(steps - places))) < _AT_A_SAMPLE else None
 
 
 def _beside(stretch: Stretch, signals: Signals) -> Floats:
