@@ -23,7 +23,7 @@ from agent.explain.forms.orders import strong_orders
 from agent.explain.rows.evidence import heldout, moments
 from agent.explain.rows.lines import Line
 from agent.explain.rows.scene import Scene
-from agent.explain.rows.table import BASE
+from agent.explain.rows.table import BASE, GRAVITY_AT
 from agent.identify.result import Floats
 
 MATERIAL = 0.02
@@ -89,13 +89,16 @@ def _smooth(variable: str, values: Floats, scene: Scene) -> Axis:
     return Axis(variable, hats - hats[scene.table.sliding].mean(axis=0), values)
 
 
+def is_loaded(scene: Scene) -> bool:
+    """Return whether the twin as given has a weight: a refitted one may be noise alone."""
+    return bool(np.any(scene.as_given[GRAVITY_AT]))
+
+
 def parameters_of(scene: Scene) -> Mapping[str, Floats]:
     """Return the column of every base parameter at the rows, shape (n,)."""
     base = scene.table.base
     predicted = base @ scene.theta
-    gravity = base[:, 3:5] @ scene.theta[3:5]
-    if not np.any(gravity):
-        gravity = base[:, 3]
+    gravity = base[:, 3:5] @ scene.theta[3:5] if is_loaded(scene) else base[:, 3]
     own = base[:, :3] * scene.table.carried[:3]
     columns = (np.ones(base.shape[0]), own[:, 0], own[:, 1], own[:, 2], gravity, predicted)
     return {n: c for n, c in zip(_NAMES, columns, strict=True) if np.any(c)}

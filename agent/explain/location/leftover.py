@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agent.explain.answer.located import Cell, Region, Spells, Varying
-from agent.explain.location.deficiency import parameters_of
+from agent.explain.location.deficiency import is_loaded, parameters_of
 from agent.explain.location.regions import axis_values, row_seconds
 from agent.explain.location.spells import spells_of
 from agent.explain.location.varying import FEWEST, OF_GREATEST, Bins, varying
@@ -219,8 +219,8 @@ def line_regions(lines: Sequence[Line]) -> tuple[Region, ...]:
 
 def _number(parameter: str, scene: Scene) -> str:
     """Return what a column of the map is one of: of the load, where there is one, its own part."""
-    loaded = parameter != "gravity" or bool(np.any(scene.theta[3:5]))
-    return parameter if loaded else "gravity_sin_nm"
+    own = parameter != "gravity" or is_loaded(scene)
+    return parameter if own else "gravity_sin_nm"
 
 
 def _variable(axis: str, scene: Scene) -> str:
