@@ -32,6 +32,7 @@ _LEAST_KEPT = 0.5  # of all rows, with what the filter's memory takes beside the
 _CRAWL = tuple(float(x) for x in np.geomspace(3e-3, 3e-5, 9))  # of the fastest speed
 _JUMP = 3.0  # of the residual, between a crawl and the speeds above it
 _LEAST_ROWS = 5
+_KNOTS, _SHORTEST = 12, 1e-4  # of the longest stroke: where friction has surely not yielded
 
 
 def without_creep(table: Table, creep_rad_s: float | None = None) -> Table:
@@ -107,7 +108,7 @@ def creep_speed(table: Table) -> float:
     faded, fall = both[:, : slow.size], both[:, slow.size :]
     sign = np.sign(table.rows["velocity_rad_s"][rows])[:, np.newaxis]
     load = np.abs(table.base[rows, BASE.index("inertia_kg_m2")])
-    free = [table.base[rows], *(sign * hats(x) for x in (load, table.rows["travel_rad"][rows]))]
+    free = [table.base[rows], sign * hats(load), sign * _yielding(table.rows["travel_rad"][rows])]
     columns, target = np.concatenate(free, axis=1), table.target_nm[rows]
     measured, given = table.measured_nm[rows], table.given_nm[rows]
     level = float(least(table.base[rows], measured)[coulomb])
@@ -206,6 +207,20 @@ def _crawl(table: Table, columns: Floats, target: Floats) -> float:
         if jumps and float(left[below].sum()) > _WORTH * float(left.sum()):
             return float(limit)
     return 0.0
+
+
+def _yielding(travel_rad: Floats) -> Floats:
+    """Return hat functions of the travel since a reversal, shape (n, k), evenly by its logarithm.
+
+    Friction that yields does so within a thousandth of the longest stroke, or a tenth of it.
+    """
+    longest = float(np.quantile(travel_rad, 0.99))
+    if not longest > 0.0:
+        return hats(travel_rad)
+    knots = np.geomspace(_SHORTEST * longest, longest, _KNOTS)
+    places = np.interp(np.log(np.maximum(travel_rad, knots[0])), np.log(knots), np.arange(_KNOTS))
+    hat = np.maximum(1.0 - np.abs(places[:, np.newaxis] - np.arange(_KNOTS)), 0.0)
+    return np.asarray(hat[:, np.any(hat > 0.0, axis=0)])
 
 
 def _energy(columns: Floats, target: Floats) -> float:
