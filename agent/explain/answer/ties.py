@@ -10,6 +10,14 @@ from agent.explain.answer.result import Finding
 _ASIDE = 0.2  # of the difference to the simulation as given: a number that explains less
 
 
+_FAR_LIKELIER = 0.8  # from here on what was found and its rivals do not "fit equally well"
+
+
+def is_far_likelier(finding: Finding) -> bool:
+    """Return whether what was found is far likelier than all that it may be in truth."""
+    return finding.probability >= _FAR_LIKELIER
+
+
 def first_tie(findings: Sequence[Finding]) -> Finding | None:
     """Return the first finding that another effect may be in truth."""
     return next((f for f in findings if f.alternatives), None)

@@ -12,7 +12,7 @@ from agent.explain.answer.own_effect import finding_name
 from agent.explain.answer.places import place_in_words
 from agent.explain.answer.result import Explanation, Finding, Holdout
 from agent.explain.answer.small_share import weighed
-from agent.explain.answer.ties import first_tie
+from agent.explain.answer.ties import first_tie, is_far_likelier
 from agent.numbers import scale_for, significant
 
 TOLD = 3
@@ -60,6 +60,8 @@ def tie_sentence(finding: Finding, *, to_decide: bool = True) -> str:
     """Return what a finding cannot be told apart from, and what decides."""
     others = " or ".join(effect_name(a.effect) for a in finding.alternatives)
     said = f"These recordings cannot tell {finding_name(finding)} from {others}."
+    if is_far_likelier(finding):
+        said = f"Far less likely than {finding_name(finding)}, and not ruled out: {others}."
     first = after_colon(finding.alternatives[0].told_apart_by)
     return f"{said} To decide: {first}" if to_decide else said
 

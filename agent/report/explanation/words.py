@@ -11,6 +11,7 @@ from typing import Literal
 from agent.explain.answer import amounts
 from agent.explain.answer.names import effect_name
 from agent.explain.answer.result import Explanation, Moved, NextExperiment
+from agent.explain.answer.ties import is_far_likelier
 from agent.explain.answer.words import of_the_mismatch
 from agent.numbers import NO_NUMBER, fixed, scale_for, significant
 from agent.report.advice import next_steps
@@ -72,6 +73,13 @@ _VERDICTS: Mapping[str, VerdictWords] = MappingProxyType(
         ),
     }
 )
+_FAR_LIKELIER = VerdictWords(
+    "One cause is far likelier than another",
+    "The mismatch can be corrected. Another cause is far less likely, and these recordings do not "
+    "rule it out.",
+    "open",
+    "fork",
+)
 _NOWHERE = VerdictWords(
     "Not explained",
     "More is left between simulation and recordings than the noise that could be measured, along "
@@ -127,6 +135,9 @@ def verdict_words(explanation: Explanation) -> VerdictWords:
     holdout = explanation.holdout
     if not proven(explanation):
         return _NOT_PROVEN if holdout is None or not holdout.denied else _DENIED
+    open_ones = [finding for finding in explanation.findings if finding.alternatives]
+    if explanation.verdict == "tied" and open_ones and all(map(is_far_likelier, open_ones)):
+        return _FAR_LIKELIER
     spells = explanation.unexplained_spells is not None
     placed = explanation.unexplained_where or explanation.unexplained_varies is not None or spells
     if explanation.verdict == "unexplained" and not placed:
@@ -140,7 +151,7 @@ def verdict_words(explanation: Explanation) -> VerdictWords:
 def qualification(explanation: Explanation) -> str:
     """Return what takes a part of the verdict back; what it means as a rule goes without saying."""
     words = verdict_words(explanation)
-    ordinary = (NOT_DECIDABLE, _NOWHERE, _VERDICTS[explanation.verdict])
+    ordinary = (NOT_DECIDABLE, _NOWHERE, _FAR_LIKELIER, _VERDICTS[explanation.verdict])
     return "" if words in ordinary else words.meaning
 
 

@@ -26,6 +26,7 @@ from agent.explain.answer.result import (
 )
 from agent.explain.answer.said import Said
 from agent.explain.answer.sentences import finding_sentence, spring_sentence
+from agent.explain.answer.words import tie_sentence
 from agent.identify.result import Parameter
 from agent.physics.effects import LIBRARY
 from agent.report.explanation import pictures as explanation_pictures
@@ -280,6 +281,19 @@ def test_tie_names_both_causes_and_the_command_that_decides() -> None:
     assert text.index("What to do next") < text.index("What was found")
     assert "Motion needed: about 2.5 min" in text
     assert "cannot tell" not in text  # the causes are listed, each with its probability
+
+
+@pytest.mark.parametrize(("probability", "equally"), [(0.54, True), (0.95, False)])
+def test_causes_of_which_one_is_far_likelier_do_not_fit_equally_well(
+    probability: float, equally: bool
+) -> None:
+    tied = explanation(examples.tied)
+    first = dataclasses.replace(tied.findings[0], probability=probability)
+    found = dataclasses.replace(tied, findings=(first,))
+    assert ("fit equally well" in verdict_words(found).status) is equally
+    assert ("cannot tell" in tie_sentence(first)) is equally
+    assert ("not ruled out" in tie_sentence(first)) is not equally
+    assert not qualification(found)
 
 
 def test_what_lies_nowhere_is_not_called_located() -> None:
