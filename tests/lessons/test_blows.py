@@ -147,4 +147,5 @@ def test_a_soft_gear_that_rings_is_no_gap_of_no_width(half_gap: float, expected:
     assert named is not None
     assert named[1].form.effect == expected
     term = with_rivals(library, [], ranked, best, 0.0, {})
-    assert ("backlash" in {r.scored.form.effect for r in (term, *term.rivals)}) == bool(half_gap)
+    effects = {term.scored.form.effect, *(rival.scored.form.effect for rival in term.rivals)}
+    assert ("backlash" in effects) == bool(half_gap)
