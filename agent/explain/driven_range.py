@@ -12,6 +12,7 @@ from agent.explain.forms.balancer import COIL, FORCE
 from agent.explain.rows.run import Run
 from agent.explain.study import Study
 from agent.identify.result import Floats
+from agent.numbers import significant
 from agent.physics.learnt_over import beyond, known_to, noted, ranges_of
 from agent.physics.twin import Twin
 
@@ -105,7 +106,8 @@ def hangs_free(found: Study) -> str:
     if not free:
         return ""
     outside = "" if low <= free[-1] <= high else ", where these recordings have not been"
-    return f"the cable would hang free at {free[-1] * _DEGREES:.3g} degrees{outside}: {_ALSO}"
+    where = significant(free[-1] * _DEGREES, 3)
+    return f"the cable would hang free at {where} degrees{outside}: {_ALSO}"
 
 
 def carries(found: Study) -> str:

@@ -78,6 +78,6 @@ def test_a_motion_that_goes_clearly_further_is_told_and_one_that_hardly_does_is_
 
 def test_a_cable_that_hangs_free_elsewhere_may_be_one_beside_an_offset() -> None:
     said = hangs_free(study("spring at rest elsewhere"))
-    assert said.startswith("the cable would hang free at -68.8 degrees, where these recordings")
+    assert said.startswith("the cable would hang free at −68.8 degrees, where these recordings")
     assert "brake closed" in said
     assert not hangs_free(study("spring"))
