@@ -1,8 +1,8 @@
-"""Numbers that all come out off by one factor beside a law, and are too little of all to be told.
+"""Numbers that all come out off by one factor beside a law, and are too little to be told wrong.
 
-A cable of ten times the noise makes a torque constant that is 7 % off a percent of the mismatch:
-less than a number's ordinary uncertainty is worth beside it. But inertia and friction have nothing
-in common but the torque in which they are told, and that they all moved alike is no uncertainty.
+Inertia and friction have nothing in common but the torque in which they are told, and that they all
+moved alike is no uncertainty of theirs: a torque constant, which is told as a wrong number from
+twice the noise's energy on. Where holding them costs less than that they are said to be alike.
 """
 
 from __future__ import annotations

@@ -154,6 +154,23 @@ def far_off(wrong: Sequence[WrongNumber], twin: Twin) -> str:
     )
 
 
+def below_zero_said(impossible: Sequence[WrongNumber], twin: Twin) -> str:
+    """Return which numbers no joint can have as these recordings ask for them; or nothing."""
+    names = [
+        _SAID[extra][1]
+        for number in impossible
+        for extra, found in number.parameters.items()
+        if extra in _SAID and float(getattr(twin, _SAID[extra][0])) + found.value < 0.0
+    ]
+    if not names:
+        return ""
+    return (
+        f"refitted, the simulation's {' and '.join(names)} comes out below zero, which no joint "
+        "has: what has no name bends its numbers, none of which is said to be wrong; twin.toml "
+        "has zero there"
+    )
+
+
 def another_unit(wrong: Sequence[WrongNumber], twin: Twin) -> str:
     """Return the same as a sentence where the factor is a unit's or the gear's; else nothing.
 

@@ -28,7 +28,7 @@ from agent.explain.location.deficiency import deficiency_map
 from agent.explain.numbers.alike import off_alike
 from agent.explain.numbers.anew import chosen_anew
 from agent.explain.numbers.balanced import spring_does_without
-from agent.explain.numbers.borne_out import borne_out
+from agent.explain.numbers.borne_out import below_zero, borne_out
 from agent.explain.numbers.explained_before import least_beside_effects
 from agent.explain.numbers.heavier import heavier_than_the_joint
 from agent.explain.numbers.hidden import reaching_over_the_unnamed
@@ -49,13 +49,7 @@ from agent.explain.numbers.smoothing import only_smooths
 from agent.explain.numbers.typical import at_typical
 from agent.explain.numbers.unshaken import unshaken
 from agent.explain.numbers.written import not_as_found
-from agent.explain.numbers.wrong import (
-    WrongNumber,
-    factor_of,
-    possible_ones,
-    told_again,
-    wrong_numbers,
-)
+from agent.explain.numbers.wrong import WrongNumber, factor_of, told_again, wrong_numbers
 from agent.explain.rows.evidence import weigh
 from agent.explain.rows.floor import noise_floor
 from agent.explain.rows.lines import Line, lines_of
@@ -82,6 +76,8 @@ class Study:
     model : Model
     numbers : tuple of WrongNumber
         Which of the twin's own numbers the recordings refute.
+    impossible : tuple of WrongNumber
+        Those that come out below zero, bent by what has no name.
     floor : Floor
     cells, left_cells : tuple of Cell
         The deficiency map of the refitted twin, and that of the extended one.
@@ -100,6 +96,7 @@ class Study:
     model: Model
     extended: Twin
     numbers: tuple[WrongNumber, ...]
+    impossible: tuple[WrongNumber, ...]
     floor: Floor
     cells: tuple[Cell, ...]
     left_cells: tuple[Cell, ...]
@@ -193,7 +190,9 @@ def study(
     if not choice.terms:
         numbers = borne_out(numbers, library, model, noise_nm, cells)
     model = reaching_over_the_unnamed(library, model)
-    numbers = possible_ones(told_again(numbers, twin, model), twin)
+    numbers = told_again(numbers, twin, model)
+    impossible = below_zero(numbers, twin, model, noise_nm)
+    numbers = tuple(number for number in numbers if number not in impossible)
     if not choice.terms:
         numbers = with_laws_instead(numbers, library)
     return Study(
@@ -204,6 +203,7 @@ def study(
         model=model,
         extended=extended,
         numbers=numbers,
+        impossible=impossible,
         floor=floor,
         cells=cells,
         left_cells=deficiency_map(library, choice.candidates, lines) if choice.terms else cells,

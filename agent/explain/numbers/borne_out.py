@@ -5,6 +5,9 @@ is higher after every rest, or while a brake drags, asks for a higher Coulomb le
 That is no wrong number. Where more than noise stays, a number is told only as it accounts for ten
 times as much as what stays; where far more stays, only as far as its own interval refutes what the
 twin says, too. Without a noise floor what stays is at least what goes along an axis, surely.
+
+And an inertia or a friction that comes out surely below zero is none of a joint's, beside laws or
+without: a drag that is greatest at some speed takes viscous friction there.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ from agent.explain.choosing.shares import unseen_nm2
 from agent.explain.numbers.model import Model
 from agent.explain.numbers.wrong import WrongNumber
 from agent.identify.result import Parameter
+from agent.physics.twin import Twin
 
 _FAR_MORE = 10.0  # than what stays: drag that has no law here bent viscous friction by 18 %
 _FACTOR = "factor"  # of all torque: right at 1; every other number is told as what it has more
@@ -60,6 +64,43 @@ def borne_out(
     return tuple(
         n for n in numbers if n.energy_share > _FAR_MORE * stays and (_refuted(n) or not far)
     )
+
+
+def below_zero(
+    numbers: Sequence[WrongNumber], twin: Twin, model: Model, noise_nm: float
+) -> tuple[WrongNumber, ...]:
+    """Return the numbers that no joint can have, which something has bent.
+
+    An inertia and a Coulomb level never are. Friction that hardly grows with speed may end with a
+    viscous part below zero, and its level is wrong all the same, where no more than noise stays.
+
+    Parameters
+    ----------
+    numbers : sequence of WrongNumber
+        With their last intervals.
+    twin : Twin
+        As given.
+    model : Model
+        Of the choice.
+    noise_nm : float
+        Not positive where it could not be measured.
+    """
+    left_nm2 = float(np.mean(model.residual_nm**2))
+    stays = 0.0 < (CLOSE * noise_nm) ** 2 < left_nm2
+    return tuple(
+        number
+        for number in numbers
+        if any(
+            _is_negative(extra, found, twin) and (stays or not extra.startswith("viscous"))
+            for extra, found in number.parameters.items()
+        )
+    )
+
+
+def _is_negative(extra: str, found: Parameter, twin: Twin) -> bool:
+    if "_extra_" not in extra or found.ci95 is None:
+        return False
+    return float(getattr(twin, extra.replace("_extra_", "_"))) + found.ci95[1] < 0.0
 
 
 def _refuted(number: WrongNumber) -> bool:

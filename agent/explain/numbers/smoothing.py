@@ -31,7 +31,7 @@ def only_smooths(library: Library, choice: Choice) -> set[tuple[str, str]]:
         Settled.
     """
     at = inertia_at(library)
-    arms = [t for t in choice.candidates if t.form.effect == _FLEXIBLE and t.form.name != SEEN]
+    arms = [term for term in choice.candidates if _is_soft(term)]
     if at < 0 or not arms:
         return set()
     behind = noisier(library)
@@ -40,9 +40,8 @@ def only_smooths(library: Library, choice: Choice) -> set[tuple[str, str]]:
         gain = _gain(library.target, others, arm.columns)
         by_noise = [_gain_by_noise(library, others, arm, other, at) for other in behind]
         if gain < _BY_NOISE * float(np.mean(by_noise)):
-            return {(c.form.effect, c.form.name) for c in library.candidates if _is_soft(c)} | {
-                (arm.form.effect, arm.form.name)
-            }
+            alike = (c.form for c in (arm, *library.candidates) if _is_soft(c))
+            return {(form.effect, form.name) for form in alike}
     return set()
 
 

@@ -237,24 +237,6 @@ def told_again(numbers: Sequence[WrongNumber], twin: Twin, model: Model) -> tupl
     return tuple(out)
 
 
-def possible_ones(numbers: Sequence[WrongNumber], twin: Twin) -> tuple[WrongNumber, ...]:
-    """Return the wrong numbers that a joint can have: no inertia or friction surely below zero.
-
-    Where one comes out so, something else has bent it: a drag that is greatest at some speed takes
-    viscous friction below zero.
-    """
-    return tuple(
-        w for w in numbers if not any(_is_negative(*p, twin) for p in w.parameters.items())
-    )
-
-
-def _is_negative(extra: str, found: Parameter, twin: Twin) -> bool:
-    names = {extra: name for name, extra in _CONTRACT.items() if not name.startswith("gravity")}
-    if extra not in names or found.ci95 is None:
-        return False
-    return float(getattr(twin, names[extra])) + found.ci95[1] < 0.0
-
-
 def _constant(
     library: Library, model: Model, factor: Factor, floor_nm: float
 ) -> tuple[WrongNumber, ...]:

@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from agent.explain.rows.in_step import hats, least
+from agent.explain.rows.in_step import hats, hats_at, least
 from agent.explain.rows.pieces import banded, thinned
 from agent.explain.rows.strata import STANDING_S, lasting
 from agent.explain.rows.table import BASE, Table, without_edges
@@ -218,9 +218,7 @@ def _yielding(travel_rad: Floats) -> Floats:
     if not longest > 0.0:
         return hats(travel_rad)
     knots = np.geomspace(_SHORTEST * longest, longest, _KNOTS)
-    places = np.interp(np.log(np.maximum(travel_rad, knots[0])), np.log(knots), np.arange(_KNOTS))
-    hat = np.maximum(1.0 - np.abs(places[:, np.newaxis] - np.arange(_KNOTS)), 0.0)
-    return np.asarray(hat[:, np.any(hat > 0.0, axis=0)])
+    return hats_at(np.log(np.maximum(travel_rad, knots[0])), np.log(knots))
 
 
 def _energy(columns: Floats, target: Floats) -> float:

@@ -120,5 +120,9 @@ def hats(values: Floats, count: int = 8) -> Floats:
     """Return hat functions over an axis's quantiles, shape (n, k)."""
     if not values.size:
         return np.zeros((0, 0))
-    knots = np.unique(np.quantile(values, np.linspace(0.0, 1.0, count)))
+    return hats_at(values, np.unique(np.quantile(values, np.linspace(0.0, 1.0, count))))
+
+
+def hats_at(values: Floats, knots: Floats) -> Floats:
+    """Return hat functions over some knots, shape (n, k): beyond them the last ones go on."""
     return np.stack([np.interp(values, knots, row) for row in np.eye(knots.size)], axis=-1)

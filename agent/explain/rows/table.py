@@ -44,7 +44,7 @@ BASE: tuple[str, ...] = rigid_body.PARAMETERS[:5]
 """The plain twin's numbers, in the order of the table's base columns."""
 
 GRAVITY_AT: NDArray[np.int64] = np.array([BASE.index(name) for name in rigid_body.GRAVITY])
-"""Where a weight\'s two stand among them."""
+"""Where a weight's two stand among them."""
 
 _EXACT = 3e-4  # of the torque, rms: textbook joints without noise leave a third of it at corners
 
