@@ -29,7 +29,7 @@ from agent.explain.caveats import creeps_held_out
 from agent.explain.choosing.search import DELAY
 from agent.explain.driven_range import further
 from agent.explain.location.moments import Moments, in_moments
-from agent.explain.numbers.late_velocity import hides_in
+from agent.explain.numbers.late_velocity import ToldAgainstItError, hides_in
 from agent.explain.numbers.loads import differs_unsaid, said_of
 from agent.explain.numbers.model import left_by
 from agent.explain.own_effects.doubted import Doubted
@@ -80,7 +80,9 @@ class Known:
     doubted : Doubted or None
         The twin as given, where what is asked about lacks some of its effects.
     aligned : bool or None
-        That the velocity is to be brought in step with the position; None where it may show.
+        Whether the velocity is to be brought in step with the position; None where it may show.
+    for_a_delay : bool
+        Whether it is because a first choice had a delay of the torque, which may not last.
     """
 
     late_s: float = 0.0
@@ -92,6 +94,7 @@ class Known:
     zeros_off: bool = False
     doubted: Doubted | None = None
     aligned: bool | None = None
+    for_a_delay: bool = False
 
 
 def asked_once(
@@ -110,6 +113,21 @@ def asked_once(
     fade near standstill beside what was found only, where each recording has a zero of its own, or
     where some carry what others do not.
     """
+    try:
+        return _asked(twin, runs, holdout, limits, known)
+    except ToldAgainstItError:
+        known = replace(known, aligned=True, for_a_delay=True)
+        return _asked(twin, runs, holdout, limits, known)
+
+
+def _asked(
+    twin: Twin,
+    runs: Sequence[Run],
+    holdout: Sequence[Run],
+    limits: AxisLimits | None,
+    known: Known,
+) -> tuple[Explanation, Moments | None]:
+    """Return the same, as far as a search need not end early to be asked again."""
     names = tuple(run.name for run in runs), tuple(run.name for run in holdout)
     refusal = "no recording was given"
     if runs:
@@ -127,7 +145,8 @@ def asked_once(
     refusal = undecidable(table, twin)
     if refusal:
         return nothing_decided(refusal, *names), None
-    found, given = studied(twin, replace(table, one_zero=known.one_zero, one_load=known.one_load))
+    told = replace(table, one_zero=known.one_zero, one_load=known.one_load)
+    found, given = studied(twin, replace(told, in_step_for_a_delay=known.aligned is None))
     better = _better_known(found, table, asked, known)
     if better is not None:
         return asked_once(twin, runs, holdout, limits, better)
@@ -178,6 +197,8 @@ def _better_known(found: Study, table: Table, asked: Asked, known: Known) -> Kno
     """Return what is known of the signals since something was found; None where it is no more."""
     if known.aligned is None and any(hides_in(delay, table) for delay in _delays(found)):
         return replace(known, aligned=True)
+    if known.for_a_delay and not known.late_s and not _delays(found):
+        return replace(known, aligned=False, for_a_delay=False)
     if not known.late_s:
         late_s = _late_by_holding_s(found, (*asked.runs, *asked.holdout))
         if late_s:

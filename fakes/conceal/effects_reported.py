@@ -89,7 +89,11 @@ def torque_saturation(rng: np.random.Generator, robot: Robot) -> Concealment:
 
 
 def measurement_delay(rng: np.random.Generator, robot: Robot) -> Concealment:
-    """Conceal that torque, or position and velocity, arrive late."""
+    """Conceal that torque, or position and velocity, arrive late.
+
+    The label tells by how much a recording's torque comes after its position: what the drive's own
+    filter or difference adds, to every recording of the joint, is a part of that.
+    """
     late = "torque" if rng.random() < 0.5 else "motion"
     top = robot.acceleration_rad_s2
     return Concealment(
@@ -99,8 +103,17 @@ def measurement_delay(rng: np.random.Generator, robot: Robot) -> Concealment:
         0.003,
         0.06,
         whole_axis("acceleration_rad_s2", -top, top),
-        lambda truth: {"torque_delay_s": truth.torque_delay_s - truth.motion_delay_s},
+        lambda truth: {
+            "torque_delay_s": truth.torque_delay_s - truth.motion_delay_s + _reported_s(truth, robot)
+        },
     )
+
+
+def _reported_s(truth: Truth, robot: Robot) -> float:
+    """Return by how much torque and velocity are reported later than the position, s."""
+    if robot.sensing.velocity == "difference":
+        return 0.5 / robot.sensing.sample_rate_hz
+    return truth.report_lag_s
 
 
 def resolver_error(rng: np.random.Generator, robot: Robot) -> Concealment:

@@ -181,3 +181,28 @@ def test_a_torque_behind_a_low_pass_is_no_soft_gear(lag_s: float) -> None:
     assert found["torque_delay_s"].value == pytest.approx(0.003, abs=0.0003)
     assert answer.twin is not None
     assert explain(answer.twin, runs[:2], runs[2:]).verdict == "no-mismatch"
+
+
+def test_a_noisy_motion_makes_no_low_pass_of_a_delay() -> None:
+    """Two fifths of the delay were one: what is smooth has less of an inertia's noise."""
+    trajectory, late_s = stair((2.0, 5.0, 8.0, 12.0, 16.0, 20.0)), 0.012
+    rng = np.random.default_rng(5)
+    runs = []
+    for seed in range(3):
+        run = record(trajectory, nothing, Conditions(started_s=100.0 * seed), seed)
+        late = Delay(late_s).reported(run.signals.time_s, run.signals.torque_nm)
+        kept, velocity = np.isfinite(late), run.signals.velocity_rad_s
+        assert velocity is not None
+        signals = replace(
+            run.signals,
+            torque_nm=np.where(kept, late, 0.0),
+            velocity_rad_s=velocity + 0.02 * rng.standard_normal(velocity.shape),
+            position_rad=None,
+            valid=kept,
+        )
+        runs.append(replace(run, signals=signals))
+    answer = explain(TWIN, runs[:2], runs[2:])
+    assert [finding.effect for finding in answer.findings] == ["measurement-delay"]
+    found = answer.findings[0].parameters
+    assert "torque_lag_s" not in found
+    assert found["torque_delay_s"].value == pytest.approx(late_s, abs=0.0004)

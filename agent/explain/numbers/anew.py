@@ -20,7 +20,8 @@ from agent.explain.choosing.materiality import A_GOOD_PART, CLOSE, FAR
 from agent.explain.choosing.rivals import Term
 from agent.explain.choosing.search import Library
 from agent.explain.forms.form import Form
-from agent.explain.numbers.in_step import begun_late, chosen_in_step, left_share
+from agent.explain.numbers.in_step import begun_late, chosen_in_step, delay_of, left_share
+from agent.explain.numbers.late_velocity import ToldAgainstItError, surely_hides_in
 from agent.explain.numbers.pulled import chosen_under_its_pull
 from agent.explain.numbers.renewed import left_nm, retaken, with_new_grids
 from agent.explain.numbers.resting import (
@@ -116,7 +117,11 @@ def _chosen(library: Library) -> tuple[Library, Choice]:
 
 
 def _weighed(library: Library) -> tuple[Library, Choice]:
-    found, choice = _further(library, _first(library))
+    first = _first(library)
+    delay, table = delay_of(first), library.scene.table
+    if delay is not None and surely_hides_in(float(delay.scored.coefficients[0]), table):
+        raise ToldAgainstItError
+    found, choice = _further(library, first)
     if not _more_than_noise(found, choice.candidates):
         return found, choice
     most = _takes_most(found, choice.candidates)

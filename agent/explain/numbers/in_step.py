@@ -8,7 +8,7 @@ every other law is taken as late as it is, and all are chosen anew beside it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -22,9 +22,10 @@ from agent.explain.choosing.search import DELAY, Library
 from agent.explain.forms.order import waves_of
 from agent.explain.forms.orders import ORDER, strong_orders
 from agent.explain.forms.signal import CLOSELY_S, REACH_S, nearest_delay, turn_s, turning_round
+from agent.explain.numbers.low_pass import Late, least, smoothed
 from agent.explain.numbers.polish import polished
 from agent.explain.numbers.renewed import left_nm, retaken, with_new_grids
-from agent.explain.rows.evidence import solve, weigh
+from agent.explain.rows.evidence import weigh
 from agent.explain.rows.lag import earlier_by_stretch
 from agent.explain.rows.slow_motion import by_slow_motion, slowly
 from agent.explain.rows.table import BASE, without_edges
@@ -33,10 +34,8 @@ from agent.physics.effects.library import CARRIED
 
 _ROUNDS = 3
 _ORDERS = 3
-_LAG_SHARES = (0.4, 0.8)  # of a delay, that a low-pass may have
-_SHORTEST_LAG = 0.1  # of the one that was found first
-_CLEARLY = 0.02  # of what is left: for less a delay is one
 _SETTLED = 0.03  # of a delay: moved by less, it leaves every law where it is
+_TURNED = 0.1  # rad, of the fastest wave: a delay that moves it by less leaves the choice as it is
 
 
 def chosen_in_step(library: Library, choice: Choice) -> tuple[Library, Choice]:
@@ -55,7 +54,7 @@ def chosen_in_step(library: Library, choice: Choice) -> tuple[Library, Choice]:
     """
     found, best = library, choice
     for _ in range(_ROUNDS):
-        delay = _delay(best)
+        delay = delay_of(best)
         if delay is None:
             break
         # Shorter ones move no wave far: there one column for all that is late does, and follows
@@ -64,13 +63,14 @@ def chosen_in_step(library: Library, choice: Choice) -> tuple[Library, Choice]:
             break
         others = [term for term in best.terms if term is not delay]
         late_s, lag_s, theta = _found_late(found, others, float(delay.scored.coefficients[0]))
-        if abs(late_s - found.scene.late_s) < max(_SETTLED * abs(late_s), CLOSELY_S):
+        near_s = max(_SETTLED * abs(late_s), CLOSELY_S, _TURNED * turn_s(found.scene.table))
+        if abs(late_s - found.scene.late_s) < near_s:
             break
         moved = _moved(found, late_s, lag_s, theta)
         own = moved.candidate(delay.scored.form, (late_s,))
         begun = [replace(delay, scored=replace(delay.scored, candidate=own))]
         again = choose(with_new_grids(moved, [own]), rivals=False, begun=begun, held=True)
-        if _delay(again) is None or left_share(again) > left_share(best):
+        if delay_of(again) is None or left_share(again) > left_share(best):
             break
         found, best = moved, again
     return found, best
@@ -94,7 +94,7 @@ def late_beside(library: Library, choice: Choice) -> tuple[Library, Choice]:
         The same where nothing is late, or hardly, or being in step leaves no less on unseen data.
         Else a library with this delay from now on; its candidates stay as they were made.
     """
-    delay, before = _delay(choice), library.scene
+    delay, before = delay_of(choice), library.scene
     if delay is None:
         return library, choice
     near_s = float(delay.scored.coefficients[0])
@@ -134,7 +134,7 @@ def begun_late(library: Library, choice: Choice) -> tuple[Library, Choice] | Non
     library, choice
         In step with the delay; None where slow motion has none, or it is of no use.
     """
-    if library.scene.late_s or _delay(choice) is not None:
+    if library.scene.late_s or delay_of(choice) is not None:
         return None
     trial = next((c for c in library.candidates if c.form.effect == DELAY), None)
     if trial is None:
@@ -153,10 +153,11 @@ def begun_late(library: Library, choice: Choice) -> tuple[Library, Choice] | Non
     begun += [retaken(moved, term, library.scene) for term in kept]
     moved = with_new_grids(moved, [term.candidate for term in begun])
     again = choose(moved, rivals=False, begun=begun, held=True)
-    return None if _delay(again) is None else (moved, again)
+    return None if delay_of(again) is None else (moved, again)
 
 
-def _delay(choice: Choice) -> Term | None:
+def delay_of(choice: Choice) -> Term | None:
+    """Return a choice's delay of the torque, if it has one."""
     return next((term for term in choice.terms if term.scored.form.effect == DELAY), None)
 
 
@@ -195,93 +196,32 @@ def _found_late(
     table, weighing = scene.table, library.weighing
     # What is not carried stays as given, on time.
     carried_nm = table.base[:, carried] @ scene.as_given[carried]
-    target = weighing.weighted(table.target_nm + carried_nm)
+    late = Late(library, raw, weighing.weighted(table.target_nm + carried_nm))
     each = [(piece.rows, piece.period_s * piece.stride) for piece in table.pieces]
-    on_time = table.band(raw)
 
-    def fit(late_s: float, apart: NDArray[np.bool_], lag_s: float = 0.0) -> tuple[float, Floats]:
-        late = table.band(replace(scene, late_s=late_s, lag_s=lag_s).as_late(raw))
-        return _least(weighing.weighted(late)[apart], target[apart])
-
-    def slow_fit(late_s: float, apart: NDArray[np.bool_]) -> tuple[float, Floats]:
+    def slowly_left(late_s: float, apart: NDArray[np.bool_]) -> float:
         # What is slow is shifted well enough from row to row.
-        late = weighing.weighted(earlier_by_stretch(on_time, each, -late_s))
-        both = slowly(table, weighing, np.column_stack((late, target)) * apart[:, np.newaxis])
-        return _least(both[:, :-1], both[:, -1])
+        moved = weighing.weighted(earlier_by_stretch(late.on_time, each, -late_s))
+        both = np.column_stack((moved, late.target)) * apart[:, np.newaxis]
+        both = slowly(table, weighing, both)
+        return least(both[:, :-1], both[:, -1])[0]
 
     def seen_at(late_s: float) -> NDArray[np.bool_]:
         return without_edges(table, table.creep_rad_s, late_s).used[weighing.rows]
 
     # A wave of the band fits again a turn later: each valley is looked into, the deepest followed.
     apart, step_s = seen_at(near_s), turn_s(table)
-    steps = math.floor(REACH_S / step_s)
+    steps, reach_s = math.floor(REACH_S / step_s), min(step_s, REACH_S)
     valleys = [near_s + k * step_s for k in range(-steps, steps + 1)]
-    late_s = min(valleys, key=partial(_error, fit, apart))
+    late_s = min(valleys, key=lambda valley: late.left(valley, apart))
     apart = seen_at(late_s)
-    late_s = nearest_delay(partial(_error, fit, apart), late_s, min(step_s, REACH_S))
-    slowest = partial(_error, slow_fit, seen_at(late_s))
-    ends = [nearest_delay(slowest, at_s, min(step_s, REACH_S)) for at_s in (late_s, near_s)]
-    late_s = min(ends, key=slowest)
-    late_s, lag_s = _smoothed(partial(fit, apart=apart), late_s, min(step_s, REACH_S))
+    late_s = nearest_delay(partial(late.left, rows=apart), late_s, reach_s)
+    slowest = partial(slowly_left, apart=seen_at(late_s))
+    ends = [nearest_delay(slowest, at_s, reach_s) for at_s in (late_s, near_s)]
+    late_s, lag_s = smoothed(late, min(ends, key=slowest), reach_s, apart)
     theta = scene.as_given.copy()
-    theta[carried] = fit(late_s, apart, lag_s)[1][: carried.size]
+    theta[carried] = late.fit(late_s, apart, lag_s)[1][: carried.size]
     return late_s, lag_s, theta
-
-
-def _smoothed(
-    fit: Callable[..., tuple[float, Floats]], late_s: float, reach_s: float
-) -> tuple[float, float]:
-    """Return a delay, and what a low-pass has of it: nothing where that leaves hardly less.
-
-    Far below its corner a low-pass is a delay as long as its time constant; nearer to it what is
-    fast is less late, and smaller.
-    """
-    plain = fit(late_s)[0]
-    if late_s <= 0.0:  # the motion is late, and not what was filtered
-        return late_s, 0.0
-    best = plain, late_s, 0.0
-    for share in _LAG_SHARES:
-        late = nearest_delay(partial(_error_behind, fit, share), late_s, reach_s)
-        if late > 0.0:
-            best = min(best, (fit(late, lag_s=share * late)[0], late, share * late))
-    left, late, lag_s = best
-    if left >= (1.0 - _CLEARLY) * plain:
-        return late_s, 0.0
-    return _together(fit, late, lag_s)
-
-
-def _together(
-    fit: Callable[..., tuple[float, Floats]], late_s: float, lag_s: float
-) -> tuple[float, float]:
-    """Return where both lead together: one lengthens as the other gets shorter."""
-    from scipy.optimize import minimize
-
-    def error(parts: Floats) -> float:
-        dead, lag = (float(part) for part in parts)
-        return fit(dead + lag, lag_s=lag)[0]
-
-    begun = np.array([late_s - lag_s, lag_s])
-    found = minimize(
-        error,
-        begun,
-        method="Nelder-Mead",
-        bounds=[(-math.inf, math.inf), (_SHORTEST_LAG * lag_s, math.inf)],
-        options={"xatol": CLOSELY_S, "fatol": 1e-4 * error(begun)},
-    )
-    dead, lag = (float(part) for part in found.x)
-    return dead + lag, lag
-
-
-def _error_behind(fit: Callable[..., tuple[float, Floats]], share: float, late_s: float) -> float:
-    # Where the torque is early nothing was filtered: a low-pass that foretells runs away.
-    return fit(late_s, lag_s=share * max(late_s, 0.0))[0]
-
-
-def _least(columns: Floats, target: Floats) -> tuple[float, Floats]:
-    """Return the least sum of squares, and the weights of the columns that leave it."""
-    theta = solve(columns.T @ columns, columns.T @ target)
-    left = target - columns @ theta
-    return float(left @ left), theta
 
 
 def _waves(library: Library, others: Sequence[Candidate]) -> list[Floats]:
@@ -294,14 +234,6 @@ def _waves(library: Library, others: Sequence[Candidate]) -> list[Floats]:
     there = (dict(zip(c.form.nonlinear, c.point, strict=True)).get(ORDER) for c in others)
     wanted = dict.fromkeys((*(order for order in there if order is not None), *orders))
     return [waves_of(scene, order) for order in wanted]
-
-
-def _error(
-    fit: Callable[[float, NDArray[np.bool_]], tuple[float, Floats]],
-    rows: NDArray[np.bool_],
-    late_s: float,
-) -> float:
-    return fit(late_s, rows)[0]
 
 
 def _moved(library: Library, late_s: float, lag_s: float, theta: Floats) -> Library:

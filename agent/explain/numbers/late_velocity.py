@@ -30,6 +30,13 @@ def as_velocitys(parameters: Mapping[str, Parameter]) -> dict[str, Parameter]:
     return {"velocity_delay_s": replace(delay, value=-delay.value, ci95=ends), **others}
 
 
+class ToldAgainstItError(Exception):
+    """The first choice has a delay that is told against a late velocity: the rest can wait.
+
+    Whatever else were looked for beside it, everything would be asked again in step.
+    """
+
+
 def hides_in(delay: Parameter, table: Table) -> bool:
     """Return whether a delay is told against a velocity that is late itself, and need not be.
 
@@ -51,3 +58,16 @@ def hides_in(delay: Parameter, table: Table) -> bool:
     if delay.ci95 is not None:
         counts_s = min(counts_s, 0.5 * (delay.ci95[1] - delay.ci95[0]))
     return told and not table.aligned and late_s > counts_s
+
+
+def surely_hides_in(delay_s: float, table: Table) -> bool:
+    """Return whether a first choice's delay is such a one, however narrow its interval will be.
+
+    Parameters
+    ----------
+    delay_s : float
+        Of the torque.
+    table : Table
+        Of the recordings.
+    """
+    return table.in_step_for_a_delay and hides_in(Parameter(delay_s, None), table)

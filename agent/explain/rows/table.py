@@ -106,6 +106,8 @@ class Table:
         Whether no recording's torque is asked for a zero of its own.
     one_load : bool
         Whether no recording is asked for a load of its own.
+    in_step_for_a_delay : bool
+        Whether the velocity is to be brought in step if a delay of the torque shows.
     """
 
     runs: tuple[Run, ...]
@@ -135,6 +137,7 @@ class Table:
     elsewhere: tuple[Recorded, ...] = ()
     one_zero: bool = False
     one_load: bool = False
+    in_step_for_a_delay: bool = False
 
     @property
     def target_nm(self) -> Floats:
