@@ -7,12 +7,13 @@ from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from agent.explain.answer.result import Finding
 from agent.explain.choosing.materiality import CLOSE
 from agent.explain.findings import energy_nm2
 from agent.explain.numbers.loads import Loads, load_finding, loads_of
-from agent.explain.numbers.model import predicted
+from agent.explain.numbers.model import left_by, predicted
 from agent.explain.rows.beginnings import begun, without_beginnings
 from agent.explain.rows.creep import without_creep
 from agent.explain.rows.forgetting import forgetting
@@ -26,6 +27,7 @@ from agent.physics.twin import Twin
 _MOST_ROUNDS = 2
 _WORTH = 0.95  # of the mean square: what is left where all is known
 _MUCH = 3.0  # times the noise: so much is left by more than beginnings
+_HALF = 0.5  # of by how much a written twin is off
 _KEPT = 0.5  # of what slides: with fewer samples nothing is asked once more
 
 
@@ -107,16 +109,40 @@ def without_unknown_beginnings(twin: Twin, found: Study, given: Given) -> tuple[
         As for `without_their_images`.
     """
     arm = forgetting(found.extended)
-    if arm is None or found.left.over_floor <= CLOSE:
+    if arm is None:
         return found, given
     known = ~begun(found.table, arm)[found.library.weighing.rows]
+    apart = without_beginnings(given.table, arm)
+    if _begins_otherwise(found, known):
+        return _once_more(twin, found, given, apart, _named_or_rivals(found), least=CLOSE)
+    if found.left.over_floor <= CLOSE:
+        return found, given
     squares = found.model.residual_nm**2
     if not known.any() or float(np.mean(squares[known])) > _WORTH * float(np.mean(squares)):
         return found, given
     if float(np.mean(squares[known])) > (_MUCH * found.left.noise_nm) ** 2:
         return found, given
-    apart = without_beginnings(given.table, arm)
     return _once_more(twin, found, given, apart, _named_or_rivals(found))
+
+
+def _begins_otherwise(found: Study, known: NDArray[np.bool_]) -> bool:
+    """Return whether the written twin is off for the most part as its arm began otherwise.
+
+    The search's columns have the arm begin as it follows the motor, the twin's law as it is
+    accelerated; which of them, or neither, nobody knows of a recording that begins in motion.
+
+    Parameters
+    ----------
+    found : Study
+    known : ndarray of bool, shape (m,)
+        Which of the compared rows no unknown beginning reaches.
+    """
+    written = left_by(found.extended, found.table)[found.library.weighing.rows] ** 2
+    as_found = found.model.residual_nm**2
+    if not known.any() or not np.nanmean(written) > CLOSE**2 * np.mean(as_found):
+        return False
+    more = np.nan_to_num(written) - as_found
+    return bool(np.mean(more[known]) < _HALF * np.mean(more))
 
 
 def _named_or_rivals(found: Study) -> frozenset[str]:
@@ -127,13 +153,23 @@ def _named_or_rivals(found: Study) -> frozenset[str]:
 
 
 def _once_more(
-    twin: Twin, found: Study, given: Given, apart: Table, among: Container[str] | None = None
+    twin: Twin,
+    found: Study,
+    given: Given,
+    apart: Table,
+    among: Container[str] | None = None,
+    *,
+    least: float = 0.0,
 ) -> tuple[Study, Given]:
-    """Return what is found in a part of a table; the same where little is left of it, or gained."""
+    """Return what is found in a part of a table; the same where little is left of it, or gained.
+
+    Or where more than `least` times the noise is left.
+    """
     if np.count_nonzero(apart.sliding) < _KEPT * np.count_nonzero(given.table.sliding):
         return found, given
     again, asked = studied(twin, apart, among)
-    return (again, asked) if again.left.over_floor < found.left.over_floor else (found, given)
+    better = again.left.over_floor < max(found.left.over_floor, least)
+    return (again, asked) if better else (found, given)
 
 
 def with_load(findings: Sequence[Finding], found: Study, given: Given) -> tuple[Finding, ...]:

@@ -251,7 +251,7 @@ def _explained(
             useless = (f"the hold-out says nothing: {error}; {_STAND_IN}",)
     back = taken_back(told.verdict, told.findings, proven)
     if back:
-        told = told.without_names(given).judged_again()
+        told = told.taken_back(given)
         proven, traces, apart = _proof(told.found, given, holdout, named=False)
     menu: tuple[NextExperiment, ...] = ()
     if is_tied(told.findings):

@@ -23,7 +23,7 @@ from agent.explain.numbers.alike import off_alike
 from agent.explain.numbers.balanced import spring_does_without
 from agent.explain.numbers.borne_out import below_zero, borne_out
 from agent.explain.numbers.hidden import reaching_over_the_unnamed
-from agent.explain.numbers.instead import with_laws_instead
+from agent.explain.numbers.instead import with_a_ripple_instead, with_laws_instead
 from agent.explain.numbers.intervals import with_intervals
 from agent.explain.numbers.model import Model, extended_twin, fit_model
 from agent.explain.numbers.short_stroke import (
@@ -75,6 +75,8 @@ class Study:
         What the refitted twin leaves at the table's rows.
     not_judged : mapping of str to str
         Effects that these recordings cannot show, and why.
+    denied : bool
+        Whether laws were taken back beside which a part of the mismatch had no name, either.
     """
 
     twin: Twin
@@ -91,6 +93,7 @@ class Study:
     lines: tuple[Line, ...]
     refitted_nm: Floats
     not_judged: Mapping[str, str]
+    denied: bool = False
 
     @cached_property
     def left(self) -> Left:
@@ -183,6 +186,7 @@ def study(
     numbers = tuple(number for number in numbers if number not in impossible)
     if not choice.terms:
         numbers = with_laws_instead(numbers, library)
+    numbers = with_a_ripple_instead(numbers, twin.gear_ratio)
     return Study(
         twin=twin,
         table=table,

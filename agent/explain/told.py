@@ -79,6 +79,15 @@ class Told:
             self, found=found, named=named, findings=with_load(named, found, given), verdict=verdict
         )
 
+    def taken_back(self, given: Given) -> Told:
+        """Return what is told where unseen recordings deny the laws, judged by what is left.
+
+        What had no name beside them is no noise without them.
+        """
+        told = self.without_names(given)
+        denied = self.verdict == "partly-explained"
+        return replace(told, found=replace(told.found, denied=denied)).judged_again()
+
     def judged_again(self) -> Told:
         """Return the same with the verdict that these findings have."""
         verdict = verdict_of(self.found, self.findings, left_share(self.found, self.findings))

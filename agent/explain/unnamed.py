@@ -131,8 +131,9 @@ def taken_back(verdict: Verdict, findings: Sequence[Finding], proven: Holdout) -
     They are taken back where unseen data were nearly noise without them, and are clearly worse with
     them: then what they were fitted to is not what the joint does. Where unseen data have a
     mismatch of their own, a law may be right, and its numbers not: friction drifts on. A law that
-    explains a part of what was fitted, and makes unseen data far worse, has neither. Where no noise
-    floor is known, unseen recordings are all that speaks for a law: they have to be better with it.
+    explains a part of what was fitted, and makes unseen data far worse, has neither; nor has one
+    beside which unseen recordings are far worse than with the numbers alone. Where no noise floor
+    is known, unseen recordings are all that speaks for a law: they have to be better with it.
 
     Parameters
     ----------
@@ -148,9 +149,16 @@ def taken_back(verdict: Verdict, findings: Sequence[Finding], proven: Holdout) -
             f"{' and '.join(laws)} would carry what was fitted, and was taken back: on "
             f"{proven.source} the error stayed {torque(after)}, and noise is not known here",
         )
+    refitted, in_part = proven.refitted.rmse_nm, verdict == "partly-explained"
+    if laws and in_part and proven.source == UNSEEN and after > _FAR_WORSE * refitted:
+        return (
+            f"{' and '.join(laws)} would carry a part of what was fitted, and was taken back: on "
+            f"{proven.source} the error is {torque(after)}, and {torque(refitted)} with the "
+            "simulation's numbers alone refitted",
+        )
     if not laws or interval is None or interval[1] >= 0.0:
         return ()
-    in_part = verdict == "partly-explained" and after > _FAR_WORSE * before
+    in_part = in_part and after > _FAR_WORSE * before
     whole = verdict in ("explained", "tied") and after > _WORSE * before and not unproven(proven)
     if not in_part and not whole:
         return ()

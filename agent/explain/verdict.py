@@ -76,7 +76,7 @@ def left_without_measure(study: Study, findings: Sequence[Finding]) -> bool:
     Without a name there is nothing to hold it against: it may be noise, as long as it is little of
     the torque.
     """
-    named = study.choice.terms or any(f.effect in SHOWN for f in findings)
+    named = study.choice.terms or study.denied or any(f.effect in SHOWN for f in findings)
     return (bool(named) or _is_much(study)) and study.left.without_measure
 
 

@@ -77,13 +77,26 @@ def moves(seed: int, duration_s: float, *, hardest_rad_s2: float = 150.0) -> Flo
     return np.column_stack((np.cumsum(speed) * _STEP_S, speed))
 
 
+def waves(seed: int, duration_s: float, *, fastest_hz: float = 2.0, top: float = 60.0) -> Floats:
+    """Return a sum of sines as set-points of angle and speed, shape (m, 2): it begins in motion."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(round(duration_s / _STEP_S)) * _STEP_S
+    angle, speed = np.zeros_like(time), np.zeros_like(time)
+    for hertz in np.linspace(0.1, fastest_hz, 12):
+        size, phase = rng.uniform(0.3, 1.0) / hertz**0.6, rng.uniform(0.0, 2.0 * math.pi)
+        turned = 2.0 * math.pi * hertz * time + phase
+        angle += size * np.sin(turned) / (2.0 * math.pi * hertz)
+        speed += size * np.cos(turned)
+    return top / float(np.max(np.abs(speed))) * np.column_stack((angle, speed))
+
+
 @njit(cache=True)
 def _driven(j: Joint, command: Floats, every: int) -> Floats:
     dt = _STEP_S
-    q, v = command[0, 0], 0.0
+    q, v = command[0]
     held = j.gravity_sin * math.sin(q / GEAR) + j.gravity_cos * math.cos(q / GEAR)
     arm = q - held / j.stiffness - (math.copysign(j.half_gap, held) if held != 0.0 else 0.0)
-    speed, dry, arm_dry, integral, early, later = 0.0, 0.0, 0.0, held, 0.0, 0.0
+    speed, dry, arm_dry, integral, early, later = v, 0.0, 0.0, held, 0.0, 0.0
     out = np.empty((command.shape[0] // every, 5))
     for i in range(out.shape[0] * every):
         sine, slope = math.sin(2.0 * q), 2.0 * math.cos(2.0 * q)
@@ -137,14 +150,17 @@ def record(
     has_command: bool = True,
     arm_late_s: float = math.nan,
     every: int = 1,
+    command: Floats | None = None,
 ) -> Run:
     """Return one noisy recording; torque that is late by less than zero makes the motion late.
 
     Of its samples only one in `every` is recorded.
 
-    With `arm_late_s` the arm has an encoder of its own, late by so much.
+    With `arm_late_s` the arm has an encoder of its own, late by so much. `command` are other
+    set-points than those of `moves`.
     """
-    command = moves(seed, duration_s, hardest_rad_s2=hardest_rad_s2)
+    if command is None:
+        command = moves(seed, duration_s, hardest_rad_s2=hardest_rad_s2)
     raw = _driven(joint, command, _PER_SAMPLE)
     rng = np.random.default_rng(seed + 1000)
     time = np.arange(raw.shape[0]) / RATE_HZ

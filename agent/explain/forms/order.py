@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -21,6 +22,7 @@ from agent.explain.rows.scene import Scene, log_grid
 from agent.identify.result import Floats
 from agent.physics.periodic import wave_rates
 
+_BORNE = 2  # orders that the weight shows, beside those that shake
 _POSITION = ("position_rad",)
 _GEAR_DAMPING = 0.2  # of the arm's swing on the gear, friction counted in: where the search begins
 _DAMPINGS = (0.02, 0.5)
@@ -93,11 +95,14 @@ def _wobbling_orders(scene: Scene) -> Sequence[Point]:
 
 
 def _shaking_orders(scene: Scene) -> tuple[float, ...]:
-    """Return the orders that shake most, and the overtone of the strongest.
+    """Return the orders that shake most, those that the weight shows, and the strongest's overtone.
 
-    A strong order's line over the stroke has peaks beside it that hide a weaker one.
+    A strong order's line over the stroke has peaks beside it that hide a weaker one. Where a joint
+    moves slowly under gravity, most of what a wobble does is the weight that it bears.
     """
-    orders = strong_orders(scene, "inertia")
+    shaking = strong_orders(scene, "inertia")
+    borne = (order for order in strong_orders(scene, "load") if order not in shaking)
+    orders = (*shaking, *itertools.islice(borne, _BORNE))
     overtones = [2.0 * order for order in orders[:1] if 2.0 * order < highest_order(scene)]
     return tuple(dict.fromkeys((*orders, *overtones)))
 

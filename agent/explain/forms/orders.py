@@ -13,7 +13,7 @@ from agent.explain.rows.orders import FEWEST_WAVES, order_of_few_waves, orders_o
 from agent.explain.rows.scene import Scene
 
 ORDER = "order_per_motor_rev"
-Weighting = Literal["torque", "friction", "inertia"]
+Weighting = Literal["torque", "friction", "inertia", "load"]
 _PEAKS = 5
 _OF_BAND = 0.9  # of the cutoff: what passes that fast at the slowest speed still shows
 
@@ -24,9 +24,9 @@ def strong_orders(scene: Scene, weighting: Weighting) -> tuple[float, ...]:
     Parameters
     ----------
     scene : Scene
-    weighting : {"torque", "friction", "inertia"}
+    weighting : {"torque", "friction", "inertia", "load"}
         Whether the wave keeps its sign (ripple), follows the velocity's sign (friction), or grows
-        with the square of the speed (kinematic error).
+        with the square of the speed or with the arm's weight (kinematic error).
     """
     table = scene.table
     if not scene.has("position_rad"):
@@ -35,11 +35,17 @@ def strong_orders(scene: Scene, weighting: Weighting) -> tuple[float, ...]:
     position = table.rows["position_rad"][rows]
     velocity = table.rows["velocity_rad_s"][rows]
     residual = scene.residual_nm[rows]
-    weight = {
-        "torque": np.ones_like(velocity),
-        "friction": np.sign(velocity),
-        "inertia": (velocity / scene.fastest) ** 2,
-    }[weighting]
+    if weighting == "load":
+        heaviest = float(np.max(np.abs(scene.weight_rows()[rows]), initial=0.0))
+        if not heaviest > 0.0:
+            return ()
+        weight = scene.weight_rows()[rows] / heaviest
+    else:
+        weight = {
+            "torque": np.ones_like(velocity),
+            "friction": np.sign(velocity),
+            "inertia": (velocity / scene.fastest) ** 2,
+        }[weighting]
     highest = highest_order(scene)
     repeating = weighting != "friction"  # along the path friction varies as it likes
     return orders_of(

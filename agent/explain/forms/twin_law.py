@@ -13,8 +13,11 @@ from typing import Any
 
 import numpy as np
 
+from agent.explain.rows.beginnings import without_beginnings
+from agent.explain.rows.forgetting import forgetting
 from agent.explain.rows.pieces import known_part
 from agent.explain.rows.scene import Scene, refit
+from agent.explain.rows.table import Table
 from agent.explain.rows.twin_effects import effects_nm
 from agent.identify.result import Floats
 from agent.physics.effects import CARRIED, YIELDING, along_the_way
@@ -22,6 +25,7 @@ from agent.physics.twin import Effect, Twin
 
 _WORTH = 0.99  # of the squared residual: a law that leaves more is no better than none
 _ALIKE = 0.25  # of a form's square: a law that misses no more has half of its amplitude and more
+_KEPT = 0.5  # of the rows: with fewer, beginnings are compared as well
 _FAR, _CLOSELY = math.log(4.0), 0.02  # of a number's logarithm
 
 
@@ -34,7 +38,8 @@ def best_entry(
     """Return the entry with which the twin predicts best, or nothing where none helps it.
 
     Beside effects of the same frequencies one law alone may help nothing, as a soft gear does that
-    a wobble shakes: an entry that comes near to what the form says stands then as well.
+    a wobble shakes: an entry that comes near to what the form says stands then as well. How an arm
+    swings as a recording begins nobody knows: where that shows, no law is asked.
 
     Parameters
     ----------
@@ -47,12 +52,13 @@ def best_entry(
         What the form says, at full rate, where it is one path that the law can follow.
     """
     laws = [_as_twin(scene, effect, entry) for entry in entries]
-    lefts = [_left(scene, law) for law in laws]
-    if lefts and min(lefts) < _WORTH * _left(scene, None):
+    apart = _apart_from_beginnings(scene, effect, entries)
+    lefts = [_left(scene, apart, law) for law in laws]
+    if lefts and min(lefts) < _WORTH * _left(scene, apart, None):
         return (dict(entries[int(np.argmin(lefts))]),)
     if torque_nm is None:
         return ()
-    beside = _beside_numbers(scene)
+    beside = _beside_numbers(apart)
     wanted = beside(torque_nm)
     missed = [float(np.sum((wanted - beside(law)) ** 2)) for law in laws]
     if not missed or not min(missed) < _ALIKE * float(wanted @ wanted):
@@ -83,7 +89,7 @@ def nearest(
     """
     from scipy.optimize import minimize_scalar
 
-    beside = _beside_numbers(scene)
+    beside = _beside_numbers(scene.table)
     wanted = beside(torque_nm)
 
     def left(times: float) -> float:
@@ -96,9 +102,23 @@ def nearest(
     return entry_of(around * math.exp(float(found.x)))
 
 
-def _beside_numbers(scene: Scene) -> Callable[[Floats], Floats]:
-    """Return what takes a torque at full rate to what the twin's own numbers leave of it, (m,)."""
+def _apart_from_beginnings(
+    scene: Scene, effect: str, entries: Sequence[Mapping[str, float]]
+) -> Table:
+    """Return a table without the rows at which it is not known how an entry's arm swings.
+
+    The whole of it where little else would be left.
+    """
     table = scene.table
+    for entry in entries:
+        twin = replace(_plain(scene, 0.0), effects=(Effect(effect, dict(entry)),))
+        table = without_beginnings(table, forgetting(twin))
+    enough = np.count_nonzero(table.used) > _KEPT * np.count_nonzero(scene.table.used)
+    return table if enough else scene.table
+
+
+def _beside_numbers(table: Table) -> Callable[[Floats], Floats]:
+    """Return what takes a torque at full rate to what the twin's own numbers leave of it, (m,)."""
     rows, carried = table.used, table.carried
     base = table.base[np.ix_(rows, carried)]
     unit = np.linalg.qr(base / np.sqrt(np.mean(base**2, axis=0)))[0]
@@ -177,12 +197,11 @@ def _ageing(scene: Scene) -> tuple[Effect, ...]:
     )
 
 
-def _left(scene: Scene, torque_nm: Floats | None) -> float:
+def _left(scene: Scene, table: Table, torque_nm: Floats | None) -> float:
     """Return the squared residual that is left beside a torque, the twin's numbers refitted.
 
     And beside a model's other terms: of what they explain a weaker effect is next to nothing.
     """
-    table = scene.table
     known = np.zeros_like(table.target_nm) if scene.others_nm is None else scene.others_nm
     if torque_nm is not None:
         known = known + table.band(scene.as_late(torque_nm))

@@ -22,7 +22,7 @@ from agent.explain.choosing.materiality import CLOSE, FAR
 from agent.explain.choosing.search import Library
 from agent.explain.choosing.shares import unseen_nm2
 from agent.explain.numbers.model import Model
-from agent.explain.numbers.wrong import WrongNumber
+from agent.explain.numbers.wrong import WrongNumber, factor_of
 from agent.identify.result import Parameter
 from agent.physics.twin import Twin
 
@@ -61,9 +61,11 @@ def borne_out(
     given_nm2 = unseen_nm2(library, np.zeros((library.target.shape[0], 0)))
     stays = stays_nm2 / max(given_nm2 - noise_nm**2, left_nm2)
     far = left_nm2 > (FAR * noise_nm) ** 2
-    return tuple(
+    kept = tuple(
         n for n in numbers if n.energy_share > _FAR_MORE * stays and (_refuted(n) or not far)
     )
+    # What was told beside a torque constant is another number without it.
+    return kept if factor_of(kept) == factor_of(numbers) else ()
 
 
 def below_zero(

@@ -4,6 +4,9 @@ Coulomb and viscous friction, freed together, take up most of a fall with speed;
 weak, what they leave of it is hardly more than noise. Their intervals reach over what the twin says
 then, as the law could stand for either. If the law alone, beside the numbers as they are given,
 leaves no more on unseen blocks, then that is as likely to be what differs.
+
+And behind a gear of one to one a weight pulls once a turn of the motor, as a ripple of order one
+does: a screw or a direct drive does not tell the two apart, however well their size is known.
 """
 
 from __future__ import annotations
@@ -17,6 +20,8 @@ from agent.explain.choosing.search import Library
 from agent.explain.numbers.borne_out import leaves_out_right
 from agent.explain.numbers.wrong import WrongNumber
 from agent.explain.rows.evidence import effective_size
+
+_WEIGHT, _RIPPLE = "gravity-imbalance", "torque-ripple"
 
 
 def with_laws_instead(numbers: Sequence[WrongNumber], library: Library) -> tuple[WrongNumber, ...]:
@@ -44,3 +49,27 @@ def with_laws_instead(numbers: Sequence[WrongNumber], library: Library) -> tuple
     whole = 1.0 + math.fsum(likely.values())
     others = {effect: weight / whole for effect, weight in likely.items()}
     return (replace(wrong, alternatives={**wrong.alternatives, **others}),)
+
+
+def with_a_ripple_instead(
+    numbers: Sequence[WrongNumber], gear_ratio: float
+) -> tuple[WrongNumber, ...]:
+    """Return numbers with what has the same column as gravity where motor and arm turn alike.
+
+    Parameters
+    ----------
+    numbers : sequence of WrongNumber
+    gear_ratio : float
+    """
+    if gear_ratio != 1.0:
+        return tuple(numbers)
+    return tuple(
+        replace(number, alternatives=_as_likely((*number.alternatives, _RIPPLE)))
+        if number.effect == _WEIGHT
+        else number
+        for number in numbers
+    )
+
+
+def _as_likely(others: Sequence[str]) -> dict[str, float]:
+    return dict.fromkeys(others, 1.0 / (1.0 + len(others)))

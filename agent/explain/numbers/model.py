@@ -115,16 +115,18 @@ def extended_twin(library: Library, twin: Twin, model: Model) -> Twin:
 
     The base numbers are fitted once more beside what the twin itself makes of the effects, so that
     the twin predicts as well as the model that it was written from; and without an effect that it
-    has no law for, which had moved them.
+    has no law for, which had moved them. What comes out below zero is none, and the others are
+    fitted beside that.
     """
     scene = library.scene
     entries = list(twin.effects)
     for index in range(len(model.terms)):
         entries += entries_of(library, model, index)
     entries += _limit(scene.table, entries)
-    moved = with_numbers(twin, {name: p.value for name, p in model.base.items()})
-    extended = replace(moved, effects=tuple(entries))
-    if not entries and not model.terms:
+    found = {name: p.value for name, p in model.base.items()}
+    extended = replace(with_numbers(twin, found), effects=tuple(entries))
+    possible = all(found[name] >= 0.0 for name in _NOT_NEGATIVE)
+    if not entries and not model.terms and possible:
         return extended
     for _ in range(2):
         # Some effects refer to the base numbers, so that these settle in two rounds.
@@ -201,7 +203,12 @@ def left_by(twin: Twin, table: Table) -> Floats:
 
 
 def _base_beside(table: Table, library: Library, twin: Twin) -> Floats:
-    """Return the move of a twin's base numbers that fits best beside its effects, shape (5,)."""
+    """Return the move of a twin's base numbers that fits best beside its effects, shape (5,).
+
+    Of the moves that leave inertia and friction no less than none.
+    """
+    from scipy.optimize import lsq_linear
+
     weighing = library.weighing
     left = weighing.weighted(left_by(twin, table))
     delta = np.zeros(len(BASE))
@@ -209,5 +216,10 @@ def _base_beside(table: Table, library: Library, twin: Twin) -> Floats:
     good = np.isfinite(left)
     columns = library.base[good]
     scale = np.sqrt(np.mean(columns**2, axis=0))
-    delta[carried] = np.linalg.lstsq(columns / scale, left[good], rcond=1e-9)[0] / scale
+    moved = np.linalg.lstsq(columns / scale, left[good], rcond=1e-9)[0]
+    least = np.array([-getattr(twin, n) if n in _NOT_NEGATIVE else -np.inf for n in BASE])
+    least = least[carried] * scale
+    if np.any(moved < least):
+        moved = lsq_linear(columns / scale, left[good], (least, np.inf), method="bvls").x
+    delta[carried] = moved / scale
     return delta

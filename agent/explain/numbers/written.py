@@ -14,6 +14,8 @@ import numpy as np
 from agent.explain.choosing.candidate import basis_of
 from agent.explain.choosing.search import Library
 from agent.explain.numbers.model import Model, entries_of, left_by, predicted
+from agent.explain.rows.beginnings import begun
+from agent.explain.rows.forgetting import forgetting
 from agent.identify.result import Floats
 from agent.physics.twin import Twin
 
@@ -32,11 +34,15 @@ def not_as_found(
         As it was found.
     extended : Twin
         The twin that is written of it: of use as long as it leaves less than the twin without any
-        law, its numbers refitted.
+        law, its numbers refitted. How its arm swings as a recording begins it cannot know.
     """
     table, weighing = library.scene.table, library.weighing
     left = left_by(extended, table)[weighing.rows]
     plain = library.residual([]) / weighing.weight
+    arm = forgetting(extended)
+    known = np.ones_like(left, dtype=np.bool_)
+    if arm is not None:
+        known = ~begun(table, arm)[weighing.rows]
     written = []
     for index, place in enumerate(model.slices()):
         if entries_of(library, model, index):
@@ -44,7 +50,7 @@ def not_as_found(
         else:  # of some recordings alone: no twin has it
             own = model.terms[index].candidate.columns @ model.coefficients[place]
             left = left - own / weighing.weight
-    if not written or _rms(left) <= _rms(plain):
+    if not written or _rms(left[known]) <= _rms(plain[known]):
         return set()
     bare = replace(extended, effects=twin.effects)
     without = predicted(table, bare)

@@ -87,6 +87,13 @@ PAIRS: tuple[tuple[str, str, str, str], ...] = (
         " the payload.",
     ),
     (
+        "gravity-imbalance",
+        "torque-ripple",
+        "behind a gear of one to one the arm's angle is the motor's, and both repeat with its turn",
+        "Repeat the cycle with another payload, or with the axis mounted another way: a weight"
+        " changes, ripple does not.",
+    ),
+    (
         "cable-force",
         "torque-offset",
         "on a short stroke a spring's pull is nearly constant",

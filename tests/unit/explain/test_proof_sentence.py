@@ -121,6 +121,24 @@ def test_a_law_that_harms_what_it_was_not_fitted_to_is_taken_back(
     assert named or "(Stribeck) would carry what was fitted, and was taken back" in said[0]
 
 
+@pytest.mark.parametrize(("verdict", "named"), [("partly-explained", False), ("tied", True)])
+def test_laws_beside_which_unseen_recordings_ask_for_the_numbers_alone_are_taken_back(
+    verdict: Verdict, named: bool
+) -> None:
+    """Five of them, each for certain: 11 mN m where the numbers alone left 6.2, 15 as given."""
+    finding = Finding("friction-drift", 1, 1.0, 0.2, (), Said(""), {}, (), 0.0, "a form")
+    proven = replace(
+        _holdout(0.0146, 0.0111),
+        source=UNSEEN,
+        refitted=Fit(0.0062, 96.0),
+        improvement_percent=24.4,
+        improvement_ci95_percent=(21.5, 28.0),
+    )
+    said = taken_back(verdict, [finding], proven)
+    assert (said == ()) is named
+    assert named or "6.2 mN m with the simulation's numbers alone refitted" in said[0]
+
+
 @pytest.mark.parametrize(
     ("floor_ratio", "improvement_percent", "named"),
     [(math.nan, -1.3, False), (math.nan, 4.0, True), (1.02, -1.3, True)],

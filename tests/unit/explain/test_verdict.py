@@ -28,7 +28,9 @@ def studied(ratio: float, along_position: float) -> Study:
     cells = (Cell("offset", "order_per_motor_rev 6", 0.17, 0.0, counts=True),)
     left = (Cell("coulomb_nm", "arm_position_rad", along_position, 0.0, counts=True),)
     held = SimpleNamespace(ratio=ratio, without_measure=False)
-    study = SimpleNamespace(choice=choice, left=held, cells=cells, left_cells=left, lines=())
+    study = SimpleNamespace(
+        choice=choice, left=held, cells=cells, left_cells=left, lines=(), denied=False
+    )
     return cast("Study", study)
 
 
@@ -60,6 +62,7 @@ def test_what_a_twins_effects_left_is_no_new_mismatch(
 ) -> None:
     study = SimpleNamespace(
         choice=SimpleNamespace(terms=()),
+        denied=False,
         left=SimpleNamespace(ratio=ratio, noise_nm=0.0, without_measure=False),
         left_cells=(Cell("offset", "acceleration_rad_s2", 0.05, 0.0, counts=True),),
         lines=(),
@@ -84,6 +87,7 @@ def test_what_is_left_without_a_noise_floor_may_be_noise_only_beside_no_name(
     rows = np.arange(100)
     study = SimpleNamespace(
         choice=SimpleNamespace(terms=()),
+        denied=False,
         left=SimpleNamespace(ratio=1.0, noise_nm=0.12, without_measure=True, usual=rows),
         left_cells=(),
         lines=(),

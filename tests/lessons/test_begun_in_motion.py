@@ -1,0 +1,24 @@
+"""A recording that begins in motion: how an arm behind a soft gear swings then nobody knows."""
+
+from __future__ import annotations
+
+import pytest
+
+from agent.explain.explain import explain
+from agent.physics.twin import Twin
+from tests.science.explain_plant import GEAR, Joint, record, waves
+
+TWIN = Twin("plant", 1, GEAR, 0.006, 0.5, 0.004, 0.5, 0.2)
+SOFT = Joint(stiffness=11.8, damping=0.019, arm_coulomb=0.0, motor_coulomb=0.5)
+
+
+def test_a_soft_gear_is_no_less_one_for_how_it_swings_at_first() -> None:
+    """The written twin began otherwise, and left twice as much on what it had not seen."""
+    runs = [record(SOFT, seed, command=waves(seed, 20.0)) for seed in range(4)]
+    answer = explain(TWIN, runs[:3], runs[3:])
+    assert [finding.effect for finding in answer.findings] == ["joint-flexibility"]
+    found = answer.findings[0].parameters
+    assert found["arm_inertia_kg_m2"].value == pytest.approx(SOFT.arm_inertia, rel=0.03)
+    assert found["stiffness_nm_per_rad"].value == pytest.approx(SOFT.stiffness, rel=0.03)
+    assert answer.holdout is not None
+    assert answer.holdout.extended.rmse_nm < 0.3 * answer.holdout.refitted.rmse_nm
