@@ -24,6 +24,7 @@ from agent.explain.study import Study, study
 from agent.identify.result import Floats, Parameter
 from agent.physics.twin import Twin
 
+_MOST_BEGUN = 3  # times an arm that remembers longer is asked for once more
 _MOST_ROUNDS = 2
 _WORTH = 0.95  # of the mean square: what is left where all is known
 _MUCH = 3.0  # times the noise: so much is left by more than beginnings
@@ -108,21 +109,33 @@ def without_unknown_beginnings(twin: Twin, found: Study, given: Given) -> tuple[
     twin, found, given
         As for `without_their_images`.
     """
-    arm = forgetting(found.extended)
-    if arm is None:
-        return found, given
-    known = ~begun(found.table, arm)[found.library.weighing.rows]
-    apart = without_beginnings(given.table, arm)
-    if _begins_otherwise(found, known):
-        return _once_more(twin, found, given, apart, _named_or_rivals(found), least=CLOSE)
-    if found.left.over_floor <= CLOSE:
-        return found, given
+    for _ in range(_MOST_BEGUN):
+        arm = forgetting(found.extended)
+        if arm is None:
+            break
+        known = ~begun(found.table, arm)[found.library.weighing.rows]
+        otherwise = _begins_otherwise(found, known)
+        if not otherwise and not _hardly_known(found, known):
+            break
+        apart, least = without_beginnings(given.table, arm), CLOSE if otherwise else 0.0
+        again = _once_more(twin, found, given, apart, _named_or_rivals(found), least=least)
+        if again[0] is found:
+            break
+        found, given = again  # its arm may remember longer
+    return found, given
+
+
+def _hardly_known(found: Study, known: NDArray[np.bool_]) -> bool:
+    """Return whether more than noise is left, and a part of that where nobody knows how it began.
+
+    But not where far more than noise is left without that.
+    """
+    if found.left.over_floor <= CLOSE and not found.left.without_measure:
+        return False
     squares = found.model.residual_nm**2
     if not known.any() or float(np.mean(squares[known])) > _WORTH * float(np.mean(squares)):
-        return found, given
-    if float(np.mean(squares[known])) > (_MUCH * found.left.noise_nm) ** 2:
-        return found, given
-    return _once_more(twin, found, given, apart, _named_or_rivals(found))
+        return False
+    return float(np.mean(squares[known])) <= (_MUCH * found.left.noise_nm) ** 2
 
 
 def _begins_otherwise(found: Study, known: NDArray[np.bool_]) -> bool:
@@ -163,12 +176,14 @@ def _once_more(
 ) -> tuple[Study, Given]:
     """Return what is found in a part of a table; the same where little is left of it, or gained.
 
-    Or where more than `least` times the noise is left.
+    Or where more than `least` times the noise is left, where there is a measure of that.
     """
     if np.count_nonzero(apart.sliding) < _KEPT * np.count_nonzero(given.table.sliding):
         return found, given
     again, asked = studied(twin, apart, among)
     better = again.left.over_floor < max(found.left.over_floor, least)
+    if not found.floor.value_nm > 0.0:
+        better = again.left.left_nm < found.left.left_nm or bool(least)
     return (again, asked) if better else (found, given)
 
 

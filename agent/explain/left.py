@@ -54,7 +54,7 @@ class Left:
     @property
     def noise_nm(self) -> float:
         """Return the noise floor; where what is left is louder noise, or slower, that."""
-        return self._left_nm if self.noise_all_the_same else self._floor_nm
+        return self.left_nm if self.noise_all_the_same else self._floor_nm
 
     @property
     def usual(self) -> NDArray[np.bool_]:
@@ -69,7 +69,7 @@ class Left:
     @property
     def over_floor(self) -> float:
         """Return the same over the noise floor, whatever kind of noise is left."""
-        return self._left_nm / self._floor_nm if self._floor_nm > 0.0 else 1.0
+        return self.left_nm / self._floor_nm if self._floor_nm > 0.0 else 1.0
 
     @cached_property
     def louder_noise(self) -> bool:
@@ -128,7 +128,8 @@ class Left:
         return not is_noise_in_kind(self.table, self.rows, self.residual_nm)
 
     @property
-    def _left_nm(self) -> float:
+    def left_nm(self) -> float:
+        """Return the root mean square of what is left where it was asked about."""
         return math.sqrt(float(np.mean(self.residual_nm[self.usual] ** 2)))
 
     @property

@@ -5,16 +5,29 @@ from __future__ import annotations
 import pytest
 
 from agent.explain.explain import explain
+from agent.explain.rows.run import Run
 from agent.physics.twin import Twin
-from tests.science.explain_plant import GEAR, Joint, record, waves
+from tests.science.explain_plant import GEAR, RATE_HZ, Joint, record, waves
 
 TWIN = Twin("plant", 1, GEAR, 0.006, 0.5, 0.004, 0.5, 0.2)
+RECORDED = ("position_rad", "velocity_rad_s", "torque_nm")
 SOFT = Joint(stiffness=11.8, damping=0.019, arm_coulomb=0.0, motor_coulomb=0.5)
 
 
-def test_a_soft_gear_is_no_less_one_for_how_it_swings_at_first() -> None:
-    """The written twin began otherwise, and left twice as much on what it had not seen."""
-    runs = [record(SOFT, seed, command=waves(seed, 20.0)) for seed in range(4)]
+def recorded(seed: int, begins_s: float) -> Run:
+    """Return a recording that begins so long after the motion: its arm swings already."""
+    run = record(SOFT, seed, command=waves(seed, 20.0 + begins_s))
+    first = round(begins_s * RATE_HZ)
+    columns = {"time_s": run.signals.time_s - begins_s}
+    columns |= {name: getattr(run.signals, name) for name in RECORDED}
+    kept = {name: values[first:] for name, values in columns.items()}
+    return Run.from_columns(kept, GEAR, name=run.name, started_s=run.started_s)
+
+
+@pytest.mark.parametrize("begins_s", [0.0, 2.5])
+def test_a_soft_gear_is_no_less_one_for_how_it_swings_at_first(begins_s: float) -> None:
+    """The written twin began otherwise, or a search that began so ended elsewhere."""
+    runs = [recorded(seed, begins_s) for seed in range(4)]
     answer = explain(TWIN, runs[:3], runs[3:])
     assert [finding.effect for finding in answer.findings] == ["joint-flexibility"]
     found = answer.findings[0].parameters
