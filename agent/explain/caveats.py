@@ -21,7 +21,7 @@ from agent.explain.driven_range import carries, hangs_free, may_be_warmth, other
 from agent.explain.numbers.late_velocity import is_velocitys
 from agent.explain.numbers.warm_constant import right_at_degc
 from agent.explain.off_alike import off_alike_said
-from agent.explain.plausible import below_zero_said, far_off, turned_gravity
+from agent.explain.plausible import below_zero_said, turned_gravity
 from agent.explain.rows.blows import Blows
 from agent.explain.rows.pieces import thinned
 from agent.explain.rows.table import Table
@@ -49,11 +49,9 @@ def bear_in_mind(found: Study, edges: Edges | None, *, by_motor: bool) -> tuple[
     by_motor : bool
         Whether the motor's temperature stands in for the gearbox's.
     """
-    every = *found.numbers, *found.impossible
-    far = "" if found.table.simulated else far_off(every, found.twin)
     turned = "" if found.table.simulated else turned_gravity(found.numbers, found.twin)
     negative = below_zero_said(found.impossible, found.twin)
-    out = [said for said in (far, negative, turned) if said]
+    out = [said for said in (negative, turned) if said]
     if by_motor:
         out.append(
             "the gearbox temperature was not recorded: the motor's stands in for it, and friction "

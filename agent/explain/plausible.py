@@ -26,8 +26,6 @@ _LIKE = 0.15  # of the gear ratio, or of a unit: so close a factor is that
 _AS_STRONG = 0.05  # of gravity: so close is no payload
 _TURNED_DEG = 10.0
 _MILLI = 1e-3
-_AS_IF = "as if"
-_NO_MOTORS = "no motor's torque constant is off by a factor of"
 _SAID = {
     "inertia_extra_kg_m2": ("inertia_kg_m2", "inertia"),
     "coulomb_extra_nm": ("coulomb_nm", "Coulomb friction"),
@@ -171,15 +169,14 @@ def below_zero_said(impossible: Sequence[WrongNumber], twin: Twin) -> str:
     )
 
 
-def another_unit(wrong: Sequence[WrongNumber], twin: Twin) -> str:
-    """Return the same as a sentence where the factor is a unit's or the gear's; else nothing.
+def another_joint(wrong: Sequence[WrongNumber], twin: Twin) -> str:
+    """Return the same as a sentence, which stands before all else; nothing where none need be.
 
-    It stands before all else then: numbers that are off by a unit are none to be put right. So does
-    a torque that no motor's constant makes.
+    Numbers that are off by a unit, or that are another joint's, are none to be put right; nor is a
+    torque that no motor's constant makes.
     """
     said = far_off(wrong, twin)
-    before_all = _AS_IF in said or said.startswith(_NO_MOTORS)
-    return f"{said[:1].upper()}{said[1:]}." if before_all else ""
+    return f"{said[:1].upper()}{said[1:]}." if said else ""
 
 
 def in_degrees(table: Table, twin: Twin) -> str:
@@ -210,9 +207,9 @@ def _other_torque(wrong: Sequence[WrongNumber]) -> str:
         return ""
     likely = ", as if the torque were in mN m" if abs(factor / _MILLI - 1.0) < _LIKE else ""
     return (
-        f"{_NO_MOTORS} {significant(factor, 3)}{likely}: before "
-        "anything else make sure that the torque is the motor's, in N m, and not in percent of the "
-        "rated one, in ampere or on the arm's side of the gear"
+        f"no motor's torque constant is off by a factor of {significant(factor, 3)}{likely}: "
+        "before anything else make sure that the torque is the motor's, in N m, and not in percent "
+        "of the rated one, in ampere or on the arm's side of the gear"
     )
 
 
@@ -261,6 +258,4 @@ def _in_another_unit(far: Mapping[str, float], gear_ratio: float) -> str:
         (math.pi / 180.0, "positions and velocities were in degrees"),
         (1e6 if told == "inertia" else 1e3, "time were in milliseconds"),
     )
-    return next(
-        (f" ({_AS_IF} {s})" for f, s in looks if math.isclose(factor, f, rel_tol=_LIKE)), ""
-    )
+    return next((f" (as if {s})" for f, s in looks if math.isclose(factor, f, rel_tol=_LIKE)), "")

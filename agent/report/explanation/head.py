@@ -65,10 +65,15 @@ def head_of(explanation: Explanation, *, listed: bool = False) -> Head:
     smaller = smaller_sentence(len(explanation.findings))
     told = [main, *others[: TOLD - 1]]
     further = [_line(told, at, explanation) for at in range(1, len(told))]
+    if smaller:
+        further.append(smaller)
+    first, worth = said.lead, said.worth
+    if explanation.unit_off:  # no cause that is named holds before that is put right
+        first, worth, further = explanation.unit_off, "", [said.lead, *further]
     return Head(
-        said.lead,
-        said.worth,
-        (*further, smaller) if smaller else tuple(further),
+        first,
+        worth,
+        tuple(further),
         (*what_stays(explanation), *([] if listed else _tie(explanation))),
     )
 
