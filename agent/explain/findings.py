@@ -21,6 +21,7 @@ from agent.explain.forms.carried import RECORDINGS
 from agent.explain.forms.drift import changed_between
 from agent.explain.forms.hidden_arm import inertia_of
 from agent.explain.forms.quantities import as_in_twin
+from agent.explain.forms.reversal import reach_rad
 from agent.explain.forms.seen_arm import SEEN, shown_gear
 from agent.explain.forms.speed import brakes_both_ways
 from agent.explain.location.dynamic_curves import excerpt, over_frequency
@@ -49,6 +50,8 @@ _NUMBERS: Mapping[str, tuple[str, ...]] = {
     "gravity-imbalance": GRAVITY,
 }
 _PLACE = "position-dependent-friction"
+_YIELDING, _BUNDLE = "presliding-hysteresis", "cable-force"
+_DEGREES_RAD, _REDUCES = 0.02, 10.0  # of an arm behind such a gear: contacts yield over less
 _OF_THE_PLACE = 0.3  # of what friction is told to differ by at a place: so much its level moved
 
 
@@ -143,15 +146,16 @@ def _finding(study: Study, index: int, term: Term, share: float, *, first: bool)
         part = parameters["arm_inertia_kg_m2"].value / inertia_of(scene)
         if math.isfinite(part):
             told = replace(told, caveat=sentences.spring_sentence(part))
+    alternatives = _alternatives(scene, term)
     return Finding(
         effect=form.effect,
         rank=0,
-        probability=term.probability,
+        probability=min(term.probability, 1.0 - sum(a.probability for a in alternatives)),
         energy_share=share,
         where=where,
         said=told,
         parameters=parameters,
-        alternatives=_alternatives(scene, term),
+        alternatives=alternatives,
         holdout_rmse_without_nm=float(
             np.sqrt(_without(study, index).sum() / len(weighing.rows)) * scale
         ),
@@ -275,7 +279,16 @@ def _alternatives(scene: Scene, term: Term) -> tuple[Alternative, ...]:
         braking = constant and brakes_both_ways(scene, (), 2.0 * term.scored.coefficients)
         if braking or term.scored.form.name == "Coulomb":
             out.insert(0, Alternative(partner, 0.5, told_apart_by(effect, partner)))
+    if effect == _YIELDING and _yields_as_a_bundle(scene, term):
+        others = [alternative for alternative in out if alternative.effect != _BUNDLE]
+        out = [Alternative(_BUNDLE, 0.5, told_apart_by(effect, _BUNDLE)), *others]
     return tuple(out)
+
+
+def _yields_as_a_bundle(scene: Scene, term: Term) -> bool:
+    """Return whether friction yields over degrees of an arm, as hoses do, and contacts do not."""
+    gear, candidate = scene.table.gear_ratio, term.candidate
+    return gear > _REDUCES and reach_rad(candidate.form, candidate.point) > _DEGREES_RAD * gear
 
 
 def _number_finding(study: Study, wrong: WrongNumber) -> Finding:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -29,7 +30,7 @@ from agent.explain.caveats import creeps_held_out
 from agent.explain.choosing.search import DELAY
 from agent.explain.driven_range import further
 from agent.explain.location.moments import Moments, in_moments
-from agent.explain.numbers.late_velocity import ToldAgainstItError, hides_in
+from agent.explain.numbers.late_velocity import ToldAgainstItError, hides_in, hides_much
 from agent.explain.numbers.loads import differs_unsaid, said_of
 from agent.explain.numbers.model import left_by
 from agent.explain.own_effects.doubted import Doubted
@@ -83,6 +84,8 @@ class Known:
         Whether the velocity is to be brought in step with the position; None where it may show.
     for_a_delay : bool
         Whether it is because a first choice had a delay of the torque, which may not last.
+    left_nm : float
+        What was left before it was, where it is because more than noise was; else infinite.
     """
 
     late_s: float = 0.0
@@ -95,6 +98,7 @@ class Known:
     doubted: Doubted | None = None
     aligned: bool | None = None
     for_a_delay: bool = False
+    left_nm: float = math.inf
 
 
 def asked_once(
@@ -197,8 +201,11 @@ def _better_known(found: Study, table: Table, asked: Asked, known: Known) -> Kno
     """Return what is known of the signals since something was found; None where it is no more."""
     if known.aligned is None and any(hides_in(delay, table) for delay in _delays(found)):
         return replace(known, aligned=True)
-    if known.for_a_delay and not known.late_s and not _delays(found):
-        return replace(known, aligned=False, for_a_delay=False)
+    if known.aligned is None and hides_much(found.left, table) and not _delays(found):
+        return replace(known, aligned=True, left_nm=found.left.left_nm)
+    of_no_use = known.for_a_delay and not known.late_s and not _delays(found)
+    if of_no_use or found.left.left_nm > known.left_nm:
+        return replace(known, aligned=False, for_a_delay=False, left_nm=math.inf)
     if not known.late_s:
         late_s = _late_by_holding_s(found, (*asked.runs, *asked.holdout))
         if late_s:

@@ -110,7 +110,8 @@ def with_rivals(
         per_share = _PER_SHARE_OF_WARMTH if by_warmth else _PER_SHARE
         behind = behind_of(own.blocks, other.blocks, size)
         other_tuned = tuned - _without_bearing({effect, best.form.effect})
-        if other_tuned or by_warmth or behind < _PLAINLY or not _is_misshapen(own, other, noise):
+        plain = _is_plainly_behind(own.blocks, other.blocks, size)
+        if other_tuned or by_warmth or not plain or not _is_misshapen(own, other, noise):
             # No law's form is so exact that missing a few percent of the gain refutes a rival.
             behind = min(behind, per_share * missed)
         entries.append((scored, behind))
@@ -188,6 +189,19 @@ def behind_of(best: Floats, rival: Floats, size: float) -> float:
     error = float(np.std(loss)) * math.sqrt(loss.shape[0])
     sure = 2.0 * float(loss.sum()) / max(error, 1e-300)
     return min(log_density_gap(best, rival, size), sure)
+
+
+def _is_plainly_behind(best: Floats, rival: Floats, size: float) -> bool:
+    """Return whether a rival surely loses on unseen data: on the whole, or block after block.
+
+    Blocks differ in what they show. A loss in nearly all of them is none by chance, however uneven
+    it is, though its mean over them is hardly known.
+    """
+    count = best.shape[0]
+    wins = np.count_nonzero(rival > best)
+    signs = 2.0 * (2.0 * wins - count) / math.sqrt(count)
+    by_signs = min(log_density_gap(best, rival, size), signs)
+    return bool(max(behind_of(best, rival, size), by_signs) >= _PLAINLY)
 
 
 def likeness(library: Library, others: Sequence[Candidate], found: Scored, rival: Scored) -> float:

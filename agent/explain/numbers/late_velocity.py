@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from agent.explain.choosing.materiality import CLOSE
+from agent.explain.left import Left
 from agent.explain.rows.lag import is_part_of_sample
 from agent.explain.rows.table import Table
 from agent.identify.result import Parameter
@@ -71,3 +73,22 @@ def surely_hides_in(delay_s: float, table: Table) -> bool:
         Of the recordings.
     """
     return table.in_step_for_a_delay and hides_in(Parameter(delay_s, None), table)
+
+
+def hides_much(left: Left, table: Table) -> bool:
+    """Return whether more than noise is left, and the velocity later than any usually is.
+
+    A velocity that alone is so late has a delay's name. Beside something far greater it has none,
+    and bends its numbers; that it is late shows in the motion, whatever the torque says.
+
+    Parameters
+    ----------
+    left : Left
+        By all that was found, no delay among it.
+    table : Table
+        Of the recordings.
+    """
+    late_s = abs(table.velocity_late_s)
+    usual = any(is_part_of_sample(late_s, piece.period_s) for piece in table.pieces)
+    more = left.over_floor > CLOSE or left.without_measure
+    return more and not usual and not table.aligned

@@ -1,0 +1,39 @@
+"""What yields over degrees of an arm may be a bundle; a loss in all blocks is one."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+
+from agent.explain.choosing.rivals import Term, _is_plainly_behind
+from agent.explain.findings import _yields_as_a_bundle
+from agent.explain.forms.library import FORMS
+from agent.explain.rows.scene import Scene
+
+DAHL = next(form for form in FORMS if form.name == "Dahl")
+
+
+@pytest.mark.parametrize(
+    ("travel_arm_rad", "gear_ratio", "is_one"),
+    [(0.13, 83.0, True), (0.005, 83.0, False), (0.3, 1.0, False)],
+)
+def test_what_yields_over_degrees_of_an_arm_may_be_a_bundle(
+    travel_arm_rad: float, gear_ratio: float, is_one: bool
+) -> None:
+    """A hose's inner friction was presliding for certain, over 7.7 degrees; a screw has no arm."""
+    candidate = SimpleNamespace(form=DAHL, point=(travel_arm_rad * gear_ratio,))
+    scene = cast("Scene", SimpleNamespace(table=SimpleNamespace(gear_ratio=gear_ratio)))
+    term = cast("Term", SimpleNamespace(candidate=candidate))
+    assert _yields_as_a_bundle(scene, term) is is_one
+
+
+@pytest.mark.parametrize(("losing", "plain"), [(40, True), (28, False)])
+def test_a_loss_in_every_block_is_plain_however_uneven(losing: int, plain: bool) -> None:
+    """A weight stayed tied with a cable at 37 %, which left 2.3 times as much on unseen data."""
+    best, loss = np.ones(40), 0.01 * np.ones(40)
+    loss[:3] = 200.0  # the mean loss is hardly known: 1.7 of its own standard errors
+    loss[losing:] *= -1.0
+    assert _is_plainly_behind(best, best + loss, 4000.0) is plain
