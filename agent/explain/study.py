@@ -186,7 +186,7 @@ def study(
     numbers = tuple(number for number in numbers if number not in impossible)
     if not choice.terms:
         numbers = with_laws_instead(numbers, library)
-    numbers = with_a_ripple_instead(numbers, twin.gear_ratio)
+    numbers = with_a_ripple_instead(numbers, twin)
     return Study(
         twin=twin,
         table=table,

@@ -20,6 +20,7 @@ from agent.explain.choosing.search import Library
 from agent.explain.numbers.borne_out import leaves_out_right
 from agent.explain.numbers.wrong import WrongNumber
 from agent.explain.rows.evidence import effective_size
+from agent.physics.twin import Twin
 
 _WEIGHT, _RIPPLE = "gravity-imbalance", "torque-ripple"
 
@@ -51,17 +52,19 @@ def with_laws_instead(numbers: Sequence[WrongNumber], library: Library) -> tuple
     return (replace(wrong, alternatives={**wrong.alternatives, **others}),)
 
 
-def with_a_ripple_instead(
-    numbers: Sequence[WrongNumber], gear_ratio: float
-) -> tuple[WrongNumber, ...]:
+def with_a_ripple_instead(numbers: Sequence[WrongNumber], twin: Twin) -> tuple[WrongNumber, ...]:
     """Return numbers with what has the same column as gravity where motor and arm turn alike.
+
+    But for a twin whose arm weighs something: more of that is far likelier than a motor that pulls
+    once a turn.
 
     Parameters
     ----------
     numbers : sequence of WrongNumber
-    gear_ratio : float
+    twin : Twin
+        As given.
     """
-    if gear_ratio != 1.0:
+    if twin.gear_ratio != 1.0 or twin.gravity_sin_nm or twin.gravity_cos_nm:
         return tuple(numbers)
     return tuple(
         replace(number, alternatives=_as_likely((*number.alternatives, _RIPPLE)))
