@@ -24,10 +24,12 @@ from agent.explain.taken_off import taken_off, told_beside
 from agent.identify.result import Floats, Parameter
 from agent.numbers import scale_for, significant
 from agent.physics.rigid_body import GRAVITY, gravity_columns
+from agent.physics.twin import Twin
 
 _EFFECT = "gravity-imbalance"
 _INERTIA = "inertia_kg_m2"
 _SHOWN = 20  # recordings by name
+_WEIGHTLESS = 0.1  # of a weight: what lacks all of it but so much has none
 _SURELY = 2.0  # half intervals: which recordings they are was chosen among many sets
 
 
@@ -70,6 +72,13 @@ class Carried:
         """
         known = (p for p in self.numbers.values() if p.ci95 is not None)
         return any(abs(p.value) > _SURELY * _half(p) for p in known)
+
+    def lacks_the_weight(self, twin: Twin) -> bool:
+        """Return whether it is all of the weight of a twin's arm that these recordings lack."""
+        given = np.array([getattr(twin, name) for name in GRAVITY])
+        own = np.array([self.numbers[name].value for name in GRAVITY])
+        heavy = float(np.linalg.norm(given))
+        return bool(np.linalg.norm(own + given) < _WEIGHTLESS * heavy)
 
     def torque_nm(self, run: Run) -> Floats:
         """Return the torque that it asks for where a recording goes, shape (n,)."""
@@ -221,9 +230,11 @@ def freed(
 
 
 def beside_carried(
-    answer: Explanation, carried: Carried, held_out: Sequence[str], as_given: Fit
+    answer: Explanation, carried: Carried, held_out: Sequence[str], as_given: Fit, twin: Twin
 ) -> Explanation:
     """Return the answer of recordings that it was taken off, with what they carry in it.
+
+    What has none of the arm's weight is of another axis, before it lacks a load.
 
     Parameters
     ----------
@@ -233,7 +244,17 @@ def beside_carried(
         Hold-outs that carry it, too.
     as_given : Fit
         Of the twin as given to the recordings as they are.
+    twin : Twin
+        As given.
     """
+    if carried.lacks_the_weight(twin):
+        one = len(carried.names) == 1
+        said = (
+            f"The recording{'' if one else 's'} {_listed(carried.names)} "
+            f"show{'s' if one else ''} none of the weight that the arm has in the others: before "
+            "anything else make sure of what axis that is."
+        )
+        answer = replace(answer, unit_off=said)
     everywhere = (*carried.names, *(f"{name} (held out)" for name in held_out))
     reason = (
         f"what {_listed(everywhere)} carr{'ies' if len(everywhere) == 1 else 'y'} was taken off "

@@ -171,7 +171,7 @@ def _asked(
         lighter, unseen, held_out = freed(carried, runs, holdout, found)
         known = replace(known, carried=True)
         again, moments = asked_once(twin, lighter, unseen, limits, known)
-        return beside_carried(again, carried, held_out, as_given), moments
+        return beside_carried(again, carried, held_out, as_given, twin), moments
     found, given = without_their_images(twin, found, given)
     found, given = without_unknown_beginnings(twin, found, given)
     if known.zeros_off:

@@ -152,3 +152,14 @@ def test_the_rest_of_a_load_is_that_loads(
     assert found.ci95 == pytest.approx((gravity_nm - 0.001, gravity_nm + 0.001))
     assert joined.places == first.places
     assert first.joined_by(None, 4) is None
+
+
+@pytest.mark.parametrize(("share", "lacks"), [(-1.0, True), (-0.5, False), (1.0, False)])
+def test_a_recording_without_the_weight_that_the_others_show_may_be_another_axis(
+    share: float, lacks: bool
+) -> None:
+    """It was a payload of minus all of the arm's weight, with a probability of one."""
+    numbers = {"gravity_sin_nm": share * SIN, "gravity_cos_nm": share * COS}
+    known = {name: Parameter(value, None) for name, value in numbers.items()}
+    carried = Carried((2,), ("run-2",), known, 1.0, 0.9, 0.1, 0.3, "a form")
+    assert carried.lacks_the_weight(KNOWN) is lacks
