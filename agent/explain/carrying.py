@@ -176,14 +176,15 @@ def _once_more(
 ) -> tuple[Study, Given]:
     """Return what is found in a part of a table; the same where little is left of it, or gained.
 
-    Or where more than `least` times the noise is left, where there is a measure of that.
+    Or where it is less than `least` times the noise; where no floor is known, than as many times
+    what was left before.
     """
     if np.count_nonzero(apart.sliding) < _KEPT * np.count_nonzero(given.table.sliding):
         return found, given
     again, asked = studied(twin, apart, among)
     better = again.left.over_floor < max(found.left.over_floor, least)
     if not found.floor.value_nm > 0.0:
-        better = again.left.left_nm < found.left.left_nm or bool(least)
+        better = again.left.left_nm < max(least, 1.0) * found.left.left_nm
     return (again, asked) if better else (found, given)
 
 
