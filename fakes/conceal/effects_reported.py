@@ -104,7 +104,9 @@ def measurement_delay(rng: np.random.Generator, robot: Robot) -> Concealment:
         0.06,
         whole_axis("acceleration_rad_s2", -top, top),
         lambda truth: {
-            "torque_delay_s": truth.torque_delay_s - truth.motion_delay_s + _reported_s(truth, robot)
+            "torque_delay_s": truth.torque_delay_s
+            - truth.motion_delay_s
+            + _reported_s(truth, robot)
         },
     )
 
