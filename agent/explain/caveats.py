@@ -21,7 +21,7 @@ from agent.explain.driven_range import carries, hangs_free, may_be_warmth, other
 from agent.explain.numbers.late_velocity import is_velocitys
 from agent.explain.numbers.warm_constant import right_at_degc
 from agent.explain.off_alike import off_alike_said
-from agent.explain.plausible import below_zero_said, turned_gravity
+from agent.explain.plausible import another_joint, below_zero_said, far_off, turned_gravity
 from agent.explain.rows.blows import Blows
 from agent.explain.rows.pieces import thinned
 from agent.explain.rows.table import Table
@@ -51,7 +51,7 @@ def bear_in_mind(found: Study, edges: Edges | None, *, by_motor: bool) -> tuple[
     """
     turned = "" if found.table.simulated else turned_gravity(found.numbers, found.twin)
     negative = below_zero_said(found.impossible, found.twin)
-    out = [said for said in (negative, turned) if said]
+    out = [said for said in (_far_off(found), negative, turned) if said]
     if by_motor:
         out.append(
             "the gearbox temperature was not recorded: the motor's stands in for it, and friction "
@@ -106,6 +106,13 @@ def bear_in_mind(found: Study, edges: Edges | None, *, by_motor: bool) -> tuple[
         if index not in compared:
             out.append(f"{run.name} was left out: no stretch of it is long enough to be compared")
     return tuple(out)
+
+
+def _far_off(found: Study) -> str:
+    """Return that numbers are far from the twin's, where the answer does not begin with that."""
+    if found.table.simulated or another_joint(found.numbers, found.twin):
+        return ""
+    return far_off((*found.numbers, *found.impossible), found.twin)
 
 
 def _late_velocity(found: Study) -> str:

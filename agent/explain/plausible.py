@@ -31,6 +31,7 @@ _SAID = {
     "coulomb_extra_nm": ("coulomb_nm", "Coulomb friction"),
     "viscous_extra_nm_s_per_rad": ("viscous_nm_s_per_rad", "viscous friction"),
 }
+_FRICTIONS = ("coulomb_extra_nm", "viscous_extra_nm_s_per_rad")
 
 
 def contradiction(runs: Sequence[Run]) -> str:
@@ -133,14 +134,7 @@ def far_off(wrong: Sequence[WrongNumber], twin: Twin) -> str:
     A user's simulation is a tenth off, or a half. A factor of five is a unit, the wrong side of
     the gear, or another joint.
     """
-    factors = {}
-    for number in wrong:
-        for name, extra in number.parameters.items():
-            own, said = _SAID.get(name, ("", ""))
-            given = float(getattr(twin, own)) if own else 0.0
-            if given > 0.0 and extra.identified:
-                factors[said] = 1.0 + extra.value / given
-    far = {said: f for said, f in factors.items() if not 1.0 / _FAR < f < _FAR}
+    far = _far(wrong, twin)
     if not far:
         return _other_torque(wrong)
     told = " and ".join(f"{factor:.3g} times the {said}" for said, factor in far.items())
@@ -170,13 +164,30 @@ def below_zero_said(impossible: Sequence[WrongNumber], twin: Twin) -> str:
 
 
 def another_joint(wrong: Sequence[WrongNumber], twin: Twin) -> str:
-    """Return the same as a sentence, which stands before all else; nothing where none need be.
+    """Return the same as a sentence that stands before all else; nothing where none need.
 
     Numbers that are off by a unit, or that are another joint's, are none to be put right; nor is a
-    torque that no motor's constant makes.
+    torque that no motor's constant makes. Friction alone may be so far off in a simulation.
     """
-    said = far_off(wrong, twin)
-    return f"{said[:1].upper()}{said[1:]}." if said else ""
+    said, far = far_off(wrong, twin), _far(wrong, twin)
+    frictions = set(far) <= {_SAID[name][1] for name in _FRICTIONS}
+    if not said or (
+        far and frictions and len(far) < 2 and not _in_another_unit(far, twin.gear_ratio)
+    ):
+        return ""
+    return f"{said[:1].upper()}{said[1:]}."
+
+
+def _far(wrong: Sequence[WrongNumber], twin: Twin) -> dict[str, float]:
+    """Return which numbers are far from the twin's, by what they are called, and by what factor."""
+    factors = {}
+    for number in wrong:
+        for name, extra in number.parameters.items():
+            own, said = _SAID.get(name, ("", ""))
+            given = float(getattr(twin, own)) if own else 0.0
+            if given > 0.0 and extra.identified:
+                factors[said] = 1.0 + extra.value / given
+    return {said: f for said, f in factors.items() if not 1.0 / _FAR < f < _FAR}
 
 
 def in_degrees(table: Table, twin: Twin) -> str:

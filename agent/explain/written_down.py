@@ -132,9 +132,7 @@ def written_down(
 
 def _off_by_a_unit(found: Study) -> str:
     """Return which unit or gear ratio is wrong, before all else; nothing where none need be."""
-    return another_joint((*found.numbers, *found.impossible), found.twin) or behind_another_gear(
-        found
-    )
+    return another_joint(found.numbers, found.twin) or behind_another_gear(found)
 
 
 def _left_by_twin(found: Study) -> Floats:

@@ -157,6 +157,20 @@ def test_only_numbers_far_from_the_twins_ask_whether_it_is_this_joint(
     assert before_all.lower().rstrip(".") == said.lower()
 
 
+@pytest.mark.parametrize(("coulomb", "first"), [(6.0, True), (1.1, False)])
+def test_friction_alone_that_is_far_off_is_said_and_does_not_come_first(
+    coulomb: float, first: bool
+) -> None:
+    extras = {
+        "viscous_extra_nm_s_per_rad": 6.0 * TWIN.viscous_nm_s_per_rad,
+        "coulomb_extra_nm": (coulomb - 1.0) * TWIN.coulomb_nm,
+    }
+    known = {name: Parameter(value, (value, value)) for name, value in extras.items()}
+    number = WrongNumber("wrong-number", 1.0, known)
+    assert "7 times the viscous friction" in far_off((number,), TWIN)
+    assert bool(another_joint((number,), TWIN)) is first
+
+
 def test_milliseconds_show_in_viscous_friction_where_no_change_of_speed_does() -> None:
     extra = 951.0 * TWIN.viscous_nm_s_per_rad
     parameters = {"viscous_extra_nm_s_per_rad": Parameter(extra, (extra, extra))}
