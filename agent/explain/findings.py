@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -278,11 +278,16 @@ def _alternatives(scene: Scene, term: Term) -> tuple[Alternative, ...]:
         constant = term.scored.form.name == "constant"
         braking = constant and brakes_both_ways(scene, (), 2.0 * term.scored.coefficients)
         if braking or term.scored.form.name == "Coulomb":
-            out.insert(0, Alternative(partner, 0.5, told_apart_by(effect, partner)))
+            out = _as_likely(effect, partner, out)
     if effect == _YIELDING and _yields_as_a_bundle(scene, term):
-        others = [alternative for alternative in out if alternative.effect != _BUNDLE]
-        out = [Alternative(_BUNDLE, 0.5, told_apart_by(effect, _BUNDLE)), *others]
+        out = _as_likely(effect, _BUNDLE, [a for a in out if a.effect != _BUNDLE])
     return tuple(out)
+
+
+def _as_likely(effect: str, other: str, rivals: Sequence[Alternative]) -> list[Alternative]:
+    """Return alternatives of which one is as likely as a finding and its rivals together."""
+    halved = (replace(rival, probability=0.5 * rival.probability) for rival in rivals)
+    return [Alternative(other, 0.5, told_apart_by(effect, other)), *halved]
 
 
 def _yields_as_a_bundle(scene: Scene, term: Term) -> bool:

@@ -31,7 +31,6 @@ _SAID = {
     "coulomb_extra_nm": ("coulomb_nm", "Coulomb friction"),
     "viscous_extra_nm_s_per_rad": ("viscous_nm_s_per_rad", "viscous friction"),
 }
-_FRICTIONS = ("coulomb_extra_nm", "viscous_extra_nm_s_per_rad")
 
 
 def contradiction(runs: Sequence[Run]) -> str:
@@ -170,10 +169,8 @@ def another_joint(wrong: Sequence[WrongNumber], twin: Twin) -> str:
     torque that no motor's constant makes. Friction alone may be so far off in a simulation.
     """
     said, far = far_off(wrong, twin), _far(wrong, twin)
-    frictions = set(far) <= {_SAID[name][1] for name in _FRICTIONS}
-    if not said or (
-        far and frictions and len(far) < 2 and not _in_another_unit(far, twin.gear_ratio)
-    ):
+    friction_alone = len(far) == 1 and "inertia" not in far
+    if not said or (friction_alone and not _in_another_unit(far, twin.gear_ratio)):
         return ""
     return f"{said[:1].upper()}{said[1:]}."
 

@@ -62,7 +62,7 @@ def verdict_of(study: Study, findings: Sequence[Finding], left_share: float) -> 
     much = left_share > MUCH_LEFT
     # A swing above the band unsays nothing that was named within it.
     within = min(left_share, _left_within(study)) if lined else left_share
-    # Without a floor nobody knows how many times the noise is left; that it is none, the map shows.
+    # Without a floor nobody knows how many times the noise is left; its kind shows that it is none.
     far = study.left.ratio > FAR or study.left.without_measure
     too_little = within > _MOST_LEFT and (far or _outweighed(study))
     if missing and (too_little or outdone or (much and _misshapen(study))):

@@ -35,17 +35,14 @@ def strong_orders(scene: Scene, weighting: Weighting) -> tuple[float, ...]:
     position = table.rows["position_rad"][rows]
     velocity = table.rows["velocity_rad_s"][rows]
     residual = scene.residual_nm[rows]
-    if weighting == "load":
-        heaviest = float(np.max(np.abs(scene.weight_rows()[rows]), initial=0.0))
-        if not heaviest > 0.0:
-            return ()
-        weight = scene.weight_rows()[rows] / heaviest
-    else:
-        weight = {
-            "torque": np.ones_like(velocity),
-            "friction": np.sign(velocity),
-            "inertia": (velocity / scene.fastest) ** 2,
-        }[weighting]
+    weight = {
+        "torque": np.ones_like(velocity),
+        "friction": np.sign(velocity),
+        "inertia": (velocity / scene.fastest) ** 2,
+        "load": scene.weight_rows()[rows],
+    }[weighting]
+    if not weight.any():
+        return ()  # an arm without weight bears none
     highest = highest_order(scene)
     repeating = weighting != "friction"  # along the path friction varies as it likes
     return orders_of(

@@ -8,8 +8,9 @@ from typing import cast
 import numpy as np
 import pytest
 
+from agent.explain.answer.result import Alternative
 from agent.explain.choosing.rivals import Term, _is_plainly_behind
-from agent.explain.findings import _yields_as_a_bundle
+from agent.explain.findings import _as_likely, _yields_as_a_bundle
 from agent.explain.forms.library import FORMS
 from agent.explain.rows.scene import Scene
 
@@ -37,3 +38,9 @@ def test_a_loss_in_every_block_is_plain_however_uneven(losing: int, plain: bool)
     loss[:3] = 200.0  # the mean loss is hardly known: 1.7 of its own standard errors
     loss[losing:] *= -1.0
     assert _is_plainly_behind(best, best + loss, 4000.0) is plain
+
+
+def test_what_is_as_likely_as_a_finding_leaves_its_rivals_their_half() -> None:
+    rivals = [Alternative("stribeck", 0.5, ""), Alternative("backlash", 0.2, "")]
+    told = _as_likely("presliding-hysteresis", "cable-force", rivals)
+    assert [a.probability for a in told] == [0.5, 0.25, 0.1]
